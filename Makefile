@@ -1,0 +1,61 @@
+# Two commands for users (play, test); `make help` lists the rest.
+PYTHON ?= python3
+BIN := .venv/bin
+PIP := $(BIN)/pip --disable-pip-version-check install --quiet -c constraints.txt
+PACKAGES := maps world recordings agents matches study server
+
+.PHONY: help play venv test test-slow check bench format clean
+
+help: ## list these commands
+	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
+
+play: .venv/serve ## serve the game and print its links
+	@$(BIN)/movingout play $(ARGS)
+
+venv: .venv/dev ## prepare the environment with everything for development
+
+test: .venv/dev .venv/browser .venv/node ## every test but the long ones (minutes)
+	$(BIN)/pytest -m "not slow" $(ARGS)
+
+test-slow: .venv/dev .venv/browser .venv/node ## the long tests: fuzzing, endurance, load
+	$(BIN)/pytest -m slow $(ARGS)
+
+check: .venv/dev .venv/node ## format, lint, types, import rules, JavaScript
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+	cd web && ../node_modules/.bin/tsc -p jsconfig.json
+	node --test web/tests/*.test.js
+
+bench: .venv/dev ## measure; prints ratios and the machine
+	$(BIN)/python -m bench
+
+format: .venv/dev ## rewrite the sources in the house format
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+clean: ## remove the environment and caches (never data/)
+	rm -rf .venv node_modules .mypy_cache .ruff_cache .pytest_cache .hypothesis
+
+.venv/bin/python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "Python 3.11 or newer is needed; try: make PYTHON=python3.12 $(MAKECMDGOALS)"; exit 2; }
+	$(PYTHON) -m venv .venv
+
+.venv/serve: .venv/bin/python pyproject.toml constraints.txt
+	@echo "Installing what serving needs (about 340 MB, once)."
+	$(PIP) -e .
+	@touch $@
+
+.venv/dev: .venv/serve
+	@echo "Installing the tools for development (once)."
+	$(PIP) -e '.[dev,train]'
+	@touch $@
+
+.venv/browser: .venv/dev
+	$(BIN)/python -m tests.browser.install
+	@touch $@
+
+.venv/node: package.json .venv/bin/python
+	npm install --no-package-lock --no-audit --no-fund --silent
+	@touch $@

@@ -1,0 +1,45 @@
+"""What an agent is: anything that turns an observation into the next actions."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from maps import MapSpec
+from world.state import WorldState
+
+ActionChunk = npt.NDArray[np.float64]
+"""(H, 4) with H >= 1: distance in [-1, 1], cos, sin of the heading, grasp toggle {0, 1}; row 0 is the coming tick."""
+
+
+@dataclass(frozen=True, slots=True)
+class EpisodeInfo:
+    """What an agent knows when an episode begins."""
+
+    map: MapSpec
+    seat: int  # 0 blue, 1 red
+    seed: int
+    ticks: int  # the limit
+
+
+@dataclass(frozen=True, slots=True)
+class Observation:
+    """What an agent sees before one tick.
+
+    `encode` gives the ego-centric vector (D,) of a named layout (`world.observation`).
+    """
+
+    state: WorldState
+    tick: int
+    seat: int
+    encode: Callable[[str], npt.NDArray[np.float64]]
+
+
+class Agent(Protocol):
+    """Chooses actions for one seat. One instance plays one seat of one episode at a time."""
+
+    def reset(self, episode: EpisodeInfo) -> None: ...
+
+    def act(self, observation: Observation) -> ActionChunk: ...

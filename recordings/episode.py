@@ -1,0 +1,90 @@
+"""What one episode is made of, as values; the files know how to hold them, the room how to make them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from maps import MapSpec
+from world.state import Floats, WorldState
+
+SeatKind = Literal["human", "agent", "remote", "ghost", "idle"]
+Source = Literal["live", "match", "scripted", "import"]
+ActionSource = Literal["human", "agent", "remote", "ghost", "idle", "neutral"]  # neutral: nobody answered
+Outcome = Literal["delivered", "time", "left", "stopped", "error", "interrupted"]
+EventKind = Literal[
+    "start", "grab", "grab_failed", "release", "delivered", "undelivered", "collision",
+    "pause", "resume", "drop", "return", "deadline_missed", "agent_error", "tick_skipped", "end",
+]  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class SeatInfo:
+    """Who sat in a seat: a pseudonym for people, the id for agents."""
+
+    kind: SeatKind
+    name: str
+    checkpoint_sha256: str = ""
+    device: str = ""  # keyboard, gamepad, touch; empty for agents
+
+
+@dataclass(frozen=True, slots=True)
+class EpisodeHeader:
+    """Everything known before the first tick; with the actions it determines the episode."""
+
+    episode_id: str
+    map: MapSpec
+    seed: int
+    limit_ticks: int
+    seats: tuple[SeatInfo, SeatInfo]  # blue, red
+    started_ns: int  # wall clock, ns since the epoch
+    source: Source
+    study: Mapping[str, str] = field(default_factory=dict)  # pseudonymous ids only
+
+
+@dataclass(frozen=True, slots=True)
+class InputSample:
+    """A raw input as it arrived from a client."""
+
+    tick: int  # the tick that was being prepared
+    seat: int
+    seq: int
+    client_ms: float
+    move: float  # [-1, 1]
+    heading: float  # [rad]
+    grabs: int  # presses so far, modulo 256
+    device: str
+    rtt_ms: float
+
+
+@dataclass(frozen=True, slots=True)
+class TickRecord:
+    """One step: the actions that made it and the state after it."""
+
+    actions: Floats  # (2, 3) exactly what World.step got
+    sources: tuple[ActionSource, ActionSource]
+    input_seqs: tuple[int, int]  # sequence number latched for this tick, -1 for none
+    state: WorldState  # after the step; state.tick is this tick's number, from 1
+    delivered: tuple[bool, ...]
+    late_ms: float  # start of the tick after its due time
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """Something that happened; -1 where seat or item do not apply."""
+
+    tick: int
+    kind: EventKind
+    seat: int = -1
+    item: int = -1
+    detail: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class AgentDecision:
+    """One answer of an agent seat."""
+
+    tick: int
+    seat: int
+    latency_ms: float
+    missed: bool
+    detail: Mapping[str, object] = field(default_factory=dict)  # candidates, scores: flat JSON

@@ -1,0 +1,68 @@
+"""The console script `movingout`: a table of sub-commands, each imported only when it is asked for."""
+
+import argparse
+import importlib
+import sys
+from typing import NamedTuple, Protocol, cast
+
+from maps.errors import MovingOutError
+
+
+class Command(NamedTuple):
+    module: str
+    help: str
+
+
+class CommandModule(Protocol):
+    """What a sub-command's module offers."""
+
+    def configure(self, parser: argparse.ArgumentParser) -> None: ...
+
+    def run(self, args: argparse.Namespace) -> int: ...
+
+
+COMMANDS = {
+    "play": Command("server.play_command", "serve the game in the browser"),
+    "match": Command("matches.command", "play agent-vs-agent matches without a screen"),
+    "agents": Command("agents.command", "list, show and probe agents"),
+    "maps": Command("maps.command", "list, show, check, render and randomize maps"),
+    "recordings": Command("recordings.command", "list, inspect, verify and recover recordings"),
+    "loadtest": Command("server.loadtest", "measure the server with bots that speak the real protocol"),
+    "doctor": Command("server.doctor", "check this machine and this installation"),
+}
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run one sub-command. Exit code 0 done, 1 the check failed, 2 wrong use or bad input."""
+    arguments = sys.argv[1:] if argv is None else argv
+    parser = _top_parser()
+    if not arguments or arguments[0] not in COMMANDS:
+        parser.parse_args(arguments or ["--help"])
+        return 2
+    command = cast(CommandModule, importlib.import_module(COMMANDS[arguments[0]].module))
+    sub_parser = argparse.ArgumentParser(
+        prog=f"movingout {arguments[0]}", description=COMMANDS[arguments[0]].help.capitalize() + "."
+    )
+    command.configure(sub_parser)
+    try:
+        return command.run(sub_parser.parse_args(arguments[1:]))
+    except MovingOutError as error:
+        print(f"movingout: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        return 130
+
+
+def _top_parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="movingout",
+        description="People and agents carry things together: play, record, evaluate.",
+    )
+    choices = parser.add_subparsers(metavar="COMMAND", title="commands")
+    for name, command in COMMANDS.items():
+        choices.add_parser(name, help=command.help, add_help=False)
+    return parser
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,219 @@
+"""Every message between server and client, in one closed list per direction.
+
+Subprotocol `movingout.v1`. Control messages are JSON text frames with a `type`; the hot path (bundle, beat,
+input, ping, pong) is binary, little endian. `web/messages.js` is generated from this module
+(`python -m server.messages_js`), and a test fails when it is stale. docs/protocol.md explains the conversation.
+"""
+
+import struct
+from typing import Literal
+
+import msgspec
+
+SUBPROTOCOL = "movingout.v1"
+PROTOCOL = 1
+
+TICK_MS = 100
+POSES_PER_TICK = 5  # real poses at 20 ms spacing; the last is the state after the tick
+
+# ---- binary frames: the first byte is the type -------------------------------------------------------------
+
+BUNDLE, BEAT, INPUT, PING, PONG = 1, 2, 3, 4, 5
+
+POSITION_SCALE = 20000.0  # int16 = round(position * scale): 5e-5 units, +-1.638
+ANGLE_SCALE = 32768.0 / 3.141592653589793  # int16 wraps with the angle
+AXIS_SCALE = 32767.0
+
+# type, flags, epoch, tick (number of the state after it, from 1), server time of the tick's start [ms],
+# input seq applied for blue and red, input slack of blue and red [0.1 ms, how long before the latch it came],
+# held item of blue and red (-1 none), delivered bit mask, bodies (2 robots, then items), poses, events
+BUNDLE_HEAD = struct.Struct("<BBHIdIIHHbbIBBB")
+BUNDLE_POSE = struct.Struct("<hhh")  # x, y, angle: `poses` blocks of `bodies`
+BUNDLE_EVENT = struct.Struct("<BbbB")  # event code, seat, item, pose index (0-4) at which to show it
+FLAG_NOT_RECORDING = 1
+FLAG_LATE = 2  # this tick was late or ticks were skipped before it
+
+BEAT_FRAME = struct.Struct("<BI")  # type, tick: 50 ms after the bundle of that tick
+# type, seat, seq, newest tick received, newest tick shown, move, heading, grab presses (mod 256), device, client ms
+INPUT_FRAME = struct.Struct("<BBIIIhhBBd")
+PING_FRAME = struct.Struct("<Bd")  # type, client time [ms]
+PONG_FRAME = struct.Struct("<Bdd")  # type, client time [ms], server time [ms]
+
+DEVICES = ("keyboard", "gamepad", "touch", "program")
+EVENT_CODES = ("grab", "grab_failed", "release", "delivered", "undelivered", "deadline_missed", "agent_error")
+
+# ---- close codes -------------------------------------------------------------------------------------------
+
+CLOSE_RETRY = 4000  # retry now
+CLOSE_RETRY_LATER = 4001  # retry with back-off
+CLOSE_KICKED = 4003
+CLOSE_REPLACED = 4004  # the seat was taken by a newer socket with the same token
+CLOSE_ROOM_OVER = 4005
+CLOSE_TOO_SLOW = 4008
+CLOSE_RATE = 4009
+CLOSE_SHUTDOWN = 4010  # the server stops; the room comes back after a restart
+CLOSE_BAD_MESSAGE = 4400
+CLOSE_UNAUTHORISED = 4401  # wrong token
+CLOSE_NOT_FOUND = 4404  # no such room
+
+Phase = Literal["lobby", "countdown", "playing", "paused", "round_over", "series_over", "closed"]
+Mode = Literal["play", "watch"]
+Kind = Literal["human", "agent", "remote", "ghost", "idle"]
+
+# ---- client to server --------------------------------------------------------------------------------------
+
+
+class Join(msgspec.Struct, tag="join", tag_field="type", forbid_unknown_fields=True):
+    """The first message of every socket, within 5 s.
+
+    `tokens` are the seat tokens this client already has (a reload, the creator of the room); `claim` is how many
+    open seats it wants besides (0-2).
+    """
+
+    room: str
+    mode: Mode = "play"
+    tokens: list[str] = []
+    claim: int = 0
+    name: str = ""
+    program: bool = False  # a remote seat: an external program plays
+
+
+class Ready(msgspec.Struct, tag="ready", tag_field="type", forbid_unknown_fields=True):
+    """Whether the person in `seat` is ready for the coming round."""
+
+    seat: int
+    ready: bool = True
+
+
+class Pause(msgspec.Struct, tag="pause", tag_field="type", forbid_unknown_fields=True):
+    """Stop the clock (`resume` is the same button: ready again)."""
+
+    seat: int
+
+
+class Leave(msgspec.Struct, tag="leave", tag_field="type", forbid_unknown_fields=True):
+    """The person in `seat` leaves for good: the episode ends cleanly."""
+
+    seat: int
+
+
+class Again(msgspec.Struct, tag="again", tag_field="type", forbid_unknown_fields=True):
+    """Play the last round's map once more (`Ready` goes on to the next one)."""
+
+    seat: int
+
+
+class Keyframe(msgspec.Struct, tag="keyframe", tag_field="type", forbid_unknown_fields=True):
+    """Please send the whole state."""
+
+
+class Focus(msgspec.Struct, tag="focus", tag_field="type", forbid_unknown_fields=True):
+    """The page was hidden or came back; recorded, and the seat goes neutral."""
+
+    visible: bool
+
+
+ClientMessage = Join | Ready | Pause | Leave | Again | Keyframe | Focus
+
+# ---- server to client --------------------------------------------------------------------------------------
+
+
+class SeatState(msgspec.Struct):
+    """One seat as everybody in the room may see it."""
+
+    colour: str  # blue, red
+    kind: Kind
+    name: str  # "Partner A", "scripted", a nickname
+    open: bool  # still to be claimed by somebody with the link
+    present: bool
+    ready: bool
+    device: str = ""
+    rtt_ms: float = -1.0
+
+
+class SeatGrant(msgspec.Struct):
+    """A seat of this client with its token: keep it for reloads; it changes at each join."""
+
+    seat: int
+    token: str
+
+
+class Welcome(msgspec.Struct, tag="welcome", tag_field="type"):
+    """The answer to `Join`."""
+
+    protocol: int
+    build: str
+    room: str
+    mode: Mode
+    seats: list[SeatGrant]
+    tick_ms: int
+    poses_per_tick: int
+    resume_s: float
+    join_path: str
+    watch_path: str
+
+
+class Round(msgspec.Struct, tag="round", tag_field="type"):
+    """The coming or running round: bodies are the two robots, then `map.items` in order."""
+
+    index: int  # from 0
+    total: int
+    epoch: int
+    map: dict[str, object]  # our map JSON
+    limit_ticks: int  # 0: no limit (practice)
+    practice: bool
+    episode: str
+
+
+class RoomState(msgspec.Struct, tag="room", tag_field="type"):
+    """Phase and seats, on every change and once a second."""
+
+    phase: Phase
+    reason: str  # one sentence for people, may be empty
+    until_ms: float  # server time at which countdown or pause ends, 0 for none
+    seats: list[SeatState]
+    spectators: int
+    recording: bool
+
+
+class FullState(msgspec.Struct, tag="keyframe", tag_field="type"):
+    """The whole state after `tick` at server time `time_ms`."""
+
+    epoch: int
+    tick: int
+    time_ms: float
+    poses: list[list[float]]  # bodies x (x, y, angle)
+    held: list[int]
+    delivered: list[bool]
+
+
+class Result(msgspec.Struct, tag="result", tag_field="type"):
+    """How a round ended."""
+
+    index: int
+    outcome: str  # delivered | time | left | stopped | error
+    ticks: int
+    delivered: int
+    items: int
+    tcr: float
+    nfd: float
+    wt_s: float
+    ac: float  # NaN never: -1 when nobody carried together
+    recording: str  # episode id, empty when not recorded
+
+
+class Problem(msgspec.Struct, tag="error", tag_field="type"):
+    """Something this client asked for cannot be done; the socket stays open."""
+
+    code: str
+    message: str
+
+
+class Bye(msgspec.Struct, tag="bye", tag_field="type"):
+    """The last message before the server closes with `code`."""
+
+    code: int
+    message: str
+
+
+ServerMessage = Welcome | Round | RoomState | FullState | Result | Problem | Bye

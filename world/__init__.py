@@ -1,0 +1,5 @@
+"""The simulated world."""
+
+from world.state import WorldState
+
+__all__ = ["WorldState"]
