@@ -1,0 +1,48 @@
+"""The distribution: its top-level names are ours, serving is free of torch, help is quick to import."""
+
+import importlib
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+PACKAGES = ("maps", "world", "recordings", "agents", "matches", "study", "server")
+
+
+@pytest.mark.parametrize("name", PACKAGES)
+def test_no_other_distribution_shadows_a_package_of_ours(name: str) -> None:
+    module = importlib.import_module(name)
+    assert Path(str(module.__file__)) == ROOT / name / "__init__.py"
+
+
+def _modules_after(statement: str) -> set[str]:
+    program = f"{statement}\nimport sys; print(' '.join(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    return set(done.stdout.split())
+
+
+def test_the_server_never_imports_torch() -> None:
+    modules = _modules_after("import server.app")
+    assert "server.app" in modules
+    assert not modules & {"torch", "onnxruntime", "viser"}
+
+
+def test_help_imports_no_heavy_library() -> None:
+    modules = _modules_after("import server.cli")
+    assert "server.cli" in modules
+    assert not modules & {"pymunk", "numpy", "fastapi", "torch", "mcap", "rich"}
+
+
+def test_a_wrong_command_is_answered_with_the_known_ones_and_exit_code_2() -> None:
+    done = subprocess.run([sys.executable, "-m", "server.cli", "plya"], capture_output=True, text=True, cwd=ROOT)
+    assert done.returncode == 2
+    assert "plya" in done.stderr and "play" in done.stderr and "Traceback" not in done.stderr
+
+
+def test_constraints_are_plain_pins() -> None:
+    lines = (ROOT / "constraints.txt").read_text().splitlines()
+    pins = [line for line in lines if line and not line.startswith("#")]
+    assert all(line.count("==") == 1 and " " not in line and "://" not in line for line in pins)
+    assert {"pymunk==6.11.1", "torch==2.13.0"} <= set(pins)
