@@ -23,6 +23,7 @@ BUNDLE, BEAT, INPUT, PING, PONG = 1, 2, 3, 4, 5
 POSITION_SCALE = 20000.0  # int16 = round(position * scale): 5e-5 units, +-1.638
 ANGLE_SCALE = 32768.0 / 3.141592653589793  # int16 wraps with the angle
 AXIS_SCALE = 32767.0
+SLACK_SCALE = 10.0  # input slack in 0.1 ms
 
 # type, flags, epoch, tick (number of the state after it, from 1), server time of the tick's start [ms],
 # input seq applied for blue and red, input slack of blue and red [0.1 ms, how long before the latch it came],
