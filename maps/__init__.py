@@ -1,6 +1,20 @@
 """The maps: what a level is, the 12 of the paper, checking and randomising them."""
 
 from maps.errors import MapError, MovingOutError
+from maps.json_format import map_from_json, map_to_json
+from maps.library import PRACTICE, load_map, map_names
 from maps.spec import ItemSpec, MapSpec, Pose, Rect
 
-__all__ = ["ItemSpec", "MapError", "MapSpec", "MovingOutError", "Pose", "Rect"]
+__all__ = [
+    "PRACTICE",
+    "ItemSpec",
+    "MapError",
+    "MapSpec",
+    "MovingOutError",
+    "Pose",
+    "Rect",
+    "load_map",
+    "map_from_json",
+    "map_names",
+    "map_to_json",
+]

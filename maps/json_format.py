@@ -1,0 +1,177 @@
+"""A map as JSON, in both directions. Reading is strict: every fault is named with its JSON path.
+
+`map.schema.json` beside this file says the same to editors and other programs.
+"""
+
+import math
+import re
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from maps.errors import MapError
+from maps.spec import ARENA_HALF, MODES, SHAPES, SIZES, ItemSpec, MapSpec, Pose, Rect
+
+FORMAT = 1
+UNITS = {
+    "length": "arena units: the arena is the square from -1.2 to 1.2 in x and y, y up",
+    "angle": "radians, 0 looks along +y, counter-clockwise",
+    "mass": "engine units, a robot has 1",
+}
+NAME_PATTERN = r"^[A-Za-z][A-Za-z0-9_-]{0,39}$"
+MAX_ITEMS = 7  # the observation has seven item slots
+MAX_RECTS = 64
+
+_POSE = ("x", "y", "angle")
+_RECT = ("x0", "y0", "x1", "y1")
+_ITEM = ("id", "shape", "size", "scale", "mass", *_POSE)
+_MAP = ("format", "name", "title", "number", "mode", "description", "robots", "walls", "goals", "items")
+_MAP_OPTIONAL = ("units", "variant")
+
+_T = TypeVar("_T")
+
+
+def map_to_json(spec: MapSpec) -> dict[str, Any]:
+    """The JSON document of a map; `map_from_json` gives back an equal map."""
+    blue, red = (_pose_to_json(pose) for pose in spec.robots)
+    document: dict[str, Any] = {
+        "format": FORMAT,
+        "name": spec.name,
+        "title": spec.title,
+        "number": spec.number,
+        "mode": spec.mode,
+        "description": spec.description,
+        "units": dict(UNITS),
+        "robots": {"blue": blue, "red": red},
+        "walls": [_rect_to_json(rect) for rect in spec.walls],
+        "goals": [_rect_to_json(rect) for rect in spec.goals],
+        "items": [_item_to_json(item) for item in spec.items],
+    }
+    if spec.variant:
+        document["variant"] = spec.variant
+    return document
+
+
+def map_from_json(document: object) -> MapSpec:
+    """The map of a JSON document; MapError names the first fault and where it is."""
+    fields = _object(document, "", _MAP, _MAP_OPTIONAL)
+    if fields["format"] != FORMAT:
+        raise _fault("format", f"format {fields['format']!r} is unknown; this program reads format {FORMAT}")
+    if fields.get("units", UNITS) != UNITS:
+        raise _fault("units", f"other units than ours are not converted; leave it out or write {UNITS}")
+    robots = _object(fields["robots"], "robots", ("blue", "red"))
+    items = _list(fields["items"], "items", _item, 1, MAX_ITEMS)
+    if len({item.id for item in items}) < len(items):
+        raise _fault("items", "two items have the same id; give each its own")
+    if not isinstance(fields["name"], str) or not re.match(NAME_PATTERN, fields["name"]):
+        raise _fault("name", "1 to 40 letters, digits, '-' or '_' are needed, a letter first")
+    return MapSpec(
+        name=fields["name"],
+        title=_text(fields["title"], "title"),
+        number=_whole(fields["number"], "number"),
+        mode=_choice(fields["mode"], "mode", MODES),
+        description=_text(fields["description"], "description"),
+        robots=(_pose(robots["blue"], "robots.blue", _POSE), _pose(robots["red"], "robots.red", _POSE)),
+        walls=_list(fields["walls"], "walls", _rect, 0, MAX_RECTS),
+        goals=_list(fields["goals"], "goals", _rect, 1, MAX_RECTS),
+        items=items,
+        variant=_text(fields.get("variant", ""), "variant"),
+    )
+
+
+def _pose_to_json(pose: Pose) -> dict[str, float]:
+    return {"x": pose.x, "y": pose.y, "angle": pose.angle}
+
+
+def _rect_to_json(rect: Rect) -> dict[str, float]:
+    return {"x0": rect.x0, "y0": rect.y0, "x1": rect.x1, "y1": rect.y1}
+
+
+def _item_to_json(item: ItemSpec) -> dict[str, Any]:
+    return {
+        "id": item.id,
+        "shape": item.shape,
+        "size": item.size,
+        "scale": item.scale,
+        "mass": item.mass,
+        **_pose_to_json(item.pose),
+    }
+
+
+def _item(value: object, path: str) -> ItemSpec:
+    fields = _object(value, path, _ITEM)
+    return ItemSpec(
+        id=_whole(fields["id"], f"{path}.id"),
+        shape=_choice(fields["shape"], f"{path}.shape", SHAPES),
+        size=_choice(fields["size"], f"{path}.size", SIZES),
+        scale=_number(fields["scale"], f"{path}.scale", 0.01, ARENA_HALF),
+        mass=_number(fields["mass"], f"{path}.mass", 0.001, 1000.0),
+        pose=_pose({key: fields[key] for key in _POSE}, path, _POSE),
+    )
+
+
+def _rect(value: object, path: str) -> Rect:
+    fields = _object(value, path, _RECT)
+    rect = Rect(*(_number(fields[key], f"{path}.{key}", -ARENA_HALF, ARENA_HALF) for key in _RECT))
+    if rect.x0 == rect.x1 or rect.y0 == rect.y1:
+        raise _fault(path, "the rectangle has no area; give two opposite corners")
+    return rect
+
+
+def _pose(value: object, path: str, keys: tuple[str, ...]) -> Pose:
+    fields = _object(value, path, keys)
+    return Pose(
+        x=_number(fields["x"], f"{path}.x", -ARENA_HALF, ARENA_HALF),
+        y=_number(fields["y"], f"{path}.y", -ARENA_HALF, ARENA_HALF),
+        angle=_number(fields["angle"], f"{path}.angle", -1000.0, 1000.0),
+    )
+
+
+def _object(value: object, path: str, keys: tuple[str, ...], optional: tuple[str, ...] = ()) -> dict[str, Any]:
+    if not isinstance(value, dict):
+        raise _fault(path, "an object is needed here")
+    for key in keys:
+        if key not in value:
+            raise _fault(path, f"{key!r} is missing")
+    for key in value:
+        if key not in keys and key not in optional:
+            raise _fault(path, f"unknown key {key!r}; known: {', '.join((*keys, *optional))}")
+    return value
+
+
+def _list(value: object, path: str, read: Callable[[object, str], _T], least: int, most: int) -> tuple[_T, ...]:
+    if not isinstance(value, list):
+        raise _fault(path, "a list is needed here")
+    if not least <= len(value) <= most:
+        raise _fault(path, f"{least} to {most} entries are allowed, here are {len(value)}")
+    return tuple(read(entry, f"{path}[{index}]") for index, entry in enumerate(value))
+
+
+def _number(value: object, path: str, least: float, most: float) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise _fault(path, f"a number is needed here, not {value!r}")
+    if not least <= value <= most:
+        raise _fault(path, f"{value!r} is outside {least:g} to {most:g}")
+    return float(value)
+
+
+def _whole(value: object, path: str) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < 2**31:
+        raise _fault(path, f"a whole number from 0 is needed here, not {value!r}")
+    return value
+
+
+def _text(value: object, path: str) -> str:
+    if not isinstance(value, str) or len(value) > 500:
+        raise _fault(path, "a text of at most 500 characters is needed here")
+    return value
+
+
+def _choice(value: object, path: str, choices: tuple[_T, ...]) -> _T:
+    for choice in choices:
+        if value == choice:
+            return choice
+    raise _fault(path, f"{value!r} is unknown; known: {', '.join(map(str, choices))}")
+
+
+def _fault(path: str, what: str) -> MapError:
+    return MapError(f"{path or 'the map'}: {what}")

@@ -1,0 +1,75 @@
+"""Finding maps: the shipped ones by name, anybody's own by path."""
+
+import difflib
+import json
+import os
+from functools import lru_cache
+from pathlib import Path
+
+from maps.errors import MapError
+from maps.json_format import map_from_json
+from maps.official import is_official, map_from_official
+from maps.spec import MapSpec
+
+PRACTICE = "Simple"
+
+_FOLDER = Path(__file__).parent
+_NAMES = (
+    "HandOff",
+    "PassOrSplit",
+    "EfficientRoutes",
+    "PriorityPick",
+    "CornerDecision",
+    "DistancePriority",
+    "TopBottomPriority",
+    "AdaptiveAssist",
+    "LeftRight",
+    "SingleRotation",
+    "FourCorners",
+    "SequentialRotations",
+)
+
+
+def map_names() -> tuple[str, ...]:
+    """The paper's twelve maps in their order; the practice map `Simple` loads by name too."""
+    return _NAMES
+
+
+def load_map(name_or_path: str | os.PathLike[str]) -> MapSpec:
+    """The map of a name, or of a path to a map file in our JSON or in the official format.
+
+    Raises MapError with what would work when there is no such map, or with the JSON path of the fault.
+    """
+    text = os.fspath(name_or_path)
+    if text in _NAMES or text == PRACTICE:
+        return _shipped(text)
+    path = Path(text)
+    if path.suffix == ".json" or len(path.parts) > 1 or path.is_file():
+        return _read(path)
+    raise MapError(_unknown(text))
+
+
+@lru_cache(maxsize=len(_NAMES) + 1)
+def _shipped(name: str) -> MapSpec:
+    return _read(_FOLDER / f"{name}.json")
+
+
+def _read(path: Path) -> MapSpec:
+    try:
+        document = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise MapError(f"cannot read the map file {path}: {error.strerror or error}") from error
+    except (ValueError, RecursionError) as error:
+        raise MapError(f"{path} is no JSON text: {error}") from error
+    try:
+        return map_from_official(document, path.stem) if is_official(document) else map_from_json(document)
+    except MapError as error:
+        raise MapError(f"{path}: {error}") from error
+
+
+def _unknown(name: str) -> str:
+    known = (*_NAMES, PRACTICE)
+    folded = {candidate.lower(): candidate for candidate in known}
+    close = difflib.get_close_matches(name.lower(), folded, n=1)
+    hint = f"did you mean {folded[close[0]]}? " if close else ""
+    return f"unknown map {name!r}; {hint}known: {', '.join(known)}"
