@@ -3,7 +3,7 @@
 // walls) is kept in an offscreen canvas per map, size and theme.
 
 import { outline } from "./shapes.js";
-import { currentTheme, readable } from "./theme.js";
+import { currentTheme, readable } from "./colours.js";
 
 export const ARENA_HALF = 1.2; // half the side of the arena, arena units
 export const ROBOT_RADIUS = 0.12;
@@ -14,7 +14,7 @@ const MARKS = new Map([
   ["middle", "1–2"],
 ]);
 
-/** @typedef {import("./theme.js").Theme} Theme */
+/** @typedef {import("./colours.js").Theme} Theme */
 /** @typedef {{x0: number, y0: number, x1: number, y1: number}} Rect */
 /** @typedef {{id: number, shape: string, size: string, scale: number, mass: number, x: number, y: number, angle: number}} Item */
 /** @typedef {{x: number, y: number, angle: number}} Pose */

@@ -1,58 +1,52 @@
-// The colours that style.css defines as custom properties, read once per theme for what is drawn on a canvas.
-
-const TOKENS = /** @type {const} */ ([
-  "bg", "surface", "line", "ink", "ink-2", "blue", "blue-tint", "red", "red-tint", "item-small", "item-middle",
-  "item-large", "wall", "goal", "goal-hatch", "goal-edge", "ok", "attention", "bad", "focus",
-]); // prettier-ignore
-
-/** @typedef {Record<(typeof TOKENS)[number], string>} Theme */
-
-/** @type {Theme | null} */
-let cached = null;
-
-/** The colours of the theme in use; a new object whenever the theme changes. @returns {Theme} */
-export function currentTheme() {
-  if (cached === null) {
-    watchTheme();
-    const style = getComputedStyle(document.documentElement);
-    const pairs = TOKENS.map((token) => [token, style.getPropertyValue(`--${token}`).trim()]);
-    cached = /** @type {Theme} */ (Object.fromEntries(pairs));
-  }
-  return cached;
-}
-
-let watching = false;
-
-function watchTheme() {
-  if (watching) return;
-  watching = true;
-  const forget = () => (cached = null);
-  for (const query of ["(prefers-color-scheme: dark)", "(forced-colors: active)"]) {
-    matchMedia(query).addEventListener("change", forget);
-  }
-  new MutationObserver(forget).observe(document.documentElement, { attributeFilter: ["data-theme"] });
-  addEventListener("load", forget); // a style sheet that came after the first drawing
-}
-
-/**
- * Whichever of two colours is easier to read on `background` (all "#rrggbb").
- * @param {string} background @param {string} one @param {string} other
+// @ts-check
+/*
+ * The theme chosen by the reader, applied before the first paint. A classic script in <head> (a module would run
+ * after it); knows nothing of the page. Kept as `movingout.theme` in localStorage; absent means the system's.
  */
-export function readable(background, one, other) {
-  return contrast(background, one) >= contrast(background, other) ? one : other;
-}
 
-/** WCAG contrast ratio of two "#rrggbb" colours. @param {string} one @param {string} other */
-export function contrast(one, other) {
-  const [bright, dark] = [luminance(one), luminance(other)].sort((a, b) => b - a);
-  return (/** @type {number} */ (bright) + 0.05) / (/** @type {number} */ (dark) + 0.05);
-}
+(() => {
+  const KEY = "movingout.theme";
+  const NEXT = /** @type {Record<string, string>} */ ({ auto: "dark", dark: "light", light: "auto" });
+  const LABEL = /** @type {Record<string, string>} */ ({ auto: "as the system", dark: "dark", light: "light" });
 
-/** Relative luminance by WCAG 2. @param {string} colour */
-function luminance(colour) {
-  const [r, g, b] = [1, 3, 5].map((at) => {
-    const channel = parseInt(colour.slice(at, at + 2), 16) / 255;
-    return channel <= 0.04045 ? channel / 12.92 : ((channel + 0.055) / 1.055) ** 2.4;
+  /** @returns {string} auto, dark or light */
+  function chosen() {
+    try {
+      const value = localStorage.getItem(KEY);
+      return value === "dark" || value === "light" ? value : "auto";
+    } catch {
+      return "auto"; // storage is forbidden: the theme lasts for this page
+    }
+  }
+
+  /** @param {string} theme */
+  function apply(theme) {
+    if (theme === "auto") delete document.documentElement.dataset.theme;
+    else document.documentElement.dataset.theme = theme;
+    for (const button of document.querySelectorAll("[data-theme-button]")) {
+      button.textContent = `Theme: ${LABEL[theme]}`;
+    }
+    window.dispatchEvent(new Event("movingout-theme")); // canvases read their colours again
+  }
+
+  /** @param {string} theme */
+  function keep(theme) {
+    try {
+      if (theme === "auto") localStorage.removeItem(KEY);
+      else localStorage.setItem(KEY, theme);
+    } catch {
+      // nothing to keep it in
+    }
+  }
+
+  let theme = chosen();
+  apply(theme);
+  window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => apply(theme));
+  document.addEventListener("DOMContentLoaded", () => apply(theme));
+  document.addEventListener("click", (event) => {
+    if (!(event.target instanceof Element) || !event.target.closest("[data-theme-button]")) return;
+    theme = NEXT[theme];
+    keep(theme);
+    apply(theme);
   });
-  return 0.2126 * /** @type {number} */ (r) + 0.7152 * /** @type {number} */ (g) + 0.0722 * /** @type {number} */ (b);
-}
+})();
