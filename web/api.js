@@ -1,0 +1,58 @@
+// @ts-check
+/*
+ * The HTTP API for pages: JSON in, JSON out, and every failure as an `ApiError` whose message can be shown.
+ */
+
+export const SERVER_GONE = "The game server does not answer. Check that it is running and that you are online.";
+
+export class ApiError extends Error {
+  /**
+   * @param {string} code the server's error code, or "offline"
+   * @param {string} message a sentence for people
+   * @param {number} status HTTP status, 0 when nothing answered
+   */
+  constructor(code, message, status) {
+    super(message);
+    this.name = "ApiError";
+    this.code = code;
+    this.status = status;
+  }
+}
+
+/**
+ * @param {string} path
+ * @param {{token?: string, body?: unknown, method?: string, signal?: AbortSignal}} [options]
+ * @returns {Promise<Response>} an answer with a 2xx status
+ */
+export async function request(path, { token, body, method, signal } = {}) {
+  const headers = new Headers();
+  if (token) headers.set("Authorization", `Bearer ${token}`);
+  if (body !== undefined) headers.set("Content-Type", "application/json");
+  const init = { method: method ?? (body === undefined ? "GET" : "POST"), headers, signal: signal ?? null };
+  const answer = await fetch(path, body === undefined ? init : { ...init, body: JSON.stringify(body) }).catch((error) => {
+    if (error instanceof DOMException && error.name === "AbortError") throw error;
+    throw new ApiError("offline", SERVER_GONE, 0);
+  });
+  if (!answer.ok) throw await refusal(answer);
+  return answer;
+}
+
+/**
+ * @param {string} path
+ * @param {{token?: string, body?: unknown, method?: string, signal?: AbortSignal}} [options]
+ * @returns {Promise<any>}
+ */
+export async function requestJson(path, options) {
+  return (await request(path, options)).json();
+}
+
+/**
+ * The server's own sentence where it sent one.
+ * @param {Response} answer
+ */
+async function refusal(answer) {
+  const document = await answer.json().catch(() => null); // a proxy's page, say
+  const error = document?.error;
+  if (typeof error?.message === "string") return new ApiError(String(error.code), error.message, answer.status);
+  return new ApiError("http", `The server refused this (${answer.status}). Reload the page and try again.`, answer.status);
+}
