@@ -1,0 +1,47 @@
+import math
+
+import numpy as np
+import pytest
+
+from world.action import checked, clipped, to_policy, to_world
+from world.errors import ActionError
+
+
+def test_a_policy_action_becomes_distance_heading_and_a_press() -> None:
+    assert to_world([0.5, 0.0, 2.0, 0.9]).tolist() == [0.5, math.pi / 2, 1.0]
+
+
+def test_distances_beyond_one_are_clipped_at_the_rim() -> None:
+    assert to_world([[3.0, 1.0, 0.0, 0.0], [-7.0, 1.0, 0.0, 0.0]])[:, 0].tolist() == [1.0, -1.0]
+    assert clipped([-1.5, 9.0, 1.0]).tolist() == [-1.0, 9.0, 1.0]
+    assert to_policy([1.5, 0.0, 0.0]).tolist() == [1.0, 1.0, 0.0, 0.0]
+
+
+def test_converting_there_and_back_changes_nothing() -> None:
+    generator = np.random.default_rng(3)
+    world = np.stack(
+        [generator.uniform(-1, 1, (5, 2)), generator.uniform(-3, 3, (5, 2)), generator.integers(0, 2, (5, 2))], axis=-1
+    )
+    np.testing.assert_allclose(to_world(to_policy(world)), world, rtol=0, atol=1e-15)
+
+
+def test_a_pair_of_zeros_is_heading_zero() -> None:
+    assert to_world([0.0, 0.0, 0.0, 0.0]).tolist() == [0.0, 0.0, 0.0]
+
+
+def test_the_input_is_never_changed() -> None:
+    given = np.array([2.0, 1.0, 0.7])
+    clipped(given)
+    assert given.tolist() == [2.0, 1.0, 0.7]
+
+
+@pytest.mark.parametrize("number", [math.nan, math.inf, -math.inf])
+def test_a_number_that_is_not_finite_is_refused_with_its_place(number: float) -> None:
+    with pytest.raises(ActionError, match=r"index \(1, 2\)"):
+        to_world([[0, 1, 0, 0], [0, 1, number, 0]])
+
+
+@pytest.mark.parametrize("wrong", [[1.0, 2.0], 3.0, [[1, 2, 3, 4, 5]], "go", [[1, 2, 3], [1]]])
+def test_a_wrong_shape_is_refused_with_a_sentence(wrong: object) -> None:
+    with pytest.raises(ActionError, match="an action is 3 numbers"):
+        checked(wrong, 3)  # type: ignore[arg-type]

@@ -1,0 +1,68 @@
+"""The two forms of an action, and the only way from one to the other.
+
+| form | numbers | who speaks it |
+|---|---|---|
+| policy | distance, cos, sin, grasp | policies, agents, training data (paper, "Action Encoding") |
+| world | distance, heading [rad], grasp | `World.step`, recordings, the wire |
+
+Distance is forward or backward, nominally in [-1, 1]; heading 0 looks along +y, counter-clockwise; grasp 1 grabs or
+lets go, 0 changes nothing. Everything that enters from outside is clipped and checked here, once.
+"""
+
+import numpy as np
+import numpy.typing as npt
+
+from world.errors import ActionError
+from world.state import Floats
+
+POLICY_SIZE = 4  # distance, cos, sin, grasp
+WORLD_SIZE = 3  # distance, heading, grasp
+GRASP_THRESHOLD = 0.5  # a grasp output above it is a press
+
+
+def to_world(policy: npt.ArrayLike) -> Floats:
+    """Policy actions (..., 4) as world actions (..., 3): distance clipped, heading in (-pi, pi], grasp 0 or 1.
+
+    The (cos, sin) pair need not have length 1; (0, 0) means heading 0. Raises ActionError for a wrong shape or a
+    number that is not finite.
+    """
+    numbers = checked(policy, POLICY_SIZE)
+    world = np.empty((*numbers.shape[:-1], WORLD_SIZE))
+    world[..., 0] = np.clip(numbers[..., 0], -1.0, 1.0)
+    world[..., 1] = np.arctan2(numbers[..., 2], numbers[..., 1])
+    world[..., 2] = numbers[..., 3] > GRASP_THRESHOLD
+    return world
+
+
+def to_policy(world: npt.ArrayLike) -> Floats:
+    """World actions (..., 3) as policy actions (..., 4), clipped likewise; the inverse of `to_world`."""
+    numbers = checked(world, WORLD_SIZE)
+    policy = np.empty((*numbers.shape[:-1], POLICY_SIZE))
+    policy[..., 0] = np.clip(numbers[..., 0], -1.0, 1.0)
+    policy[..., 1] = np.cos(numbers[..., 1])
+    policy[..., 2] = np.sin(numbers[..., 1])
+    policy[..., 3] = numbers[..., 2] > GRASP_THRESHOLD
+    return policy
+
+
+def clipped(world: npt.ArrayLike) -> Floats:
+    """World actions (..., 3) made legal for a rim (wire, gamepad, agent): distance in [-1, 1], grasp 0 or 1."""
+    numbers = checked(world, WORLD_SIZE)
+    legal = numbers.copy()
+    np.clip(numbers[..., 0], -1.0, 1.0, out=legal[..., 0])
+    legal[..., 2] = numbers[..., 2] > GRASP_THRESHOLD
+    return legal
+
+
+def checked(actions: npt.ArrayLike, size: int) -> Floats:
+    """The actions as float64 (..., size), or an ActionError that says what is wrong with them."""
+    try:
+        numbers = np.asarray(actions, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise ActionError(f"an action is {size} numbers, not {actions!r:.80}") from error
+    if numbers.ndim == 0 or numbers.shape[-1] != size:
+        raise ActionError(f"an action is {size} numbers in the last axis; this has shape {numbers.shape}")
+    if not np.isfinite(numbers).all():
+        where = tuple(int(i) for i in np.argwhere(~np.isfinite(numbers))[0])
+        raise ActionError(f"an action must be finite; the number at index {where} is {numbers[where]}")
+    return numbers
