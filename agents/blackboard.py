@@ -1,0 +1,44 @@
+"""What a worker is doing right now, readable from outside even while it hangs: one small shared file.
+
+A message would not do: a worker stuck in an agent's endless loop sends none.
+"""
+
+import mmap
+import os
+import struct
+import time
+from typing import Literal, NamedTuple
+
+Phase = Literal["idle", "deciding", "loading"]
+_PHASES: tuple[Phase, ...] = ("idle", "deciding", "loading")
+_LAYOUT = struct.Struct("<dqq")  # since (monotonic seconds), phase, key of the seat
+
+
+class Activity(NamedTuple):
+    """What the worker does, since when, and for which seat (-1: none)."""
+
+    since: float
+    phase: Phase
+    key: int
+
+
+class Blackboard:
+    """The shared file, written by the worker and read by the server."""
+
+    def __init__(self, descriptor: int) -> None:
+        if os.fstat(descriptor).st_size < _LAYOUT.size:
+            os.ftruncate(descriptor, _LAYOUT.size)
+        self._memory = mmap.mmap(descriptor, _LAYOUT.size)
+
+    def write(self, phase: Phase, key: int = -1) -> None:
+        """Say what begins now."""
+        _LAYOUT.pack_into(self._memory, 0, time.monotonic(), _PHASES.index(phase), key)
+
+    def read(self) -> Activity:
+        """What the worker said last."""
+        since, phase, key = _LAYOUT.unpack_from(self._memory, 0)
+        return Activity(since, _PHASES[phase], key)
+
+    def close(self) -> None:
+        """Unmap; the file itself belongs to whoever opened it."""
+        self._memory.close()

@@ -1,0 +1,149 @@
+"""Which agents there are, and how an id becomes an agent.
+
+An id is a catalogue name, with options where it takes any (`scripted:seed=3,patience=40`), or
+`package.module:Factory` (again with `:options`) for a policy of the user's own. Imports happen here, late,
+so that an agent that needs torch costs nothing to those who do not use it.
+"""
+
+import importlib
+import inspect
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import cast
+
+from agents.base import Agent
+from agents.errors import AgentError
+
+OptionValue = int | float | bool | str
+
+
+@dataclass(frozen=True, slots=True)
+class AgentCard:
+    """What a person choosing a partner should know."""
+
+    id: str
+    name: str
+    kind: str  # scripted, idle, policy
+    maps: str  # "all", or names joined by commas
+    description: str
+    scores: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class _Entry:
+    card: AgentCard
+    factory: str  # "module:attribute", imported when asked for
+
+
+_ENTRIES = (
+    _Entry(
+        AgentCard(
+            "scripted",
+            "Scripted",
+            "scripted",
+            "all",
+            "Plans its own way: fetches, hands over, and helps with whatever is too heavy for one. "
+            "Options: seed and the fields of its style.",
+        ),
+        "agents.scripted:ScriptedAgent",
+    ),
+    _Entry(AgentCard("idle", "Idle", "idle", "all", "Stands still: the control condition."), "agents.idle:IdleAgent"),
+)
+_CATALOGUE = {entry.card.id: entry for entry in _ENTRIES}
+
+
+def agent_cards() -> list[AgentCard]:
+    """The agents that come with the project, in the order to show them."""
+    return [entry.card for entry in _ENTRIES]
+
+
+def agent_card(agent_id: str) -> AgentCard:
+    """The card of an id, without importing the agent. Raises AgentError for an id that names nothing."""
+    reference, options = _parse(agent_id)
+    if reference in _CATALOGUE:
+        return _CATALOGUE[reference].card
+    named = f" with {', '.join(f'{key}={value}' for key, value in options.items())}" if options else ""
+    return AgentCard(agent_id, reference.rpartition(":")[2], "policy", "all", f"Your own policy {reference}{named}.")
+
+
+def load_agent(agent_id: str) -> Agent:
+    """Make the agent that `agent_id` names.
+
+    Raises AgentError, in a sentence, when the id is unknown, the module is missing, an option is wrong, or the
+    factory itself fails.
+    """
+    reference, options = _parse(agent_id)
+    entry = _CATALOGUE.get(reference)
+    factory = _resolve(entry.factory if entry else reference)
+    _check_options(agent_id, factory, options)
+    try:
+        agent = factory(**options)
+    except AgentError:
+        raise
+    except Exception as error:
+        raise AgentError(f"agent {agent_id!r} could not be made: {type(error).__name__}: {error}") from error
+    for method in ("reset", "act"):
+        if not callable(getattr(agent, method, None)):
+            raise AgentError(f"agent {agent_id!r}: {reference} returns {type(agent).__name__}, which has no {method}()")
+    return cast(Agent, agent)
+
+
+def _parse(agent_id: str) -> tuple[str, dict[str, OptionValue]]:
+    head, _, rest = agent_id.strip().partition(":")
+    if head in _CATALOGUE:
+        return head, _parse_options(agent_id, rest)
+    attribute, _, options = rest.partition(":")
+    if not attribute.isidentifier() or not all(part.isidentifier() for part in head.split(".")):
+        known = ", ".join(_CATALOGUE)
+        raise AgentError(f"unknown agent {agent_id!r}; known: {known}, or package.module:Factory for your own")
+    return f"{head}:{attribute}", _parse_options(agent_id, options)
+
+
+def _parse_options(agent_id: str, text: str) -> dict[str, OptionValue]:
+    options: dict[str, OptionValue] = {}
+    for part in filter(None, text.split(",")):
+        key, equals, value = part.partition("=")
+        if not equals or not key.strip().isidentifier():
+            raise AgentError(f"agent {agent_id!r}: options are written key=value,key=value; {part!r} is not")
+        options[key.strip()] = _parse_value(value.strip())
+    return options
+
+
+def _parse_value(text: str) -> OptionValue:
+    if text.lower() in ("true", "false"):
+        return text.lower() == "true"
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            continue
+    return text
+
+
+def _resolve(reference: str) -> Callable[..., object]:
+    module_name, _, attribute = reference.partition(":")
+    here = str(Path.cwd())
+    if here not in sys.path:
+        sys.path.append(here)  # a user's module lies beside the user, and never shadows ours
+    try:
+        module = importlib.import_module(module_name)
+    except Exception as error:
+        raise AgentError(f"cannot import {module_name!r}: {type(error).__name__}: {error}") from error
+    factory = getattr(module, attribute, None)
+    if not callable(factory):
+        raise AgentError(f"{module_name!r} has no factory {attribute!r}")
+    return cast(Callable[..., object], factory)
+
+
+def _check_options(agent_id: str, factory: Callable[..., object], options: Mapping[str, OptionValue]) -> None:
+    try:
+        signature = inspect.signature(factory)
+    except (TypeError, ValueError):
+        return  # a factory written in C: it complains for itself
+    try:
+        signature.bind(**options)
+    except TypeError as error:
+        known = ", ".join(signature.parameters) or "none"
+        raise AgentError(f"agent {agent_id!r}: {error}; options: {known}") from error

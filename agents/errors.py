@@ -1,0 +1,11 @@
+"""What can go wrong with an agent."""
+
+from maps.errors import MovingOutError
+
+
+class AgentError(MovingOutError):
+    """An agent is unknown, cannot be made, or answers with something that is not an action chunk."""
+
+
+class AgentsBusyError(MovingOutError):
+    """The worker processes have no time left for one more agent."""

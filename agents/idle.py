@@ -1,0 +1,16 @@
+"""A partner that does nothing: the control condition of every comparison."""
+
+import numpy as np
+
+from agents.base import ActionChunk, EpisodeInfo, Observation
+
+
+class IdleAgent:
+    """Stands still and never grabs."""
+
+    def reset(self, episode: EpisodeInfo) -> None:
+        """Nothing to prepare."""
+
+    def act(self, observation: Observation) -> ActionChunk:
+        """Return (1, 4): no motion."""
+        return np.array([[0.0, 1.0, 0.0, 0.0]])

@@ -1,0 +1,28 @@
+"""Making the observation that an agent sees, the same in a live room, a match and training."""
+
+import numpy as np
+
+from agents.base import Observation
+from agents.errors import AgentError
+from maps import MapSpec
+from world.state import Floats, WorldState
+
+
+def observe(map_spec: MapSpec, state: WorldState, seat: int, tick: int | None = None) -> Observation:
+    """The observation of `seat` before tick `tick` (default: the state's own tick)."""
+
+    def encode(layout: str) -> Floats:
+        raise AgentError(f"unknown observation layout {layout!r}")
+
+    return Observation(state, state.tick if tick is None else tick, seat, encode)
+
+
+def start_state(map_spec: MapSpec) -> WorldState:
+    """The state before the first tick, without making a world."""
+    return WorldState(
+        tick=0,
+        robot_poses=np.array([[robot.x, robot.y, robot.angle] for robot in map_spec.robots]),
+        robot_velocities=np.zeros((2, 3)),
+        held=np.array([-1, -1]),
+        item_poses=np.array([[item.pose.x, item.pose.y, item.pose.angle] for item in map_spec.items]).reshape(-1, 3),
+    )

@@ -1,0 +1,77 @@
+"""Agents that behave well or badly on purpose; workers load them as `tests.agents.support:Name`."""
+
+import os
+import time
+
+import numpy as np
+
+from agents.base import ActionChunk, EpisodeInfo, Observation
+
+HERE = "tests.agents.support"
+
+
+class Forward:
+    """Drives ahead; `rows` rows per chunk of which `execute` are meant to be played."""
+
+    def __init__(self, rows: int = 1, execute: int = 1, distance: float = 1.0) -> None:
+        self.rows = rows
+        self.execute_rows = execute
+        self.distance = distance
+        self.detail = {"rows": rows}
+
+    def reset(self, episode: EpisodeInfo) -> None:
+        self.episode = episode
+
+    def act(self, observation: Observation) -> ActionChunk:
+        return np.tile([self.distance, 1.0, 0.0, 0.0], (self.rows, 1))
+
+
+class Raising(Forward):
+    """Raises in each tick from `first` up to `last`."""
+
+    def __init__(self, first: int = 0, last: int = 10**9) -> None:
+        super().__init__()
+        self.first, self.last = first, last
+
+    def act(self, observation: Observation) -> ActionChunk:
+        if self.first <= observation.tick <= self.last and observation.state.tick > 0:
+            raise ValueError("I do not know this place")
+        return super().act(observation)
+
+
+class NotANumber(Forward):
+    def act(self, observation: Observation) -> ActionChunk:
+        chunk = super().act(observation)
+        if observation.state.tick > 0:
+            chunk[0, 0] = np.nan
+        return chunk
+
+
+class Hanging(Forward):
+    """Never answers for tick `at`."""
+
+    def __init__(self, at: int = 3) -> None:
+        super().__init__()
+        self.at = at
+
+    def act(self, observation: Observation) -> ActionChunk:
+        while observation.tick == self.at:
+            time.sleep(0.1)
+        return super().act(observation)
+
+
+class Dying(Forward):
+    """Takes its process with it at every tick from 1 on."""
+
+    def act(self, observation: Observation) -> ActionChunk:
+        if observation.state.tick > 0:
+            os._exit(3)
+        return super().act(observation)
+
+
+def broken_factory() -> Forward:
+    raise RuntimeError("no weights here")
+
+
+def not_an_agent() -> object:
+    return object()
