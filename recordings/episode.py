@@ -4,6 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
+import numpy as np
+
 from maps import MapSpec
 from world.state import Floats, WorldState
 
@@ -66,6 +68,8 @@ class TickRecord:
     state: WorldState  # after the step; state.tick is this tick's number, from 1
     delivered: tuple[bool, ...]
     late_ms: float  # start of the tick after its due time
+    slack_ms: tuple[float, float] = (-1.0, -1.0)  # how long before the latch each seat's input came, -1 unknown
+    rtt_ms: tuple[float, float] = (-1.0, -1.0)  # round trip of each seat, -1 unknown
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,3 +92,30 @@ class AgentDecision:
     latency_ms: float
     missed: bool
     detail: Mapping[str, object] = field(default_factory=dict)  # candidates, scores: flat JSON
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Episode:
+    """A whole recording as read back; `ticks[k]` made `states[k + 1]`."""
+
+    header: EpisodeHeader
+    initial: WorldState
+    ticks: tuple[TickRecord, ...]
+    inputs: tuple[InputSample, ...]
+    events: tuple[Event, ...]
+    decisions: tuple[AgentDecision, ...]
+    outcome: Outcome  # "interrupted" when it was never ended
+    complete: bool  # ended, and nothing is missing
+    damage: str  # one sentence, empty for none
+    versions: Mapping[str, str]  # of the software that recorded it
+    attachments: Mapping[str, bytes]
+
+    @property
+    def actions(self) -> Floats:
+        """(T, 2, 3) what the world was given."""
+        return np.array([tick.actions for tick in self.ticks], dtype=np.float64).reshape(len(self.ticks), 2, 3)
+
+    @property
+    def states(self) -> tuple[WorldState, ...]:
+        """T + 1 states, the first before any action."""
+        return (self.initial, *(tick.state for tick in self.ticks))

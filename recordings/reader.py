@@ -1,0 +1,185 @@
+"""Reading a recording back: a finished file or a journal, checked before a single value is believed."""
+
+import io
+import struct
+import zlib
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, cast, get_args
+
+import orjson
+from mcap.exceptions import McapError
+from mcap.records import Attachment, Channel, Header, McapRecord, Message, Metadata
+from mcap.stream_reader import StreamReader
+
+from maps.errors import MapError
+from recordings import topics
+from recordings.episode import AgentDecision, Episode, Event, InputSample, Outcome, TickRecord
+from recordings.errors import RecordingError, cannot
+from recordings.journal import JOURNAL_SUFFIX, MAGIC, PROFILE, scan
+from recordings.metadata import END, RECORDING, SOFTWARE, Entries, episode_record, header_of
+
+_FOOTER = struct.Struct("<BQQQI")  # opcode, length, summary start, summary offset start, crc
+_DATA_END = struct.Struct("<BQI")  # opcode, length, crc
+_UNREADABLE = (McapError, struct.error, ValueError, KeyError, TypeError, IndexError, OverflowError, MemoryError)
+
+
+def read_episode(path: Path) -> Episode:
+    """The episode in a finished recording or in a journal (then: its whole ticks so far).
+
+    RecordingError with a sentence when there is none, when it is foreign or newer, or when bytes are damaged.
+    """
+    data = read_bytes(path)
+    if path.name.endswith(JOURNAL_SUFFIX):
+        found = scan(data)
+        return episode_of_journal(data[: found.end], path.name, found.damage)
+    check_file(data, path.name)
+    return _episode(_records(data), path.name)
+
+
+def episode_of_journal(data: bytes, name: str, damage: str = "") -> Episode:
+    """The episode of a journal's trusted bytes."""
+    if not data:
+        raise RecordingError(f"{name} holds no whole head, so there is nothing to read in it")
+    return _episode(_records(data), name, damage)
+
+
+def read_bytes(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise cannot("read", path, error) from error
+
+
+def check_file(data: bytes, name: str) -> None:
+    """Raise RecordingError unless `data` is a whole MCAP of ours whose every byte is as it was written."""
+    if not data:
+        raise RecordingError(f"{name} is empty")
+    if not data.startswith(MAGIC):
+        raise RecordingError(f"{name} is not an MCAP file")
+    if header_profile(data) != PROFILE:
+        raise RecordingError(f"{name} is an MCAP file, but not a Moving Out recording")
+    if not data.endswith(MAGIC) or len(data) < 2 * len(MAGIC) + _FOOTER.size + _DATA_END.size:
+        raise RecordingError(f"{name} is torn: its end is missing")
+    foot = len(data) - len(MAGIC) - _FOOTER.size
+    opcode, length, summary, _, summary_crc = _FOOTER.unpack_from(data, foot)
+    end = summary - _DATA_END.size
+    if (opcode, length) != (0x02, 20) or not len(MAGIC) < end <= foot - _DATA_END.size:
+        raise RecordingError(f"{name} is damaged: its footer changed after it was written")
+    if _DATA_END.unpack_from(data, end) != (0x0F, 4, zlib.crc32(data[:end])):
+        raise RecordingError(f"{name} is damaged: bytes of its data changed after they were written")
+    if zlib.crc32(data[summary : len(data) - len(MAGIC) - 4]) != summary_crc:
+        raise RecordingError(f"{name} is damaged: bytes of its index changed after they were written")
+
+
+def header_profile(data: bytes) -> str:
+    """The profile that the file declares; empty when there is no readable header."""
+    first = next(iter(_records(data[:4096])), None)
+    return first.profile if isinstance(first, Header) else ""
+
+
+def _records(data: bytes) -> Iterable[McapRecord]:
+    """The records in file order. A journal has no footer: it ends where its bytes end."""
+    try:
+        yield from StreamReader(io.BytesIO(data), record_size_limit=len(data)).records
+    except _UNREADABLE:
+        return
+
+
+@dataclass
+class _Collected:
+    """What the records of a file amount to, before it is an Episode."""
+
+    topics: dict[int, str] = field(default_factory=dict)
+    metadata: dict[str, Entries] = field(default_factory=dict)
+    attachments: dict[str, bytes] = field(default_factory=dict)
+    the_map: Any = None
+    states: list[Any] = field(default_factory=list)
+    actions: list[Any] = field(default_factory=list)
+    timing: list[Any] = field(default_factory=list)
+    inputs: list[InputSample] = field(default_factory=list)
+    events: list[Event] = field(default_factory=list)
+    decisions: list[AgentDecision] = field(default_factory=list)
+
+    def take(self, record: McapRecord) -> None:
+        match record:
+            case Channel():
+                self.topics[record.id] = record.topic
+            case Metadata():
+                self.metadata[record.name] = record.metadata
+            case Attachment():
+                self.attachments[record.name] = record.data
+            case Message():
+                self._message(self.topics.get(record.channel_id, ""), record.data)
+
+    def _message(self, topic: str, data: bytes) -> None:
+        keep = self._keepers().get(topic)
+        if keep is not None:
+            keep(orjson.loads(data))
+
+    def _keepers(self) -> dict[str, Callable[[Any], None]]:
+        return {
+            "/map": self._keep_map,
+            "/state": self.states.append,
+            "/actions": self.actions.append,
+            "/timing": self.timing.append,
+            "/inputs": lambda payload: self.inputs.append(topics.read_input(payload)),
+            "/events": lambda payload: self.events.append(topics.read_event(payload)),
+            "/agent/blue": lambda payload: self.decisions.append(topics.read_agent(payload, 0)),
+            "/agent/red": lambda payload: self.decisions.append(topics.read_agent(payload, 1)),
+        }
+
+    def _keep_map(self, payload: Any) -> None:
+        self.the_map = payload
+
+
+def _episode(records: Iterable[McapRecord], name: str, damage: str = "") -> Episode:
+    found = _Collected()
+    try:
+        for record in records:
+            found.take(record)
+        episode_record(found.metadata)
+        if found.the_map is None or not found.states:
+            raise RecordingError("the map or the start is missing")
+        return _build(found, damage)
+    except (RecordingError, MapError) as error:
+        raise RecordingError(f"{name}: {error}") from error
+    except _UNREADABLE as error:
+        raise RecordingError(f"{name} does not hold what a recording of format 1 must: {error!r}") from error
+
+
+def _build(found: _Collected, damage: str) -> Episode:
+    ticks = tuple(
+        topics.read_tick(*payloads) for payloads in zip(found.states[1:], found.actions, found.timing, strict=False)
+    )
+    _require_consecutive(ticks, len(found.states), len(found.actions))
+    closing = found.metadata.get(RECORDING, {})
+    damage = damage or closing.get("damage", "")
+    outcome = _outcome(found.metadata.get(END, {}))
+    return Episode(
+        header=header_of(found.metadata, topics.read_map(found.the_map)),
+        initial=topics.read_state(found.states[0])[0],
+        ticks=ticks,
+        inputs=tuple(found.inputs),
+        events=tuple(found.events),
+        decisions=tuple(found.decisions),
+        outcome=outcome,
+        complete=outcome != "interrupted" and not damage,
+        damage=damage,
+        versions=dict(found.metadata.get(SOFTWARE, {})),
+        attachments=found.attachments,
+    )
+
+
+def _outcome(end: Entries) -> Outcome:
+    outcome = end.get("outcome", "interrupted")
+    if outcome not in get_args(Outcome):
+        raise RecordingError(f"unknown outcome {outcome!r}; known: {', '.join(get_args(Outcome))}")
+    return cast(Outcome, outcome)
+
+
+def _require_consecutive(ticks: tuple[TickRecord, ...], states: int, actions: int) -> None:
+    numbers = [tick.state.tick for tick in ticks]
+    if numbers != list(range(1, states)) or actions != states - 1:
+        raise RecordingError(f"ticks are missing: {states - 1} states, {actions} actions")
