@@ -1,0 +1,164 @@
+"""What an agent sees: the ego-centric vector of one seat, in named layouts that never change once published.
+
+Layout `official-v1`, 121 numbers, equal to the bit to the official StatesEncoder, so that official data and
+policies carry over:
+
+| index | what |
+|---|---|
+| 0-7 | own robot: x, y, cos, sin of the angle, holding (+1 yes, -1 no), vx, vy [units/s], angular velocity [rad/s] |
+| 8-15 | the other robot, likewise |
+| 16 + 15 i | item i of the map (i = 0-6): x, y, cos, sin of the angle, |
+| + 4-11 | its shape, one-hot: triangle, square, pentagon, hexagon, octagon, circle, star, rectangle, |
+| + 12-14 | its size, one-hot: small, middle, large |
+
+Layout `map-v1`, 169 numbers, is `official-v1` and then what the paper adds for one policy on several maps
+("Observation Encoding"): the top-left and the bottom-right corner of each wall and goal region.
+
+| index | what |
+|---|---|
+| 121 + 4 j | wall j (j = 0-7): left, top, right, bottom |
+| 153 + 4 k | goal region k (k = 0-3): left, top, right, bottom, as drawn |
+
+Unused slots are 0. Which item is held, an item's velocity, its mass and exact scale are not in the vector, as in
+the official one.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from maps import MapSpec, Rect
+from maps.spec import SHAPES, SIZES
+from world.errors import WorldError
+from world.state import Floats, Ints, WorldState
+
+ROBOT_WIDTH = 8
+ITEM_WIDTH = 4 + len(SHAPES) + len(SIZES)
+ITEM_SLOTS = 7
+_ITEMS_START = 2 * ROBOT_WIDTH
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """How many slots a vector has behind its 121 official numbers."""
+
+    name: str
+    wall_slots: int
+    goal_slots: int
+
+    @property
+    def size(self) -> int:
+        """D, the length of the vector."""
+        return _ITEMS_START + ITEM_SLOTS * ITEM_WIDTH + 4 * (self.wall_slots + self.goal_slots)
+
+
+LAYOUTS = {layout.name: layout for layout in (Layout("official-v1", 0, 0), Layout("map-v1", 8, 4))}
+
+
+class Encoder:
+    """Encodes states of one map in one layout; what never changes on a map is written once.
+
+    All that moves is laid out in one row of sources, from which one gather per seat fills the vector.
+    """
+
+    def __init__(self, map_spec: MapSpec, layout: str = "official-v1") -> None:
+        """Raises WorldError for an unknown layout or a map that has more of something than the layout has slots."""
+        if layout not in LAYOUTS:
+            raise WorldError(f"unknown layout {layout!r}; known: {', '.join(LAYOUTS)}")
+        self.map = map_spec
+        self.layout = LAYOUTS[layout]
+        self._constants = _template(map_spec, self.layout)
+        self._sources = tuple(_sources(len(map_spec.items), self._constants.size, seat) for seat in (0, 1))
+
+    def encode(self, state: WorldState, seat: int) -> Floats:
+        """The vector (D,) that `seat` sees; a new array each time."""
+        return self.encode_arrays(state.robot_poses, state.robot_velocities, state.held, state.item_poses, seat)
+
+    def encode_both(self, state: WorldState) -> tuple[Floats, Floats]:
+        """What blue and what red sees, (D,) each, for little more than the price of one."""
+        row = self._row(state.robot_poses, state.robot_velocities, state.held, state.item_poses)
+        return row.take(self._sources[0]), row.take(self._sources[1])
+
+    def encode_arrays(
+        self, robot_poses: Floats, robot_velocities: Floats, held: Ints, item_poses: Floats, seat: int
+    ) -> Floats:
+        """The vectors (..., D) of states given as arrays: (..., 2, 3), (..., 2, 3), (..., 2) and (..., N, 3)."""
+        row = self._row(robot_poses, robot_velocities, held, item_poses)
+        return row.take(self._sources[seat], axis=-1)
+
+    def _row(self, robot_poses: Floats, robot_velocities: Floats, held: Ints, item_poses: Floats) -> Floats:
+        """All there is, (..., S): poses of robots and items, velocities, cosines, sines, hold signs, constants."""
+        leading = robot_poses.shape[:-2]
+        poses = np.concatenate((robot_poses, item_poses), axis=-2)
+        angles = poses[..., 2]
+        constants = self._constants if not leading else np.broadcast_to(self._constants, (*leading, self.layout.size))
+        return np.concatenate(
+            (
+                poses.reshape(*leading, -1),
+                robot_velocities.reshape(*leading, 6),
+                np.cos(angles),
+                np.sin(angles),
+                np.sign(held + 0.5),
+                constants,
+            ),
+            axis=-1,
+        )
+
+
+def encode_state(map_spec: MapSpec, state: WorldState, seat: int, layout: str = "official-v1") -> Floats:
+    """The vector (D,) of one state; the encoder of a map is made once."""
+    return encoder(map_spec, layout).encode(state, seat)
+
+
+@lru_cache(maxsize=256)
+def encoder(map_spec: MapSpec, layout: str = "official-v1") -> Encoder:
+    """The one encoder of a map and layout in this process."""
+    return Encoder(map_spec, layout)
+
+
+def _sources(items: int, size: int, seat: int) -> Ints:
+    """For each of the D numbers that `seat` sees, where it stands in the row of `Encoder._row`."""
+    bodies = 2 + items
+    velocities = 3 * bodies
+    cosines = velocities + 6
+    sines = cosines + bodies
+    holding = sines + bodies
+    sources = np.arange(size) + holding + 2
+    for slot, robot in enumerate((seat, 1 - seat)):
+        pose = [3 * robot, 3 * robot + 1, cosines + robot, sines + robot]
+        velocity = [velocities + 3 * robot + axis for axis in range(3)]
+        sources[slot * ROBOT_WIDTH : (slot + 1) * ROBOT_WIDTH] = [*pose, holding + robot, *velocity]
+    for slot, body in enumerate(range(2, bodies)):
+        start = _ITEMS_START + slot * ITEM_WIDTH
+        sources[start : start + 4] = [3 * body, 3 * body + 1, cosines + body, sines + body]
+    return sources
+
+
+def _template(map_spec: MapSpec, layout: Layout) -> Floats:
+    """A vector (D,) with everything of the map that does not move."""
+    vector = np.zeros(layout.size)
+    for what, count, slots in (
+        ("items", len(map_spec.items), ITEM_SLOTS),
+        ("walls", len(map_spec.walls), layout.wall_slots),
+        ("goal regions", len(map_spec.goals), layout.goal_slots),
+    ):
+        if slots and count > slots:
+            raise WorldError(f"the layout {layout.name} has {slots} slots for {what}; {map_spec.name} has {count}")
+    for index, item in enumerate(map_spec.items):
+        start = _ITEMS_START + index * ITEM_WIDTH + 4
+        vector[start + SHAPES.index(item.shape)] = 1.0
+        vector[start + len(SHAPES) + SIZES.index(item.size)] = 1.0
+    start = _ITEMS_START + ITEM_SLOTS * ITEM_WIDTH
+    if layout.wall_slots:
+        _write_rects(vector[start : start + 4 * layout.wall_slots], map_spec.walls)
+        start += 4 * layout.wall_slots
+    if layout.goal_slots:
+        _write_rects(vector[start:], map_spec.goals)
+    return vector
+
+
+def _write_rects(target: Floats, rects: tuple[Rect, ...]) -> None:
+    """Corner pairs into the first slots of a stretch of the vector."""
+    for index, rect in enumerate(rects):
+        target[4 * index : 4 * index + 4] = rect.left, rect.top, rect.right, rect.bottom
