@@ -1,0 +1,79 @@
+// The keyboard as two sticks (WASD and the arrows by default), by KeyboardEvent.code: the same places on every layout.
+
+import { KEY_ACTIONS } from "./mapping.js";
+
+/** @typedef {import("./mapping.js").KeySet} KeySet */
+/** @typedef {import("./stick.js").Stick} Stick */
+/** @typedef {{stick: Stick, backward: boolean, grabs: number}} Reading  grabs: presses since the last reading */
+
+const TYPING = "input, textarea, select, [contenteditable]";
+const CLICKING = "button, a[href], summary, [role=button]";
+
+export class Keyboard {
+  /** @type {Set<string>} */
+  #down = new Set();
+  /** @type {string[]} presses since the last reading, by code */
+  #pressed = [];
+  /** @type {() => readonly KeySet[]} */
+  #keySets;
+  /** @type {() => void} */
+  #onChange;
+
+  /**
+   * @param {EventTarget} target  usually window
+   * @param {() => readonly KeySet[]} keySets  asked at each event, so that a remapping holds at once
+   * @param {() => void} onChange  called inside the event: the quickest way to the wire
+   */
+  constructor(target, keySets, onChange) {
+    this.#keySets = keySets;
+    this.#onChange = onChange;
+    target.addEventListener("keydown", (event) => this.#keydown(/** @type {KeyboardEvent} */ (event)));
+    target.addEventListener("keyup", (event) => this.#keyup(/** @type {KeyboardEvent} */ (event)));
+  }
+
+  /** Let go of everything: the page lost the focus and will not hear the keys come up. */
+  release() {
+    this.#down.clear();
+    this.#pressed = [];
+  }
+
+  /** @param {KeyboardEvent} event */
+  #keydown(event) {
+    const bound = this.#keySets().some((keys) => KEY_ACTIONS.some((action) => keys[action] === event.code));
+    if (!bound || event.ctrlKey || event.metaKey || event.altKey || belongsToPage(event)) return;
+    event.preventDefault(); // arrows and space would scroll
+    if (event.repeat || this.#down.has(event.code)) return;
+    this.#down.add(event.code);
+    this.#pressed.push(event.code);
+    this.#onChange();
+  }
+
+  /** @param {KeyboardEvent} event */
+  #keyup(event) {
+    if (this.#down.delete(event.code)) this.#onChange();
+  }
+
+  /** Whether any key of the set is down. @param {KeySet} keys */
+  isUsed(keys) {
+    return KEY_ACTIONS.some((action) => this.#down.has(keys[action]) || this.#pressed.includes(keys[action]));
+  }
+
+  /** @param {KeySet} keys @returns {Reading} */
+  read(keys) {
+    const down = (/** @type {string} */ code) => Number(this.#down.has(code));
+    const x = down(keys.right) - down(keys.left);
+    const y = down(keys.up) - down(keys.down);
+    const length = Math.max(1, Math.hypot(x, y));
+    const grabs = this.#pressed.filter((code) => code === keys.grab).length;
+    this.#pressed = this.#pressed.filter((code) => !KEY_ACTIONS.some((action) => keys[action] === code));
+    return { stick: { x: x / length, y: y / length }, backward: this.#down.has(keys.backward), grabs };
+  }
+}
+
+/** A key meant for a field or a focused button is not ours. @param {KeyboardEvent} event */
+function belongsToPage(event) {
+  const target = event.target;
+  if (typeof Element === "undefined" || !(target instanceof Element)) return false;
+  if (target.closest(TYPING) !== null) return true;
+  return (event.code === "Space" || event.code === "Enter") && target.closest(CLICKING) !== null;
+}

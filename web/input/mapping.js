@@ -1,0 +1,100 @@
+// Which key or button does what: defaults, the reader's own choice (kept in localStorage) and names for people.
+
+/** @typedef {"up" | "left" | "down" | "right" | "grab" | "backward"} KeyAction */
+/** @typedef {"grab" | "backward" | "pause"} ButtonAction */
+/** @typedef {Record<KeyAction, string>} KeySet  KeyboardEvent.code per action: the place of the key, not its letter */
+/** @typedef {Record<ButtonAction, number>} ButtonSet  index in Gamepad.buttons */
+/** @typedef {{keys: [KeySet, KeySet], buttons: ButtonSet, deadZone: number}} Mapping */
+
+export const KEY_ACTIONS = /** @type {const} */ (["up", "left", "down", "right", "grab", "backward"]);
+export const BUTTON_ACTIONS = /** @type {const} */ (["grab", "backward", "pause"]);
+export const DEAD_ZONES = /** @type {const} */ ([0.3, 0.15]); // 0.3 is the official collector's
+const STORAGE_KEY = "movingout.mapping";
+
+/** @type {Readonly<Mapping>} */
+export const DEFAULTS = Object.freeze({
+  keys: /** @type {[KeySet, KeySet]} */ ([
+    { up: "KeyW", left: "KeyA", down: "KeyS", right: "KeyD", grab: "Space", backward: "ShiftLeft" },
+    { up: "ArrowUp", left: "ArrowLeft", down: "ArrowDown", right: "ArrowRight", grab: "Enter", backward: "ShiftRight" },
+  ]),
+  buttons: { grab: 0, backward: 6, pause: 9 },
+  deadZone: DEAD_ZONES[0],
+});
+
+/** @param {Pick<Storage, "getItem">} storage @returns {Mapping} the defaults where nothing usable is kept */
+export function loadMapping(storage) {
+  try {
+    const kept = JSON.parse(storage.getItem(STORAGE_KEY) ?? "null");
+    return isMapping(kept) ? kept : structuredClone(DEFAULTS);
+  } catch {
+    return structuredClone(DEFAULTS); // no storage, or not ours
+  }
+}
+
+/** @param {Pick<Storage, "setItem">} storage @param {Mapping} mapping */
+export function saveMapping(storage, mapping) {
+  try {
+    storage.setItem(STORAGE_KEY, JSON.stringify(mapping));
+  } catch {
+    // Without storage the choice lasts for this page.
+  }
+}
+
+/**
+ * Puts `code` on an action. A key does one thing only: whoever had it gets the old key of this action.
+ * @param {Mapping} mapping @param {number} set @param {KeyAction} action @param {string} code @returns {Mapping}
+ */
+export function withKey(mapping, set, action, code) {
+  const changed = structuredClone(mapping);
+  const freed = changed.keys[set][action];
+  for (const keys of changed.keys) {
+    for (const other of KEY_ACTIONS) if (keys[other] === code) keys[other] = freed;
+  }
+  changed.keys[set][action] = code;
+  return changed;
+}
+
+/** @param {Mapping} mapping @param {ButtonAction} action @param {number} button @returns {Mapping} */
+export function withButton(mapping, action, button) {
+  const changed = structuredClone(mapping);
+  const freed = changed.buttons[action];
+  for (const other of BUTTON_ACTIONS) if (changed.buttons[other] === button) changed.buttons[other] = freed;
+  changed.buttons[action] = button;
+  return changed;
+}
+
+/** @param {unknown} value @returns {value is Mapping} */
+function isMapping(value) {
+  if (typeof value !== "object" || value === null) return false;
+  const { keys, buttons, deadZone } = /** @type {Partial<Mapping>} */ (value);
+  if (!Array.isArray(keys) || keys.length !== 2 || typeof buttons !== "object" || buttons === null) return false;
+  const keysFit = keys.every((set) => KEY_ACTIONS.every((action) => typeof set?.[action] === "string"));
+  const buttonsFit = BUTTON_ACTIONS.every((action) => Number.isInteger(buttons[action]) && buttons[action] >= 0);
+  return keysFit && buttonsFit && DEAD_ZONES.some((zone) => zone === deadZone);
+}
+
+const KEY_NAMES = new Map([
+  ["ArrowUp", "↑"], ["ArrowLeft", "←"], ["ArrowDown", "↓"], ["ArrowRight", "→"], ["Space", "Space"],
+  ["ShiftLeft", "Left Shift"], ["ShiftRight", "Right Shift"], ["ControlLeft", "Left Ctrl"],
+  ["ControlRight", "Right Ctrl"], ["AltLeft", "Alt"], ["AltRight", "Alt Gr"], ["Comma", ","], ["Period", "."],
+  ["Slash", "/"], ["Semicolon", ";"], ["Quote", "'"], ["Minus", "-"], ["Equal", "="], ["Backquote", "`"],
+]);
+const BUTTON_NAMES = [
+  "A", "B", "X", "Y", "LB", "RB", "LT", "RT", "Back", "Start", "left stick", "right stick", "pad up", "pad down",
+  "pad left", "pad right", "Home",
+];
+
+/** What is printed on the key. @param {string} code */
+export function keyName(code) {
+  return KEY_NAMES.get(code) ?? code.replace(/^(Key|Digit)/, "").replace(/^Numpad/, "Num ");
+}
+
+/** @param {number} button  in the standard layout */
+export function buttonName(button) {
+  return BUTTON_NAMES[button] ?? `button ${button + 1}`;
+}
+
+/** The four keys that move, short: "W A S D". @param {KeySet} keys */
+export function moveName(keys) {
+  return [keys.up, keys.left, keys.down, keys.right].map(keyName).join(" ");
+}

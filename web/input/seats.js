@@ -1,0 +1,147 @@
+// Which device drives which seat of this page, and what each seat asks for right now.
+// One person: every device drives the one seat. Two people at one screen: blue has the first key set, red the
+// second; a gamepad belongs to the first seat without one when it is first used; when only one seat has a gamepad,
+// both key sets drive the other.
+
+import { CENTRED, strongest } from "./stick.js";
+
+/** @typedef {import("./mapping.js").Mapping} Mapping */
+/** @typedef {import("./keyboard.js").Reading} Reading */
+/** @typedef {import("./gamepad.js").PadReading} PadReading */
+/** @typedef {"keyboard" | "gamepad" | "touch"} Device */
+/** @typedef {Reading & {device: Device}} SeatReading */
+/** @typedef {{seat: number, keySets: number[], pad: PadName | null, device: Device}} SeatCard  what drives a seat, for people */
+/** @typedef {{index: number, id: string}} PadName */
+/**
+ * @typedef {object} Devices
+ * @property {{read(keys: import("./mapping.js").KeySet): Reading, isUsed(keys: import("./mapping.js").KeySet): boolean}} keyboard
+ * @property {{read(mapping: Mapping): PadReading[]}} gamepads
+ * @property {{read(): Reading, readonly used: boolean}} touch
+ */
+
+export class LocalSeats {
+  /** @type {number[]} */
+  #seats = [];
+  /** @type {Map<number, PadName>} seat -> pad, when two people sit here */
+  #pads = new Map();
+  /** @type {Map<number, Device>} */
+  #device = new Map();
+  #swapped = false;
+  /** @type {Devices} */
+  #devices;
+  /** @type {Device} */
+  #firstDevice;
+  /** Presses of the pause button since the last reading. */
+  pauses = 0;
+
+  /** @param {Devices} devices @param {Device} firstDevice  what is shown before anything was used */
+  constructor(devices, firstDevice) {
+    this.#devices = devices;
+    this.#firstDevice = firstDevice;
+  }
+
+  /** @param {readonly number[]} seats  the seats that this page holds: none, one or both */
+  hold(seats) {
+    this.#seats = [...seats].sort();
+    this.#pads.clear();
+  }
+
+  /** Two people change chairs. */
+  swap() {
+    this.#swapped = !this.#swapped;
+    const [blue, red] = [this.#pads.get(0), this.#pads.get(1)];
+    this.#pads.clear();
+    if (blue) this.#pads.set(1, blue);
+    if (red) this.#pads.set(0, red);
+  }
+
+  /** Reads every device once. @param {Mapping} mapping @returns {Map<number, SeatReading>} by seat */
+  read(mapping) {
+    const pads = this.#devices.gamepads.read(mapping);
+    this.pauses = pads.reduce((sum, pad) => sum + pad.pauses, 0);
+    if (this.#seats.length > 1) this.#assign(pads);
+    const touchSeat = this.#seats[0];
+    return new Map(
+      this.#seats.map((seat) => {
+        const sources = [
+          ...this.#readKeys(seat, mapping),
+          ...pads.filter((pad) => this.#drives(pad, seat)).map((pad) => source("gamepad", pad, pad.active)),
+          ...(seat === touchSeat ? [this.#readTouch()] : []),
+        ];
+        return [seat, this.#combine(seat, sources)];
+      }),
+    );
+  }
+
+  /** What drives each seat, for the cards beside the arena. @returns {SeatCard[]} */
+  cards() {
+    return this.#seats.map((seat) => ({
+      seat,
+      keySets: this.#keySetsOf(seat),
+      pad: this.#pads.get(seat) ?? null,
+      device: this.#deviceOf(seat),
+    }));
+  }
+
+  /** @param {readonly PadReading[]} pads */
+  #assign(pads) {
+    for (const [seat, pad] of this.#pads) {
+      if (!pads.some((one) => one.index === pad.index)) this.#pads.delete(seat); // unplugged
+    }
+    for (const pad of pads) {
+      if (!pad.active || [...this.#pads.values()].some((known) => known.index === pad.index)) continue;
+      const free = this.#seats.find((seat) => !this.#pads.has(seat));
+      if (free !== undefined) this.#pads.set(free, { index: pad.index, id: pad.id });
+    }
+  }
+
+  /** @param {PadReading} pad @param {number} seat */
+  #drives(pad, seat) {
+    return this.#seats.length === 1 || this.#pads.get(seat)?.index === pad.index;
+  }
+
+  /** @param {number} seat @returns {number[]} */
+  #keySetsOf(seat) {
+    if (this.#seats.length === 1) return [0, 1];
+    const partnerHasPad = this.#pads.has(1 - seat);
+    if (partnerHasPad && !this.#pads.has(seat)) return [0, 1];
+    if (this.#pads.has(seat) && !partnerHasPad) return [];
+    return [this.#swapped ? 1 - seat : seat];
+  }
+
+  /** @param {number} seat @param {Mapping} mapping */
+  #readKeys(seat, mapping) {
+    return this.#keySetsOf(seat).map((set) => {
+      const used = this.#devices.keyboard.isUsed(mapping.keys[set]);
+      return source("keyboard", this.#devices.keyboard.read(mapping.keys[set]), used);
+    });
+  }
+
+  #readTouch() {
+    const used = this.#devices.touch.used;
+    return source("touch", this.#devices.touch.read(), used);
+  }
+
+  /** @param {number} seat @param {(Reading & {device: Device, used: boolean})[]} sources @returns {SeatReading} */
+  #combine(seat, sources) {
+    const used = sources.find((one) => one.used);
+    if (used) this.#device.set(seat, used.device);
+    return {
+      stick: strongest([CENTRED, ...sources.map((one) => one.stick)]),
+      backward: sources.some((one) => one.backward),
+      grabs: sources.reduce((sum, one) => sum + one.grabs, 0),
+      device: this.#deviceOf(seat),
+    };
+  }
+
+  /** @param {number} seat @returns {Device} */
+  #deviceOf(seat) {
+    if (this.#pads.has(seat)) return "gamepad";
+    return this.#device.get(seat) ?? this.#firstDevice;
+  }
+}
+
+/** @param {Device} device @param {Reading} reading @param {boolean} used */
+function source(device, reading, used) {
+  return { ...reading, device, used };
+}

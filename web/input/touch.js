@@ -1,0 +1,121 @@
+// Touch: a stick that appears where a thumb comes down in the left zone, and a grab and a backward button.
+// Pointer events, so a pen or a mouse works too; each finger is followed by its pointer id.
+
+import { CENTRED, lengthOf } from "./stick.js";
+
+/** @typedef {import("./keyboard.js").Reading} Reading */
+/** @typedef {import("./stick.js").Stick} Stick */
+
+const REACH_PX = 56; // from the centre to full speed
+const SLACK = 0.12; // a resting thumb trembles
+
+export class Touch {
+  /** @type {Stick} */
+  #stick = CENTRED;
+  #finger = -1;
+  #grabs = 0;
+  #backward = false;
+  #used = false;
+  /** @type {() => void} */
+  #onChange;
+  /** @type {HTMLElement} */
+  #knob;
+
+  /**
+   * @param {{zone: HTMLElement, knob: HTMLElement, grab: HTMLElement, backward: HTMLElement}} parts
+   * @param {() => void} onChange
+   */
+  constructor(parts, onChange) {
+    this.#onChange = onChange;
+    this.#knob = parts.knob;
+    this.#followThumb(parts.zone);
+    parts.grab.addEventListener("pointerdown", (event) => {
+      event.preventDefault();
+      this.#grabs += 1;
+      this.#touched();
+    });
+    parts.backward.addEventListener("pointerdown", (event) => {
+      event.preventDefault();
+      parts.backward.setPointerCapture(event.pointerId);
+      this.#setBackward(parts.backward, true);
+    });
+    for (const kind of ["pointerup", "pointercancel"]) {
+      parts.backward.addEventListener(kind, () => this.#setBackward(parts.backward, false));
+    }
+  }
+
+  /** @param {HTMLElement} zone */
+  #followThumb(zone) {
+    /** @type {Stick} */
+    let centre = CENTRED;
+    zone.addEventListener("pointerdown", (event) => {
+      if (this.#finger !== -1) return;
+      event.preventDefault();
+      zone.setPointerCapture(event.pointerId);
+      this.#finger = event.pointerId;
+      centre = { x: event.clientX, y: event.clientY };
+      const box = zone.getBoundingClientRect();
+      this.#knob.style.setProperty("--stick-x", `${event.clientX - box.left}px`);
+      this.#knob.style.setProperty("--stick-y", `${event.clientY - box.top}px`);
+      this.#knob.dataset.held = "true";
+      this.#move(CENTRED);
+    });
+    zone.addEventListener("pointermove", (event) => {
+      if (event.pointerId !== this.#finger) return;
+      this.#move({ x: (event.clientX - centre.x) / REACH_PX, y: (centre.y - event.clientY) / REACH_PX });
+    });
+    for (const kind of ["pointerup", "pointercancel"]) {
+      zone.addEventListener(kind, (event) => {
+        if (/** @type {PointerEvent} */ (event).pointerId === this.#finger) this.#letGo();
+      });
+    }
+  }
+
+  /** @param {Stick} stick */
+  #move(stick) {
+    const length = lengthOf(stick);
+    const scale = length < SLACK ? 0 : 1 / Math.max(1, length);
+    this.#stick = { x: stick.x * scale, y: stick.y * scale };
+    this.#knob.style.setProperty("--knob-x", `${this.#stick.x * REACH_PX}px`);
+    this.#knob.style.setProperty("--knob-y", `${-this.#stick.y * REACH_PX}px`);
+    this.#touched();
+  }
+
+  #letGo() {
+    this.#finger = -1;
+    delete this.#knob.dataset.held;
+    this.#move(CENTRED);
+  }
+
+  /** @param {HTMLElement} button @param {boolean} held */
+  #setBackward(button, held) {
+    this.#backward = held;
+    button.setAttribute("aria-pressed", String(held));
+    this.#touched();
+  }
+
+  #touched() {
+    this.#used = true;
+    this.#onChange();
+  }
+
+  /** The page lost the focus: let go of everything. */
+  release() {
+    this.#grabs = 0;
+    this.#backward = false;
+    if (this.#finger !== -1) this.#letGo();
+  }
+
+  /** Whether it was touched since the last reading. */
+  get used() {
+    return this.#used;
+  }
+
+  /** @returns {Reading} */
+  read() {
+    const reading = { stick: this.#stick, backward: this.#backward, grabs: this.#grabs };
+    this.#grabs = 0;
+    this.#used = false;
+    return reading;
+  }
+}
