@@ -1,0 +1,57 @@
+"""Which items are delivered, and the score: functions of a map and of poses alone.
+
+An item is delivered when one goal region, with its margin of 0.05, contains the item's bounding box in
+its current pose; being held does not matter, and lying across two regions does not count (official rule).
+"""
+
+import math
+from functools import lru_cache
+
+import numpy as np
+import numpy.typing as npt
+
+from maps.shapes import corner_radius, outline
+from maps.spec import ItemSpec, MapSpec
+from world import constants as c
+from world.state import Floats
+
+Box = tuple[float, float, float, float]  # left, bottom, right, top
+
+
+def delivered_items(map_spec: MapSpec, item_poses: Floats) -> npt.NDArray[np.bool_]:
+    """(N,) whether each item is delivered, for poses (N, 3) of x, y, angle."""
+    goals = goal_boxes(map_spec)
+    rows = item_poses.tolist()
+    flags = [is_delivered(item, row, goals) for item, row in zip(map_spec.items, rows, strict=True)]
+    return np.array(flags, dtype=np.bool_)
+
+
+def is_delivered(item: ItemSpec, pose: tuple[float, ...], goals: tuple[Box, ...]) -> bool:
+    """Whether one item in one pose (x, y, angle) lies within one of the goal boxes."""
+    left, bottom, right, top = bounding_box(item, pose)
+    return any(g[0] <= left and g[1] <= bottom and g[2] >= right and g[3] >= top for g in goals)
+
+
+def bounding_box(item: ItemSpec, pose: tuple[float, ...]) -> Box:
+    """The item's axis-aligned box in a pose (x, y, angle), rounded as the engine rounds it."""
+    x, y, angle = pose
+    if item.shape == "circle":
+        return x - item.scale, y - item.scale, x + item.scale, y + item.scale
+    cos, sin = math.cos(angle), math.sin(angle)
+    vertices = outline(item.shape, item.scale)
+    xs = [cos * vx + -sin * vy + x for vx, vy in vertices]
+    ys = [sin * vx + cos * vy + y for vx, vy in vertices]
+    radius = corner_radius(item.shape, item.scale)
+    return min(xs) - radius, min(ys) - radius, max(xs) + radius, max(ys) + radius
+
+
+@lru_cache(maxsize=256)
+def goal_boxes(map_spec: MapSpec) -> tuple[Box, ...]:
+    """The goal regions with their margin, as the engine holds them (centre and half sizes)."""
+    boxes = []
+    for goal in map_spec.goals:
+        x, y = (goal.left + goal.right) / 2, (goal.bottom + goal.top) / 2
+        half_width = (goal.right - goal.left + 2 * c.GOAL_MARGIN) / 2
+        half_height = (goal.top - goal.bottom + 2 * c.GOAL_MARGIN) / 2
+        boxes.append((x - half_width, y - half_height, x + half_width, y + half_height))
+    return tuple(boxes)
