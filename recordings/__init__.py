@@ -10,18 +10,28 @@ from recordings.episode import (
     TickRecord,
 )
 from recordings.errors import RecordingError
+from recordings.finished import Recovery, finalise, recover
 from recordings.reader import read_episode
+from recordings.replay import replay_frames
+from recordings.verification import Divergence, Verification, verify
 from recordings.writer import EpisodeWriter
 
 __all__ = [
     "AgentDecision",
+    "Divergence",
     "Episode",
     "EpisodeHeader",
     "EpisodeWriter",
     "Event",
     "InputSample",
     "RecordingError",
+    "Recovery",
     "SeatInfo",
     "TickRecord",
+    "Verification",
+    "finalise",
     "read_episode",
+    "recover",
+    "replay_frames",
+    "verify",
 ]

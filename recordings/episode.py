@@ -105,6 +105,7 @@ class Episode:
     events: tuple[Event, ...]
     decisions: tuple[AgentDecision, ...]
     outcome: Outcome  # "interrupted" when it was never ended
+    ended_ns: int  # wall clock, 0 when it was never ended
     complete: bool  # ended, and nothing is missing
     damage: str  # one sentence, empty for none
     versions: Mapping[str, str]  # of the software that recorded it

@@ -220,6 +220,8 @@ def owned(path: Path) -> Iterator[bytes]:
         raise cannot("open", path, error) from error
     try:
         _lock(descriptor, path)
-        yield path.read_bytes()
+        with open(descriptor, "rb", closefd=False) as stream:
+            data = stream.read()
+        yield data
     finally:
         os.close(descriptor)

@@ -35,14 +35,14 @@ def read_episode(path: Path) -> Episode:
         found = scan(data)
         return episode_of_journal(data[: found.end], path.name, found.damage)
     check_file(data, path.name)
-    return _episode(_records(data), path.name)
+    return _episode(records_of(data), path.name)
 
 
 def episode_of_journal(data: bytes, name: str, damage: str = "") -> Episode:
     """The episode of a journal's trusted bytes."""
     if not data:
         raise RecordingError(f"{name} holds no whole head, so there is nothing to read in it")
-    return _episode(_records(data), name, damage)
+    return _episode(records_of(data), name, damage)
 
 
 def read_bytes(path: Path) -> bytes:
@@ -75,12 +75,12 @@ def check_file(data: bytes, name: str) -> None:
 
 def header_profile(data: bytes) -> str:
     """The profile that the file declares; empty when there is no readable header."""
-    first = next(iter(_records(data[:4096])), None)
+    first = next(iter(records_of(data[:4096])), None)
     return first.profile if isinstance(first, Header) else ""
 
 
-def _records(data: bytes) -> Iterable[McapRecord]:
-    """The records in file order. A journal has no footer: it ends where its bytes end."""
+def records_of(data: bytes) -> Iterable[McapRecord]:
+    """The records in file order, as far as they go. A journal has no footer: it ends where its bytes end."""
     try:
         yield from StreamReader(io.BytesIO(data), record_size_limit=len(data)).records
     except _UNREADABLE:
@@ -165,6 +165,7 @@ def _build(found: _Collected, damage: str) -> Episode:
         events=tuple(found.events),
         decisions=tuple(found.decisions),
         outcome=outcome,
+        ended_ns=int(found.metadata.get(END, {}).get("ended_ns", "0")),
         complete=outcome != "interrupted" and not damage,
         damage=damage,
         versions=dict(found.metadata.get(SOFTWARE, {})),

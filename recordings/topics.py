@@ -151,6 +151,15 @@ _AGENT = _object(
 _TIMING = _object(
     "how punctual the tick was", tick=_TICK, late_ms=_number("start after its due time"), blue=_NETWORK, red=_NETWORK
 )
+_METRICS = _object(
+    "the paper's metrics so far, derived",
+    tick=_TICK,
+    delivered=_integer("items delivered now"),
+    tcr=_number("task completion rate, [0, 1]"),
+    nfd=_number("normalised final distance, 1 when all is home"),
+    wt_s=_number("waiting time of both together, seconds"),
+    ac=_number("action consistency, [0, 1], -1 before anything is carried together"),
+)
 _COMMIT = _object(
     "closes a tick in a journal: everything before it is whole",
     commit=_TICK,
@@ -168,6 +177,7 @@ TRUTH = (
     Topic("/agent/red", "movingout.AgentDecision", _AGENT),
     Topic("/timing", "movingout.Timing", _TIMING),
 )
+METRICS = Topic("/metrics", "movingout.Metrics", _METRICS)
 COMMIT = Topic("/commit", "movingout.Commit", _COMMIT)
 JOURNAL_TOPICS = (*TRUTH, COMMIT)
 CHANNELS = {topic.name: number for number, topic in enumerate(JOURNAL_TOPICS, start=1)}

@@ -18,6 +18,7 @@ from recordings.metadata import END, header_metadata
 from recordings.reader import episode_of_journal
 from recordings.topics import CHANNELS, TICK_NS
 from recordings.versions import versions
+from world.scoring import delivered_items
 from world.state import WorldState
 
 _ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,79}")
@@ -142,7 +143,8 @@ class EpisodeWriter:
             )
         )
         self._add("/map", 0, the_map)
-        start = topics.write_state(initial, [False] * len(self._item_ids), self._item_ids)
+        delivered = delivered_items(header.map, initial.item_poses).tolist()
+        start = topics.write_state(initial, delivered, self._item_ids)
         self._add("/state", 0, topics.finite(start))
         self.flush()
 

@@ -1,0 +1,98 @@
+"""A recording as the browser replays it: poses at 20 ms by re-simulation, and what happened beside them.
+
+Where a re-simulation does not reproduce the recorded states (another engine, imported data), the poses between
+ticks are interpolated from the recorded states instead, and the summary says so.
+"""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from maps.json_format import map_to_json
+from maps.spec import SEAT_COLOURS
+from recordings.derived import result
+from recordings.episode import Episode
+from recordings.metadata import utc
+from recordings.reader import read_episode
+from recordings.verification import difference
+from world import World
+from world.state import Floats, WorldState
+
+POSES_PER_TICK = 5
+POSE_SPACING_MS = 20
+
+
+def replay_frames(
+    path: Path, position_scale: float, angle_scale: float
+) -> tuple[dict[str, Any], npt.NDArray[np.int16]]:
+    """The summary (JSON) and the frames (1 + 5 T, 2 + N, 3) of x, y, angle as scaled int16; angles wrap.
+
+    Takes about a second for a long episode: for a worker process. RecordingError when it cannot be read.
+    """
+    episode = read_episode(path)
+    poses, exact = replay_poses(episode)
+    scaled = np.rint(poses * np.array([position_scale, position_scale, angle_scale]))
+    scaled[..., :2] = np.clip(scaled[..., :2], -32768, 32767)
+    frames = scaled.astype(np.int64).astype(np.int16)  # the cast wraps angles modulo one turn
+    return {**summary(episode), "exact": exact}, frames
+
+
+def replay_poses(episode: Episode) -> tuple[Floats, bool]:
+    """Poses (1 + 5 T, 2 + N, 3) at 20 ms, and whether all of them are re-simulated."""
+    world = World(episode.header.map)
+    blocks = [_poses(episode.initial)[None]]
+    exact = difference(episode.initial, world.state()) is None
+    for before, tick in zip(episode.states, episode.ticks, strict=False):
+        if exact:
+            world.step(tick.actions)
+            exact = difference(tick.state, world.state()) is None
+        blocks.append(world.sub_poses() if exact else _between(before, tick.state))
+    return np.concatenate(blocks), exact
+
+
+def _poses(state: WorldState) -> Floats:
+    return np.concatenate([state.robot_poses, state.item_poses])
+
+
+def _between(before: WorldState, after: WorldState) -> Floats:
+    """Five poses on straight lines; angles take the shorter way."""
+    start, end = _poses(before), _poses(after)
+    way = end - start
+    way[:, 2] = (way[:, 2] + math.pi) % (2 * math.pi) - math.pi
+    parts = np.arange(1, POSES_PER_TICK + 1) / POSES_PER_TICK
+    between: Floats = start + parts[:, None, None] * way
+    return between
+
+
+def summary(episode: Episode) -> dict[str, Any]:
+    """Everything about an episode but its poses, as JSON."""
+    header = episode.header
+    return {
+        "id": header.episode_id,
+        "map": map_to_json(header.map),
+        "started": utc(header.started_ns),
+        "seed": header.seed,
+        "source": header.source,
+        "study": dict(header.study),
+        "limit_ticks": header.limit_ticks,
+        "ticks": len(episode.ticks),
+        "outcome": episode.outcome,
+        "complete": episode.complete,
+        "damage": episode.damage,
+        "versions": dict(episode.versions),
+        "seats": [
+            {"colour": colour, "kind": seat.kind, "name": seat.name, "device": seat.device}
+            for colour, seat in zip(SEAT_COLOURS, header.seats, strict=True)
+        ],
+        "pose_ms": POSE_SPACING_MS,
+        "poses_per_tick": POSES_PER_TICK,
+        "held": [state.held.tolist() for state in episode.states],
+        "delivered": [list(tick.delivered) for tick in episode.ticks],
+        "events": [
+            {"tick": e.tick, "kind": e.kind, "seat": e.seat, "item": e.item, "detail": e.detail} for e in episode.events
+        ],
+        "metrics": result(episode),
+    }

@@ -1,0 +1,87 @@
+"""Does the record tell the truth? Re-simulates the recorded actions and demands equal bits after every tick."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from recordings.episode import Episode
+from recordings.reader import read_episode
+from recordings.versions import why_not_exact
+from world import World
+from world.state import WorldState
+
+_FIELDS = ("robot_poses", "robot_velocities", "held", "item_poses")
+
+
+@dataclass(frozen=True, slots=True)
+class Divergence:
+    """The first value that a re-simulation does not reproduce."""
+
+    tick: int
+    field: str  # robot_poses[0, 1], delivered[2], ...
+    recorded: float
+    simulated: float
+
+    def __str__(self) -> str:
+        return f"tick {self.tick}, {self.field}: recorded {self.recorded!r}, simulated {self.simulated!r}"
+
+
+@dataclass(frozen=True, slots=True)
+class Verification:
+    """The verdict on one recording."""
+
+    path: Path
+    ticks: int
+    first_divergence: Divergence | None
+    caveat: str  # why equal bits are not promised, empty when they are
+    damage: str  # what the file itself says is missing
+
+    @property
+    def identical(self) -> bool:
+        return self.first_divergence is None
+
+
+def verify(path: Path) -> Verification:
+    """Re-simulate a recording or a journal; RecordingError when it cannot be read."""
+    episode = read_episode(path)
+    return Verification(
+        path, len(episode.ticks), first_divergence(episode), why_not_exact(episode.versions), episode.damage
+    )
+
+
+def first_divergence(episode: Episode) -> Divergence | None:
+    """Where the recorded states leave what the recorded actions lead to, if anywhere."""
+    world = World(episode.header.map, record_sub_poses=False)
+    found = difference(episode.initial, world.state())
+    for tick in episode.ticks:
+        if found is not None:
+            return found
+        world.step(tick.actions)
+        found = difference(tick.state, world.state())
+        if found is None and tick.delivered != (now := tuple(world.delivered().tolist())):
+            found = _first_unequal(tick.state.tick, "delivered", np.array(tick.delivered), np.array(now))
+    return found
+
+
+def difference(recorded: WorldState, simulated: WorldState) -> Divergence | None:
+    """The first field and index in which two states are not equal to the bit."""
+    if recorded.tick != simulated.tick:
+        return Divergence(recorded.tick, "tick", recorded.tick, simulated.tick)
+    for name in _FIELDS:
+        one, other = getattr(recorded, name), getattr(simulated, name)
+        if one.tobytes() != other.tobytes():
+            return _first_unequal(recorded.tick, name, one, other)
+    return None
+
+
+def _first_unequal(tick: int, name: str, one: np.ndarray, other: np.ndarray) -> Divergence:
+    if one.shape != other.shape:
+        return Divergence(tick, f"{name}.shape", one.size, other.size)
+    index = tuple(int(axis[0]) for axis in np.nonzero(_bits(one) != _bits(other)))
+    return Divergence(tick, f"{name}[{', '.join(map(str, index))}]", float(one[index]), float(other[index]))
+
+
+def _bits(values: np.ndarray) -> np.ndarray:
+    """Values compared as bits, so that -0.0 differs from 0.0 here too."""
+    return values.view(np.uint64) if values.dtype == np.float64 else values
