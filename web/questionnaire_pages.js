@@ -1,0 +1,76 @@
+// @ts-check
+/*
+ * Which questions stand on which page, and what is missing. Pure.
+ */
+
+/** @typedef {{id: string, kind: "likert7" | "text", label: string, text: string}} Item */
+/** @typedef {{value: number, text: string}} Given an answer; value 1-7, or -1: "I prefer not to answer", or a text */
+
+export const PER_PAGE = 3;
+
+/**
+ * Three scales per page, every text on one of its own.
+ * @param {readonly Item[]} items
+ * @returns {Item[][]}
+ */
+export function paginate(items) {
+  /** @type {Item[][]} */
+  const pages = [];
+  for (const item of items) {
+    const page = pages.at(-1);
+    const fits = page && page.length < PER_PAGE && page[0].kind === "likert7" && item.kind === "likert7";
+    if (fits) page.push(item);
+    else pages.push([item]);
+  }
+  return pages;
+}
+
+/**
+ * The scales of a page that have no answer yet; texts may stay empty.
+ * @param {readonly Item[]} page
+ * @param {ReadonlyMap<string, Given>} answers
+ */
+export function missing(page, answers) {
+  return page.filter((item) => item.kind === "likert7" && !answers.has(item.id));
+}
+
+/**
+ * Where to go on after a reload: the first page with something missing, else the last.
+ * @param {readonly (readonly Item[])[]} pages
+ * @param {ReadonlyMap<string, Given>} answers
+ */
+export function resumePage(pages, answers) {
+  const first = pages.findIndex((page) => missing(page, answers).length > 0);
+  return first === -1 ? pages.length - 1 : first;
+}
+
+/**
+ * "Questions 4–6 of 10".
+ * @param {readonly (readonly Item[])[]} pages
+ * @param {number} page
+ */
+export function pageTitle(pages, page) {
+  const before = pages.slice(0, page).flat().length;
+  const count = pages[page].length;
+  const total = pages.flat().length;
+  return count === 1 ? `Question ${before + 1} of ${total}` : `Questions ${before + 1}–${before + count} of ${total}`;
+}
+
+/**
+ * What the server kept for this seat.
+ * @param {unknown} document the `answers` of GET /api/rooms/{room}/answers
+ * @returns {Map<string, Given>}
+ */
+export function givenAnswers(document) {
+  const answers = new Map();
+  for (const [question, answer] of Object.entries(document ?? {})) {
+    if (typeof answer?.value === "number") answers.set(question, { value: answer.value, text: String(answer.text ?? "") });
+  }
+  return answers;
+}
+
+/** @param {number} count */
+export function missingSentence(count) {
+  const what = count === 1 ? "One answer is" : `${count} answers are`;
+  return `${what} missing on this page. Choose a number, or “I prefer not to answer”.`;
+}
