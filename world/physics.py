@@ -2,6 +2,7 @@
 
 import math
 from array import array
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,6 +24,8 @@ _PLAIN_HALVES = ((10,), (10,))
 _SAMPLED_HALVES = ((4, 4, 2), (2, 4, 4))
 _ACTIONS_SHAPE = (2, 3)
 _TICK_BYTES = 2 * 3 * 8
+
+Actions = npt.NDArray[Any] | Sequence[Sequence[float]]
 
 _Pose = tuple[float, float, float]
 
@@ -71,7 +74,7 @@ class World:
         """Number of steps made."""
         return len(self._log) // 6
 
-    def step(self, actions: npt.ArrayLike) -> None:
+    def step(self, actions: Actions) -> None:
         """Advance by one tick (100 ms).
 
         `actions` is (2, 3): for blue and red distance (nominally [-1, 1], not clipped), heading [rad] and
@@ -211,7 +214,7 @@ def _pose_and_velocity(handle: Any) -> tuple[float, float, float, float, float, 
     return position.x, position.y, angle, velocity.x, velocity.y, turn
 
 
-def _checked(actions: npt.ArrayLike) -> list[list[float]]:
+def _checked(actions: Actions) -> list[list[float]]:
     """The actions as two rows of three finite floats."""
     try:
         array = np.asarray(actions, dtype=np.float64)
