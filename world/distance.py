@@ -1,0 +1,164 @@
+"""How far it is to a goal region, or from one point to another, around the walls.
+
+The arena is cut into cells of 0.05; a breadth-first flood gives each cell its number of moves, and a move in any of
+the 8 directions costs 0.05. A map's flood is made once and then looked up. Two grids over the same cells:
+
+| grid | cells | a point belongs to | used by |
+|---|---|---|---|
+| `paper_distances` | 48 x 48 | the cell that contains it | NFD, the paper's reward, BASS |
+| `official_distances` | 49 x 49 | the cell whose lower corner is nearest | the official dense reward, official NFD |
+
+Source: the paper's "Normalized Final Distance Calculation"; what it leaves open (the directions, what a move costs,
+when a cell is blocked) is as in the official code.
+
+A cell is blocked when a wall overlaps it by more than 0.01 in both axes, and a goal cell when a drawn goal region
+does. A flood enters blocked cells but does not go on from them, so that a point in one still has a distance.
+"""
+
+import math
+from collections.abc import Callable
+from functools import lru_cache
+
+import numpy as np
+import numpy.typing as npt
+
+from maps import MapSpec, Rect
+from maps.spec import ARENA_HALF
+from world.state import Floats
+
+CELL = 0.05
+PAPER_CELLS = 48
+OFFICIAL_CELLS = 49  # the last row and column stick out of the arena and are blocked
+OFFICIAL_NO_WAY = 1.44  # what the official code takes for the distance of an item without a way to a goal
+OVERLAP = 0.01  # a wall or goal counts for a cell when it overlaps by more than this
+
+Cell = tuple[int, int]
+Mask = npt.NDArray[np.bool_]
+
+
+class Distances:
+    """Lookups on one grid of one map. Distances are in arena units, `math.inf` where there is no way."""
+
+    def __init__(self, map_spec: MapSpec, cells: int, rounding: Callable[[Floats], Floats]) -> None:
+        self.cells = cells
+        self._rounding = rounding
+        self._blocked = _overlapped(map_spec.walls, cells)
+        self._blocked[PAPER_CELLS:, :] = self._blocked[:, PAPER_CELLS:] = True
+        goal = _overlapped(map_spec.goals, cells) & ~self._blocked
+        self._to_goal = flood(self._blocked, goal) * CELL
+        self._to_goal.setflags(write=False)
+        self._to_cell: dict[Cell, Floats] = {}
+
+    @property
+    def farthest(self) -> float:
+        """The largest finite distance to a goal on this map: what an item without a way counts as."""
+        finite = self._to_goal[np.isfinite(self._to_goal)]
+        return float(finite.max()) if finite.size else ARENA_HALF
+
+    def to_goal(self, points: Floats) -> Floats:
+        """Distances (...) of points (..., 2) to the nearest goal cell; 0 inside one."""
+        indices = self._indices(points)
+        found: Floats = self._to_goal[indices[..., 0], indices[..., 1]]
+        return found
+
+    def between(self, start: Floats, target: Floats) -> float:
+        """Distance from one point (2,) to another; the flood of each target cell is kept.
+
+        A target in a blocked cell is reached only from that same cell.
+        """
+        column, row = self._indices(start)
+        cell = (int(column), int(row))
+        goal_column, goal_row = self._indices(target)
+        goal = (int(goal_column), int(goal_row))
+        if goal not in self._to_cell:
+            alone = np.zeros_like(self._blocked)
+            alone[goal] = True
+            self._to_cell[goal] = flood(self._blocked, alone) * CELL
+        if self._blocked[goal] and cell != goal:
+            return math.inf
+        return float(self._to_cell[goal][cell])
+
+    def _indices(self, points: Floats) -> npt.NDArray[np.intp]:
+        """Cells (..., 2) of points (..., 2); points beyond the arena belong to the outermost cells."""
+        columns = self._rounding((points + ARENA_HALF) / CELL)
+        return np.clip(columns, 0, self.cells - 1).astype(np.intp)
+
+
+@lru_cache(maxsize=256)
+def paper_distances(map_spec: MapSpec) -> Distances:
+    """The paper's grid of a map, made once."""
+    return Distances(map_spec, PAPER_CELLS, np.floor)
+
+
+class OfficialDistances:
+    """The distances of the official code: straight lines on maps without walls, else moves on the 49 x 49 grid."""
+
+    def __init__(self, map_spec: MapSpec) -> None:
+        self._goals = map_spec.goals
+        self._grid = Distances(map_spec, OFFICIAL_CELLS, np.rint) if map_spec.walls else None
+
+    def to_goal(self, point: Floats) -> float:
+        """From a point (2,) to the nearest drawn goal region; 1.44 where there is no way."""
+        if self._grid is None:
+            return min(_to_rect(float(point[0]), float(point[1]), goal) for goal in self._goals)
+        distance = float(self._grid.to_goal(point))
+        return distance if math.isfinite(distance) else OFFICIAL_NO_WAY
+
+    def between(self, start: Floats, target: Floats) -> float:
+        """From one point (2,) to another; `math.inf` where there is no way."""
+        if self._grid is None:
+            return math.hypot(*(target - start).tolist())
+        return self._grid.between(start, target)
+
+
+@lru_cache(maxsize=64)
+def official_distances(map_spec: MapSpec) -> OfficialDistances:
+    """The official code's distances on a map, made once."""
+    return OfficialDistances(map_spec)
+
+
+def flood(blocked: Mask, sources: Mask) -> Floats:
+    """Moves (n, n) from each cell to the nearest source, `inf` where there is no way; 8 directions, 1 move each."""
+    moves = np.full(blocked.shape, np.inf)
+    moves[sources] = 0.0
+    reached = sources.copy()
+    frontier = sources
+    step = 0
+    while frontier.any():
+        step += 1
+        frontier = _grown(frontier) & ~reached
+        moves[frontier] = step
+        reached |= frontier
+        frontier &= ~blocked
+    return moves
+
+
+def _grown(mask: Mask) -> Mask:
+    """The mask and its 8 neighbours."""
+    columns = mask.copy()
+    columns[1:] |= mask[:-1]
+    columns[:-1] |= mask[1:]
+    grown = columns.copy()
+    grown[:, 1:] |= columns[:, :-1]
+    grown[:, :-1] |= columns[:, 1:]
+    return grown
+
+
+def _overlapped(rects: tuple[Rect, ...], cells: int) -> Mask:
+    """(cells, cells) [column, row]: whether any of the rectangles overlaps a cell by more than `OVERLAP`.
+
+    The comparisons are those of the official code, because edges fall exactly on the tolerance.
+    """
+    lower = -ARENA_HALF + np.arange(cells) * CELL
+    upper = lower + CELL
+    mask = np.zeros((cells, cells), dtype=np.bool_)
+    for rect in rects:
+        columns = ~((upper - rect.left <= OVERLAP) | (lower - rect.right >= -OVERLAP))
+        rows = ~((upper - rect.bottom <= OVERLAP) | (lower - rect.top >= -OVERLAP))
+        mask |= columns[:, None] & rows[None, :]
+    return mask
+
+
+def _to_rect(x: float, y: float, rect: Rect) -> float:
+    """Straight-line distance from a point to a rectangle, 0 inside it."""
+    return math.hypot(max(rect.left - x, 0.0, x - rect.right), max(rect.bottom - y, 0.0, y - rect.top))
