@@ -1,50 +1,46 @@
 // @ts-check
 /*
- * The controls card: what to press, per device, as the game has it out of the box. Used by the lobby; the game page
- * shows the keys of the device in use itself.
+ * The controls card of the lobby: what to press per device, with the reader's own keys where they were changed.
+ * The game page shows the keys of the device in use itself.
  */
 
 import { el } from "./dom.js";
+import { buttonName, keyName, loadMapping, moveName } from "./input/mapping.js";
 
-/** @type {readonly {device: string, rows: readonly (readonly [readonly string[], string])[]}[]} */
-const DEVICES = [
-  {
-    device: "Keyboard",
-    rows: [
-      [["W", "A", "S", "D"], "move (or the arrow keys)"],
-      [["Space", "Enter"], "grab, let go"],
-      [["Shift"], "hold to drive backward"],
-    ],
-  },
-  {
-    device: "Gamepad",
-    rows: [
-      [["left stick"], "move"],
-      [["A"], "grab, let go"],
-      [["LT"], "hold to drive backward"],
-    ],
-  },
-  {
-    device: "Touch",
-    rows: [
-      [["left half"], "drag to move"],
-      [["button"], "grab, let go"],
-    ],
-  },
-];
+/** @typedef {readonly [string, string]} Row what to press, what it does */
 
-/** @returns {HTMLElement} */
-export function controlsCard() {
+/** @param {Pick<Storage, "getItem">} [storage] @returns {HTMLElement} */
+export function controlsCard(storage = localStorage) {
+  const { keys, buttons } = loadMapping(storage);
+  const [first, second] = keys;
   return el(
     "div",
     { class: "controls" },
-    ...DEVICES.map(({ device, rows }) =>
-      el("table", {}, el("caption", {}, device), el("tbody", {}, ...rows.map(([keys, effect]) => controlRow(keys, effect)))),
-    ),
+    table("Keyboard", [
+      [`${moveName(first)} · ${moveName(second)}`, "move"],
+      [`${keyName(first.grab)} · ${keyName(second.grab)}`, "grab, let go"],
+      [`${keyName(first.backward)} · ${keyName(second.backward)}`, "hold to drive backward"],
+    ]),
+    table("Gamepad", [
+      ["left stick", "move"],
+      [buttonName(buttons.grab), "grab, let go"],
+      [buttonName(buttons.backward), "hold to drive backward"],
+    ]),
+    table("Touch", [
+      ["stick", "drag to move"],
+      ["button", "grab, let go"],
+    ]),
+    el("p", { class: "field-help" }, "Two at one keyboard: blue has the first keys, red the second."),
   );
 }
 
-/** @param {readonly string[]} keys @param {string} effect */
-function controlRow(keys, effect) {
-  return el("tr", {}, el("th", { scope: "row" }, ...keys.map((key) => el("kbd", {}, key))), el("td", {}, effect));
+/** @param {string} device @param {readonly Row[]} rows */
+function table(device, rows) {
+  return el("table", {}, el("caption", {}, device), el("tbody", {}, ...rows.map(([keys, effect]) => row(keys, effect))));
+}
+
+/** @param {string} keys one name, or two with a dot between @param {string} effect */
+function row(keys, effect) {
+  const names = keys.split(" · ").map((name) => el("kbd", {}, name));
+  return el("tr", {}, el("th", { scope: "row" }, ...names), el("td", {}, effect));
 }
