@@ -1,0 +1,189 @@
+"""How well an episode went: the paper's four metrics, live and at the end, and what the official code calls the same.
+
+Source: the paper's section "Details of Evaluation Metrics". A tick is judged by the state *before* it, in which its
+actions were chosen. Where the official code computes something else under the same name it is here too, as
+`OfficialMetrics`, with the difference said.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from maps import MapSpec
+from maps.spec import Size
+from world.distance import official_distances, paper_distances
+from world.scoring import delivered_items, goal_boxes, is_delivered
+from world.state import Floats, WorldState
+
+TICK_S = 0.1
+WEIGHTS: dict[Size, float] = {"small": 1.0, "middle": 2.0, "large": 2.0}
+_NOTHING = 1e-9  # lengths and distances below it count as none (official value)
+
+
+@dataclass(frozen=True, slots=True)
+class Metrics:
+    """The paper's metrics of an episode so far."""
+
+    tcr: float  # task completion rate, [0, 1]
+    nfd: float  # normalized final distance, 1 when all is home, 0 when nothing came nearer, negative when farther
+    wt_s: float  # waiting time of both agents together [s]
+    ac: float | None  # action consistency, [0, 1]; None when the two never pulled on one item together
+
+
+@dataclass(frozen=True, slots=True)
+class OfficialMetrics:
+    """What the official code reports under these names."""
+
+    score: float  # `global_score`: delivered items / items, without the paper's weights by size
+    nfd: float  # `global_dense_reward`: straight lines on maps without walls, else the 49 x 49 grid
+    waiting: float  # fraction of ticks in which one holds a middle or large item and nobody helps; not seconds
+    consistency: float  # mean of 1 - wasted / total over ticks of joint holding, see `official_tick_consistency`
+
+
+class EpisodeMetrics:
+    """Accumulates an episode tick by tick; `update` costs microseconds, `result` may be asked at any time.
+
+    Waiting time, WT = sum over waiting intervals of (end - start): an agent waits while it alone holds a middle or
+    large item that is not delivered yet. Dragging a middle item alone, at a tenth of the speed, counts as waiting too;
+    both agents may wait at once. Intervals are counted in ticks of 0.1 s.
+    """
+
+    def __init__(self, map_spec: MapSpec) -> None:
+        self.map = map_spec
+        self._big = (*(item.size != "small" for item in map_spec.items), False)  # the last one is "holds nothing", -1
+        self._initial = np.array([(item.pose.x, item.pose.y) for item in map_spec.items]).reshape(-1, 2)
+        self._final: Floats | None = None
+        self._ticks = 0
+        self._waiting = 0  # agent-ticks
+        self._consistency: list[float] = []
+        self._official_waiting = 0
+        self._official_consistency: list[float] = []
+
+    def update(self, before: WorldState, actions: Floats, after: WorldState) -> None:
+        """Take in one tick: the state before it, its world actions (2, 3) and the state after it."""
+        self._ticks += 1
+        self._final = after.item_poses
+        blue, red = before.held.tolist()
+        if not (self._big[blue] or self._big[red]):
+            return
+        if blue == red:
+            self._update_together(before, actions)
+        else:
+            self._update_alone(before, blue, red)
+
+    def update_episode(self, states: list[WorldState], actions: Floats) -> None:
+        """Take in a whole episode: T + 1 states and the actions (T, 2, 3) between them."""
+        for index, action in enumerate(actions):
+            self.update(states[index], action, states[index + 1])
+
+    def result(self) -> Metrics:
+        """The metrics up to the last tick taken in."""
+        poses = self._item_poses()
+        return Metrics(
+            tcr=task_completion_rate(self.map, delivered_items(self.map, poses)),
+            nfd=float(normalized_final_distance(self.map, poses)),
+            wt_s=self._waiting * TICK_S,
+            ac=float(np.mean(self._consistency)) if self._consistency else None,
+        )
+
+    def official(self) -> OfficialMetrics:
+        """What the official code would report for the same ticks (1e-5 in the denominator is its own)."""
+        poses = self._item_poses()
+        together = self._official_consistency
+        return OfficialMetrics(
+            score=float(delivered_items(self.map, poses).mean()),
+            nfd=official_normalized_final_distance(self.map, poses),
+            waiting=self._official_waiting / self._ticks if self._ticks else 0.0,
+            consistency=sum(together) / (len(together) + 1e-5),
+        )
+
+    def _update_together(self, before: WorldState, actions: Floats) -> None:
+        consistency = tick_consistency(before.robot_poses, actions)
+        if consistency is not None:
+            self._consistency.append(consistency)
+        self._official_consistency.append(official_tick_consistency(before.robot_poses, actions))
+
+    def _update_alone(self, before: WorldState, blue: int, red: int) -> None:
+        goals = goal_boxes(self.map)
+        for held in (blue, red):
+            if self._big[held] and not is_delivered(self.map.items[held], tuple(before.item_poses[held]), goals):
+                self._waiting += 1
+        one_hand_is_empty = blue < 0 or red < 0
+        self._official_waiting += one_hand_is_empty or (self._big[blue] and self._big[red])
+
+    def _item_poses(self) -> Floats:
+        if self._final is not None:
+            return self._final
+        return np.column_stack((self._initial, [item.pose.angle for item in self.map.items]))
+
+
+def task_completion_rate(map_spec: MapSpec, delivered: npt.NDArray[np.bool_]) -> float:
+    """TCR = sum(w_i [item i delivered]) / sum(w_i), w = 1 small, 2 middle or large; `delivered` is (N,)."""
+    weights = np.array([WEIGHTS[item.size] for item in map_spec.items])
+    return float(weights @ delivered / weights.sum())
+
+
+def normalized_final_distance(map_spec: MapSpec, item_poses: Floats) -> Floats:
+    """NFD = 1 - sum(d_i final) / sum(d_i initial), for final poses (..., N, 3) and the map's own initial ones: (...).
+
+    d is the breadth-first distance from the item's centre to the nearest goal region on the 48 x 48 grid. An item
+    without a way counts as the farthest place of the map that has one. All at home from the start is 1.
+    """
+    distances = paper_distances(map_spec)
+    initial = np.array([(item.pose.x, item.pose.y) for item in map_spec.items])
+    before = np.minimum(distances.to_goal(initial), distances.farthest).sum()
+    after = np.minimum(distances.to_goal(item_poses[..., :2]), distances.farthest).sum(axis=-1)
+    if before == 0.0:
+        return np.where(after == 0.0, 1.0, 0.0)
+    nfd: Floats = 1.0 - after / before
+    return nfd
+
+
+def tick_consistency(robot_poses: Floats, actions: Floats) -> float | None:
+    """One term of AC = 1/T sum |(f1 + f2) . d| / (|f1| + |f2|), over the T ticks with both hands on one item.
+
+    f is the commanded displacement, distance (-sin heading, cos heading), clipped to length 1: what each agent wants,
+    and what its motor then pushes for. d is the unit vector from blue to red. The formula is about the line between
+    the two: carrying side by side, across that line, scores 0 (the official variant gives 1). None when neither
+    pushes or both stand on one point: the term is 0 / 0 and the tick is left out of T.
+    """
+    (blue_x, blue_y, _), (red_x, red_y, _) = robot_poses.tolist()
+    line = math.hypot(red_x - blue_x, red_y - blue_y)
+    pushes = [_push(distance, heading) for distance, heading, _ in actions.tolist()]
+    total = sum(math.hypot(x, y) for x, y in pushes)
+    if line < _NOTHING or total < _NOTHING:
+        return None
+    along = ((red_x - blue_x) * (pushes[0][0] + pushes[1][0]) + (red_y - blue_y) * (pushes[0][1] + pushes[1][1])) / line
+    return float(min(abs(along) / total, 1.0))
+
+
+def official_tick_consistency(robot_poses: Floats, actions: Floats) -> float:
+    """The official AC of one tick: 1 - wasted / total, 1 when nobody pushes.
+
+    wasted is |p1| + |p2| when the pushes along the line between the agents have opposite signs, else 0. The official
+    code takes (cos, sin) of the heading as the direction, a quarter turn from where the robot drives; so does this.
+    """
+    (blue_x, blue_y, _), (red_x, red_y, _) = robot_poses.tolist()
+    line = math.hypot(red_x - blue_x, red_y - blue_y)
+    total = sum(abs(distance) for distance, _, _ in actions.tolist())
+    if line < _NOTHING or total < _NOTHING:
+        return 1.0
+    unit_x, unit_y = (red_x - blue_x) / line, (red_y - blue_y) / line
+    along = [d * (math.cos(heading) * unit_x + math.sin(heading) * unit_y) for d, heading, _ in actions.tolist()]
+    wasted = abs(along[0]) + abs(along[1]) if along[0] * along[1] < 0 else 0.0
+    return float(1.0 - wasted / total)
+
+
+def official_normalized_final_distance(map_spec: MapSpec, item_poses: Floats) -> float:
+    """The official `global_dense_reward`: NFD for final poses (N, 3) with the official distances."""
+    to_goal = official_distances(map_spec).to_goal
+    initial = sum(to_goal(np.array([item.pose.x, item.pose.y])) for item in map_spec.items)
+    final = sum(to_goal(pose[:2]) for pose in item_poses)
+    return 1.0 - final / initial if initial else float(final == 0.0)
+
+
+def _push(distance: float, heading: float) -> tuple[float, float]:
+    length = max(-1.0, min(1.0, distance))
+    return -length * math.sin(heading), length * math.cos(heading)
