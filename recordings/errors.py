@@ -9,7 +9,17 @@ class RecordingError(MovingOutError):
     """A recording cannot be written, read or trusted."""
 
 
+class BusyError(RecordingError):
+    """Another process is writing this journal."""
+
+
+class UnreadableError(RecordingError):
+    """The bytes are not a whole recording of ours."""
+
+
 def cannot(doing: str, path: Path, error: OSError) -> RecordingError:
     """The sentence for an operating system error: what failed, why, and what would help."""
+    if isinstance(error, FileNotFoundError):
+        return RecordingError(f"cannot {doing} {path}: there is no such file or folder; check the name")
     why = error.strerror or str(error)
     return RecordingError(f"cannot {doing} {path}: {why}; check free space and permissions, or choose another folder")

@@ -18,7 +18,7 @@ from mcap.writer import CompressionType, Writer
 
 from recordings.derived import Derived, result
 from recordings.episode import Episode
-from recordings.errors import RecordingError, cannot
+from recordings.errors import BusyError, RecordingError, UnreadableError, cannot
 from recordings.journal import JOURNAL_SUFFIX, PROFILE, owned, scan
 from recordings.metadata import END, RECORDING, RESULT, header_metadata, utc
 from recordings.reader import episode_of_journal, read_episode, records_of
@@ -162,16 +162,24 @@ def recover(folder: Path) -> list[Recovery]:
 
 
 def recover_journal(journal: Path) -> Recovery:
-    """Finish one leftover journal. Never raises for what is in it; RecordingError when the disk refuses."""
-    with owned(journal) as data:
-        found = scan(data)
-        try:
+    """Finish one leftover journal, whatever is in it; RecordingError when the disk refuses."""
+    try:
+        with owned(journal) as data:
+            found = scan(data)
             episode_of_journal(data[: found.end], journal.name, found.damage)
-        except RecordingError as error:
-            aside = journal.with_name(journal.name + UNREADABLE_SUFFIX)
-            journal.replace(aside)
-            return Recovery(journal, None, 0, f"nothing readable ({error}); moved aside as {aside.name}")
+    except BusyError:
+        return Recovery(journal, None, 0, "being written by another process; left alone")
+    except UnreadableError as error:
+        return Recovery(journal, None, 0, f"nothing readable, moved aside as {_move_aside(journal)}: {error}")
     recording = finalise(journal)
     episode = read_episode(recording)
     note = episode.damage or ("whole" if episode.complete else f"interrupted after tick {len(episode.ticks)}")
     return Recovery(journal, recording, len(episode.ticks), note)
+
+
+def _move_aside(journal: Path) -> str:
+    aside = journal.with_name(journal.name + UNREADABLE_SUFFIX)
+    try:
+        return journal.replace(aside).name
+    except OSError as error:
+        raise cannot("move", journal, error) from error

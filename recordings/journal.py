@@ -9,6 +9,7 @@ import contextlib
 import fcntl
 import io
 import os
+import re
 import struct
 import threading
 import zlib
@@ -19,7 +20,7 @@ from pathlib import Path
 import orjson
 from mcap.writer import Writer
 
-from recordings.errors import RecordingError, cannot
+from recordings.errors import BusyError, RecordingError, cannot
 from recordings.topics import CHANNELS, COMMIT, JOURNAL_TOPICS
 
 JOURNAL_SUFFIX = ".mcap.journal"
@@ -31,7 +32,8 @@ COMMIT_CHANNEL = CHANNELS[COMMIT.name]
 _RECORD = struct.Struct("<BQ")  # opcode, length
 _MESSAGE = struct.Struct("<BQHIQQ")  # opcode, length, channel, sequence, log time, publish time
 _SEAL = struct.Struct("<QQ")  # tick, log time: what the commit says about itself
-_COMMIT_MARK = b'{"commit":'
+_COMMIT_START = b'{"commit":'
+_COMMIT_MARK = re.compile(rb'\{"commit":\d')  # in no other record: quotes inside texts are escaped
 
 
 def message(channel: int, sequence: int, log_ns: int, publish_ns: int, payload: bytes) -> bytes:
@@ -74,7 +76,7 @@ def _plain_writer() -> tuple[io.BytesIO, Writer]:
 
 def _commit(tick: int, log_ns: int, offset: int, crc: int) -> bytes:
     seal = zlib.crc32(_SEAL.pack(tick, log_ns), crc)
-    payload = b'%b%d,"offset":%d,"crc32":%d}' % (_COMMIT_MARK, tick, offset, seal)
+    payload = b'%b%d,"offset":%d,"crc32":%d}' % (_COMMIT_START, tick, offset, seal)
     return message(COMMIT_CHANNEL, 0, log_ns, log_ns, payload)
 
 
@@ -108,7 +110,7 @@ def scan(data: bytes) -> Scan:
             end, crc, ticks = after, zlib.crc32(data[position:after], running), tick
         position = after
     # A write that was cut short leaves no commit behind it but, at most, the one it was in the middle of.
-    if broken or _COMMIT_MARK in data[position + _MESSAGE.size + len(_COMMIT_MARK) :]:
+    if broken or _COMMIT_MARK.search(data, position + _MESSAGE.size + len(_COMMIT_START)):
         return Scan(end, crc, 0, f"bytes changed after they were written: nothing after tick {ticks} can be trusted")
     return Scan(end, crc, len(data) - end, "")
 
@@ -208,7 +210,7 @@ def _lock(descriptor: int, path: Path) -> None:
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError as error:
-        raise RecordingError(f"{path.name} is being written by another process; wait until its episode ends") from error
+        raise BusyError(f"{path.name} is being written by another process; wait until its episode ends") from error
 
 
 @contextlib.contextmanager

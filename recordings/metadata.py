@@ -1,5 +1,6 @@
 """The metadata records of a recording: who, what, when, with which software; text to text, as MCAP has it."""
 
+import re
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from typing import cast, get_args
@@ -10,6 +11,7 @@ from recordings.errors import RecordingError
 from recordings.topics import FORMAT_VERSION
 
 EPISODE, STUDY, SOFTWARE, END, RECORDING, RESULT = "episode", "study", "software", "end", "recording", "result"
+EPISODE_ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,79}")  # safe as a file name
 SEATS = ("seat/0", "seat/1")
 
 Entries = Mapping[str, str]

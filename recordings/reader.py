@@ -16,13 +16,13 @@ from mcap.stream_reader import StreamReader
 from maps.errors import MapError
 from recordings import topics
 from recordings.episode import AgentDecision, Episode, Event, InputSample, Outcome, TickRecord
-from recordings.errors import RecordingError, cannot
+from recordings.errors import RecordingError, UnreadableError, cannot
 from recordings.journal import JOURNAL_SUFFIX, MAGIC, PROFILE, scan
 from recordings.metadata import END, RECORDING, SOFTWARE, Entries, episode_record, header_of
 
 _FOOTER = struct.Struct("<BQQQI")  # opcode, length, summary start, summary offset start, crc
 _DATA_END = struct.Struct("<BQI")  # opcode, length, crc
-_UNREADABLE = (McapError, struct.error, ValueError, KeyError, TypeError, IndexError, OverflowError, MemoryError)
+UNREADABLE = (McapError, struct.error, ValueError, KeyError, TypeError, IndexError, OverflowError, MemoryError)
 
 
 def read_episode(path: Path) -> Episode:
@@ -41,7 +41,7 @@ def read_episode(path: Path) -> Episode:
 def episode_of_journal(data: bytes, name: str, damage: str = "") -> Episode:
     """The episode of a journal's trusted bytes."""
     if not data:
-        raise RecordingError(f"{name} holds no whole head, so there is nothing to read in it")
+        raise UnreadableError(f"{name} holds no whole head, so there is nothing to read in it")
     return _episode(records_of(data), name, damage)
 
 
@@ -55,22 +55,22 @@ def read_bytes(path: Path) -> bytes:
 def check_file(data: bytes, name: str) -> None:
     """Raise RecordingError unless `data` is a whole MCAP of ours whose every byte is as it was written."""
     if not data:
-        raise RecordingError(f"{name} is empty")
+        raise UnreadableError(f"{name} is empty")
     if not data.startswith(MAGIC):
-        raise RecordingError(f"{name} is not an MCAP file")
+        raise UnreadableError(f"{name} is not an MCAP file")
     if header_profile(data) != PROFILE:
-        raise RecordingError(f"{name} is an MCAP file, but not a Moving Out recording")
+        raise UnreadableError(f"{name} is an MCAP file, but not a Moving Out recording")
     if not data.endswith(MAGIC) or len(data) < 2 * len(MAGIC) + _FOOTER.size + _DATA_END.size:
-        raise RecordingError(f"{name} is torn: its end is missing")
+        raise UnreadableError(f"{name} is torn: its end is missing")
     foot = len(data) - len(MAGIC) - _FOOTER.size
     opcode, length, summary, _, summary_crc = _FOOTER.unpack_from(data, foot)
     end = summary - _DATA_END.size
     if (opcode, length) != (0x02, 20) or not len(MAGIC) < end <= foot - _DATA_END.size:
-        raise RecordingError(f"{name} is damaged: its footer changed after it was written")
+        raise UnreadableError(f"{name} is damaged: its footer changed after it was written")
     if _DATA_END.unpack_from(data, end) != (0x0F, 4, zlib.crc32(data[:end])):
-        raise RecordingError(f"{name} is damaged: bytes of its data changed after they were written")
+        raise UnreadableError(f"{name} is damaged: bytes of its data changed after they were written")
     if zlib.crc32(data[summary : len(data) - len(MAGIC) - 4]) != summary_crc:
-        raise RecordingError(f"{name} is damaged: bytes of its index changed after they were written")
+        raise UnreadableError(f"{name} is damaged: bytes of its index changed after they were written")
 
 
 def header_profile(data: bytes) -> str:
@@ -83,7 +83,7 @@ def records_of(data: bytes) -> Iterable[McapRecord]:
     """The records in file order, as far as they go. A journal has no footer: it ends where its bytes end."""
     try:
         yield from StreamReader(io.BytesIO(data), record_size_limit=len(data)).records
-    except _UNREADABLE:
+    except UNREADABLE:
         return
 
 
@@ -141,12 +141,12 @@ def _episode(records: Iterable[McapRecord], name: str, damage: str = "") -> Epis
             found.take(record)
         episode_record(found.metadata)
         if found.the_map is None or not found.states:
-            raise RecordingError("the map or the start is missing")
+            raise UnreadableError("the map or the start is missing")
         return _build(found, damage)
     except (RecordingError, MapError) as error:
-        raise RecordingError(f"{name}: {error}") from error
-    except _UNREADABLE as error:
-        raise RecordingError(f"{name} does not hold what a recording of format 1 must: {error!r}") from error
+        raise UnreadableError(f"{name}: {error}") from error
+    except UNREADABLE as error:
+        raise UnreadableError(f"{name} does not hold what a recording of format 1 must: {error!r}") from error
 
 
 def _build(found: _Collected, damage: str) -> Episode:
@@ -176,11 +176,11 @@ def _build(found: _Collected, damage: str) -> Episode:
 def _outcome(end: Entries) -> Outcome:
     outcome = end.get("outcome", "interrupted")
     if outcome not in get_args(Outcome):
-        raise RecordingError(f"unknown outcome {outcome!r}; known: {', '.join(get_args(Outcome))}")
+        raise UnreadableError(f"unknown outcome {outcome!r}; known: {', '.join(get_args(Outcome))}")
     return cast(Outcome, outcome)
 
 
 def _require_consecutive(ticks: tuple[TickRecord, ...], states: int, actions: int) -> None:
     numbers = [tick.state.tick for tick in ticks]
     if numbers != list(range(1, states)) or actions != states - 1:
-        raise RecordingError(f"ticks are missing: {states - 1} states, {actions} actions")
+        raise UnreadableError(f"ticks are missing: {states - 1} states, {actions} actions")

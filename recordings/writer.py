@@ -4,7 +4,6 @@ Called from the room's tick, so nothing here waits for the disk; `sync` is for a
 process. The derived topics (metrics, scene, transforms) are made when the journal is finalised.
 """
 
-import re
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -14,14 +13,13 @@ from recordings import topics
 from recordings.episode import AgentDecision, Episode, EpisodeHeader, Event, InputSample, Outcome, TickRecord
 from recordings.errors import RecordingError
 from recordings.journal import JOURNAL_SUFFIX, Journal, head, message, metadata_record
-from recordings.metadata import END, header_metadata
+from recordings.metadata import END, EPISODE_ID, header_metadata
 from recordings.reader import episode_of_journal
 from recordings.topics import CHANNELS, TICK_NS
 from recordings.versions import versions
 from world.scoring import delivered_items
 from world.state import WorldState
 
-_ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,79}")
 _AT_ONCE = frozenset({"pause", "resume", "drop", "return", "end"})  # no tick may follow that would carry them
 
 
@@ -55,7 +53,7 @@ class EpisodeWriter:
 
         `attachments` are small JSON files kept inside (cards, configuration); the map is always there.
         """
-        if not _ID.fullmatch(header.episode_id):
+        if not EPISODE_ID.fullmatch(header.episode_id):
             raise RecordingError(f"episode id {header.episode_id!r}: up to 80 letters, digits, '-' and '_' are needed")
         if (folder / f"{header.episode_id}.mcap").exists():
             raise RecordingError(f"{header.episode_id}.mcap exists already in {folder}; choose another episode id")

@@ -1,0 +1,244 @@
+"""`movingout recordings`: list, inspect, verify and recover."""
+
+import argparse
+import json
+import multiprocessing
+import os
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from typing import Any, TypeVar
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from recordings.errors import RecordingError
+from recordings.finished import Recovery, recover, recover_journal
+from recordings.listing import Summary, Unreadable, path_of, recording_paths, summaries
+from recordings.page import info_json, info_page
+from recordings.reader import read_episode
+from recordings.verification import Verification, verify
+
+_T = TypeVar("_T")
+_R = TypeVar("_R")
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    commands = parser.add_subparsers(dest="action", metavar="COMMAND", required=True, title="commands")
+
+    listing = commands.add_parser("list", help="the recordings in a folder, newest first")
+    _add_data(listing)
+    listing.add_argument("folder", nargs="?", type=Path, help="default: DATA/recordings")
+    listing.add_argument("--map", help="only this map")
+    listing.add_argument("--agent", help="only with this agent or participant in a seat (part of the name)")
+    listing.add_argument("--study", help="only of this study")
+    listing.add_argument("--since", metavar="DATE", help="only from this day on (2026-11-20)")
+    listing.add_argument("--until", metavar="DATE", help="only up to and including this day")
+    listing.add_argument("--outcome", help="delivered, time, left, stopped, error or interrupted")
+    _add_json(listing)
+    listing.set_defaults(perform=_list)
+
+    info = commands.add_parser("info", help="one recording on a page")
+    info.add_argument("recording", help="a file, or an episode id in DATA/recordings")
+    _add_data(info)
+    _add_json(info)
+    info.set_defaults(perform=_info)
+
+    check = commands.add_parser("verify", help="re-simulate and compare bit for bit; exit code 1 on a divergence")
+    check.add_argument("paths", nargs="+", type=Path, metavar="FILE|DIR")
+    check.add_argument("--workers", type=int, default=os.cpu_count() or 1, help="processes (default: all cores)")
+    _add_json(check)
+    check.set_defaults(perform=_verify)
+
+    rescue = commands.add_parser("recover", help="finish what a crash left behind")
+    rescue.add_argument("paths", nargs="*", type=Path, metavar="FILE|DIR", help="default: DATA/recordings")
+    _add_data(rescue)
+    _add_json(rescue)
+    rescue.set_defaults(perform=_recover)
+
+
+def run(args: argparse.Namespace) -> int:
+    perform: Callable[[argparse.Namespace], int] = args.perform
+    return perform(args)
+
+
+def _add_data(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--data", type=Path, default=Path("data"), metavar="DIR", help="default: ./data")
+
+
+def _add_json(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--json", action="store_true", help="one JSON document on standard output")
+
+
+def _print_json(document: dict[str, Any]) -> None:
+    print(json.dumps(document, indent=2))
+
+
+# ---- list and info -----------------------------------------------------------------------------------------
+
+
+def _list(args: argparse.Namespace) -> int:
+    found = list(summaries(args.folder or args.data / "recordings"))
+    wanted = [entry for entry in found if isinstance(entry, Summary) and _is_wanted(entry, args)]
+    wanted.sort(key=lambda entry: entry.started, reverse=True)
+    unreadable = [entry for entry in found if isinstance(entry, Unreadable)]
+    if args.json:
+        problems = [{"path": str(entry.path), "problem": entry.problem} for entry in unreadable]
+        _print_json({"recordings": [entry.to_json() for entry in wanted], "unreadable": problems})
+        return 0
+    print(_table(wanted) if wanted else "no recordings that match")
+    for entry in unreadable:
+        print(f"movingout: {entry.problem}", file=sys.stderr)
+    return 0
+
+
+def _is_wanted(entry: Summary, args: argparse.Namespace) -> bool:
+    return (
+        (args.map is None or entry.map == args.map)
+        and (args.agent is None or args.agent in entry.blue or args.agent in entry.red)
+        and (args.study is None or args.study in entry.study.values())
+        and (args.since is None or entry.started[:10] >= args.since)
+        and (args.until is None or entry.started[:10] <= args.until)
+        and (args.outcome is None or entry.outcome == args.outcome)
+    )
+
+
+_HEADINGS = ("id", "started (UTC)", "map", "blue", "red", "time", "delivered", "TCR", "outcome")
+
+
+def _table(entries: Sequence[Summary]) -> str:
+    """Columns as wide as their contents: for eyes and for `grep` alike."""
+    rows = [_HEADINGS, *map(_row, entries)]
+    widths = [max(len(row[column]) for row in rows) for column in range(len(_HEADINGS))]
+    return "\n".join("  ".join(map(str.ljust, row, widths)).rstrip() for row in rows)
+
+
+def _row(entry: Summary) -> tuple[str, ...]:
+    return (
+        entry.id,
+        entry.started[:16].replace("T", " "),
+        entry.map + (f" ({entry.variant})" if entry.variant else ""),
+        entry.blue,
+        entry.red,
+        f"{entry.ticks / 10:.1f} s",
+        f"{entry.metrics['delivered']:.0f} of {entry.metrics['items']:.0f}",
+        f"{entry.metrics['tcr']:.2f}",
+        entry.outcome + (" (damaged)" if entry.damage else ""),
+    )
+
+
+def _info(args: argparse.Namespace) -> int:
+    path = Path(args.recording)
+    if not path.exists():
+        path = path_of(args.data / "recordings", args.recording)
+    episode = read_episode(path)
+    if args.json:
+        _print_json(info_json(path, episode))
+    else:
+        print(info_page(path, episode))
+    return 0
+
+
+# ---- verify ------------------------------------------------------------------------------------------------
+
+
+def _verify(args: argparse.Namespace) -> int:
+    paths = _expanded(args.paths)
+    if not paths:
+        raise RecordingError("no recordings there to verify; name .mcap files or a folder that holds some")
+    verdicts = list(_each(_verdict, paths, min(args.workers, len(paths)), "verifying"))
+    if args.json:
+        _print_json({"files": [_verdict_json(path, verdict) for path, verdict in zip(paths, verdicts, strict=True)]})
+    else:
+        for path, verdict in zip(paths, verdicts, strict=True):
+            print(_verdict_line(path, verdict))
+    if any(isinstance(verdict, str) for verdict in verdicts):
+        return 2
+    return int(any(isinstance(verdict, Verification) and not verdict.identical for verdict in verdicts))
+
+
+def _verdict(path: Path) -> Verification | str:
+    """The verdict, or why there is none; a plain value, so that it travels between processes."""
+    try:
+        return verify(path)
+    except RecordingError as error:
+        return str(error)
+
+
+def _verdict_line(path: Path, verdict: Verification | str) -> str:
+    if isinstance(verdict, str):
+        return f"UNREADABLE  {path}: {verdict}"
+    notes = "".join(f"; {note}" for note in (verdict.caveat, verdict.damage) if note)
+    if verdict.first_divergence is None:
+        return f"identical   {path}: {verdict.ticks} ticks equal to the bit{notes}"
+    return f"DIVERGES    {path}: {verdict.first_divergence}{notes}"
+
+
+def _verdict_json(path: Path, verdict: Verification | str) -> dict[str, Any]:
+    if isinstance(verdict, str):
+        return {"path": str(path), "ticks": 0, "identical": False, "first_divergence": None, "problem": verdict}
+    first = verdict.first_divergence
+    return {
+        "path": str(path),
+        "ticks": verdict.ticks,
+        "identical": verdict.identical,
+        "first_divergence": None
+        if first is None
+        else {"tick": first.tick, "field": first.field, "recorded": first.recorded, "simulated": first.simulated},
+        "caveat": verdict.caveat,
+        "damage": verdict.damage,
+    }
+
+
+# ---- recover -----------------------------------------------------------------------------------------------
+
+
+def _recover(args: argparse.Namespace) -> int:
+    done: list[Recovery] = []
+    for path in args.paths or [args.data / "recordings"]:
+        done += recover(path) if path.is_dir() else [recover_journal(path)]
+    if args.json:
+        _print_json(
+            {
+                "journals": [
+                    {
+                        "journal": str(entry.journal),
+                        "recording": str(entry.recording) if entry.recording else None,
+                        "ticks": entry.ticks,
+                        "note": entry.note,
+                    }
+                    for entry in done
+                ]
+            }
+        )
+        return 0
+    for entry in done:
+        print(f"{entry.journal.name}: {entry.ticks} ticks, {entry.note}")
+    if not done:
+        print("nothing to recover")
+    return 0
+
+
+# ---- shared ------------------------------------------------------------------------------------------------
+
+
+def _expanded(paths: Iterable[Path]) -> list[Path]:
+    """The files named, and the recordings of the folders named."""
+    files: list[Path] = []
+    for path in paths:
+        files += recording_paths(path) if path.is_dir() else [path]
+    return files
+
+
+def _each(function: Callable[[_T], _R], values: Sequence[_T], workers: int, verb: str) -> Iterator[_R]:
+    """Results in order, over processes when there are several, with a bar on a terminal."""
+    console = Console(stderr=True)
+    columns = (TextColumn(verb), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, disable=not console.is_terminal) as progress:
+        if workers <= 1:
+            yield from progress.track(map(function, values), total=len(values))
+            return
+        # spawn: a fork would copy the progress bar's thread in an unknown state
+        with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:
+            yield from progress.track(pool.map(function, values, chunksize=4), total=len(values))

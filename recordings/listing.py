@@ -1,0 +1,151 @@
+"""What lies in a folder: one line per recording, read from its metadata alone."""
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from mcap.reader import make_reader
+from mcap.records import Metadata
+
+from recordings.derived import result
+from recordings.episode import Episode
+from recordings.errors import RecordingError, cannot
+from recordings.finished import SUFFIX
+from recordings.journal import JOURNAL_SUFFIX, MAGIC
+from recordings.metadata import EPISODE_ID, RECORDING, RESULT, SEATS, STUDY, Entries, episode_record, utc
+from recordings.reader import UNREADABLE, read_episode
+
+
+@dataclass(frozen=True, slots=True)
+class Summary:
+    """One recording in a list."""
+
+    path: Path
+    id: str
+    map: str
+    variant: str
+    started: str  # UTC, ISO 8601
+    source: str
+    ticks: int
+    outcome: str
+    blue: str  # kind and name: "human P1"
+    red: str
+    study: dict[str, str]
+    metrics: dict[str, float]
+    complete: bool
+    damage: str  # one sentence, empty for none
+
+    def to_json(self) -> dict[str, Any]:
+        return {**asdict(self), "path": str(self.path)}
+
+
+@dataclass(frozen=True, slots=True)
+class Unreadable:
+    """A file that looks like a recording by name and cannot be read."""
+
+    path: Path
+    problem: str
+
+
+def recording_paths(folder: Path) -> list[Path]:
+    """The recordings and journals in a folder, by name; RecordingError when there is no such folder."""
+    try:
+        names = [entry for entry in folder.iterdir() if entry.name.endswith((SUFFIX, JOURNAL_SUFFIX))]
+    except OSError as error:
+        raise cannot("list", folder, error) from error
+    return sorted(names)
+
+
+def summaries(folder: Path) -> Iterator[Summary | Unreadable]:
+    """A line for each recording in the folder."""
+    for path in recording_paths(folder):
+        try:
+            yield read_summary(path)
+        except RecordingError as error:
+            yield Unreadable(path, str(error))
+
+
+def read_summary(path: Path) -> Summary:
+    """The line of one recording; the messages of a finished one are not opened (`verify` does that)."""
+    if path.name.endswith(JOURNAL_SUFFIX):
+        return _of_episode(path, read_episode(path))
+    records = read_metadata(path)
+    try:
+        return _of_metadata(path, records)
+    except (KeyError, ValueError) as error:
+        raise RecordingError(f"{path.name}: its metadata is incomplete ({error})") from error
+
+
+def read_metadata(path: Path) -> dict[str, Entries]:
+    """All metadata records of a finished recording, by name."""
+    try:
+        with path.open("rb") as stream:
+            if stream.read(len(MAGIC)) != MAGIC:
+                raise RecordingError(f"{path.name} is {'not an MCAP file' if path.stat().st_size else 'empty'}")
+            stream.seek(0)
+            found: list[Metadata] = list(make_reader(stream).iter_metadata())
+    except OSError as error:
+        raise cannot("read", path, error) from error
+    except UNREADABLE as error:
+        raise RecordingError(f"{path.name} is torn or damaged: it has no whole index") from error
+    return {record.name: record.metadata for record in found}
+
+
+def _of_metadata(path: Path, records: dict[str, Entries]) -> Summary:
+    try:
+        episode = episode_record(records)
+    except RecordingError as error:
+        raise RecordingError(f"{path.name}: {error}") from error
+    closing = records[RECORDING]
+    return Summary(
+        path=path,
+        id=episode["episode_id"],
+        map=episode["map"],
+        variant=episode["map_variant"],
+        started=episode["started_utc"],
+        source=episode["source"],
+        ticks=int(closing["ticks"]),
+        outcome=closing["outcome"],
+        blue=_seat(records[SEATS[0]]),
+        red=_seat(records[SEATS[1]]),
+        study=dict(records.get(STUDY, {})),
+        metrics={name: float(value) for name, value in records[RESULT].items()},
+        complete=closing["complete"] == "true",
+        damage=closing["damage"],
+    )
+
+
+def _of_episode(path: Path, episode: Episode) -> Summary:
+    header = episode.header
+    blue, red = (f"{seat.kind} {seat.name}" for seat in header.seats)
+    return Summary(
+        path=path,
+        id=header.episode_id,
+        map=header.map.name,
+        variant=header.map.variant,
+        started=utc(header.started_ns),
+        source=header.source,
+        ticks=len(episode.ticks),
+        outcome=episode.outcome,
+        blue=blue,
+        red=red,
+        study=dict(header.study),
+        metrics=result(episode),
+        complete=episode.complete,
+        damage=episode.damage,
+    )
+
+
+def _seat(record: Entries) -> str:
+    return f"{record['kind']} {record['name']}"
+
+
+def path_of(folder: Path, episode_id: str) -> Path:
+    """The file of an episode id in a folder, finished or journal; RecordingError for anything else, `../` included."""
+    if EPISODE_ID.fullmatch(episode_id):
+        for suffix in (SUFFIX, JOURNAL_SUFFIX):
+            path = folder / f"{episode_id}{suffix}"
+            if path.is_file():
+                return path
+    raise RecordingError(f"there is no recording {episode_id!r} in {folder}; `movingout recordings list` names them")
