@@ -38,7 +38,7 @@ def test_the_input_is_never_changed() -> None:
 @pytest.mark.parametrize("number", [math.nan, math.inf, -math.inf])
 def test_a_number_that_is_not_finite_is_refused_with_its_place(number: float) -> None:
     with pytest.raises(ActionError, match=r"index \(1, 2\)"):
-        to_world([[0, 1, 0, 0], [0, 1, number, 0]])
+        to_world(np.array([[0, 1, 0, 0], [0, 1, number, 0]]))
 
 
 @pytest.mark.parametrize("wrong", [[1.0, 2.0], 3.0, [[1, 2, 3, 4, 5]], "go", [[1, 2, 3], [1]]])
