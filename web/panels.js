@@ -28,10 +28,11 @@ export class Panels {
   }
 
   /**
-   * @param {Game} game @param {number} nowMs @param {readonly SeatCard[]} cards @param {Mapping} mapping
+   * @param {Game} game @param {number} nowMs @param {boolean} busy  another view asks for the person's attention
+   * @param {readonly SeatCard[]} cards @param {Mapping} mapping
    */
-  update(game, nowMs, cards, mapping) {
-    this.#updateReady(game, cards, mapping);
+  update(game, nowMs, busy, cards, mapping) {
+    this.#updateReady(game, busy, cards, mapping);
     this.#updateOverlay(game, nowMs, cards, mapping);
   }
 
@@ -39,6 +40,11 @@ export class Panels {
   askStop() {
     this.#stopping = true;
     this.#overlayKey = "";
+  }
+
+  /** Play goes on: nobody thinks of stopping any more. */
+  forgetStop() {
+    this.#stopping = false;
   }
 
   /** The end of this page's game, with a sentence and where to go. @param {string} sentence @param {string} watchPath empty: no such offer */
@@ -56,10 +62,10 @@ export class Panels {
 
   // ---- the ready card --------------------------------------------------------------------------------------
 
-  /** @param {Game} game @param {readonly SeatCard[]} cards @param {Mapping} mapping */
-  #updateReady(game, cards, mapping) {
+  /** @param {Game} game @param {boolean} busy @param {readonly SeatCard[]} cards @param {Mapping} mapping */
+  #updateReady(game, busy, cards, mapping) {
     const { room, round, own } = game;
-    const visible = room !== null && round !== null && (room.phase === "lobby" || room.phase === "round_over");
+    const visible = !busy && room !== null && round !== null && (room.phase === "lobby" || room.phase === "round_over");
     const key = visible ? JSON.stringify([room.phase, room.seats.map((seat) => [seat.name, seat.open, seat.present, seat.ready]), own, cards, mapping]) : "";
     if (key === this.#readyKey) return;
     this.#readyKey = key;

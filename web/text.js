@@ -101,11 +101,10 @@ export const TEXT = {
   over: {
     title: "Thank you",
     sentence: "That was all. You can close this page.",
-    played: "The game is over.",
     watch: "Watch",
     lobby: "To the start page",
     reload: "Reload",
-    again: "Thank you. Now the questions for",
+    questionsFor: (/** @type {string} */ colour) => `Questions for ${colour.toLowerCase()}`,
   },
   settings: {
     title: "Keys and buttons",
