@@ -33,10 +33,7 @@ def drive_command(
     dx, dy = distance * math.cos(heading), distance * math.sin(heading)
     stands = dx == 0 and dy == 0
     error = _turn(_wrap((control_angle if stands else heading) - angle), hand)
-    slow = hand.slow
-    if hand.quick and abs(error) >= c.TURN_FIRST_ANGLE:
-        slow = True
-    if slow:
+    if hand.slow or (hand.quick and abs(error) >= c.TURN_FIRST_ANGLE):
         dx, dy = c.SLOW_FACTOR * dx, c.SLOW_FACTOR * dy
     if abs(dx) + abs(dy) < c.DRIVE_DEAD_ZONE:
         return error + angle, 0.0, 0.0
@@ -56,7 +53,7 @@ def _turn(error: float, hand: Hand) -> float:
 
 
 def _clip(angle: float) -> float:
-    return max(-c.TURN_LIMIT, min(c.TURN_LIMIT, angle))
+    return angle if -c.TURN_LIMIT <= angle <= c.TURN_LIMIT else math.copysign(c.TURN_LIMIT, angle)
 
 
 def _wrap(angle: float) -> float:

@@ -2,7 +2,7 @@
 
 import math
 from array import array
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +12,7 @@ from pymunk._chipmunk_cffi import lib  # the engine without its Python wrapper: 
 
 from maps.spec import SEAT_COLOURS, MapSpec
 from world import constants as c
-from world.bodies import Item, build_bodies
+from world.bodies import build_bodies
 from world.drive import drive_command
 from world.errors import ActionError, WorldError
 from world.grab import toggle_hand
@@ -27,7 +27,7 @@ _TICK_BYTES = 2 * 3 * 8
 
 Actions = npt.NDArray[Any] | Sequence[Sequence[float]]
 
-_Pose = tuple[float, float, float]
+_BLUE, _RED, _ITEMS = 0, 1, 2  # rows of the pose tables; items begin at row 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,15 +59,19 @@ class World:
     def _build(self) -> None:
         self._bodies = build_bodies(self.map)
         self._space = self._bodies.space._space
+        self._handles = [robot.handle for robot in self._bodies.robots] + [item.handle for item in self._bodies.items]
         self._control_angles = [pose.angle for pose in self.map.robots]
         self._log = array("d")
         self._failed = False
-        self._moving: list[Item] = []  # items that may have moved in this tick
-        self._item_poses = [_pose(item.handle) for item in self._bodies.items]
-        self._robot_rows = [_pose_and_velocity(robot.handle) for robot in self._bodies.robots]
         self._held = [-1, -1]
-        self._delivered: list[bool | None] = [None] * len(self._item_poses)  # None: to be looked up
-        self._sub_poses = [self._sample() for _ in range(c.SUB_POSE_COUNT)]
+        self._velocities = [0.0] * 6
+        self._delivered: list[bool | None] = [None] * len(self.map.items)  # None: to be looked up
+        # Poses of blue, red and the items, three numbers a row: of the last tick, and as it goes on.
+        self._live = array("d", bytes(3 * 8 * len(self._handles)))
+        self._read_poses(range(len(self._handles)))
+        self._poses = self._live[:]
+        self._sub_poses = self._poses * c.SUB_POSE_COUNT
+        self._moving = [_BLUE, _RED]  # rows that may have changed in this tick
 
     @property
     def tick(self) -> int:
@@ -85,7 +89,7 @@ class World:
         if self._failed:
             raise WorldError("this world has failed in an earlier step; make a new World or restore a snapshot")
         self._stop_held_items()
-        samples: list[list[_Pose]] = []
+        samples = array("d")
         for seat, (distance, heading, grasp) in enumerate(rows):
             self._steer(seat, distance, heading)
             if grasp > 0.5:
@@ -97,21 +101,22 @@ class World:
 
     def state(self) -> WorldState:
         """The world after the last tick, as copies."""
-        rows = np.array(self._robot_rows)
+        poses = np.array(self._poses).reshape(-1, 3)
         return WorldState(
             tick=self.tick,
-            robot_poses=rows[:, :3].copy(),
-            robot_velocities=rows[:, 3:].copy(),
+            robot_poses=poses[:_ITEMS],
+            robot_velocities=np.array(self._velocities).reshape(2, 3),
             held=np.array(self._held, dtype=np.int64),
-            item_poses=np.array(self._item_poses),
+            item_poses=poses[_ITEMS:],
         )
 
     def delivered(self) -> npt.NDArray[np.bool_]:
         """(N,) which items are delivered now (see world.scoring)."""
         for index, flag in enumerate(self._delivered):
             if flag is None:
-                spec = self.map.items[index]
-                self._delivered[index] = is_delivered(spec, self._item_poses[index], self._goals)
+                start = 3 * (_ITEMS + index)
+                x, y, angle = self._poses[start : start + 3]
+                self._delivered[index] = is_delivered(self.map.items[index], (x, y, angle), self._goals)
         return np.array(self._delivered, dtype=np.bool_)
 
     def score(self) -> float:
@@ -122,7 +127,7 @@ class World:
         """(5, 2 + N, 3) x, y, angle of robots and items, every 20 ms of the last tick; the last row is now."""
         if not self._record_sub_poses:
             raise WorldError("this world records no sub-poses; make it with World(map, record_sub_poses=True)")
-        return np.array(self._sub_poses)
+        return np.array(self._sub_poses).reshape(c.SUB_POSE_COUNT, -1, 3)
 
     def snapshot(self) -> Snapshot:
         """This moment, to come back to with `restore`, here or in another World of the same map."""
@@ -144,16 +149,17 @@ class World:
             self.step(actions)
 
     def _stop_held_items(self) -> None:
-        self._moving = []
+        self._moving = [_BLUE, _RED]
         self._note_moving()
-        for item in self._moving:
-            item.body.velocity = (0.0, 0.0)
-            item.body.angular_velocity = 0.0
+        for row in self._moving[_ITEMS:]:
+            body = self._bodies.items[row - _ITEMS].body
+            body.velocity = (0.0, 0.0)
+            body.angular_velocity = 0.0
 
     def _note_moving(self) -> None:
         for robot in self._bodies.robots:
-            if robot.item is not None and robot.item not in self._moving:
-                self._moving.append(robot.item)
+            if robot.item is not None and _ITEMS + robot.item.index not in self._moving:
+                self._moving.append(_ITEMS + robot.item.index)
 
     def _steer(self, seat: int, distance: float, heading: float) -> None:
         robot = self._bodies.robots[seat]
@@ -170,65 +176,63 @@ class World:
         lib.cpBodySetAngle(robot.control, target)
         lib.cpBodySetVelocity(robot.control, (vx, vy))
 
-    def _advance(self, blocks: tuple[int, ...], samples: list[list[_Pose]]) -> None:
+    def _advance(self, blocks: tuple[int, ...], samples: "array[float]") -> None:
         space, engine_step, dt = self._space, lib.cpSpaceStep, c.SUB_STEP_SECONDS
         for block, sub_steps in enumerate(blocks):
             if block:
-                samples.append(self._sample())
+                self._read_poses(self._moving)
+                samples.extend(self._live)
             for _ in range(sub_steps):
                 engine_step(space, dt)
 
-    def _sample(self) -> list[_Pose]:
-        """Poses of robots and items now; what is not moving is taken from the last tick."""
-        items = self._item_poses.copy()
-        for item in self._moving:
-            items[item.index] = _pose(item.handle)
-        blue, red = self._bodies.robots
-        return [_pose(blue.handle), _pose(red.handle), *items]
+    def _read_poses(self, rows: Iterable[int]) -> None:
+        live, handles = self._live, self._handles
+        for row in rows:
+            position = lib.cpBodyGetPosition(handles[row])
+            live[3 * row] = position.x
+            live[3 * row + 1] = position.y
+            live[3 * row + 2] = lib.cpBodyGetAngle(handles[row])
 
-    def _finish(self, samples: list[list[_Pose]]) -> None:
-        """Take over the poses of the finished tick, unless the engine has lost its numbers."""
-        robots = [_pose_and_velocity(robot.handle) for robot in self._bodies.robots]
-        moved = [(item.index, _pose(item.handle)) for item in self._moving]
-        if not all(math.isfinite(sum(row)) for row in (*robots, *(pose for _, pose in moved))):
+    def _finish(self, samples: "array[float]") -> None:
+        """Take over the finished tick, unless the engine has lost its numbers."""
+        self._read_poses(self._moving)
+        velocities = [*_velocity(self._handles[_BLUE]), *_velocity(self._handles[_RED])]
+        if not math.isfinite(sum(self._live) + sum(velocities)):
             self._failed = True
-            raise WorldError(_lost_numbers(self.tick + 1, robots))
-        self._robot_rows = robots
-        for index, pose in moved:
-            self._item_poses[index] = pose
-            self._delivered[index] = None
+            raise WorldError(_lost_numbers(self.tick + 1, self._live))
+        self._velocities = velocities
+        self._poses = self._live[:]
         self._held = [-1 if robot.item is None else robot.item.index for robot in self._bodies.robots]
+        for row in self._moving[_ITEMS:]:
+            self._delivered[row - _ITEMS] = None
         if self._record_sub_poses:
-            samples.append([robots[0][:3], robots[1][:3], *self._item_poses])
+            samples.extend(self._live)
             self._sub_poses = samples
 
 
-def _pose(handle: Any) -> _Pose:
-    position = lib.cpBodyGetPosition(handle)
-    return position.x, position.y, lib.cpBodyGetAngle(handle)
-
-
-def _pose_and_velocity(handle: Any) -> tuple[float, float, float, float, float, float]:
-    position, velocity = lib.cpBodyGetPosition(handle), lib.cpBodyGetVelocity(handle)
-    angle, turn = lib.cpBodyGetAngle(handle), lib.cpBodyGetAngularVelocity(handle)
-    return position.x, position.y, angle, velocity.x, velocity.y, turn
+def _velocity(handle: Any) -> tuple[float, float, float]:
+    velocity = lib.cpBodyGetVelocity(handle)
+    return velocity.x, velocity.y, lib.cpBodyGetAngularVelocity(handle)
 
 
 def _checked(actions: Actions) -> list[list[float]]:
     """The actions as two rows of three finite floats."""
     try:
-        array = np.asarray(actions, dtype=np.float64)
+        table = np.asarray(actions, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise ActionError(f"actions are (2, 3) numbers: distance, heading, grasp of blue and red; {error}") from error
-    if array.shape != _ACTIONS_SHAPE:
-        raise ActionError(f"actions are (2, 3): distance, heading, grasp of blue and red; got shape {array.shape}")
-    rows: list[list[float]] = array.tolist()
-    for colour, row in zip(SEAT_COLOURS, rows, strict=True):
-        if not all(map(math.isfinite, row)):
-            raise ActionError(f"{colour}'s action {row} is not finite; distance, heading and grasp must be numbers")
+    if table.shape != _ACTIONS_SHAPE:
+        raise ActionError(f"actions are (2, 3): distance, heading, grasp of blue and red; got shape {table.shape}")
+    rows: list[list[float]] = table.tolist()
+    if not math.isfinite(sum(rows[0]) + sum(rows[1])):  # or huge: look closer
+        for colour, row in zip(SEAT_COLOURS, rows, strict=True):
+            if not all(map(math.isfinite, row)):
+                raise ActionError(f"{colour}'s action {row} is not finite; distance, heading and grasp must be numbers")
     return rows
 
 
-def _lost_numbers(tick: int, robots: list[tuple[float, float, float, float, float, float]]) -> str:
-    places = ", ".join(f"{colour} at ({row[0]}, {row[1]})" for colour, row in zip(SEAT_COLOURS, robots, strict=True))
-    return f"the physics lost its numbers in tick {tick} ({places}); the episode cannot go on, start a new one"
+def _lost_numbers(tick: int, poses: "array[float]") -> str:
+    return (
+        f"the physics lost its numbers in tick {tick} (blue at {poses[0]}, {poses[1]}, red at {poses[3]}, {poses[4]}); "
+        "the episode cannot go on, start a new one"
+    )

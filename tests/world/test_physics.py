@@ -132,7 +132,7 @@ def test_lost_numbers_end_the_world_with_its_last_good_state() -> None:
     world.step(STILL)
     before, snapshot = world.state(), world.snapshot()
     world._bodies.robots[1].body.velocity = (float("nan"), 0.0)
-    with pytest.raises(WorldError, match=r"lost its numbers in tick 2 .*red at \(nan"):
+    with pytest.raises(WorldError, match=r"lost its numbers in tick 2 .*red at nan"):
         world.step([[0, 0, 0], [0.5, 0, 0]])
     assert identical(world.state(), before)
     assert np.isfinite(world.sub_poses()).all()

@@ -1,0 +1,99 @@
+"""What the world costs beside its engine: `World.step` against 20 `space.step` over the same states.
+
+All figures are ticks per second of CPU time of this process, on one core. Ratios compare runs that follow
+each other, so that they hold on a busy machine too, where the absolute figures do not.
+"""
+
+import statistics
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from bench import print_table
+from maps import MapSpec, load_map, map_names
+from world import World
+from world.constants import SUB_STEP_SECONDS, SUB_STEPS_PER_HALF
+from world.state import Floats
+
+TICKS = 500
+ROUNDS = 5
+TARGETS = {"bare": 0.90, "with sub-poses": 0.65}
+
+
+class EngineTimedWorld(World):
+    """The same world, but it steps by pymunk's `space.step` and sums the CPU time spent in there."""
+
+    engine_seconds = 0.0
+
+    def _advance(self, blocks: tuple[int, ...], samples: object) -> None:
+        step = self._bodies.space.step
+        start = time.process_time()
+        for _ in range(SUB_STEPS_PER_HALF):
+            step(SUB_STEP_SECONDS)
+        self.engine_seconds += time.process_time() - start - _CLOCK_SECONDS
+
+
+def main() -> None:
+    rows: list[list[str]] = []
+    ratios: dict[str, list[float]] = {name: [] for name in VARIANTS}
+    for map_name in map_names():
+        spec, actions = load_map(map_name), driving(seed=7)
+        rounds = [measure(spec, actions) for _ in range(ROUNDS)]
+        limit = statistics.median(limit for limit, _ in rounds)
+        row = [map_name, f"{TICKS / limit:,.0f}"]
+        for name in VARIANTS:
+            ratio = statistics.median(engine / seconds[name] for engine, seconds in rounds)
+            ratios[name].append(ratio)
+            row.append(f"{ratio:.2f}")
+        rows.append(row)
+    rows.append(["all maps, median", "", *(f"{statistics.median(ratios[name]):.2f}" for name in VARIANTS)])
+    rows.append(["all maps, least", "", *(f"{min(ratios[name]):.2f}" for name in VARIANTS)])
+    rows.append(["to reach", "", *(f"{TARGETS[name]:.2f}" for name in VARIANTS)])
+    print_table("World.step as a share of 20 space.step over the same states", ["map", "limit", *VARIANTS], rows)
+
+
+def measure(spec: MapSpec, actions: list[Floats]) -> tuple[float, dict[str, float]]:
+    """CPU seconds of the engine alone, and of each variant, for the same episode."""
+    world = EngineTimedWorld(spec, record_sub_poses=False)
+    for action in actions:
+        world.step(action)
+    return world.engine_seconds, {name: run(spec, actions) for name, run in VARIANTS.items()}
+
+
+def bare(spec: MapSpec, actions: list[Floats]) -> float:
+    world = World(spec, record_sub_poses=False)
+    start = time.process_time()
+    for action in actions:
+        world.step(action)
+    return time.process_time() - start
+
+
+def with_sub_poses(spec: MapSpec, actions: list[Floats]) -> float:
+    world = World(spec)
+    start = time.process_time()
+    for action in actions:
+        world.step(action)
+        world.sub_poses()
+    return time.process_time() - start
+
+
+def driving(seed: int) -> list[Floats]:
+    """Smooth random driving with a grasp now and then: a list of (2, 3) actions."""
+    generator = np.random.default_rng(seed)
+    headings = np.cumsum(generator.normal(0.0, 0.3, (TICKS, 2)), axis=0)
+    grasps = generator.random((TICKS, 2)) < 0.1
+    return list(np.stack([generator.uniform(0.3, 1.0, (TICKS, 2)), headings, grasps], axis=2))
+
+
+def _clock_seconds() -> float:
+    """What one reading of the CPU clock costs, so that it is not counted as the engine's."""
+    samples = []
+    for _ in range(2000):
+        start = time.process_time()
+        samples.append(time.process_time() - start)
+    return statistics.median(samples)
+
+
+_CLOCK_SECONDS = _clock_seconds()
+VARIANTS: dict[str, Callable[[MapSpec, list[Floats]], float]] = {"bare": bare, "with sub-poses": with_sub_poses}
