@@ -21,7 +21,7 @@ import { TICKS_PER_S } from "./lobby_choice.js";
  */
 /** @typedef {{id: string, name: string, short: string, value: string, help: string}} Measure */
 
-/** @param {Result} result */
+/** @param {Pick<Result, "outcome">} result */
 export function headline({ outcome }) {
   if (outcome === "delivered") return "Everything is delivered!";
   if (outcome === "time") return "Time is up";
