@@ -1,0 +1,59 @@
+"""The replay that the browser gets: the same poses that the players saw."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+
+from recordings import EpisodeWriter, TickRecord, finalise, read_episode, replay_frames
+from recordings.replay import replay_poses
+from tests.recordings.support import header, record
+from world import World
+from world.state import WorldState
+
+POSITION, ANGLE = 20000.0, 32768 / math.pi
+
+
+def test_frames_are_the_sub_poses_of_the_world(tmp_path: Path) -> None:
+    journal, played = record(tmp_path, ticks=20, map_name="AdaptiveAssist")
+    summary, frames = replay_frames(finalise(journal), POSITION, ANGLE)
+    world = World(played.header.map)
+    expected = [world.sub_poses()[-1:]]
+    for tick in played.ticks:
+        world.step(tick.actions)
+        expected.append(world.sub_poses())
+    poses = np.concatenate(expected)
+    assert frames.shape == poses.shape == (101, 8, 3)
+    assert frames.dtype == np.int16
+    np.testing.assert_allclose(frames[..., :2] / POSITION, poses[..., :2], atol=0.5 / POSITION + 1e-12)
+    turns = (frames[..., 2] / ANGLE - poses[..., 2] + math.pi) % (2 * math.pi) - math.pi
+    assert np.abs(turns).max() <= 0.5 / ANGLE + 1e-9
+    assert summary["exact"] is True
+
+
+def test_the_summary_is_json_with_everything_but_the_poses(tmp_path: Path) -> None:
+    journal, played = record(tmp_path, ticks=20)
+    summary, _ = replay_frames(journal, POSITION, ANGLE)
+    assert json.loads(json.dumps(summary)) == summary
+    assert summary["map"]["name"] == "HandOff"
+    assert summary["ticks"] == len(summary["delivered"]) == len(summary["held"]) - 1 == 20
+    assert [event["tick"] for event in summary["events"]] == [5, 10, 15, 20]
+    assert [seat["name"] for seat in summary["seats"]] == ["P-3f2a", "scripted"]
+    assert summary["held"] == [state.held.tolist() for state in read_episode(journal).states]
+    assert played.header.episode_id == summary["id"]
+
+
+def test_states_that_cannot_be_simulated_are_interpolated(tmp_path: Path) -> None:
+    start = header()
+    initial = World(start.map).state()
+    writer = EpisodeWriter.create(tmp_path, start, initial)
+    jump = initial.robot_poses.copy()
+    jump[0] += (0.5, 0.0, 3.5)
+    after = WorldState(1, jump, initial.robot_velocities, initial.held, initial.item_poses)
+    writer.tick(TickRecord(np.zeros((2, 3)), ("idle", "idle"), (-1, -1), after, (False,) * 4, 0.0))
+    poses, exact = replay_poses(read_episode(writer.close("time")))
+    assert not exact
+    assert poses.shape == (6, 6, 3)
+    np.testing.assert_allclose(poses[:, 0, 0] - poses[0, 0, 0], [0.0, 0.1, 0.2, 0.3, 0.4, 0.5])
+    np.testing.assert_allclose(np.diff(poses[:, 0, 2]), (3.5 - 2 * math.pi) / 5, err_msg="the shorter way round")

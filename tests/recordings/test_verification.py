@@ -1,0 +1,102 @@
+"""Verification: a true record passes, any untruth is named."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from recordings import Episode, EpisodeWriter, TickRecord, finalise, read_episode, verify
+from recordings.verification import first_divergence
+from recordings.versions import versions, why_not_exact
+from tests.recordings.support import record
+from world.state import WorldState
+
+
+@pytest.fixture(scope="module")
+def episode(tmp_path_factory: pytest.TempPathFactory) -> Episode:
+    journal, _ = record(tmp_path_factory.mktemp("verify"), ticks=25, map_name="LeftRight")
+    return read_episode(journal)
+
+
+def changed(episode: Episode, tick: int, change: Callable[[TickRecord], TickRecord]) -> Episode:
+    ticks = list(episode.ticks)
+    ticks[tick - 1] = change(ticks[tick - 1])
+    return replace(episode, ticks=tuple(ticks))
+
+
+def with_state(record: TickRecord, **fields: object) -> TickRecord:
+    names = ("tick", "robot_poses", "robot_velocities", "held", "item_poses")
+    values = {name: getattr(record.state, name) for name in names} | fields
+    return replace(record, state=WorldState(**values))
+
+
+def test_a_true_recording_is_identical_finished_or_not(tmp_path: Path) -> None:
+    journal, _ = record(tmp_path, ticks=40, map_name="CornerDecision")
+    for verdict in (verify(journal), verify(finalise(journal))):
+        assert (verdict.ticks, verdict.identical, verdict.caveat, verdict.damage) == (40, True, "", "")
+
+
+def test_the_smallest_change_of_a_position_is_named_with_tick_and_field(episode: Episode) -> None:
+    def nudge(record: TickRecord) -> TickRecord:
+        poses = record.state.item_poses.copy()
+        poses[1, 0] = np.nextafter(poses[1, 0], 2.0)
+        return with_state(record, item_poses=poses)
+
+    found = first_divergence(changed(episode, 17, nudge))
+    assert found is not None
+    assert (found.tick, found.field) == (17, "item_poses[1, 0]")
+    assert found.recorded != found.simulated
+    assert str(found).startswith("tick 17, item_poses[1, 0]: recorded ")
+
+
+def test_a_changed_hold_is_named(episode: Episode) -> None:
+    found = first_divergence(changed(episode, 4, lambda r: with_state(r, held=np.array([2, -1]))))
+    assert found is not None
+    assert (found.tick, found.field, found.recorded) == (4, "held[0]", 2.0)
+
+
+def test_a_changed_delivery_is_named(episode: Episode) -> None:
+    found = first_divergence(changed(episode, 9, lambda r: replace(r, delivered=(True, False, False))))
+    assert found is not None
+    assert (found.tick, found.field, found.recorded, found.simulated) == (9, "delivered[0]", 1.0, 0.0)
+
+
+def test_a_changed_action_shows_in_the_state_after_it(episode: Episode) -> None:
+    def turn(record: TickRecord) -> TickRecord:
+        actions = record.actions.copy()
+        actions[0] = (1.0, actions[0, 1] + 1.0, 0.0)
+        return replace(record, actions=actions)
+
+    found = first_divergence(changed(episode, 6, turn))
+    assert found is not None
+    assert found.tick == 6
+    assert found.field.startswith("robot_")
+
+
+def test_a_changed_start_is_named(episode: Episode) -> None:
+    start = episode.initial
+    poses = start.robot_poses.copy()
+    poses[1, 2] += 0.5
+    moved = WorldState(0, poses, start.robot_velocities, start.held, start.item_poses)
+    found = first_divergence(replace(episode, initial=moved))
+    assert found is not None
+    assert (found.tick, found.field) == (0, "robot_poses[1, 2]")
+
+
+def test_a_false_recording_on_disk_is_found(tmp_path: Path, episode: Episode) -> None:
+    writer = EpisodeWriter.create(tmp_path, replace(episode.header, episode_id="false"), episode.initial)
+    for tick in changed(episode, 12, lambda r: with_state(r, robot_poses=r.state.robot_poses + 1e-9)).ticks:
+        writer.tick(tick)
+    verdict = verify(finalise(writer.close("time")))
+    assert not verdict.identical
+    assert verdict.first_divergence is not None
+    assert (verdict.first_divergence.tick, verdict.first_divergence.field) == (12, "robot_poses[0, 0]")
+
+
+def test_another_engine_means_no_promise() -> None:
+    assert why_not_exact(versions()) == ""
+    sentence = why_not_exact({**versions(), "pymunk": "7.0.0"})
+    assert "pymunk 7.0.0 (here 6.11.1)" in sentence
+    assert "equal bits are not promised" in sentence
