@@ -1,8 +1,8 @@
-// The colours that style.css defines as custom properties, read once per theme for what is drawn on a canvas.
+// The colours and the font that style.css defines as custom properties, read once per theme for drawing on a canvas.
 
 const TOKENS = /** @type {const} */ ([
   "bg", "surface", "line", "ink", "ink-2", "blue", "blue-tint", "red", "red-tint", "item-small", "item-middle",
-  "item-large", "wall", "goal", "goal-hatch", "goal-edge", "ok", "attention", "bad", "focus",
+  "item-large", "wall", "goal", "goal-hatch", "goal-edge", "ok", "attention", "bad", "focus", "font",
 ]);
 
 /** @typedef {Record<(typeof TOKENS)[number], string>} Theme */

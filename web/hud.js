@@ -121,7 +121,7 @@ export class Hud {
     if (cards.length > 1) {
       buttons.push(el("button", { type: "button", class: "button-link small", onclick: actions.swap }, TEXT.ready.swap));
     }
-    controls.replaceChildren(el("h2", { class: "label" }, TEXT.controls), ...blocks, el("div", { class: "row row-apart" }, ...buttons));
+    controls.replaceChildren(el("h2", {}, TEXT.controls), ...blocks, el("div", { class: "row row-apart" }, ...buttons));
   }
 
   /** @param {Element} part @param {string} text */
@@ -153,12 +153,11 @@ function seatRow(seat) {
 
 /** @param {SeatCard} card @param {Mapping} mapping @param {boolean} named */
 function keyBlock(card, mapping, named) {
-  const rows = keyRows(card, mapping).map(([keys, effect]) => [
-    el("dt", {}, ...keys.map((key) => el("kbd", {}, key))),
-    el("dd", {}, effect),
-  ]);
+  const rows = keyRows(card, mapping).map(([keys, effect]) =>
+    el("li", {}, ...keys.flatMap((key) => [el("kbd", {}, key), " "]), el("span", {}, effect)),
+  );
   const title = named ? el("p", { class: "agent small" }, badge(card.seat), TEXT.colours[card.seat]) : null;
-  return el("div", { class: "stack" }, title, el("dl", { class: "keys" }, ...rows.flat()));
+  return el("div", { class: "keys" }, title, el("ul", {}, ...rows));
 }
 
 /** @param {SeatCard} card @param {Mapping} mapping @returns {[string[], string][]} */
@@ -182,8 +181,15 @@ export function keyRows(card, mapping) {
   return [
     [sets.map(moveName), move],
     [sets.map((keys) => keyName(keys.grab)), grab],
-    [sets.map((keys) => keyName(keys.backward)), backward],
+    [backwardNames(sets), backward],
   ];
+}
+
+/** Either shift key is "Shift" when both do the same. @param {readonly import("./input/mapping.js").KeySet[]} sets */
+function backwardNames(sets) {
+  const codes = sets.map((keys) => keys.backward);
+  const shifts = codes.length === 2 && codes.includes("ShiftLeft") && codes.includes("ShiftRight");
+  return shifts ? [TEXT.shift] : codes.map(keyName);
 }
 
 /** How to say "press this" for a seat. @param {SeatCard} card @param {Mapping} mapping */

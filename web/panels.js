@@ -88,7 +88,7 @@ export class Panels {
       else field.focus(); // selected, ready for the reader's own copy
     });
     const qr = el("img", { class: "qr", src: `/api/rooms/${welcome.room}/qr.svg`, alt: TEXT.waiting.qr, width: 144, height: 144 });
-    return [el("h2", { class: "label" }, TEXT.waiting.title), el("p", { class: "muted small" }, TEXT.waiting.sentence), field, copy, qr];
+    return [el("h2", {}, TEXT.waiting.title), el("p", { class: "muted small" }, TEXT.waiting.sentence), field, copy, qr];
   }
 
   /** @param {Game} game @param {readonly SeatCard[]} cards @param {Mapping} mapping */
@@ -96,10 +96,10 @@ export class Panels {
     const seats = game.room?.seats ?? [];
     const waitingFor = seats.flatMap((seat, index) => (seat.ready || game.own.includes(index) ? [] : [seatName(seat, false)]));
     const waiting = waitingFor.map((name) => el("p", { class: "muted small" }, TEXT.ready.waitingFor(name)));
-    if (game.own.length === 0) return [el("h2", { class: "label" }, TEXT.ready.soon), ...waiting];
+    if (game.own.length === 0) return [el("h2", {}, TEXT.ready.soon), ...waiting];
     const rows = cards.map((card) => this.#readyRow(card, seats[card.seat], mapping, cards.length > 1));
     const mineReady = game.own.every((seat) => seats[seat]?.ready);
-    return [el("h2", { class: "label" }, TEXT.ready.title), ...rows, ...(mineReady ? waiting : [])];
+    return [el("h2", {}, TEXT.ready.title), ...rows, ...(mineReady ? waiting : [])];
   }
 
   /** @param {SeatCard} card @param {import("./messages.js").SeatState} seat @param {Mapping} mapping @param {boolean} several */
@@ -107,8 +107,9 @@ export class Panels {
     const who = el("p", { class: "agent" }, badge(card.seat), several ? TEXT.colours[card.seat] : TEXT.ready.you(TEXT.colours[card.seat]));
     if (seat?.ready) return el("div", { class: "row row-apart" }, who, el("span", { class: "pill pill-ok" }, TEXT.state.ready));
     const press = el("p", { class: "muted small" }, TEXT.ready.press(grabName(card, mapping)));
-    const button = el("button", { type: "button", class: "button button-primary button-wide" }, TEXT.ready.button);
+    const button = el("button", { type: "button", class: several ? "button button-small" : "button button-primary button-wide" }, TEXT.ready.button);
     button.addEventListener("click", () => this.actions.ready(card.seat));
+    if (several) return el("div", {}, el("div", { class: "row row-apart" }, who, button), press);
     return el("div", { class: "stack" }, who, press, button);
   }
 

@@ -130,7 +130,7 @@ class Pen {
 
   /** @param {string} text @param {number} size pixels @param {string} colour */
   label(text, size, colour) {
-    this.ctx.font = `700 ${size}px Inter, system-ui, sans-serif`;
+    this.ctx.font = `700 ${size}px ${this.theme.font || "sans-serif"}`;
     this.ctx.textAlign = "center";
     this.ctx.textBaseline = "middle";
     this.ctx.fillStyle = colour;

@@ -54,6 +54,7 @@ export const TEXT = {
     up: "up", left: "left", down: "down", right: "right",
   },
   stick: "left stick",
+  shift: "Shift",
   touchMove: "left side",
   touchGrab: "Grab",
   touchBackward: "Backward",
