@@ -1,0 +1,33 @@
+"""The web application: pages, API and the websocket of one `Host`, put together in one place."""
+
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
+from fastapi import FastAPI
+from starlette.routing import WebSocketRoute
+
+from server import http_api, pages
+from server.headers import BodyLimit, SecureHeaders
+from server.host import Host
+from server.settings import Settings
+
+
+def create_app(settings: Settings) -> FastAPI:
+    """A whole server as an ASGI application; `app.state.host` is its Host."""
+    host = Host(settings)
+
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        await host.start()
+        yield
+        await host.stop()
+
+    app = FastAPI(title="Moving Out Live", lifespan=lifespan, docs_url=None, redoc_url=None, openapi_url=None)
+    app.state.host = host
+    http_api.install(app, host)
+    app.include_router(pages.router)
+    app.mount("/static", pages.StaticModules(directory=pages.WEB))
+    app.router.routes.append(WebSocketRoute("/ws", host.endpoint))
+    app.add_middleware(BodyLimit, limit=settings.limits.body_bytes)
+    app.add_middleware(SecureHeaders)
+    return app

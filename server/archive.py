@@ -1,0 +1,146 @@
+"""Finished recordings: finalising, listing and replaying, all in one other process so that no tick is late.
+
+Knows no room. Ids are unguessable, so one recording needs no token; a path is never made of anything but an id.
+"""
+
+import asyncio
+import logging
+import multiprocessing
+import os
+import re
+import signal
+from collections import OrderedDict
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import orjson
+
+from recordings import RecordingError, finalise, replay_frames
+from recordings.finished import recover_journal
+from recordings.listing import Unreadable, read_summary, recording_paths
+from server import messages as m
+
+log = logging.getLogger(__name__)
+
+_ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,79}")
+SUFFIX = ".mcap"
+CACHED_REPLAYS = 8
+
+
+class Replay(NamedTuple):
+    """What the browser needs to show a recording again."""
+
+    summary: bytes  # JSON
+    poses: bytes  # int16, little endian, (1 + 5 T, 2 + N, 3) with the wire's scales
+
+
+class Archive:
+    """The recordings of one folder. Use inside a running event loop."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self._executor = _new_executor()
+        self._pending: dict[str, asyncio.Task[None]] = {}  # by journal name
+        self._replays: OrderedDict[str, Replay] = OrderedDict()
+
+    @property
+    def pending(self) -> int:
+        """Journals being finalised."""
+        return len(self._pending)
+
+    def finalise(self, journal: Path) -> None:
+        """Turn a closed journal into a recording, later."""
+        self._begin(journal, finalise)
+
+    def recover(self, journal: Path) -> None:
+        """The same for a journal that somebody left behind; an unreadable one is moved aside."""
+        self._begin(journal, recover_journal)
+
+    async def listing(self) -> list[dict[str, Any]]:
+        """One line per finished recording, newest first."""
+        rows: list[dict[str, Any]] = await self._run(_list, self.folder)
+        return rows
+
+    async def replay(self, episode_id: str) -> Replay:
+        """Raises RecordingError when there is no such recording or it cannot be read."""
+        if episode_id not in self._replays:
+            path = await self.path(episode_id)
+            self._replays[episode_id] = Replay(*await self._run(_replay, path))
+            while len(self._replays) > CACHED_REPLAYS:
+                self._replays.popitem(last=False)
+        self._replays.move_to_end(episode_id)
+        return self._replays[episode_id]
+
+    async def path(self, episode_id: str) -> Path:
+        """The file of a recording, waiting for it to be finalised. Raises RecordingError when there is none."""
+        if not _ID.fullmatch(episode_id):
+            raise RecordingError("a recording's id has up to 80 letters, digits, '-' and '_'")
+        pending = self._pending.get(f"{episode_id}.mcap.journal")
+        if pending is not None:
+            await asyncio.shield(pending)
+        path = self.folder / f"{episode_id}{SUFFIX}"
+        if path.is_symlink() or not path.is_file():
+            raise RecordingError("there is no such recording; it may still be running or may have been deleted")
+        return path
+
+    async def close(self) -> None:
+        """Finish what is pending and end the process."""
+        await asyncio.gather(*self._pending.values(), return_exceptions=True)
+        await asyncio.to_thread(self._executor.shutdown)
+
+    def _begin(self, journal: Path, work: Any) -> None:
+        task = asyncio.create_task(self._finish(journal, work))
+        self._pending[journal.name] = task
+        task.add_done_callback(lambda _: self._pending.pop(journal.name, None))
+
+    async def _finish(self, journal: Path, work: Any) -> None:
+        try:
+            await self._run(work, journal)
+        except (RecordingError, OSError) as error:
+            log.error("the recording %s stays a journal for now: %s", journal.name, error)
+
+    async def _run(self, work: Any, *arguments: Any) -> Any:
+        """Run in the other process; once more with a new one if it died."""
+        loop = asyncio.get_running_loop()
+        try:
+            return await loop.run_in_executor(self._executor, work, *arguments)
+        except BrokenProcessPool:
+            log.error("the process for recordings died; starting another one")
+            self._executor = _new_executor()
+            return await loop.run_in_executor(self._executor, work, *arguments)
+
+
+def _new_executor() -> ProcessPoolExecutor:
+    return ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn"), initializer=_be_nice)
+
+
+def _be_nice() -> None:
+    """Ticks come first; and Ctrl-C is the server's business."""
+
+    os.nice(10)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _list(folder: Path) -> list[dict[str, Any]]:
+    rows = []
+    for path in recording_paths(folder):
+        if path.name.endswith(SUFFIX):
+            rows.append(_row(path))
+    return sorted(rows, key=lambda row: str(row["started"]), reverse=True)
+
+
+def _row(path: Path) -> dict[str, Any]:
+    try:
+        row = read_summary(path).to_json()
+    except RecordingError as error:
+        problem = Unreadable(path, str(error)).problem
+        return {"id": path.name.removesuffix(SUFFIX), "started": "", "complete": False, "damage": problem}
+    del row["path"]
+    return row
+
+
+def _replay(path: Path) -> tuple[bytes, bytes]:
+    summary, frames = replay_frames(path, m.POSITION_SCALE, m.ANGLE_SCALE)
+    return orjson.dumps(summary), frames.astype("<i2").tobytes()

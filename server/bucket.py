@@ -1,0 +1,20 @@
+"""A token bucket: so many per second, a burst of as many as it holds."""
+
+
+class Bucket:
+    """Starts full. Times are seconds of any clock that does not go back."""
+
+    def __init__(self, per_s: float, burst: float, now: float) -> None:
+        self.per_s = per_s
+        self.burst = burst
+        self._left = burst
+        self._at = now
+
+    def take(self, now: float) -> bool:
+        """Take one; False when there is none left."""
+        self._left = min(self.burst, self._left + (now - self._at) * self.per_s)
+        self._at = now
+        if self._left < 1.0:
+            return False
+        self._left -= 1.0
+        return True

@@ -1,0 +1,111 @@
+"""All rooms of this process: opening, finding, ticking and closing them; the `Services` they run on."""
+
+import logging
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from maps import MapError, MapSpec, load_map
+from recordings import EpisodeHeader, EpisodeWriter, RecordingError
+from server import messages as m
+from server.recorder import Recorder
+from server.room import Room
+from server.seats import AgentSource, Seat
+from server.services import RoomConfig
+from server.ticker import Entry, Ticker
+from server.tokens import new_id, new_token
+from world.state import WorldState
+
+log = logging.getLogger(__name__)
+
+
+class Directory:
+    """The rooms by id. Calls `on_change(room)` when a restart would need to know and `on_journal` to finalise."""
+
+    def __init__(
+        self,
+        recordings: Path,
+        agents: AgentSource,
+        ticker: Ticker,
+        clock: Callable[[], float],
+        on_change: Callable[[Room], None],
+        on_closed: Callable[[str], None],
+        on_journal: Callable[[Path], None],
+    ) -> None:
+        self.rooms: dict[str, Room] = {}
+        self._recordings = recordings
+        self._agents = agents
+        self._ticker = ticker
+        self._clock = clock
+        self._entries: dict[str, Entry] = {}
+        self._on_change = on_change
+        self._on_closed = on_closed
+        self._on_journal = on_journal
+
+    def open(self, config: RoomConfig, seats: list[Seat]) -> Room:
+        """A new room that ticks from now on. Raises MapError and AgentError."""
+        room = Room(new_id(), config, seats, self, self._clock())
+        self.add(room)
+        return room
+
+    def add(self, room: Room) -> None:
+        self.rooms[room.id] = room
+        self._entries[room.id] = self._ticker.add(
+            lambda now, due, skipped: self._tick(room, now, due, skipped), room.beat
+        )
+        self.changed(room.id)
+
+    def remove(self, room: Room) -> None:
+        """Forget a closed room."""
+        if self.rooms.pop(room.id, None) is not None:
+            self._ticker.remove(self._entries.pop(room.id))
+            self._on_closed(room.id)
+
+    def deadline_misses(self) -> int:
+        """Decisions of agents that came too late, in the rounds being played."""
+        return sum(room.round.deadline_misses for room in self.rooms.values())
+
+    def _tick(self, room: Room, now: float, due: float, skipped: int) -> None:
+        try:
+            room.tick(now, due, skipped)
+        except Exception:  # a fault in one room must not stop the others
+            log.exception("room %s failed and is closed", room.id)
+            room.close(m.CLOSE_ROOM_OVER, "Something went wrong in this room; the recording is kept.", "error")
+        if room.phase == "closed":
+            self.remove(room)
+
+    # ---- Services -------------------------------------------------------------------------------------------
+
+    @property
+    def agents(self) -> AgentSource:
+        return self._agents
+
+    def load_map(self, name: str, seed: int | None) -> MapSpec:
+        the_map = load_map(name)
+        if seed is not None:
+            raise MapError("randomised maps are not available yet; leave challenge2_seed out")
+        return the_map
+
+    def open_recording(self, header: EpisodeHeader, initial: WorldState) -> Recorder:
+        try:
+            return Recorder(EpisodeWriter.create(self._recordings, header, initial))
+        except RecordingError as error:
+            log.error("not recording: %s", error)
+            return Recorder(None, str(error))
+
+    def archive(self, journal: Path) -> None:
+        self._on_journal(journal)
+
+    def new_id(self) -> str:
+        return new_id(20)
+
+    def new_token(self) -> str:
+        return new_token()
+
+    def wall_ns(self) -> int:
+        return time.time_ns()
+
+    def changed(self, room_id: str) -> None:
+        room = self.rooms.get(room_id)
+        if room is not None:
+            self._on_change(room)

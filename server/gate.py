@@ -1,0 +1,73 @@
+"""How much one address, and everybody together, may ask of this server."""
+
+from collections import defaultdict
+from collections.abc import Callable
+
+from server.bucket import Bucket
+from server.settings import Limits
+
+FORGET_AFTER = 10_000  # addresses; then those at rest are forgotten
+
+
+class Gate:
+    """Counts sockets and wrong tokens by address. Every refusal is a sentence; empty means welcome."""
+
+    def __init__(self, limits: Limits, clock: Callable[[], float]) -> None:
+        self._limits = limits
+        self._clock = clock
+        self._sockets: defaultdict[str, int] = defaultdict(int)
+        self._waiting: defaultdict[str, int] = defaultdict(int)
+        self._guesses: dict[str, Bucket] = {}
+        self._openings: dict[str, Bucket] = {}
+        self._locked: dict[str, float] = {}  # address -> until
+
+    @property
+    def sockets(self) -> int:
+        return sum(self._sockets.values())
+
+    def enter(self, address: str) -> str:
+        """A socket wants in; when the answer is empty, `leave` must follow."""
+        limits = self._limits
+        if self.sockets >= limits.sockets:
+            return "The server is full; try again in a minute."
+        if self._sockets[address] >= limits.sockets_per_address:
+            return f"There are {limits.sockets_per_address} connections from your address already; close some of them."
+        if self._waiting[address] >= limits.waiting_per_address:
+            return "Too many connections from your address have not joined a room yet; try again in a few seconds."
+        self._sockets[address] += 1
+        self._waiting[address] += 1
+        return ""
+
+    def joined(self, address: str) -> None:
+        """The socket has joined a room, or has given up waiting."""
+        _count_down(self._waiting, address)
+
+    def leave(self, address: str) -> None:
+        _count_down(self._sockets, address)
+
+    def locked(self, address: str) -> bool:
+        """Whether this address has guessed wrong tokens too often and has to wait."""
+        return self._clock() < self._locked.get(address, 0.0)
+
+    def wrong_token(self, address: str) -> None:
+        """Each wrong token costs one of ten; they come back at ten a minute."""
+        per_minute = self._limits.wrong_tokens_per_minute
+        if not self._bucket(self._guesses, address, per_minute).take(self._clock()):
+            self._locked[address] = self._clock() + 60.0
+
+    def may_open_room(self, address: str) -> bool:
+        per_minute = self._limits.rooms_per_address_per_minute
+        return self._bucket(self._openings, address, per_minute).take(self._clock())
+
+    def _bucket(self, buckets: dict[str, Bucket], address: str, per_minute: int) -> Bucket:
+        if len(buckets) > FORGET_AFTER:
+            buckets.clear()
+        if address not in buckets:
+            buckets[address] = Bucket(per_minute / 60.0, per_minute, self._clock())
+        return buckets[address]
+
+
+def _count_down(counts: defaultdict[str, int], address: str) -> None:
+    counts[address] -= 1
+    if counts[address] <= 0:
+        del counts[address]

@@ -1,0 +1,170 @@
+"""One running server: everything that lives as long as the process, started and stopped in order."""
+
+import asyncio
+import gc
+import logging
+import shutil
+import time
+
+import psutil
+
+from agents.catalogue import agent_cards
+from maps import PRACTICE, MovingOutError, load_map, map_names
+from recordings import RecordingError
+from recordings.journal import JOURNAL_SUFFIX
+from server.agent_seat import AgentPool
+from server.answers import Answers
+from server.archive import Archive
+from server.directory import Directory
+from server.gate import Gate
+from server.restart import restore_room, room_file
+from server.room import Room
+from server.settings import Settings
+from server.socket import SocketEndpoint
+from server.store import RoomStore
+from server.ticker import Ticker
+from server.tokens import hash_token, new_token, token_matches
+from world import World
+from world.distance import paper_distances
+
+log = logging.getLogger(__name__)
+
+SYNC_S = 1.0
+CPU_SAMPLES = 5  # seconds that the CPU share is averaged over
+
+
+class Host:
+    """The parts of a server. `start` and `stop` run inside the event loop."""
+
+    def __init__(self, settings: Settings) -> None:
+        self.settings = settings
+        self.admin_token = settings.admin_token or new_token()
+        self.ticker = Ticker(time.monotonic)
+        self.gate = Gate(settings.limits, time.monotonic)
+        self.agents = AgentPool(settings.agent_workers)
+        self.answers = Answers(settings.answers)
+        self.store = RoomStore(settings.rooms)
+        self.cpu_share = 0.0  # of one core, over the last seconds
+        self.started_at = time.time()
+        self.stopping = False
+        self._admin_hash = hash_token(self.admin_token)
+        self._tasks: list[asyncio.Task[None]] = []
+        self._archive: Archive | None = None
+        self.directory = Directory(
+            recordings=settings.recordings,
+            agents=self.agents,
+            ticker=self.ticker,
+            clock=time.monotonic,
+            on_change=self._save,
+            on_closed=self.store.delete,
+            on_journal=lambda journal: self.archive.finalise(journal),
+        )
+        self.endpoint = SocketEndpoint(settings, self.directory, self.gate)
+
+    @property
+    def archive(self) -> Archive:
+        if self._archive is None:
+            raise RuntimeError("the server has not been started")
+        return self._archive
+
+    def is_admin(self, token: str) -> bool:
+        return token_matches(token, self._admin_hash)
+
+    async def start(self) -> None:
+        """Bring back what the last run left, then begin to tick."""
+        for folder in (self.settings.recordings, self.settings.rooms, self.settings.answers):
+            folder.mkdir(parents=True, exist_ok=True)
+        self._archive = Archive(self.settings.recordings)
+        await self.agents.start()
+        _warm_up()
+        self._restore_rooms()
+        self._tasks = [asyncio.create_task(work()) for work in (self.ticker.run, self._sync, self._watch_cpu)]
+        gc.collect()
+        gc.freeze()
+
+    async def suspend(self) -> None:
+        """Stop playing: end the rounds, tell the clients, keep the rooms for the next run."""
+        if self.stopping:
+            return
+        self.stopping = True
+        for task in self._tasks:
+            task.cancel()
+        await asyncio.gather(*self._tasks, return_exceptions=True)
+        for room in self.directory.rooms.values():
+            room.suspend()
+            self._save(room)
+        deadline = time.monotonic() + 2.0
+        while self.endpoint.open and time.monotonic() < deadline:
+            await asyncio.sleep(0.02)
+
+    async def stop(self) -> None:
+        """Finalise every recording and end the other processes."""
+        await self.suspend()
+        await self.archive.close()
+        await self.agents.close()
+        await asyncio.to_thread(self.store.close)
+        gc.unfreeze()
+
+    def refusal(self) -> str:
+        """Why no room can be opened now, empty when one can."""
+        limits = self.settings.limits
+        if self.stopping:
+            return "The server is being restarted; try again in a minute."
+        if len(self.directory.rooms) >= limits.rooms:
+            return f"All {limits.rooms} rooms of this server are in use; close one or try again later."
+        if self.cpu_share > limits.cpu_share:
+            return f"The server is busy ({self.cpu_share:.0%} of a core); running games come first. Try again later."
+        if shutil.disk_usage(self.settings.data).free < 50e6:
+            return "The server's disk is almost full; somebody has to make room before new games are opened."
+        return ""
+
+    # ---- restart --------------------------------------------------------------------------------------------
+
+    def _save(self, room: Room) -> None:
+        if room.phase != "closed":
+            self.store.save(room_file(room, time.time()))
+
+    def _restore_rooms(self) -> None:
+        for file in list(self.store.load()):
+            try:
+                room = restore_room(file, self.settings.recordings, self.directory, time.monotonic())
+            except MovingOutError as error:
+                log.warning("room %s does not come back: %s", file.id, error)
+                self.store.delete(file.id)
+                continue
+            self.directory.add(room)
+        resumed = {room.round.episode_id for room in self.directory.rooms.values() if room.round.started}
+        for journal in sorted(self.settings.recordings.glob(f"*{JOURNAL_SUFFIX}")):
+            if journal.name.removesuffix(JOURNAL_SUFFIX) not in resumed:
+                self.archive.recover(journal)
+
+    # ---- in the background ----------------------------------------------------------------------------------
+
+    async def _sync(self) -> None:
+        """Once a second, make what was recorded survive a power failure; in a thread, because disks are slow."""
+        while True:
+            await asyncio.sleep(SYNC_S)
+            recorders = [room.round.recorder for room in self.directory.rooms.values() if room.round.recorder.active]
+            for recorder in recorders:
+                try:
+                    await asyncio.to_thread(recorder.sync)
+                except RecordingError as error:
+                    log.warning("the disk does not keep up: %s", error)
+
+    async def _watch_cpu(self) -> None:
+        process = psutil.Process()
+        share = 0.0
+        process.cpu_percent()
+        while True:
+            await asyncio.sleep(1.0)
+            share += (process.cpu_percent() / 100.0 - share) / CPU_SAMPLES
+            self.cpu_share = share
+
+
+def _warm_up() -> None:
+    """Load every map, its distance field and the engine before the first player comes."""
+    for name in (*map_names(), PRACTICE):
+        the_map = load_map(name)
+        paper_distances(the_map)
+        World(the_map).step([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    agent_cards()

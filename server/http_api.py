@@ -1,0 +1,350 @@
+"""The HTTP API: maps, rooms, questionnaire, recordings, administration. Answers JSON; errors are one sentence."""
+
+import asyncio
+from typing import Any, Literal, TypeVar
+
+import msgspec
+import segno
+from fastapi import APIRouter, Depends, FastAPI, Request
+from fastapi.responses import FileResponse, JSONResponse, Response
+
+from agents.catalogue import agent_cards
+from maps import PRACTICE, MovingOutError, load_map, map_names, map_to_json
+from recordings import RecordingError
+from server import messages as m
+from server.host import Host
+from server.origin import origin_allowed
+from server.report import report
+from server.room import Room
+from server.seats import Seat
+from server.services import RoomConfig
+from server.tokens import hash_token, new_token
+from study.questionnaire import PAPER, AnswerError
+
+MAX_ROUNDS = 36
+MAX_LIMIT_TICKS = 36_000  # an hour
+
+Body = TypeVar("Body")
+
+
+class SeatRequest(msgspec.Struct, forbid_unknown_fields=True):
+    """Who shall sit in a seat."""
+
+    kind: Literal["here", "link", "agent", "remote"]
+    agent: str = ""
+
+
+class RoomRequest(msgspec.Struct, forbid_unknown_fields=True):
+    """The body of POST /api/rooms."""
+
+    maps: list[str]
+    seats: list[SeatRequest]
+    limit_ticks: int = 500
+    practice: bool = False
+    challenge2_seed: int | None = None
+
+
+class AnswerRequest(msgspec.Struct, forbid_unknown_fields=True):
+    """The body of POST /api/rooms/{room}/answers."""
+
+    question: str
+    value: int
+    text: str = ""
+    elapsed_ms: float = 0.0
+
+
+class ApiError(Exception):
+    """A request that cannot be served; becomes {"error": {"code", "message"}}."""
+
+    def __init__(self, status: int, code: str, message: str) -> None:
+        super().__init__(message)
+        self.status = status
+        self.code = code
+
+
+def install(app: FastAPI, host: Host) -> None:
+    """Add the routes and the shape of errors."""
+
+    @app.exception_handler(ApiError)
+    async def api_error(request: Request, error: ApiError) -> JSONResponse:
+        return JSONResponse({"error": {"code": error.code, "message": str(error)}}, error.status)
+
+    @app.exception_handler(404)
+    async def not_found(request: Request, error: Exception) -> Response:
+        return JSONResponse({"error": {"code": "not_found", "message": "There is nothing at this address."}}, 404)
+
+    app.include_router(_play_routes(host))
+    app.include_router(_answer_routes(host))
+    app.include_router(_recording_routes(host))
+    app.include_router(_admin_routes(host))
+
+
+# ---- rooms ----------------------------------------------------------------------------------------------------
+
+
+def _play_routes(host: Host) -> APIRouter:
+    router = APIRouter()
+
+    @router.get("/healthz")
+    async def health() -> dict[str, Any]:
+        return {"ok": not host.stopping, "rooms": len(host.directory.rooms)}
+
+    @router.get("/api/maps")
+    async def maps() -> dict[str, Any]:
+        return {
+            "maps": [map_to_json(load_map(name)) for name in map_names()],
+            "practice": map_to_json(load_map(PRACTICE)),
+        }
+
+    @router.get("/api/agents")
+    async def agents() -> dict[str, Any]:
+        cards = [{"id": card.id, "name": card.name, "description": card.description} for card in agent_cards()]
+        return {"agents": cards, "default": host.settings.partner}
+
+    @router.post("/api/rooms", dependencies=[Depends(_own_page(host))])
+    async def open_room(request: Request) -> dict[str, Any]:
+        return _open_room(host, await _body(request, RoomRequest), _address(request))
+
+    @router.get("/api/rooms/{room_id}")
+    async def room(room_id: str) -> dict[str, Any]:
+        return _room_view(_room(host, room_id))
+
+    @router.get("/api/rooms/{room_id}/qr.svg")
+    async def qr(room_id: str, request: Request) -> Response:
+        address = str(request.base_url).rstrip("/") + f"/play/{_room(host, room_id).id}"
+        code = segno.make(address, error="m").svg_inline(border=2, scale=4, dark="#000", light="#fff")
+        return Response(code, media_type="image/svg+xml", headers={"cache-control": "no-store"})
+
+    return router
+
+
+def _open_room(host: Host, wanted: RoomRequest, address: str) -> dict[str, Any]:
+    refusal = host.refusal()
+    if refusal:
+        raise ApiError(503, "full", refusal)
+    if not host.gate.may_open_room(address):
+        raise ApiError(429, "too_many_rooms", "Too many rooms were opened from your address; wait a minute.")
+    config = _checked_config(wanted)
+    tokens = [new_token() if seat.kind == "here" else None for seat in wanted.seats]
+    seats = [_seat(host, index, seat, tokens[index]) for index, seat in enumerate(wanted.seats)]
+    try:
+        room = host.directory.open(config, seats)
+    except MovingOutError as error:
+        raise ApiError(503, "no_agent", str(error)) from None
+    return {
+        "room": room.id,
+        "tokens": tokens,
+        "join_path": f"/play/{room.id}",
+        "watch_path": f"/watch/{room.id}",
+    }
+
+
+def _checked_config(wanted: RoomRequest) -> RoomConfig:
+    known = (*map_names(), PRACTICE)
+    unknown = [name for name in wanted.maps if name not in known]
+    if unknown:
+        raise ApiError(422, "unknown_map", f"unknown map {unknown[0]!r}; known: {', '.join(known)}")
+    if not 1 <= len(wanted.maps) <= MAX_ROUNDS:
+        raise ApiError(422, "maps", f"a series has 1 to {MAX_ROUNDS} maps, not {len(wanted.maps)}")
+    if len(wanted.seats) != 2:
+        raise ApiError(422, "seats", f"a room has two seats, blue and red, not {len(wanted.seats)}")
+    if not wanted.practice and not 10 <= wanted.limit_ticks <= MAX_LIMIT_TICKS:
+        raise ApiError(422, "limit_ticks", f"a round lasts 10 to {MAX_LIMIT_TICKS} ticks of 0.1 s")
+    if wanted.challenge2_seed is not None and not 0 <= wanted.challenge2_seed < 2**31:
+        raise ApiError(422, "challenge2_seed", "a seed is a whole number from 0 to 2147483647")
+    return RoomConfig(
+        maps=tuple(wanted.maps),
+        limit_ticks=wanted.limit_ticks,
+        practice=wanted.practice,
+        challenge2_seed=wanted.challenge2_seed,
+    )
+
+
+def _seat(host: Host, index: int, wanted: SeatRequest, token: str | None) -> Seat:
+    if wanted.kind == "agent":
+        agent_id = _checked_agent(host, wanted.agent)
+        if agent_id == "idle":
+            return Seat(index, "idle", name="idle")
+        return Seat(index, "agent", agent_id, name=agent_id)
+    if wanted.kind == "remote":
+        return Seat(index, "remote", shared=True)
+    seat = Seat(index, "human", shared=wanted.kind == "link")
+    seat.token = hash_token(token) if token else None
+    return seat
+
+
+def _checked_agent(host: Host, agent_id: str) -> str:
+    """Only what is in the catalogue or what the operator named: an id can otherwise import any module."""
+    known = [card.id for card in agent_cards()]
+    if agent_id != host.settings.partner and agent_id.partition(":")[0] not in known:
+        raise ApiError(422, "unknown_agent", f"unknown agent {agent_id!r}; known: {', '.join(known)}")
+    return agent_id
+
+
+def _room_view(room: Room) -> dict[str, Any]:
+    state = room.state()
+    return {
+        "room": room.id,
+        "phase": state.phase,
+        "map": room.round.map.name,
+        "open_seats": [seat.index for seat in room.seats if seat.open],
+        "seats": msgspec.to_builtins(state.seats),
+    }
+
+
+# ---- questionnaire --------------------------------------------------------------------------------------------
+
+
+def _answer_routes(host: Host) -> APIRouter:
+    router = APIRouter()
+
+    @router.get("/api/questionnaire")
+    async def questionnaire() -> dict[str, object]:
+        return PAPER.as_json()
+
+    @router.post("/api/rooms/{room_id}/answers")
+    async def save_answer(room_id: str, request: Request) -> dict[str, bool]:
+        seat = _seat_of_token(host, room_id, request)
+        answer = await _body(request, AnswerRequest)
+        try:
+            PAPER.check_answer(answer.question, answer.value, answer.text)
+        except AnswerError as error:
+            raise ApiError(422, "answer", str(error)) from None
+        try:
+            await asyncio.to_thread(
+                host.answers.save, room_id, seat.index, answer.question, answer.value, answer.text, answer.elapsed_ms
+            )
+        except OSError as error:
+            raise ApiError(507, "not_saved", f"The answer could not be saved: {error.strerror}.") from None
+        return {"saved": True}
+
+    @router.get("/api/rooms/{room_id}/answers")
+    async def answers(room_id: str, request: Request) -> dict[str, Any]:
+        seat = _seat_of_token(host, room_id, request)
+        return {"answers": await asyncio.to_thread(host.answers.of, room_id, seat.index)}
+
+    return router
+
+
+def _seat_of_token(host: Host, room_id: str, request: Request) -> Seat:
+    room = _room(host, room_id)
+    address = _address(request)
+    if host.gate.locked(address):
+        raise ApiError(429, "locked", "Too many wrong keys from your address; wait a minute.")
+    seat = room.seating.seat_of_token(_bearer(request))
+    if seat is None:
+        host.gate.wrong_token(address)
+        raise ApiError(401, "wrong_token", "This seat's key is not valid; reload the page of the game.")
+    return seat
+
+
+# ---- recordings -----------------------------------------------------------------------------------------------
+
+
+def _recording_routes(host: Host) -> APIRouter:
+    router = APIRouter()
+
+    @router.get("/api/recordings", dependencies=[Depends(_admin(host))])
+    async def recordings() -> dict[str, Any]:
+        return {"recordings": await host.archive.listing()}
+
+    @router.get("/api/recordings/{episode_id}")
+    async def recording(episode_id: str) -> Response:
+        try:
+            replay = await host.archive.replay(episode_id)
+        except RecordingError as error:
+            raise ApiError(404, "no_recording", str(error)) from None
+        return Response(replay.summary, media_type="application/json")
+
+    @router.get("/api/recordings/{episode_id}/poses")
+    async def poses(episode_id: str) -> Response:
+        try:
+            replay = await host.archive.replay(episode_id)
+        except RecordingError as error:
+            raise ApiError(404, "no_recording", str(error)) from None
+        return Response(replay.poses, media_type="application/octet-stream")
+
+    @router.get("/api/recordings/{episode_id}/file")
+    async def file(episode_id: str) -> Response:
+        try:
+            path = await host.archive.path(episode_id)
+        except RecordingError as error:
+            raise ApiError(404, "no_recording", str(error)) from None
+        return FileResponse(path, media_type="application/octet-stream", filename=path.name)
+
+    return router
+
+
+# ---- administration -------------------------------------------------------------------------------------------
+
+
+def _admin_routes(host: Host) -> APIRouter:
+    router = APIRouter(prefix="/api/admin", dependencies=[Depends(_admin(host))])
+
+    @router.get("/state")
+    async def state() -> dict[str, Any]:
+        return report(host)
+
+    @router.post("/rooms/{room_id}/close")
+    async def close(room_id: str) -> dict[str, bool]:
+        room = _room(host, room_id)
+        room.close(m.CLOSE_KICKED, "This room was closed by the person who runs the server.")
+        host.directory.remove(room)
+        return {"closed": True}
+
+    @router.post("/measurements/reset")
+    async def reset() -> dict[str, bool]:
+        host.ticker.lateness.clear()
+        return {"reset": True}
+
+    return router
+
+
+def _admin(host: Host) -> Any:
+    async def check(request: Request) -> None:
+        address = _address(request)
+        if host.gate.locked(address):
+            raise ApiError(429, "locked", "Too many wrong keys from your address; wait a minute.")
+        token = _bearer(request)
+        if not token:
+            raise ApiError(401, "no_token", "This needs the admin token that `movingout play` printed.")
+        if not host.is_admin(token):
+            host.gate.wrong_token(address)
+            raise ApiError(403, "wrong_token", "This is not the admin token that `movingout play` printed.")
+
+    return check
+
+
+# ---- shared ---------------------------------------------------------------------------------------------------
+
+
+def _own_page(host: Host) -> Any:
+    async def check(request: Request) -> None:
+        if not origin_allowed(request.scope["headers"], request.url.scheme, host.settings.origins):
+            raise ApiError(403, "origin", "This page may not talk to this server.")
+
+    return check
+
+
+def _room(host: Host, room_id: str) -> Room:
+    room = host.directory.rooms.get(room_id)
+    if room is None:
+        raise ApiError(404, "no_room", "There is no such room (any more); open a new one from the start page.")
+    return room
+
+
+def _bearer(request: Request) -> str:
+    scheme, _, token = request.headers.get("authorization", "").partition(" ")
+    return token.strip() if scheme.lower() == "bearer" else ""
+
+
+def _address(request: Request) -> str:
+    return request.client.host if request.client else ""
+
+
+async def _body(request: Request, kind: type[Body]) -> Body:
+    try:
+        body: Body = msgspec.json.decode(await request.body(), type=kind)
+        return body
+    except (msgspec.MsgspecError, RecursionError, UnicodeError) as error:
+        raise ApiError(422, "bad_request", f"the request is not understood: {error}") from None

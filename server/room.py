@@ -1,0 +1,439 @@
+"""A room: two seats, a series of maps, and what may happen when.
+
+Pure and synchronous: nothing here awaits, sleeps or reads a clock; times (seconds of the server's monotonic clock)
+are arguments, and everything else comes in as `Services`. `tick` is the compute-ahead tick: latch the inputs at time
+T, step the world to T + 100 ms at once, send what will be seen until then.
+
+Phases: lobby -> countdown -> playing <-> paused -> round_over -> countdown ... -> series_over; closed ends it all.
+"""
+
+import msgspec
+
+from maps import map_to_json
+from maps.errors import MovingOutError
+from recordings import EpisodeHeader, InputSample
+from recordings.episode import Outcome
+from server import messages as m
+from server.frames import Beat, Input
+from server.latching import ask_agents, latch
+from server.recorder import Recorder
+from server.round import Moment, Round
+from server.seating import Seating
+from server.seats import Listener, Seat
+from server.services import RoomConfig, Services, WrongRequest
+from world import WorldError
+
+TICK_S = m.TICK_MS / 1e3
+COUNTDOWN_S = 3.0
+PRACTICE_COUNTDOWN_S = 1.0
+SHOW_RESULT_S = 6.0  # between two rounds that agents play among themselves
+RESUME_S = 30.0  # a seat waits so long for its player to come back
+RESTART_RESUME_S = 120.0  # and so long after the server was started again
+PAUSE_LIMIT_S = 600.0
+EMPTY_S = 900.0  # a room without any client closes after this
+ANNOUNCE_S = 1.0
+EARLY_S = 0.002  # a timer may fire this early
+BUILD = "0.1.0"
+
+COUNTDOWN_FROM: frozenset[m.Phase] = frozenset({"lobby", "paused", "round_over", "series_over"})
+
+
+class Room:
+    """One room. Every public method is called from the event loop's thread and returns at once."""
+
+    def __init__(
+        self,
+        room_id: str,
+        config: RoomConfig,
+        seats: list[Seat],
+        services: Services,
+        now: float,
+        index: int = 0,
+        epoch: int = 0,
+    ) -> None:
+        self.id = room_id
+        self.config = config
+        self.seats = seats
+        self.phase: m.Phase = "lobby"
+        self.reason = ""
+        self.until = 0.0  # when the countdown or the pause ends
+        self.index = index  # of the round in the series
+        self.epoch = epoch  # counts rounds, replays included
+        self.results: list[m.Result] = []
+        self.missed_ticks = 0
+        self.seating = Seating(room_id, seats, services.new_token, services.new_id)
+        self._services = services
+        self._due = now  # of the newest tick
+        self._announced = now
+        self._empty_since = now
+        self._over_since = now
+        self.round = self._new_round()
+
+    # ---- clients --------------------------------------------------------------------------------------------
+
+    def join(self, client: Listener, request: m.Join, now: float) -> m.Welcome:
+        """Let a client in, to seats or as a spectator, and tell it everything. Raises Refused."""
+        taken, replaced = self.seating.join(client, request)
+        for old in replaced:
+            old.dismiss(m.CLOSE_REPLACED, "This seat is now played from another window.")
+        welcome = m.Welcome(
+            m.PROTOCOL, BUILD, self.id, request.mode, taken, m.TICK_MS, m.POSES_PER_TICK, RESUME_S,
+            f"/play/{self.id}", f"/watch/{self.id}",
+        )  # fmt: skip
+        client.tell(welcome)
+        client.tell(self._round_message())
+        client.tell(self.full_state())
+        if self.results and self.phase in ("round_over", "series_over"):
+            client.tell(self.results[-1])
+        for grant in taken:
+            self._returned(self.seats[grant.seat], now)
+        self._announce(now)
+        self._services.changed(self.id)
+        return welcome
+
+    def depart(self, client: Listener, now: float) -> None:
+        """A client's connection is gone."""
+        dropped = self.seating.depart(client, now)
+        for seat in dropped:
+            self._dropped(seat, now)
+        if not self.seating.clients:
+            self._empty_since = now
+        self._announce(now)
+
+    def submit(self, client: Listener, frame: Input, now: float) -> None:
+        """An input for one seat of this client; an acknowledgement in any case."""
+        if client.acknowledge(frame.ack_tick, now) and self.round.started:
+            client.tell(self.full_state())
+        seat = self.seats[frame.seat]
+        if seat.client is not client:
+            raise WrongRequest("not_your_seat", f"the {seat.colour} seat is not yours")
+        if seat.controls.submit(frame, now) and self.phase == "playing":
+            self.round.recorder.input(
+                InputSample(
+                    self.round.state.tick + 1, seat.index, frame.seq, frame.client_ms, frame.move, frame.heading,
+                    frame.grabs, m.DEVICES[frame.device], client.rtt_ms,
+                )
+            )  # fmt: skip
+
+    def handle(self, client: Listener, message: m.ClientMessage, now: float) -> None:
+        """A control message. Raises WrongRequest with what would work."""
+        match message:
+            case m.Ready():
+                self._ready(self._own(client, message.seat), message.ready, now)
+            case m.Again():
+                self._again(self._own(client, message.seat), now)
+            case m.Pause():
+                self._pause(self._own(client, message.seat), now)
+            case m.Leave():
+                self._leave(self._own(client, message.seat), now)
+            case m.Keyframe():
+                client.tell(self.full_state())
+            case m.Focus():
+                self._focus(client, message.visible)
+            case m.Join():
+                raise WrongRequest("joined", "this connection has joined already; open another one")
+
+    def close(self, code: int, message: str, outcome: Outcome = "stopped") -> None:
+        """End everything: the round with `outcome`, every connection with `code`."""
+        if self.round.started and self.phase in ("playing", "paused", "countdown"):
+            self._end_round(outcome)
+        self.phase, self.reason = "closed", message
+        for client in list(self.seating.clients):
+            client.dismiss(code, message)
+        for seat in self.seats:
+            seat.close_player()
+
+    def interrupted(self, now: float, wait_s: float) -> None:
+        """The server was killed in this round and is back: wait for the people to come back too."""
+        self.phase, self.reason, self.until = "paused", "The server was restarted. The game waits.", now + wait_s
+
+    def suspend(self) -> None:
+        """The server stops in good order: the round ends, the room comes back after the restart."""
+        if self.round.started and self.phase in ("playing", "paused", "countdown"):
+            self._end_round("stopped")
+        if self.phase in ("playing", "paused", "countdown"):
+            self.phase, self.reason = "lobby", "The server was restarted; this round begins anew."
+        for client in list(self.seating.clients):
+            client.dismiss(m.CLOSE_SHUTDOWN, "The server is being restarted; this page comes back by itself.")
+        for seat in self.seats:
+            seat.close_player()
+
+    # ---- time -----------------------------------------------------------------------------------------------
+
+    def tick(self, now: float, due: float, skipped: int = 0) -> None:
+        """Everything that time alone brings about; called every 100 ms, `skipped` when ticks were left out."""
+        self._due = due
+        self._expire(now)
+        self._try_start(now)
+        if self.phase == "countdown" and due >= self.until - EARLY_S:
+            self._play()
+        if self.phase == "playing":
+            self.missed_ticks += skipped
+            self._step(Moment(due, max(0.0, now - due) * 1e3, skipped), now)
+        if now - self._announced >= ANNOUNCE_S:
+            self._announce(now)
+
+    def beat(self) -> None:
+        """50 ms after a tick: a few bytes, so that TCP notices a loss sooner."""
+        if self.phase == "playing":
+            frame = Beat(self.round.state.tick).encode()
+            for client in self.seating.clients:
+                client.beat(frame)
+
+    def _expire(self, now: float) -> None:
+        if self.phase == "paused" and now >= self.until:
+            absent = [seat for seat in self.seats if not seat.present]
+            for seat in absent:
+                seat.gone = True
+            if absent:
+                self._finish("left", f"{_names(absent)} did not come back.")
+            else:
+                self._finish("stopped", "The game was paused for too long.")
+        elif self.phase in ("lobby", "round_over"):
+            for seat in self.seats:
+                if seat.token is not None and not seat.present and now - seat.absent_since >= RESUME_S:
+                    self._give_seat_up(seat)
+        if not self.seating.clients and now - self._empty_since >= EMPTY_S:
+            self.close(m.CLOSE_ROOM_OVER, "Nobody was here for a while.")
+
+    def _give_seat_up(self, seat: Seat) -> None:
+        """Somebody has been away too long while nothing was being played."""
+        if self.phase == "lobby" and seat.shared:
+            seat.vacate()
+            self._services.changed(self.id)
+        elif self.phase == "round_over":
+            seat.gone = True
+            self._enter("series_over", f"{seat.title} did not come back.")
+
+    def _step(self, moment: Moment, now: float) -> None:
+        blue, red = self.seats
+        latches = [latch(self.round, seat, now) for seat in self.seats]
+        try:
+            bundle = self.round.step(
+                latches, (blue.source(latches[0]), red.source(latches[1])), (_rtt(blue), _rtt(red)), moment
+            )
+        except WorldError as error:
+            self._finish("error", f"The simulated world failed: {error}")
+            return
+        for client in self.seating.clients:
+            client.show(self.round.state.tick, bundle, now)
+        outcome = self.round.outcome()
+        if outcome is None:
+            ask_agents(self.round, self.seats, moment.due + TICK_S)
+        else:
+            self._finish(outcome, "")
+
+    # ---- from phase to phase --------------------------------------------------------------------------------
+
+    def _new_round(self) -> Round:
+        """The world of the coming round, with agents warming up for it."""
+        self.epoch += 1
+        seed = self.config.challenge2_seed
+        seed = None if seed is None else seed + self.index
+        the_map = self._services.load_map(self.config.maps[self.index], seed)
+        limit = 0 if self.config.practice else self.config.limit_ticks
+        the_round = Round(the_map, limit, self.epoch, self._services.new_id(), seed or 0)
+        for seat in self.seats:
+            seat.close_player()
+            if seat.kind == "agent":
+                seat.player = self._services.agents.open(seat.agent_id, the_map, seat.index, the_round.seed, limit)
+        return the_round
+
+    def _try_start(self, now: float) -> None:
+        """Count down when everybody is ready for what comes next."""
+        if self.phase not in COUNTDOWN_FROM or not self.seating.clients:
+            return
+        if not all(seat.is_ready and not seat.gone for seat in self.seats):
+            return
+        if self.phase in ("round_over", "series_over") and not self._next_round(now):
+            return
+        self._enter(
+            "countdown", "", self._due + TICK_S + (PRACTICE_COUNTDOWN_S if self.config.practice else COUNTDOWN_S)
+        )
+        ask_agents(self.round, self.seats, self.until)
+
+    def _next_round(self, now: float) -> bool:
+        """Prepare the map that follows, or the same one when somebody asked for it; False to wait."""
+        people = [seat for seat in self.seats if seat.taken_by_client]
+        if not people and now - self._over_since < SHOW_RESULT_S:
+            return False
+        again = any(seat.wants_again for seat in people)
+        if self.phase == "series_over" and not again:
+            return False
+        self.index += not again
+        for seat in self.seats:
+            seat.wants_again = False
+        try:
+            self.round = self._new_round()
+        except MovingOutError as error:  # no worker has time for the agent any more
+            self._enter("series_over", str(error))
+            return False
+        self._broadcast(self._round_message())
+        self._broadcast(self.full_state())
+        return True
+
+    def _play(self) -> None:
+        if self.round.started:
+            self.round.note("resume")
+        else:
+            self.round.begin(self._open_recording())
+        for seat in self.seats:
+            seat.controls.release()
+        self._enter("playing", "")
+
+    def _open_recording(self) -> Recorder:
+        if self.config.practice:
+            return Recorder(None)
+        blue, red = self.seats
+        header = EpisodeHeader(
+            self.round.episode_id, self.round.map, self.round.seed, self.round.limit_ticks,
+            (blue.info(), red.info()), self._services.wall_ns(), "live",
+        )  # fmt: skip
+        return self._services.open_recording(header, self.round.state)
+
+    def _finish(self, outcome: Outcome, reason: str) -> None:
+        """The round is over: tell the result, hand the recording on."""
+        self._end_round(outcome)
+        more = self.index + 1 < len(self.config.maps)
+        self._over_since = self._due
+        for seat in self.seats:
+            seat.ready = False
+        self._enter("round_over" if more and outcome in ("delivered", "time") else "series_over", reason)
+
+    def _end_round(self, outcome: Outcome) -> None:
+        result = self.round.result(self.index, outcome)
+        self.results.append(result)
+        self.round.finish(outcome)
+        journal = self.round.recorder.close(outcome)
+        if journal is not None:
+            self._services.archive(journal)
+        for seat in self.seats:
+            seat.close_player()
+        self._broadcast(result)
+
+    def _enter(self, phase: m.Phase, reason: str, until: float = 0.0) -> None:
+        self.phase, self.reason, self.until = phase, reason, until
+        self._broadcast(self.state())
+        self._services.changed(self.id)
+
+    # ---- people come, go and ask ----------------------------------------------------------------------------
+
+    def _returned(self, seat: Seat, now: float) -> None:
+        if self.phase != "paused":
+            return
+        self.round.note("return", seat.index)
+        self._enter_pause(now)
+        self._try_start(now)
+
+    def _dropped(self, seat: Seat, now: float) -> None:
+        if self.phase in ("lobby", "round_over", "series_over"):
+            seat.ready = False
+        elif self.round.started:
+            self.round.note("drop", seat.index)
+            self._enter_pause(now)
+        else:
+            seat.ready = False
+            self._enter("lobby", f"{seat.title} lost the connection.")
+
+    def _enter_pause(self, now: float) -> None:
+        """Pause, or stay paused, for whoever is absent or not ready."""
+        absent = [seat for seat in self.seats if not seat.present]
+        if absent:
+            reason = f"{_names(absent)} lost the connection. The game waits."
+            self._enter("paused", reason, min(seat.absent_since for seat in absent) + RESUME_S)
+        else:
+            waiting = [seat for seat in self.seats if not seat.is_ready]
+            reason = f"{_names(waiting)} paused the game." if waiting else "Everybody is back."
+            self._enter("paused", reason, now + PAUSE_LIMIT_S)
+
+    def _ready(self, seat: Seat, ready: bool, now: float) -> None:
+        self._allow("ready", "lobby", "countdown", "paused", "round_over")
+        seat.ready, seat.wants_again = ready, False
+        if self.phase == "countdown" and not ready:
+            if self.round.started:
+                self._enter_pause(now)
+            else:
+                self._enter("lobby", "")
+        self._announce(now)
+        self._try_start(now)
+
+    def _again(self, seat: Seat, now: float) -> None:
+        self._allow("again", "round_over", "series_over")
+        seat.ready = seat.wants_again = True
+        self._announce(now)
+        self._try_start(now)
+
+    def _pause(self, seat: Seat, now: float) -> None:
+        self._allow("pause", "playing")
+        seat.ready = False
+        self.round.note("pause", seat.index)
+        self._enter_pause(now)
+
+    def _leave(self, seat: Seat, now: float) -> None:
+        self._allow("leave", "lobby", "countdown", "playing", "paused", "round_over", "series_over")
+        title = seat.title
+        if not self.round.started and self.phase in ("lobby", "countdown") and seat.shared:
+            seat.vacate()
+            self._enter("lobby", f"{title} left; the seat is free again.")
+            return
+        seat.client, seat.absent_since, seat.gone = None, now, True
+        if self.round.started and self.phase in ("countdown", "playing", "paused"):
+            self._finish("left", f"{title} left the game.")
+        else:
+            self._enter("series_over", f"{title} left the game.")
+
+    def _focus(self, client: Listener, visible: bool) -> None:
+        for seat in self.seating.seats_of(client):
+            if not visible:
+                seat.controls.release()
+
+    def _own(self, client: Listener, index: int) -> Seat:
+        if index not in (0, 1) or self.seats[index].client is not client:
+            raise WrongRequest("not_your_seat", f"seat {index} is not yours; your welcome message lists your seats")
+        return self.seats[index]
+
+    def _allow(self, request: str, *phases: m.Phase) -> None:
+        if self.phase not in phases:
+            raise WrongRequest(
+                "wrong_phase", f"{request} is possible in {', '.join(phases)}; the room is in {self.phase}"
+            )
+
+    # ---- what clients see -----------------------------------------------------------------------------------
+
+    def state(self) -> m.RoomState:
+        return m.RoomState(
+            self.phase, self.reason, self.until * 1e3, [seat.view() for seat in self.seats], self.seating.spectators,
+            self.recording,
+        )  # fmt: skip
+
+    @property
+    def recording(self) -> bool:
+        """Whether this round is being recorded, or will be."""
+        return self.round.recorder.active if self.round.started else not self.config.practice
+
+    def full_state(self) -> m.FullState:
+        shown_until = self._due + TICK_S if self.phase == "playing" else self._due
+        return self.round.full_state(shown_until * 1e3)
+
+    def _round_message(self) -> m.Round:
+        return m.Round(
+            self.index, len(self.config.maps), self.epoch, map_to_json(self.round.map), self.round.limit_ticks,
+            self.config.practice, self.round.episode_id,
+        )  # fmt: skip
+
+    def _announce(self, now: float) -> None:
+        self._announced = now
+        self._broadcast(self.state())
+
+    def _broadcast(self, message: m.ServerMessage) -> None:
+        text = msgspec.json.encode(message).decode()
+        for client in self.seating.clients:
+            client.tell(message, text)
+
+
+def _names(seats: list[Seat]) -> str:
+    return " and ".join(seat.title for seat in seats)
+
+
+def _rtt(seat: Seat) -> float:
+    return seat.client.rtt_ms if seat.client is not None else -1.0

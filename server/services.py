@@ -1,0 +1,62 @@
+"""What a room is told to play and what it needs from the process around it."""
+
+from pathlib import Path
+from typing import Protocol
+
+import msgspec
+
+from maps import MapSpec
+from maps.errors import MovingOutError
+from recordings import EpisodeHeader
+from server.recorder import Recorder
+from server.seats import AgentSource
+from world import WorldState
+
+
+class RoomConfig(msgspec.Struct, frozen=True, kw_only=True):
+    """The series of a room."""
+
+    maps: tuple[str, ...]
+    limit_ticks: int = 500  # per round; not used for practice
+    practice: bool = False  # no limit, not recorded
+    challenge2_seed: int | None = None
+
+
+class Services(Protocol):
+    """The world outside a room; tests pass a small fake."""
+
+    @property
+    def agents(self) -> AgentSource: ...
+
+    def load_map(self, name: str, seed: int | None) -> MapSpec: ...
+
+    def open_recording(self, header: EpisodeHeader, initial: WorldState) -> Recorder:
+        """A recorder; one that is not active and says why when the disk refuses."""
+
+    def archive(self, journal: Path) -> None:
+        """Finalise a closed journal, elsewhere and later."""
+
+    def new_id(self) -> str: ...
+
+    def new_token(self) -> str: ...
+
+    def wall_ns(self) -> int: ...
+
+    def changed(self, room_id: str) -> None:
+        """What a restart needs to know of this room has changed."""
+
+
+class Refused(MovingOutError):
+    """A client may not join. `code` is the close code."""
+
+    def __init__(self, code: int, message: str) -> None:
+        super().__init__(message)
+        self.code = code
+
+
+class WrongRequest(MovingOutError):
+    """Something that a client may not ask for now; it is told so and stays."""
+
+    def __init__(self, code: str, message: str) -> None:
+        super().__init__(message)
+        self.code = code
