@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import IO
 
 import orjson
-from mcap.records import Message
 from mcap.writer import CompressionType, Writer
 
 from recordings.derived import Derived, result
@@ -21,7 +20,8 @@ from recordings.episode import Episode
 from recordings.errors import BusyError, RecordingError, UnreadableError, cannot
 from recordings.journal import JOURNAL_SUFFIX, PROFILE, owned, scan
 from recordings.metadata import END, RECORDING, RESULT, header_metadata, utc
-from recordings.reader import episode_of_journal, read_episode, records_of
+from recordings.reader import episode_of_journal, read_episode
+from recordings.records import Message, records_of
 from recordings.topics import CHANNELS, TRUTH
 
 SUFFIX = ".mcap"

@@ -21,11 +21,11 @@ import orjson
 from mcap.writer import Writer
 
 from recordings.errors import BusyError, RecordingError, cannot
+from recordings.records import MAGIC
 from recordings.topics import CHANNELS, COMMIT, JOURNAL_TOPICS
 
 JOURNAL_SUFFIX = ".mcap.journal"
 PROFILE = "movingout"
-MAGIC = b"\x89MCAP0\r\n"
 OPCODE_MESSAGE = 0x05
 COMMIT_CHANNEL = CHANNELS[COMMIT.name]
 

@@ -12,9 +12,10 @@ from recordings.derived import result
 from recordings.episode import Episode
 from recordings.errors import RecordingError, cannot
 from recordings.finished import SUFFIX
-from recordings.journal import JOURNAL_SUFFIX, MAGIC
+from recordings.journal import JOURNAL_SUFFIX
 from recordings.metadata import EPISODE_ID, RECORDING, RESULT, SEATS, STUDY, Entries, episode_record, utc
 from recordings.reader import UNREADABLE, read_episode
+from recordings.records import MAGIC
 
 
 @dataclass(frozen=True, slots=True)

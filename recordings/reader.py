@@ -1,6 +1,5 @@
 """Reading a recording back: a finished file or a journal, checked before a single value is believed."""
 
-import io
 import struct
 import zlib
 from collections.abc import Callable, Iterable
@@ -10,15 +9,15 @@ from typing import Any, cast, get_args
 
 import orjson
 from mcap.exceptions import McapError
-from mcap.records import Attachment, Channel, Header, McapRecord, Message, Metadata
-from mcap.stream_reader import StreamReader
+from mcap.records import Attachment, Channel, Header, Metadata
 
 from maps.errors import MapError
 from recordings import topics
 from recordings.episode import AgentDecision, Episode, Event, InputSample, Outcome, TickRecord
 from recordings.errors import RecordingError, UnreadableError, cannot
-from recordings.journal import JOURNAL_SUFFIX, MAGIC, PROFILE, scan
+from recordings.journal import JOURNAL_SUFFIX, PROFILE, scan
 from recordings.metadata import END, RECORDING, SOFTWARE, Entries, episode_record, header_of
+from recordings.records import MAGIC, Message, Record, records_of
 
 _FOOTER = struct.Struct("<BQQQI")  # opcode, length, summary start, summary offset start, crc
 _DATA_END = struct.Struct("<BQI")  # opcode, length, crc
@@ -75,23 +74,18 @@ def check_file(data: bytes, name: str) -> None:
 
 def header_profile(data: bytes) -> str:
     """The profile that the file declares; empty when there is no readable header."""
-    first = next(iter(records_of(data[:4096])), None)
-    return first.profile if isinstance(first, Header) else ""
-
-
-def records_of(data: bytes) -> Iterable[McapRecord]:
-    """The records in file order, as far as they go. A journal has no footer: it ends where its bytes end."""
     try:
-        yield from StreamReader(io.BytesIO(data), record_size_limit=len(data)).records
+        first = next(records_of(data[:4096]), None)
     except UNREADABLE:
-        return
+        return ""
+    return first.profile if isinstance(first, Header) else ""
 
 
 @dataclass
 class _Collected:
     """What the records of a file amount to, before it is an Episode."""
 
-    topics: dict[int, str] = field(default_factory=dict)
+    keepers: dict[int, Callable[[Any], None]] = field(default_factory=dict)  # by channel id
     metadata: dict[str, Entries] = field(default_factory=dict)
     attachments: dict[str, bytes] = field(default_factory=dict)
     the_map: Any = None
@@ -102,23 +96,21 @@ class _Collected:
     events: list[Event] = field(default_factory=list)
     decisions: list[AgentDecision] = field(default_factory=list)
 
-    def take(self, record: McapRecord) -> None:
+    def take(self, record: Record) -> None:
         match record:
+            case Message():
+                keep = self.keepers.get(record.channel_id)
+                if keep is not None:
+                    keep(orjson.loads(record.data))
             case Channel():
-                self.topics[record.id] = record.topic
+                if record.topic in (keepers := self._by_topic()):
+                    self.keepers[record.id] = keepers[record.topic]
             case Metadata():
                 self.metadata[record.name] = record.metadata
             case Attachment():
                 self.attachments[record.name] = record.data
-            case Message():
-                self._message(self.topics.get(record.channel_id, ""), record.data)
 
-    def _message(self, topic: str, data: bytes) -> None:
-        keep = self._keepers().get(topic)
-        if keep is not None:
-            keep(orjson.loads(data))
-
-    def _keepers(self) -> dict[str, Callable[[Any], None]]:
+    def _by_topic(self) -> dict[str, Callable[[Any], None]]:
         return {
             "/map": self._keep_map,
             "/state": self.states.append,
@@ -134,7 +126,7 @@ class _Collected:
         self.the_map = payload
 
 
-def _episode(records: Iterable[McapRecord], name: str, damage: str = "") -> Episode:
+def _episode(records: Iterable[Record], name: str, damage: str = "") -> Episode:
     found = _Collected()
     try:
         for record in records:

@@ -1,0 +1,123 @@
+"""What recording costs: per tick while playing, in bytes per episode, and afterwards.
+
+One episode is 500 ticks of two driving people, each sending inputs at 20 Hz; the red seat also reports ten
+candidate paths twice a second, as a planning agent does. CPU times of this process; real time is 50 s an episode.
+"""
+
+import statistics
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from bench import print_table
+from maps import load_map
+from recordings import (
+    AgentDecision,
+    EpisodeHeader,
+    EpisodeWriter,
+    InputSample,
+    SeatInfo,
+    TickRecord,
+    finalise,
+    read_episode,
+    replay_frames,
+    verify,
+)
+from recordings.listing import summaries
+from world import World
+from world.state import WorldState
+
+TICKS = 500
+ROUNDS = 5
+EPISODE_S = TICKS * 0.1
+MAPS = ("HandOff", "AdaptiveAssist", "FourCorners")
+
+
+def main() -> None:
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        for name in MAPS:
+            rounds = [measure(Path(folder), name, k) for k in range(ROUNDS)]
+            rows.append([name, *(f"{statistics.median(values):,.3f}" for values in zip(*rounds, strict=True))])
+        listing = cpu_seconds(lambda: list(summaries(Path(folder)))) / (ROUNDS * len(MAPS))
+    rows.append(["to reach", "0.300", "", "500", "", "", "50", ""])
+    columns = [
+        "map",
+        "ms per tick",
+        "journal KiB",
+        "file KiB",
+        "finalise s",
+        "read s",
+        "verify x real time",
+        "replay s",
+    ]
+    print_table(f"Recording {TICKS} ticks with two seats (CPU time, median of {ROUNDS})", columns, rows)
+    print(f"listing: {listing * 1e3:.2f} ms per recording")
+
+
+def measure(folder: Path, map_name: str, number: int) -> list[float]:
+    """One episode, written and used: the columns of the table."""
+    header, initial, ticks = played(map_name, f"{map_name}-{number}")
+    writer = EpisodeWriter.create(folder, header, initial)
+    writing = cpu_seconds(lambda: write(writer, ticks))
+    journal = writer.close("time")
+    journal_kib = journal.stat().st_size / 1024
+    finishing = cpu_seconds(lambda: finalise(journal))
+    path = folder / f"{header.episode_id}.mcap"
+    return [
+        writing / TICKS * 1e3,
+        journal_kib,
+        path.stat().st_size / 1024,
+        finishing,
+        cpu_seconds(lambda: read_episode(path)),
+        EPISODE_S / cpu_seconds(lambda: verify(path)),
+        cpu_seconds(lambda: replay_frames(path, 20000.0, 32768 / np.pi)),
+    ]
+
+
+def write(writer: EpisodeWriter, ticks: list[TickRecord]) -> None:
+    """What a room does in 500 ticks, without the room."""
+    for tick in ticks:
+        number = tick.state.tick
+        for k in range(4):
+            writer.input(InputSample(number, k % 2, 2 * number + k, 100.25 * number, 0.73, -2.1, 3, "gamepad", 12.75))
+        if number % 5 == 0:
+            writer.agent(AgentDecision(number, 1, 4.5, False, {"chosen": 3, "candidates": CANDIDATES}))
+        writer.tick(tick)
+
+
+def played(map_name: str, episode_id: str) -> tuple[EpisodeHeader, WorldState, list[TickRecord]]:
+    """An episode of smooth random driving: headings wander, a grasp now and then."""
+    spec = load_map(map_name)
+    world = World(spec)
+    random = np.random.default_rng(5)
+    seats = (SeatInfo("human", "P-1", device="gamepad"), SeatInfo("agent", "bass@all"))
+    header = EpisodeHeader(episode_id, spec, 5, TICKS, seats, time.time_ns(), "live")
+    initial, heading, ticks = world.state(), random.uniform(-np.pi, np.pi, 2), []
+    for number in range(TICKS):
+        heading += random.normal(0.0, 0.3, 2)
+        actions = np.column_stack([random.uniform(0.2, 1.0, 2), heading, random.random(2) < 0.05])
+        world.step(actions)
+        delivered = tuple(world.delivered().tolist())
+        ticks.append(TickRecord(actions, ("human", "agent"), (2 * number, -1), world.state(), delivered, 0.08))
+    return header, initial, ticks
+
+
+def cpu_seconds(work: Callable[[], object]) -> float:
+    start = time.process_time()
+    work()
+    return time.process_time() - start
+
+
+def _candidates() -> list[dict[str, object]]:
+    random = np.random.default_rng(6)
+    return [
+        {"score": float(s), "terms": random.random(2).tolist(), "x": random.random(8).tolist(), "y": [0.5] * 8}
+        for s in random.random(10)
+    ]
+
+
+CANDIDATES = _candidates()

@@ -1,0 +1,65 @@
+"""The records inside an MCAP, in file order: a tenth of the cost of the library's general stream reader.
+
+Only what a recording of ours can hold is decoded; unknown records are skipped, as the MCAP specification asks.
+Trusts the bytes: callers check sums first (`reader.check_file`, `journal.scan`).
+"""
+
+import io
+import struct
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import zstandard
+from mcap.data_stream import ReadDataStream
+from mcap.records import Attachment, Channel, Chunk, Header, Metadata
+
+MAGIC = b"\x89MCAP0\r\n"
+MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time; then the payload
+_RECORD = struct.Struct("<BQ")  # opcode, length
+_HEADER, _CHANNEL, _MESSAGE, _CHUNK, _ATTACHMENT, _METADATA, _DATA_END = 0x01, 0x04, 0x05, 0x06, 0x09, 0x0C, 0x0F
+
+
+class Message(NamedTuple):
+    """One message on a channel."""
+
+    channel_id: int
+    sequence: int
+    log_time: int
+    publish_time: int
+    data: bytes
+
+
+Record = Header | Channel | Message | Attachment | Metadata
+
+
+def records_of(data: bytes) -> Iterator[Record]:
+    """The records of a file or journal up to its data end; a journal ends where its bytes end."""
+    yield from _walk(data, len(MAGIC))
+
+
+def _walk(data: bytes, position: int) -> Iterator[Record]:
+    while position + _RECORD.size <= len(data):
+        opcode, length = _RECORD.unpack_from(data, position)
+        start, position = position + _RECORD.size, position + _RECORD.size + length
+        if opcode == _DATA_END or position > len(data):
+            return
+        if opcode == _MESSAGE:
+            channel, sequence, log_time, publish_time = MESSAGE.unpack_from(data, start)
+            yield Message(channel, sequence, log_time, publish_time, data[start + MESSAGE.size : position])
+        elif opcode == _CHUNK:
+            chunk = Chunk.read(_stream(data[start:position]))
+            yield from _walk(zstandard.decompress(chunk.data, chunk.uncompressed_size), 0)
+        elif opcode in _READERS:
+            yield _READERS[opcode].read(_stream(data[start:position]))
+
+
+def _stream(body: bytes) -> ReadDataStream:
+    return ReadDataStream(io.BytesIO(body))
+
+
+_READERS: dict[int, type[Header] | type[Channel] | type[Attachment] | type[Metadata]] = {
+    _HEADER: Header,
+    _CHANNEL: Channel,
+    _ATTACHMENT: Attachment,
+    _METADATA: Metadata,
+}
