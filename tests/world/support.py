@@ -1,7 +1,6 @@
-"""A small scripted driver: it makes episodes in which every kind of carrying happens, on maps without walls."""
+"""A small driver for worlds under test: go there, take that, let go; it keeps the actions."""
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -12,7 +11,7 @@ from world import World
 from world.constants import REACH, REACH_TOLERANCE
 
 BLUE, RED = 0, 1
-CIRCLE = {"Simple": 1, "DistancePriority": 1, "LeftRight": 1}  # index of a round item: easy to face
+CIRCLE = 1  # index of the round item, easy to face, on Simple, DistancePriority and LeftRight alike
 
 
 @dataclass
@@ -29,7 +28,7 @@ class Script:
         self.actions.append(np.array([blue, red]))
         self.world.step(self.actions[-1])
 
-    def drive(self, seat: int, x: float, y: float, near: float = 0.01) -> None:
+    def drive(self, seat: int, x: float, y: float, near: float = 0.04) -> None:
         """Towards a place until so near to it; the other robot stands."""
         for _ in range(100):
             robot_x, robot_y, _ = self.world.state().robot_poses[seat]
@@ -47,8 +46,15 @@ class Script:
         self.toggle(seat)
         assert self.world.state().held[seat] == item
 
+    def walk(self, seat: int, *places: tuple[float, float]) -> None:
+        for x, y in places:
+            self.drive(seat, x, y)
+
     def toggle(self, seat: int) -> None:
         self._one(seat, 0.0, 0.0, 1.0)
+
+    def toggle_both(self) -> None:
+        self.step((0.0, 0.0, 1.0), (0.0, 0.0, 1.0))
 
     def both(self, heading: float, ticks: int) -> None:
         for _ in range(ticks):
@@ -61,51 +67,3 @@ class Script:
     def _one(self, seat: int, distance: float, heading: float, grasp: float = 0.0) -> None:
         mine, still = (distance, heading, grasp), (0.0, 0.0, 0.0)
         self.step(*((mine, still) if seat == BLUE else (still, mine)))
-
-
-def hold_small() -> Script:
-    script = Script("Simple")
-    script.grab(RED, CIRCLE["Simple"])
-    script.alone(RED, 0.7, 8)
-    return script
-
-
-def hold_middle_alone() -> Script:
-    script = Script("DistancePriority")
-    script.grab(BLUE, CIRCLE["DistancePriority"])
-    script.alone(BLUE, -1.0, 12)
-    return script
-
-
-def hold_middle_with_two() -> Script:
-    script = hold_middle_alone()
-    script.drive(RED, -0.8, 0.1)
-    script.drive(RED, script.world.state().item_poses[1, 0], 0.1)
-    script.grab(RED, CIRCLE["DistancePriority"])
-    script.both(0.4, 12)
-    return script
-
-
-def hold_large_alone() -> Script:
-    script = Script("LeftRight")
-    script.drive(BLUE, -0.6, -0.4)
-    script.grab(BLUE, CIRCLE["LeftRight"])
-    script.alone(BLUE, 1.0, 6)
-    return script
-
-
-def hold_large_with_two() -> Script:
-    script = hold_large_alone()
-    script.drive(RED, 0.6, -0.4)
-    script.grab(RED, CIRCLE["LeftRight"])
-    script.both(2.5, 12)
-    return script
-
-
-HOLDS: dict[str, Callable[[], Script]] = {
-    "small": hold_small,
-    "middle alone": hold_middle_alone,
-    "middle with two": hold_middle_with_two,
-    "large alone": hold_large_alone,
-    "large with two": hold_large_with_two,
-}

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from maps import load_map
-from tests.world.support import CIRCLE, HOLDS
+from tests.world.carries import HOLDS
+from tests.world.support import CIRCLE
 from world import ActionError, World, WorldError, WorldState
 
 STILL = np.zeros((2, 3))
@@ -58,7 +59,7 @@ def test_sub_poses_of_a_fresh_world_are_the_start() -> None:
 
 
 def test_sub_poses_follow_a_carried_item_until_it_is_let_go() -> None:
-    world, row = HOLDS["small"]().world, 2 + CIRCLE["Simple"]
+    world, row = HOLDS["small"]().world, 2 + CIRCLE
     assert (np.diff(world.sub_poses()[:, row, :2], axis=0) != 0).any(axis=1).all()
     world.step([[0, 0, 0], [1, 0.7, 1]])  # red lets go in the middle of the tick
     poses = world.sub_poses()[:, row]
