@@ -1,0 +1,110 @@
+"""Whether a map can be played: every fault, with its place in the JSON document and what would help.
+
+Reading (`maps.json_format`) refuses what is no map at all; this looks at the geometry of one that was read.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import combinations
+from typing import NamedTuple
+
+from maps.packing import fits_alone, narrowest, unplaced_items
+from maps.passage import GRID, areas_near, best_near, robot_areas, way_to_goal, window
+from maps.solid import Solid, beyond_arena, item_solid, robot_solid, wall_solid
+from maps.spec import ROBOT_RADIUS, SEAT_COLOURS, ItemSpec, MapSpec
+
+_GRAZE = 0.0025  # items are taken this much smaller: two corners of the official HandOff graze, harmlessly
+_STANDS = (0.1, 0.16)  # a robot grabs with its centre 0.12 to 0.135 from the surface; widened by half a grid step
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """Something that makes a map unplayable: where in its JSON document, and a sentence."""
+
+    path: str
+    message: str
+
+    def __str__(self) -> str:
+        return f"{self.path}: {self.message}"
+
+
+class _Thing(NamedTuple):
+    path: str
+    solid: Solid
+
+
+def check_map(spec: MapSpec) -> tuple[Fault, ...]:
+    """All faults of a map, in the order of its document; empty when it can be played."""
+    items = [_Thing(f"items[{index}]", item_solid(_grazing(item))) for index, item in enumerate(spec.items)]
+    robots = [
+        _Thing(f"robots.{colour}", robot_solid(pose)) for colour, pose in zip(SEAT_COLOURS, spec.robots, strict=True)
+    ]
+    walls = [_Thing(f"walls[{index}]", wall_solid(wall)) for index, wall in enumerate(spec.walls)]
+    faults = [*_misplaced([*robots, *items], walls)]
+    if not faults:  # where nothing stands freely, ways and reach mean nothing
+        faults += _unreachable(spec)
+    return (*faults, *_too_small_goals(spec))
+
+
+def _grazing(item: ItemSpec) -> ItemSpec:
+    return replace(item, scale=item.scale - _GRAZE)
+
+
+def _misplaced(movers: list[_Thing], walls: list[_Thing]) -> Iterator[Fault]:
+    for mover in movers:
+        outside = beyond_arena(mover.solid)
+        if outside > 0.0:
+            yield Fault(mover.path, f"sticks {outside:.3f} out of the arena; move it inwards (the sides are at 1.2)")
+        for wall in walls:
+            if mover.solid.gap(wall.solid) < 0.0:
+                yield Fault(mover.path, f"stands in {wall.path}; walls are 0.01 thicker than drawn")
+    for one, other in combinations(movers, 2):
+        if one.solid.gap(other.solid) < 0.0:
+            yield Fault(other.path, f"overlaps {one.path}; move them apart")
+
+
+def _unreachable(spec: MapSpec) -> Iterator[Fault]:
+    ways = way_to_goal(spec.walls, spec.goals)
+    for index, item in enumerate(spec.items):
+        path = f"items[{index}]"
+        seats = seats_at(spec, item)
+        if item.size == "large" and not all(seats):
+            missing = " and ".join(colour for colour, gets in zip(SEAT_COLOURS, seats, strict=True) if not gets)
+            yield Fault(
+                path, f"is large, but {missing} cannot get to it; widen the way to more than {2 * ROBOT_RADIUS}"
+            )
+        elif not any(seats):
+            yield Fault(path, f"no robot can get to it; widen a way to more than {2 * ROBOT_RADIUS}")
+        breadth = narrowest(item.shape, item.scale)
+        widest_way = 2 * best_near(ways, item.pose.x, item.pose.y)
+        if widest_way < breadth:
+            yield Fault(
+                path, f"does not fit on any way to a goal: {breadth:.2f} broad, the way {max(widest_way, 0):.2f}"
+            )
+
+
+def _too_small_goals(spec: MapSpec) -> Iterator[Fault]:
+    too_big = [index for index, item in enumerate(spec.items) if not fits_alone(item, spec)]
+    for index in too_big:
+        yield Fault(f"items[{index}]", "is too big for every goal region; enlarge one or shrink the item")
+    if not too_big and (unplaced := unplaced_items(spec)):
+        names = ", ".join(f"items[{index}]" for index in unplaced)
+        yield Fault("goals", f"the goal regions are too small for all items together: {names} found no place")
+
+
+def seats_at(spec: MapSpec, item: ItemSpec) -> tuple[bool, bool]:
+    """Whether blue and red get from their starts to a place beside an item; other items do not count."""
+    beside = areas_beside(spec, item)
+    blue, red = (not beside.isdisjoint(areas_near(spec.walls, pose.x, pose.y)) for pose in spec.robots)
+    return blue, red
+
+
+def areas_beside(spec: MapSpec, item: ItemSpec) -> set[int]:
+    """The areas of the map from which a robot can grab the item."""
+    solid = item_solid(item)
+    nearest, farthest = _STANDS
+    reach = max(solid.box.right - solid.box.left, solid.box.top - solid.box.bottom) + farthest
+    part = window(item.pose.x, item.pose.y, reach)
+    distances = solid.distances_from(GRID[part].reshape(-1, 2))
+    areas = robot_areas(spec.walls)[part].reshape(-1)
+    return set(areas[(distances >= nearest) & (distances <= farthest)].tolist()) - {0}

@@ -1,0 +1,103 @@
+"""Whether all items of a map find a place in its goal regions at once: boxes into boxes, largest first.
+
+The answer yes is certain up to the turning of the items; no can be wrong for a tight fit that needs luck to carry out.
+"""
+
+import math
+from collections.abc import Iterable
+from functools import lru_cache
+
+import numpy as np
+
+from maps.shapes import corner_radius, outline
+from maps.solid import WALL_MARGIN
+from maps.spec import ARENA_HALF, ItemSpec, MapSpec, Rect, Shape
+
+GOAL_MARGIN = 0.05  # an item counts as delivered this far beyond the drawn goal region
+_TURNS = np.radians(np.arange(0, 180, 3))
+
+
+def unplaced_items(spec: MapSpec, spare: float = 0.0) -> list[int]:
+    """Indices of the items that find no place when all are put into the goals; `spare` is left around each."""
+    places = [_usable(goal) for goal in spec.goals]
+    taken = [_enlarged(wall, WALL_MARGIN) for wall in spec.walls]
+    unplaced = []
+    breadths = [smallest_box(item.shape, item.scale) for item in spec.items]
+    for index in sorted(range(len(spec.items)), key=lambda i: -breadths[i][0] * breadths[i][1]):
+        width, height = (side + 2 * spare for side in breadths[index])
+        found = _first_place(places, taken, width, height) or _first_place(places, taken, height, width)
+        if found is None:
+            unplaced.append(index)
+        else:
+            taken.append(found)
+    return sorted(unplaced)
+
+
+def fits_alone(item: ItemSpec, spec: MapSpec) -> bool:
+    """Whether some goal region would hold the item if it were the only one."""
+    walls = [_enlarged(wall, WALL_MARGIN) for wall in spec.walls]
+    width, height = smallest_box(item.shape, item.scale)
+    places = [_usable(goal) for goal in spec.goals]
+    return any(_first_place(places, walls, *sides) is not None for sides in ((width, height), (height, width)))
+
+
+@lru_cache(maxsize=1024)
+def smallest_box(shape: Shape, scale: float) -> tuple[float, float]:
+    """Width and height of the item's axis-aligned box, turned so that the box is smallest."""
+    if shape == "circle":
+        return 2 * scale, 2 * scale
+    vertices = np.array(outline(shape, scale))
+    across = np.stack((np.cos(_TURNS), np.sin(_TURNS)))  # (2, turns)
+    up = np.stack((-np.sin(_TURNS), np.cos(_TURNS)))
+    margin = 2 * corner_radius(shape, scale)
+    widths = np.ptp(vertices @ across, axis=0) + margin
+    heights = np.ptp(vertices @ up, axis=0) + margin
+    best = int(np.argmin(widths * heights))
+    return float(widths[best]), float(heights[best])
+
+
+def narrowest(shape: Shape, scale: float) -> float:
+    """The narrowest breadth of an item over all directions: what must fit through a passage."""
+    if shape == "circle":
+        return 2 * scale
+    across = np.stack((np.cos(_TURNS), np.sin(_TURNS)))
+    return float(np.ptp(np.array(outline(shape, scale)) @ across, axis=0).min()) + 2 * corner_radius(shape, scale)
+
+
+def _usable(goal: Rect) -> Rect:
+    """Where an item's box may lie to be delivered: the goal with its margin, within the arena."""
+    wide = _enlarged(goal, GOAL_MARGIN)
+    return Rect(*(max(-ARENA_HALF, min(ARENA_HALF, side)) for side in (wide.left, wide.bottom, wide.right, wide.top)))
+
+
+def _first_place(places: Iterable[Rect], taken: list[Rect], width: float, height: float) -> Rect | None:
+    """The lowest, then leftmost free place for a box, its sides against others' or the region's."""
+    for place in places:
+        lefts = sorted({place.left, *(other.right for other in taken)})
+        bottoms = sorted({place.bottom, *(other.top for other in taken)})
+        for bottom in bottoms:
+            for left in lefts:
+                box = Rect(left, bottom, left + width, bottom + height)
+                if _within(box, place) and not any(_overlap(box, other) for other in taken):
+                    return box
+    return None
+
+
+def _within(box: Rect, place: Rect) -> bool:
+    tolerance = 1e-9
+    return (
+        box.left >= place.left - tolerance
+        and box.bottom >= place.bottom - tolerance
+        and box.right <= place.right + tolerance
+        and box.top <= place.top + tolerance
+    )
+
+
+def _overlap(one: Rect, other: Rect) -> bool:
+    return min(one.right, other.right) - max(one.left, other.left) > math.ulp(2.0) and min(one.top, other.top) - max(
+        one.bottom, other.bottom
+    ) > math.ulp(2.0)
+
+
+def _enlarged(rect: Rect, margin: float) -> Rect:
+    return Rect(rect.left - margin, rect.bottom - margin, rect.right + margin, rect.top + margin)

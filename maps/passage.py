@@ -1,0 +1,122 @@
+"""Where something of a given breadth gets through between the walls: for checking that a map can be solved.
+
+Everything is sampled on a grid of points 0.025 apart; what moves counts as a disc, which any turned shape is within.
+Items are not obstacles here, since they can be carried away.
+"""
+
+import heapq
+import math
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from maps.solid import WALL_MARGIN
+from maps.spec import ARENA_HALF, ROBOT_RADIUS, Rect
+
+SPACING = 0.025
+_SIDE = round(2 * ARENA_HALF / SPACING) + 1
+_AXIS = np.linspace(-ARENA_HALF, ARENA_HALF, _SIDE)
+GRID = np.stack(np.meshgrid(_AXIS, _AXIS, indexing="ij"), axis=-1)  # (_SIDE, _SIDE, 2) x, y
+_AROUND = 0.05  # a place counts as good as the best sample this near to it
+
+Grid = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+
+
+@lru_cache(maxsize=64)
+def clearance(walls: tuple[Rect, ...]) -> Grid:
+    """(97, 97) how large a disc fits at each point: its distance to the nearest wall or side of the arena."""
+    x, y = GRID[..., 0], GRID[..., 1]
+    room = ARENA_HALF - np.maximum(np.abs(x), np.abs(y))
+    for wall in walls:
+        outside = np.hypot(
+            np.maximum(np.maximum(wall.left - x, x - wall.right), 0.0),
+            np.maximum(np.maximum(wall.bottom - y, y - wall.top), 0.0),
+        )
+        room = np.minimum(room, outside - WALL_MARGIN)
+    room.setflags(write=False)
+    return room
+
+
+@lru_cache(maxsize=64)
+def way_to_goal(walls: tuple[Rect, ...], goals: tuple[Rect, ...]) -> Grid:
+    """(97, 97) the largest disc radius that gets from each point into some drawn goal region."""
+    x, y = GRID[..., 0], GRID[..., 1]
+    inside = np.zeros(x.shape, dtype=np.bool_)
+    for goal in goals:
+        inside |= (x >= goal.left) & (x <= goal.right) & (y >= goal.bottom) & (y <= goal.top)
+    return widest(clearance(walls), inside)
+
+
+@lru_cache(maxsize=64)
+def robot_areas(walls: tuple[Rect, ...]) -> npt.NDArray[np.int64]:
+    """(97, 97) the number, from 1, of the connected area in which a robot's centre can be at each point; 0 for none."""
+    free = clearance(walls) >= ROBOT_RADIUS
+    areas = np.zeros(free.shape, dtype=np.int64)
+    while (rest := free & (areas == 0)).any():
+        frontier = np.zeros_like(free)
+        frontier[tuple(np.argwhere(rest)[0])] = True
+        number = areas.max() + 1
+        while frontier.any():
+            areas[frontier] = number
+            frontier = _grown(frontier) & free & (areas == 0)
+    areas.setflags(write=False)
+    return areas
+
+
+def areas_near(walls: tuple[Rect, ...], x: float, y: float) -> set[int]:
+    """The areas in which a robot at (x, y) is: normally one."""
+    return set(_values_near(robot_areas(walls), x, y).tolist()) - {0}
+
+
+def best_near(grid: Grid, x: float, y: float) -> float:
+    """The largest value around a place."""
+    return float(_values_near(grid, x, y).max())
+
+
+def window(x: float, y: float, radius: float) -> tuple[slice, slice]:
+    """The part of the grid within a square around a place."""
+    reach = math.ceil(radius / SPACING)
+    column, row = (round((min(max(value, -ARENA_HALF), ARENA_HALF) + ARENA_HALF) / SPACING) for value in (x, y))
+    return slice(max(column - reach, 0), column + reach + 1), slice(max(row - reach, 0), row + reach + 1)
+
+
+def _values_near(grid: npt.NDArray[Any], x: float, y: float) -> npt.NDArray[Any]:
+    part = window(x, y, _AROUND)
+    points = GRID[part]
+    return np.asarray(grid[part][np.hypot(points[..., 0] - x, points[..., 1] - y) <= _AROUND])
+
+
+def _grown(mask: Mask) -> Mask:
+    """The mask and its 4 neighbours."""
+    grown = mask.copy()
+    grown[1:] |= mask[:-1]
+    grown[:-1] |= mask[1:]
+    grown[:, 1:] |= mask[:, :-1]
+    grown[:, :-1] |= mask[:, 1:]
+    return grown
+
+
+def widest(room: Grid, sources: Mask) -> Grid:
+    """For each point the best way to a source, a way being as good as its narrowest point; -inf without any.
+
+    Dijkstra with "narrowest" in place of "sum", in 8 directions.
+    """
+    best = np.full(room.shape, -math.inf)
+    best[sources] = room[sources]
+    queue = [(-float(best[cell]), cell) for cell in map(tuple, np.argwhere(sources).tolist())]
+    heapq.heapify(queue)
+    rooms, found = room.tolist(), best.tolist()
+    while queue:
+        cost, (column, row) = heapq.heappop(queue)
+        if -cost < found[column][row]:
+            continue
+        for i in range(max(column - 1, 0), min(column + 2, _SIDE)):
+            for j in range(max(row - 1, 0), min(row + 2, _SIDE)):
+                through = min(-cost, rooms[i][j])
+                if through > found[i][j]:
+                    found[i][j] = through
+                    heapq.heappush(queue, (-through, (i, j)))
+    return np.array(found)
