@@ -10,7 +10,7 @@
  * @typedef {object} Choice
  * @property {string} map the map's name
  * @property {[string, string]} seats values of the seat options: "here", "link", "remote" or "agent:<id>"
- * @property {number} limitTicks 0: no limit
+ * @property {number} limitTicks
  * @property {number | null} seed Challenge 2, null for the maps as they are
  */
 
@@ -22,7 +22,7 @@ export const LIMITS = /** @type {const} */ ([
   { ticks: 500, label: "50 s" },
   { ticks: 900, label: "90 s" },
   { ticks: 1800, label: "3 min" },
-  { ticks: 0, label: "none" },
+  { ticks: 3000, label: "5 min" },
 ]);
 export const DEFAULT_LIMIT = 500;
 export const SEED_MAX = 999_999_999;

@@ -1,0 +1,74 @@
+// @ts-check
+/*
+ * The admin token of this tab: asked for once, kept in sessionStorage as `movingout.admin`, sent as a header only.
+ */
+
+import { ApiError, requestJson } from "./api.js";
+import { el, notice } from "./dom.js";
+
+const KEY = "movingout.admin";
+
+function kept() {
+  try {
+    return sessionStorage.getItem(KEY) ?? "";
+  } catch {
+    return "";
+  }
+}
+
+/** @param {string} token */
+function keep(token) {
+  try {
+    sessionStorage.setItem(KEY, token);
+  } catch {
+    // asked again after a reload
+  }
+}
+
+/**
+ * What `path` answers to an admin, and the token that opened it; asks for the token until it is right.
+ * @param {HTMLElement} container where to ask
+ * @param {string} path
+ * @returns {Promise<{token: string, document: any}>}
+ */
+export async function openWithToken(container, path) {
+  let problem = "";
+  for (let token = kept(); ; token = await ask(container, problem)) {
+    if (!token) continue;
+    try {
+      const document = await requestJson(path, { token });
+      keep(token);
+      container.replaceChildren();
+      return { token, document };
+    } catch (error) {
+      if (!(error instanceof ApiError)) throw error;
+      problem = error.message;
+    }
+  }
+}
+
+/** @param {HTMLElement} container @param {string} problem @returns {Promise<string>} */
+function ask(container, problem) {
+  const input = el("input", { id: "token", class: "input", type: "password", autocomplete: "off", spellcheck: "false", required: true });
+  const form = el(
+    "form",
+    { class: "card card-roomy stack token-form" },
+    problem ? el("div", { role: "alert" }, notice("bad", problem)) : null,
+    el(
+      "div",
+      { class: "field" },
+      el("label", { for: "token" }, "Admin token"),
+      input,
+      el("p", { class: "field-help" }, "The server printed it when it started."),
+    ),
+    el("button", { type: "submit", class: "button button-primary" }, "Open"),
+  );
+  container.replaceChildren(form);
+  input.focus();
+  return new Promise((done) => {
+    form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      done(input.value.trim());
+    });
+  });
+}

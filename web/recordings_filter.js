@@ -1,0 +1,54 @@
+// @ts-check
+/*
+ * The list of recordings, narrowed. Pure.
+ */
+
+/**
+ * @typedef {object} Row one line of GET /api/recordings; an unreadable file has `damage` and little else
+ * @property {string} id
+ * @property {string} started UTC, ISO 8601
+ * @property {string} [map]
+ * @property {number} [ticks]
+ * @property {string} [outcome]
+ * @property {string} [blue] kind and name
+ * @property {string} [red]
+ * @property {{tcr: number, nfd: number, wt_s: number, ac: number}} [metrics]
+ * @property {boolean} complete
+ * @property {string} [damage]
+ */
+/** @typedef {{map: string, player: string, outcome: string}} Filter empty: any */
+
+/** @param {readonly Row[]} rows @param {Filter} filter */
+export function filterRecordings(rows, { map, player, outcome }) {
+  return rows.filter(
+    (row) =>
+      (!map || row.map === map) &&
+      (!player || row.blue === player || row.red === player) &&
+      (!outcome || row.outcome === outcome),
+  );
+}
+
+/** What can be chosen for each filter, sorted. @param {readonly Row[]} rows */
+export function filterChoices(rows) {
+  return {
+    map: distinct(rows.map((row) => row.map)),
+    player: distinct(rows.flatMap((row) => [row.blue, row.red])),
+    outcome: distinct(rows.map((row) => row.outcome)),
+  };
+}
+
+/** @param {(string | undefined)[]} values @returns {string[]} */
+function distinct(values) {
+  return [...new Set(values.filter((value) => value !== undefined && value !== ""))].sort().map(String);
+}
+
+/** "human P1" as people read it. @param {string} [player] */
+export function playerName(player = "") {
+  const [kind, ...name] = player.split(" ");
+  return name.join(" ").trim() || kind || "–";
+}
+
+/** "HandOff" -> "Hand Off". @param {string} [map] */
+export function mapTitle(map = "") {
+  return map.replace(/([a-z])([A-Z])/g, "$1 $2") || "–";
+}
