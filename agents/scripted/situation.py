@@ -1,0 +1,83 @@
+"""What a scripted player sees before a tick, put into words that its plans use."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from agents.scripted.terrain import Placed, Terrain, terrain
+from maps import ItemSpec, MapSpec
+from world.scoring import delivered_items
+from world.state import Floats, WorldState
+
+
+@dataclass(frozen=True, eq=False)
+class Situation:
+    """One state from one seat."""
+
+    map: MapSpec
+    state: WorldState
+    seat: int
+
+    @property
+    def tick(self) -> int:
+        return self.state.tick
+
+    @property
+    def pose(self) -> Floats:
+        """(3,) of the own robot."""
+        return self.state.robot_poses[self.seat]
+
+    @property
+    def partner(self) -> Floats:
+        """(3,) of the other robot."""
+        return self.state.robot_poses[1 - self.seat]
+
+    @property
+    def mine(self) -> int:
+        """Index of the item in the own hand, -1 for none."""
+        return int(self.state.held[self.seat])
+
+    @property
+    def theirs(self) -> int:
+        """Index of the item in the partner's hand, -1 for none."""
+        return int(self.state.held[1 - self.seat])
+
+    @property
+    def robots(self) -> Floats:
+        """(2, 3) poses in seat order."""
+        return self.state.robot_poses
+
+    def item(self, index: int) -> ItemSpec:
+        """What an item is."""
+        return self.map.items[index]
+
+    def item_pose(self, index: int) -> Floats:
+        """(3,) where an item is."""
+        return self.state.item_poses[index]
+
+    def is_heavy(self, index: int) -> bool:
+        """Whether an item needs two."""
+        return self.map.items[index].size != "small"
+
+    @cached_property
+    def delivered(self) -> npt.NDArray[np.bool_]:
+        """(N,) which items lie in a goal region."""
+        return delivered_items(self.map, self.state.item_poses)
+
+    @cached_property
+    def waiting(self) -> list[int]:
+        """Items that nobody holds and that are not delivered."""
+        held = {self.mine, self.theirs}
+        return [i for i in range(len(self.map.items)) if i not in held and not self.delivered[i]]
+
+    def ground(self, without: tuple[int, ...] = ()) -> Terrain:
+        """The terrain with every item that nobody holds, except those in `without`."""
+        skipped = {self.mine, self.theirs, *without}
+        placed: list[Placed] = []
+        for index, item in enumerate(self.map.items):
+            if index not in skipped:
+                x, y, angle = self.state.item_poses[index].tolist()
+                placed.append((item, x, y, angle))
+        return terrain(self.map, tuple(placed))
