@@ -9,3 +9,11 @@ class AgentError(MovingOutError):
 
 class AgentsBusyError(MovingOutError):
     """The worker processes have no time left for one more agent."""
+
+
+class DataError(MovingOutError):
+    """Recordings cannot be turned into training data."""
+
+
+class CheckpointError(MovingOutError):
+    """A checkpoint is missing, damaged, too large, or asks for something a checkpoint must not ask for."""

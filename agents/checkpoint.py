@@ -1,0 +1,194 @@
+"""Trained agents on disk: one folder with a card and its files, read without running anything from it.
+
+    <id with @ as ->/card.json            who this is, how it was made, how good it is; a strict schema
+                    policy.onnx           what plays (onnxruntime)
+                    policy.safetensors    the same weights, to train on from
+                    dynamics.onnx ...     for BASS: the simulator
+
+The card names every file with its size and SHA-256; whatever does not match is refused. There are no pickles.
+Folders are found by listing, never by joining a path from what somebody typed.
+"""
+
+import hashlib
+import json
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+
+from agents.errors import CheckpointError
+from agents.onnx_guard import check_onnx
+from agents.policy_spec import PolicySpec
+
+SHIPPED = Path(__file__).resolve().parent / "checkpoints"
+CARD = "card.json"
+MAX_CARD_BYTES = 1 << 20
+MAX_FILE_BYTES = 256 << 20
+FileName = Literal[
+    "policy.onnx", "policy.safetensors", "dynamics.onnx", "dynamics.safetensors", "metrics.json", "config.json"
+]
+
+_Line = Annotated[str, Field(max_length=400)]
+_Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
+_AgentId = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9._-]{0,47}(@[a-z0-9][a-z0-9._-]{0,47})?$")]
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class FileEntry(_Strict):
+    """One file of the folder."""
+
+    name: FileName
+    bytes: Annotated[int, Field(ge=1, le=MAX_FILE_BYTES)]
+    sha256: _Sha256
+
+
+class Score(_Strict):
+    """One measured mean, with its standard error over n episodes."""
+
+    mean: float
+    stderr: Annotated[float, Field(ge=0.0)]
+    n: Annotated[int, Field(ge=1)]
+
+
+class Training(_Strict):
+    """Where the weights come from."""
+
+    preset: _Line
+    data_sha256: _Sha256
+    population: _Line
+    episodes: Annotated[int, Field(ge=0)]
+    windows: Annotated[int, Field(ge=0)]
+    updates: Annotated[int, Field(ge=0)]
+    seed: int
+    created: _Line  # ISO date
+
+
+class SelectionSpec(_Strict):
+    """How BASS chooses among candidates (paper, "Study on Action Sampling Times")."""
+
+    own: Annotated[int, Field(ge=1, le=16)] = 4
+    partner: Annotated[int, Field(ge=1, le=16)] = 4
+    combine: Literal["independent", "product"] = "product"
+    score: Literal["nfd", "nfd+ac"] = "nfd"
+    depth: Annotated[int, Field(ge=1, le=32)] = 8  # ticks to simulate
+
+
+class DynamicsSpec(_Strict):
+    """The shape of the learned simulator: two autoencoders around a latent step (paper, "BASS Details")."""
+
+    kind: Literal["vae", "gru"] = "vae"
+    width: Annotated[int, Field(ge=4, le=2048)] = 128
+    latent: Annotated[int, Field(ge=2, le=512)] = 32
+    residual: bool = True  # decode the change of the state instead of the state
+
+
+class Card(_Strict):
+    """card.json."""
+
+    schema_version: Literal[1]
+    id: _AgentId
+    name: Annotated[str, Field(min_length=1, max_length=60)]
+    description: _Line
+    kind: Literal["mlp", "gru", "dp", "bass"]
+    maps: Annotated[tuple[_Line, ...], Field(min_length=1, max_length=64)]
+    policy: PolicySpec
+    dynamics: DynamicsSpec | None = None
+    selection: SelectionSpec | None = None
+    training: Training
+    scores: dict[Annotated[str, Field(max_length=60)], Score] = {}
+    files: Annotated[tuple[FileEntry, ...], Field(min_length=1, max_length=8)]
+
+    @field_validator("scores")
+    @classmethod
+    def _finite(cls, scores: dict[str, Score]) -> dict[str, Score]:
+        if not all(math.isfinite(score.mean) and math.isfinite(score.stderr) for score in scores.values()):
+            raise ValueError("scores are finite numbers")
+        return scores
+
+
+@dataclass(frozen=True, slots=True)
+class Checkpoint:
+    """A folder whose card has been read; its files are checked when they are."""
+
+    folder: Path
+    card: Card
+    sha256: str  # of the card, and so of everything it names
+
+    def read(self, name: FileName) -> bytes:
+        """The contents of a file, as the card promises them. Raises CheckpointError when they are not."""
+        entry = next((entry for entry in self.card.files if entry.name == name), None)
+        if entry is None:
+            raise CheckpointError(f"checkpoint {self.card.id} has no {name}")
+        data = _read_capped(self.folder / name, entry.bytes)
+        if len(data) != entry.bytes or hashlib.sha256(data).hexdigest() != entry.sha256:
+            raise CheckpointError(
+                f"{name} of checkpoint {self.card.id} is not the file its card describes; copy it anew"
+            )
+        if name.endswith(".onnx"):
+            check_onnx(data)
+        return data
+
+
+def folder_name(agent_id: str) -> str:
+    """The folder of an id: `dp@all` lies in `dp-all`."""
+    return agent_id.replace("@", "-")
+
+
+def read_checkpoint(folder: Path) -> Checkpoint:
+    """Read a folder's card. Raises CheckpointError, in a sentence, when it is not one of ours."""
+    data = _read_capped(folder / CARD, MAX_CARD_BYTES)
+    try:
+        card = Card.model_validate_json(data)
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(str(part) for part in first["loc"]) or "the file"
+        raise CheckpointError(f"{folder.name}/{CARD}: {where}: {first['msg']}") from error
+    if folder.name != folder_name(card.id):
+        raise CheckpointError(f"checkpoint {card.id} lies in folder {folder.name}, not in {folder_name(card.id)}")
+    return Checkpoint(folder, card, hashlib.sha256(data).hexdigest())
+
+
+def checkpoint_folders(*roots: Path) -> Iterator[Path]:
+    """The folders that have a card, in the order of `roots` and names. Links are not followed."""
+    for root in roots:
+        if root.is_dir():
+            for folder in sorted(root.iterdir()):
+                if folder.is_dir() and not folder.is_symlink() and (folder / CARD).is_file():
+                    yield folder
+
+
+def find_checkpoint(agent_id: str, *roots: Path) -> Checkpoint:
+    """The checkpoint of an id, the first of `roots` that has it. Raises CheckpointError when none does."""
+    for folder in checkpoint_folders(*roots):
+        if folder.name == folder_name(agent_id):
+            return read_checkpoint(folder)
+    known = ", ".join(folder.name for folder in checkpoint_folders(*roots)) or "none"
+    raise CheckpointError(f"no checkpoint {agent_id!r}; there are: {known}")
+
+
+def write_checkpoint(folder: Path, card: Mapping[str, object], files: Mapping[FileName, bytes]) -> Checkpoint:
+    """Write a folder: the files, then the card that names them. `card` is a Card without `files` as a mapping."""
+    entries = [
+        {"name": name, "bytes": len(data), "sha256": hashlib.sha256(data).hexdigest()} for name, data in files.items()
+    ]
+    whole = Card.model_validate_json(json.dumps({**card, "files": entries}))
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, data in files.items():
+        (folder / name).write_bytes(data)
+    (folder / CARD).write_text(whole.model_dump_json(indent=1) + "\n", encoding="utf-8")
+    return read_checkpoint(folder)
+
+
+def _read_capped(path: Path, limit: int) -> bytes:
+    """The bytes of a plain file of at most `limit` bytes."""
+    if path.is_symlink() or not path.is_file():
+        raise CheckpointError(f"there is no plain file {path.name} in checkpoint folder {path.parent.name}")
+    if path.stat().st_size > limit:
+        raise CheckpointError(f"{path.name} in {path.parent.name} is larger than the {limit} bytes it may have")
+    return path.read_bytes()

@@ -1,0 +1,169 @@
+"""Recordings as training windows: every episode encoded once, by the code that also plays live, then only gathers.
+
+A window is one seat at one tick: the observations up to it and the actions from it on. It never crosses the ends of
+its episode: before the first tick the first observation repeats, after the last one the last action does.
+"""
+
+import hashlib
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from agents.errors import DataError
+from agents.features import feature_encoder
+from agents.hold import levels_of, presses_of
+from agents.policy_spec import Grasp
+from maps import MapSpec
+from recordings import Episode, read_episode
+from world.state import Floats, Ints
+
+Singles = npt.NDArray[np.float32]
+Indices = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trajectory:
+    """An episode of T ticks as arrays."""
+
+    map: MapSpec
+    participants: tuple[str, str]  # who sat in blue and in red
+    robot_poses: Floats  # (T + 1, 2, 3)
+    robot_velocities: Floats  # (T + 1, 2, 3)
+    held: Ints  # (T + 1, 2)
+    item_poses: Floats  # (T + 1, N, 3)
+    actions: Floats  # (T, 2, 3) world actions: distance, heading, toggle
+
+    @property
+    def ticks(self) -> int:
+        return len(self.actions)
+
+    def features(self, seat: int, layout: str) -> Singles:
+        """(T, D) what `seat` saw before each tick."""
+        encoder = feature_encoder(self.map, layout)
+        encoded = encoder.encode_arrays(
+            self.robot_poses[:-1], self.robot_velocities[:-1], self.held[:-1], self.item_poses[:-1], seat
+        )
+        return encoded.astype(np.float32)
+
+    def targets(self, seat: int, grasp: Grasp) -> Singles:
+        """(T, 5) what `seat` did in each tick, see `policy_spec.ACTION_WIDTH`."""
+        yes = (levels_of if grasp == "hold" else presses_of)(self.held)[:, seat]
+        heading = self.actions[:, seat, 1]
+        columns = (
+            np.clip(self.actions[:, seat, 0], -1.0, 1.0),
+            np.cos(heading),
+            np.sin(heading),
+            np.where(yes, -1.0, 1.0),
+            np.where(yes, 1.0, -1.0),
+        )
+        return np.stack(columns, axis=1).astype(np.float32)
+
+
+def trajectory_of(episode: Episode) -> Trajectory:
+    """A recording's arrays. Raises DataError when it has no tick."""
+    if not episode.ticks:
+        raise DataError(f"recording {episode.header.episode_id} holds no tick; leave it out of the training data")
+    states = episode.states
+    return Trajectory(
+        map=episode.header.map,
+        participants=(episode.header.seats[0].name, episode.header.seats[1].name),
+        robot_poses=np.array([state.robot_poses for state in states]),
+        robot_velocities=np.array([state.robot_velocities for state in states]),
+        held=np.array([state.held for state in states]),
+        item_poses=np.array([state.item_poses for state in states]),
+        actions=episode.actions,
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Windows:
+    """Rows of many trajectories, one after the other; `ends` closes each row's own trajectory.
+
+    A window is named by the index of its row.
+    """
+
+    features: Singles  # (M, D)
+    targets: Singles  # (M, 5)
+    starts: Indices  # (M,) first row of the row's trajectory
+    ends: Indices  # (M,) one past the last row of it
+    people: npt.NDArray[np.int32]  # (M,) index into `names`: whose actions these are
+    names: tuple[str, ...]
+
+    def __len__(self) -> int:
+        return len(self.features)
+
+    def observations(self, rows: Indices, history: int) -> Singles:
+        """(B, history, D): the rows up to and with `rows`, oldest first."""
+        back = rows[:, None] + np.arange(1 - history, 1)
+        found: Singles = self.features[np.maximum(back, self.starts[rows, None])]
+        return found
+
+    def chunks(self, rows: Indices, horizon: int) -> Singles:
+        """(B, horizon, 5): the actions from `rows` on."""
+        ahead = rows[:, None] + np.arange(horizon)
+        found: Singles = self.targets[np.minimum(ahead, self.ends[rows, None] - 1)]
+        return found
+
+    def split(self, held_out: float, seed: int) -> tuple[Indices, Indices]:
+        """Rows for training and for validation, by person: nobody is in both. `held_out` is the share of people.
+
+        With a single person everything is for training.
+        """
+        order = np.random.default_rng(seed).permutation(len(self.names))
+        count = min(round(held_out * len(self.names)), len(self.names) - 1)
+        out = np.isin(self.people, order[:count])
+        return np.flatnonzero(~out), np.flatnonzero(out)
+
+
+def windows_of(rows: Iterable[tuple[str, Singles, Singles]]) -> Windows:
+    """Put pieces of (participant, features (T, D), targets (T, 5)) one after the other."""
+    pieces = list(rows)
+    if not pieces:
+        raise DataError("there is nothing to train on: no recording was given")
+    names = tuple(sorted({name for name, _, _ in pieces}))
+    lengths = np.array([len(features) for _, features, _ in pieces])
+    ends = np.cumsum(lengths)
+    index = {name: number for number, name in enumerate(names)}
+    return Windows(
+        features=np.concatenate([features for _, features, _ in pieces]),
+        targets=np.concatenate([targets for _, _, targets in pieces]),
+        starts=np.repeat(ends - lengths, lengths),
+        ends=np.repeat(ends, lengths),
+        people=np.repeat(np.array([index[name] for name, _, _ in pieces], dtype=np.int32), lengths),
+        names=names,
+    )
+
+
+def trajectory_windows(trajectories: Sequence[Trajectory], layout: str, grasp: Grasp) -> Windows:
+    """The windows of both seats of all trajectories."""
+    return windows_of(
+        (trajectory.participants[seat], trajectory.features(seat, layout), trajectory.targets(seat, grasp))
+        for trajectory in trajectories
+        for seat in (0, 1)
+    )
+
+
+def recording_files(folders: Sequence[Path]) -> list[Path]:
+    """The finished recordings in files and folders, sorted. Raises DataError when there is none."""
+    files = sorted({file for folder in folders for file in (folder.rglob("*.mcap") if folder.is_dir() else [folder])})
+    missing = [file for file in files if not file.is_file()]
+    if missing:
+        raise DataError(f"there is no recording at {missing[0]}")
+    if not files:
+        places = ", ".join(str(folder) for folder in folders)
+        raise DataError(f"no recording (*.mcap) under {places}; `movingout demos generate` makes some")
+    return files
+
+
+def read_trajectories(files: Sequence[Path]) -> list[Trajectory]:
+    """Read recordings. Raises RecordingError or DataError, naming the file, for one that cannot be used."""
+    return [trajectory_of(read_episode(file)) for file in files]
+
+
+def data_hash(files: Sequence[Path]) -> str:
+    """SHA-256 of the files' contents, independent of their names and order."""
+    digests = sorted(hashlib.sha256(file.read_bytes()).hexdigest() for file in files)
+    return hashlib.sha256("".join(digests).encode()).hexdigest()

@@ -1,0 +1,46 @@
+"""The shape of a policy as data: enough to build its network again, and nothing that could run code."""
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from agents.features import LAYOUT_SIZES
+
+ACTION_WIDTH = 5
+"""Per tick: distance, cos, sin of the heading, and the grasp one-hot (no, yes), +1 where it is and -1 where not."""
+
+PolicyKind = Literal["mlp", "gru", "dp"]
+Grasp = Literal["hold", "toggle"]
+Layout = Literal["official-v1", "map-v1", "aware-v1"]
+
+
+class PolicySpec(BaseModel):
+    """Which policy, with every number that shapes its network. Bounds keep a foreign card from asking for the moon."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    kind: PolicyKind
+    layout: Layout
+    obs_horizon: Annotated[int, Field(ge=1, le=8)]
+    horizon: Annotated[int, Field(ge=1, le=32)]
+    execute: Annotated[int, Field(ge=1, le=32)]
+    grasp: Grasp = "hold"
+    width: Annotated[int, Field(ge=4, le=4096)]
+    depth: Annotated[int, Field(ge=1, le=16)]
+    dropout: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
+    denoiser: Literal["resmlp", "unet"] = "resmlp"
+    process: Literal["flow", "ddim", "ddpm"] = "flow"
+    train_steps: Annotated[int, Field(ge=1, le=1000)] = 36
+    sample_steps: Annotated[int, Field(ge=1, le=1000)] = 4
+
+    @property
+    def features(self) -> int:
+        """D, the numbers of one observation."""
+        return LAYOUT_SIZES[self.layout]
+
+    @property
+    def noise_rows(self) -> int:
+        """How many noise tensors (horizon, 5) one sample needs: none for mlp and gru, fresh ones per step for DDPM."""
+        if self.kind != "dp":
+            return 0
+        return self.sample_steps if self.process == "ddpm" else 1

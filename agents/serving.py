@@ -1,0 +1,156 @@
+"""Trained agents at play: onnxruntime and numpy on one thread, no torch.
+
+A policy agent is asked every tick and decides every `execute` ticks; between decisions it plays the rest of its plan,
+while the grasp follows what its hand really does.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import onnxruntime
+
+from agents.base import ActionChunk, EpisodeInfo, Observation
+from agents.checkpoint import SHIPPED, Checkpoint, find_checkpoint
+from agents.errors import CheckpointError
+from agents.features import FeatureEncoder, feature_encoder
+from agents.hold import toggles
+from agents.policy_spec import ACTION_WIDTH, PolicySpec
+from world.state import WorldState
+
+Singles = npt.NDArray[np.float32]
+
+
+class Network:
+    """An ONNX graph that runs on one thread."""
+
+    def __init__(self, data: bytes) -> None:
+        options = onnxruntime.SessionOptions()
+        options.intra_op_num_threads = 1
+        options.inter_op_num_threads = 1
+        options.log_severity_level = 3
+        try:
+            self._session = onnxruntime.InferenceSession(data, options, providers=["CPUExecutionProvider"])
+        except Exception as error:  # onnxruntime has no common base of its own errors
+            raise CheckpointError(f"onnxruntime cannot load this network: {error}"[:300]) from error
+        self._inputs = [argument.name for argument in self._session.get_inputs()]
+
+    def __call__(self, **inputs: Singles) -> list[Any]:
+        """The outputs for inputs by name; inputs that the graph does not have are left out."""
+        return list(self._session.run(None, {name: inputs[name] for name in self._inputs}))
+
+
+class PolicyNetwork:
+    """A policy's network: observations in, chunks out."""
+
+    def __init__(self, spec: PolicySpec, data: bytes) -> None:
+        """Raises CheckpointError when the graph does not give what the spec says."""
+        self.spec = spec
+        self._network = Network(data)
+        history = np.zeros((1, spec.obs_horizon, spec.features), dtype=np.float32)
+        try:
+            chunks = self.sample(history, np.random.default_rng(0))
+        except Exception as error:  # a foreign graph may fail in any way that onnxruntime knows
+            raise CheckpointError(f"the network does not take what its card says: {error}"[:300]) from error
+        if chunks.shape != (1, spec.horizon, ACTION_WIDTH) or not np.isfinite(chunks).all():
+            raise CheckpointError(f"the network answers with shape {chunks.shape}, not (1, {spec.horizon}, 5) numbers")
+
+    def sample(self, history: Singles, random: np.random.Generator) -> Singles:
+        """Chunks (B, H, 5) for observations (B, To, D), each from noise of its own."""
+        spec = self.spec
+        shape = (len(history), max(spec.noise_rows, 1), spec.horizon, ACTION_WIDTH)
+        noise = random.standard_normal(shape, dtype=np.float32)
+        chunks: Singles = self._network(observation=history, noise=noise)[0]
+        return chunks
+
+
+@dataclass(slots=True)
+class Plan:
+    """A chosen chunk and the tick of its first row."""
+
+    chunk: Singles  # (H, 5)
+    tick: int
+
+
+class PolicyAgent:
+    """Plays one seat with a policy network."""
+
+    execute_rows = 1  # asked every tick; rows beyond the first are there for a missed deadline
+
+    def __init__(self, spec: PolicySpec, network: PolicyNetwork, execute: int = 0) -> None:
+        """`execute`: ticks between decisions; 0 means what the card says."""
+        self.spec = spec
+        self.network = network
+        self.execute = min(execute or spec.execute, spec.horizon)
+        self.detail: dict[str, object] = {}
+        self._history: list[Singles] = []
+        self._plan: Plan | None = None
+
+    def reset(self, episode: EpisodeInfo) -> None:
+        """Begin an episode: prepare the map, forget the last one."""
+        self.episode = episode
+        self.encoder: FeatureEncoder = feature_encoder(episode.map, self.spec.layout)
+        self.random = np.random.default_rng([episode.seed, episode.seat])
+        self._history = []
+        self._plan = None
+        self.detail = {}
+
+    def act(self, observation: Observation) -> ActionChunk:
+        """The rest of the plan (h, 4), after deciding anew when its executed part is over."""
+        self.detail = {}
+        decides = self._plan is None or not 0 <= observation.tick - self._plan.tick < self.execute
+        if decides or self.spec.obs_horizon > 1:
+            self._remember(observation)
+        if decides:
+            self._plan = Plan(self.decide(observation.state, self._stacked()), observation.tick)
+        assert self._plan is not None
+        rest = self._plan.chunk[observation.tick - self._plan.tick :]
+        return self._world_rows(rest, holding=bool(observation.state.held[observation.seat] >= 0))
+
+    def decide(self, state: WorldState, history: Singles) -> Singles:
+        """Choose a chunk (H, 5) for observations (To, D)."""
+        chunk: Singles = self.network.sample(history[None], self.random)[0]
+        return chunk
+
+    def _remember(self, observation: Observation) -> None:
+        features = self.encoder.encode(observation.state, self.episode.seat).astype(np.float32)
+        self._history = [*self._history[1 - self.spec.obs_horizon :], features] if self._history else [features]
+        self._history = self._history[-self.spec.obs_horizon :]
+
+    def _stacked(self) -> Singles:
+        missing = self.spec.obs_horizon - len(self._history)
+        return np.stack([self._history[0]] * missing + self._history)
+
+    def _world_rows(self, chunk: Singles, *, holding: bool) -> ActionChunk:
+        """Policy numbers (h, 5) as an agent's chunk (h, 4)."""
+        return agent_rows(chunk, holding=holding, levels=self.spec.grasp == "hold")
+
+
+def agent_rows(chunk: Singles, *, holding: bool, levels: bool) -> ActionChunk:
+    """Policy numbers (h, 5) as an agent's chunk (h, 4): unit headings, toggles made from levels where they are that."""
+    rows = np.empty((len(chunk), 4))
+    rows[:, 0] = np.clip(chunk[:, 0], -1.0, 1.0)
+    norms = np.hypot(chunk[:, 1], chunk[:, 2])
+    rows[:, 1] = np.where(norms > 1e-3, chunk[:, 1] / np.maximum(norms, 1e-3), 1.0)
+    rows[:, 2] = np.where(norms > 1e-3, chunk[:, 2] / np.maximum(norms, 1e-3), 0.0)
+    wanted = chunk[:, 4] > chunk[:, 3]
+    rows[:, 3] = toggles(wanted, holding) if levels else wanted
+    return rows
+
+
+def agent_of(checkpoint: Checkpoint, execute: int = 0) -> PolicyAgent:
+    """The agent of a checkpoint, its files verified."""
+    card = checkpoint.card
+    network = PolicyNetwork(card.policy, checkpoint.read("policy.onnx"))
+    if card.kind != "bass":
+        return PolicyAgent(card.policy, network, execute)
+    from agents.bass.agent import bass_agent
+
+    return bass_agent(checkpoint, network, execute)
+
+
+def trained_agent(agent_id: str, data: Path = Path("data"), execute: int = 0) -> PolicyAgent:
+    """The agent `agent_id` from the user's models (DATA/models) or from those that come with the project."""
+    return agent_of(find_checkpoint(agent_id, data / "models", SHIPPED), execute)

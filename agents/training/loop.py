@@ -1,0 +1,158 @@
+"""The training loop: plain, resumable, the same for policies and simulators.
+
+What is trained is a module with its own batches; the loop knows the optimiser, the moving average, precision, the
+curves and the files of a run folder.
+"""
+
+import copy
+import json
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import torch
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from safetensors.torch import load_file, save_file
+from torch import Tensor, nn
+from torch.utils.tensorboard import SummaryWriter
+
+from agents.errors import DataError
+from agents.training.config import Optimisation
+
+RESUME = "resume.safetensors"
+Losses = dict[str, Tensor]
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """What the loop fits: the network, the losses of a batch by name (`loss` is minimised), and those of validation."""
+
+    network: nn.Module
+    losses: Callable[[nn.Module], Losses]
+    validate: Callable[[nn.Module], dict[str, float]]
+    updates: int
+
+
+@dataclass(slots=True)
+class _State:
+    """Everything that changes while training."""
+
+    network: nn.Module
+    average: nn.Module
+    optimiser: torch.optim.Optimizer
+    update: int = 0
+
+
+def fit(task: Task, config: Optimisation, folder: Path) -> nn.Module:
+    """Train to the end, going on from the folder's resume file if there is one; returns the moving average.
+
+    Writes TensorBoard events, `losses.jsonl` and the resume file into `folder`.
+    """
+    torch.set_num_threads(config.threads)
+    device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
+    network = task.network.to(device)
+    optimiser = torch.optim.AdamW(network.parameters(), lr=config.rate, weight_decay=config.decay)
+    state = _State(network, copy.deepcopy(network).requires_grad_(False), optimiser)
+    folder.mkdir(parents=True, exist_ok=True)
+    _resume(state, folder / RESUME)
+    torch.manual_seed(config.seed * 1_000_003 + state.update)
+    writer = SummaryWriter(str(folder))
+    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
+    with (
+        writer,
+        (folder / "losses.jsonl").open("a", encoding="utf-8") as curve,
+        Progress(*columns, console=Console(stderr=True)) as progress,
+    ):
+        bar = progress.add_task("training", total=task.updates, completed=state.update)
+        begun = time.monotonic()
+        while state.update < task.updates:
+            losses = _update(state, task, config, device)
+            progress.update(bar, completed=state.update)
+            if state.update % config.evaluate_every == 0 or state.update == task.updates:
+                values = {name: float(value.detach()) for name, value in losses.items()} | _validation(state, task)
+                if not all(math.isfinite(value) for value in values.values()):
+                    raise DataError(f"training went astray at update {state.update}: {values}; try a lower --rate")
+                for name, value in values.items():
+                    writer.add_scalar(name, value, state.update)
+                seconds = round(time.monotonic() - begun, 1)
+                curve.write(json.dumps({"update": state.update, "seconds": seconds, **values}) + "\n")
+                curve.flush()
+                _save(state, folder / RESUME)
+                progress.update(bar, description=f"loss {values['loss']:.4f}")
+    return state.average.eval()
+
+
+def _update(state: _State, task: Task, config: Optimisation, device: torch.device) -> Losses:
+    """One gradient step."""
+    for group in state.optimiser.param_groups:
+        group["lr"] = config.rate * _schedule(state.update, task.updates, config.warmup)
+    state.network.train()
+    with torch.autocast(device.type, dtype=torch.bfloat16, enabled=config.precision == "bf16"):
+        losses = task.losses(state.network)
+    state.optimiser.zero_grad(set_to_none=True)
+    losses["loss"].backward()  # type: ignore[no-untyped-call]
+    if config.clip:
+        nn.utils.clip_grad_norm_(state.network.parameters(), config.clip)
+    state.optimiser.step()
+    state.update += 1
+    keep = min(config.ema, (1 + state.update) / (10 + state.update))
+    _average(state, keep)
+    return losses
+
+
+@torch.no_grad()
+def _average(state: _State, keep: float) -> None:
+    """Move the average towards the network; buffers (normalisation) are copied."""
+    torch._foreach_lerp_(list(state.average.parameters()), list(state.network.parameters()), 1 - keep)
+    for target, source in zip(state.average.buffers(), state.network.buffers(), strict=True):
+        target.copy_(source)
+
+
+def _schedule(update: int, updates: int, warmup: int) -> float:
+    """Linear warm-up, then half a cosine to 0."""
+    if update < warmup:
+        return (update + 1) / warmup
+    return 0.5 * (1 + math.cos(math.pi * (update - warmup) / max(updates - warmup, 1)))
+
+
+def _validation(state: _State, task: Task) -> dict[str, float]:
+    state.average.eval()
+    with torch.inference_mode():
+        return {f"validation/{name}": value for name, value in task.validate(state.average).items()}
+
+
+def _save(state: _State, path: Path) -> None:
+    """Everything needed to go on, as plain tensors."""
+    tensors = {f"network.{name}": tensor for name, tensor in state.network.state_dict().items()}
+    tensors |= {f"average.{name}": tensor for name, tensor in state.average.state_dict().items()}
+    for index, entries in state.optimiser.state_dict()["state"].items():
+        tensors |= {f"optimiser.{index}.{name}": torch.as_tensor(value) for name, value in entries.items()}
+    tensors["update"] = torch.tensor(state.update)
+    part = path.with_suffix(".part")
+    save_file({name: tensor.clone().contiguous() for name, tensor in tensors.items()}, part)
+    part.replace(path)
+
+
+def _resume(state: _State, path: Path) -> None:
+    """Take up what `_save` left. Raises DataError when it is of another network."""
+    if not path.exists():
+        return
+    tensors = load_file(path)
+    try:
+        state.network.load_state_dict(_under(tensors, "network."))
+        state.average.load_state_dict(_under(tensors, "average."))
+    except RuntimeError as error:
+        raise DataError(f"{path} is of another configuration; choose another --out folder") from error
+    entries: dict[int, dict[str, Tensor]] = {}
+    for name, tensor in _under(tensors, "optimiser.").items():
+        index, _, key = name.partition(".")
+        entries.setdefault(int(index), {})[key] = tensor
+    state.optimiser.load_state_dict({**state.optimiser.state_dict(), "state": entries})
+    state.update = int(tensors["update"])
+
+
+def _under(tensors: dict[str, Tensor], prefix: str) -> dict[str, Tensor]:
+    return {name.removeprefix(prefix): tensor for name, tensor in tensors.items() if name.startswith(prefix)}

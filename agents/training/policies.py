@@ -1,0 +1,108 @@
+"""Training a policy from windows, and putting it into a checkpoint folder."""
+
+import datetime
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+from safetensors.torch import save
+from torch import Tensor, nn
+
+from agents.checkpoint import Checkpoint, write_checkpoint
+from agents.dataset import Indices, Windows
+from agents.policies.export import export_policy
+from agents.policies.policy import MOTION, Policy, build_policy
+from agents.training.config import PolicyConfig
+from agents.training.loop import Losses, Task, fit
+from agents.training.noise import noisy_partner
+
+NORMALISER_ROWS = 200_000  # rows from which mean and deviation are estimated
+VALIDATION_ROWS = 4096
+
+
+@dataclass(frozen=True, slots=True)
+class Provenance:
+    """Where training data comes from, for the card."""
+
+    data_sha256: str
+    population: str
+    episodes: int
+    maps: tuple[str, ...]
+
+
+def train_policy(kind: str, config: PolicyConfig, windows: Windows, folder: Path) -> Policy:
+    """Fit `mlp`, `gru` or `dp` to windows; curves and resume file go to `folder`."""
+    torch.manual_seed(config.seed)
+    policy = build_policy(config.spec(kind))
+    _fit_normaliser(policy, windows)
+    train, held_out = windows.split(config.held_out, config.seed)
+    random = np.random.default_rng(config.seed)
+    if config.window_share < 1.0:
+        train = random.choice(train, max(int(config.window_share * len(train)), 1), replace=False)
+    held_out = random.permutation(held_out if len(held_out) else train)[:VALIDATION_ROWS]
+    updates = math.ceil(config.epochs * len(train) / config.batch) if config.epochs else config.updates
+
+    def losses(network: nn.Module) -> Losses:
+        rows = random.choice(train, config.batch)
+        return _losses(network, config, windows, rows, augment=True)
+
+    def validate(network: nn.Module) -> dict[str, float]:
+        fixed = torch.random.get_rng_state()
+        torch.manual_seed(1)
+        values = {name: float(value) for name, value in _losses(network, config, windows, held_out).items()}
+        torch.random.set_rng_state(fixed)
+        return values
+
+    trained = fit(Task(policy, losses, validate, updates), config, folder)
+    assert isinstance(trained, Policy)
+    return trained.cpu()
+
+
+def _losses(network: nn.Module, config: PolicyConfig, windows: Windows, rows: Indices, augment: bool = False) -> Losses:
+    assert isinstance(network, Policy)
+    device = network.mean.device
+    observation = torch.from_numpy(windows.observations(rows, config.obs_horizon)).to(device)
+    chunk = torch.from_numpy(windows.chunks(rows, config.horizon)).to(device)
+    if augment and config.pose_noise:
+        observation = noisy_partner(observation, config.pose_noise)
+    each = network.loss(observation, chunk).float()
+    motion, grasp = each[..., :MOTION].mean(), each[..., MOTION:].mean()
+    return {"loss": motion + config.grasp_weight * grasp, "motion": motion.detach(), "grasp": grasp.detach()}
+
+
+def _fit_normaliser(policy: Policy, windows: Windows) -> None:
+    stride = max(len(windows) // NORMALISER_ROWS, 1)
+    sample = windows.features[::stride]
+    policy.fit_normaliser(torch.from_numpy(sample.mean(axis=0)), torch.from_numpy(sample.std(axis=0)))
+
+
+def save_policy(
+    folder: Path, agent_id: str, policy: Policy, config: PolicyConfig, windows: Windows, source: Provenance,
+    preset: str, name: str, description: str,
+) -> Checkpoint:  # fmt: skip
+    """Write the checkpoint folder: card, ONNX and safetensors."""
+    policy = policy.eval().cpu()
+    card = {
+        "schema_version": 1,
+        "id": agent_id,
+        "name": name,
+        "description": description,
+        "kind": policy.spec.kind,
+        "maps": list(source.maps),
+        "policy": policy.spec.model_dump(),
+        "training": {
+            "preset": preset,
+            "data_sha256": source.data_sha256,
+            "population": source.population,
+            "episodes": source.episodes,
+            "windows": len(windows),
+            "updates": config.updates,
+            "seed": config.seed,
+            "created": datetime.datetime.now(datetime.UTC).date().isoformat(),
+        },
+        "scores": {},
+    }
+    tensors: dict[str, Tensor] = {key: value.contiguous() for key, value in policy.state_dict().items()}
+    return write_checkpoint(folder, card, {"policy.onnx": export_policy(policy), "policy.safetensors": save(tensors)})
