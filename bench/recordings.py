@@ -4,6 +4,7 @@ One episode is 500 ticks of two driving people, each sending inputs at 20 Hz; th
 candidate paths twice a second, as a planning agent does. CPU times of this process; real time is 50 s an episode.
 """
 
+import os
 import statistics
 import tempfile
 import time
@@ -26,13 +27,14 @@ from recordings import (
     replay_frames,
     verify,
 )
-from recordings.listing import summaries
+from recordings.index import Filter, list_recordings
 from world import World
 from world.state import WorldState
 
 TICKS = 500
 ROUNDS = 5
 EPISODE_S = TICKS * 0.1
+LISTED = 10_000
 MAPS = ("HandOff", "AdaptiveAssist", "FourCorners")
 
 
@@ -42,7 +44,7 @@ def main() -> None:
         for name in MAPS:
             rounds = [measure(Path(folder), name, k) for k in range(ROUNDS)]
             rows.append([name, *(f"{statistics.median(values):,.3f}" for values in zip(*rounds, strict=True))])
-        listing = cpu_seconds(lambda: list(summaries(Path(folder)))) / (ROUNDS * len(MAPS))
+        listing = measure_listing(Path(folder), Path(folder) / f"{MAPS[0]}-0.mcap")
     rows.append(["to reach", "0.300", "", "500", "", "", "50", ""])
     columns = [
         "map",
@@ -55,7 +57,7 @@ def main() -> None:
         "replay s",
     ]
     print_table(f"Recording {TICKS} ticks with two seats (CPU time, median of {ROUNDS})", columns, rows)
-    print(f"listing: {listing * 1e3:.2f} ms per recording")
+    print_table(f"A folder of {LISTED:,} recordings (wall time)", ["", "s", "to reach"], listing)
 
 
 def measure(folder: Path, map_name: str, number: int) -> list[float]:
@@ -76,6 +78,20 @@ def measure(folder: Path, map_name: str, number: int) -> list[float]:
         EPISODE_S / cpu_seconds(lambda: verify(path)),
         cpu_seconds(lambda: replay_frames(path, 20000.0, 32768 / np.pi)),
     ]
+
+
+def measure_listing(folder: Path, recording: Path) -> list[list[str]]:
+    """Seconds to index, list and filter a folder of links to one recording."""
+    crowd = folder / "crowd"
+    crowd.mkdir()
+    for number in range(LISTED):
+        os.link(recording, crowd / f"{number:05}.mcap")
+    steps = {
+        "index all (once)": (lambda: list_recordings(crowd), ""),
+        "list all": (lambda: list_recordings(crowd), "1.0"),
+        "filter": (lambda: list_recordings(crowd, Filter(map="LeftRight")), "1.0"),
+    }
+    return [[name, f"{wall_seconds(work):.2f}", reach] for name, (work, reach) in steps.items()]
 
 
 def write(writer: EpisodeWriter, ticks: list[TickRecord]) -> None:
@@ -110,6 +126,12 @@ def cpu_seconds(work: Callable[[], object]) -> float:
     start = time.process_time()
     work()
     return time.process_time() - start
+
+
+def wall_seconds(work: Callable[[], object]) -> float:
+    start = time.perf_counter()
+    work()
+    return time.perf_counter() - start
 
 
 def _candidates() -> list[dict[str, object]]:

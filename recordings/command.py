@@ -2,26 +2,20 @@
 
 import argparse
 import json
-import multiprocessing
 import os
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
-
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from typing import Any
 
 from recordings.errors import RecordingError
 from recordings.finished import Recovery, recover, recover_journal
-from recordings.listing import Summary, Unreadable, path_of, recording_paths, summaries
+from recordings.index import Filter, list_recordings
+from recordings.listing import Summary, path_of, recording_paths
 from recordings.page import info_json, info_page
+from recordings.progress import over_processes
 from recordings.reader import read_episode
 from recordings.verification import Verification, verify
-
-_T = TypeVar("_T")
-_R = TypeVar("_R")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -79,29 +73,16 @@ def _print_json(document: dict[str, Any]) -> None:
 
 
 def _list(args: argparse.Namespace) -> int:
-    found = list(summaries(args.folder or args.data / "recordings"))
-    wanted = [entry for entry in found if isinstance(entry, Summary) and _is_wanted(entry, args)]
-    wanted.sort(key=lambda entry: entry.started, reverse=True)
-    unreadable = [entry for entry in found if isinstance(entry, Unreadable)]
+    wanted = Filter(args.map, args.agent, args.study, args.since, args.until, args.outcome)
+    found, unreadable = list_recordings(args.folder or args.data / "recordings", wanted)
     if args.json:
         problems = [{"path": str(entry.path), "problem": entry.problem} for entry in unreadable]
-        _print_json({"recordings": [entry.to_json() for entry in wanted], "unreadable": problems})
+        _print_json({"recordings": [entry.to_json() for entry in found], "unreadable": problems})
         return 0
-    print(_table(wanted) if wanted else "no recordings that match")
+    print(_table(found) if found else "no recordings that match")
     for entry in unreadable:
         print(f"movingout: {entry.problem}", file=sys.stderr)
     return 0
-
-
-def _is_wanted(entry: Summary, args: argparse.Namespace) -> bool:
-    return (
-        (args.map is None or entry.map == args.map)
-        and (args.agent is None or args.agent in entry.blue or args.agent in entry.red)
-        and (args.study is None or args.study in entry.study.values())
-        and (args.since is None or entry.started[:10] >= args.since)
-        and (args.until is None or entry.started[:10] <= args.until)
-        and (args.outcome is None or entry.outcome == args.outcome)
-    )
 
 
 _HEADINGS = ("id", "started (UTC)", "map", "blue", "red", "time", "delivered", "TCR", "outcome")
@@ -147,7 +128,7 @@ def _verify(args: argparse.Namespace) -> int:
     paths = _expanded(args.paths)
     if not paths:
         raise RecordingError("no recordings there to verify; name .mcap files or a folder that holds some")
-    verdicts = list(_each(_verdict, paths, min(args.workers, len(paths)), "verifying"))
+    verdicts = list(over_processes(_verdict, paths, min(args.workers, len(paths)), "verifying"))
     if args.json:
         _print_json({"files": [_verdict_json(path, verdict) for path, verdict in zip(paths, verdicts, strict=True)]})
     else:
@@ -229,16 +210,3 @@ def _expanded(paths: Iterable[Path]) -> list[Path]:
     for path in paths:
         files += recording_paths(path) if path.is_dir() else [path]
     return files
-
-
-def _each(function: Callable[[_T], _R], values: Sequence[_T], workers: int, verb: str) -> Iterator[_R]:
-    """Results in order, over processes when there are several, with a bar on a terminal."""
-    console = Console(stderr=True)
-    columns = (TextColumn(verb), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console, disable=not console.is_terminal) as progress:
-        if workers <= 1:
-            yield from progress.track(map(function, values), total=len(values))
-            return
-        # spawn: a fork would copy the progress bar's thread in an unknown state
-        with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:
-            yield from progress.track(pool.map(function, values, chunksize=4), total=len(values))

@@ -12,8 +12,9 @@ import os
 import re
 import struct
 import threading
+import time
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,6 +27,7 @@ from recordings.topics import CHANNELS, COMMIT, JOURNAL_TOPICS
 
 JOURNAL_SUFFIX = ".mcap.journal"
 PROFILE = "movingout"
+SLOW_S = 0.5  # five ticks: players would notice
 OPCODE_MESSAGE = 0x05
 COMMIT_CHANNEL = CHANNELS[COMMIT.name]
 
@@ -130,7 +132,12 @@ def _held_commit(record: bytes, offset: int, crc: int) -> int | None:
 
 
 class Journal:
-    """An open journal file at its end."""
+    """An open journal file at its end.
+
+    A disk that takes longer than SLOW_S for one group is an error like a full one: the game goes on without it.
+    """
+
+    timer: Callable[[], float] = staticmethod(time.monotonic)
 
     def __init__(self, path: Path, descriptor: int, offset: int, crc: int) -> None:
         self.path = path
@@ -174,6 +181,7 @@ class Journal:
         crc = zlib.crc32(records, self._crc)
         commit = _commit(tick, log_ns, self._offset + len(records), crc)
         group = records + commit
+        started = self.timer()
         try:
             written = os.write(self._descriptor, group)
             while written < len(group):  # a nearly full disk takes a part first
@@ -184,6 +192,10 @@ class Journal:
             raise cannot("write", self.path, error) from error
         self._crc = zlib.crc32(commit, crc)
         self._offset += len(group)
+        if (took := self.timer() - started) > SLOW_S:
+            raise RecordingError(
+                f"the disk took {took:.1f} s for one tick of {self.path.name}; use a faster --data DIR"
+            )
 
     def sync(self) -> None:
         """Make what was appended survive a power failure; milliseconds, for a thread."""

@@ -1,12 +1,9 @@
 """What lies in a folder: one line per recording, read from its metadata alone."""
 
-from collections.abc import Iterator
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
-
-from mcap.reader import make_reader
-from mcap.records import Metadata
 
 from recordings.derived import result
 from recordings.episode import Episode
@@ -15,7 +12,7 @@ from recordings.finished import SUFFIX
 from recordings.journal import JOURNAL_SUFFIX
 from recordings.metadata import EPISODE_ID, RECORDING, RESULT, SEATS, STUDY, Entries, episode_record, utc
 from recordings.reader import UNREADABLE, read_episode
-from recordings.records import MAGIC
+from recordings.records import MAGIC, metadata_in
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,15 +55,6 @@ def recording_paths(folder: Path) -> list[Path]:
     return sorted(names)
 
 
-def summaries(folder: Path) -> Iterator[Summary | Unreadable]:
-    """A line for each recording in the folder."""
-    for path in recording_paths(folder):
-        try:
-            yield read_summary(path)
-        except RecordingError as error:
-            yield Unreadable(path, str(error))
-
-
 def read_summary(path: Path) -> Summary:
     """The line of one recording; the messages of a finished one are not opened (`verify` does that)."""
     if path.name.endswith(JOURNAL_SUFFIX):
@@ -78,22 +66,20 @@ def read_summary(path: Path) -> Summary:
         raise RecordingError(f"{path.name}: its metadata is incomplete ({error})") from error
 
 
-def read_metadata(path: Path) -> dict[str, Entries]:
+def read_metadata(path: Path) -> Mapping[str, Entries]:
     """All metadata records of a finished recording, by name."""
     try:
         with path.open("rb") as stream:
             if stream.read(len(MAGIC)) != MAGIC:
                 raise RecordingError(f"{path.name} is {'not an MCAP file' if path.stat().st_size else 'empty'}")
-            stream.seek(0)
-            found: list[Metadata] = list(make_reader(stream).iter_metadata())
+            return metadata_in(stream)
     except OSError as error:
         raise cannot("read", path, error) from error
     except UNREADABLE as error:
         raise RecordingError(f"{path.name} is torn or damaged: it has no whole index") from error
-    return {record.name: record.metadata for record in found}
 
 
-def _of_metadata(path: Path, records: dict[str, Entries]) -> Summary:
+def _of_metadata(path: Path, records: Mapping[str, Entries]) -> Summary:
     try:
         episode = episode_record(records)
     except RecordingError as error:

@@ -17,9 +17,8 @@ from recordings.episode import AgentDecision, Episode, Event, InputSample, Outco
 from recordings.errors import RecordingError, UnreadableError, cannot
 from recordings.journal import JOURNAL_SUFFIX, PROFILE, scan
 from recordings.metadata import END, RECORDING, SOFTWARE, Entries, episode_record, header_of
-from recordings.records import MAGIC, Message, Record, records_of
+from recordings.records import FOOTER, MAGIC, Message, Record, records_of
 
-_FOOTER = struct.Struct("<BQQQI")  # opcode, length, summary start, summary offset start, crc
 _DATA_END = struct.Struct("<BQI")  # opcode, length, crc
 UNREADABLE = (McapError, struct.error, ValueError, KeyError, TypeError, IndexError, OverflowError, MemoryError)
 
@@ -59,10 +58,10 @@ def check_file(data: bytes, name: str) -> None:
         raise UnreadableError(f"{name} is not an MCAP file")
     if header_profile(data) != PROFILE:
         raise UnreadableError(f"{name} is an MCAP file, but not a Moving Out recording")
-    if not data.endswith(MAGIC) or len(data) < 2 * len(MAGIC) + _FOOTER.size + _DATA_END.size:
+    if not data.endswith(MAGIC) or len(data) < 2 * len(MAGIC) + FOOTER.size + _DATA_END.size:
         raise UnreadableError(f"{name} is torn: its end is missing")
-    foot = len(data) - len(MAGIC) - _FOOTER.size
-    opcode, length, summary, _, summary_crc = _FOOTER.unpack_from(data, foot)
+    foot = len(data) - len(MAGIC) - FOOTER.size
+    opcode, length, summary, _, summary_crc = FOOTER.unpack_from(data, foot)
     end = summary - _DATA_END.size
     if (opcode, length) != (0x02, 20) or not len(MAGIC) < end <= foot - _DATA_END.size:
         raise UnreadableError(f"{name} is damaged: its footer changed after it was written")

@@ -7,16 +7,21 @@ Trusts the bytes: callers check sums first (`reader.check_file`, `journal.scan`)
 import io
 import struct
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import BinaryIO, NamedTuple, TypeVar
 
 import zstandard
 from mcap.data_stream import ReadDataStream
-from mcap.records import Attachment, Channel, Chunk, Header, Metadata
+from mcap.records import Attachment, Channel, Chunk, Header, Metadata, MetadataIndex, SummaryOffset
 
 MAGIC = b"\x89MCAP0\r\n"
 MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time; then the payload
 _RECORD = struct.Struct("<BQ")  # opcode, length
+FOOTER = struct.Struct("<BQQQI")  # opcode, length, summary start, summary offset start, crc
+_FOOTER, _METADATA_INDEX, _SUMMARY_OFFSET = 0x02, 0x0D, 0x0E
 _HEADER, _CHANNEL, _MESSAGE, _CHUNK, _ATTACHMENT, _METADATA, _DATA_END = 0x01, 0x04, 0x05, 0x06, 0x09, 0x0C, 0x0F
+
+
+Entry = TypeVar("Entry", MetadataIndex, SummaryOffset)
 
 
 class Message(NamedTuple):
@@ -51,6 +56,40 @@ def _walk(data: bytes, position: int) -> Iterator[Record]:
             yield from _walk(zstandard.decompress(chunk.data, chunk.uncompressed_size), 0)
         elif opcode in _READERS:
             yield _READERS[opcode].read(_stream(data[start:position]))
+
+
+def metadata_in(stream: BinaryIO) -> dict[str, dict[str, str]]:
+    """The metadata records of a finished file, found by its index: a dozen short reads however long the file is.
+
+    Raises ValueError or an error of struct or mcap when the end of the file is not that of a whole MCAP.
+    """
+    end = max(stream.seek(0, io.SEEK_END) - FOOTER.size - len(MAGIC), 0)
+    tail = _read(stream, end, FOOTER.size + len(MAGIC))
+    opcode, _, summary, offsets, _ = FOOTER.unpack_from(tail)
+    if opcode != _FOOTER or not tail.endswith(MAGIC) or not 0 < summary < offsets < end:
+        raise ValueError("no whole footer")
+    found: dict[str, dict[str, str]] = {}
+    for group in _entries(_read(stream, offsets, end - offsets), _SUMMARY_OFFSET, SummaryOffset):
+        if group.group_opcode == _METADATA_INDEX:
+            section = _read(stream, group.group_start, group.group_length)
+            for entry in _entries(section, _METADATA_INDEX, MetadataIndex):
+                record = Metadata.read(_stream(_read(stream, entry.offset, entry.length)[_RECORD.size :]))
+                found[record.name] = record.metadata
+    return found
+
+
+def _entries(section: bytes, wanted: int, kind: type[Entry]) -> Iterator[Entry]:
+    position = 0
+    while position < len(section):
+        opcode, length = _RECORD.unpack_from(section, position)
+        start, position = position + _RECORD.size, position + _RECORD.size + length
+        if opcode == wanted:
+            yield kind.read(_stream(section[start:position]))
+
+
+def _read(stream: BinaryIO, start: int, length: int) -> bytes:
+    stream.seek(start)
+    return stream.read(length)
 
 
 def _stream(body: bytes) -> ReadDataStream:

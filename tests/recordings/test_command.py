@@ -66,11 +66,13 @@ def test_list_names_what_it_cannot_read_and_goes_on(
     finalise(record(folder, ticks=2)[0])
     (folder / "half.mcap").write_bytes((folder / "episode.mcap").read_bytes()[:5000])
     (folder / "empty.mcap").touch()
+    (folder / "short.mcap").write_bytes((folder / "episode.mcap").read_bytes()[:20])
     assert main(["recordings", "list", str(folder)]) == 0
     out, err = capsys.readouterr()
     assert "episode" in out
     assert "half.mcap is torn or damaged" in err
     assert "empty.mcap is empty" in err
+    assert "short.mcap is torn or damaged" in err
 
 
 def test_info_has_the_promised_fields(data: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from recordings import EpisodeWriter, Event, RecordingError, TickRecord, finalise, read_episode
+from recordings.journal import Journal
 from tests.recordings.support import assert_holds, begin, clock, header, plain, play, play_tick, record
 from world import World
 from world.state import WorldState
@@ -137,6 +138,17 @@ def test_a_full_disk_is_an_error_and_what_was_written_stays_whole(tmp_path: Path
     episode = read_episode(writer.path)
     assert_holds(episode, played)
     assert writer.path.stat().st_size <= small_files
+
+
+def test_a_disk_that_is_too_slow_is_an_error_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    writer, played = begin(tmp_path)
+    play(writer, played, 1)
+    times = iter([0.0, 0.7])
+    monkeypatch.setattr(Journal, "timer", staticmethod(lambda: next(times)))
+    with pytest.raises(RecordingError, match=r"the disk took 0\.7 s for one tick"):
+        play_tick(writer, played)
+    writer.abandon()
+    assert len(read_episode(writer.path).ticks) == 2, "what was written slowly is written all the same"
 
 
 def test_finishing_on_a_full_disk_keeps_the_journal_and_leaves_no_half_file(
