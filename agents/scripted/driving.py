@@ -19,6 +19,9 @@ HORIZON = 3  # ticks that a short move lasts
 _BENDS = np.array([0.0, 0.12, -0.12, 0.25, -0.25, 0.38, -0.38])
 
 
+Danger = Callable[[Floats], Floats]  # (K, HORIZON, 3) poses to (K,) costs of meeting the partner
+
+
 class Command(NamedTuple):
     """What one robot does in one tick."""
 

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from agents.scripted.driving import HORIZON, Command, best_move
+from agents.scripted.driving import HORIZON, Command, Danger, best_move
 from agents.scripted.geometry import covering_discs, half_extents
 from agents.scripted.lattice import CARRIER, UNIT_PER_TICK, Cost, Field, values
 from agents.scripted.storage import place_costs, storage
@@ -42,11 +42,11 @@ class Haul:
         self._places: Cost = place_costs(storage(ground.map), ground, CARRIER, (x, y), extents)
         self.field.seed(self._places)
 
-    def drive(self, pose: Floats, item_pose: Floats) -> Command:
+    def drive(self, pose: Floats, item_pose: Floats, danger: Danger) -> Command:
         """The next command of a robot at `pose` (3,) that holds the item; lets go where it should lie."""
         if is_delivered(self.item, tuple(item_pose.tolist()), self._goals) and self._settled(pose):
             return Command(0.0, 0.0, grasp=True)
-        command, _ = best_move(pose, self.costs)
+        command, _ = best_move(pose, lambda moves: self.costs(moves) + danger(moves))
         return command
 
     def _settled(self, pose: Floats) -> bool:

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from agents.scripted.geometry import Disc
-from agents.scripted.terrain import CELL, CELLS, AXIS, Terrain, sample
+from agents.scripted.terrain import CELL, CELLS, Terrain
 from maps.spec import ARENA_HALF
 from world.state import Floats
 

@@ -72,9 +72,9 @@ class Situation:
         held = {self.mine, self.theirs}
         return [i for i in range(len(self.map.items)) if i not in held and not self.delivered[i]]
 
-    def ground(self, without: tuple[int, ...] = ()) -> Terrain:
-        """The terrain with every item that nobody holds, except those in `without`."""
-        skipped = {self.mine, self.theirs, *without}
+    def ground(self, without: tuple[int, ...] = (), also: tuple[int, ...] = ()) -> Terrain:
+        """The terrain with every item that nobody holds, except those in `without`, and with those in `also`."""
+        skipped = {self.mine, self.theirs, *without} - set(also)
         placed: list[Placed] = []
         for index, item in enumerate(self.map.items):
             if index not in skipped:

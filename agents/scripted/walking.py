@@ -6,9 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from agents.scripted.driving import Command, best_move
-from agents.scripted.geometry import heading_of
 from agents.scripted.lattice import UNREACHED, Field, Motion
-from agents.scripted.terrain import AXIS, CELL, CELLS, Terrain, cell_of, sample
+from agents.scripted.terrain import AXIS, CELL, CELLS, Terrain, cell_of
 from maps.spec import ROBOT_RADIUS
 from world.state import Floats
 

@@ -1,0 +1,46 @@
+"""Planning in slices, so that no single decision takes long: a thought is a generator that yields between slices.
+
+Slices are counted, never timed: the same states give the same actions on any machine.
+"""
+
+from collections.abc import Generator
+from typing import Generic, TypeVar
+
+from agents.scripted.lattice import Field
+
+T = TypeVar("T")
+Thought = Generator[None, None, T]
+
+LEVELS_PER_SLICE = 48  # of a cost-to-go search: a few milliseconds
+
+
+class Thinking(Generic[T]):
+    """A thought on its way to a result."""
+
+    def __init__(self, thought: Thought[T]) -> None:
+        self._thought = thought
+        self.done = False
+        self._result: list[T] = []
+
+    def advance(self, slices: int) -> int:
+        """Think for up to this many slices; return how many are left."""
+        while slices > 0 and not self.done:
+            slices -= 1
+            try:
+                next(self._thought)
+            except StopIteration as end:
+                self._result.append(end.value)
+                self.done = True
+        return slices
+
+    @property
+    def result(self) -> T:
+        """What came out; only when `done`."""
+        return self._result[0]
+
+
+def solve(field: Field) -> Thought[None]:
+    """Search a field to its end."""
+    while not field.done:
+        field.search(LEVELS_PER_SLICE)
+        yield
