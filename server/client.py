@@ -19,18 +19,21 @@ RTT_SAMPLES = 16
 
 
 class Client:
-    """One connection of a browser or a program. `wake` is called when there is something to send."""
+    """One connection of a browser or a program.
 
-    def __init__(self, wake: Callable[[], None]) -> None:
+    `write` sends a binary frame at once or answers False; `wake` is called when something waits to be sent.
+    """
+
+    def __init__(self, write: Callable[[bytes], bool], wake: Callable[[], None]) -> None:
         self.acknowledges = True  # spectators need not
         self.goodbye: tuple[int, str] | None = None
         self.lost = False  # to be cut off without a word
-        self.sending_since = 0.0  # when the frame now being written was handed over, 0 for none
+        self.blocked_since = 0.0  # when a frame was first refused by the connection, 0 while it takes them
         self.bytes_sent = 0
+        self._write = write
         self._wake = wake
         self._control: deque[str | bytes] = deque()
         self._bundle: bytes | None = None
-        self._beat: bytes | None = None
         self._under_way: deque[tuple[int, float]] = deque()  # (tick, when shown)
         self._stalled = False
         self._rtts: deque[float] = deque(maxlen=RTT_SAMPLES)
@@ -56,13 +59,13 @@ class Client:
             return
         if self.acknowledges:
             self._under_way.append((tick, now))
-        self._bundle = frame
-        self._wake()
+        if not self._send_now(frame, now):
+            self._bundle = frame
+            self._wake()
 
     def beat(self, frame: bytes) -> None:
-        if not self._stalled:
-            self._beat = frame
-            self._wake()
+        if not self._stalled and self._bundle is None:
+            self._send_now(frame, 0.0)
 
     def acknowledge(self, tick: int, now: float) -> bool:
         while self._under_way and self._under_way[0][0] <= tick:
@@ -80,6 +83,11 @@ class Client:
 
     # ---- called by the socket -------------------------------------------------------------------------------
 
+    def answer(self, frame: bytes) -> None:
+        """Send a reply now if possible, else in its turn."""
+        if not self._send_now(frame, 0.0):
+            self.push(frame)
+
     def push(self, frame: str | bytes) -> None:
         """Queue a frame that must not be lost; a client with too many of them waiting is cut off."""
         if len(self._control) >= CONTROL_LIMIT:
@@ -90,21 +98,29 @@ class Client:
         self._wake()
 
     def next_frame(self) -> str | bytes | None:
-        """What to send next: control messages in order, then the newest bundle, then the beat."""
+        """What to send next: control messages in order, then the newest bundle."""
         if self._control:
             return self._control.popleft()
-        bundle, beat = self._bundle, self._beat
-        self._bundle = self._beat = None
-        return bundle or beat
+        bundle, self._bundle = self._bundle, None
+        return bundle
+
+    def _send_now(self, frame: bytes, now: float) -> bool:
+        """Straight to the connection, unless something is waiting that has to go first."""
+        if self._control or not self._write(frame):
+            self.blocked_since = self.blocked_since or now
+            return False
+        self.blocked_since = 0.0
+        self.bytes_sent += len(frame)
+        return True
 
     def _keep_order(self) -> None:
         """What is told after a bundle is sent after it."""
         if self._bundle is not None:
             self._control.append(self._bundle)
-            self._bundle = self._beat = None
+            self._bundle = None
 
     def _too_slow(self, now: float) -> bool:
         oldest = self._under_way[0][1] if self._under_way else now
-        if self.sending_since:
-            oldest = min(oldest, self.sending_since)
+        if self.blocked_since:
+            oldest = min(oldest, self.blocked_since)
         return now - oldest > TOO_SLOW_S

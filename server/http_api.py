@@ -12,6 +12,7 @@ from agents.catalogue import agent_cards
 from maps import PRACTICE, MovingOutError, load_map, map_names, map_to_json
 from recordings import RecordingError
 from server import messages as m
+from server import pages
 from server.host import Host
 from server.origin import origin_allowed
 from server.report import report
@@ -71,6 +72,8 @@ def install(app: FastAPI, host: Host) -> None:
 
     @app.exception_handler(404)
     async def not_found(request: Request, error: Exception) -> Response:
+        if not request.url.path.startswith(("/api/", "/static/")):
+            return pages.missing()
         return JSONResponse({"error": {"code": "not_found", "message": "There is nothing at this address."}}, 404)
 
     app.include_router(_play_routes(host))

@@ -30,6 +30,11 @@ def _page(name: str) -> FileResponse:
     return FileResponse(WEB / name, headers=NO_CACHE)
 
 
+def missing() -> FileResponse:
+    """The page for an address that leads nowhere."""
+    return FileResponse(WEB / "404.html", 404, headers=NO_CACHE)
+
+
 @router.get("/")
 async def lobby() -> FileResponse:
     return _page("index.html")

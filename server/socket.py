@@ -9,7 +9,7 @@ import contextlib
 import logging
 import time
 from collections.abc import Awaitable, Callable, MutableMapping
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 import msgspec
 
@@ -17,7 +17,7 @@ from server import messages as m
 from server.bucket import Bucket
 from server.client import Client
 from server.directory import Directory
-from server.frames import FrameError, Input, Pong, decode_client_frame
+from server.frames import FrameError, Ping, Pong, decode_client_frame
 from server.gate import Gate
 from server.origin import origin_allowed
 from server.room import Room
@@ -30,10 +30,21 @@ Parsed = TypeVar("Parsed")
 Message = MutableMapping[str, Any]
 Receive = Callable[[], Awaitable[Message]]
 Send = Callable[[Message], Awaitable[None]]
-ABORT = "movingout.abort"  # a callable in the scope's extensions that drops the connection at once
+WIRE = "movingout.wire"  # where the scope's extensions hold the Wire of a connection
 
 _decode_control = msgspec.json.Decoder(m.ClientMessage).decode
 _decode_join = msgspec.json.Decoder(m.Join).decode
+
+
+class Wire(Protocol):
+    """The short way to a connection (server.protocols.GameWebSocketProtocol)."""
+
+    on_binary: Callable[[bytes], None] | None  # gets every whole binary message once it is set
+    on_writable: Callable[[], None] | None
+
+    def write_binary(self, payload: bytes) -> bool: ...
+
+    def abort(self) -> None: ...
 
 
 class Hangup(Exception):
@@ -66,8 +77,9 @@ class SocketEndpoint:
             return
         try:
             await send({"type": "websocket.accept", "subprotocol": m.SUBPROTOCOL})
-            conversation = Conversation(self._settings.limits, self._directory, self._gate, address)
-            await self._converse(conversation, scope, receive, send)
+            wire: Wire = scope["extensions"][WIRE]
+            conversation = Conversation(self._settings.limits, self._directory, self._gate, wire, address)
+            await self._converse(conversation, receive, send)
         finally:
             self._gate.leave(address)
 
@@ -79,14 +91,13 @@ class SocketEndpoint:
             return 400, f"This server speaks {m.SUBPROTOCOL}; reload the page, or update the program."
         return None
 
-    async def _converse(self, conversation: "Conversation", scope: Message, receive: Receive, send: Send) -> None:
+    async def _converse(self, conversation: "Conversation", receive: Receive, send: Send) -> None:
         self.open.add(conversation)
-        abort = scope.get("extensions", {}).get(ABORT, lambda: None)
         sender = asyncio.create_task(conversation.send_all(send))
         listener = asyncio.create_task(conversation.listen(receive))
         try:
             await asyncio.wait((sender, listener), return_when=asyncio.FIRST_COMPLETED)
-            await conversation.part(sender, listener, send, abort)
+            await conversation.part(sender, listener, send)
         finally:
             self._bytes_sent += conversation.client.bytes_sent
             self.open.discard(conversation)
@@ -96,8 +107,9 @@ class SocketEndpoint:
 class Conversation:
     """One connected client."""
 
-    def __init__(self, limits: Limits, directory: Directory, gate: Gate, address: str) -> None:
+    def __init__(self, limits: Limits, directory: Directory, gate: Gate, wire: Wire, address: str) -> None:
         self._limits = limits
+        self._wire = wire
         self._directory = directory
         self._gate = gate
         self._address = address
@@ -106,7 +118,8 @@ class Conversation:
         self._seats = 0
         self._confirmed = False
         self._bucket = Bucket(self._limits.messages_per_s, self._limits.message_burst, time.monotonic())
-        self.client = Client(self._wake.set)
+        self._hangup: Hangup | None = None  # from the short way, where nobody catches it
+        self.client = Client(wire.write_binary, self._wake.set)
 
     async def send_all(self, send: Send) -> None:
         """Write what the client's queue gives until somebody says goodbye."""
@@ -115,13 +128,12 @@ class Conversation:
             await self._wake.wait()
             self._wake.clear()
             while not client.lost and (frame := client.next_frame()) is not None:
-                client.sending_since = time.monotonic()
-                if isinstance(frame, str):
-                    await send({"type": "websocket.send", "text": frame})
-                else:
-                    await send({"type": "websocket.send", "bytes": frame})
-                client.sending_since = 0.0
+                client.blocked_since = client.blocked_since or time.monotonic()
+                await _send(send, frame)
+                client.blocked_since = 0.0
                 client.bytes_sent += len(frame)
+            if self._hangup is not None:
+                raise self._hangup
             if client.lost:
                 raise Hangup(0, "too much waited to be sent")
             if client.goodbye is not None:
@@ -135,22 +147,26 @@ class Conversation:
             raise Hangup(m.CLOSE_BAD_MESSAGE, "The first message must be a join, within 5 seconds.") from None
         finally:
             self._gate.joined(self._address)
+        self._wire.on_binary = self._hear_binary
+        self._wire.on_writable = self._wake.set
         while True:
             message = await receive()
             if message["type"] != "websocket.receive":
                 raise Hangup(0, "the client went")
-            self._hear(message)
+            if message.get("text") is not None:
+                self._hear_control(message["text"])
+            else:  # fragmented, or sent while joining
+                self._hear_binary(message["bytes"])
 
-    async def part(
-        self, sender: "asyncio.Task[None]", listener: "asyncio.Task[None]", send: Send, abort: Callable[[], None]
-    ) -> None:
+    async def part(self, sender: "asyncio.Task[None]", listener: "asyncio.Task[None]", send: Send) -> None:
         """Say goodbye as politely as the end deserves."""
         hangup = _hangup(listener) or _hangup(sender) or Hangup(0, "")
         sender.cancel()
         listener.cancel()
         await asyncio.gather(sender, listener, return_exceptions=True)
-        if hangup.code == 0 or self.client.sending_since or self.client.lost:
-            abort()
+        self._wire.on_binary = self._wire.on_writable = None
+        if hangup.code == 0 or self.client.blocked_since or self.client.lost:
+            self._wire.abort()
             return
         with contextlib.suppress(asyncio.TimeoutError):
             await asyncio.wait_for(self._say_goodbye(hangup, send), 1.0)
@@ -161,7 +177,7 @@ class Conversation:
 
     async def _say_goodbye(self, hangup: Hangup, send: Send) -> None:
         while (frame := self.client.next_frame()) is not None:
-            await send({"type": "websocket.send", "text" if isinstance(frame, str) else "bytes": frame})
+            await _send(send, frame)
         bye = msgspec.json.encode(m.Bye(hangup.code, str(hangup))).decode()
         await send({"type": "websocket.send", "text": bye})
         await send({"type": "websocket.close", "code": hangup.code})
@@ -195,34 +211,42 @@ class Conversation:
         per_s = self._limits.messages_per_s * max(1, len(welcome.seats))
         self._bucket = Bucket(per_s, per_s, time.monotonic())
 
-    def _hear(self, message: Message) -> None:
-        self._take_one()
-        frame = message.get("bytes")
+    def _hear_binary(self, raw: bytes) -> None:
+        """Called by the connection itself: nothing may be raised, and nothing more is heard after a hangup."""
+        if self._hangup is not None:
+            return
         try:
-            if frame is not None:
-                self._hear_frame(frame)
-            else:
-                self._hear_control(message["text"])
-        except WrongRequest as error:
-            self.client.tell(m.Problem(error.code, str(error)))
+            self._hear_frame(raw, time.monotonic())
+        except Hangup as hangup:
+            self._hangup = hangup
+            self._wake.set()
 
-    def _hear_frame(self, raw: bytes) -> None:
-        now = time.monotonic()
+    def _hear_frame(self, raw: bytes, now: float) -> None:
+        self._take_one(now)
         try:
             frame = decode_client_frame(raw)
         except FrameError as error:
             raise Hangup(m.CLOSE_BAD_MESSAGE, str(error)) from None
-        if isinstance(frame, Input):
-            self._confirm()
-            if self._room is not None:
-                self._room.submit(self.client, frame, now)
-        else:
-            self.client.push(Pong(frame.client_ms, now * 1e3).encode())
+        if isinstance(frame, Ping):
+            self.client.answer(Pong(frame.client_ms, now * 1e3).encode())
+            return
+        self._confirm()
+        self._attempt(lambda room: room.submit(self.client, frame, now))
 
     def _hear_control(self, text: str) -> None:
+        now = time.monotonic()
+        self._take_one(now)
         self._confirm()
-        if self._room is not None:
-            self._room.handle(self.client, _parse(_decode_control, text), time.monotonic())
+        message = _parse(_decode_control, text)
+        self._attempt(lambda room: room.handle(self.client, message, now))
+
+    def _attempt(self, request: Callable[[Room], None]) -> None:
+        if self._room is None:
+            return
+        try:
+            request(self._room)
+        except WrongRequest as error:
+            self.client.tell(m.Problem(error.code, str(error)))
 
     def _confirm(self) -> None:
         """Anything but a ping shows that the welcome and its tokens have arrived."""
@@ -230,8 +254,8 @@ class Conversation:
             self._confirmed = True
             self._room.seating.confirm(self.client)
 
-    def _take_one(self) -> None:
-        if not self._bucket.take(time.monotonic()):
+    def _take_one(self, now: float) -> None:
+        if not self._bucket.take(now):
             log.warning("a client at %s sent too many messages and was cut off", self._address)
             raise Hangup(0, "too many messages")
 
@@ -254,6 +278,10 @@ def _hangup(task: "asyncio.Task[None]") -> Hangup | None:
         log.error("a connection failed", exc_info=error)
         return Hangup(m.CLOSE_RETRY_LATER, "Something went wrong with this connection.")
     return Hangup(0, "")
+
+
+async def _send(send: Send, frame: str | bytes) -> None:
+    await send({"type": "websocket.send", "text" if isinstance(frame, str) else "bytes": frame})
 
 
 async def _refuse(send: Send, status: int, sentence: str) -> None:

@@ -1,0 +1,183 @@
+"""`movingout loadtest`: measure a server with bots that speak the real protocol from another process.
+
+Lateness is what the server measured (how long after its due time each tick began); gaps and delays are what the
+bots saw. Figures are only worth something on a machine that does nothing else.
+"""
+
+import argparse
+import asyncio
+import json
+import re
+import subprocess
+import sys
+import tempfile
+import urllib.error
+import urllib.request
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any, NamedTuple
+from urllib.parse import urlsplit
+
+from maps import MovingOutError, map_names
+from server.bot import Bot, Tally
+from server.lateness import Lateness
+
+WARM_UP_S = 2.0
+START_LIMIT_S = 60.0
+LIMIT_TICKS = 36_000
+
+
+class LoadTestError(MovingOutError):
+    """The measurement could not be made."""
+
+
+class Target(NamedTuple):
+    """A running server."""
+
+    base: str  # http://127.0.0.1:8000
+    admin_token: str
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument
+    add("--rooms", type=int, default=100, metavar="N", help="rooms at the same time (%(default)s)")
+    add("--clients", type=int, default=2, metavar="N", help="clients per room; beyond two they watch (%(default)s)")
+    add("--seconds", type=float, default=30.0, metavar="S", help="how long to measure (%(default)s)")
+    add("--url", default="", help="a running server; without it one is started for the test")
+    add("--admin-token", default="", metavar="TOKEN", help="of the server at --url")
+    add("--json", action="store_true", help="print one JSON document")
+
+
+def run(args: argparse.Namespace) -> int:
+    if args.rooms < 1 or args.clients < 1 or args.seconds <= 0:
+        raise LoadTestError("at least one room, one client and some seconds are needed")
+    if args.url:
+        result = measure(Target(args.url.rstrip("/"), args.admin_token), args.rooms, args.clients, args.seconds)
+    else:
+        with running_server(args.rooms, args.clients) as target:
+            result = measure(target, args.rooms, args.clients, args.seconds)
+    print(json.dumps(result) if args.json else _table(result))
+    return 0
+
+
+def measure(target: Target, rooms: int, clients: int, seconds: float) -> dict[str, Any]:
+    """Play `rooms` rooms and give the fixed fields of DESIGN.md §3, with a few more."""
+    try:
+        import uvloop
+
+        return uvloop.run(_measure(target, rooms, clients, seconds))
+    except ImportError:
+        return asyncio.run(_measure(target, rooms, clients, seconds))
+    except OSError as error:
+        raise LoadTestError(f"the server at {target.base} does not answer as expected: {error}") from error
+
+
+@contextmanager
+def running_server(rooms: int, clients: int) -> Iterator[Target]:
+    """A server of its own on a free port, with data that is thrown away."""
+    with tempfile.TemporaryDirectory(prefix="movingout-loadtest-") as folder:
+        sockets = str(rooms * clients + 100)
+        command = [sys.executable, "-m", "server.cli", "play", "--port", "0", "--data", folder]
+        command += ["--max-rooms", str(rooms + 10), "--max-sockets", sockets]
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        try:
+            yield _wait_until_ready(process)
+        finally:
+            process.terminate()
+            process.wait(60)
+
+
+def _wait_until_ready(process: "subprocess.Popen[str]") -> Target:
+    assert process.stdout is not None
+    base = ""
+    for line in process.stdout:
+        if found := re.search(r"Play\s+(\S+)/", line):
+            base = found[1]
+        if found := re.search(r"Admin token\s+(\S+)", line):
+            return Target(base, found[1])
+    raise LoadTestError("the server did not start; `movingout play` says why")
+
+
+async def _measure(target: Target, rooms: int, clients: int, seconds: float) -> dict[str, Any]:
+    tally = Tally()
+    bots = await _fill_rooms(target, rooms, clients, tally)
+    await _wait_for_play(bots, tally)
+    await asyncio.sleep(WARM_UP_S)
+    await asyncio.to_thread(_call, target, "/api/admin/measurements/reset", {})
+    before = await asyncio.to_thread(_call, target, "/api/admin/state")
+    for bot in bots:
+        bot.measure()
+    await asyncio.sleep(seconds)
+    after = await asyncio.to_thread(_call, target, "/api/admin/state")
+    for bot in bots:
+        bot.stop()
+    return _result(rooms, clients, before, after, tally)
+
+
+async def _fill_rooms(target: Target, rooms: int, clients: int, tally: Tally) -> list[Bot]:
+    """Open all rooms first, then let the clients in."""
+    address = urlsplit(target.base)
+    host, port = address.hostname or "127.0.0.1", address.port or 80
+    loop = asyncio.get_running_loop()
+    names = map_names()
+    opened = [await asyncio.to_thread(_open_room, target, names[index % len(names)], clients) for index in range(rooms)]
+    bots = []
+    for room in opened:
+        for client in range(clients):
+            bot = Bot(room, "play" if client < 2 else "watch", tally, address.netloc)
+            await loop.create_connection(lambda bot=bot: bot, host, port)  # type: ignore[misc]
+            bots.append(bot)
+    return bots
+
+
+def _open_room(target: Target, name: str, clients: int) -> str:
+    other = {"kind": "link"} if clients > 1 else {"kind": "agent", "agent": "idle"}
+    body = {"maps": [name], "limit_ticks": LIMIT_TICKS, "seats": [{"kind": "link"}, other]}
+    room: str = _call(target, "/api/rooms", body)["room"]
+    return room
+
+
+async def _wait_for_play(bots: list[Bot], tally: Tally) -> None:
+    deadline = asyncio.get_running_loop().time() + START_LIMIT_S
+    while tally.playing < len(bots):
+        if asyncio.get_running_loop().time() > deadline:
+            raise LoadTestError(f"only {tally.playing} of {len(bots)} clients came to play; closed: {tally.closed}")
+        await asyncio.sleep(0.1)
+
+
+def _call(target: Target, path: str, body: object = None) -> Any:
+    data = None if body is None else json.dumps(body).encode()
+    headers = {"content-type": "application/json", "authorization": f"Bearer {target.admin_token}"}
+    request = urllib.request.Request(target.base + path, data, headers)
+    try:
+        with urllib.request.urlopen(request, timeout=30) as answer:
+            return json.load(answer)
+    except urllib.error.HTTPError as error:
+        raise LoadTestError(f"{path} answers {error.code}: {error.read().decode(errors='replace')}") from None
+
+
+def _result(rooms: int, clients: int, before: Any, after: Any, tally: Tally) -> dict[str, Any]:
+    seconds = after["uptime_s"] - before["uptime_s"]
+    delays = Lateness()
+    for delay in tally.delays_ms:
+        delays.add(max(0.0, delay), 0)
+    return {
+        "rooms": rooms,
+        "clients": clients,
+        "seconds": round(seconds, 1),
+        "ticks": after["ticks"] - before["ticks"],
+        "missed_ticks": after["missed_ticks"] - before["missed_ticks"],
+        "late_ms": after["late_ms"],
+        "bytes_per_client_s": round((after["bytes_sent"] - before["bytes_sent"]) / (rooms * clients * seconds)),
+        "cpu_percent": round(100 * (after["cpu_seconds"] - before["cpu_seconds"]) / seconds, 1),
+        "rss_mb": after["rss_mb"],
+        "deadline_misses": after["deadline_misses"] - before["deadline_misses"],
+        "bundles": tally.bundles,
+        "client_gaps": tally.gaps,
+        "client_delay_ms": delays.report(),
+        "closed": tally.closed,
+    }
+
+
+def _table(result: dict[str, Any]) -> str:
+    return "\n".join(f"{name:20} {value}" for name, value in result.items())
