@@ -92,7 +92,7 @@ function showRoom(room) {
     Seats: [seats(room)],
     Map: [mapTitle(room.map), ...remark(room.phase === "lobby" ? "" : `${room.delivered} of ${room.items} delivered`)],
     Time: [timeWords(room)],
-    Link: [pill(linkPill(room.seats))],
+    Link: [pill(linkPill(room))],
     Recording: [pill(recordingPill(room))],
   };
   for (const [column, parts] of Object.entries(texts)) {

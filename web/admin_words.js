@@ -66,9 +66,10 @@ export function timeWords({ tick, limit_ticks, phase }) {
   return limit_ticks > 0 ? `${played} / ${clock(limit_ticks)}` : played;
 }
 
-/** The worst connection of the people and programs in a room. @param {readonly Seat[]} seats @returns {Pill} */
-export function linkPill(seats) {
-  const joined = seats.filter(({ kind }) => kind === "human" || kind === "remote");
+/** The worst connection of the people and programs in a room. @param {Pick<RoomRow, "seats" | "phase">} room @returns {Pill} */
+export function linkPill({ seats, phase }) {
+  const over = phase === "series_over" || phase === "closed"; // nobody is missed any more
+  const joined = over ? [] : seats.filter(({ kind }) => kind === "human" || kind === "remote");
   if (joined.some(({ open, present }) => !open && !present)) return { words: "reconnecting", tone: "attention" };
   const slowest = Math.max(-1, ...joined.filter(({ present }) => present).map(({ rtt_ms }) => rtt_ms));
   if (slowest < 0) return { words: "–", tone: "" };

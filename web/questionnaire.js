@@ -83,7 +83,9 @@ class Form {
       event.preventDefault();
       void this.next();
     });
-    this.container.replaceChildren(el("div", { class: "questionnaire" }, this.header(), form));
+    const stop = el("button", { type: "button", class: "button-link", onclick: () => void this.leave() }, "Skip the questions");
+    const leave = el("p", { class: "muted small questionnaire-leave" }, "Want to stop? ", stop);
+    this.container.replaceChildren(el("div", { class: "questionnaire" }, this.header(), form, leave));
     this.showSaving();
     this.heading.focus({ preventScroll: true });
     this.container.scrollIntoView({ block: "start" });
@@ -189,6 +191,17 @@ class Form {
       if (this.nextButton) this.nextButton.disabled = false;
       return;
     }
+    this.done();
+  }
+
+  /** What is answered stays; what is on its way goes on in the background. */
+  async leave() {
+    this.flushText?.();
+    this.done();
+    await this.queue.settled();
+  }
+
+  done() {
     window.removeEventListener("online", this.online);
     this.options.onDone();
   }

@@ -53,10 +53,16 @@ function refresh() {
   const chosen = new FormData(byId("filters", HTMLFormElement));
   const value = (/** @type {string} */ key) => String(chosen.get(key) ?? "");
   const found = filterRecordings(rows, { map: value("map"), player: value("player"), outcome: value("outcome") });
-  byId("count", HTMLElement).textContent =
-    rows.length === 0 ? "Nothing is recorded yet. Play a game and come back." : `${found.length} of ${rows.length} recordings`;
+  byId("count", HTMLElement).textContent = countWords(found.length, rows.length);
   byId("rows", HTMLElement).replaceChildren(...found.slice(0, shown).map(tableRow));
   byId("more", HTMLElement).hidden = found.length <= shown;
+}
+
+/** @param {number} found @param {number} all */
+function countWords(found, all) {
+  if (all === 0) return "Nothing is recorded yet. Play a game and come back.";
+  if (found < all) return `${found} of ${all} recordings`;
+  return all === 1 ? "1 recording" : `${all} recordings`;
 }
 
 /** @param {Row} row */

@@ -26,11 +26,13 @@ test("time is played time of the limit, without a limit alone, and nothing befor
 
 test("the link is the slowest of those who play from afar, agents do not count", () => {
   const agent = seat({ kind: "agent", rtt_ms: -1 });
-  assert.deepEqual(linkPill([seat({ rtt_ms: 24.4 }), agent]), { words: "24 ms", tone: "ok" });
-  assert.deepEqual(linkPill([seat({ rtt_ms: 24 }), seat({ rtt_ms: 140 })]), { words: "140 ms", tone: "attention" });
-  assert.deepEqual(linkPill([seat({ rtt_ms: 300 }), agent]), { words: "300 ms", tone: "bad" });
-  assert.deepEqual(linkPill([seat({ present: false }), agent]), { words: "reconnecting", tone: "attention" });
-  assert.deepEqual(linkPill([seat({ present: false, open: true }), agent]), { words: "–", tone: "" });
+  const link = (/** @type {Parameters<typeof seat>[0]} */ blue, red = agent, phase = "playing") => linkPill({ seats: [seat(blue), red], phase });
+  assert.deepEqual(link({ rtt_ms: 24.4 }), { words: "24 ms", tone: "ok" });
+  assert.deepEqual(link({ rtt_ms: 24 }, seat({ rtt_ms: 140 })), { words: "140 ms", tone: "attention" });
+  assert.deepEqual(link({ rtt_ms: 300 }), { words: "300 ms", tone: "bad" });
+  assert.deepEqual(link({ present: false }), { words: "reconnecting", tone: "attention" });
+  assert.deepEqual(link({ present: false, open: true }), { words: "–", tone: "" });
+  assert.deepEqual(link({ present: false }, agent, "series_over"), { words: "–", tone: "" });
 });
 
 test("a game that should be recorded and is not stands out", () => {
