@@ -1,13 +1,16 @@
 """Whether a map can be played: every fault, with its place in the JSON document and what would help.
 
-Reading (`maps.json_format`) refuses what is no map at all; this looks at the geometry of one that was read.
+`check_map` looks at the geometry of a map that was read, `check_document` also at what cannot be read.
 """
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+from maps.errors import MapError
+from maps.json_format import map_from_json, map_to_json
+from maps.library import PRACTICE, load_map
 from maps.packing import fits_alone, narrowest, unplaced_items
 from maps.passage import GRID, areas_near, best_near, robot_areas, way_to_goal, window
 from maps.solid import Solid, beyond_arena, item_solid, robot_solid, wall_solid
@@ -44,6 +47,37 @@ def check_map(spec: MapSpec) -> tuple[Fault, ...]:
     if not faults:  # where nothing stands freely, ways and reach mean nothing
         faults += _unreachable(spec)
     return (*faults, *_too_small_goals(spec))
+
+
+def check_document(document: object) -> tuple[Fault, ...]:
+    """All faults of a JSON document in our format: what makes it unreadable or, if it can be read, unplayable."""
+    try:
+        return check_map(map_from_json(document))
+    except MapError as error:
+        first = _fault_of(error)
+    faults = list(_unreadable(document)) if isinstance(document, dict) else []
+    return tuple(faults or [first])
+
+
+def _unreadable(document: dict[str, Any]) -> Iterator[Fault]:
+    """Each part is read in the place of the same part of a sound map, so that one fault does not hide the next."""
+    sound = map_to_json(load_map(PRACTICE))
+    for key in sound:
+        if key not in document and key != "units":
+            yield Fault(key, "is missing")
+    for key, value in document.items():
+        entries = value if key in ("walls", "goals", "items") and isinstance(value, list) and value else [value]
+        for index, entry in enumerate(entries):
+            try:
+                map_from_json({**sound, key: [entry] if entries is value else entry})
+            except MapError as error:
+                fault = _fault_of(error)
+                yield replace(fault, path=fault.path.replace(f"{key}[0]", f"{key}[{index}]", 1))
+
+
+def _fault_of(error: MapError) -> Fault:
+    path, _, message = str(error).partition(": ")
+    return Fault(path, message)
 
 
 def _grazing(item: ItemSpec) -> ItemSpec:

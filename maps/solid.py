@@ -11,6 +11,7 @@ from maps.shapes import corner_radius, outline
 from maps.spec import ARENA_HALF, ROBOT_RADIUS, ItemSpec, Pose, Rect
 
 WALL_MARGIN = 0.01  # walls are built this much thicker than drawn
+_FAR = 0.1
 
 Points = npt.NDArray[np.float64]
 
@@ -29,16 +30,22 @@ class Solid:
         return Rect(float(left), float(bottom), float(right), float(top))
 
     def gap(self, other: "Solid") -> float:
-        """The distance between the surfaces; negative when they overlap (how much is not said)."""
+        """The distance between the surfaces, negative when they overlap (how much is not said).
+
+        Of what is farther apart than 0.1 only a lower bound is given.
+        """
         apart = max(
             self.box.left - other.box.right,
             other.box.left - self.box.right,
             self.box.bottom - other.box.top,
             other.box.bottom - self.box.top,
         )
-        if apart > 0.0:  # a lower bound is enough for what is clearly apart
+        if apart > _FAR:
             return apart
-        return _distance(self.points, other.points) - self.radius - other.radius
+        if _overlap(self.points, other.points):
+            return -math.inf
+        distance = min(_to_edges(self.points, other.points).min(), _to_edges(other.points, self.points).min())
+        return float(distance) - self.radius - other.radius
 
     def distances_from(self, points: Points) -> Points:
         """Distances (P,) from points (P, 2) to the surface; negative inside the rounding, not inside the polygon."""
@@ -74,13 +81,6 @@ def beyond_arena(solid: Solid) -> float:
     """By how much a solid sticks out of the arena; negative is the room that is left."""
     box = solid.box
     return max(-ARENA_HALF - box.left, -ARENA_HALF - box.bottom, box.right - ARENA_HALF, box.top - ARENA_HALF)
-
-
-def _distance(a: Points, b: Points) -> float:
-    """Between two polygons or points, 0 when they overlap."""
-    if _overlap(a, b):
-        return 0.0
-    return float(min(_to_edges(a, b).min(), _to_edges(b, a).min()))
 
 
 def _to_edges(points: Points, polygon: Points) -> Points:
