@@ -20,7 +20,7 @@ from world.action import to_world
 from world.observation import encode_state
 
 DRIVING_TICKS = 150
-AGENT_TICKS = 300
+AGENT_TICKS = 500
 NUDGE = 1e-14  # about what another machine's rounding does; where it grows beyond GROWN, the window ends
 GROWN = 1e-10
 
