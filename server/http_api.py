@@ -1,6 +1,7 @@
 """The HTTP API: maps, rooms, questionnaire, recordings, administration. Answers JSON; errors are one sentence."""
 
 import asyncio
+import io
 from typing import Any, Literal, TypeVar
 
 import msgspec
@@ -115,8 +116,9 @@ def _play_routes(host: Host) -> APIRouter:
     @router.get("/api/rooms/{room_id}/qr.svg")
     async def qr(room_id: str, request: Request) -> Response:
         address = str(request.base_url).rstrip("/") + f"/play/{_room(host, room_id).id}"
-        code = segno.make(address, error="m").svg_inline(border=2, scale=4, dark="#000", light="#fff")
-        return Response(code, media_type="image/svg+xml", headers={"cache-control": "no-store"})
+        picture = io.BytesIO()  # with its namespace: the page shows it in an <img>
+        segno.make(address, error="m").save(picture, kind="svg", border=2, scale=4, dark="#000", light="#fff")
+        return Response(picture.getvalue(), media_type="image/svg+xml", headers={"cache-control": "no-store"})
 
     return router
 
