@@ -13,7 +13,7 @@ import pymunk
 from agents.base import EpisodeInfo, Observation
 from agents.catalogue import load_agent
 from maps import MapSpec, Pose, load_map, map_names
-from tests.world import golden
+from tests.world import golden_episode
 from tests.world.carries import EPISODES
 from world import World, WorldState
 from world.action import to_world
@@ -28,8 +28,8 @@ Actions = npt.NDArray[np.float64]
 
 
 def main() -> None:
-    golden.FOLDER.mkdir(exist_ok=True)
-    for old in golden.FOLDER.glob("*.npz"):
+    golden_episode.FOLDER.mkdir(exist_ok=True)
+    for old in golden_episode.FOLDER.glob("*.npz"):
         old.unlink()
     for name, make in EPISODES.items():
         script = make()
@@ -42,8 +42,8 @@ def main() -> None:
 
 def save(name: str, map_name: str, actions: Actions) -> None:
     ticks = stable_ticks(load_map(map_name), actions)
-    path = golden.FOLDER / f"{name}.npz"
-    golden.save(golden.play(map_name, actions, pymunk.version, ticks), path)
+    path = golden_episode.FOLDER / f"{name}.npz"
+    golden_episode.save(golden_episode.play(map_name, actions, pymunk.version, ticks), path)
     print(f"{path.name}: {len(actions)} ticks, window {ticks}, {path.stat().st_size} bytes")  # noqa: T201
 
 
@@ -80,14 +80,14 @@ def stable_ticks(spec: MapSpec, actions: Actions) -> int:
     generator = np.random.default_rng(0)
     robots = [Pose(*(np.array([p.x, p.y, p.angle]) + NUDGE * generator.normal(size=3))) for p in spec.robots]
     worlds = World(spec), World(dataclasses.replace(spec, robots=(robots[0], robots[1])))
-    for tick, action in enumerate(actions[: golden.WINDOW_TICKS]):
+    for tick, action in enumerate(actions[: golden_episode.WINDOW_TICKS]):
         nudged = action * (1 + NUDGE * generator.normal(size=(2, 3)))
         for world, numbers in zip(worlds, (action, nudged), strict=True):
             world.step(numbers)
-        here, there = (golden.poses(world.state()) for world in worlds)
+        here, there = (golden_episode.poses(world.state()) for world in worlds)
         if np.abs(here - there).max() > GROWN:
             return tick
-    return min(len(actions), golden.WINDOW_TICKS)
+    return min(len(actions), golden_episode.WINDOW_TICKS)
 
 
 if __name__ == "__main__":
