@@ -51,6 +51,7 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
     """
 
     metadata: ClassVar[dict[str, Any]] = {"name": "moving_out_v1", "render_modes": ["rgb_array"], "render_fps": 10}
+    _state: WorldState
 
     def __init__(
         self,
@@ -145,7 +146,7 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
         self._encoder = Encoder(map_spec, self._layout)
         self._metrics = EpisodeMetrics(map_spec)
         self._reward = self._make_reward(map_spec)
-        self._state: WorldState = self._world.state()
+        self._state = self._world.state()
 
     def _observations(self) -> dict[str, Observation]:
         views = (view.astype(np.float32) for view in self._encoder.encode_both(self._state))
