@@ -1,4 +1,5 @@
-"""Finished recordings: finalising, listing and replaying, all in one other process so that no tick is late.
+"""Slow work in one other process, so that no tick is late: finalising, listing and replaying recordings, and
+randomising maps.
 
 Knows no room. Ids are unguessable, so one recording needs no token; a path is never made of anything but an id.
 """
@@ -17,6 +18,8 @@ from typing import Any, NamedTuple
 
 import orjson
 
+from maps import MapSpec, load_map
+from maps.randomize import randomize
 from recordings import RecordingError, finalise, replay_frames
 from recordings.finished import recover_journal
 from recordings.listing import Unreadable, read_summary, recording_paths
@@ -85,6 +88,11 @@ class Archive:
             raise RecordingError("there is no such recording; it may still be running or may have been deleted")
         return path
 
+    async def variant(self, name: str, seed: int) -> MapSpec:
+        """A randomised map, made in the other process. Raises MapError."""
+        the_map: MapSpec = await self._run(_variant, name, seed)
+        return the_map
+
     async def close(self) -> None:
         """Finish what is pending and end the process."""
         await asyncio.gather(*self._pending.values(), return_exceptions=True)
@@ -121,6 +129,10 @@ def _be_nice() -> None:
 
     os.nice(10)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _variant(name: str, seed: int) -> MapSpec:
+    return randomize(load_map(name), seed)
 
 
 def _list(folder: Path) -> list[dict[str, Any]]:

@@ -5,7 +5,8 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from maps import MapError, MapSpec, load_map
+from maps import MapSpec, load_map
+from maps.randomize import randomize
 from recordings import EpisodeHeader, EpisodeWriter, RecordingError
 from server import messages as m
 from server.recorder import Recorder
@@ -17,6 +18,8 @@ from server.tokens import new_id, new_token
 from world.state import WorldState
 
 log = logging.getLogger(__name__)
+
+KEPT_VARIANTS = 500
 
 
 class Directory:
@@ -33,6 +36,7 @@ class Directory:
         on_journal: Callable[[Path], None],
     ) -> None:
         self.rooms: dict[str, Room] = {}
+        self._variants: dict[tuple[str, int], MapSpec] = {}  # randomised maps made ahead, by name and seed
         self._recordings = recordings
         self._agents = agents
         self._ticker = ticker
@@ -54,6 +58,12 @@ class Directory:
             lambda now, due, skipped: self._tick(room, now, due, skipped), room.beat
         )
         self.changed(room.id)
+
+    def keep_variant(self, name: str, seed: int, variant: MapSpec) -> None:
+        """A randomised map that was made ahead; the oldest make room."""
+        self._variants[name, seed] = variant
+        while len(self._variants) > KEPT_VARIANTS:
+            del self._variants[next(iter(self._variants))]
 
     def remove(self, room: Room) -> None:
         """Forget a closed room."""
@@ -81,10 +91,11 @@ class Directory:
         return self._agents
 
     def load_map(self, name: str, seed: int | None) -> MapSpec:
-        the_map = load_map(name)
-        if seed is not None:
-            raise MapError("randomised maps are not available yet; leave challenge2_seed out")
-        return the_map
+        """The map as designed, or its variant: from what was prepared, else made now (a third of a second)."""
+        if seed is None:
+            return load_map(name)
+        variant = self._variants.get((name, seed))
+        return randomize(load_map(name), seed) if variant is None else variant
 
     def open_recording(self, header: EpisodeHeader, initial: WorldState) -> Recorder:
         try:

@@ -19,6 +19,7 @@ from server.directory import Directory
 from server.gate import Gate
 from server.restart import restore_room, room_file
 from server.room import Room
+from server.services import RoomConfig
 from server.settings import Settings
 from server.socket import SocketEndpoint
 from server.store import RoomStore
@@ -49,6 +50,7 @@ class Host:
         self.stopping = False
         self._admin_hash = hash_token(self.admin_token)
         self._tasks: list[asyncio.Task[None]] = []
+        self._preparing: set[asyncio.Task[None]] = set()
         self._archive: Archive | None = None
         self.directory = Directory(
             recordings=settings.recordings,
@@ -117,6 +119,20 @@ class Host:
         if shutil.disk_usage(self.settings.data).free < 50e6:
             return "The server's disk is almost full; somebody has to make room before new games are opened."
         return ""
+
+    async def prepare_maps(self, config: RoomConfig) -> None:
+        """Make the randomised maps of a series elsewhere: the first one now, the others in their own time."""
+        if config.challenge2_seed is None:
+            return
+        wanted = [(name, config.challenge2_seed + index) for index, name in enumerate(config.maps)]
+        await self._prepare(wanted[:1])
+        background = asyncio.create_task(self._prepare(wanted[1:]))
+        self._preparing.add(background)
+        background.add_done_callback(self._preparing.discard)
+
+    async def _prepare(self, wanted: list[tuple[str, int]]) -> None:
+        for name, seed in wanted:
+            self.directory.keep_variant(name, seed, await self.archive.variant(name, seed))
 
     # ---- restart --------------------------------------------------------------------------------------------
 

@@ -107,7 +107,7 @@ def _play_routes(host: Host) -> APIRouter:
 
     @router.post("/api/rooms", dependencies=[Depends(_own_page(host))])
     async def open_room(request: Request) -> dict[str, Any]:
-        return _open_room(host, await _body(request, RoomRequest), _address(request))
+        return await _open_room(host, await _body(request, RoomRequest), _address(request))
 
     @router.get("/api/rooms/{room_id}")
     async def room(room_id: str) -> dict[str, Any]:
@@ -123,7 +123,7 @@ def _play_routes(host: Host) -> APIRouter:
     return router
 
 
-def _open_room(host: Host, wanted: RoomRequest, address: str) -> dict[str, Any]:
+async def _open_room(host: Host, wanted: RoomRequest, address: str) -> dict[str, Any]:
     refusal = host.refusal()
     if refusal:
         raise ApiError(503, "full", refusal)
@@ -133,6 +133,7 @@ def _open_room(host: Host, wanted: RoomRequest, address: str) -> dict[str, Any]:
     tokens = [new_token() if seat.kind == "here" else None for seat in wanted.seats]
     seats = [_seat(host, index, seat, tokens[index]) for index, seat in enumerate(wanted.seats)]
     try:
+        await host.prepare_maps(config)
         room = host.directory.open(config, seats)
     except MovingOutError as error:
         raise ApiError(503, "no_agent", str(error)) from None
