@@ -1,0 +1,71 @@
+"""Fixtures: one server and one Chromium per run, pages that fail the test when they complain."""
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, Page, sync_playwright
+
+from tests.browser.install import NoBrowser
+from tests.browser.support import DESKTOP, Server, complaints, launch, running_server, seat_tokens_script
+
+OpenPage = Callable[..., Page]
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    here = Path(__file__).parent
+    for item in items:
+        if here in item.path.parents:
+            item.add_marker(pytest.mark.browser)
+
+
+@pytest.fixture(scope="session")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    with running_server(tmp_path_factory.mktemp("server")) as running:
+        yield running
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    with sync_playwright() as playwright:
+        try:
+            chromium = launch(playwright)
+        except NoBrowser as error:
+            pytest.fail(str(error))
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture
+def open_page(browser: Browser, server: Server) -> Iterator[OpenPage]:
+    """`open_page(path, room=…, script=…, **context options)`: a page in a context of its own.
+
+    `room` (what POST /api/rooms answered) gives it the seats of the lobby. The test fails when a page complains.
+    """
+    opened: list[tuple[Page, list[str]]] = []
+
+    def make(path: str, room: dict[str, Any] | None = None, script: str = "", **options: Any) -> Page:
+        context = browser.new_context(base_url=server.url, **{"viewport": DESKTOP, **options})
+        if room is not None:
+            context.add_init_script(seat_tokens_script(room))
+        if script:
+            context.add_init_script(script)
+        page = context.new_page()
+        opened.append((page, complaints(page)))
+        page.goto(path)
+        return page
+
+    yield make
+    heard = [complaint for _, said in opened for complaint in said]
+    for page, _ in opened:
+        page.context.close()
+    assert heard == [], "a page complained"
+
+
+@pytest.fixture(scope="session")
+def pictures() -> Path:
+    """Where screenshots go; git ignores the folder."""
+    folder = Path(__file__).resolve().parents[2] / "test-results"
+    folder.mkdir(exist_ok=True)
+    return folder

@@ -1,0 +1,52 @@
+"""What the tests of the pages beside the game share: axe, the admin's token, pages that may complain."""
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any, Literal
+
+from playwright.sync_api import Browser, Page
+
+from tests.browser.support import DESKTOP, Server
+from tests.support import ROOT
+
+AXE = ROOT / "node_modules" / "axe-core" / "axe.min.js"
+THEMES: tuple[Literal["light", "dark"], ...] = ("light", "dark")
+
+
+def violations(page: Page) -> list[str]:
+    """What axe finds wrong on the page as it stands, one line each."""
+    page.evaluate(AXE.read_text(encoding="utf-8") + "\n;0")
+    found: list[dict[str, Any]] = page.evaluate(
+        "async () => (await axe.run(document, {resultTypes: ['violations']})).violations"
+    )
+    return [f"{rule['id']}: {node['html'][:120]}" for rule in found for node in rule["nodes"]]
+
+
+def overflow(page: Page) -> int:
+    """By how many pixels the page is wider than its window."""
+    pixels: int = page.evaluate("document.documentElement.scrollWidth - window.innerWidth")
+    return pixels
+
+
+def admin_token(server: Server) -> str:
+    """The token that the server printed."""
+    match = re.search(r"Admin token\s+(\S+)", server.log.read_text(encoding="utf-8"))
+    assert match is not None, "the server printed no admin token"
+    return match.group(1)
+
+
+@contextmanager
+def complaining_page(browser: Browser, server: Server, path: str, **options: Any) -> Iterator[Page]:
+    """A page on which the browser itself may report failed requests, because the test makes them fail."""
+    context = browser.new_context(base_url=server.url, **{"viewport": DESKTOP, **options})
+    try:
+        page = context.new_page()
+        errors: list[str] = []
+        page.on("pageerror", lambda error: errors.append(str(error)))
+        if path:
+            page.goto(path)
+        yield page
+        assert errors == []
+    finally:
+        context.close()

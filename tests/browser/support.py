@@ -1,0 +1,129 @@
+"""A running server and pages that look at it, for the browser tests and `bench/browser.py`.
+
+Nothing here knows pytest. The server is a process of its own with a port and a data folder of its own, because that
+is what a browser meets.
+"""
+
+import json
+import os
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+import urllib.error
+import urllib.request
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from playwright.sync_api import Browser, ConsoleMessage, Page, Playwright
+
+from tests.browser.install import find_chromium
+
+# Without --disable-gpu a machine without a graphics processor draws at 8 frames per second.
+FLAGS = ("--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--disable-background-timer-throttling")
+START_S = 60.0
+DESKTOP = {"width": 1240, "height": 760}
+PHONE = {"width": 390, "height": 844}
+
+
+@dataclass(frozen=True)
+class Server:
+    """A `movingout play` on a loopback port."""
+
+    url: str
+    data: Path
+    log: Path
+
+    def post(self, path: str, body: dict[str, Any]) -> dict[str, Any]:
+        request = urllib.request.Request(
+            self.url + path, json.dumps(body).encode(), {"Content-Type": "application/json"}, method="POST"
+        )
+        with urllib.request.urlopen(request, timeout=20) as answer:
+            document: dict[str, Any] = json.load(answer)
+            return document
+
+    def make_room(
+        self, map_name: str, blue: str = "here", red: str = "link", limit_ticks: int = 500, maps: tuple[str, ...] = ()
+    ) -> dict[str, Any]:
+        """`blue` and `red`: here, link, or the id of an agent."""
+        seats = [{"kind": kind} if kind in ("here", "link") else {"kind": "agent", "agent": kind} for kind in (blue, red)]
+        return self.post("/api/rooms", {"maps": list(maps or (map_name,)), "limit_ticks": limit_ticks, "seats": seats})
+
+
+@contextmanager
+def running_server(folder: Path) -> Iterator[Server]:
+    """Start a server, wait until it answers, stop it gently."""
+    port = _free_port()
+    server = Server(f"http://127.0.0.1:{port}", folder / "data", folder / "server.log")
+    command = [sys.executable, "-m", "server.cli", "play", "--port", str(port), "--data", str(server.data)]
+    with server.log.open("wb") as log:
+        process = subprocess.Popen(command, stdout=log, stderr=subprocess.STDOUT, env={**os.environ, "PYTHONUNBUFFERED": "1"})
+        try:
+            _wait_until_up(server, process)
+            yield server
+        finally:
+            process.terminate()
+            try:
+                process.wait(timeout=20)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+
+
+@contextmanager
+def temporary_server() -> Iterator[Server]:
+    with tempfile.TemporaryDirectory() as folder, running_server(Path(folder)) as server:
+        yield server
+
+
+def launch(playwright: Playwright) -> Browser:
+    return playwright.chromium.launch(executable_path=str(find_chromium()), args=list(FLAGS))
+
+
+def seat_tokens_script(room: dict[str, Any]) -> str:
+    """What the lobby does before it opens the game: the seats of this tab."""
+    tokens = json.dumps([token for token in room["tokens"] if token])
+    key = json.dumps(f"movingout.tokens.{room['room']}")
+    return f"if (!sessionStorage.getItem({key})) sessionStorage.setItem({key}, {json.dumps(tokens)});"
+
+
+def complaints(page: Page) -> list[str]:
+    """Everything that the page complains about from now on: console errors and warnings, errors nobody caught."""
+    heard: list[str] = []
+
+    def console(message: ConsoleMessage) -> None:
+        if message.type in ("error", "warning"):
+            heard.append(f"{message.type}: {message.text}")
+
+    page.on("console", console)
+    page.on("pageerror", lambda error: heard.append(f"uncaught: {error}"))
+    return heard
+
+
+def wait_for(page: Page, expression: str, timeout_s: float = 15.0) -> None:
+    """Until `expression` over `game` (window.__movingout) is true."""
+    page.wait_for_function(f"() => {{ const game = window.__movingout; return game?.ready && ({expression}); }}", timeout=timeout_s * 1e3)
+
+
+def _free_port() -> int:
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        port: int = listener.getsockname()[1]
+        return port
+
+
+def _wait_until_up(server: Server, process: subprocess.Popen[bytes]) -> None:
+    deadline = time.monotonic() + START_S
+    while time.monotonic() < deadline:
+        if process.poll() is not None:
+            raise RuntimeError(f"the server ended with {process.returncode}:\n{server.log.read_text()}")
+        try:
+            with urllib.request.urlopen(f"{server.url}/healthz", timeout=2):
+                return
+        except (urllib.error.URLError, ConnectionError, TimeoutError):
+            time.sleep(0.1)
+    raise RuntimeError(f"the server does not answer after {START_S:.0f} s:\n{server.log.read_text()}")

@@ -1,0 +1,122 @@
+"""What the experimenter sees: running games, live, and the recordings."""
+
+from collections.abc import Callable
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+from recordings import finalise
+from tests.browser.pages import THEMES, admin_token, complaining_page, overflow, violations
+from tests.browser.support import PHONE, Server
+from tests.recordings.support import record
+
+OpenPage = Callable[..., Page]
+
+
+def unlocked(server: Server) -> str:
+    """A script that has given the token before."""
+    return f"sessionStorage.setItem('movingout.admin', '{admin_token(server)}')"
+
+
+def test_the_token_is_asked_for_once_and_a_wrong_one_is_refused_with_a_sentence(
+    browser: Browser, server: Server
+) -> None:
+    with complaining_page(browser, server, "/admin") as page:
+        page.get_by_label("Admin token").fill("guess")
+        page.get_by_role("button", name="Open").click()
+        expect(page.get_by_role("alert").filter(has_text="not the admin token")).to_be_visible()
+        assert violations(page) == []
+        page.get_by_label("Admin token").fill(admin_token(server))
+        page.keyboard.press("Enter")
+        expect(page.get_by_text("Late ticks (p99)")).to_be_visible()
+        assert "token" not in page.url
+        page.goto("/recordings")  # the same tab is not asked again
+        expect(page.locator("#filters")).to_be_visible()
+
+
+def test_a_new_room_appears_without_a_reload_and_closing_needs_a_yes(server: Server, open_page: OpenPage) -> None:
+    page = open_page("/admin", script=unlocked(server))
+    expect(page.locator("#facts")).to_be_visible()
+    room = server.make_room("FourCorners", blue="link", red="idle")["room"]
+    row = page.locator(f"[data-room='{room}']")
+    expect(row).to_contain_text("Waiting for players")
+    expect(row).to_contain_text("Four Corners")
+    expect(row).to_contain_text("free seat")
+    expect(row.get_by_role("link", name="Watch")).to_have_attribute("href", f"/watch/{room}")
+    row.get_by_role("button", name="Close").click()
+    page.get_by_role("button", name="Keep it open").click()
+    expect(row).to_be_visible()
+    row.get_by_role("button", name="Close").click()
+    page.get_by_role("button", name="Close the room").click()
+    expect(row).to_have_count(0)
+
+
+def test_the_keyboard_keeps_its_place_while_the_figures_change(server: Server, open_page: OpenPage) -> None:
+    room = server.make_room("LeftRight", blue="link", red="idle")["room"]
+    page = open_page("/admin", script=unlocked(server))
+    close = page.locator(f"[data-room='{room}']").get_by_role("button", name="Close")
+    close.focus()
+    with page.expect_response("**/api/admin/state"):
+        pass
+    with page.expect_response("**/api/admin/state"):
+        pass
+    expect(close).to_be_focused()
+
+
+def test_a_lost_server_is_said_the_last_figures_stay_and_its_return_is_noticed(
+    browser: Browser, server: Server
+) -> None:
+    with complaining_page(browser, server, "") as page:
+        page.add_init_script(unlocked(server))
+        page.goto("/admin")
+        expect(page.get_by_text("Late ticks (p99)")).to_be_visible()
+        page.context.set_offline(True)
+        expect(page.get_by_role("alert").filter(has_text="The game server does not answer")).to_be_visible()
+        expect(page.get_by_text("Late ticks (p99)")).to_be_visible()
+        page.context.set_offline(False)
+        expect(page.get_by_text("The game server does not answer")).to_have_count(0)
+
+
+@pytest.mark.parametrize("theme", THEMES)
+def test_the_dashboard_is_accessible_in_both_themes(server: Server, open_page: OpenPage, theme: str) -> None:
+    server.make_room("HandOff", blue="link", red="idle")
+    page = open_page("/admin", script=unlocked(server), color_scheme=theme)
+    expect(page.locator("[data-room]").first).to_be_visible()
+    assert violations(page) == []
+
+
+def test_the_dashboard_works_on_a_phone(server: Server, open_page: OpenPage) -> None:
+    room = server.make_room("HandOff", blue="link", red="idle")["room"]
+    page = open_page("/admin", script=unlocked(server), viewport=PHONE)
+    close = page.locator(f"[data-room='{room}']").get_by_role("button", name="Close")
+    close.tap() if page.evaluate("navigator.maxTouchPoints > 0") else close.click()
+    expect(page.get_by_role("dialog")).to_be_visible()
+    assert overflow(page) == 0
+    page.get_by_role("button", name="Close the room").click()
+    expect(page.locator(f"[data-room='{room}']")).to_have_count(0)
+
+
+def test_recordings_are_listed_filtered_and_lead_to_their_replay(server: Server, open_page: OpenPage) -> None:
+    folder = server.data / "recordings"
+    for number, name in enumerate(("PriorityPick", "SingleRotation")):
+        finalise(record(folder, ticks=5, map_name=name, episode_id=f"listed-{number}")[0])
+    (folder / "broken.mcap").write_bytes(b"no recording")
+    page = open_page("/recordings", script=unlocked(server))
+    rows = page.locator("#rows tr")
+    expect(rows.filter(has_text="Priority Pick")).to_have_count(1)
+    expect(rows.filter(has_text="unreadable")).to_contain_text("broken")
+    assert violations(page) == []
+    page.get_by_label("Map").select_option("SingleRotation")
+    expect(rows).to_have_count(1)
+    expect(rows).to_contain_text("P-3f2a")
+    rows.get_by_role("link", name="Replay").click()
+    page.wait_for_url("**/replay/listed-1*")
+    expect(page.get_by_role("heading", name="Single Rotation")).to_be_visible()
+
+
+def test_the_list_of_recordings_is_readable_on_a_phone(server: Server, open_page: OpenPage) -> None:
+    finalise(record(server.data / "recordings", ticks=5, map_name="HandOff", episode_id="on-a-phone")[0])
+    page = open_page("/recordings", script=unlocked(server), viewport=PHONE, color_scheme="dark")
+    expect(page.locator("#rows tr").first).to_be_visible()
+    assert overflow(page) == 0
+    assert violations(page) == []

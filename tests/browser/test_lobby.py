@@ -1,0 +1,202 @@
+"""The start page: choosing a map and who plays, by mouse, by keyboard and on a phone."""
+
+import json
+from collections.abc import Callable
+
+import pytest
+from playwright.sync_api import Browser, Page, Route, expect
+
+from tests.browser.pages import THEMES, complaining_page, overflow, violations
+from tests.browser.support import PHONE, Server
+
+OpenPage = Callable[..., Page]
+
+
+def ready(page: Page) -> Page:
+    expect(page.locator("#play")).to_be_enabled()
+    return page
+
+
+def tokens_of_room(page: Page) -> list[str]:
+    """What the tab keeps for the room whose page it is on."""
+    room = page.url.rsplit("/", 1)[1]
+    tokens: list[str] = page.evaluate("room => JSON.parse(sessionStorage.getItem(`movingout.tokens.${room}`))", room)
+    return tokens
+
+
+def test_twelve_maps_stand_in_their_three_modes_with_a_picture_each(open_page: OpenPage) -> None:
+    page = ready(open_page("/"))
+    titles = page.locator(".map-group").evaluate_all(
+        "groups => groups.map(group => [group.querySelector('h2').textContent, group.querySelectorAll('.map').length])"
+    )
+    assert titles == [["Coordination", 4], ["Awareness", 4], ["Action consistency", 4]]
+    colours = page.locator(".map canvas").evaluate_all("""canvases => canvases.map(canvas => {
+        const {data} = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+        return new Set(new Uint32Array(data.buffer)).size;
+    })""")
+    assert len(colours) == 12
+    assert min(colours) > 20  # walls, goals, items and both robots are there
+
+
+@pytest.mark.parametrize("theme", THEMES)
+def test_the_lobby_is_accessible_in_both_themes(open_page: OpenPage, theme: str) -> None:
+    page = ready(open_page("/", color_scheme=theme))
+    page.locator("#more summary").click()
+    page.get_by_text("Controls", exact=True).click()
+    assert violations(page) == []
+
+
+def test_a_chosen_map_opens_a_room_and_its_seat_is_kept_in_the_tab(open_page: OpenPage, server: Server) -> None:
+    page = ready(open_page("/"))
+    page.get_by_role("radio", name="Left Right").check(force=True)
+    page.get_by_label("Red").select_option("agent:idle")
+    page.get_by_role("button", name="Play Left Right").click()
+    page.wait_for_url("**/play/*")
+    assert len(tokens_of_room(page)) == 1
+    expect(page.get_by_role("heading", name="Left Right")).to_be_visible()
+
+
+def test_the_whole_choice_is_made_by_keyboard(open_page: OpenPage) -> None:
+    page = ready(open_page("/"))
+    page.get_by_role("radio", name="Hand Off").focus()
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("ArrowRight")
+    expect(page.locator("#chosen h2")).to_have_text("Efficient Routes")
+    page.keyboard.press("Enter")
+    page.wait_for_url("**/play/*")
+
+
+def test_two_people_at_one_screen_are_told_their_keys_and_get_both_seats(open_page: OpenPage) -> None:
+    page = ready(open_page("/"))
+    page.get_by_label("Red").select_option("here")
+    expect(page.locator("#seats-note")).to_contain_text("W A S D")
+    page.locator("#play").click()
+    page.wait_for_url("**/play/*")
+    assert len(set(tokens_of_room(page))) == 2
+
+
+def test_all_twelve_maps_are_played_in_order(open_page: OpenPage) -> None:
+    page = ready(open_page("/"))
+    with page.expect_request("**/api/rooms") as sent:
+        page.get_by_role("button", name="Play all 12 maps").click()
+    body = sent.value.post_data_json
+    assert len(body["maps"]) == 12
+    assert (body["maps"][0], body["maps"][-1]) == ("HandOff", "SequentialRotations")
+    page.wait_for_url("**/play/*")
+    expect(page.locator("#round")).to_have_text("Round 1 of 12")
+
+
+def test_without_a_seat_of_ones_own_the_link_and_its_code_are_shown(open_page: OpenPage) -> None:
+    page = ready(open_page("/"))
+    page.get_by_label("Blue").select_option("link")
+    page.get_by_label("Red").select_option("remote")
+    page.get_by_role("button", name="Open Hand Off").click()
+    heading = page.get_by_role("heading", name="The room is open")
+    expect(heading).to_be_focused()
+    room = page.locator(".share-address").inner_text().rsplit("/", 1)[1]
+    expect(page.get_by_role("link", name="Watch the game")).to_have_attribute("href", f"/watch/{room}")
+    page.wait_for_function("() => document.querySelector('.share-link img').naturalWidth > 0")
+    assert violations(page) == []
+    page.get_by_role("button", name="Back to the maps").click()
+    expect(page.locator("#play")).to_be_visible()
+
+
+def test_two_agents_are_watched(open_page: OpenPage) -> None:
+    page = ready(open_page("/"))
+    page.get_by_label("Blue").select_option("agent:idle")
+    page.get_by_label("Red").select_option("agent:idle")
+    page.get_by_role("button", name="Watch Hand Off").click()
+    page.wait_for_url("**/watch/*")
+
+
+def test_practice_opens_the_practice_room_without_a_limit(open_page: OpenPage) -> None:
+    page = ready(open_page("/"))
+    with page.expect_request("**/api/rooms") as sent:
+        page.get_by_role("button", name="Practise").click()
+    body = sent.value.post_data_json
+    assert (body["maps"], body["practice"]) == (["Simple"], True)
+    page.wait_for_url("**/play/*")
+
+
+def test_changed_items_need_a_number_and_the_field_gets_the_focus(open_page: OpenPage) -> None:
+    page = ready(open_page("/"))
+    page.locator("#more summary").click()
+    page.get_by_label("Changed items").check()
+    page.get_by_label("Number", exact=True).fill("seven")
+    page.locator("#play").click()
+    expect(page.get_by_role("alert").filter(has_text="whole number")).to_be_visible()
+    expect(page.get_by_label("Number", exact=True)).to_be_focused()
+    page.get_by_label("Number", exact=True).fill("7")
+    with page.expect_request("**/api/rooms") as sent:
+        page.locator("#play").click()
+    assert sent.value.post_data_json["challenge2_seed"] == 7
+    page.wait_for_url("**/play/*")
+
+
+def test_the_last_choice_is_there_on_the_next_visit(open_page: OpenPage) -> None:
+    page = ready(open_page("/"))
+    page.get_by_role("radio", name="Four Corners").check(force=True)
+    page.get_by_label("Red").select_option("agent:idle")
+    page.get_by_label("Time limit").select_option("900")
+    page.locator("#play").click()
+    page.wait_for_url("**/play/*")
+    page.goto("/")
+    ready(page)
+    expect(page.locator("#chosen h2")).to_have_text("Four Corners")
+    expect(page.get_by_label("Red")).to_have_value("agent:idle")
+    expect(page.get_by_label("Time limit")).to_have_value("900")
+
+
+def test_a_refusal_is_shown_as_the_servers_own_sentence(browser: Browser, server: Server) -> None:
+    sentence = "All 200 rooms of this server are in use; close one or try again later."
+
+    def refuse(route: Route) -> None:
+        route.fulfill(
+            status=503,
+            content_type="application/json",
+            body=json.dumps({"error": {"code": "full", "message": sentence}}),
+        )
+
+    with complaining_page(browser, server, "/") as page:
+        ready(page)
+        page.route("**/api/rooms", refuse)
+        page.locator("#play").click()
+        expect(page.get_by_role("alert").filter(has_text=sentence)).to_be_visible()
+        expect(page.locator("#play")).to_be_enabled()
+
+
+def test_a_server_that_is_gone_is_said_and_its_return_noticed(browser: Browser, server: Server) -> None:
+    with complaining_page(browser, server, "") as page:
+        page.clock.install()
+        page.route("**/api/maps", lambda route: route.abort())
+        page.goto("/")
+        expect(page.get_by_text("The game server does not answer")).to_be_visible()
+        expect(page.locator("#play")).to_be_disabled()
+        page.unroute("**/api/maps")
+        page.clock.run_for(3000)
+        ready(page)
+
+
+def test_the_theme_button_overrides_the_system_and_is_kept(open_page: OpenPage) -> None:
+    page = ready(open_page("/", color_scheme="light"))
+    background = "getComputedStyle(document.body).backgroundColor"
+    light = page.evaluate(background)
+    page.get_by_role("button", name="Theme").click()
+    dark = page.evaluate(background)
+    page.reload()
+    ready(page)
+    assert (light, dark, page.evaluate(background)) == ("rgb(245, 246, 248)", "rgb(18, 22, 28)", "rgb(18, 22, 28)")
+
+
+def test_on_a_phone_nothing_is_cut_off_and_play_stays_at_hand(open_page: OpenPage) -> None:
+    page = ready(open_page("/", viewport=PHONE))
+    assert overflow(page) == 0
+    expect(page.locator("#play")).to_be_in_viewport()
+    page.mouse.wheel(0, 900)
+    expect(page.locator("#play")).to_be_in_viewport()
+
+
+def test_an_address_that_leads_nowhere_has_a_page_with_the_way_back(browser: Browser, server: Server) -> None:
+    with complaining_page(browser, server, "/nowhere") as page:
+        page.get_by_role("link", name="To the start page").click()
+        ready(page)

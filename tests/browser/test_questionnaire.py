@@ -1,0 +1,150 @@
+"""The questions at the end of a series: by keyboard alone, saved per click, resumed, retried."""
+
+import json
+from collections.abc import Callable
+from typing import Any
+
+from playwright.sync_api import Browser, Page, expect
+
+from study.questionnaire import PAPER
+from tests.browser.pages import THEMES, complaining_page, overflow, violations
+from tests.browser.support import PHONE, Server, seat_tokens_script, wait_for
+
+OpenPage = Callable[..., Page]
+
+
+def short_room(server: Server) -> dict[str, Any]:
+    """A series that is over a second after its start."""
+    return server.make_room("Simple", red="idle", limit_ticks=10)
+
+
+def play_to_the_questions(page: Page) -> Page:
+    wait_for(page, "game.phase === 'lobby' && game.status === 'open'")
+    page.get_by_role("button", name="I am ready").click()
+    wait_for(page, "game.phase === 'series_over'")
+    page.get_by_role("button", name="Finish").click()
+    expect(page.get_by_role("heading", name="About your partner")).to_be_focused()
+    return page
+
+
+def saved_answers(server: Server, room: dict[str, Any]) -> dict[str, tuple[int, str]]:
+    """The newest answer to each question that lies on the server's disk."""
+    path = server.data / "answers" / f"{room['room']}-0.jsonl"
+    lines = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
+    return {line["question"]: (line["value"], line["text"]) for line in lines}
+
+
+def answer(page: Page, question: str, value: int) -> None:
+    page.locator(f"input[name={question}][value='{value}']").check(force=True)
+
+
+def all_saved(page: Page) -> None:
+    expect(page.locator(".questionnaire-status[data-waiting='0']")).to_be_visible()
+
+
+def test_all_questions_are_answered_by_keyboard_alone(server: Server, open_page: OpenPage) -> None:
+    room = short_room(server)
+    page = play_to_the_questions(open_page(room["join_path"], room))
+    for number in range(9):
+        page.keyboard.press("Tab")
+        page.keyboard.press("Space")  # 1
+        for _ in range(number % 7):
+            page.keyboard.press("ArrowRight")
+        if number % 3 == 2:  # from the last scale past Back (absent on the first page) to Next
+            for _ in range(1 if number == 2 else 2):
+                page.keyboard.press("Tab")
+            all_saved(page)
+            page.keyboard.press("Enter")
+    page.keyboard.press("Tab")
+    page.keyboard.type("It waited for me.")
+    page.keyboard.press("Tab")
+    page.keyboard.press("Tab")
+    page.keyboard.press("Enter")
+    expect(page.get_by_role("heading", name="Thank you")).to_be_visible()
+    expected = {item.id: (number % 7 + 1, "") for number, item in enumerate(PAPER.items[:9])}
+    assert saved_answers(server, room) == {**expected, "comment": (-1, "It waited for me.")}
+
+
+def violations_in_both_themes(page: Page) -> list[str]:
+    found = []
+    for theme in THEMES:
+        page.emulate_media(color_scheme=theme)
+        found += violations(page)
+    return found
+
+
+def test_every_page_of_questions_and_its_complaint_is_accessible_in_both_themes(
+    server: Server, open_page: OpenPage
+) -> None:
+    room = short_room(server)
+    page = play_to_the_questions(open_page(room["join_path"], room))
+    page.get_by_role("button", name="Next").click()
+    assert violations_in_both_themes(page) == []  # with everything missing
+    for first in range(0, 9, 3):
+        for item in PAPER.items[first : first + 3]:
+            answer(page, item.id, 4)
+        assert violations_in_both_themes(page) == []
+        page.get_by_role("button", name="Next").click()
+    assert violations_in_both_themes(page) == []  # the free text
+
+
+def test_what_is_missing_is_announced_and_gets_the_focus(server: Server, open_page: OpenPage) -> None:
+    room = short_room(server)
+    page = play_to_the_questions(open_page(room["join_path"], room))
+    answer(page, "teamwork", 6)
+    page.get_by_role("button", name="Next").click()
+    expect(page.get_by_role("alert").filter(has_text="2 answers are missing")).to_be_visible()
+    expect(page.locator("input[name=humanlike][value='1']")).to_be_focused()
+    answer(page, "humanlike", -1)  # "I prefer not to answer" is an answer
+    answer(page, "reasonable", 7)
+    page.get_by_role("button", name="Next").click()
+    expect(page.get_by_text("questions 4–6 of 10")).to_be_visible()
+    all_saved(page)
+    assert saved_answers(server, room) == {"teamwork": (6, ""), "humanlike": (-1, ""), "reasonable": (7, "")}
+
+
+def test_a_reload_goes_on_where_the_answers_end(server: Server, open_page: OpenPage) -> None:
+    room = short_room(server)
+    page = play_to_the_questions(open_page(room["join_path"], room))
+    for question in ("teamwork", "humanlike", "reasonable"):
+        answer(page, question, 5)
+    page.get_by_role("button", name="Next").click()
+    answer(page, "physics", 2)
+    all_saved(page)
+    page.reload()
+    page.get_by_role("button", name="Finish").click()
+    expect(page.get_by_text("questions 4–6 of 10")).to_be_visible()
+    expect(page.locator("input[name=physics][value='2']")).to_be_checked()
+    page.get_by_role("button", name="Back").click()
+    expect(page.locator("input[name=teamwork][value='5']")).to_be_checked()
+
+
+def test_answers_given_without_a_connection_arrive_when_it_is_back(server: Server, browser: Browser) -> None:
+    room = short_room(server)
+    with complaining_page(browser, server, "") as page:
+        page.add_init_script(seat_tokens_script(room))
+        page.goto(room["join_path"])
+        play_to_the_questions(page)
+        page.context.set_offline(True)
+        answer(page, "teamwork", 3)
+        answer(page, "teamwork", 4)
+        expect(page.get_by_text("No connection. Your answers wait here")).to_be_visible()
+        page.context.set_offline(False)
+        all_saved(page)
+        assert saved_answers(server, room) == {"teamwork": (4, "")}
+
+
+def test_on_a_phone_the_scales_fit_with_large_targets_and_the_questions_may_be_skipped(
+    server: Server, open_page: OpenPage
+) -> None:
+    room = short_room(server)
+    page = play_to_the_questions(open_page(room["join_path"], room, viewport=PHONE))
+    assert overflow(page) == 0
+    sizes = page.locator(".likert-option").evaluate_all(
+        "boxes => boxes.map(box => [box.offsetWidth, box.offsetHeight])"
+    )
+    assert len(sizes) == 21
+    assert min(width for width, _ in sizes) >= 42  # 44 with the gap around it
+    assert min(height for _, height in sizes) >= 44
+    page.get_by_role("button", name="Skip the questions").click()
+    expect(page.get_by_role("heading", name="Thank you")).to_be_visible()

@@ -1,0 +1,142 @@
+"""The replay of a recording: the recorded states, tick by tick, with keys, marks and deep links."""
+
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+from recordings import Episode, finalise, read_episode
+from tests.browser.pages import THEMES, complaining_page, overflow, violations
+from tests.browser.support import PHONE, Server
+from tests.recordings.support import record
+
+OpenPage = Callable[..., Page]
+
+EPISODE = "replayed-in-the-browser"
+TICKS = 42  # events at 5, 10, ... 40: the recorded driver "takes" an item each time
+
+
+@pytest.fixture(scope="module")
+def episode(server: Server, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Episode]:
+    """A recording of random driving on Hand Off, among the server's own."""
+    journal, _ = record(tmp_path_factory.mktemp("recorded"), ticks=TICKS, map_name="HandOff", episode_id=EPISODE)
+    finished = finalise(journal)
+    place = server.data / "recordings" / finished.name
+    place.parent.mkdir(parents=True, exist_ok=True)
+    shutil.copy(finished, place)
+    yield read_episode(finished)
+    Path(place).unlink()
+
+
+def replay(page: Page) -> Page:
+    expect(page.locator("#replay")).to_be_visible()
+    return page
+
+
+def poses(page: Page) -> list[list[float]]:
+    shown: list[list[float]] = page.evaluate("window.__movingout.entities().poses")
+    return shown
+
+
+def at_tick(page: Page, tick: int) -> None:
+    expect(page.locator("#tick")).to_have_text(f"tick {tick} of {TICKS}")
+
+
+def test_every_tick_shows_the_recorded_state(open_page: OpenPage, episode: Episode) -> None:
+    page = replay(open_page(f"/replay/{EPISODE}"))
+    for tick, state in enumerate(episode.states[:12]):
+        at_tick(page, tick)
+        recorded = np.concatenate([state.robot_poses, state.item_poses])
+        off = np.array(poses(page)) - recorded
+        off[:, 2] = (off[:, 2] + np.pi) % (2 * np.pi) - np.pi
+        assert np.abs(off).max() < 1e-4  # the wire's int16
+        page.keyboard.press("ArrowRight")
+
+
+def test_a_deep_link_opens_at_its_tick_and_moving_on_updates_the_address(open_page: OpenPage, episode: Episode) -> None:
+    page = replay(open_page(f"/replay/{EPISODE}#tick=17"))
+    at_tick(page, 17)
+    page.keyboard.press("ArrowLeft")
+    at_tick(page, 16)
+    assert page.url.endswith("#tick=16")
+
+
+def test_keys_step_jump_and_change_the_speed(open_page: OpenPage, episode: Episode) -> None:
+    page = replay(open_page(f"/replay/{EPISODE}"))
+    for key, tick in (
+        (".", 5),
+        (".", 10),
+        (",", 5),
+        ("Shift+ArrowRight", 15),
+        ("End", TICKS),
+        ("ArrowRight", TICKS),
+        ("Home", 0),
+        ("ArrowLeft", 0),
+    ):
+        page.keyboard.press(key)
+        at_tick(page, tick)
+    page.keyboard.press("+")
+    expect(page.get_by_label("Speed")).to_have_value("2")
+    for _ in range(5):
+        page.keyboard.press("-")
+    expect(page.get_by_label("Speed")).to_have_value("0.25")
+
+
+def test_playing_moves_at_the_chosen_speed_and_stops_at_the_end(open_page: OpenPage, episode: Episode) -> None:
+    page = replay(open_page(f"/replay/{EPISODE}"))
+    page.get_by_label("Speed").select_option("8")
+    page.get_by_role("button", name="Play").click()
+    expect(page.get_by_role("button", name="Pause")).to_be_visible()
+    at_tick(page, TICKS)
+    expect(page.get_by_role("button", name="Play")).to_be_visible()
+
+
+def test_an_event_leads_to_its_tick_and_is_marked_from_then_on(open_page: OpenPage, episode: Episode) -> None:
+    page = replay(open_page(f"/replay/{EPISODE}"))
+    rows = page.locator(".replay-event")
+    expect(rows).to_have_count(len(episode.events))
+    expect(page.locator("#marks .replay-mark")).to_have_count(len(episode.events))
+    rows.nth(2).click()
+    at_tick(page, episode.events[2].tick)
+    expect(rows.nth(2)).to_have_attribute("aria-current", "true")
+    page.keyboard.press("ArrowLeft")
+    expect(rows.nth(1)).to_have_attribute("aria-current", "true")
+
+
+def test_the_time_line_is_a_slider_with_words(open_page: OpenPage, episode: Episode) -> None:
+    page = replay(open_page(f"/replay/{EPISODE}"))
+    slider = page.get_by_role("slider", name="Tick")
+    slider.fill("31")
+    at_tick(page, 31)
+    expect(slider).to_have_attribute("aria-valuetext", "0:03.1 of 0:04.2")
+
+
+def test_the_recording_can_be_downloaded(open_page: OpenPage, episode: Episode) -> None:
+    page = replay(open_page(f"/replay/{EPISODE}"))
+    with page.expect_download() as download:
+        page.get_by_role("link", name="Download").click()
+    assert download.value.suggested_filename == f"{EPISODE}.mcap"
+    assert read_episode(Path(download.value.path()).rename(download.value.path().with_suffix(".mcap"))).complete
+
+
+@pytest.mark.parametrize("theme", THEMES)
+def test_the_replay_is_accessible_in_both_themes(open_page: OpenPage, episode: Episode, theme: str) -> None:
+    page = replay(open_page(f"/replay/{EPISODE}", color_scheme=theme))
+    page.get_by_text("Keys", exact=True).click()
+    page.keyboard.press("End")
+    assert violations(page) == []
+
+
+def test_on_a_phone_the_replay_is_one_column_without_overflow(open_page: OpenPage, episode: Episode) -> None:
+    page = replay(open_page(f"/replay/{EPISODE}", viewport=PHONE))
+    assert overflow(page) == 0
+    assert page.locator("#play").bounding_box()["width"] >= 44  # type: ignore[index]
+
+
+def test_an_unknown_recording_says_so_and_leads_on(browser: Browser, server: Server) -> None:
+    with complaining_page(browser, server, "/replay/nothing-here") as page:
+        expect(page.get_by_text("there is no such recording")).to_be_visible()
+        expect(page.get_by_role("link", name="All recordings")).to_be_visible()
