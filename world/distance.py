@@ -39,9 +39,16 @@ Mask = npt.NDArray[np.bool_]
 class Distances:
     """Lookups on one grid of one map. Distances are in arena units, `math.inf` where there is no way."""
 
-    def __init__(self, map_spec: MapSpec, cells: int, rounding: Callable[[Floats], Floats]) -> None:
+    def __init__(
+        self,
+        map_spec: MapSpec,
+        cells: int,
+        rounding: Callable[[Floats], Floats],
+        scalar_rounding: Callable[[float], int],
+    ) -> None:
         self.cells = cells
         self._rounding = rounding
+        self._scalar_rounding = scalar_rounding  # the same for one number, without numpy's overhead
         self._blocked = _overlapped(map_spec.walls, cells)
         self._blocked[PAPER_CELLS:, :] = self._blocked[:, PAPER_CELLS:] = True
         goal = _overlapped(map_spec.goals, cells) & ~self._blocked
@@ -61,15 +68,16 @@ class Distances:
         found: Floats = self._to_goal[indices[..., 0], indices[..., 1]]
         return found
 
+    def one_to_goal(self, point: Floats) -> float:
+        """`to_goal` of one point (2,), sooner."""
+        return float(self._to_goal[self._cell(point)])
+
     def between(self, start: Floats, target: Floats) -> float:
         """Distance from one point (2,) to another; the flood of each target cell is kept.
 
         A target in a blocked cell is reached only from that same cell.
         """
-        column, row = self._indices(start)
-        cell = (int(column), int(row))
-        goal_column, goal_row = self._indices(target)
-        goal = (int(goal_column), int(goal_row))
+        cell, goal = self._cell(start), self._cell(target)
         if goal not in self._to_cell:
             alone = np.zeros_like(self._blocked)
             alone[goal] = True
@@ -77,6 +85,10 @@ class Distances:
         if self._blocked[goal] and cell != goal:
             return math.inf
         return float(self._to_cell[goal][cell])
+
+    def _cell(self, point: Floats) -> Cell:
+        column, row = (self._scalar_rounding((number + ARENA_HALF) / CELL) for number in point.tolist())
+        return min(max(column, 0), self.cells - 1), min(max(row, 0), self.cells - 1)
 
     def _indices(self, points: Floats) -> npt.NDArray[np.intp]:
         """Cells (..., 2) of points (..., 2); points beyond the arena belong to the outermost cells."""
@@ -87,7 +99,7 @@ class Distances:
 @lru_cache(maxsize=256)
 def paper_distances(map_spec: MapSpec) -> Distances:
     """The paper's grid of a map, made once."""
-    return Distances(map_spec, PAPER_CELLS, np.floor)
+    return Distances(map_spec, PAPER_CELLS, np.floor, math.floor)
 
 
 class OfficialDistances:
@@ -95,13 +107,13 @@ class OfficialDistances:
 
     def __init__(self, map_spec: MapSpec) -> None:
         self._goals = map_spec.goals
-        self._grid = Distances(map_spec, OFFICIAL_CELLS, np.rint) if map_spec.walls else None
+        self._grid = Distances(map_spec, OFFICIAL_CELLS, np.rint, round) if map_spec.walls else None
 
     def to_goal(self, point: Floats) -> float:
         """From a point (2,) to the nearest drawn goal region; 1.44 where there is no way."""
         if self._grid is None:
             return min(_to_rect(float(point[0]), float(point[1]), goal) for goal in self._goals)
-        distance = float(self._grid.to_goal(point))
+        distance = self._grid.one_to_goal(point)
         return distance if math.isfinite(distance) else OFFICIAL_NO_WAY
 
     def between(self, start: Floats, target: Floats) -> float:

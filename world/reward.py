@@ -69,7 +69,7 @@ class PaperReward:
         return partners not in (-1, own) and self._big[partners]
 
     def _home(self, state: WorldState, item: int) -> float:
-        return float(self._distances.to_goal(state.item_poses[item, :2]))
+        return self._distances.one_to_goal(state.item_poses[item, :2])
 
     def _reach(self, state: WorldState, seat: int, targets: list[int]) -> float:
         """From the robot's centre to the nearest of the targets' holding points."""
