@@ -1,17 +1,18 @@
 """`movingout recordings`: list, inspect, verify and recover."""
 
 import argparse
-import json
 import os
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from recordings import export_command
+from recordings.arguments import add_data, add_json, add_paths, expanded, print_json
 from recordings.errors import RecordingError
 from recordings.finished import Recovery, recover, recover_journal
 from recordings.index import Filter, list_recordings
-from recordings.listing import Summary, path_of, recording_paths
+from recordings.listing import Summary, path_of
 from recordings.page import info_json, info_page
 from recordings.progress import over_processes
 from recordings.reader import read_episode
@@ -22,7 +23,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     commands = parser.add_subparsers(dest="action", metavar="COMMAND", required=True, title="commands")
 
     listing = commands.add_parser("list", help="the recordings in a folder, newest first")
-    _add_data(listing)
+    add_data(listing)
     listing.add_argument("folder", nargs="?", type=Path, help="default: DATA/recordings")
     listing.add_argument("--map", help="only this map")
     listing.add_argument("--agent", help="only with this agent or participant in a seat (part of the name)")
@@ -30,43 +31,33 @@ def configure(parser: argparse.ArgumentParser) -> None:
     listing.add_argument("--since", metavar="DATE", help="only from this day on (2026-11-20)")
     listing.add_argument("--until", metavar="DATE", help="only up to and including this day")
     listing.add_argument("--outcome", help="delivered, time, left, stopped, error or interrupted")
-    _add_json(listing)
+    add_json(listing)
     listing.set_defaults(perform=_list)
 
     info = commands.add_parser("info", help="one recording on a page")
     info.add_argument("recording", help="a file, or an episode id in DATA/recordings")
-    _add_data(info)
-    _add_json(info)
+    add_data(info)
+    add_json(info)
     info.set_defaults(perform=_info)
 
     check = commands.add_parser("verify", help="re-simulate and compare bit for bit; exit code 1 on a divergence")
-    check.add_argument("paths", nargs="+", type=Path, metavar="FILE|DIR")
+    add_paths(check)
     check.add_argument("--workers", type=int, default=os.cpu_count() or 1, help="processes (default: all cores)")
-    _add_json(check)
+    add_json(check)
     check.set_defaults(perform=_verify)
 
     rescue = commands.add_parser("recover", help="finish what a crash left behind")
     rescue.add_argument("paths", nargs="*", type=Path, metavar="FILE|DIR", help="default: DATA/recordings")
-    _add_data(rescue)
-    _add_json(rescue)
+    add_data(rescue)
+    add_json(rescue)
     rescue.set_defaults(perform=_recover)
+
+    export_command.configure(commands.add_parser("export", help="write them in another format"))
 
 
 def run(args: argparse.Namespace) -> int:
     perform: Callable[[argparse.Namespace], int] = args.perform
     return perform(args)
-
-
-def _add_data(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--data", type=Path, default=Path("data"), metavar="DIR", help="default: ./data")
-
-
-def _add_json(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--json", action="store_true", help="one JSON document on standard output")
-
-
-def _print_json(document: dict[str, Any]) -> None:
-    print(json.dumps(document, indent=2))
 
 
 # ---- list and info -----------------------------------------------------------------------------------------
@@ -77,7 +68,7 @@ def _list(args: argparse.Namespace) -> int:
     found, unreadable = list_recordings(args.folder or args.data / "recordings", wanted)
     if args.json:
         problems = [{"path": str(entry.path), "problem": entry.problem} for entry in unreadable]
-        _print_json({"recordings": [entry.to_json() for entry in found], "unreadable": problems})
+        print_json({"recordings": [entry.to_json() for entry in found], "unreadable": problems})
         return 0
     print(_table(found) if found else "no recordings that match")
     for entry in unreadable:
@@ -115,7 +106,7 @@ def _info(args: argparse.Namespace) -> int:
         path = path_of(args.data / "recordings", args.recording)
     episode = read_episode(path)
     if args.json:
-        _print_json(info_json(path, episode))
+        print_json(info_json(path, episode))
     else:
         print(info_page(path, episode))
     return 0
@@ -125,12 +116,12 @@ def _info(args: argparse.Namespace) -> int:
 
 
 def _verify(args: argparse.Namespace) -> int:
-    paths = _expanded(args.paths)
+    paths = expanded(args.paths)
     if not paths:
         raise RecordingError("no recordings there to verify; name .mcap files or a folder that holds some")
     verdicts = list(over_processes(_verdict, paths, min(args.workers, len(paths)), "verifying"))
     if args.json:
-        _print_json({"files": [_verdict_json(path, verdict) for path, verdict in zip(paths, verdicts, strict=True)]})
+        print_json({"files": [_verdict_json(path, verdict) for path, verdict in zip(paths, verdicts, strict=True)]})
     else:
         for path, verdict in zip(paths, verdicts, strict=True):
             print(_verdict_line(path, verdict))
@@ -180,7 +171,7 @@ def _recover(args: argparse.Namespace) -> int:
     for path in args.paths or [args.data / "recordings"]:
         done += recover(path) if path.is_dir() else [recover_journal(path)]
     if args.json:
-        _print_json(
+        print_json(
             {
                 "journals": [
                     {
@@ -199,14 +190,3 @@ def _recover(args: argparse.Namespace) -> int:
     if not done:
         print("nothing to recover")
     return 0
-
-
-# ---- shared ------------------------------------------------------------------------------------------------
-
-
-def _expanded(paths: Iterable[Path]) -> list[Path]:
-    """The files named, and the recordings of the folders named."""
-    files: list[Path] = []
-    for path in paths:
-        files += recording_paths(path) if path.is_dir() else [path]
-    return files

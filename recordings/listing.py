@@ -3,14 +3,14 @@
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from recordings.derived import result
-from recordings.episode import Episode
+from recordings.episode import Episode, SeatInfo
 from recordings.errors import RecordingError, cannot
 from recordings.finished import SUFFIX
 from recordings.journal import JOURNAL_SUFFIX
-from recordings.metadata import EPISODE_ID, RECORDING, RESULT, SEATS, STUDY, Entries, episode_record, utc
+from recordings.metadata import EPISODE_ID, RECORDING, RESULT, SEATS, STUDY, Entries, episode_record, seats_of, utc
 from recordings.reader import UNREADABLE, read_episode
 from recordings.records import MAGIC, metadata_in
 
@@ -62,6 +62,25 @@ def read_summary(path: Path) -> Summary:
     records = read_metadata(path)
     try:
         return _of_metadata(path, records)
+    except (KeyError, ValueError) as error:
+        raise RecordingError(f"{path.name}: its metadata is incomplete ({error})") from error
+
+
+class Players(NamedTuple):
+    """Who played an episode."""
+
+    episode_id: str
+    seats: tuple[SeatInfo, SeatInfo]
+
+
+def read_players(path: Path) -> Players:
+    """Who played, without opening the messages of a finished recording."""
+    if path.name.endswith(JOURNAL_SUFFIX):
+        header = read_episode(path).header
+        return Players(header.episode_id, header.seats)
+    records = read_metadata(path)
+    try:
+        return Players(episode_record(records)["episode_id"], seats_of(records))
     except (KeyError, ValueError) as error:
         raise RecordingError(f"{path.name}: its metadata is incomplete ({error})") from error
 

@@ -61,7 +61,7 @@ def header_of(records: Mapping[str, Entries], the_map: MapSpec) -> EpisodeHeader
             map=the_map,
             seed=int(episode["seed"]),
             limit_ticks=int(episode["limit_ticks"]),
-            seats=(_seat(records[SEATS[0]]), _seat(records[SEATS[1]])),
+            seats=seats_of(records),
             started_ns=int(episode["started_ns"]),
             source=_source(episode["source"]),
             study=dict(records.get(STUDY, {})),
@@ -80,6 +80,11 @@ def episode_record(records: Mapping[str, Entries]) -> Entries:
             f"recording format {version or 'unknown'} is not the format {FORMAT_VERSION} of this program; update it"
         )
     return records[EPISODE]
+
+
+def seats_of(records: Mapping[str, Entries]) -> tuple[SeatInfo, SeatInfo]:
+    """Who sat in blue and red."""
+    return _seat(records[SEATS[0]]), _seat(records[SEATS[1]])
 
 
 def _seat(record: Entries) -> SeatInfo:

@@ -1,0 +1,50 @@
+"""Recordings in other formats. Each format is a module that is imported only when it is asked for."""
+
+import importlib
+from typing import NamedTuple, Protocol, cast
+
+from recordings.errors import RecordingError
+from recordings.exports.plan import Plan
+
+
+class Format(NamedTuple):
+    """Where a format is written, what it is for, and which extra it needs."""
+
+    module: str
+    help: str
+    library: str = ""
+    extra: str = ""
+
+
+class FormatModule(Protocol):
+    """What a format's module offers."""
+
+    def write(self, plan: Plan) -> None: ...
+
+
+FORMATS = {
+    "parquet": Format("parquet", "tables with observations, for pandas, DuckDB, Spark", "pyarrow", "export"),
+    "csv": Format("csv_tables", "tables for spreadsheets and R"),
+    "lerobot": Format("lerobot", "a LeRobotDataset v3.0", "pyarrow", "export"),
+    "robomimic": Format("robomimic", "one HDF5 file for robomimic", "h5py", "hdf5"),
+    "official": Format("official", "the official Moving Out JSON, collector's files and data set rows"),
+    "mp4": Format("mp4", "a video", "av", "video"),
+    "gif": Format("gif", "an animation for a README"),
+    "png": Format("strip", "a strip of pictures for a paper"),
+}
+
+
+def export(name: str, plan: Plan) -> None:
+    """Write the recordings of a plan in a format. The target appears whole or not at all; it is never overwritten."""
+    if name not in FORMATS:
+        raise RecordingError(f"unknown format {name!r}; known: {', '.join(FORMATS)}")
+    if not plan.recordings:
+        raise RecordingError("no recordings to export; name .mcap files or a folder that holds some")
+    chosen = FORMATS[name]
+    try:
+        module = cast(FormatModule, importlib.import_module(f"recordings.exports.{chosen.module}"))
+    except ImportError as error:
+        raise RecordingError(
+            f"{name} needs {chosen.library}; install it: pip install 'moving-out-live[{chosen.extra}]'"
+        ) from error
+    module.write(plan)

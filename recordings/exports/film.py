@@ -1,0 +1,83 @@
+"""An episode as a film: pictures at any moment of play, drawn like the browser draws them."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from PIL import Image, ImageDraw, ImageFont
+
+from maps.picture import paint_moment
+from maps.scene import LIGHT, Moment
+from recordings.episode import Episode
+from recordings.errors import RecordingError
+from recordings.exports.plan import Plan
+from recordings.exports.target import building
+from recordings.replay import POSES_PER_TICK, replay_poses
+
+TICK_S = 0.1
+_CAPTION = 0.075  # height of the caption, in sides of the picture
+
+Draw = Callable[[Path, "Film"], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Film:
+    """An episode to be drawn at any moment of its play time."""
+
+    episode: Episode
+    poses: Any  # (1 + 5 T, 2 + N, 3) at 20 ms
+    side: int
+    speed: float
+    every_s: float
+    overlay: bool
+
+    @property
+    def seconds(self) -> float:
+        return len(self.episode.ticks) * TICK_S
+
+    def frames(self, fps: int) -> Iterator[Image.Image]:
+        """Pictures at `fps` of the film, `speed` times as fast as it was played."""
+        step = self.speed / fps
+        for number in range(int(self.seconds / step) + 1):
+            yield self.at(number * step)
+
+    def at(self, time_s: float) -> Image.Image:
+        """The picture at a time of play; between two poses the earlier one."""
+        pose = min(int(time_s / TICK_S * POSES_PER_TICK + 1e-6), len(self.poses) - 1)
+        tick = -(-pose // POSES_PER_TICK)  # what is held and delivered after the tick that this pose belongs to
+        spec = self.episode.header.map
+        state = self.episode.states[tick]
+        delivered = self.episode.ticks[tick - 1].delivered if tick else (False,) * len(spec.items)
+        robots, items = self.poses[pose, :2].tolist(), self.poses[pose, 2:].tolist()
+        moment = Moment(robots, items, state.held.tolist(), delivered)
+        picture = paint_moment(spec, moment, self.side)
+        return self._captioned(picture, time_s, sum(delivered)) if self.overlay else picture
+
+    def _captioned(self, picture: Image.Image, time_s: float, delivered: int) -> Image.Image:
+        """Who plays, when it is, and how much is delivered, on a bar below the picture."""
+        header = self.episode.header
+        bar = 2 * round(self.side * _CAPTION / 2)  # video codecs want even sizes
+        canvas = Image.new("RGB", (self.side, self.side + bar), LIGHT.surface)
+        canvas.paste(picture)
+        draw = ImageDraw.Draw(canvas)
+        font = ImageFont.load_default(bar * 0.5)
+        middle, gap = self.side + bar / 2, bar * 0.3
+        text = f"{header.map.title}  {time_s:4.1f} s  {delivered}/{len(header.map.items)}"
+        draw.text((self.side / 2, middle), text, LIGHT.ink, font, anchor="mm")
+        draw.text((gap, middle), header.seats[0].name[:14], LIGHT.blue, font, anchor="lm")
+        draw.text((self.side - gap, middle), header.seats[1].name[:14], LIGHT.red, font, anchor="rm")
+        return canvas
+
+
+def write_films(plan: Plan, suffix: str, draw: Draw) -> None:
+    """One recording into the file that was named; several into a folder."""
+    if plan.speed <= 0 or plan.every_s <= 0 or not 64 <= plan.side <= 2048:
+        raise RecordingError("speed and the seconds between pictures must be above 0, the side 64 to 2048 pixels")
+    single = len(plan.recordings) == 1 and plan.target.suffix == suffix
+    with building(plan.target) as part:
+        if not single:
+            part.mkdir()
+        for episode, _ in plan.episodes("drawing"):
+            film = Film(episode, replay_poses(episode)[0], plan.side // 2 * 2, plan.speed, plan.every_s, plan.overlay)
+            draw(part if single else part / f"{episode.header.episode_id}{suffix}", film)

@@ -1,0 +1,23 @@
+"""GIF: an endless animation by Pillow, small enough for a README."""
+
+from pathlib import Path
+
+from PIL import Image
+
+from recordings.exports.film import Film, write_films
+from recordings.exports.plan import Plan
+
+FPS = 10
+COLOURS = 64  # few and undithered: flat areas stay flat and compress well
+
+
+def write(plan: Plan) -> None:
+    """One .gif, or a folder of them."""
+    write_films(plan, ".gif", draw)
+
+
+def draw(path: Path, film: Film) -> None:
+    first, *rest = film.frames(FPS)
+    palette = first.quantize(COLOURS)
+    pictures = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in (first, *rest)]
+    pictures[0].save(path, "GIF", save_all=True, append_images=pictures[1:], duration=1000 // FPS, loop=0)

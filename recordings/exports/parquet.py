@@ -1,0 +1,65 @@
+"""Parquet: three tables and their data dictionary in a folder; one row group per episode, zstd."""
+
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from recordings.exports.plan import Plan
+from recordings.exports.tables import (
+    TABLES,
+    Column,
+    data_dictionary,
+    episode_row,
+    event_rows,
+    observation_columns,
+    tick_rows,
+)
+from recordings.exports.target import building
+
+_TYPES: dict[str, Any] = {
+    "string": pa.string(),
+    "int64": pa.int64(),
+    "float64": pa.float64(),
+    "bool": pa.bool_(),
+    "list<float32>": pa.list_(pa.float32()),
+}
+
+
+def write(plan: Plan) -> None:
+    """episodes.parquet, ticks.parquet (with observations), events.parquet and DATA_DICTIONARY.md."""
+    tables = dict(TABLES)
+    tables["ticks"] = [*TABLES["ticks"], *observation_columns(plan.layout)]
+    with building(plan.target) as folder:
+        folder.mkdir()
+        dictionary = data_dictionary("{}.parquet".format, tables)
+        (folder / "DATA_DICTIONARY.md").write_text(dictionary, encoding="utf-8")
+        _write_tables(plan, folder, {name: arrow_schema(columns) for name, columns in tables.items()})
+
+
+def _write_tables(plan: Plan, folder: Path, schemas: dict[str, Any]) -> None:
+    writers = {
+        name: pq.ParquetWriter(folder / f"{name}.parquet", schema, compression="zstd")
+        for name, schema in schemas.items()
+    }
+    try:
+        for episode, part in plan.episodes("exporting"):
+            rows = {
+                "episodes": [episode_row(episode, part)],
+                "ticks": list(tick_rows(episode, plan.layout)),
+                "events": list(event_rows(episode)),
+            }
+            for name, values in rows.items():
+                if values:
+                    writers[name].write_table(pa.Table.from_pylist(values, schema=schemas[name]))
+    finally:
+        for writer in writers.values():
+            writer.close()
+
+
+def arrow_schema(columns: list[Column]) -> Any:
+    """The columns with their meaning as field metadata, so that the file explains itself."""
+    return pa.schema(
+        [pa.field(c.name, _TYPES[c.type], metadata={"unit": c.unit, "meaning": c.meaning}) for c in columns]
+    )

@@ -1,0 +1,27 @@
+"""PNG: a strip of pictures side by side, for a paper."""
+
+from pathlib import Path
+
+from PIL import Image
+
+from maps.scene import LIGHT
+from recordings.exports.film import TICK_S, Film, write_films
+from recordings.exports.plan import Plan
+
+
+def write(plan: Plan) -> None:
+    """One .png, or a folder of them."""
+    write_films(plan, ".png", draw)
+
+
+def draw(path: Path, film: Film) -> None:
+    """Pictures `every_s` seconds apart, the start and the end included."""
+    times = [number * film.every_s for number in range(int(film.seconds / film.every_s) + 1)]
+    if film.seconds - times[-1] > TICK_S / 2:
+        times.append(film.seconds)
+    pictures = [film.at(time_s) for time_s in times]
+    width, height = pictures[0].size
+    strip = Image.new("RGB", (width * len(pictures), height), LIGHT.surface)
+    for place, picture in enumerate(pictures):
+        strip.paste(picture, (place * width, 0))
+    strip.save(path, "PNG", optimize=True)

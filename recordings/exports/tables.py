@@ -1,0 +1,231 @@
+"""Recordings as three tables: episodes, ticks, events. One list of columns makes the rows and the data dictionary."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+import orjson
+
+from maps.spec import SEAT_COLOURS
+from recordings.derived import result
+from recordings.episode import Episode, TickRecord
+from recordings.metadata import utc
+from world.metrics import EpisodeMetrics
+from world.observation import ITEM_SLOTS, LAYOUTS, encoder
+from world.state import WorldState
+
+ColumnType = Literal["string", "int64", "float64", "bool", "list<float32>"]
+Row = dict[str, Any]
+TICK_S = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """One column with its entry in the data dictionary."""
+
+    name: str
+    type: ColumnType
+    unit: str
+    meaning: str
+
+
+Entry = tuple[str, ColumnType, str, str]  # name, type, unit, meaning
+
+
+def _columns(*entries: Entry) -> list[Column]:
+    return [Column(*entry) for entry in entries]
+
+
+def _prefixed(prefix: str, entries: Sequence[Entry]) -> list[Entry]:
+    return [(f"{prefix}_{name}", kind, unit, meaning) for name, kind, unit, meaning in entries]
+
+
+_SEAT: list[Entry] = [
+    ("kind", "string", "", "who sat in the seat: human, agent, remote, ghost, idle"),
+    ("name", "string", "", "pseudonym of the person, or id of the agent"),
+    ("checkpoint", "string", "", "SHA-256 of the agent's weights, empty for people"),
+    ("device", "string", "", "keyboard, gamepad, touch; empty for agents"),
+]
+
+EPISODES = _columns(
+    ("episode_id", "string", "", "joins the three tables; the file is <episode_id>.mcap"),
+    ("map", "string", "", "name of the map"),
+    ("map_variant", "string", "", "randomisation of the map, empty for the map as designed"),
+    ("seed", "int64", "", "seed of the episode"),
+    ("started_utc", "string", "ISO 8601", "start on the wall clock"),
+    ("source", "string", "", "live, match, scripted or import"),
+    ("outcome", "string", "", "delivered, time, left, stopped, error or interrupted"),
+    ("complete", "bool", "", "ended, and nothing of it is missing"),
+    ("ticks", "int64", "tick", "length; a tick is 0.1 s"),
+    ("limit_ticks", "int64", "tick", "time limit, 0 for none"),
+    *_prefixed("blue", _SEAT),
+    *_prefixed("red", _SEAT),
+    ("delivered", "int64", "items", "delivered at the end"),
+    ("items", "int64", "items", "on the map"),
+    ("tcr", "float64", "[0, 1]", "task completion rate (paper)"),
+    ("nfd", "float64", "", "normalised final distance (paper); 1 when all is home"),
+    ("wt_s", "float64", "s", "waiting time of both together (paper)"),
+    ("ac", "float64", "[0, 1]", "action consistency (paper); empty when nothing was carried together"),
+    ("split", "string", "", "train or test; no participant is in both"),
+    ("study", "string", "JSON", "pseudonymous ids of the study"),
+    ("pymunk", "string", "", "version of the physics engine"),
+)
+EVENTS = _columns(
+    ("episode_id", "string", "", "joins the three tables"),
+    ("tick", "int64", "tick", "when"),
+    ("time_s", "float64", "s", "when, as time of play"),
+    ("kind", "string", "", "start, grab, grab_failed, release, delivered, pause, drop, deadline_missed, end, ..."),
+    ("seat", "string", "", "blue, red, or empty when it concerns the room"),
+    ("item", "int64", "", "index of the item, -1 for none"),
+    ("detail", "string", "", "one line for people"),
+)
+_ROBOT: list[Entry] = [
+    ("x", "float64", "arena units", "position after the tick"),
+    ("y", "float64", "arena units", "position after the tick"),
+    ("angle", "float64", "rad", "0 looks along +y, counter-clockwise, not wrapped"),
+    ("vx", "float64", "units/s", "velocity"),
+    ("vy", "float64", "units/s", "velocity"),
+    ("angular_velocity", "float64", "rad/s", "angular velocity"),
+    ("held", "int64", "", "index of the held item, -1 for none"),
+    ("distance", "float64", "[-1, 1]", "the action that made this tick: drive; empty in row 0"),
+    ("heading", "float64", "rad", "the action: where to look; empty in row 0"),
+    ("grasp", "float64", "{0, 1}", "the action: 1 toggles the grasp; empty in row 0"),
+    ("action_source", "string", "", "human, agent, remote, ghost, idle or neutral (nobody answered)"),
+    ("input_seq", "int64", "", "sequence number of the raw input used, -1 for none"),
+]
+_ITEM: list[Entry] = [
+    ("x", "float64", "arena units", "position; empty when the map has fewer items"),
+    ("y", "float64", "arena units", "position"),
+    ("angle", "float64", "rad", "angle, not wrapped"),
+    ("delivered", "bool", "", "lies wholly in a goal region"),
+]
+TICKS = _columns(
+    ("episode_id", "string", "", "joins the three tables"),
+    ("tick", "int64", "tick", "0 is the start, before any action"),
+    ("time_s", "float64", "s", "tick x 0.1"),
+    *_prefixed("blue", _ROBOT),
+    *_prefixed("red", _ROBOT),
+    *(entry for slot in range(ITEM_SLOTS) for entry in _prefixed(f"item_{slot}", _ITEM)),
+    ("late_ms", "float64", "ms", "start of the tick after its due time"),
+    ("delivered", "int64", "items", "delivered now"),
+    ("tcr", "float64", "[0, 1]", "task completion rate so far"),
+    ("nfd", "float64", "", "normalised final distance so far"),
+    ("wt_s", "float64", "s", "waiting time so far"),
+    ("ac", "float64", "[0, 1]", "action consistency so far, empty before anything is carried together"),
+)
+TABLES = {"episodes": EPISODES, "ticks": TICKS, "events": EVENTS}
+
+
+def observation_columns(layout: str) -> list[Column]:
+    """What each seat sees after the tick, as policies get it."""
+    size = LAYOUTS[layout].size
+    meaning = f"ego-centric vector of {size} numbers, layout {layout} (world/observation.py)"
+    return [Column(f"{colour}_observation", "list<float32>", "", meaning) for colour in SEAT_COLOURS]
+
+
+def episode_row(episode: Episode, split: str) -> Row:
+    header = episode.header
+    numbers = result(episode)
+    row: Row = {
+        "episode_id": header.episode_id,
+        "map": header.map.name,
+        "map_variant": header.map.variant,
+        "seed": header.seed,
+        "started_utc": utc(header.started_ns),
+        "source": header.source,
+        "outcome": episode.outcome,
+        "complete": episode.complete,
+        "ticks": len(episode.ticks),
+        "limit_ticks": header.limit_ticks,
+        "delivered": int(numbers["delivered"]),
+        "items": int(numbers["items"]),
+        **{name: numbers[name] for name in ("tcr", "nfd", "wt_s")},
+        "ac": _or_none(numbers["ac"]),
+        "split": split,
+        "study": orjson.dumps(dict(header.study)).decode(),
+        "pymunk": episode.versions.get("pymunk", ""),
+    }
+    for colour, seat in zip(SEAT_COLOURS, header.seats, strict=True):
+        row |= {f"{colour}_kind": seat.kind, f"{colour}_name": seat.name, f"{colour}_device": seat.device}
+        row[f"{colour}_checkpoint"] = seat.checkpoint_sha256
+    return row
+
+
+def event_rows(episode: Episode) -> Iterator[Row]:
+    for event in episode.events:
+        yield {
+            "episode_id": episode.header.episode_id,
+            "tick": event.tick,
+            "time_s": round(event.tick * TICK_S, 3),
+            "kind": event.kind,
+            "seat": SEAT_COLOURS[event.seat] if event.seat >= 0 else "",
+            "item": event.item,
+            "detail": event.detail,
+        }
+
+
+def tick_rows(episode: Episode, layout: str = "") -> Iterator[Row]:
+    """One row per state, the start first; with a layout also what each seat sees."""
+    metrics = EpisodeMetrics(episode.header.map)
+    encode = encoder(episode.header.map, layout).encode_both if layout else None
+    before = episode.initial
+    start = _start_row(episode.initial)
+    for number, state in enumerate(episode.states):
+        row = start
+        if number:
+            tick = episode.ticks[number - 1]
+            metrics.update(before, tick.actions, state)
+            row = _made_row(tick)
+        so_far = metrics.result()
+        row |= {"episode_id": episode.header.episode_id, "tick": number, "time_s": round(number * TICK_S, 3)}
+        row |= {"tcr": so_far.tcr, "nfd": so_far.nfd, "wt_s": so_far.wt_s, "ac": so_far.ac}
+        if encode is not None:
+            for colour, seen in zip(SEAT_COLOURS, encode(state), strict=True):
+                row[f"{colour}_observation"] = seen.astype(np.float32)
+        yield row
+        before = state
+
+
+def _start_row(state: WorldState) -> Row:
+    return _state_row(state, [False] * len(state.item_poses)) | {"delivered": 0}
+
+
+def _made_row(tick: TickRecord) -> Row:
+    """The state after a tick and the actions that made it."""
+    row = _state_row(tick.state, tick.delivered) | {"delivered": sum(tick.delivered), "late_ms": tick.late_ms}
+    for seat, colour in enumerate(SEAT_COLOURS):
+        row |= _named(colour, _ROBOT[7:], [*tick.actions[seat].tolist(), tick.sources[seat], tick.input_seqs[seat]])
+    return row
+
+
+def _state_row(state: WorldState, delivered: Sequence[bool]) -> Row:
+    row: Row = {}
+    robots = np.hstack([state.robot_poses, state.robot_velocities]).tolist()
+    for seat, colour in enumerate(SEAT_COLOURS):
+        row |= _named(colour, _ROBOT[:7], [*robots[seat], int(state.held[seat])])
+    for slot, pose in enumerate(state.item_poses.tolist()):
+        row |= _named(f"item_{slot}", _ITEM, [*pose, bool(delivered[slot])])
+    return row
+
+
+def _named(prefix: str, columns: Sequence[Entry], values: Sequence[Any]) -> Row:
+    return {f"{prefix}_{column[0]}": value for column, value in zip(columns, values, strict=True)}
+
+
+def _or_none(value: float) -> float | None:
+    return None if value < 0 else value
+
+
+def data_dictionary(describe: Callable[[str], str], tables: dict[str, list[Column]]) -> str:
+    """The data dictionary as a page; `describe` names the file of a table."""
+    lines = [
+        "# Data dictionary",
+        "",
+        "Made with the export. Empty cells mean that something does not apply. A row of `ticks` is the state after the",
+        "tick beside the action that made it; pair row t with the action of row t + 1 to train a policy.",
+    ]
+    for name, columns in tables.items():
+        lines += ["", f"## {name} (`{describe(name)}`)", "", "| column | type | unit | meaning |", "|---|---|---|---|"]
+        lines += [f"| `{c.name}` | {c.type} | {c.unit} | {c.meaning} |" for c in columns]
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,78 @@
+"""Episodes as training data: what was seen at time t beside what was done then, per seat or for both at once.
+
+Unlike the tables, where a row is the state after its action, row t here is (s_t, a_t), as behaviour cloning wants it.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+
+from maps.spec import SEAT_COLOURS
+from recordings.episode import Episode
+from recordings.errors import RecordingError
+from world.action import to_policy
+from world.observation import LAYOUTS, encoder
+from world.reward import PaperReward
+
+Singles = npt.NDArray[np.float32]
+ACTION_NAMES = ("distance", "cos", "sin", "grasp")
+VIEWS = ("ego", "joint")
+
+
+@dataclass(frozen=True, slots=True)
+class Trajectory:
+    """T steps as one seat saw them, or as blue saw them with both actions (`seat` is -1)."""
+
+    episode_id: str
+    seat: int
+    task: str  # one line
+    split: str
+    observations: Singles  # (T + 1, D)
+    actions: Singles  # (T, 4) or (T, 8): blue's, then red's
+    rewards: Singles  # (T,) the paper's dense reward, of the seat or of both together
+    dones: npt.NDArray[np.bool_]  # (T,) everything delivered
+
+
+def trajectories(episode: Episode, split: str, view: str, layout: str) -> Iterator[Trajectory]:
+    """One trajectory per seat (`ego`) or one for both (`joint`); none for an episode without ticks."""
+    if view not in VIEWS:
+        raise RecordingError(f"unknown view {view!r}; known: {', '.join(VIEWS)}")
+    if layout not in LAYOUTS:
+        raise RecordingError(f"unknown layout {layout!r}; known: {', '.join(LAYOUTS)}")
+    if not episode.ticks:
+        return
+    seen = _observations(episode, layout)
+    actions = to_policy(episode.actions).astype(np.float32)
+    rewards = _rewards(episode)
+    dones = np.array([all(tick.delivered) for tick in episode.ticks])
+    task = f"{episode.header.map.title}: {episode.header.map.description}"
+    common = (task, split)
+    episode_id = episode.header.episode_id
+    if view == "joint":
+        both = actions.reshape(len(actions), 8)
+        yield Trajectory(episode_id, -1, *common, seen[0], both, rewards.sum(axis=1), dones)
+        return
+    for seat in (0, 1):
+        yield Trajectory(episode_id, seat, *common, seen[seat], actions[:, seat], rewards[:, seat], dones)
+
+
+def action_names(view: str) -> list[str]:
+    """A name for each number of an action."""
+    if view == "joint":
+        return [f"{colour}_{name}" for colour in SEAT_COLOURS for name in ACTION_NAMES]
+    return list(ACTION_NAMES)
+
+
+def _observations(episode: Episode, layout: str) -> Singles:
+    """(2, T + 1, D) what each seat saw, the last state included."""
+    encode = encoder(episode.header.map, layout).encode_both
+    return np.array([encode(state) for state in episode.states], dtype=np.float32).swapaxes(0, 1)
+
+
+def _rewards(episode: Episode) -> Singles:
+    """(T, 2) the paper's dense reward of each tick."""
+    reward = PaperReward(episode.header.map)
+    return np.array([reward(before, after) for before, after in pairwise(episode.states)], dtype=np.float32)
