@@ -148,7 +148,6 @@ function refresh() {
   playButton.textContent = `${verb} ${map.title}`;
   playAllButton.textContent = `${verb} all ${maps.length} maps`;
   byId("seed-field", HTMLElement).hidden = !randomisedBox.checked;
-  problemBox.replaceChildren();
 }
 
 /** @returns {Choice} the last visit's, else a first visitor's */
@@ -178,6 +177,7 @@ function remember({ map, seats, limitTicks }) {
 
 /** @param {string[]} names the rounds */
 async function play(names) {
+  problemBox.replaceChildren(); // here and not on a change: the button must not move under the finger
   const chosen = choice();
   if (randomisedBox.checked && chosen.seed === null) {
     showProblem(`The number for changed items is a whole number from 0 to ${SEED_MAX}.`);

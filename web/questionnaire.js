@@ -68,7 +68,7 @@ class Form {
   show() {
     this.shownAt = performance.now();
     const items = this.pages[this.page];
-    this.heading = el("h2", { tabindex: "-1" }, this.title);
+    this.heading = el("h1", { tabindex: "-1" }, this.title); // it stands alone on its page
     this.problem = el("div", { role: "alert" });
     this.status = el("p", { class: "muted small questionnaire-status", role: "status" });
     this.bar = el("progress", { class: "bar", max: this.pages.flat().length, "aria-label": "Questions answered" });

