@@ -9,7 +9,7 @@ from playwright.sync_api import Page
 from tests.browser.support import wait_for
 
 SCRIPT = (Path(__file__).parent / "pilot.js").read_text(encoding="utf-8")
-FLY = "([seat, keys, plan]) => { window.__flying = (window.__flying ?? 0) + 1; window.__pilot(seat, keys, plan).catch((error) => console.error(error)); }"
+FLY = "([seat, keys, plan]) => void window.__pilot(seat, keys, plan).catch((error) => console.error(error))"
 
 Plan = list[tuple[Any, ...]]
 

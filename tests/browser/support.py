@@ -50,8 +50,15 @@ class Server:
         self, map_name: str, blue: str = "here", red: str = "link", limit_ticks: int = 500, maps: tuple[str, ...] = ()
     ) -> dict[str, Any]:
         """`blue` and `red`: here, link, or the id of an agent."""
-        seats = [{"kind": kind} if kind in ("here", "link") else {"kind": "agent", "agent": kind} for kind in (blue, red)]
+        seats = [
+            {"kind": kind} if kind in ("here", "link") else {"kind": "agent", "agent": kind} for kind in (blue, red)
+        ]
         return self.post("/api/rooms", {"maps": list(maps or (map_name,)), "limit_ticks": limit_ticks, "seats": seats})
+
+    def practice(self, red: str = "idle") -> dict[str, Any]:
+        """A practice room on `Simple` for blue, with nobody or a second person at the same screen beside."""
+        seat = {"kind": "here"} if red == "here" else {"kind": "agent", "agent": red}
+        return self.post("/api/rooms", {"maps": ["Simple"], "practice": True, "seats": [{"kind": "here"}, seat]})
 
 
 @contextmanager
@@ -61,7 +68,9 @@ def running_server(folder: Path) -> Iterator[Server]:
     server = Server(f"http://127.0.0.1:{port}", folder / "data", folder / "server.log")
     command = [sys.executable, "-m", "server.cli", "play", "--port", str(port), "--data", str(server.data)]
     with server.log.open("wb") as log:
-        process = subprocess.Popen(command, stdout=log, stderr=subprocess.STDOUT, env={**os.environ, "PYTHONUNBUFFERED": "1"})
+        process = subprocess.Popen(
+            command, stdout=log, stderr=subprocess.STDOUT, env={**os.environ, "PYTHONUNBUFFERED": "1"}
+        )
         try:
             _wait_until_up(server, process)
             yield server
@@ -88,7 +97,8 @@ def seat_tokens_script(room: dict[str, Any]) -> str:
     """What the lobby does before it opens the game: the seats of this tab."""
     tokens = json.dumps([token for token in room["tokens"] if token])
     key = json.dumps(f"movingout.tokens.{room['room']}")
-    return f"if (!sessionStorage.getItem({key})) sessionStorage.setItem({key}, {json.dumps(tokens)});"
+    once = f"if (!sessionStorage.getItem({key})) sessionStorage.setItem({key}, {json.dumps(tokens)});"
+    return f"if (location.protocol !== 'about:') {{ {once} }}"  # a blank page has no storage
 
 
 def complaints(page: Page) -> list[str]:
@@ -106,7 +116,33 @@ def complaints(page: Page) -> list[str]:
 
 def wait_for(page: Page, expression: str, timeout_s: float = 15.0) -> None:
     """Until `expression` over `game` (window.__movingout) is true."""
-    page.wait_for_function(f"() => {{ const game = window.__movingout; return game?.ready && ({expression}); }}", timeout=timeout_s * 1e3)
+    page.wait_for_function(
+        f"() => {{ const game = window.__movingout; return game?.ready && ({expression}); }}", timeout=timeout_s * 1e3
+    )
+
+
+def start(*pages: Page, tap: bool = False) -> None:
+    """Everybody says that they are ready; the 3-2-1 runs."""
+    for page in pages:
+        button = page.get_by_role("button", name="I am ready").first
+        if tap:
+            button.tap()
+        else:
+            button.click()
+    for page in pages:
+        wait_for(page, "game.phase === 'playing'")
+
+
+def robot(page: Page, seat: int) -> dict[str, float]:
+    """A robot as drawn: x, y, angle, held."""
+    seen: dict[str, float] = page.evaluate("(seat) => window.__movingout.entities().robots[seat]", seat)
+    return seen
+
+
+def frame_gaps(page: Page) -> tuple[float, float]:
+    """Median and 99th percentile of the time between two drawn frames, in ms."""
+    gaps = sorted(page.evaluate("window.__movingout.gaps"))
+    return gaps[len(gaps) // 2], gaps[int(0.99 * (len(gaps) - 1))]
 
 
 def _free_port() -> int:

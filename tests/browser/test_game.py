@@ -1,38 +1,75 @@
-"""People at real browsers play: keys, gamepads, touch, reloads and spectators."""
+"""Two people at real browsers play whole games by pressing keys."""
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
-from playwright.sync_api import Page
+from playwright.sync_api import Page, expect
 
 from tests.browser.pilot import Pilot, Plan, play
-from tests.browser.support import PHONE, Server, wait_for
+from tests.browser.support import Server, frame_gaps, start, wait_for
 
 OpenPage = Callable[..., Page]
-
 
 BLUE_ON_SIMPLE: Plan = [("grab", 0), ("deliver", 0, -0.9, 0.9), ("grab", 2), ("deliver", 2, -0.8, 0.9)]
 RED_ON_SIMPLE: Plan = [("grab", 1), ("deliver", 1, 0.9, 0.9)]
 
 
-def start(*pages: Page) -> None:
-    """Everybody presses the grab key when ready; the 3-2-1 runs."""
-    for page in pages:
-        wait_for(page, "game.phase === 'lobby' && game.status === 'open'")
-    for page in pages:
-        page.wait_for_function("() => document.querySelector('#ready button')?.textContent === 'I am ready'")
-        page.get_by_role("button", name="I am ready").first.click()
-    for page in pages:
-        wait_for(page, "game.phase === 'playing'")
-
-
-def test_two_browsers_play_a_whole_game_by_key_presses(server: Server, open_page: OpenPage) -> None:
+def test_two_browsers_play_a_whole_game_by_key_presses(
+    server: Server, open_page: OpenPage, pictures: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     room = server.make_room("Simple")
-    blue = open_page(room["join_path"], room)
-    red = open_page(room["join_path"])
+    blue, red = open_page(room["join_path"], room), open_page(room["join_path"])
     start(blue, red)
     play(Pilot(blue, 0, BLUE_ON_SIMPLE), Pilot(red, 1, RED_ON_SIMPLE), timeout_s=55)
     assert blue.evaluate("window.__movingout.result.outcome") == "delivered"
-    assert "Everything is delivered" in blue.locator("#result").inner_text()
+    expect(blue.locator("#result")).to_contain_text("Everything is delivered")
+    expect(red.locator("#done")).to_have_text("3 / 3")
+    blue.screenshot(path=pictures / "result.png")
+    middle, slowest = frame_gaps(blue)
+    with capsys.disabled():
+        print(f" frame gap p50 {middle:.1f} ms, p99 {slowest:.1f} ms ", end="")  # noqa: T201
+    assert middle < 20
+
+    blue.get_by_role("button", name="Finish").click()
+    expect(blue.locator("#after fieldset").first).to_be_visible()
+    expect(blue.locator("#play")).to_be_hidden()
+
+
+def test_a_series_goes_on_to_the_next_map_when_both_are_ready(server: Server, open_page: OpenPage) -> None:
+    room = server.make_room("", red="idle", limit_ticks=10, maps=("HandOff", "LeftRight"))
+    blue = open_page(room["join_path"], room)
+    start(blue)
+    expect(blue.locator("#round")).to_have_text("Round 1 of 2")
+    wait_for(blue, "game.phase === 'round_over'")
+    blue.get_by_role("button", name="Next map").click()
+    wait_for(blue, "game.phase === 'countdown'")
+    expect(blue.locator("#title")).to_have_text("Left Right")
+    expect(blue.locator("#result")).to_be_hidden()
+    wait_for(blue, "game.phase === 'series_over'")
+    blue.get_by_role("button", name="Play it again").click()
+    wait_for(blue, "game.phase === 'playing'")
+    expect(blue.locator("#title")).to_have_text("Left Right")
+
+
+def down_the_pathway(item: int) -> Plan:
+    """On HandOff: fetch an item from the top left, turn at the top of the pathway and push the item down."""
+    return [
+        ("go", -0.05, 0.9, 0.07),
+        ("grab", item),
+        ("back", -0.03, 0.93, 0.06),
+        ("deliver", item, 0.02, -2.0),
+        ("drive", "up", "y", 0.85),
+    ]
+
+
+@pytest.mark.slow
+def test_two_browsers_play_hand_off_to_the_end_by_key_presses(server: Server, open_page: OpenPage) -> None:
+    room = server.make_room("HandOff", limit_ticks=1200)
+    blue, red = open_page(room["join_path"], room), open_page(room["join_path"])
+    start(blue, red)
+    aside: Plan = [("drive", "up", "y", 0.9), ("drive", "right", "x", 0.1), ("drive", "up", "y", 1.05)]
+    carry = [step for item in (2, 3, 1, 0) for step in down_the_pathway(item)]
+    play(Pilot(blue, 0, carry), Pilot(red, 1, aside), timeout_s=140)
+    assert blue.evaluate("window.__movingout.result.outcome") == "delivered"
+    expect(red.locator("#result")).to_contain_text("Everything is delivered")

@@ -1,0 +1,103 @@
+"""Who is there: partners who drop out and come back, spectators, people without a seat, pages that are too old."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from playwright.sync_api import Page, Route, expect
+
+from tests.browser.pages import violations
+from tests.browser.support import Server, start, wait_for
+
+OpenPage = Callable[..., Page]
+
+
+def test_a_player_who_drops_out_comes_back_to_the_same_seat_and_the_partner_is_told(
+    server: Server, open_page: OpenPage, pictures: Path
+) -> None:
+    room = server.make_room("Simple")
+    blue, red = open_page(room["join_path"], room), open_page(room["join_path"])
+    expect(red.locator("#seats")).to_contain_text("getting ready")
+    start(blue, red)
+    wait_for(blue, "game.tick > 5")
+    tick = blue.evaluate("window.__movingout.tick")
+    blue.goto("about:blank")
+    wait_for(red, "game.phase === 'paused'")
+    expect(red.locator("#overlay")).to_contain_text("Blue lost the connection")
+    expect(red.locator("#overlay")).to_contain_text("left to come back")
+    expect(red.locator("#seats")).to_contain_text("reconnecting…")
+    red.screenshot(path=pictures / "paused.png")
+    blue.goto(room["join_path"])
+    wait_for(blue, "game.phase === 'countdown' || game.phase === 'playing'")
+    wait_for(blue, f"game.phase === 'playing' && game.tick > {tick}")
+    assert blue.evaluate("window.__movingout.seats") == [0]
+
+
+def test_escape_pauses_space_goes_on_and_stopping_asks_once_more(server: Server, open_page: OpenPage) -> None:
+    room = server.make_room("Simple")
+    blue, red = open_page(room["join_path"], room), open_page(room["join_path"])
+    start(blue, red)
+    blue.keyboard.press("Escape")
+    wait_for(red, "game.phase === 'paused'")
+    expect(red.locator("#overlay")).to_contain_text("Blue paused the game")
+    blue.wait_for_timeout(1000)
+    blue.keyboard.press("Space")
+    wait_for(blue, "game.phase === 'playing'")
+    blue.get_by_role("button", name="Pause or stop…").click()
+    blue.get_by_role("button", name="Stop the game").click()
+    blue.get_by_role("button", name="Yes, stop").click()
+    wait_for(red, "game.phase === 'series_over'")
+    expect(red.locator("#result")).to_be_visible()
+    assert red.evaluate("window.__movingout.result.outcome") == "left"
+
+
+def test_a_spectator_sees_the_game_and_has_nothing_to_press(server: Server, open_page: OpenPage) -> None:
+    room = server.practice()
+    player = open_page(room["join_path"], room)
+    watcher = open_page(room["watch_path"])
+    start(player)
+    player.keyboard.down("KeyW")
+    wait_for(watcher, "game.phase === 'playing' && game.entities().robots[0].y > -0.8")
+    player.keyboard.up("KeyW")
+    expect(watcher.locator("#watchers")).to_have_text("You are watching.")
+    expect(watcher.locator("#controls")).to_be_hidden()
+    expect(player.locator("#watchers")).to_have_text("1 person is watching.")
+
+
+def test_somebody_without_a_free_seat_is_told_and_may_watch(server: Server, open_page: OpenPage) -> None:
+    room = server.practice()
+    page = open_page(room["join_path"])
+    expect(page.locator("#overlay")).to_contain_text("No seat is free")
+    page.get_by_role("link", name="Watch").click()
+    wait_for(page, "game.status === 'open'")
+
+
+def test_a_link_that_leads_nowhere_says_so(open_page: OpenPage) -> None:
+    page = open_page("/play/nosuchroom22")
+    expect(page.get_by_role("alert")).to_be_visible()
+    expect(page.get_by_role("link", name="To the start page")).to_be_visible()
+
+
+def test_a_page_of_another_protocol_asks_to_be_reloaded(server: Server, open_page: OpenPage) -> None:
+    def older(route: Route) -> None:
+        answer = route.fetch()
+        route.fulfill(response=answer, body=answer.text().replace("PROTOCOL = 1", "PROTOCOL = 99"))
+
+    room = server.practice()
+    page = open_page("/healthz")
+    page.route("**/messages.js", older)
+    page.goto(room["watch_path"])
+    expect(page.get_by_role("alert")).to_contain_text("Please reload it")
+    expect(page.get_by_role("button", name="Reload")).to_be_visible()
+
+
+def test_the_invitation_has_a_link_a_code_and_no_fault_for_assistive_technology(
+    server: Server, open_page: OpenPage, pictures: Path
+) -> None:
+    room = server.make_room("HandOff")
+    page = open_page(room["join_path"], room)
+    expect(page.locator("#ready")).to_contain_text("Waiting for your partner")
+    assert page.locator("#ready input").input_value() == server.url + room["join_path"]
+    page.wait_for_function("() => document.querySelector('#ready img')?.naturalWidth > 0")
+    page.screenshot(path=pictures / "waiting.png")
+    assert violations(page) == []
+    page.screenshot(path=pictures / "waiting-dark.png")

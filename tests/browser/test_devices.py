@@ -1,0 +1,165 @@
+"""Keyboard, gamepad and touch at the game page, for one person and for two at one screen."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from playwright.sync_api import CDPSession, Page, expect
+
+from tests.browser.support import PHONE, Server, robot, start, wait_for
+
+OpenPage = Callable[..., Page]
+
+PAD_STUB = """
+window.__pad = { plugged: true, axes: [0, 0, 0, 0], down: [] };
+navigator.getGamepads = () => [window.__pad.plugged ? {
+  index: 0, id: "Stub pad", connected: true, mapping: "standard", axes: window.__pad.axes,
+  buttons: Array.from({ length: 17 }, (_, i) => ({
+    pressed: window.__pad.down.includes(i), touched: false, value: Number(window.__pad.down.includes(i)),
+  })),
+} : null];
+"""
+
+
+def set_pad(page: Page, x: float = 0.0, y: float = 0.0, *down: int, plugged: bool = True) -> None:
+    page.evaluate(
+        "([x, y, down, plugged]) => Object.assign(window.__pad, { axes: [x, y, 0, 0], down, plugged })",
+        [x, y, list(down), plugged],
+    )
+
+
+def test_a_gamepad_gets_ready_drives_and_lets_go_when_unplugged(server: Server, open_page: OpenPage) -> None:
+    room = server.practice()
+    page = open_page(room["join_path"], room, script=PAD_STUB)
+    wait_for(page, "game.phase === 'lobby'")
+    expect(page.get_by_role("button", name="I am ready")).to_be_visible()
+    page.wait_for_timeout(1000)  # presses right after a change of view are not taken for an answer
+    set_pad(page, 0, 0, 0)
+    wait_for(page, "game.phase === 'playing'")
+    set_pad(page, 0, -1)
+    wait_for(page, "game.entities().robots[0].y > -0.8")
+    expect(page.locator("#seats")).to_contain_text("You · gamepad")
+    expect(page.locator("#controls")).to_contain_text("left stick")
+    set_pad(page, 0, 1, 6)  # the trigger: back to where it came from without turning round
+    wait_for(page, "game.entities().robots[0].y < -0.85")
+    assert abs(robot(page, 0)["angle"]) < 0.3
+    set_pad(page, plugged=False)
+    stands_still(page, 0)
+
+
+def test_touch_drives_with_one_thumb_and_grabs_with_the_other(
+    server: Server, open_page: OpenPage, pictures: Path
+) -> None:
+    room = server.practice()
+    page = open_page(room["join_path"], room, viewport=PHONE, has_touch=True, is_mobile=True, device_scale_factor=2)
+    start(page, tap=True)
+    touch = page.context.new_cdp_session(page)
+    stick, grab = centre(page, "#stick"), centre(page, "#touch-grab")
+    aim = {"x": stick["x"] + 22, "y": stick["y"] - 44}  # at the star
+    send(touch, "touchStart", {"id": 1, **stick})
+    send(touch, "touchMove", {"id": 1, **aim})
+    wait_for(page, "game.entities().robots[0].y > -0.96")
+    page.wait_for_timeout(500)
+    for _ in range(6):
+        send(touch, "touchStart", {"id": 1, **aim}, {"id": 2, **grab})
+        send(touch, "touchEnd", {"id": 1, **aim})
+        page.wait_for_timeout(400)
+        if robot(page, 0)["held"] == 0:
+            break
+    assert robot(page, 0)["held"] == 0
+    expect(page.locator("#seats")).to_contain_text("carrying a star")
+    page.screenshot(path=pictures / "phone.png")
+    send(touch, "touchEnd")
+    stands_still(page, 0)
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    assert page.locator("#arena").bounding_box()["width"] > 340  # type: ignore[index]
+    assert grab["y"] < PHONE["height"], "the grab button is on the first screen"
+
+
+def test_two_people_at_one_screen_have_their_own_keys(server: Server, open_page: OpenPage) -> None:
+    room = server.practice(red="here")
+    page = open_page(room["join_path"], room)
+    wait_for(page, "game.phase === 'lobby' && game.seats.length === 2")
+    expect(page.locator("#controls")).to_contain_text("W A S D")
+    page.wait_for_timeout(1000)
+    page.keyboard.press("Space")
+    expect(page.locator("#ready .pill-ok")).to_have_count(1)
+    page.keyboard.press("Enter")
+    wait_for(page, "game.phase === 'playing'")
+    page.keyboard.down("KeyW")
+    page.keyboard.down("ArrowLeft")
+    wait_for(page, "game.entities().robots[0].y > -0.8 && game.entities().robots[1].x < 0.4")
+    assert abs(robot(page, 0)["x"] + 0.6) < 0.1
+    page.keyboard.up("KeyW")
+    page.keyboard.up("ArrowLeft")
+
+
+def test_a_window_that_loses_the_focus_lets_go_of_the_keys(server: Server, open_page: OpenPage) -> None:
+    room = server.practice()
+    page = open_page(room["join_path"], room)
+    start(page)
+    page.keyboard.down("KeyW")
+    wait_for(page, "game.entities().robots[0].y > -0.9")
+    page.evaluate("window.dispatchEvent(new Event('blur'))")
+    stands_still(page, 0)
+
+
+def test_the_arrow_of_the_own_stick_is_there_before_the_server_answers(server: Server, open_page: OpenPage) -> None:
+    room = server.practice()
+    page = open_page(room["join_path"], room)
+    start(page)
+    page.evaluate(
+        """() => addEventListener("keydown", () => {
+             const before = window.__movingout.frames;
+             requestAnimationFrame(() => requestAnimationFrame(() => {
+               window.__cue = { y: window.__movingout.intents[0].y, frames: window.__movingout.frames - before };
+             }));
+           }, { once: true })"""
+    )
+    page.keyboard.down("KeyW")
+    page.wait_for_function("() => window.__cue")
+    assert page.evaluate("window.__cue.y") == 1
+    assert page.evaluate("window.__cue.frames") <= 2
+    page.keyboard.up("KeyW")
+
+
+def test_a_key_of_ones_own_choice_is_kept_in_the_browser(server: Server, open_page: OpenPage) -> None:
+    room = server.practice()
+    page = open_page(room["join_path"], room)
+    start(page)
+    page.get_by_role("button", name="Change…").click()
+    wait_for(page, "game.phase === 'paused'")
+    page.get_by_role("button", name="grab / let go: Space").click()
+    page.keyboard.press("KeyE")
+    page.get_by_role("button", name="Done").click()
+    expect(page.locator("#controls kbd", has_text="E").first).to_be_visible()
+    page.reload()
+    wait_for(page, "game.phase === 'paused'")
+    expect(page.locator("#overlay")).to_contain_text("Press E or Enter to go on")
+    page.wait_for_timeout(1000)
+    page.keyboard.press("KeyE")
+    wait_for(page, "game.phase === 'playing'")
+
+
+def stands_still(page: Page, seat: int) -> None:
+    """Within a second the robot stops, and stays there."""
+    page.wait_for_function(
+        """async (seat) => {
+             const here = () => window.__movingout.entities().robots[seat];
+             const before = here();
+             await new Promise((resolve) => setTimeout(resolve, 400));
+             return Math.hypot(here().x - before.x, here().y - before.y) < 0.001;
+           }""",
+        arg=seat,
+        timeout=8000,
+    )
+
+
+def centre(page: Page, selector: str) -> dict[str, float]:
+    box = page.locator(selector).bounding_box()
+    assert box is not None
+    return {"x": box["x"] + box["width"] / 2, "y": box["y"] + box["height"] / 2}
+
+
+def send(touch: CDPSession, kind: str, *points: dict[str, Any]) -> None:
+    touch.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": list(points)})
