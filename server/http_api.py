@@ -129,7 +129,7 @@ async def _open_room(host: Host, wanted: RoomRequest, address: str) -> dict[str,
         raise ApiError(503, "full", refusal)
     if not host.gate.may_open_room(address):
         raise ApiError(429, "too_many_rooms", "Too many rooms were opened from your address; wait a minute.")
-    config = _checked_config(wanted)
+    config = _checked_config(wanted, host.settings.countdown_s)
     tokens = [new_token() if seat.kind == "here" else None for seat in wanted.seats]
     seats = [_seat(host, index, seat, tokens[index]) for index, seat in enumerate(wanted.seats)]
     try:
@@ -145,7 +145,7 @@ async def _open_room(host: Host, wanted: RoomRequest, address: str) -> dict[str,
     }
 
 
-def _checked_config(wanted: RoomRequest) -> RoomConfig:
+def _checked_config(wanted: RoomRequest, countdown_s: float) -> RoomConfig:
     known = (*map_names(), PRACTICE)
     unknown = [name for name in wanted.maps if name not in known]
     if unknown:
@@ -163,6 +163,7 @@ def _checked_config(wanted: RoomRequest) -> RoomConfig:
         limit_ticks=wanted.limit_ticks,
         practice=wanted.practice,
         challenge2_seed=wanted.challenge2_seed,
+        countdown_s=countdown_s,
     )
 
 

@@ -7,6 +7,8 @@ T, step the world to T + 100 ms at once, send what will be seen until then.
 Phases: lobby -> countdown -> playing <-> paused -> round_over -> countdown ... -> series_over; closed ends it all.
 """
 
+import math
+
 import msgspec
 
 from maps import map_to_json
@@ -24,13 +26,13 @@ from server.services import RoomConfig, Services, WrongRequest
 from world import WorldError
 
 TICK_S = m.TICK_MS / 1e3
-COUNTDOWN_S = 3.0
 PRACTICE_COUNTDOWN_S = 1.0
 SHOW_RESULT_S = 6.0  # between two rounds that agents play among themselves
 RESUME_S = 30.0  # a seat waits so long for its player to come back
 RESTART_RESUME_S = 120.0  # and so long after the server was started again
 PAUSE_LIMIT_S = 600.0
 EMPTY_S = 900.0  # a room without any client closes after this
+AGENT_PATIENCE_S = 10.0  # the countdown waits so long for an agent that still loads
 ANNOUNCE_S = 1.0
 EARLY_S = 0.002  # a timer may fire this early
 BUILD = "0.1.0"
@@ -165,7 +167,7 @@ class Room:
         self._due = due
         self._expire(now)
         self._try_start(now)
-        if self.phase == "countdown" and due >= self.until - EARLY_S:
+        if self.phase == "countdown" and self._may_play(due):
             self._play()
         if self.phase == "playing":
             self.missed_ticks += skipped
@@ -247,9 +249,8 @@ class Room:
             return
         if self.phase in ("round_over", "series_over") and not self._next_round(now):
             return
-        self._enter(
-            "countdown", "", self._due + TICK_S + (PRACTICE_COUNTDOWN_S if self.config.practice else COUNTDOWN_S)
-        )
+        countdown_s = min(self.config.countdown_s, PRACTICE_COUNTDOWN_S if self.config.practice else math.inf)
+        self._enter("countdown", "", self._due + TICK_S + countdown_s)
         ask_agents(self.round, self.seats, self.until)
 
     def _next_round(self, now: float) -> bool:
@@ -271,6 +272,12 @@ class Room:
         self._broadcast(self._round_message())
         self._broadcast(self.full_state())
         return True
+
+    def _may_play(self, due: float) -> bool:
+        """Whether the countdown is over and no agent is still loading (which is waited for, within reason)."""
+        if due < self.until - EARLY_S:
+            return False
+        return due >= self.until + AGENT_PATIENCE_S or all(seat.is_ready for seat in self.seats)
 
     def _play(self) -> None:
         if self.round.started:

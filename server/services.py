@@ -20,6 +20,7 @@ class RoomConfig(msgspec.Struct, frozen=True, kw_only=True):
     limit_ticks: int = 500  # per round; not used for practice
     practice: bool = False  # no limit, not recorded
     challenge2_seed: int | None = None
+    countdown_s: float = 3.0
 
 
 class Services(Protocol):

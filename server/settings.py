@@ -38,6 +38,7 @@ class Settings:
     origins: tuple[str, ...] = ()  # further allowed origins, as https://play.example.org
     trusted_proxies: tuple[str, ...] = ()  # addresses whose X-Forwarded-For is believed
     agent_workers: int = 1
+    countdown_s: float = 3.0  # from "everybody is ready" to the first tick
     admin_token: str = ""  # made at start when empty
     limits: Limits = field(default_factory=Limits)
 

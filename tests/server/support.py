@@ -88,9 +88,11 @@ class FakeAgents:
     def __init__(self) -> None:
         self.players: list[FakePlayer] = []
         self.action = np.array([1.0, 0.0, 0.0])
+        self.slow = False  # to load
 
     def open(self, agent_id: str, map: MapSpec, seat: int, seed: int, ticks: int) -> AgentPlayer:
         self.players.append(FakePlayer(self.action))
+        self.players[-1].ready = not self.slow
         return self.players[-1]
 
 

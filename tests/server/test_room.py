@@ -8,7 +8,7 @@ import pytest
 
 from recordings import read_episode, verify
 from server import messages as m
-from server.room import COUNTDOWN_S, RESUME_S
+from server.room import RESUME_S
 from server.seats import Seat
 from server.services import Refused, WrongRequest
 from tests.server.script import deliver_simple
@@ -25,7 +25,7 @@ def test_the_game_starts_three_seconds_after_both_are_ready() -> None:
     table.say(red, m.Ready(1))
     assert table.phase == "countdown"
     until = table.room.until
-    assert until == pytest.approx(table.now + COUNTDOWN_S + TICK)
+    assert until == pytest.approx(table.now + 3.0 + TICK)
     while table.phase == "countdown":
         table.step()
     assert table.phase == "playing"
@@ -416,6 +416,19 @@ def test_the_game_waits_for_an_agent_that_still_loads() -> None:
     player.ready = True
     table.step()
     assert table.phase == "countdown"
+
+
+def test_the_countdown_to_the_next_round_waits_for_its_fresh_agent_but_not_for_ever() -> None:
+    table = Table("Simple", "HandOff", seats=[Seat(0, "human", shared=True), Seat(1, "agent", "fake")], limit_ticks=10)
+    blue = table.join(claim=1)
+    table.ready(blue)
+    table.step(12)
+    table.services.agents.slow = True
+    table.say(blue, m.Ready(0))
+    table.seconds(5)
+    assert table.phase == "countdown"
+    table.seconds(8.6)
+    assert table.phase == "playing"
 
 
 def test_a_missed_deadline_is_neutral_counted_and_shown() -> None:
