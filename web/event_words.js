@@ -24,15 +24,38 @@ const WORDS = {
   tick_skipped: () => "A tick was skipped",
 };
 
-/** Whether an event is worth a line of its own. @param {ReplayEvent} event */
-export function isTold({ kind }) {
+/** @param {ReplayEvent} event */
+function isTold({ kind }) {
   return kind in WORDS;
 }
 
-/** @param {ReplayEvent} event @param {GameMap} map */
-export function eventWords({ kind, seat, item }, map) {
+/** Troubles that come many in a row: told once, with how often. */
+const REPEATED = new Set(["grab_failed", "deadline_missed", "agent_error", "tick_skipped"]);
+const SAME_TROUBLE_TICKS = 20;
+
+/** @typedef {ReplayEvent & {times: number, last: number}} ToldEvent `last`: tick of the last of them */
+
+/**
+ * The events worth telling, in order, with troubles of the same kind and seat drawn together.
+ * @param {readonly ReplayEvent[]} events
+ * @returns {ToldEvent[]}
+ */
+export function toldEvents(events) {
+  /** @type {ToldEvent[]} */
+  const told = [];
+  for (const event of events.filter(isTold).sort((a, b) => a.tick - b.tick)) {
+    const run = REPEATED.has(event.kind) && told.findLast(({ kind, seat }) => kind === event.kind && seat === event.seat);
+    if (run && event.tick - run.last <= SAME_TROUBLE_TICKS) Object.assign(run, { times: run.times + 1, last: event.tick });
+    else told.push({ ...event, times: 1, last: event.tick });
+  }
+  return told;
+}
+
+/** @param {ReplayEvent & {times?: number}} event @param {GameMap} map */
+export function eventWords({ kind, seat, item, times = 1 }, map) {
   const thing = map.items[item];
-  return WORDS[kind]?.(SEATS[seat] ?? "Somebody", thing ? `${thing.size} ${thing.shape}` : "item") ?? kind;
+  const words = WORDS[kind]?.(SEATS[seat] ?? "Somebody", thing ? `${thing.size} ${thing.shape}` : "item") ?? kind;
+  return times > 1 ? `${words}, ${times} times` : words;
 }
 
 /** How its mark on the time line looks: blue, red, ok or attention. @param {ReplayEvent} event */

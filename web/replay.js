@@ -6,14 +6,14 @@
 
 import { ApiError, request, requestJson } from "./api.js";
 import { badge, byId, el, notice } from "./dom.js";
-import { eventTone, eventWords, isTold, tickTime } from "./event_words.js";
+import { eventTone, eventWords, tickTime, toldEvents } from "./event_words.js";
 import { context2d, drawScene, fitCanvas } from "./render.js";
 import { Replay, ReplayError, TICK_MS, linkedTick, tickAt } from "./replay_data.js";
 import { Player, SPEEDS, nextEventTick } from "./replay_player.js";
 import { headline, measures } from "./result_words.js";
 import { playingWords } from "./words.js";
 
-/** @typedef {import("./replay_data.js").ReplayEvent} ReplayEvent */
+/** @typedef {import("./event_words.js").ToldEvent} ToldEvent */
 
 const PLAY_ICON = "M6 3.5v13l11-6.5z";
 const PAUSE_ICON = "M5 3.5h4v13H5zM11 3.5h4v13h-4z";
@@ -48,10 +48,10 @@ class ReplayPage {
   constructor(replay) {
     this.replay = replay;
     this.player = new Player(replay.durationMs, TICK_MS);
-    this.events = replay.summary.events.filter(isTold).sort((a, b) => a.tick - b.tick);
-    /** @type {Map<ReplayEvent, HTMLElement>} */
+    this.events = toldEvents(replay.summary.events);
+    /** @type {Map<ToldEvent, HTMLElement>} */
     this.rows = new Map();
-    /** @type {ReplayEvent | undefined} */
+    /** @type {ToldEvent | undefined} */
     this.current = undefined;
     this.frame = 0;
     this.lastMs = 0;
