@@ -2,7 +2,7 @@
 
 import resource
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -34,3 +34,14 @@ def _limited(limit: int) -> Iterator[int]:
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
         signal.signal(signal.SIGXFSZ, before)
+
+
+@pytest.fixture
+def all_bytes() -> Callable[[Path], bytes]:
+    """Everything in a file or folder, names included."""
+
+    def read(target: Path) -> bytes:
+        files = [target] if target.is_file() else sorted(path for path in target.rglob("*") if path.is_file())
+        return b"".join(str(path.relative_to(target)).encode() + path.read_bytes() for path in files)
+
+    return read

@@ -1,0 +1,56 @@
+"""The split: no participant is on both sides."""
+
+import random
+
+from recordings import SeatInfo
+from recordings.exports.split import TEST, TRAIN, participants, split
+from recordings.listing import Players
+
+
+def players(episode_id: str, blue: str, red: str, red_kind: str = "human") -> Players:
+    return Players(episode_id, (SeatInfo("human", blue), SeatInfo(red_kind, red)))  # type: ignore[arg-type]
+
+
+def pairs(count: int, episodes: int) -> list[Players]:
+    """Pairs of people who play some episodes together."""
+    return [players(f"{p}-{e}", f"P{2 * p}", f"P{2 * p + 1}") for p in range(count) for e in range(episodes)]
+
+
+def test_no_participant_is_in_both_parts() -> None:
+    episodes = pairs(18, 12)
+    random.Random(1).shuffle(episodes)
+    parts = split(episodes, 0.2)
+    people = {
+        part: {name for e, p in zip(episodes, parts, strict=True) if p == part for name in participants(e)}
+        for part in (TRAIN, TEST)
+    }
+    assert people[TRAIN].isdisjoint(people[TEST])
+    assert len(people[TRAIN] | people[TEST]) == 36
+    assert abs(parts.count(TEST) / len(parts) - 0.2) < 0.03
+
+
+def test_people_who_share_a_partner_stay_together() -> None:
+    chain = [players("1", "A", "B"), players("2", "C", "D"), players("3", "B", "C")]
+    assert len(set(split(chain, 0.5))) == 1
+
+
+def test_an_agent_partner_does_not_tie_people_together() -> None:
+    episodes = [players(str(number), f"P{number}", "bass@all", "agent") for number in range(10)]
+    assert split(episodes, 0.3).count(TEST) == 3
+
+
+def test_the_same_names_and_seed_give_the_same_split_in_any_order() -> None:
+    episodes = pairs(9, 2)
+    first = dict(zip((e.episode_id for e in episodes), split(episodes, 0.3, seed=4), strict=True))
+    episodes.reverse()
+    assert first == dict(zip((e.episode_id for e in episodes), split(episodes, 0.3, seed=4), strict=True))
+    assert any(split(episodes, 0.3, seed=seed) != split(episodes, 0.3, seed=4) for seed in range(5))
+
+
+def test_without_a_share_everything_is_for_training() -> None:
+    assert set(split(pairs(5, 3), 0.0)) == {TRAIN}
+
+
+def test_episodes_without_names_are_groups_of_their_own() -> None:
+    nameless = [players(str(number), "", "") for number in range(10)]
+    assert split(nameless, 0.5).count(TEST) == 5
