@@ -1,8 +1,8 @@
 """Which agents there are, and how an id becomes an agent.
 
-An id is a catalogue name, with options where it takes any (`scripted:seed=3,patience=40`), or
-`package.module:Factory` (again with `:options`) for a policy of the user's own. Imports happen here, late,
-so that an agent that needs torch costs nothing to those who do not use it.
+An id is a catalogue name, with options where it takes any (`scripted:seed=3,patience=40`), a trained agent with a
+checkpoint (`dp@all`), or `package.module:Factory` (again with `:options`) for a policy of the user's own. Imports
+happen here, late, so that an agent that needs torch costs nothing to those who do not use it.
 """
 
 import importlib
@@ -10,11 +10,14 @@ import inspect
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import cast
 
 from agents.base import Agent
-from agents.errors import AgentError
+from agents.checkpoint import MODEL_ROOTS, checkpoint_folders, read_checkpoint
+from agents.errors import AgentError, CheckpointError
+from maps import map_names
 
 OptionValue = int | float | bool | str
 
@@ -55,8 +58,22 @@ _CATALOGUE = {entry.card.id: entry for entry in _ENTRIES}
 
 
 def agent_cards() -> list[AgentCard]:
-    """The agents that come with the project, in the order to show them."""
-    return [entry.card for entry in _ENTRIES]
+    """The agents that come with the project and those trained here, in the order to show them."""
+    return [*trained_cards(), *(entry.card for entry in _ENTRIES)]
+
+
+def trained_cards() -> list[AgentCard]:
+    """The agents with a checkpoint; a damaged one is left out here and complained of when it is loaded."""
+    cards = []
+    for folder in checkpoint_folders(*MODEL_ROOTS):
+        try:
+            card = read_checkpoint(folder).card
+        except CheckpointError:
+            continue
+        scores = {name: score.mean for name, score in card.scores.items()}
+        maps = "all" if len(card.maps) == len(map_names()) else ", ".join(card.maps)
+        cards.append(AgentCard(card.id, card.name, card.kind, maps, card.description, scores))
+    return cards
 
 
 def agent_card(agent_id: str) -> AgentCard:
@@ -64,6 +81,11 @@ def agent_card(agent_id: str) -> AgentCard:
     reference, options = _parse(agent_id)
     if reference in _CATALOGUE:
         return _CATALOGUE[reference].card
+    if "@" in reference:
+        known = {card.id: card for card in trained_cards()}
+        if reference not in known:
+            raise AgentError(f"unknown agent {agent_id!r}; known: {', '.join([*known, *_CATALOGUE])}")
+        return known[reference]
     named = f" with {', '.join(f'{key}={value}' for key, value in options.items())}" if options else ""
     return AgentCard(agent_id, reference.rpartition(":")[2], "policy", "all", f"Your own policy {reference}{named}.")
 
@@ -75,8 +97,7 @@ def load_agent(agent_id: str) -> Agent:
     factory itself fails.
     """
     reference, options = _parse(agent_id)
-    entry = _CATALOGUE.get(reference)
-    factory = _resolve(entry.factory if entry else reference)
+    factory = _factory(reference)
     _check_options(agent_id, factory, options)
     try:
         agent = factory(**options)
@@ -92,13 +113,21 @@ def load_agent(agent_id: str) -> Agent:
 
 def _parse(agent_id: str) -> tuple[str, dict[str, OptionValue]]:
     head, _, rest = agent_id.strip().partition(":")
-    if head in _CATALOGUE:
+    if head in _CATALOGUE or "@" in head:
         return head, _parse_options(agent_id, rest)
     attribute, _, options = rest.partition(":")
     if not attribute.isidentifier() or not all(part.isidentifier() for part in head.split(".")):
         known = ", ".join(_CATALOGUE)
         raise AgentError(f"unknown agent {agent_id!r}; known: {known}, or package.module:Factory for your own")
     return f"{head}:{attribute}", _parse_options(agent_id, options)
+
+
+def _factory(reference: str) -> Callable[..., object]:
+    """What makes the agent: a trained one (`dp@all`), one of the catalogue, or the user's own."""
+    if "@" in reference:
+        return partial(_resolve("agents.serving:trained_agent"), reference)
+    entry = _CATALOGUE.get(reference)
+    return _resolve(entry.factory if entry else reference)
 
 
 def _parse_options(agent_id: str, text: str) -> dict[str, OptionValue]:

@@ -24,6 +24,8 @@ from agents.onnx_guard import check_onnx
 from agents.policy_spec import PolicySpec
 
 SHIPPED = Path(__file__).resolve().parent / "checkpoints"
+MODEL_ROOTS = (Path("data") / "models", SHIPPED)
+"""Where checkpoints are looked for: what the user trained, then what comes with the project."""
 CARD = "card.json"
 MAX_CARD_BYTES = 1 << 20
 MAX_FILE_BYTES = 256 << 20

@@ -15,5 +15,5 @@ class DataError(MovingOutError):
     """Recordings cannot be turned into training data."""
 
 
-class CheckpointError(MovingOutError):
+class CheckpointError(AgentError):
     """A checkpoint is missing, damaged, too large, or asks for something a checkpoint must not ask for."""

@@ -9,11 +9,11 @@ from agents.errors import CheckpointError
 
 ALLOWED_OPERATORS = frozenset(
     {
-        "Add", "Cast", "Clip", "Concat", "Constant", "ConstantOfShape", "Conv", "ConvTranspose", "Cos", "Div", "Equal",
-        "Erf", "Exp", "Expand", "Flatten", "GRU", "Gather", "Gemm", "Identity", "InstanceNormalization",
+        "Abs", "Add", "And", "Cast", "Clip", "Concat", "Constant", "ConstantOfShape", "Conv", "ConvTranspose", "Cos", "Div", "Equal",
+        "Erf", "Exp", "Expand", "Flatten", "GRU", "Gather", "GreaterOrEqual", "Gemm", "Identity", "InstanceNormalization",
         "LayerNormalization", "Log", "MatMul", "Mul", "Neg", "Pow", "Range", "ReduceMean", "Relu", "Reshape",
         "Shape", "Sigmoid", "Sin", "Slice", "Softplus", "Split", "Sqrt", "Squeeze", "Sub", "Tanh", "Transpose",
-        "Unsqueeze", "Where", "Max", "Min", "Greater", "Less", "ReduceSum", "ArgMax", "Softmax", "Mod", "Floor",
+        "Unsqueeze", "Where", "Max", "Min", "Greater", "Less", "ReduceSum", "ArgMax", "Softmax", "Mod", "Floor", "Not", "Or", "ReduceMax", "TopK",
     }
 )  # fmt: skip
 MAX_DEPTH = 4  # of graphs within attributes

@@ -5,7 +5,6 @@ while the grasp follows what its hand really does.
 """
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,7 @@ import numpy.typing as npt
 import onnxruntime
 
 from agents.base import ActionChunk, EpisodeInfo, Observation
-from agents.checkpoint import SHIPPED, Checkpoint, find_checkpoint
+from agents.checkpoint import MODEL_ROOTS, Checkpoint, find_checkpoint
 from agents.errors import CheckpointError
 from agents.features import FeatureEncoder, feature_encoder
 from agents.hold import toggles
@@ -151,6 +150,6 @@ def agent_of(checkpoint: Checkpoint, execute: int = 0) -> PolicyAgent:
     return bass_agent(checkpoint, network, execute)
 
 
-def trained_agent(agent_id: str, data: Path = Path("data"), execute: int = 0) -> PolicyAgent:
-    """The agent `agent_id` from the user's models (DATA/models) or from those that come with the project."""
-    return agent_of(find_checkpoint(agent_id, data / "models", SHIPPED), execute)
+def trained_agent(agent_id: str, execute: int = 0) -> PolicyAgent:
+    """The agent `agent_id` from the user's models or from those that come with the project."""
+    return agent_of(find_checkpoint(agent_id, *MODEL_ROOTS), execute)

@@ -1,29 +1,42 @@
-"""`movingout train mlp|gru|dp …`: from recordings to an agent that can take a seat."""
+"""`movingout train mlp|gru|dp|bass …`: from recordings to an agent that can take a seat."""
 
 import argparse
 import dataclasses
 import importlib.util
 import json
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from agents.checkpoint import folder_name
+from agents.checkpoint import SHIPPED, Checkpoint, find_checkpoint, folder_name
 from agents.errors import DataError
 
+if TYPE_CHECKING:
+    from agents.dataset import Trajectory
+    from agents.training.config import Optimisation
+
 POLICIES = ("mlp", "gru", "dp")
+KINDS = {
+    "mlp": "the paper's MLP",
+    "gru": "the paper's GRU",
+    "dp": "Diffusion Policy, with the U-Net or the fast denoiser",
+    "bass": "BASS: a simulator, to choose among a policy's candidates",
+}
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """One sub-command per kind, its options made from the kind's configuration."""
     _require_torch()
     from agents.training.config import PRESETS, PolicyConfig, add_fields
+    from agents.training.simulators import BassConfig
 
     kinds = parser.add_subparsers(dest="kind", required=True, metavar="KIND")
-    helps = {"mlp": "the paper's MLP", "gru": "the paper's GRU", "dp": "Diffusion Policy: U-Net or fast denoiser"}
-    for kind in POLICIES:
-        sub = kinds.add_parser(kind, help=helps[kind], description=f"Train {helps[kind]}.")
+    for kind, what in KINDS.items():
+        sub = kinds.add_parser(kind, help=what, description=f"Train {what}.")
         _common(sub, default_id=f"{kind}@mine")
         sub.add_argument("--preset", choices=PRESETS, default="fast", help="the paper's numbers or ours (default fast)")
-        add_fields(sub, PolicyConfig)
+        if kind == "bass":
+            sub.add_argument("--base", required=True, help="id of the policy whose candidates are chosen among")
+        add_fields(sub, BassConfig if kind == "bass" else PolicyConfig)
 
 
 def _common(parser: argparse.ArgumentParser, default_id: str) -> None:
@@ -37,14 +50,27 @@ def _common(parser: argparse.ArgumentParser, default_id: str) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Train, export, write DATA/models/<id>."""
-    from agents.dataset import data_hash, read_trajectories, recording_files, trajectory_windows
+    from agents.dataset import read_trajectories, recording_files
+
+    files = recording_files(args.recordings)
+    trajectories = read_trajectories(files)
+    checkpoint = _bass(args, trajectories) if args.kind == "bass" else _policy(args, files, trajectories)
+    if args.json:
+        training = checkpoint.card.training.model_dump()
+        print(json.dumps({"id": args.id, "folder": str(checkpoint.folder), **training}))
+    else:
+        runs = _run_folder(args)
+        print(f"{args.id}: trained on {len(files)} episodes, in {checkpoint.folder}; tensorboard --logdir {runs}")
+    return 0
+
+
+def _policy(args: argparse.Namespace, files: list[Path], trajectories: "list[Trajectory]") -> Checkpoint:
+    from agents.dataset import data_hash, trajectory_windows
     from agents.training.config import overridden, policy_preset
     from agents.training.policies import Provenance, save_policy, train_policy
 
     config = overridden(policy_preset(args.kind, args.preset), args)
     spec = config.spec(args.kind)
-    files = recording_files(args.recordings)
-    trajectories = read_trajectories(files)
     windows = trajectory_windows(trajectories, spec.layout, spec.grasp)
     source = Provenance(
         data_sha256=data_hash(files),
@@ -52,26 +78,38 @@ def run(args: argparse.Namespace) -> int:
         episodes=len(trajectories),
         maps=tuple(sorted({trajectory.map.name for trajectory in trajectories})),
     )
+    _write_config(args, config)
+    policy = train_policy(args.kind, config, windows, _run_folder(args))
+    name = args.name or f"{args.kind.upper()} {args.id.rpartition('@')[2]}"
+    description = f"{args.kind.upper()} trained on {source.episodes} episodes of {source.population}."
+    folder = args.data / "models" / folder_name(args.id)
+    return save_policy(folder, args.id, policy, config, windows, source, args.preset, name, description)
+
+
+def _bass(args: argparse.Namespace, trajectories: "list[Trajectory]") -> Checkpoint:
+    from agents.training.config import overridden
+    from agents.training.simulators import bass_preset, save_bass, train_dynamics, transitions_of
+
+    config = overridden(bass_preset(args.preset), args)
+    base = find_checkpoint(args.base, args.data / "models", SHIPPED)
+    _write_config(args, config)
+    dynamics = train_dynamics(config, transitions_of(trajectories), _run_folder(args))
+    name = args.name or f"BASS {args.id.rpartition('@')[2]}"
+    description = f"{base.card.name} with simulation and selection: {config.own} x {config.partner} candidates."
+    folder = args.data / "models" / folder_name(args.id)
+    return save_bass(folder, args.id, base, dynamics, config, name, description)
+
+
+def _run_folder(args: argparse.Namespace) -> Path:
     folder: Path = args.data / "runs" / folder_name(args.id)
+    return folder
+
+
+def _write_config(args: argparse.Namespace, config: "Optimisation") -> None:
+    folder = _run_folder(args)
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "config.json").write_text(json.dumps({"kind": args.kind, **dataclasses.asdict(config)}, indent=1))
-    policy = train_policy(args.kind, config, windows, folder)
-    checkpoint = save_policy(
-        args.data / "models" / folder_name(args.id),
-        args.id,
-        policy,
-        config,
-        windows,
-        source,
-        args.preset,
-        args.name or f"{args.kind.upper()} {args.id.rpartition('@')[2]}",
-        f"{args.kind.upper()} trained on {source.episodes} episodes of {source.population}.",
-    )
-    if args.json:
-        print(json.dumps({"id": args.id, "folder": str(checkpoint.folder), "windows": len(windows)}))
-    else:
-        print(f"{args.id}: {len(windows)} windows, in {checkpoint.folder}; curves: tensorboard --logdir {folder}")
-    return 0
+    text = json.dumps({"kind": args.kind, **dataclasses.asdict(config)}, indent=1)
+    (folder / "config.json").write_text(text, encoding="utf-8")
 
 
 def _require_torch() -> None:

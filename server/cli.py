@@ -24,6 +24,7 @@ class CommandModule(Protocol):
 COMMANDS = {
     "play": Command("server.play_command", "serve the game in the browser"),
     "match": Command("matches.command", "play agent-vs-agent matches without a screen"),
+    "demos": Command("agents.demos_command", "let scripted people play and record them"),
     "train": Command("agents.train_command", "train a policy from recordings"),
     "agents": Command("agents.command", "list, show and probe agents"),
     "maps": Command("maps.command", "list, show, check, render and randomize maps"),

@@ -44,3 +44,9 @@ def test_a_card_of_a_users_agent_is_made_without_importing_it() -> None:
     assert (card.id, card.name, card.kind) == ("no_such_module:Factory", "Factory", "policy")
     with pytest.raises(AgentError, match="known: scripted, idle"):
         agent_card("HandOf")
+
+
+def test_a_trained_agent_that_does_not_exist_is_answered_with_those_that_do() -> None:
+    for ask in (agent_card, load_agent):
+        with pytest.raises(AgentError, match="dp@nowhere"):
+            ask("dp@nowhere")

@@ -42,7 +42,7 @@ def _ideal_denoiser(target: torch.Tensor, process: Flow | Diffusion):  # type: i
 
     def epsilon(chunk: torch.Tensor, time: torch.Tensor, condition: torch.Tensor) -> torch.Tensor:
         assert isinstance(process, Diffusion)
-        alpha = process.alphas[int(round(float(time[0]) * process.train_steps))]
+        alpha = process.alphas[round(float(time[0]) * process.train_steps)]
         return (chunk - alpha.sqrt() * target) / (1 - alpha).sqrt()
 
     return flow if isinstance(process, Flow) else epsilon

@@ -1,0 +1,104 @@
+"""BASS at play: candidates for oneself and guesses of the partner, simulated together, the best one played."""
+
+import numpy as np
+
+from agents.base import EpisodeInfo, Observation
+from agents.bass.selection import Choice, Simulator, choose
+from agents.bass.state_vector import constant, item_places, moving
+from agents.checkpoint import Checkpoint, SelectionSpec
+from agents.errors import CheckpointError
+from agents.policy_spec import PolicySpec
+from agents.serving import Network, PolicyAgent, PolicyNetwork, Singles
+from world.state import Floats, WorldState
+
+
+class BassAgent(PolicyAgent):
+    """Any base policy with simulation and selection on top."""
+
+    def __init__(
+        self, spec: PolicySpec, network: PolicyNetwork, dynamics: Network, selection: SelectionSpec, execute: int = 0
+    ) -> None:
+        super().__init__(spec, network, execute)
+        self.dynamics = dynamics
+        self.selection = selection
+        self._partner_history: list[Singles] = []
+
+    def reset(self, episode: EpisodeInfo) -> None:
+        super().reset(episode)
+        self._partner_history = []
+        self._constant = constant(episode.map).astype(np.float32)
+
+    def _remember(self, observation: Observation) -> None:
+        super()._remember(observation)
+        seen = self.encoder.encode(observation.state, 1 - self.episode.seat).astype(np.float32)
+        self._partner_history = [*self._partner_history, seen][-self.spec.obs_horizon :]
+
+    def decide(self, state: WorldState, history: Singles) -> Singles:
+        """Sample, simulate, select; what was weighed is left in `detail`."""
+        own, partner = self._candidates(history)
+        numbers = acting(np.concatenate((own, partner)))
+        choice = choose(
+            self.episode.map, self.episode.seat, numbers[: len(own)], numbers[len(own) :], self.simulator(state),
+            self.selection,
+        )  # fmt: skip
+        self.detail = self._told(own, choice)
+        chosen: Singles = own[choice.index]
+        return chosen
+
+    def simulator(self, state: WorldState) -> Simulator:
+        """The learned simulator, started in a state."""
+        start = moving(state).astype(np.float32)
+
+        def simulate(joint: Floats) -> Floats:
+            count = len(joint)
+            predicted: Floats = self.dynamics(
+                state=np.broadcast_to(start, (count, len(start))),
+                constant=np.broadcast_to(self._constant, (count, len(self._constant))),
+                actions=joint.astype(np.float32),
+            )[0]
+            return predicted
+
+        return simulate
+
+    def _candidates(self, history: Singles) -> tuple[Singles, Singles]:
+        """Chunks (own, H, 5) and (partner, H, 5): the same policy, for the partner in the partner's place."""
+        missing = self.spec.obs_horizon - len(self._partner_history)
+        theirs = np.stack([self._partner_history[0]] * missing + self._partner_history)
+        counts = self.selection.own, self.selection.partner
+        batch = np.concatenate(
+            [np.repeat(seen[None], n, axis=0) for seen, n in zip((history, theirs), counts, strict=True)]
+        )
+        chunks = self.network.sample(batch, self.random)
+        return chunks[: counts[0]], chunks[counts[0] :]
+
+    def _told(self, own: Singles, choice: Choice) -> dict[str, object]:
+        """Candidates, their scores and where the items would end, for the recording and the spectators."""
+        count = len(self.episode.map.items)
+        ends = item_places(choice.predicted[:, -1], count)
+        first = [int(np.flatnonzero(choice.pairs[:, 0] == k)[0]) for k in range(len(own))]
+        return {
+            "chosen": choice.index,
+            "scores": np.round(choice.scores, 4).tolist(),
+            "candidates": np.round(own[:, :, :3], 2).tolist(),
+            "items": np.round(ends[first], 3).tolist(),
+        }
+
+
+def acting(chunks: Singles) -> Floats:
+    """Chunks (B, H, 5) as the simulator takes them (B, H, 4): distance, unit heading, grasp 0 or 1."""
+    acting = np.empty((*chunks.shape[:-1], 4))
+    acting[..., 0] = np.clip(chunks[..., 0], -1.0, 1.0)
+    norms = np.maximum(np.linalg.norm(chunks[..., 1:3], axis=-1, keepdims=True), 1e-3)
+    acting[..., 1:3] = chunks[..., 1:3] / norms
+    acting[..., 3] = chunks[..., 4] > chunks[..., 3]
+    return acting
+
+
+def bass_agent(checkpoint: Checkpoint, network: PolicyNetwork, execute: int = 0) -> BassAgent:
+    """The agent of a checkpoint of kind bass."""
+    card = checkpoint.card
+    if card.dynamics is None or card.selection is None:
+        raise CheckpointError(f"checkpoint {card.id} is of kind bass but says nothing of dynamics or selection")
+    if card.selection.depth > card.policy.horizon:
+        raise CheckpointError(f"checkpoint {card.id} simulates {card.selection.depth} ticks of {card.policy.horizon}")
+    return BassAgent(card.policy, network, Network(checkpoint.read("dynamics.onnx")), card.selection, execute)

@@ -1,0 +1,189 @@
+"""The learned simulator: two variational autoencoders and a step between their latent spaces (paper, "BASS Details").
+
+    z_t = encode_1(s_t)      z_{t+1} = f(z_t, a_t, a_t^p)      s_{t+1} = decode_2(z_{t+1})
+
+The first autoencoder is of the present state; the second one of the next state or, with `residual`, of the change of
+the state, which spares it to redraw all that stays. Both and the step are trained together. `GruDynamics` is the
+paper's baseline for comparison.
+"""
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional as F
+
+from agents.bass.state_vector import (
+    ACTION_WIDTH,
+    CONSTANT_WIDTH,
+    HELD_START,
+    HELD_WIDTH,
+    ITEMS_START,
+    MOVING_WIDTH,
+)
+from agents.checkpoint import DynamicsSpec
+from agents.policy_spec import Grasp
+
+KL_WEIGHT = 1e-5
+LATENT_WEIGHT = 0.1
+RECONSTRUCTION_WEIGHT = 0.1
+
+
+def _layers(inputs: int, width: int, outputs: int) -> nn.Sequential:
+    return nn.Sequential(
+        nn.Linear(inputs, width), nn.ReLU(), nn.Linear(width, width), nn.ReLU(), nn.Linear(width, outputs)
+    )
+
+
+class AutoEncoder(nn.Module):
+    """A variational autoencoder of one kind of state, told the constants of the map."""
+
+    def __init__(self, spec: DynamicsSpec) -> None:
+        super().__init__()
+        self.encoder = _layers(MOVING_WIDTH + CONSTANT_WIDTH, spec.width, 2 * spec.latent)
+        self.decoder = _layers(spec.latent + CONSTANT_WIDTH, spec.width, MOVING_WIDTH)
+
+    def encode(self, state: Tensor, constant: Tensor) -> tuple[Tensor, Tensor]:
+        """Mean and log variance (B, Z)."""
+        mean, log_variance = self.encoder(torch.cat((state, constant), dim=-1)).chunk(2, dim=-1)
+        return mean, log_variance.clamp(-10.0, 4.0)
+
+    def decode(self, latent: Tensor, constant: Tensor) -> Tensor:
+        """(B, 58)."""
+        out: Tensor = self.decoder(torch.cat((latent, constant), dim=-1))
+        return out
+
+
+def _sampled(mean: Tensor, log_variance: Tensor) -> Tensor:
+    return mean + torch.randn_like(mean) * (0.5 * log_variance).exp()
+
+
+def _divergence(mean: Tensor, log_variance: Tensor) -> Tensor:
+    return 0.5 * (mean**2 + log_variance.exp() - 1.0 - log_variance).sum(dim=-1).mean()
+
+
+class Dynamics(nn.Module):
+    """Predicts moving states. Normalisation is part of the network."""
+
+    scale: Tensor
+    constant_mean: Tensor
+    constant_scale: Tensor
+
+    def __init__(self, spec: DynamicsSpec) -> None:
+        super().__init__()
+        self.spec = spec
+        self.register_buffer("scale", torch.ones(MOVING_WIDTH))
+        self.register_buffer("constant_mean", torch.zeros(CONSTANT_WIDTH))
+        self.register_buffer("constant_scale", torch.ones(CONSTANT_WIDTH))
+
+    def fit_normaliser(self, change: Tensor, constants: Tensor) -> None:
+        """Take the size of changes (M, 58) and the spread of constants (M, 146) from training data."""
+        if self.spec.residual:
+            self.scale.copy_(change.std(dim=0).clamp(min=0.01))
+        spread = constants.std(dim=0)
+        self.constant_mean.copy_(constants.mean(dim=0))
+        self.constant_scale.copy_(torch.where(spread > 1e-3, 1.0 / spread.clamp(min=1e-3), torch.ones_like(spread)))
+
+    def of_map(self, constant: Tensor) -> Tensor:
+        """Normalised constants."""
+        return ((constant - self.constant_mean) * self.constant_scale).clamp(-4.0, 4.0)
+
+    def losses(self, state: Tensor, constant: Tensor, actions: Tensor, after: Tensor) -> dict[str, Tensor]:
+        """Losses of single steps: states (B, 58), constants (B, 146), toggling actions (B, 8), next states (B, 58)."""
+        raise NotImplementedError
+
+    def step(self, state: Tensor, constant: Tensor, actions: Tensor) -> Tensor:
+        """The next moving state (B, 58)."""
+        raise NotImplementedError
+
+
+class VaeDynamics(Dynamics):
+    """The paper's."""
+
+    def __init__(self, spec: DynamicsSpec) -> None:
+        super().__init__(spec)
+        self.now = AutoEncoder(spec)
+        self.next = AutoEncoder(spec)
+        self.latent_step = _layers(spec.latent + 2 * ACTION_WIDTH, spec.width, spec.latent)
+
+    def step(self, state: Tensor, constant: Tensor, actions: Tensor) -> Tensor:
+        of_map = self.of_map(constant)
+        mean, _ = self.now.encode(state, of_map)
+        predicted = self.next.decode(self.latent_step(torch.cat((mean, actions), dim=-1)), of_map)
+        return state + predicted * self.scale if self.spec.residual else predicted
+
+    def losses(self, state: Tensor, constant: Tensor, actions: Tensor, after: Tensor) -> dict[str, Tensor]:
+        of_map = self.of_map(constant)
+        target = (after - state) / self.scale if self.spec.residual else after
+        now_mean, now_variance = self.now.encode(state, of_map)
+        next_mean, next_variance = self.next.encode(target, of_map)
+        now = _sampled(now_mean, now_variance)
+        stepped = self.latent_step(torch.cat((now, actions), dim=-1))
+        prediction = F.smooth_l1_loss(self.next.decode(stepped, of_map), target)
+        reconstruction = F.mse_loss(self.now.decode(now, of_map), state) + F.smooth_l1_loss(
+            self.next.decode(_sampled(next_mean, next_variance), of_map), target
+        )
+        latent = F.mse_loss(stepped, next_mean)
+        divergence = _divergence(now_mean, now_variance) + _divergence(next_mean, next_variance)
+        loss = prediction + RECONSTRUCTION_WEIGHT * reconstruction + LATENT_WEIGHT * latent + KL_WEIGHT * divergence
+        return {"loss": loss, "prediction": prediction, "reconstruction": reconstruction, "latent": latent}
+
+
+class GruDynamics(Dynamics):
+    """The paper's baseline: a GRU cell from state and actions to the next state."""
+
+    def __init__(self, spec: DynamicsSpec) -> None:
+        super().__init__(spec)
+        self.enter = nn.Linear(MOVING_WIDTH + CONSTANT_WIDTH, spec.width)
+        self.gru = nn.GRU(2 * ACTION_WIDTH, spec.width, batch_first=True)
+        self.leave = nn.Linear(spec.width, MOVING_WIDTH)
+
+    def step(self, state: Tensor, constant: Tensor, actions: Tensor) -> Tensor:
+        hidden = torch.tanh(self.enter(torch.cat((state, self.of_map(constant)), dim=-1)))
+        out, _ = self.gru(actions[:, None], hidden[None])
+        predicted: Tensor = self.leave(out[:, 0])
+        return state + predicted * self.scale if self.spec.residual else predicted
+
+    def losses(self, state: Tensor, constant: Tensor, actions: Tensor, after: Tensor) -> dict[str, Tensor]:
+        error = (self.step(state, constant, actions) - after) / self.scale
+        return {"loss": F.smooth_l1_loss(error, torch.zeros_like(error))}
+
+
+def build_dynamics(spec: DynamicsSpec) -> Dynamics:
+    """The network that a spec describes, with fresh weights."""
+    return VaeDynamics(spec) if spec.kind == "vae" else GruDynamics(spec)
+
+
+class Rollout(nn.Module):
+    """Several ticks with the learned simulator, as one graph to export.
+
+    With desired hold levels, a press happens in the simulation where the level differs from the predicted hand.
+    """
+
+    def __init__(self, dynamics: Dynamics, depth: int, grasp: Grasp) -> None:
+        super().__init__()
+        self.dynamics = dynamics
+        self.depth = depth
+        self.levels = grasp == "hold"
+
+    def forward(self, state: Tensor, constant: Tensor, actions: Tensor) -> Tensor:
+        """From states (B, 58), constants (B, 146), actions (B, K, 2, 4) with K >= depth to states (B, depth, 58)."""
+        states = []
+        for tick in range(self.depth):
+            motion, grasp = actions[:, tick, :, :3], actions[:, tick, :, 3]
+            toggle = (grasp - holding(state)).abs() if self.levels else grasp
+            both = torch.cat((motion, toggle[..., None]), dim=-1).flatten(1)
+            state = tidied(self.dynamics.step(state, constant, both))
+            states.append(state)
+        return torch.stack(states, dim=1)
+
+
+def holding(state: Tensor) -> Tensor:
+    """1 for each hand (B, 2) that holds something in moving states (B, 58)."""
+    empty = torch.stack([state[:, HELD_START + HELD_WIDTH - 1], state[:, HELD_START + 2 * HELD_WIDTH - 1]], dim=1)
+    return (empty < 0.5).to(state.dtype)
+
+
+def tidied(state: Tensor) -> Tensor:
+    """Predicted states (B, 58) with hands that hold one thing or nothing, so that errors do not pile up."""
+    hands = state[:, HELD_START:ITEMS_START].reshape(-1, 2, HELD_WIDTH)
+    sharp = (hands >= hands.max(dim=-1, keepdim=True).values).to(state.dtype)
+    return torch.cat((state[:, :HELD_START], sharp.flatten(1), state[:, ITEMS_START:]), dim=1)

@@ -1,0 +1,81 @@
+"""Choosing among candidate chunks by what a simulator says will come of them (paper, "Action Selection").
+
+Knows neither networks nor worlds: chunks and predicted states are arrays, the simulator is an argument.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from agents.bass.state_vector import item_places, robot_places
+from agents.checkpoint import SelectionSpec
+from maps import MapSpec
+from world.metrics import normalized_final_distance
+from world.state import Floats
+
+AC_WEIGHT = 0.05  # of action consistency beside NFD; the paper does not say which it used
+
+Simulator = Callable[[Floats], Floats]
+"""Joint chunks (R, depth, 2, 4) in seat order to predicted moving states (R, depth, 58)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Choice:
+    """Which candidate, and why."""
+
+    index: int
+    scores: Floats  # (own,) score of each own candidate
+    predicted: Floats  # (R, depth, 58)
+    pairs: npt.NDArray[np.intp]  # (R, 2) own and partner candidate of each rollout
+
+
+def pairs_of(spec: SelectionSpec) -> npt.NDArray[np.intp]:
+    """(R, 2) which own candidate is simulated with which of the partner.
+
+    `independent`: candidate i of one with candidate i of the other; `product`: each with each.
+    """
+    if spec.combine == "independent":
+        count = max(spec.own, spec.partner)
+        return np.stack((np.arange(count) % spec.own, np.arange(count) % spec.partner), axis=1)
+    own, partner = np.meshgrid(np.arange(spec.own), np.arange(spec.partner), indexing="ij")
+    return np.stack((own.ravel(), partner.ravel()), axis=1)
+
+
+def choose(
+    map_spec: MapSpec, seat: int, own: Floats, partner: Floats, simulate: Simulator, spec: SelectionSpec
+) -> Choice:
+    """Choose among own chunks (own, H, 4), given guesses of the partner's (partner, H, 4).
+
+    A candidate's score is its mean over the partner's candidates that it is simulated with; the first of equals wins,
+    so that where nothing tells them apart the choice is the policy's own sample.
+    """
+    pairs = pairs_of(spec)
+    joint = np.empty((len(pairs), spec.depth, 2, own.shape[-1]))
+    joint[:, :, seat] = own[pairs[:, 0], : spec.depth]
+    joint[:, :, 1 - seat] = partner[pairs[:, 1], : spec.depth]
+    predicted = simulate(joint)
+    each = score(map_spec, joint, predicted, spec)
+    scores = np.array([each[pairs[:, 0] == candidate].mean() for candidate in range(len(own))])
+    return Choice(int(scores.argmax()), scores, predicted, pairs)
+
+
+def score(map_spec: MapSpec, joint: Floats, predicted: Floats, spec: SelectionSpec) -> Floats:
+    """(R,) NFD of the last predicted states (paper), and with `nfd+ac` the agents' pulling together."""
+    nfd = normalized_final_distance(map_spec, item_places(predicted[:, -1], len(map_spec.items)))
+    if spec.score == "nfd":
+        return nfd
+    return nfd + AC_WEIGHT * _consistency(joint, predicted)
+
+
+def _consistency(joint: Floats, predicted: Floats) -> Floats:
+    """(R,) mean over ticks of |(f1 + f2) . d| / (|f1| + |f2|), f the pushes and d the line between the robots."""
+    pushes = joint[..., 0:1] * np.stack((-joint[..., 2], joint[..., 1]), axis=-1)  # (R, depth, 2, 2)
+    places = robot_places(predicted)
+    line = places[:, :, 1] - places[:, :, 0]
+    line /= np.maximum(np.linalg.norm(line, axis=-1, keepdims=True), 1e-6)
+    along = np.abs((pushes.sum(axis=2) * line).sum(axis=-1))
+    total = np.linalg.norm(pushes, axis=-1).sum(axis=-1)
+    consistency: Floats = (along / np.maximum(total, 1e-6)).mean(axis=-1)
+    return consistency

@@ -1,0 +1,91 @@
+"""Episodes of scripted pairs, written as live play is: one MCAP file each, in parallel processes."""
+
+import multiprocessing
+import time
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from pathlib import Path
+
+from agents.catalogue import load_agent
+from agents.populations import Participant
+from agents.rollout import rollout
+from maps import MapSpec
+from recordings import EpisodeHeader, EpisodeWriter, SeatInfo, TickRecord, finalise
+from world.metrics import EpisodeMetrics
+from world.scoring import delivered_items
+
+Pair = tuple[Participant, Participant]
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """One episode to play: who sits in blue and in red, where, with which seed."""
+
+    episode_id: str
+    map: MapSpec
+    seats: Pair
+    seed: int
+    ticks: int
+
+
+@dataclass(frozen=True, slots=True)
+class Made:
+    """One episode that was written."""
+
+    path: Path
+    map: str
+    ticks: int
+    tcr: float
+
+
+def jobs(
+    people: Sequence[Participant], maps: Sequence[MapSpec], episodes: int, ticks: int, seed: int, prefix: str
+) -> list[Job]:
+    """`episodes` per pair and map, pairs of neighbours in the list; after half of them the two change seats (paper)."""
+    pairs = [(people[k], people[k + 1]) for k in range(0, len(people) - 1, 2)]
+    made = []
+    for the_map in maps:
+        for number, pair in enumerate(pairs):
+            for episode in range(episodes):
+                seats = pair if episode < (episodes + 1) // 2 else (pair[1], pair[0])
+                name = f"{prefix}-{the_map.name}-{pair[0].name}{pair[1].name}-{episode:02d}"
+                made.append(Job(name, the_map, seats, seed + number * episodes + episode, ticks))
+    return made
+
+
+def make(job: Job, folder: Path) -> Made:
+    """Play and write one episode."""
+    agents = (load_agent(job.seats[0].agent_id), load_agent(job.seats[1].agent_id))
+    blue, red = (SeatInfo("agent", person.name, person.sha256) for person in job.seats)
+    header = EpisodeHeader(
+        job.episode_id, job.map, job.seed, job.ticks, (blue, red), time.time_ns(), "scripted",
+        {"blue": job.seats[0].agent_id, "red": job.seats[1].agent_id},
+    )  # fmt: skip
+    metrics = EpisodeMetrics(job.map)
+    writer: EpisodeWriter | None = None
+    played = 0
+    for step in rollout(job.map, agents, job.seed, job.ticks):
+        writer = writer or EpisodeWriter.create(folder, header, step.before)
+        delivered = tuple(delivered_items(job.map, step.after.item_poses).tolist())
+        writer.tick(TickRecord(step.actions, ("agent", "agent"), (-1, -1), step.after, delivered, 0.0))
+        metrics.update(step.before, step.actions, step.after)
+        played = step.after.tick
+    assert writer is not None, "an episode has at least one tick"
+    tcr = metrics.result().tcr
+    path = finalise(writer.close("delivered" if tcr == 1.0 else "time"))
+    return Made(path, job.map.name, played, tcr)
+
+
+def make_all(todo: Sequence[Job], folder: Path, workers: int) -> Iterator[Made]:
+    """Play and write all episodes in `workers` processes, as they are finished. What exists already is skipped."""
+    folder.mkdir(parents=True, exist_ok=True)
+    missing = [job for job in todo if not (folder / f"{job.episode_id}.mcap").exists()]
+    for job in missing:
+        (folder / f"{job.episode_id}.mcap.journal").unlink(missing_ok=True)  # of a run that was stopped
+    if workers == 1:
+        yield from (make(job, folder) for job in missing)
+        return
+    with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:
+        for future in as_completed([pool.submit(make, job, folder) for job in missing]):
+            yield future.result()

@@ -1,0 +1,162 @@
+"""Training the learned simulator from episodes, and adding it to a policy to make a BASS agent."""
+
+import datetime
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+from safetensors.torch import save
+from torch import Tensor, nn
+
+from agents.bass.dynamics import Dynamics, Rollout, build_dynamics
+from agents.bass.state_vector import CONSTANT_WIDTH, MOVING_WIDTH, constant, moving_arrays
+from agents.checkpoint import Checkpoint, DynamicsSpec, SelectionSpec, write_checkpoint
+from agents.dataset import Indices, Singles, Trajectory
+from agents.policies.export import export
+from agents.policy_spec import Grasp
+from agents.training.config import Optimisation, documented
+from agents.training.loop import Losses, Task, fit
+from maps import MapSpec
+
+VALIDATION_ROWS = 8192
+
+
+@dataclass(frozen=True, kw_only=True)
+class BassConfig(Optimisation):
+    """The simulator of BASS and how candidates are chosen with it."""
+
+    dynamics: str = documented("vae", "vae (the paper's two autoencoders) or gru (its baseline)")
+    width: int = documented(384, "units per layer")
+    latent: int = documented(96, "latent dimensions")
+    residual: bool = documented(True, "predict the change of the state instead of the state")
+    own: int = documented(4, "own candidates")
+    partner: int = documented(4, "guesses of the partner's chunk")
+    combine: str = documented("product", "product (each with each) or independent (pairs)")
+    score: str = documented("nfd", "nfd or nfd+ac")
+    depth: int = documented(8, "ticks simulated")
+
+    def spec(self) -> DynamicsSpec:
+        """The network's description."""
+        return DynamicsSpec.model_validate(
+            {"kind": self.dynamics, "width": self.width, "latent": self.latent, "residual": self.residual}
+        )
+
+    def selection(self) -> SelectionSpec:
+        """How candidates are chosen."""
+        names = ("own", "partner", "combine", "score", "depth")
+        return SelectionSpec.model_validate({name: getattr(self, name) for name in names})
+
+
+def bass_preset(preset: str) -> BassConfig:
+    """The paper's numbers, or ours for one simulator on all maps."""
+    if preset == "paper":
+        return BassConfig(width=128, latent=32, residual=False, combine="independent", depth=4, epochs=1000, warmup=0)
+    return BassConfig()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Transitions:
+    """Single ticks of many episodes."""
+
+    before: Singles  # (M, 58)
+    actions: Singles  # (M, 8) distance, cos, sin, toggle of blue and red
+    after: Singles  # (M, 58)
+    maps: Indices  # (M,) row of `constants`
+    constants: Singles  # (K, 146)
+    episodes: Indices  # (M,) number of the episode
+
+    def __len__(self) -> int:
+        return len(self.before)
+
+
+def transitions_of(trajectories: list[Trajectory]) -> Transitions:
+    """Every tick of the episodes."""
+    maps: dict[MapSpec, int] = {}
+    pieces = []
+    for number, walk in enumerate(trajectories):
+        rows = moving_arrays(walk.robot_poses, walk.robot_velocities, walk.held, walk.item_poses)
+        index = maps.setdefault(walk.map, len(maps))
+        pieces.append((rows[:-1], action_rows(walk), rows[1:], np.full((walk.ticks, 2), (index, number))))
+    before, actions, after, numbers = (np.concatenate(part) for part in zip(*pieces, strict=True))
+    return Transitions(
+        before.astype(np.float32),
+        actions.astype(np.float32),
+        after.astype(np.float32),
+        numbers[:, 0],
+        np.array([constant(the_map) for the_map in maps], dtype=np.float32),
+        numbers[:, 1],
+    )
+
+
+def action_rows(walk: Trajectory) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+    """(T, 8): world actions as distance, cos, sin, toggle of blue and red."""
+    distance, heading, toggle = (walk.actions[..., k] for k in range(3))
+    rows = np.stack((distance, np.cos(heading), np.sin(heading), toggle > 0.5), axis=-1)
+    return rows.reshape(len(rows), -1)
+
+
+def train_dynamics(config: BassConfig, data: Transitions, folder: Path) -> Dynamics:
+    """Fit the simulator; curves and resume file go to `folder`. Every tenth episode is kept for validation."""
+    torch.manual_seed(config.seed)
+    dynamics = build_dynamics(config.spec())
+    dynamics.fit_normaliser(torch.from_numpy(data.after - data.before), torch.from_numpy(data.constants[data.maps]))
+    random = np.random.default_rng(config.seed)
+    out = data.episodes % 10 == 9
+    train = np.flatnonzero(~out)
+    held_out = random.permutation(np.flatnonzero(out) if out.any() else train)[:VALIDATION_ROWS]
+
+    def losses(network: nn.Module) -> Losses:
+        assert isinstance(network, Dynamics)
+        state, of_map, actions, after = _batch(data, random.choice(train, config.batch))
+        return network.losses(state, of_map, actions, after)
+
+    def validate(network: nn.Module) -> dict[str, float]:
+        assert isinstance(network, Dynamics)
+        state, of_map, actions, after = _batch(data, held_out)
+        error = network.step(state, of_map, actions) - after
+        return {"l2": float(error.norm(dim=1).mean()), "items": float(error[:, 30:].abs().max(dim=1).values.mean())}
+
+    updates = -(-config.epochs * len(train) // config.batch) if config.epochs else config.updates
+    trained = fit(Task(dynamics, losses, validate, updates), config, folder)
+    assert isinstance(trained, Dynamics)
+    return trained.cpu()
+
+
+def _batch(data: Transitions, rows: Indices) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+    arrays = data.before[rows], data.constants[data.maps[rows]], data.actions[rows], data.after[rows]
+    before, constants, actions, after = (torch.from_numpy(array) for array in arrays)
+    return before, constants, actions, after
+
+
+def export_dynamics(dynamics: Dynamics, depth: int, grasp: Grasp) -> bytes:
+    """ONNX of `state` (B, 58), `constant` (B, 146), `actions` (B, depth, 2, 4) to `states` (B, depth, 58)."""
+    example = torch.zeros(2, MOVING_WIDTH), torch.zeros(2, CONSTANT_WIDTH), torch.zeros(2, depth, 2, 4)
+    return export(Rollout(dynamics, depth, grasp), example, ["state", "constant", "actions"], ["states"])
+
+
+def save_bass(
+    folder: Path, agent_id: str, base: Checkpoint, dynamics: Dynamics, config: BassConfig, name: str, description: str
+) -> Checkpoint:
+    """Write the checkpoint of a BASS agent: the base policy's network and the simulator."""
+    policy = base.card.policy
+    card = {
+        **base.card.model_dump(exclude={"files", "scores"}),
+        "id": agent_id,
+        "name": name,
+        "description": description,
+        "kind": "bass",
+        "dynamics": dynamics.spec.model_dump(),
+        "selection": config.selection().model_dump(),
+        "training": {
+            **base.card.training.model_dump(),
+            "created": datetime.datetime.now(datetime.UTC).date().isoformat(),
+        },
+    }
+    tensors = {key: value.contiguous() for key, value in dynamics.state_dict().items()}
+    files = {
+        "policy.onnx": base.read("policy.onnx"),
+        "dynamics.onnx": export_dynamics(dynamics, config.depth, policy.grasp),
+        "dynamics.safetensors": save(tensors),
+    }
+    return write_checkpoint(folder, card, files)  # type: ignore[arg-type]

@@ -1,0 +1,82 @@
+"""From episodes to a BASS agent: training its simulator, exporting it, playing with it."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from agents.base import EpisodeInfo
+from agents.bass.agent import BassAgent
+from agents.bass.dynamics import Rollout, build_dynamics, holding
+from agents.bass.state_vector import moving_arrays
+from agents.checkpoint import DynamicsSpec, find_checkpoint
+from agents.chunk import checked_chunk
+from agents.observing import observe
+from agents.serving import Network, agent_of
+from agents.training.simulators import BassConfig, export_dynamics, train_dynamics, transitions_of
+from maps import load_map
+from server.cli import main
+from tests.agents.learning import recorded, walked
+from world import World
+
+TINY = ["--updates", "4", "--batch", "32", "--width", "16"]
+
+
+@pytest.mark.parametrize("kind", ["vae", "gru"])
+def test_an_exported_simulator_gives_the_numbers_of_the_trained_one(kind: str) -> None:
+    torch.manual_seed(0)
+    dynamics = build_dynamics(DynamicsSpec(kind=kind, width=16, latent=8)).eval()  # type: ignore[arg-type]
+    random = np.random.default_rng(0)
+    inputs = {
+        "state": random.standard_normal((5, 58), dtype=np.float32),
+        "constant": random.standard_normal((5, 146), dtype=np.float32),
+        "actions": random.random((5, 3, 2, 4), dtype=np.float32).round(),
+    }
+    (served,) = Network(export_dynamics(dynamics, 3, "hold"))(**inputs)
+    with torch.inference_mode():
+        expected = Rollout(dynamics, 3, "hold")(*(torch.from_numpy(value) for value in inputs.values())).numpy()
+    assert served.shape == (5, 3, 58) and np.allclose(served, expected, atol=1e-4)
+
+
+@pytest.mark.parametrize("kind", ["vae", "gru"])
+def test_the_simulator_learns_to_be_better_than_saying_that_nothing_moves(kind: str, tmp_path: Path) -> None:
+    walks = [walked("DistancePriority", ticks=60, seed=seed) for seed in range(11)]
+    data = transitions_of(walks)
+    config = BassConfig(dynamics=kind, width=64, latent=16, updates=250, batch=128, rate=3e-3, warmup=20, ema=0.98)
+    dynamics = train_dynamics(config, data, tmp_path)
+    rows = np.flatnonzero(data.episodes == 9)  # never trained on
+    with torch.inference_mode():
+        arrays = data.before[rows], data.constants[data.maps[rows]], data.actions[rows]
+        predicted = dynamics.step(*(torch.from_numpy(array) for array in arrays)).numpy()
+    places = [0, 1, 7, 8]
+    learned = np.abs(predicted - data.after[rows])[:, places].mean()
+    nothing = np.abs(data.before[rows] - data.after[rows])[:, places].mean()
+    assert learned < 0.8 * nothing
+
+
+def test_hands_are_read_from_the_state() -> None:
+    walk = walked(ticks=2)
+    held = np.array([[-1, 2], [0, -1], [3, 3]])
+    rows = moving_arrays(walk.robot_poses, walk.robot_velocities, held, walk.item_poses)
+    assert holding(torch.from_numpy(rows)).tolist() == [[0, 1], [1, 0], [1, 1]]
+
+
+def test_a_bass_agent_is_trained_on_top_of_a_policy_and_tells_what_it_weighed(tmp_path: Path) -> None:
+    for number in range(2):
+        recorded(tmp_path / "rec", f"e{number}", ticks=20, seed=number)
+    common = [str(tmp_path / "rec"), "--data", str(tmp_path), *TINY]
+    assert main(["train", "dp", *common, "--id", "dp@tiny", "--depth", "1"]) == 0
+    assert main(["train", "bass", *common, "--id", "bass@tiny", "--base", "dp@tiny", "--latent", "4"]) == 0
+    agent = agent_of(find_checkpoint("bass@tiny", tmp_path / "models"))
+    assert isinstance(agent, BassAgent)
+    world = World(load_map("HandOff"))
+    agent.reset(EpisodeInfo(world.map, 1, 5, 100))
+    chunk = checked_chunk(agent.act(observe(world.map, world.state(), 1)))
+    assert len(chunk) == 8
+    assert agent.detail["chosen"] in range(4)
+    assert np.shape(agent.detail["scores"]) == (4,)
+    assert np.shape(agent.detail["items"]) == (4, len(world.map.items), 2)
+    agent.reset(EpisodeInfo(world.map, 1, 5, 100))
+    again = agent.act(observe(world.map, world.state(), 1))
+    assert np.array_equal(chunk, again)

@@ -1,0 +1,79 @@
+"""Which candidate is chosen, given what a simulator says."""
+
+import numpy as np
+import pytest
+
+from agents.bass.selection import choose, pairs_of
+from agents.bass.state_vector import ITEMS_START, item_places, moving, moving_arrays, robot_places
+from agents.checkpoint import SelectionSpec
+from maps import load_map
+from tests.agents.learning import states_of, walked
+from world.state import Floats
+
+MAP = load_map("DistancePriority")
+START = moving(states_of(MAP, np.zeros((0, 2, 3)))[0])
+
+
+def _chunks(distances: list[float]) -> Floats:
+    chunks = np.zeros((len(distances), 8, 4))
+    chunks[..., 0] = np.array(distances)[:, None]
+    chunks[..., 1] = 1.0
+    return chunks
+
+
+def _item_follows_both(joint: Floats) -> Floats:
+    """A world in which item 0 moves by the product of what both do: towards the goal when it is positive."""
+    predicted = np.tile(START, (*joint.shape[:2], 1))
+    start = item_places(START, 4)[0]
+    goal = np.array([(MAP.goals[0].left + MAP.goals[0].right) / 2, (MAP.goals[0].bottom + MAP.goals[0].top) / 2])
+    moved = start + (goal - start) * 0.5 * (joint[:, :, 0, :1] * joint[:, :, 1, :1])
+    predicted[..., ITEMS_START : ITEMS_START + 2] = moved
+    return predicted
+
+
+@pytest.mark.parametrize("seat", [0, 1])
+def test_the_candidate_that_brings_the_items_nearest_to_the_goal_is_chosen(seat: int) -> None:
+    spec = SelectionSpec(own=3, partner=2, combine="product", depth=4)
+    choice = choose(MAP, seat, _chunks([-1.0, 1.0, 0.2]), _chunks([0.5, 1.0]), _item_follows_both, spec)
+    assert choice.index == 1
+    assert choice.scores[1] > choice.scores[2] > choice.scores[0]
+    assert choice.predicted.shape == (6, 4, 58)
+
+
+def test_what_the_partner_is_expected_to_do_decides() -> None:
+    spec = SelectionSpec(own=2, partner=2, combine="product", depth=4)
+    assert choose(MAP, 0, _chunks([-1.0, 1.0]), _chunks([-1.0, -1.0]), _item_follows_both, spec).index == 0
+
+
+def test_where_nothing_tells_candidates_apart_the_first_is_taken() -> None:
+    spec = SelectionSpec(own=4, partner=4, depth=8)
+    choice = choose(
+        MAP, 0, _chunks([0.1, 0.2, 0.3, 0.4]), _chunks([0.0] * 4), lambda joint: np.tile(START, (16, 8, 1)), spec
+    )
+    assert choice.index == 0 and np.ptp(choice.scores) == 0
+
+
+def test_pairs_are_each_with_each_or_one_with_one() -> None:
+    assert len(pairs_of(SelectionSpec(own=4, partner=4, combine="product"))) == 16
+    assert pairs_of(SelectionSpec(own=4, partner=4, combine="independent")).tolist() == [[k, k] for k in range(4)]
+    assert len(pairs_of(SelectionSpec(own=2, partner=2, combine="product"))) == 4
+
+
+def test_pulling_together_counts_with_the_second_score() -> None:
+    spec = SelectionSpec(own=2, partner=1, combine="product", score="nfd+ac", depth=8)
+    own = _chunks([1.0, 1.0])
+    own[0, :, 1:3] = -1.0, 0.0  # against the partner's push
+    still = np.tile(START, (2, 8, 1))
+    still[..., 7:9] = still[..., 0:2] + (0.0, 0.4)  # red stands above blue, both push along that line
+    choice = choose(MAP, 0, own, _chunks([1.0]), lambda joint: still, spec)
+    assert choice.index == 1
+
+
+def test_the_moving_row_says_where_robots_and_items_are_and_what_is_held() -> None:
+    walk = walked("DistancePriority", ticks=10)
+    held = walk.held.copy()
+    held[4] = 3, -1
+    rows = moving_arrays(walk.robot_poses, walk.robot_velocities, held, walk.item_poses)
+    assert np.array_equal(robot_places(rows), walk.robot_poses[..., :2])
+    assert np.array_equal(item_places(rows, 4), walk.item_poses[..., :2])
+    assert np.flatnonzero(rows[4, 14:30]).tolist() == [3, 15]
