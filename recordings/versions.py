@@ -32,6 +32,6 @@ def why_not_exact(recorded: Mapping[str, str]) -> str:
     differing = [
         f"{name} {recorded.get(name, 'unknown')} (here {here[name]})"
         for name in ("pymunk", "machine", "system")
-        if recorded.get(name) != here[name]
+        if recorded.get(name, here[name] if name != "pymunk" else "") != here[name]
     ]
     return f"recorded with {', '.join(differing)}: equal bits are not promised" if differing else ""

@@ -48,10 +48,12 @@ class EpisodeWriter:
         initial: WorldState,
         attachments: Mapping[str, bytes] | None = None,
         clock: Callable[[], int] = time.time_ns,
+        software: Mapping[str, str] | None = None,
     ) -> "EpisodeWriter":
         """Start `<folder>/<episode_id>.mcap.journal`; the folder is made when missing.
 
-        `attachments` are small JSON files kept inside (cards, configuration); the map is always there.
+        `attachments` are small JSON files kept inside (cards, configuration); the map is always there. `software` is
+        what made the states, if not this installation (imports).
         """
         if not EPISODE_ID.fullmatch(header.episode_id):
             raise RecordingError(f"episode id {header.episode_id!r}: up to 80 letters, digits, '-' and '_' are needed")
@@ -60,7 +62,7 @@ class EpisodeWriter:
         journal = Journal.create(folder / f"{header.episode_id}{JOURNAL_SUFFIX}")
         writer = cls(journal, header, tick=0, sequence=0, clock=clock)
         try:
-            writer._begin(header, initial, attachments or {})
+            writer._begin(header, initial, attachments or {}, versions() if software is None else software)
         except RecordingError:
             writer.abandon()
             raise
@@ -132,9 +134,15 @@ class EpisodeWriter:
         """Let go of the journal as it is; it is resumed or recovered later."""
         self._journal.close()
 
-    def _begin(self, header: EpisodeHeader, initial: WorldState, attachments: Mapping[str, bytes]) -> None:
+    def _begin(
+        self,
+        header: EpisodeHeader,
+        initial: WorldState,
+        attachments: Mapping[str, bytes],
+        software: Mapping[str, str],
+    ) -> None:
         the_map = topics.write_map(header.map)
-        entries = header_metadata(header, versions())
+        entries = header_metadata(header, software)
         self._pending.append(
             head(
                 f"movingout {versions()['movingout']}", entries, {"map.json": the_map, **attachments}, header.started_ns

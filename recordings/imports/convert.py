@@ -1,0 +1,227 @@
+"""An official trajectory as a recording of ours, and how far it can be trusted.
+
+The states are kept as they were written; re-simulation only measures how far our world drifts from them. The shapes
+that hold the state before each action lack the last one: it is simulated when all before it agree, else the last
+action is left out. The evaluator's shape lacks the first state: it is the map's own start.
+"""
+
+import hashlib
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from maps import MapSpec
+from maps.spec import ARENA_HALF
+from recordings.episode import ActionSource, EpisodeHeader, Event, EventKind, Outcome, SeatInfo, TickRecord
+from recordings.errors import RecordingError
+from recordings.finished import SUFFIX, finalise
+from recordings.imports.map_match import official_map, played_map
+from recordings.imports.sources import Source
+from recordings.imports.steps import Steps, parse
+from recordings.writer import EpisodeWriter
+from world import World
+from world.scoring import delivered_items
+from world.state import Floats, WorldState
+
+LIMIT_TICKS = 500
+AGREE = 1e-9  # arena units or rad: what re-simulation may differ by and still count as the same
+SOFTWARE = {"movingout": "imported", "pymunk": "of the official environment, version unknown"}
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """What is known about one imported trajectory."""
+
+    file: str
+    place: str
+    shape: str
+    map: str
+    problem: str = ""  # why it was refused, empty when it was not
+    recording: str = ""  # name of the file made, empty when refused
+    ticks: int = 0
+    differences: tuple[str, ...] = ()  # from the map as designed
+    participants_known: bool = False  # else no participant-disjoint split can be made
+    largest_magnitude: float = 0.0
+    largest_angle: float = 0.0  # [rad], absolute
+    outside: int = 0  # robot- and item-states outside the arena
+    presses: int = 0  # grasp toggles
+    idle_presses: int = 0  # without any effect
+    unpressed_changes: int = 0  # holds that changed without a press
+    inferred_holds: int = 0  # robot-states whose item was not named
+    last_tick: str = ""  # "recorded", "simulated" or "left out"
+    drift: float = 0.0  # largest distance between recorded and re-simulated positions
+    drift_tick: int = -1  # first tick that differs by more than 1e-9, -1 for none
+
+    def to_json(self) -> dict[str, Any]:
+        return asdict(self)
+
+
+def import_source(source: Source, folder: Path, salt: str) -> Report:
+    """Write one trajectory into `folder`. Never raises for what is in it: the report says why it was refused."""
+    try:
+        return _import(source, folder, salt)
+    except RecordingError as error:
+        return Report(*_origin(source), map=str(source.map_name), problem=str(error))
+
+
+def pseudonym(name: str, salt: str) -> str:
+    """The same person gets the same pseudonym; it leads back to the name only for who knows the salt."""
+    digest = hashlib.sha256("\n".join((salt, name)).encode()).hexdigest()
+    return f"P-{digest[:8]}" if name else ""
+
+
+def _import(source: Source, folder: Path, salt: str) -> Report:
+    steps = parse(source.steps)
+    designed = official_map(source.map_name)
+    before = source.shape != "evaluator"
+    spec, differences = played_map(designed, steps, starts=before)
+    states, actions = _aligned(spec, steps, before)
+    simulated = _simulated(spec, states, actions)
+    drift_tick, drift = _drift(states, simulated)
+    last = "recorded"
+    if before:
+        agrees = drift_tick < 0
+        states = [*states, simulated[len(states)]] if agrees else states
+        actions = actions if agrees else actions[:-1]
+        last = "simulated" if agrees else "left out"
+    if not len(actions):
+        raise RecordingError("there is no tick with a state before and after it")
+    path = _written(source, folder, salt, spec, states, actions)
+    return Report(
+        *_origin(source),
+        map=spec.name,
+        recording=path.name,
+        ticks=len(actions),
+        differences=tuple(differences),
+        participants_known=bool(source.blue and source.red),
+        **_checks(states, actions, steps),
+        last_tick=last,
+        drift=drift,
+        drift_tick=drift_tick,
+    )
+
+
+def _origin(source: Source) -> tuple[str, str, str]:
+    return source.file.name, source.place, source.shape
+
+
+def _aligned(spec: MapSpec, steps: Steps, before: bool) -> tuple[list[WorldState], Floats]:
+    """States and actions so that action k leads from state k to state k + 1, as far as states are known."""
+    first = 0 if before else 1
+    states = [
+        WorldState(
+            tick=first + k,
+            robot_poses=steps.robot_poses[k],
+            robot_velocities=steps.robot_velocities[k],
+            held=steps.held[k],
+            item_poses=steps.item_poses[k],
+        )
+        for k in range(len(steps.actions))
+    ]
+    return (states if before else [World(spec).state(), *states]), steps.actions
+
+
+def _simulated(spec: MapSpec, states: list[WorldState], actions: Floats) -> list[WorldState]:
+    world = World(spec, record_sub_poses=False)
+    simulated = [world.state()]
+    for action in actions:
+        world.step(action)
+        simulated.append(world.state())
+    return simulated
+
+
+def _drift(states: list[WorldState], simulated: list[WorldState]) -> tuple[int, float]:
+    """The first tick that differs, -1 for none, and the largest distance."""
+    first, largest = -1, 0.0
+    for recorded, ours in zip(states, simulated, strict=False):
+        robots = recorded.robot_poses - ours.robot_poses
+        items = recorded.item_poses - ours.item_poses
+        largest = max(largest, float(np.abs(robots[:, :2]).max()), float(np.abs(items[:, :2]).max()))
+        differs = max(np.abs(robots).max(), np.abs(items).max()) > AGREE or not np.array_equal(recorded.held, ours.held)
+        if differs and first < 0:
+            first = recorded.tick
+    return first, largest
+
+
+def _checks(states: list[WorldState], actions: Floats, steps: Steps) -> dict[str, Any]:
+    held = np.array([state.held for state in states])
+    changed = held[1:] != held[:-1]
+    pressed = actions[..., 2] > 0.5
+    places = [np.concatenate([state.robot_poses, state.item_poses])[:, :2] for state in states]
+    return {
+        "largest_magnitude": float(np.abs(actions[..., 0]).max()),
+        "largest_angle": float(np.abs(actions[..., 1]).max()),
+        "outside": int(sum((np.abs(place) > ARENA_HALF).any(axis=1).sum() for place in places)),
+        "presses": int(pressed.sum()),
+        "idle_presses": int((pressed & ~changed).sum()),
+        "unpressed_changes": int((changed & ~pressed).sum()),
+        "inferred_holds": steps.inferred_holds,
+    }
+
+
+def _written(source: Source, folder: Path, salt: str, spec: MapSpec, states: list[WorldState], actions: Floats) -> Path:
+    header = _header(source, salt, spec)
+    path = folder / f"{header.episode_id}{SUFFIX}"
+    if path.exists():
+        return path
+    started = header.started_ns
+    kind: ActionSource = "agent" if source.shape == "evaluator" else "human"
+    writer = EpisodeWriter.create(folder, header, states[0], clock=lambda: started, software=SOFTWARE)
+    delivered = tuple(delivered_items(spec, states[0].item_poses).tolist())
+    for before, action, after in zip(states, actions, states[1:], strict=False):
+        now = tuple(delivered_items(spec, after.item_poses).tolist())
+        for event in _events(before, after, delivered, now):
+            writer.event(event)
+        writer.tick(TickRecord(action, (kind, kind), (-1, -1), after, now, 0.0))
+        delivered = now
+    return finalise(writer.close(_outcome(delivered, len(actions))))
+
+
+def _header(source: Source, salt: str, spec: MapSpec) -> EpisodeHeader:
+    if source.shape == "evaluator":
+        seats = (SeatInfo("agent", source.blue), SeatInfo("agent", source.red))
+    else:
+        seats = (SeatInfo("human", pseudonym(source.blue, salt)), SeatInfo("human", pseudonym(source.red, salt)))
+    return EpisodeHeader(
+        episode_id=f"import-{spec.name}-{source.id}",
+        map=spec,
+        seed=0,
+        limit_ticks=LIMIT_TICKS,
+        seats=seats,
+        started_ns=_started(source),
+        source="import",
+        study={"imported_from": source.file.name, "shape": source.shape},
+    )
+
+
+def _started(source: Source) -> int:
+    """The recorder's time (taken as UTC), else when the file was last changed."""
+    try:
+        moment = datetime.strptime(source.time, "%Y-%m-%d_%H:%M:%S").replace(tzinfo=UTC)
+    except ValueError:
+        return source.recorded_ns
+    return int(moment.timestamp()) * 1_000_000_000
+
+
+def _events(before: WorldState, after: WorldState, was: tuple[bool, ...], now: tuple[bool, ...]) -> list[Event]:
+    """Grabs, releases and deliveries, as the states show them."""
+    found: list[Event] = []
+    for seat, (held, holds) in enumerate(zip(before.held.tolist(), after.held.tolist(), strict=True)):
+        if held != holds and held >= 0:
+            found.append(Event(after.tick, "release", seat, held))
+        if held != holds and holds >= 0:
+            found.append(Event(after.tick, "grab", seat, holds))
+    for item, (then, later) in enumerate(zip(was, now, strict=True)):
+        if then != later:
+            kind: EventKind = "delivered" if later else "undelivered"
+            found.append(Event(after.tick, kind, item=item))
+    return found
+
+
+def _outcome(delivered: tuple[bool, ...], ticks: int) -> Outcome:
+    if all(delivered):
+        return "delivered"
+    return "time" if ticks >= LIMIT_TICKS - 1 else "stopped"

@@ -1,0 +1,95 @@
+"""Which of our maps a trajectory was played on, and how its first state differs from that map as designed."""
+
+from dataclasses import replace
+from typing import Any, cast, get_args
+
+from maps import MapSpec, Pose, Rect, load_map, map_names
+from maps.errors import MapError
+from maps.json_format import map_from_json, map_to_json
+from maps.spec import ItemSpec, Shape, Size
+from recordings.errors import RecordingError
+from recordings.imports.steps import Item, Steps
+
+# The official environment's old numbers: 1000-1003 are maps 1-4, 2000-2007 are maps 5-12.
+OLD_NUMBERS = {number: name for number, name in zip([*range(1000, 1004), *range(2000, 2008)], map_names(), strict=True)}
+SAME = 1e-9  # arena units; below it a pose is as designed
+_MASSES: dict[str, float] = {"small": 0.1, "middle": 0.5, "large": 0.5}  # of the official maps
+
+
+def official_map(name: Any) -> MapSpec:
+    """The map of an official name or old number."""
+    text = str(name)
+    known = OLD_NUMBERS.get(int(text), text) if text.isdigit() else text
+    if known not in (*map_names(), "Simple", "simple"):
+        raise RecordingError(f"unknown map {text!r}; known: {', '.join(map_names())}, Simple, 1000-1003, 2000-2007")
+    return load_map(known.capitalize() if known == "simple" else known)
+
+
+def played_map(designed: MapSpec, steps: Steps, starts: bool) -> tuple[MapSpec, list[str]]:
+    """The map as the first state shows it, and what differs from the map as designed.
+
+    `starts` says that the first state is the one before any action; otherwise poses cannot be told from it.
+    """
+    items = [_item(designed, index, item) for index, item in enumerate(steps.items)]
+    found = replace(designed, items=tuple(items), walls=_rects(steps.walls), goals=_rects(steps.goals))
+    if starts:
+        poses = [Pose(*row) for row in steps.item_poses[0].tolist()]
+        found = replace(
+            found,
+            robots=(Pose(*steps.robot_poses[0, 0].tolist()), Pose(*steps.robot_poses[0, 1].tolist())),
+            items=tuple(replace(item, pose=pose) for item, pose in zip(items, poses, strict=True)),
+        )
+    differences = _differences(designed, found)
+    if not differences:
+        return designed, []
+    try:
+        return map_from_json(map_to_json(replace(found, variant="imported"))), differences
+    except MapError as error:
+        raise RecordingError(f"its first state is no map: {error}") from error
+
+
+def _item(designed: MapSpec, index: int, item: Item) -> ItemSpec:
+    """The designed item of the same id (or place), with what the state says about it."""
+    same = [spec for spec in designed.items if spec.id == item.id]
+    if not same and item.id is None and index < len(designed.items):
+        same = [designed.items[index]]
+    shape = item.shape or (same[0].shape if same else "")
+    size = item.size or (same[0].size if same else "")
+    if shape not in get_args(Shape) or size not in get_args(Size):
+        raise RecordingError(f"item {index} has shape {shape!r} and size {size!r}, which are unknown")
+    if not same and item.scale is None:
+        raise RecordingError(f"item {index} is not on the map {designed.name} and has no shape_scale")
+    return ItemSpec(
+        id=item.id if item.id is not None else same[0].id if same else index,
+        shape=cast(Shape, shape),
+        size=cast(Size, size),
+        scale=item.scale if item.scale is not None else same[0].scale,
+        mass=same[0].mass if same else _MASSES[size],
+        pose=same[0].pose if same else Pose(0.0, 0.0, 0.0),
+    )
+
+
+def _rects(corners: list[Any]) -> tuple[Rect, ...]:
+    try:
+        return tuple(Rect(float(a[0]), float(a[1]), float(b[0]), float(b[1])) for a, b in corners)
+    except (TypeError, ValueError, IndexError) as error:
+        raise RecordingError("walls and target_area are lists of two corners each") from error
+
+
+def _differences(designed: MapSpec, found: MapSpec) -> list[str]:
+    differences = [name for name in ("walls", "goals") if getattr(designed, name) != getattr(found, name)]
+    for colour, one, other in zip(("blue", "red"), designed.robots, found.robots, strict=True):
+        if not _near(one, other):
+            differences.append(f"start of {colour}")
+    if len(designed.items) != len(found.items):
+        return [*differences, f"{len(found.items)} items instead of {len(designed.items)}"]
+    for one_item, other_item in zip(designed.items, found.items, strict=True):
+        if one_item != replace(other_item, pose=one_item.pose):
+            differences.append(f"kind of item {one_item.id}")
+        elif not _near(one_item.pose, other_item.pose):
+            differences.append(f"pose of item {one_item.id}")
+    return differences
+
+
+def _near(one: Pose, other: Pose) -> bool:
+    return max(abs(one.x - other.x), abs(one.y - other.y), abs(one.angle - other.angle)) < SAME

@@ -1,0 +1,142 @@
+"""Reading the official files: the recorder's JSON, the evaluator's JSON, and data set rows as Parquet, JSON or JSONL.
+
+Local files only. Nothing is believed here but the outermost shape; `steps` looks inside.
+"""
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from recordings.errors import RecordingError
+from recordings.reader import read_bytes
+
+SUFFIXES = (".json", ".jsonl", ".parquet")
+Shape = Literal["recorder", "evaluator", "dataset"]
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """One trajectory as it lay in a file."""
+
+    file: Path
+    place: str  # where in the file: "episode 0", "row 12"
+    shape: Shape
+    map_name: Any  # a name or an old number
+    steps: Any  # JSON text or the parsed list
+    blue: str
+    red: str
+    time: str  # as the recorder wrote it, may be empty
+    recorded_ns: int  # when the file was last changed
+
+    @property
+    def id(self) -> str:
+        """The same for the same content, so that importing twice makes no copy."""
+        content = self.steps if isinstance(self.steps, str) else json.dumps(self.steps, sort_keys=True)
+        return hashlib.sha256(f"{self.map_name}\n{content}".encode()).hexdigest()[:16]
+
+
+def find(paths: Sequence[Path]) -> list[Path]:
+    """The files named and those in the folders named."""
+    files: list[Path] = []
+    for path in paths:
+        if path.is_dir():
+            files += sorted(f for f in path.rglob("*") if f.suffix in SUFFIXES and f.is_file())
+        elif path.suffix in SUFFIXES:
+            files.append(path)
+        else:
+            raise RecordingError(f"{path} is none of {', '.join(SUFFIXES)}")
+    if not files:
+        raise RecordingError(f"nothing to import there; {', '.join(SUFFIXES)} files are read")
+    return files
+
+
+def read(file: Path) -> list[Source]:
+    """The trajectories of a file; RecordingError with the place when its shape is none of the official ones."""
+    if file.suffix == ".parquet":
+        return [_row(file, number, row) for number, row in enumerate(_parquet_rows(file))]
+    if file.suffix == ".jsonl":
+        lines = (line for line in _text(file).splitlines() if line.strip())
+        return [_row(file, number, _json(line, file, f"line {number + 1}")) for number, line in enumerate(lines)]
+    document = _json(_text(file), file, "")
+    if isinstance(document, list) and document and all(_is_row(entry) for entry in document):
+        return [_row(file, number, row) for number, row in enumerate(document)]
+    return list(_episodes(file, document))
+
+
+def _episodes(file: Path, document: Any) -> Iterator[Source]:
+    """The recorder's and the evaluator's shape: a list of episodes, or the steps of a single one."""
+    if not isinstance(document, list) or not document:
+        raise RecordingError(f"{file.name}: a list of episodes is needed, as the official recorder writes it")
+    episodes = document if isinstance(document[0], list) else [document]
+    for number, steps in enumerate(episodes):
+        place = f"episode {number}"
+        if not isinstance(steps, list) or not steps or not all(_is_step(step) for step in steps):
+            raise RecordingError(f"{file.name}, {place}: each step needs 'id', 'states' and 'action'")
+        first = steps[0]
+        blue, red = str(first.get("blue_name") or ""), str(first.get("red_name") or "")
+        evaluated = {blue, red} == {"model_1", "model_2"}
+        yield Source(
+            file=file,
+            place=place,
+            shape="evaluator" if evaluated else "recorder",
+            map_name=first["id"],
+            steps=[[step.get("step", index), step["states"], step["action"]] for index, step in enumerate(steps)],
+            blue="model_1" if evaluated else blue,  # the evaluator calls robot 1's model red
+            red="model_2" if evaluated else red,
+            time=str(first.get("time") or ""),
+            recorded_ns=file.stat().st_mtime_ns,
+        )
+
+
+def _row(file: Path, number: int, row: Any) -> Source:
+    if not _is_row(row):
+        raise RecordingError(f"{file.name}, row {number}: 'map_name' and 'steps_data' are needed")
+    return Source(
+        file=file,
+        place=f"row {number}",
+        shape="dataset",
+        map_name=row["map_name"],
+        steps=row["steps_data"],
+        blue=str(row.get("blue") or ""),
+        red=str(row.get("red") or ""),
+        time="",
+        recorded_ns=file.stat().st_mtime_ns,
+    )
+
+
+def _is_row(value: Any) -> bool:
+    return isinstance(value, Mapping) and "map_name" in value and "steps_data" in value
+
+
+def _is_step(value: Any) -> bool:
+    return isinstance(value, Mapping) and "id" in value and "states" in value and "action" in value
+
+
+def _parquet_rows(file: Path) -> list[dict[str, Any]]:
+    try:
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+    except ImportError as error:
+        raise RecordingError("Parquet needs pyarrow: pip install 'moving-out-live[export]'") from error
+    try:
+        rows: list[dict[str, Any]] = pq.read_table(file).to_pylist()
+    except (pa.ArrowException, OSError, ValueError) as error:
+        raise RecordingError(f"{file.name} is not a readable Parquet file: {error}") from error
+    return rows
+
+
+def _text(file: Path) -> str:
+    try:
+        return read_bytes(file).decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise RecordingError(f"{file.name} is not text: {error}") from error
+
+
+def _json(text: str, file: Path, place: str) -> Any:
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise RecordingError(f"{file.name} {place}: not JSON: {error}".replace("  ", " ")) from error
