@@ -46,11 +46,16 @@ export function seatOptions(agents) {
     ...agents.map(({ id, name, description }) => ({
       value: `agent:${id}`,
       label: name || id,
-      help: description,
+      help: firstSentence(description),
       group: "Agents",
     })),
     { value: "remote", label: "A program", help: "Your own program joins over the network.", group: "Other" },
   ];
+}
+
+/** A lobby has room for one line. @param {string} text */
+function firstSentence(text) {
+  return text.split(/(?<=[.!?]) /)[0];
 }
 
 /**

@@ -3,6 +3,7 @@
 
 import { badge, byId, el } from "./dom.js";
 import { grabName } from "./hud.js";
+import { programFacts } from "./share.js";
 import { TEXT } from "./text.js";
 import { seatName } from "./words.js";
 
@@ -71,13 +72,14 @@ export class Panels {
     this.#readyKey = key;
     this.#ready.hidden = !visible;
     if (!visible) return;
-    const open = room.seats.some((seat) => seat.open);
-    const parts = open && game.welcome ? this.#invitation(game.welcome) : this.#askReady(game, cards, mapping);
+    const open = room.seats.filter((seat) => seat.open);
+    const parts = open.length > 0 && game.welcome ? this.#invitation(game.welcome, open) : this.#askReady(game, cards, mapping);
     this.#ready.replaceChildren(el("div", { class: "stack" }, ...parts));
   }
 
-  /** @param {import("./messages.js").Welcome} welcome */
-  #invitation(welcome) {
+  /** @param {import("./messages.js").Welcome} welcome @param {readonly import("./messages.js").SeatState[]} open */
+  #invitation(welcome, open) {
+    if (open.every(({ kind }) => kind === "remote")) return [el("h2", {}, TEXT.waiting.program), ...programFacts(welcome.room)];
     const link = new URL(welcome.join_path, location.href).href;
     const field = el("input", { class: "input share-link", readonly: true, value: link, "aria-label": TEXT.waiting.copy });
     field.addEventListener("focus", () => field.select());

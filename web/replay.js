@@ -18,6 +18,7 @@ import { playingWords } from "./words.js";
 const PLAY_ICON = "M6 3.5v13l11-6.5z";
 const PAUSE_ICON = "M5 3.5h4v13H5zM11 3.5h4v13h-4z";
 const SECOND = 10; // ticks
+const ADDRESS_MS = 300; // after the last move: browsers refuse address changes by the hundred
 const LONGEST_FRAME_MS = 250; // a hidden tab does not jump ahead
 
 const canvas = byId("arena", HTMLCanvasElement);
@@ -55,6 +56,7 @@ class ReplayPage {
     this.current = undefined;
     this.frame = 0;
     this.lastMs = 0;
+    this.addressTimer = 0;
   }
 
   start() {
@@ -131,7 +133,7 @@ class ReplayPage {
   /** @param {KeyboardEvent} event */
   press(event) {
     if (event.ctrlKey || event.metaKey || event.altKey || event.target instanceof HTMLSelectElement) return;
-    const onButton = event.target instanceof HTMLButtonElement || event.target instanceof HTMLAnchorElement;
+    const onButton = event.target instanceof Element && event.target.closest("button, a, summary") !== null;
     const far = event.shiftKey ? SECOND : 1;
     /** @type {Record<string, () => void>} */
     const keys = {
@@ -184,6 +186,7 @@ class ReplayPage {
   async copyLink() {
     this.player.playing = false;
     this.refresh();
+    this.keepAddress();
     const done = await navigator.clipboard?.writeText(location.href).then(() => true, () => false);
     byId("said", HTMLElement).textContent = done ? "Copied." : "The address of this page is the link.";
   }
@@ -194,8 +197,13 @@ class ReplayPage {
       this.lastMs = performance.now();
       this.frame = requestAnimationFrame((now) => this.animate(now));
     }
-    if (!this.player.playing) history.replaceState(null, "", `#tick=${tickAt(this.player.timeMs)}`);
+    window.clearTimeout(this.addressTimer);
+    if (!this.player.playing) this.addressTimer = window.setTimeout(() => this.keepAddress(), ADDRESS_MS);
     this.draw();
+  }
+
+  keepAddress() {
+    history.replaceState(null, "", `#tick=${tickAt(this.player.timeMs)}`);
   }
 
   /** @param {number} now */

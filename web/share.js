@@ -56,13 +56,18 @@ function linkCard(room) {
 }
 
 /** @param {Room} room */
-function programCard(room) {
+function programCard({ room }) {
+  return el("div", { class: "card card-roomy stack" }, el("h3", {}, "For a program"), ...programFacts(room));
+}
+
+/**
+ * What a program needs to take a seat; the game page shows it too.
+ * @param {string} room
+ */
+export function programFacts(room) {
   const scheme = location.protocol === "https:" ? "wss" : "ws";
-  return el(
-    "div",
-    { class: "card card-roomy stack" },
-    el("h3", {}, "For a program"),
+  return [
     el("p", {}, "It connects to this address and joins this room. docs/protocol.md explains how, with an example."),
-    el("dl", { class: "facts" }, el("dt", {}, "Address"), el("dd", {}, `${scheme}://${location.host}/ws`), el("dt", {}, "Room"), el("dd", {}, room.room)),
-  );
+    el("dl", { class: "facts" }, el("dt", {}, "Address"), el("dd", {}, `${scheme}://${location.host}/ws`), el("dt", {}, "Room"), el("dd", {}, room)),
+  ];
 }

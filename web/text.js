@@ -74,6 +74,7 @@ export const TEXT = {
   watchers: (/** @type {number} */ count) => (count === 1 ? "1 person is watching." : `${count} people are watching.`),
   waiting: {
     title: "Waiting for your partner",
+    program: "Waiting for a program",
     sentence: "Send this link to the person who plays with you, or show them the code.",
     copy: "Copy link",
     copied: "Copied",

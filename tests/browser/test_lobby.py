@@ -99,6 +99,16 @@ def test_without_a_seat_of_ones_own_the_link_and_its_code_are_shown(open_page: O
     expect(page.locator("#play")).to_be_visible()
 
 
+def test_a_person_who_plays_with_a_program_sees_where_it_connects(open_page: OpenPage, server: Server) -> None:
+    page = ready(open_page("/"))
+    page.get_by_label("Red").select_option("remote")
+    page.locator("#play").click()
+    page.wait_for_url("**/play/*")
+    expect(page.get_by_role("heading", name="Waiting for a program")).to_be_visible()
+    expect(page.locator("#ready")).to_contain_text(f"{server.url.replace('http', 'ws')}/ws")
+    expect(page.locator("#ready")).to_contain_text(page.url.rsplit("/", 1)[1])
+
+
 def test_two_agents_are_watched(open_page: OpenPage) -> None:
     page = ready(open_page("/"))
     page.get_by_label("Blue").select_option("agent:idle")

@@ -1,5 +1,6 @@
 """The replay of a recording: the recorded states, tick by tick, with keys, marks and deep links."""
 
+import re
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -61,7 +62,7 @@ def test_a_deep_link_opens_at_its_tick_and_moving_on_updates_the_address(open_pa
     at_tick(page, 17)
     page.keyboard.press("ArrowLeft")
     at_tick(page, 16)
-    assert page.url.endswith("#tick=16")
+    expect(page).to_have_url(re.compile("#tick=16$"))
 
 
 def test_keys_step_jump_and_change_the_speed(open_page: OpenPage, episode: Episode) -> None:
@@ -78,6 +79,10 @@ def test_keys_step_jump_and_change_the_speed(open_page: OpenPage, episode: Episo
     ):
         page.keyboard.press(key)
         at_tick(page, tick)
+    page.get_by_text("Keys", exact=True).focus()
+    page.keyboard.press("Space")  # opens the list of keys and plays nothing
+    expect(page.get_by_text("event before, after")).to_be_visible()
+    expect(page.get_by_role("button", name="Play")).to_be_visible()
     page.keyboard.press("+")
     expect(page.get_by_label("Speed")).to_have_value("2")
     for _ in range(5):

@@ -32,6 +32,11 @@ test("every seat option is a request", () => {
   assert.throws(() => seatRequest("sofa"), RangeError);
 });
 
+test("an agent is described in one sentence", () => {
+  const [agent] = seatOptions([{ id: "a", name: "A", description: "Helps, e.g.\u00a0here. Has options." }]).filter(({ group }) => group === "Agents");
+  assert.equal(agent.help, "Helps, e.g.\u00a0here.");
+});
+
 test("the first partner is the server's, else scripted, else whoever moves, else a person", () => {
   assert.equal(defaultPartner(AGENTS, "bass@all"), "agent:bass@all");
   assert.equal(defaultPartner(AGENTS), "agent:scripted");
