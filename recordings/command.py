@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from recordings import export_command
+from recordings import export_command, import_command
 from recordings.arguments import add_data, add_json, add_paths, expanded, print_json
 from recordings.errors import RecordingError
 from recordings.finished import Recovery, recover, recover_journal
@@ -17,6 +17,7 @@ from recordings.page import info_json, info_page
 from recordings.progress import over_processes
 from recordings.reader import read_episode
 from recordings.verification import Verification, verify
+from recordings.viewer import command as viewer_command
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -52,7 +53,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_json(rescue)
     rescue.set_defaults(perform=_recover)
 
+    viewer_command.configure(commands.add_parser("view", help="look at recordings in 3D, or write one as a page"))
+
     export_command.configure(commands.add_parser("export", help="write them in another format"))
+    import_command.configure(commands.add_parser("import", help="read official trajectories, with a report"))
 
 
 def run(args: argparse.Namespace) -> int:

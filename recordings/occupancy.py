@@ -1,0 +1,37 @@
+"""Where a body spent its time: seconds per cell of the arena, for heat maps in the viewer and in reports."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from maps.spec import ARENA_HALF
+from world.metrics import TICK_S
+from world.state import Floats, WorldState
+
+CELLS = 48  # per side: cells of 0.05 arena units, as in the distance grid of the metrics
+
+
+def occupancy(states: Sequence[WorldState], seat: int, cells: int = CELLS) -> Floats:
+    """Seconds (cells, cells) that a robot's centre was in each cell; row 0 is the bottom, column 0 the left.
+
+    The first state is the start, in which no time passed.
+    """
+    points = np.array([state.robot_poses[seat, :2] for state in states[1:]]).reshape(-1, 2)
+    edges = np.linspace(-ARENA_HALF, ARENA_HALF, cells + 1)
+    inside = np.clip(points, edges[0], np.nextafter(edges[-1], 0.0))
+    counts, _, _ = np.histogram2d(inside[:, 1], inside[:, 0], bins=(edges, edges))
+    return np.asarray(counts * TICK_S, dtype=np.float64)
+
+
+def smoothed(grid: Floats) -> Floats:
+    """The grid with each cell shared out over its 3 x 3 neighbourhood (weights 1 2 1), so that tracks read as areas."""
+    padded = np.pad(grid, 1)
+    rows = (padded[:-2] + 2 * padded[1:-1] + padded[2:]) / 4
+    both: Floats = (rows[:, :-2] + 2 * rows[:, 1:-1] + rows[:, 2:]) / 4
+    return both
+
+
+def shades(grid: Floats) -> Floats:
+    """The grid as strengths in [0, 1]: square roots, so that a long stop does not drown the ways between."""
+    top = float(grid.max(initial=0.0))
+    return np.sqrt(grid / top) if top > 0.0 else np.zeros_like(grid)
