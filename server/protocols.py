@@ -16,7 +16,7 @@ PINGS_PER_S = 5.0
 PING_BURST = 50.0
 FINAL_BINARY = 0x82
 MASKED = 0x80
-LONG, LONGEST = 126, 127  # lengths that say that the real one follows, in two or in eight bytes
+LONG = 126  # from here on the length field says that the real one follows, in two (126) or in eight bytes (127)
 _LONG_HEAD = struct.Struct(">BBH")
 
 
@@ -101,7 +101,7 @@ class GameWebSocketProtocol(WebSocketsSansIOProtocol):
         buffer = self._rest + data if self._rest else data
         at = 0
         while (end := _frame_end(buffer, at, self.config.ws_max_size)) and not self.transport.is_closing():
-            if buffer[at] == FINAL_BINARY and buffer[at + 1] & MASKED and self.on_binary is not None:
+            if buffer[at] == FINAL_BINARY and MASKED <= buffer[at + 1] < MASKED + LONG and self.on_binary is not None:
                 self.on_binary(_unmasked(buffer, at, end))
             else:
                 super().data_received(buffer[at:end])
@@ -155,9 +155,8 @@ def _frame_end(buffer: bytes, at: int, most: int) -> int:
 
 
 def _unmasked(buffer: bytes, at: int, end: int) -> bytes:
-    """The payload of a whole masked frame (RFC 6455, section 5.3)."""
-    head = {LONG: 4, LONGEST: 10}.get(buffer[at + 1] & 127, 2)
-    mask, start = buffer[at + head : at + head + 4], at + head + 4
+    """The payload of a small masked frame (RFC 6455, section 5.3)."""
+    mask, start = buffer[at + 2 : at + 6], at + 6
     size = end - start
     key = int.from_bytes((mask * (size // 4 + 1))[:size], "big")
     return (int.from_bytes(buffer[start:end], "big") ^ key).to_bytes(size, "big")

@@ -9,7 +9,12 @@ from tests.server.live import Live, limits, serve
 
 @pytest.fixture(scope="session")
 def shared_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Live]:
-    many = limits(sockets_per_address=500, waiting_per_address=500, wrong_tokens_per_minute=100_000)
+    many = limits(
+        sockets_per_address=500,
+        waiting_per_address=500,
+        wrong_tokens_per_minute=100_000,
+        rooms_per_address_per_minute=100_000,
+    )
     with serve(tmp_path_factory.mktemp("live"), many) as running:
         yield running
 
