@@ -1,8 +1,9 @@
 """Which agents there are, and how an id becomes an agent.
 
 An id is a catalogue name, with options where it takes any (`scripted:seed=3,patience=40`), a trained agent with a
-checkpoint (`dp@all`), or `package.module:Factory` (again with `:options`) for a policy of the user's own. Imports
-happen here, late, so that an agent that needs torch costs nothing to those who do not use it.
+checkpoint (`dp@all`), a recorded seat (`ghost:FILE#red`), or `package.module:Factory` (again with `:options`) for a
+policy of the user's own. Imports happen here, late, so that an agent that needs torch costs nothing to those who do
+not use it.
 """
 
 import importlib
@@ -55,6 +56,7 @@ _ENTRIES = (
     _Entry(AgentCard("idle", "Idle", "idle", "all", "Stands still: the control condition."), "agents.idle:IdleAgent"),
 )
 _CATALOGUE = {entry.card.id: entry for entry in _ENTRIES}
+GHOST = "ghost"  # ghost:FILE#red, a recorded seat; never offered in a list, since it names a file of this machine
 
 
 def agent_cards() -> list[AgentCard]:
@@ -81,6 +83,8 @@ def agent_card(agent_id: str) -> AgentCard:
     reference, options = _parse(agent_id)
     if reference in _CATALOGUE:
         return _CATALOGUE[reference].card
+    if reference == GHOST:
+        return AgentCard(agent_id, "Ghost", GHOST, "its own", f"Plays a recorded seat again: {options['recording']}.")
     if "@" in reference:
         known = {card.id: card for card in trained_cards()}
         if reference not in known:
@@ -113,6 +117,8 @@ def load_agent(agent_id: str) -> Agent:
 
 def _parse(agent_id: str) -> tuple[str, dict[str, OptionValue]]:
     head, _, rest = agent_id.strip().partition(":")
+    if head == GHOST:
+        return GHOST, {"recording": rest}
     if head in _CATALOGUE or "@" in head:
         return head, _parse_options(agent_id, rest)
     attribute, _, options = rest.partition(":")
@@ -126,6 +132,8 @@ def _factory(reference: str) -> Callable[..., object]:
     """What makes the agent: a trained one (`dp@all`), one of the catalogue, or the user's own."""
     if "@" in reference:
         return partial(_resolve("agents.serving:trained_agent"), reference)
+    if reference == GHOST:
+        return _resolve("agents.ghost:GhostAgent")
     entry = _CATALOGUE.get(reference)
     return _resolve(entry.factory if entry else reference)
 
