@@ -70,6 +70,7 @@ class Live:
             f"ws://{self.address}/ws",
             subprotocols=[m.SUBPROTOCOL],  # type: ignore[list-item]
             ping_interval=None,
+            close_timeout=1,
             **options,
         )
         self.connections.append(connection)
