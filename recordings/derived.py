@@ -12,6 +12,8 @@ from world.metrics import EpisodeMetrics, Metrics
 from world.scoring import delivered_items
 from world.state import WorldState
 
+METRIC_NAMES = ("tcr", "nfd", "wt_s", "ac")
+
 
 class Derived:
     """Follows the truth messages of one episode and writes the derived ones beside them."""
@@ -88,6 +90,16 @@ def _numbers(metrics: Metrics) -> dict[str, float]:
     """The metrics as plain numbers; an action consistency that does not apply is -1."""
     ac = -1.0 if metrics.ac is None else metrics.ac
     return {"tcr": metrics.tcr, "nfd": metrics.nfd, "wt_s": metrics.wt_s, "ac": ac}
+
+
+def curves(episode: Episode) -> dict[str, list[float]]:
+    """The metrics after each tick, T values each; `ac` is -1 until something is carried together."""
+    metrics = EpisodeMetrics(episode.header.map)
+    rows = []
+    for before, tick in zip(episode.states, episode.ticks, strict=False):
+        metrics.update(before, tick.actions, tick.state)
+        rows.append(_numbers(metrics.result()))
+    return {name: [row[name] for row in rows] for name in METRIC_NAMES}
 
 
 def result(episode: Episode) -> dict[str, float]:

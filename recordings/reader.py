@@ -12,7 +12,7 @@ from mcap.exceptions import McapError
 from mcap.records import Attachment, Channel, Header, Metadata
 
 from maps.errors import MapError
-from recordings import topics
+from recordings import payloads
 from recordings.episode import AgentDecision, Episode, Event, InputSample, Outcome, TickRecord
 from recordings.errors import RecordingError, UnreadableError, cannot
 from recordings.journal import JOURNAL_SUFFIX, PROFILE, scan
@@ -115,10 +115,10 @@ class _Collected:
             "/state": self.states.append,
             "/actions": self.actions.append,
             "/timing": self.timing.append,
-            "/inputs": lambda payload: self.inputs.append(topics.read_input(payload)),
-            "/events": lambda payload: self.events.append(topics.read_event(payload)),
-            "/agent/blue": lambda payload: self.decisions.append(topics.read_agent(payload, 0)),
-            "/agent/red": lambda payload: self.decisions.append(topics.read_agent(payload, 1)),
+            "/inputs": lambda payload: self.inputs.append(payloads.read_input(payload)),
+            "/events": lambda payload: self.events.append(payloads.read_event(payload)),
+            "/agent/blue": lambda payload: self.decisions.append(payloads.read_agent(payload, 0)),
+            "/agent/red": lambda payload: self.decisions.append(payloads.read_agent(payload, 1)),
         }
 
     def _keep_map(self, payload: Any) -> None:
@@ -142,15 +142,15 @@ def _episode(records: Iterable[Record], name: str, damage: str = "") -> Episode:
 
 def _build(found: _Collected, damage: str) -> Episode:
     ticks = tuple(
-        topics.read_tick(*payloads) for payloads in zip(found.states[1:], found.actions, found.timing, strict=False)
+        payloads.read_tick(*three) for three in zip(found.states[1:], found.actions, found.timing, strict=False)
     )
     _require_consecutive(ticks, len(found.states), len(found.actions))
     closing = found.metadata.get(RECORDING, {})
     damage = damage or closing.get("damage", "")
     outcome = _outcome(found.metadata.get(END, {}))
     return Episode(
-        header=header_of(found.metadata, topics.read_map(found.the_map)),
-        initial=topics.read_state(found.states[0])[0],
+        header=header_of(found.metadata, payloads.read_map(found.the_map)),
+        initial=payloads.read_state(found.states[0])[0],
         ticks=ticks,
         inputs=tuple(found.inputs),
         events=tuple(found.events),

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from maps.json_format import map_to_json
 from maps.spec import SEAT_COLOURS
-from recordings.derived import result
+from recordings.derived import curves, result
 from recordings.episode import Episode
 from recordings.metadata import utc
 from recordings.reader import read_episode
@@ -95,4 +95,5 @@ def summary(episode: Episode) -> dict[str, Any]:
             {"tick": e.tick, "kind": e.kind, "seat": e.seat, "item": e.item, "detail": e.detail} for e in episode.events
         ],
         "metrics": result(episode),
+        "curves": curves(episode),
     }

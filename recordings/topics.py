@@ -1,28 +1,16 @@
-"""The truth topics of a recording: one JSON payload per kind, writing and reading side by side.
+"""The topics of a recording and their schemas: what is in a file, field by field.
 
 The schemas are the flat subset that strict viewers accept (every object with `properties`, arrays of scalars or
-of such objects, no null, no references), so "nothing" is -1 or an empty string. Floats are written with the
-shortest text that reads back to the same 64 bits. Topics that can be derived from these live in `foxglove`.
+of such objects, no null, no references), so "nothing" is -1 or an empty string. `recordings.payloads` writes and reads
+what they describe; the topics that viewers draw are in `recordings.foxglove`.
 """
 
-from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
-
-import numpy as np
-import orjson
-
-from maps import MapSpec
-from maps.json_format import map_from_json, map_to_json
-from maps.spec import SEAT_COLOURS
-from recordings.episode import AgentDecision, Event, InputSample, TickRecord
-from recordings.errors import RecordingError
-from world.state import Floats, WorldState
 
 FORMAT_VERSION = 1
 TICK_NS = 100_000_000
 
 Schema = dict[str, Any]
-Payload = Mapping[str, Any]
 
 
 class Topic(NamedTuple):
@@ -79,7 +67,7 @@ _NETWORK = _object(
     slack_ms=_number("how long before the tick the newest input came, -1 unknown"),
     rtt_ms=_number("round trip, -1 unknown"),
 )
-_CANDIDATE = _object(
+CANDIDATE = _object(
     "",
     score=_number("higher is better"),
     terms=_array(_number(""), "parts of the score"),
@@ -145,7 +133,7 @@ _AGENT = _object(
     latency_ms=_number("observation to answer"),
     missed=_BOOLEAN,
     chosen=_integer("index into candidates, -1 none"),
-    candidates=_array(_CANDIDATE, "what it considered"),
+    candidates=_array(CANDIDATE, "what it considered"),
     detail=_string("anything else, as JSON"),
 )
 _TIMING = _object(
@@ -182,175 +170,3 @@ COMMIT = Topic("/commit", "movingout.Commit", _COMMIT)
 JOURNAL_TOPICS = (*TRUTH, COMMIT)
 CHANNELS = {topic.name: number for number, topic in enumerate(JOURNAL_TOPICS, start=1)}
 """Channel ids of format 1, the same in every journal."""
-
-
-def encode(payload: Payload) -> bytes:
-    return orjson.dumps(payload)
-
-
-def finite(payload: bytes) -> bytes:
-    """The payload of numbers, or a RecordingError: orjson writes NaN and infinity as null.
-
-    Only for payloads without free text.
-    """
-    if b"null" in payload:
-        raise RecordingError(f"a number is not finite, so this tick cannot be recorded: {payload[:200].decode()}")
-    return payload
-
-
-# ---- map ---------------------------------------------------------------------------------------------------
-
-
-def write_map(spec: MapSpec) -> bytes:
-    return orjson.dumps(map_to_json(spec), option=orjson.OPT_INDENT_2)
-
-
-def read_map(payload: Payload) -> MapSpec:
-    return map_from_json(dict(payload))
-
-
-# ---- state -------------------------------------------------------------------------------------------------
-
-
-def _robot(pose: Sequence[float], velocity: Sequence[float], held: int) -> Payload:
-    return {
-        "x": pose[0],
-        "y": pose[1],
-        "angle": pose[2],
-        "vx": velocity[0],
-        "vy": velocity[1],
-        "angular_velocity": velocity[2],
-        "held": held,
-    }
-
-
-def write_state(state: WorldState, delivered: Sequence[bool], item_ids: Sequence[int]) -> bytes:
-    poses, velocities, held = state.robot_poses.tolist(), state.robot_velocities.tolist(), state.held.tolist()
-    return encode(
-        {
-            "tick": state.tick,
-            "blue": _robot(poses[0], velocities[0], held[0]),
-            "red": _robot(poses[1], velocities[1], held[1]),
-            "items": [
-                {"id": item, "x": x, "y": y, "angle": angle, "delivered": done}
-                for item, (x, y, angle), done in zip(item_ids, state.item_poses.tolist(), delivered, strict=True)
-            ],
-        }
-    )
-
-
-def read_state(payload: Payload) -> tuple[WorldState, tuple[bool, ...]]:
-    """The state and which items were delivered."""
-    robots = [payload[colour] for colour in SEAT_COLOURS]
-    items = payload["items"]
-    state = WorldState(
-        tick=payload["tick"],
-        robot_poses=_floats([(r["x"], r["y"], r["angle"]) for r in robots]),
-        robot_velocities=_floats([(r["vx"], r["vy"], r["angular_velocity"]) for r in robots]),
-        held=np.array([r["held"] for r in robots], dtype=np.int64),
-        item_poses=_floats([(item["x"], item["y"], item["angle"]) for item in items]),
-    )
-    return state, tuple(item["delivered"] for item in items)
-
-
-def _floats(rows: list[tuple[float, float, float]]) -> Floats:
-    return np.array(rows, dtype=np.float64).reshape(len(rows), 3)
-
-
-# ---- actions and timing ------------------------------------------------------------------------------------
-
-
-def write_actions(record: TickRecord) -> bytes:
-    blue, red = (
-        {"distance": row[0], "heading": row[1], "grasp": row[2], "source": source, "input_seq": seq}
-        for row, source, seq in zip(record.actions.tolist(), record.sources, record.input_seqs, strict=True)
-    )
-    return encode({"tick": record.state.tick, "blue": blue, "red": red})
-
-
-def write_timing(record: TickRecord) -> bytes:
-    blue, red = ({"slack_ms": slack, "rtt_ms": rtt} for slack, rtt in zip(record.slack_ms, record.rtt_ms, strict=True))
-    return encode({"tick": record.state.tick, "late_ms": record.late_ms, "blue": blue, "red": red})
-
-
-def read_tick(state: Payload, actions: Payload, timing: Payload) -> TickRecord:
-    """One tick from its three payloads."""
-    after, delivered = read_state(state)
-    blue, red = (actions[colour] for colour in SEAT_COLOURS)
-    network = [timing[colour] for colour in SEAT_COLOURS]
-    return TickRecord(
-        actions=_floats([(a["distance"], a["heading"], a["grasp"]) for a in (blue, red)]),
-        sources=(blue["source"], red["source"]),
-        input_seqs=(blue["input_seq"], red["input_seq"]),
-        state=after,
-        delivered=delivered,
-        late_ms=timing["late_ms"],
-        slack_ms=(network[0]["slack_ms"], network[1]["slack_ms"]),
-        rtt_ms=(network[0]["rtt_ms"], network[1]["rtt_ms"]),
-    )
-
-
-# ---- inputs, events, agents --------------------------------------------------------------------------------
-
-
-def write_input(sample: InputSample) -> bytes:
-    return encode(
-        {
-            "tick": sample.tick,
-            "seat": sample.seat,
-            "seq": sample.seq,
-            "client_ms": sample.client_ms,
-            "move": sample.move,
-            "heading": sample.heading,
-            "grabs": sample.grabs,
-            "device": sample.device,
-            "rtt_ms": sample.rtt_ms,
-        }
-    )
-
-
-def read_input(payload: Payload) -> InputSample:
-    return InputSample(**payload)
-
-
-def write_event(event: Event) -> bytes:
-    return encode(
-        {"tick": event.tick, "kind": event.kind, "seat": event.seat, "item": event.item, "detail": event.detail}
-    )
-
-
-def read_event(payload: Payload) -> Event:
-    return Event(**payload)
-
-
-def write_agent(decision: AgentDecision) -> bytes:
-    """`chosen` and well-formed `candidates` get fields of their own; whatever else an agent says is kept as JSON."""
-    rest = dict(decision.detail)
-    chosen = rest.pop("chosen", -1) if isinstance(rest.get("chosen"), int) else -1
-    candidates = rest.pop("candidates", []) if _are_candidates(rest.get("candidates")) else []
-    return orjson.dumps(
-        {
-            "tick": decision.tick,
-            "latency_ms": decision.latency_ms,
-            "missed": decision.missed,
-            "chosen": chosen,
-            "candidates": candidates,
-            "detail": orjson.dumps(rest, option=orjson.OPT_SERIALIZE_NUMPY).decode() if rest else "",
-        },
-        option=orjson.OPT_SERIALIZE_NUMPY,
-    )
-
-
-def _are_candidates(value: object) -> bool:
-    return isinstance(value, list | tuple) and all(
-        isinstance(entry, Mapping) and entry.keys() == _CANDIDATE["properties"].keys() for entry in value
-    )
-
-
-def read_agent(payload: Payload, seat: int) -> AgentDecision:
-    detail: dict[str, object] = orjson.loads(payload["detail"]) if payload["detail"] else {}
-    if payload["chosen"] != -1:
-        detail["chosen"] = payload["chosen"]
-    if payload["candidates"]:
-        detail["candidates"] = payload["candidates"]
-    return AgentDecision(payload["tick"], seat, payload["latency_ms"], payload["missed"], detail)

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from maps.spec import SEAT_COLOURS
-from recordings import topics
+from recordings import payloads
 from recordings.episode import AgentDecision, Episode, EpisodeHeader, Event, InputSample, Outcome, TickRecord
 from recordings.errors import RecordingError
 from recordings.journal import JOURNAL_SUFFIX, Journal, head, message, metadata_record
@@ -88,15 +88,15 @@ class EpisodeWriter:
 
     def input(self, sample: InputSample) -> None:
         """A raw input; written with the next tick."""
-        self._add("/inputs", sample.tick, topics.finite(topics.write_input(sample)))
+        self._add("/inputs", sample.tick, payloads.finite(payloads.write_input(sample)))
 
     def agent(self, decision: AgentDecision) -> None:
         """An agent's answer; written with the next tick."""
-        self._add(f"/agent/{SEAT_COLOURS[decision.seat]}", decision.tick, topics.write_agent(decision))
+        self._add(f"/agent/{SEAT_COLOURS[decision.seat]}", decision.tick, payloads.write_agent(decision))
 
     def event(self, event: Event) -> None:
         """An event; written with the next tick, or at once when it stops the clock."""
-        self._add("/events", event.tick, topics.write_event(event))
+        self._add("/events", event.tick, payloads.write_event(event))
         if event.kind in _AT_ONCE:
             self.flush()
 
@@ -105,9 +105,11 @@ class EpisodeWriter:
         number = record.state.tick
         if number != self._tick + 1:
             raise RecordingError(f"tick {number} cannot follow tick {self._tick}")
-        self._add("/actions", number, topics.finite(topics.write_actions(record)))
-        self._add("/state", number, topics.finite(topics.write_state(record.state, record.delivered, self._item_ids)))
-        self._add("/timing", number, topics.finite(topics.write_timing(record)))
+        self._add("/actions", number, payloads.finite(payloads.write_actions(record)))
+        self._add(
+            "/state", number, payloads.finite(payloads.write_state(record.state, record.delivered, self._item_ids))
+        )
+        self._add("/timing", number, payloads.finite(payloads.write_timing(record)))
         self._tick = number
         self.flush()
 
@@ -141,7 +143,7 @@ class EpisodeWriter:
         attachments: Mapping[str, bytes],
         software: Mapping[str, str],
     ) -> None:
-        the_map = topics.write_map(header.map)
+        the_map = payloads.write_map(header.map)
         entries = header_metadata(header, software)
         self._pending.append(
             head(
@@ -150,8 +152,8 @@ class EpisodeWriter:
         )
         self._add("/map", 0, the_map)
         delivered = delivered_items(header.map, initial.item_poses).tolist()
-        start = topics.write_state(initial, delivered, self._item_ids)
-        self._add("/state", 0, topics.finite(start))
+        start = payloads.write_state(initial, delivered, self._item_ids)
+        self._add("/state", 0, payloads.finite(start))
         self.flush()
 
     def _add(self, topic: str, tick: int, payload: bytes) -> None:

@@ -42,6 +42,9 @@ def test_the_summary_is_json_with_everything_but_the_poses(tmp_path: Path) -> No
     assert [seat["name"] for seat in summary["seats"]] == ["P-3f2a", "scripted"]
     assert summary["held"] == [state.held.tolist() for state in read_episode(journal).states]
     assert played.header.episode_id == summary["id"]
+    for name, curve in summary["curves"].items():
+        assert len(curve) == 20
+        assert curve[-1] == summary["metrics"][name]
 
 
 def test_states_that_cannot_be_simulated_are_interpolated(tmp_path: Path) -> None:

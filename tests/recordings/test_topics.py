@@ -10,7 +10,8 @@ from mcap.reader import make_reader
 
 from maps import load_map, map_names
 from recordings import AgentDecision, finalise
-from recordings.topics import JOURNAL_TOPICS, METRICS, TRUTH, Topic, read_agent, write_agent, write_map
+from recordings.payloads import read_agent, write_agent, write_map
+from recordings.topics import JOURNAL_TOPICS, METRICS, TRUTH, Topic
 from tests.recordings.support import record
 
 SCALARS = {"boolean", "string", "number", "integer"}

@@ -225,7 +225,7 @@ def test_the_report_counts_presses_and_what_they_did(recorder: Path, episode: Ep
 
 def test_real_official_trajectories_re_simulate_exactly(tmp_path: Path) -> None:
     """States of the official environment itself, written in its recorder's shape."""
-    for name in ("HandOff_01", "AdaptiveAssist_06", "LeftRight_00"):
+    for name in ("HandOff_01", "AdaptiveAssist_06"):
         golden = dict(np.load(reference("golden") / f"{name}.npz"))
         path = write(tmp_path / f"{name}.json", [_official_steps(golden)])
         report, found = imported(path, tmp_path / "in")
