@@ -66,6 +66,6 @@ def open_page(browser: Browser, server: Server) -> Iterator[OpenPage]:
 @pytest.fixture(scope="session")
 def pictures() -> Path:
     """Where screenshots go; git ignores the folder."""
-    folder = Path(__file__).resolve().parents[2] / "test-results"
-    folder.mkdir(exist_ok=True)
+    folder = Path(__file__).resolve().parents[2] / "build" / "pictures"
+    folder.mkdir(parents=True, exist_ok=True)
     return folder

@@ -81,6 +81,7 @@ class Pilot {
       const { x, y, angle } = this.robot;
       const gap = Math.hypot(item.x - x, item.y - y) - ROBOT_RADIUS - ITEM_RADIUS;
       const off = Math.abs(wrap(bearingOf(this.robot, item.x, item.y) - angle));
+      if (gap < 0.05) this.course = -1; // close to it, it faces as straight as eight directions allow
       if (gap < 0.02 && off < 0.4) await this.press("grab", () => this.robot.held === index);
       else await this.hold(...this.towards(item.x, item.y));
     }
@@ -95,6 +96,14 @@ class Pilot {
   async deliver(index, x, y) {
     while (!this.item(index).delivered) await this.hold(...this.towards(x, y));
     await this.drop();
+  }
+
+  /** Keep one direction until it goes no farther. */
+  async shove(direction) {
+    for (let still = 0, last = this.robot; still < 5; last = this.robot) {
+      await this.hold(direction);
+      still = Math.hypot(this.robot.x - last.x, this.robot.y - last.y) < 0.005 ? still + 1 : 0;
+    }
   }
 
   /** One press, then patience for half a second. */

@@ -55,11 +55,15 @@ def test_a_series_goes_on_to_the_next_map_when_both_are_ready(server: Server, op
 def down_the_pathway(item: int) -> Plan:
     """On HandOff: fetch an item from the top left, turn at the top of the pathway and push the item down."""
     return [
-        ("go", -0.05, 0.9, 0.07),
+        ("drive", "left", "x", -0.04),
+        ("drive", "up", "y", 0.8),
         ("grab", item),
-        ("back", -0.03, 0.93, 0.06),
-        ("deliver", item, 0.02, -2.0),
-        ("drive", "up", "y", 0.85),
+        ("back", -0.08, 0.88, 0.07),
+        ("back", 0.1, 0.79, 0.05),
+        ("drive", "down", "y", 0.2),
+        ("shove", "down"),
+        ("drop",),
+        ("drive", "up", "y", 0.4),
     ]
 
 
@@ -70,6 +74,6 @@ def test_two_browsers_play_hand_off_to_the_end_by_key_presses(server: Server, op
     start(blue, red)
     aside: Plan = [("drive", "up", "y", 0.9), ("drive", "right", "x", 0.1), ("drive", "up", "y", 1.05)]
     carry = [step for item in (2, 3, 1, 0) for step in down_the_pathway(item)]
-    play(Pilot(blue, 0, carry), Pilot(red, 1, aside), timeout_s=140)
+    play(Pilot(blue, 0, carry), Pilot(red, 1, aside), timeout_s=150)
     assert blue.evaluate("window.__movingout.result.outcome") == "delivered"
     expect(red.locator("#result")).to_contain_text("Everything is delivered")
