@@ -1,18 +1,21 @@
 """Episodes of scripted pairs, written as live play is: one MCAP file each, in parallel processes."""
 
 import multiprocessing
+import re
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from agents.catalogue import load_agent
+from agents.corrections import SUFFIX, Lesson, save_correction, teach
 from agents.populations import Participant
 from agents.rollout import rollout
 from maps import MapSpec
 from recordings import EpisodeHeader, EpisodeWriter, SeatInfo, TickRecord, finalise
-from world.metrics import EpisodeMetrics
+from world.metrics import EpisodeMetrics, task_completion_rate
 from world.scoring import delivered_items
 
 Pair = tuple[Participant, Participant]
@@ -83,9 +86,36 @@ def make_all(todo: Sequence[Job], folder: Path, workers: int) -> Iterator[Made]:
     missing = [job for job in todo if not (folder / f"{job.episode_id}.mcap").exists()]
     for job in missing:
         (folder / f"{job.episode_id}.mcap.journal").unlink(missing_ok=True)  # of a run that was stopped
+    yield from _in_processes([partial(make, job, folder) for job in missing], workers)
+
+
+def teach_all(todo: Sequence[Lesson], folder: Path, workers: int) -> Iterator[Made]:
+    """Play and label all lessons likewise."""
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = {lesson: folder / f"{_file_name(lesson)}{SUFFIX}" for lesson in todo}
+    missing = [(lesson, path) for lesson, path in paths.items() if not path.exists()]
+    yield from _in_processes([partial(_teach, lesson, path) for lesson, path in missing], workers)
+
+
+def _file_name(lesson: Lesson) -> str:
+    """A file name that tells lessons apart."""
+    learner = re.sub(r"[^A-Za-z0-9]+", "-", lesson.learner)
+    variant = f"-{lesson.map.variant}" if lesson.map.variant else ""
+    return f"{learner}-{lesson.map.name}{variant}-{lesson.partner[0]}-{lesson.seed}"
+
+
+def _teach(lesson: Lesson, path: Path) -> Made:
+    correction = teach(lesson)
+    save_correction(path, correction)
+    walk = correction.trajectory
+    rate = task_completion_rate(walk.map, delivered_items(walk.map, walk.item_poses[-1]))
+    return Made(path, walk.map.name, walk.ticks, rate)
+
+
+def _in_processes(calls: Sequence[Callable[[], Made]], workers: int) -> Iterator[Made]:
     if workers == 1:
-        yield from (make(job, folder) for job in missing)
+        yield from (call() for call in calls)
         return
     with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:
-        for future in as_completed([pool.submit(make, job, folder) for job in missing]):
+        for future in as_completed([pool.submit(call) for call in calls]):
             yield future.result()

@@ -3,9 +3,14 @@
 import argparse
 import json
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
-from agents.demonstrations import Made, jobs, make_all
+from rich.console import Console
+from rich.progress import Progress
+
+from agents.corrections import lessons
+from agents.demonstrations import Made, jobs, make_all, teach_all
 from agents.errors import DataError
 from agents.populations import PEOPLE, POPULATIONS, manifest, population
 from maps import MapSpec, load_map, map_names
@@ -25,13 +30,25 @@ def configure(parser: argparse.ArgumentParser) -> None:
     generate.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     generate.add_argument("--out", type=Path, default=Path("data/demos"), help="folder for the recordings")
     generate.add_argument("--json", action="store_true")
+    label = actions.add_parser("label", help="let a learner play while an expert says what it would have done (DAgger)")
+    label.add_argument("--learner", default="scripted", help="agent id (default: the expert itself)")
+    label.add_argument("--expert", default="scripted", help="agent id of who labels")
+    label.add_argument("--population", choices=("A", "B", "AB"), default="AB", help="whose people are the partners")
+    label.add_argument("--map", default="all", help="a map's name, several joined by commas, or all")
+    label.add_argument("--challenge", type=int, choices=(1, 2), default=1)
+    label.add_argument("--episodes", type=int, default=8, help="per map")
+    label.add_argument("--ticks", type=int, default=500)
+    label.add_argument("--seed", type=int, default=0)
+    label.add_argument("--workers", type=int, default=os.cpu_count() or 1)
+    label.add_argument("--out", type=Path, default=Path("data/corrections"))
+    label.add_argument("--json", action="store_true")
     people = actions.add_parser("people", help="who is in the populations")
     people.add_argument("--json", action="store_true")
 
 
 def run(args: argparse.Namespace) -> int:
     """Dispatch."""
-    return _people(args) if args.action == "people" else _generate(args)
+    return {"generate": _generate, "label": _label, "people": _people}[args.action](args)
 
 
 def _people(args: argparse.Namespace) -> int:
@@ -52,18 +69,34 @@ def _generate(args: argparse.Namespace) -> int:
     people = population(args.population)[: args.people]
     prefix = f"{args.population}{args.challenge}s{args.seed}"
     todo = jobs(people, _maps(args), args.episodes, args.ticks, args.seed, prefix)
-    made = _with_progress(todo, args)
+    made = _with_progress(len(todo), make_all(todo, args.out, args.workers))
     (args.out / "people.json").write_text(json.dumps(manifest(), indent=1))
     rates = [one.tcr for one in made]
     mean = sum(rates) / len(rates) if rates else 0.0
     if args.json:
-        per_map = {
-            name: [round(one.tcr, 4) for one in made if one.map == name] for name in sorted({o.map for o in made})
-        }
-        print(json.dumps({"out": str(args.out), "episodes": len(made), "mean_tcr": mean, "tcr": per_map}))
+        print(json.dumps({"out": str(args.out), "episodes": len(made), "mean_tcr": mean, "tcr": _per_map(made)}))
     else:
         print(f"{len(made)} episodes in {args.out}, mean TCR {mean:.2f}; {len(todo) - len(made)} were there already")
     return 0
+
+
+def _label(args: argparse.Namespace) -> int:
+    partners = [(person.name, person.agent_id) for name in args.population for person in population(name)]
+    order = [partners[k * 7 % len(partners)] for k in range(len(partners))]  # A and B in turn
+    todo = lessons(_maps(args), order, args.learner, args.expert, args.episodes, args.ticks, args.seed)
+    made = _with_progress(len(todo), teach_all(todo, args.out, args.workers))
+    mean = sum(one.tcr for one in made) / max(len(made), 1)
+    if args.json:
+        print(json.dumps({"out": str(args.out), "episodes": len(made), "tcr": _per_map(made)}))
+    else:
+        print(f"{len(made)} episodes in {args.out}, mean TCR {mean:.2f}: {_per_map(made)}")
+    return 0
+
+
+def _per_map(made: list[Made]) -> dict[str, float]:
+    names = sorted({one.map for one in made})
+    rates = {name: [one.tcr for one in made if one.map == name] for name in names}
+    return {name: round(sum(values) / len(values), 3) for name, values in rates.items()}
 
 
 def _maps(args: argparse.Namespace) -> list[MapSpec]:
@@ -76,14 +109,11 @@ def _maps(args: argparse.Namespace) -> list[MapSpec]:
     return [randomize(the_map, args.seed + variant) for variant in range(4) for the_map in maps]
 
 
-def _with_progress(todo: list, args: argparse.Namespace) -> list[Made]:  # type: ignore[type-arg]
-    from rich.console import Console
-    from rich.progress import Progress
-
+def _with_progress(total: int, episodes: Iterator[Made]) -> list[Made]:
     made: list[Made] = []
     with Progress(console=Console(stderr=True)) as progress:
-        bar = progress.add_task("episodes", total=len(todo))
-        for one in make_all(todo, args.out, args.workers):
+        bar = progress.add_task("episodes", total=total)
+        for one in episodes:
             made.append(one)
             progress.advance(bar)
     return made

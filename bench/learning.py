@@ -1,0 +1,124 @@
+"""How good and how fast learned agents are: plays them with partners and prints the paper's metrics.
+
+    python -m bench.learning --agents dp@all,bass@all,idle --partners C --episodes 2
+
+`idle` among the agents is the control condition: what the partner reaches alone. Errors are standard errors over
+episodes.
+"""
+
+import argparse
+import json
+import math
+import multiprocessing
+import os
+import time
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+
+import numpy as np
+
+from agents.catalogue import load_agent
+from agents.populations import POPULATIONS, population
+from agents.rollout import rollout
+from maps import load_map, map_names
+from world.metrics import EpisodeMetrics
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """One episode: an agent in a seat of a map with a partner."""
+
+    agent: str
+    partner: str
+    map: str
+    seat: int
+    seed: int
+    ticks: int
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What came of it, and the processor time of the agent's side and of all."""
+
+    run: Run
+    tcr: float
+    nfd: float
+    wt_s: float
+    ac: float | None
+    cpu_s: float
+
+
+def play(run: Run) -> Outcome:
+    """Play one episode."""
+    the_map = load_map(run.map)
+    pair = (load_agent(run.agent), load_agent(run.partner))
+    metrics = EpisodeMetrics(the_map)
+    begun = time.process_time()
+    for step in rollout(the_map, pair if run.seat == 0 else pair[::-1], run.seed, run.ticks):
+        metrics.update(step.before, step.actions, step.after)
+    result = metrics.result()
+    return Outcome(run, result.tcr, result.nfd, result.wt_s, result.ac, time.process_time() - begun)
+
+
+def runs(agents: list[str], partners: list[str], maps: list[str], episodes: int, ticks: int) -> list[Run]:
+    """The same partners, seats and seeds for every agent."""
+    made = []
+    for index, name in enumerate(maps):
+        for number in range(episodes):
+            partner = partners[(index * episodes + number) % len(partners)]
+            made += [Run(agent, partner, name, number % 2, number, ticks) for agent in agents]
+    return made
+
+
+def mean_error(values: list[float]) -> tuple[float, float]:
+    """Mean and standard error."""
+    if not values:
+        return math.nan, math.nan
+    return float(np.mean(values)), float(np.std(values, ddof=1) / math.sqrt(len(values))) if len(values) > 1 else 0.0
+
+
+def table(outcomes: list[Outcome], agents: list[str], maps: list[str]) -> str:
+    """Rows of agents: TCR and NFD over all maps, then TCR by map."""
+    lines = ["| agent | TCR | NFD | WT [s] | AC | n | " + " | ".join(maps) + " |", "|---" * (6 + len(maps)) + "|"]
+    for agent in agents:
+        mine = [one for one in outcomes if one.run.agent == agent]
+        tcr, nfd, waiting = (mean_error([getattr(one, name) for one in mine]) for name in ("tcr", "nfd", "wt_s"))
+        consistency = mean_error([one.ac for one in mine if one.ac is not None])
+        cells = [f"{m:.3f} ± {e:.3f}" for m, e in (tcr, nfd, waiting, consistency)]
+        by_map = [f"{mean_error([one.tcr for one in mine if one.run.map == name])[0]:.2f}" for name in maps]
+        lines.append(f"| {agent} | " + " | ".join([*cells, str(len(mine)), *by_map]) + " |")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Parse, play, print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--agents", default="dp@all,bass@all,scripted,idle")
+    parser.add_argument("--partners", default="C", help="a population (A, B, C) or an agent id")
+    parser.add_argument("--maps", default="all")
+    parser.add_argument("--episodes", type=int, default=2, help="per map")
+    parser.add_argument("--ticks", type=int, default=500)
+    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--json", action="store_true")
+    args = parser.parse_args()
+    agents, maps = args.agents.split(","), map_names() if args.maps == "all" else args.maps.split(",")
+    people = args.partners in POPULATIONS
+    partners = [person.agent_id for person in population(args.partners)] if people else [args.partners]
+    todo = runs(agents, partners, list(maps), args.episodes, args.ticks)
+    with ProcessPoolExecutor(args.workers, mp_context=multiprocessing.get_context("spawn")) as pool:
+        outcomes = [future.result() for future in as_completed([pool.submit(play, run) for run in todo])]
+    if args.json:
+        scores = {
+            agent: {
+                name: mean_error([getattr(one, name) for one in outcomes if one.run.agent == agent])
+                for name in ("tcr", "nfd", "wt_s")
+            }
+            for agent in agents
+        }
+        print(json.dumps({"partners": args.partners, "episodes": len(todo) // len(agents), "scores": scores}))
+    else:
+        print(table(outcomes, agents, list(maps)))
+
+
+if __name__ == "__main__":
+    main()
