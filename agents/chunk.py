@@ -1,12 +1,12 @@
 """Action chunks: the check at the rim, and the rows that the world wants."""
 
 from collections.abc import Sequence
-from typing import SupportsFloat
 
 import numpy as np
 
 from agents.base import ActionChunk, Agent
 from agents.errors import AgentError
+from world.action import to_world
 from world.state import Floats
 
 MAX_ROWS = 64  # a chunk is at most 6.4 s long
@@ -45,6 +45,7 @@ def rows_to_execute(agent: Agent, chunk: ActionChunk) -> int:
     return min(max(int(wanted), 1), len(chunk))
 
 
-def world_action(row: Sequence[SupportsFloat] | Floats) -> tuple[float, float, float]:
+def world_action(row: Sequence[float] | Floats) -> tuple[float, float, float]:
     """Turn one chunk row into what `World.step` takes for a seat: distance, heading [rad], toggle."""
-    return float(row[0]), float(np.arctan2(float(row[2]), float(row[1]))), float(row[3])
+    distance, heading, toggle = to_world(row).tolist()
+    return distance, heading, toggle

@@ -3,8 +3,8 @@
 import numpy as np
 
 from agents.base import Observation
-from agents.errors import AgentError
 from maps import MapSpec
+from world.observation import encode_state
 from world.state import Floats, WorldState
 
 
@@ -12,7 +12,7 @@ def observe(map_spec: MapSpec, state: WorldState, seat: int, tick: int | None = 
     """The observation of `seat` before tick `tick` (default: the state's own tick)."""
 
     def encode(layout: str) -> Floats:
-        raise AgentError(f"unknown observation layout {layout!r}")
+        return encode_state(map_spec, state, seat, layout)
 
     return Observation(state, state.tick if tick is None else tick, seat, encode)
 
