@@ -9,6 +9,7 @@ import statistics
 import tempfile
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +28,8 @@ from recordings import (
     replay_frames,
     verify,
 )
+from recordings.exports import export
+from recordings.exports.plan import Plan
 from recordings.index import Filter, list_recordings
 from world import World
 from world.state import WorldState
@@ -35,6 +38,8 @@ TICKS = 500
 ROUNDS = 5
 EPISODE_S = TICKS * 0.1
 LISTED = 10_000
+EXPORTED = 3
+FORMATS = ("parquet", "csv", "lerobot", "robomimic", "official")
 MAPS = ("HandOff", "AdaptiveAssist", "FourCorners")
 
 
@@ -44,6 +49,7 @@ def main() -> None:
         for name in MAPS:
             rounds = [measure(Path(folder), name, k) for k in range(ROUNDS)]
             rows.append([name, *(f"{statistics.median(values):,.3f}" for values in zip(*rounds, strict=True))])
+        exporting = measure_exports(Path(folder), [Path(folder) / f"{MAPS[0]}-{k}.mcap" for k in range(EXPORTED)])
         listing = measure_listing(Path(folder), Path(folder) / f"{MAPS[0]}-0.mcap")
     rows.append(["to reach", "0.300", "", "500", "", "", "50", ""])
     columns = [
@@ -57,6 +63,9 @@ def main() -> None:
         "replay s",
     ]
     print_table(f"Recording {TICKS} ticks with two seats (CPU time, median of {ROUNDS})", columns, rows)
+    print_table(
+        f"Exporting {EXPORTED} episodes of {TICKS} ticks (wall time)", ["format", "s", "x real time"], exporting
+    )
     print_table(f"A folder of {LISTED:,} recordings (wall time)", ["", "s", "to reach"], listing)
 
 
@@ -78,6 +87,16 @@ def measure(folder: Path, map_name: str, number: int) -> list[float]:
         EPISODE_S / cpu_seconds(lambda: verify(path)),
         cpu_seconds(lambda: replay_frames(path, 20000.0, 32768 / np.pi)),
     ]
+
+
+def measure_exports(folder: Path, recordings: list[Path]) -> list[list[str]]:
+    """Seconds to export some episodes in each format that is no picture; imports of libraries included."""
+    rows = []
+    for name in FORMATS:
+        plan = Plan(recordings, folder / f"export-{name}")
+        seconds = wall_seconds(partial(export, name, plan))
+        rows.append([name, f"{seconds:.2f}", f"{EXPORTED * EPISODE_S / seconds:,.0f}"])
+    return rows
 
 
 def measure_listing(folder: Path, recording: Path) -> list[list[str]]:

@@ -27,4 +27,5 @@ def over_processes(function: Callable[[T], R], values: Sequence[T], workers: int
         return
     # spawn: a fork would copy the bar's thread in an unknown state
     with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:
-        yield from track(pool.map(function, values, chunksize=4), len(values), verb)
+        share = max(len(values) // (8 * workers), 1)
+        yield from track(pool.map(function, values, chunksize=share), len(values), verb)

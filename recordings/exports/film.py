@@ -1,5 +1,6 @@
 """An episode as a film: pictures at any moment of play, drawn like the browser draws them."""
 
+import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +14,9 @@ from recordings.episode import Episode
 from recordings.errors import RecordingError
 from recordings.exports.plan import Plan
 from recordings.exports.target import building
+from recordings.listing import read_players
+from recordings.progress import over_processes
+from recordings.reader import read_episode
 from recordings.replay import POSES_PER_TICK, replay_poses
 
 TICK_S = 0.1
@@ -70,14 +74,33 @@ class Film:
         return canvas
 
 
+@dataclass(frozen=True, slots=True)
+class _Job:
+    """One recording to be drawn, perhaps by another process."""
+
+    recording: Path
+    target: Path
+    draw: Draw
+    plan: Plan
+
+    def run(self) -> None:
+        episode = read_episode(self.recording)
+        plan = self.plan
+        poses, _ = replay_poses(episode)
+        self.draw(self.target, Film(episode, poses, plan.side // 2 * 2, plan.speed, plan.every_s, plan.overlay))
+
+
 def write_films(plan: Plan, suffix: str, draw: Draw) -> None:
-    """One recording into the file that was named; several into a folder."""
+    """One recording into the file that was named; several, side by side on all cores, into a folder."""
     if plan.speed <= 0 or plan.every_s <= 0 or not 64 <= plan.side <= 2048:
         raise RecordingError("speed and the seconds between pictures must be above 0, the side 64 to 2048 pixels")
     single = len(plan.recordings) == 1 and plan.target.suffix == suffix
     with building(plan.target) as part:
         if not single:
             part.mkdir()
-        for episode, _ in plan.episodes("drawing"):
-            film = Film(episode, replay_poses(episode)[0], plan.side // 2 * 2, plan.speed, plan.every_s, plan.overlay)
-            draw(part if single else part / f"{episode.header.episode_id}{suffix}", film)
+        jobs = [
+            _Job(path, part if single else part / f"{read_players(path).episode_id}{suffix}", draw, plan)
+            for path in plan.recordings
+        ]
+        for _ in over_processes(_Job.run, jobs, os.cpu_count() or 1, "drawing"):
+            pass

@@ -21,7 +21,13 @@ def draw(path: Path, film: Film) -> None:
         times.append(film.seconds)
     pictures = [film.at(time_s) for time_s in times]
     width, height = pictures[0].size
-    strip = Image.new("RGB", (width * len(pictures), height), LIGHT.surface)
+    step = width + gap(width)
+    strip = Image.new("RGB", (step * len(pictures) - gap(width), height), LIGHT.small)
     for place, picture in enumerate(pictures):
-        strip.paste(picture, (place * width, 0))
+        strip.paste(picture, (place * step, 0))
     strip.save(path, "PNG", optimize=True)
+
+
+def gap(width: int) -> int:
+    """Pixels between two pictures."""
+    return max(width // 64, 2)

@@ -252,7 +252,7 @@ def test_a_gif_has_a_picture_per_tick(recordings: list[Path], tmp_path: Path) ->
 def test_a_strip_shows_start_steps_and_end_side_by_side(recordings: list[Path], tmp_path: Path) -> None:
     path = made("png", recordings[:1], tmp_path / "x.png", side=96, every_s=0.5, overlay=False)
     with Image.open(path) as strip:
-        assert strip.size == (4 * 96, 96), "at 0.0, 0.5, 1.0 and 1.4 s"
+        assert strip.size == (4 * 96 + 3 * 2, 96), "at 0.0, 0.5, 1.0 and 1.4 s, 2 pixels between them"
 
 
 def test_several_recordings_become_a_folder_of_pictures(recordings: list[Path], tmp_path: Path) -> None:
