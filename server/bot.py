@@ -54,12 +54,7 @@ class Bot(asyncio.Protocol):
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         self._transport = cast(asyncio.Transport, transport)
-        key = base64.b64encode(os.urandom(16)).decode()
-        request = (
-            f"GET /ws HTTP/1.1\r\nHost: {self._host}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
-            f"Sec-WebSocket-Key: {key}\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Protocol: {m.SUBPROTOCOL}\r\n\r\n"
-        )
-        self._transport.write(request.encode())
+        self._transport.write(handshake(self._host))
 
     def connection_lost(self, exc: Exception | None) -> None:
         if self._task is not None:
@@ -78,7 +73,8 @@ class Bot(asyncio.Protocol):
             self._say(m.Join(self._room, self._mode, claim=claim, name="bot"))
         self._take_frames()
 
-    def stop(self) -> None:
+    def cancel(self) -> None:
+        """Hang up."""
         if self._transport is not None:
             self._transport.close()
 
@@ -150,9 +146,21 @@ class Bot(asyncio.Protocol):
         self._send(TEXT, msgspec.json.encode(message))
 
     def _send(self, opcode: int, payload: bytes) -> None:
-        """Client frames must be masked; a mask of zeros is one, and costs nothing."""
-        assert self._transport is not None
-        head = bytes((0x80 | opcode, 0x80 | len(payload))) if len(payload) < 126 else (
-            bytes((0x80 | opcode, 0x80 | 126)) + len(payload).to_bytes(2, "big")
-        )  # fmt: skip
-        self._transport.write(head + b"\0\0\0\0" + payload)
+        if self._transport is not None:
+            self._transport.write(masked(opcode, payload))
+
+
+def handshake(host: str) -> bytes:
+    """The request that opens a websocket of our subprotocol."""
+    key = base64.b64encode(os.urandom(16)).decode()
+    return (
+        f"GET /ws HTTP/1.1\r\nHost: {host}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+        f"Sec-WebSocket-Key: {key}\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Protocol: {m.SUBPROTOCOL}\r\n\r\n"
+    ).encode()
+
+
+def masked(opcode: int, payload: bytes) -> bytes:
+    """A client's frame of up to 64 kB. It must be masked; a mask of zeros is one, and costs nothing."""
+    size = len(payload)
+    length = bytes((0x80 | size,)) if size < 126 else bytes((0x80 | 126,)) + size.to_bytes(2, "big")
+    return bytes((0x80 | opcode,)) + length + b"\0\0\0\0" + payload

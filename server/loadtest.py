@@ -13,10 +13,12 @@ import sys
 import tempfile
 import urllib.error
 import urllib.request
-from collections.abc import Iterator
+from collections.abc import Callable, Coroutine, Iterator
 from contextlib import contextmanager
 from typing import Any, NamedTuple
 from urllib.parse import urlsplit
+
+import uvloop
 
 from maps import MovingOutError, map_names
 from server.bot import Bot, Tally
@@ -36,6 +38,14 @@ class Target(NamedTuple):
 
     base: str  # http://127.0.0.1:8000
     admin_token: str
+
+    @property
+    def host_and_port(self) -> tuple[str, int]:
+        address = urlsplit(self.base)
+        return address.hostname or "127.0.0.1", address.port or 80
+
+
+Beside = Callable[[Target], Coroutine[Any, Any, None]]
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -60,14 +70,13 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def measure(target: Target, rooms: int, clients: int, seconds: float) -> dict[str, Any]:
-    """Play `rooms` rooms and give the fixed fields of DESIGN.md §3, with a few more."""
-    try:
-        import uvloop
+def measure(target: Target, rooms: int, clients: int, seconds: float, beside: Beside | None = None) -> dict[str, Any]:
+    """Play `rooms` rooms and give the fixed fields of the load test, with a few more.
 
-        return uvloop.run(_measure(target, rooms, clients, seconds))
-    except ImportError:
-        return asyncio.run(_measure(target, rooms, clients, seconds))
+    `beside` runs during the measurement (an abusive client, say) and is then cancelled.
+    """
+    try:
+        return uvloop.run(_measure(target, rooms, clients, seconds, beside))
     except OSError as error:
         raise LoadTestError(f"the server at {target.base} does not answer as expected: {error}") from error
 
@@ -98,36 +107,41 @@ def _wait_until_ready(process: "subprocess.Popen[str]") -> Target:
     raise LoadTestError("the server did not start; `movingout play` says why")
 
 
-async def _measure(target: Target, rooms: int, clients: int, seconds: float) -> dict[str, Any]:
+async def _measure(target: Target, rooms: int, clients: int, seconds: float, beside: Beside | None) -> dict[str, Any]:
     tally = Tally()
-    bots = await _fill_rooms(target, rooms, clients, tally)
-    await _wait_for_play(bots, tally)
-    await asyncio.sleep(WARM_UP_S)
-    await asyncio.to_thread(_call, target, "/api/admin/measurements/reset", {})
-    before = await asyncio.to_thread(_call, target, "/api/admin/state")
-    for bot in bots:
-        bot.measure()
-    await asyncio.sleep(seconds)
-    after = await asyncio.to_thread(_call, target, "/api/admin/state")
-    for bot in bots:
-        bot.stop()
+    bots: list[Bot] = []
+    other: asyncio.Task[None] | None = None
+    try:
+        await _fill_rooms(target, rooms, clients, tally, bots)
+        await _wait_for_play(bots, tally)
+        await asyncio.sleep(WARM_UP_S)
+        await asyncio.to_thread(_call, target, "/api/admin/measurements/reset", {})
+        before = await asyncio.to_thread(_call, target, "/api/admin/state")
+        for bot in bots:
+            bot.measure()
+        other = asyncio.create_task(beside(target)) if beside else None
+        await asyncio.sleep(seconds)
+        after = await asyncio.to_thread(_call, target, "/api/admin/state")
+    finally:
+        for bot in bots:
+            bot.cancel()
+        if other is not None:
+            other.cancel()
+        await asyncio.sleep(0.1)  # for the connections to close
     return _result(rooms, clients, before, after, tally)
 
 
-async def _fill_rooms(target: Target, rooms: int, clients: int, tally: Tally) -> list[Bot]:
-    """Open all rooms first, then let the clients in."""
-    address = urlsplit(target.base)
-    host, port = address.hostname or "127.0.0.1", address.port or 80
+async def _fill_rooms(target: Target, rooms: int, clients: int, tally: Tally, bots: list[Bot]) -> None:
+    """Open all rooms first, then let the clients in; they are added to `bots`."""
+    host, port = target.host_and_port
     loop = asyncio.get_running_loop()
     names = map_names()
     opened = [await asyncio.to_thread(_open_room, target, names[index % len(names)], clients) for index in range(rooms)]
-    bots = []
     for room in opened:
         for client in range(clients):
-            bot = Bot(room, "play" if client < 2 else "watch", tally, address.netloc)
+            bot = Bot(room, "play" if client < 2 else "watch", tally, f"{host}:{port}")
             await loop.create_connection(lambda bot=bot: bot, host, port)  # type: ignore[misc]
             bots.append(bot)
-    return bots
 
 
 def _open_room(target: Target, name: str, clients: int) -> str:
