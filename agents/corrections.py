@@ -8,7 +8,7 @@ itself as the learner this makes the first data. Kept as .npz of plain arrays.
 import io
 import json
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,7 +16,7 @@ import numpy as np
 
 from agents.base import EpisodeInfo
 from agents.catalogue import load_agent
-from agents.dataset import Singles, Trajectory, Windows, windows_of
+from agents.dataset import Piece, Singles, Trajectory
 from agents.errors import AgentError, DataError
 from agents.rollout import Player
 from maps import MapSpec, map_from_json, map_to_json
@@ -119,12 +119,10 @@ class _SlippingHand:
         return self._action
 
 
-def correction_windows(corrections: Iterable[Correction], layout: str) -> Windows:
-    """The windows of the learners' seats, with the expert's labels as targets."""
-    return windows_of(
-        (one.trajectory.participants[one.seat], one.trajectory.features(one.seat, layout), one.labels)
-        for one in corrections
-    )
+def correction_pieces(corrections: Iterable[Correction], layout: str) -> Iterator[Piece]:
+    """The learners' seats, with the expert's labels as targets."""
+    for one in corrections:
+        yield one.trajectory.participants[one.seat], one.trajectory.features(one.seat, layout), one.labels
 
 
 def save_correction(path: Path, correction: Correction) -> None:

@@ -5,7 +5,7 @@ its episode: before the first tick the first observation repeats, after the last
 """
 
 import hashlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -118,7 +118,11 @@ class Windows:
         return np.flatnonzero(~out), np.flatnonzero(out)
 
 
-def windows_of(rows: Iterable[tuple[str, Singles, Singles]]) -> Windows:
+Piece = tuple[str, Singles, Singles]
+"""One seat of one episode: participant, features (T, D), targets (T, 5)."""
+
+
+def windows_of(rows: Iterable[Piece]) -> Windows:
     """Put pieces of (participant, features (T, D), targets (T, 5)) one after the other."""
     pieces = list(rows)
     if not pieces:
@@ -137,24 +141,31 @@ def windows_of(rows: Iterable[tuple[str, Singles, Singles]]) -> Windows:
     )
 
 
+def trajectory_pieces(trajectories: Sequence[Trajectory], layout: str, grasp: Grasp) -> Iterator[Piece]:
+    """Both seats of all trajectories."""
+    for walk in trajectories:
+        for seat in (0, 1):
+            yield walk.participants[seat], walk.features(seat, layout), walk.targets(seat, grasp)
+
+
 def trajectory_windows(trajectories: Sequence[Trajectory], layout: str, grasp: Grasp) -> Windows:
     """The windows of both seats of all trajectories."""
-    return windows_of(
-        (trajectory.participants[seat], trajectory.features(seat, layout), trajectory.targets(seat, grasp))
-        for trajectory in trajectories
-        for seat in (0, 1)
-    )
+    return windows_of(trajectory_pieces(trajectories, layout, grasp))
 
 
-def recording_files(folders: Sequence[Path]) -> list[Path]:
-    """The finished recordings in files and folders, sorted. Raises DataError when there is none."""
-    files = sorted({file for folder in folders for file in (folder.rglob("*.mcap") if folder.is_dir() else [folder])})
-    missing = [file for file in files if not file.is_file()]
+def recording_files(places: Sequence[Path], suffixes: tuple[str, ...] = (".mcap",)) -> list[Path]:
+    """The files with one of the suffixes among `places` and in folders there, sorted.
+
+    Raises DataError when a place does not exist or nothing is found.
+    """
+    missing = [place for place in places if not place.exists()]
     if missing:
         raise DataError(f"there is no recording at {missing[0]}")
+    candidates = [file for place in places for file in (place.rglob("*") if place.is_dir() else [place])]
+    files = sorted({file for file in candidates if file.name.endswith(suffixes)})
     if not files:
-        places = ", ".join(str(folder) for folder in folders)
-        raise DataError(f"no recording (*.mcap) under {places}; `movingout demos generate` makes some")
+        where = ", ".join(str(place) for place in places)
+        raise DataError(f"no recording ({', '.join(suffixes)}) under {where}; `movingout demos generate` makes some")
     return files
 
 

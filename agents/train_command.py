@@ -4,17 +4,28 @@ import argparse
 import dataclasses
 import importlib.util
 import json
+from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from agents.checkpoint import SHIPPED, Checkpoint, find_checkpoint, folder_name
 from agents.errors import DataError
+from agents.training.config import (
+    PRESETS,
+    BassConfig,
+    Optimisation,
+    PolicyConfig,
+    add_fields,
+    bass_preset,
+    overridden,
+    policy_preset,
+)
 
 if TYPE_CHECKING:
+    from agents.corrections import Correction
     from agents.dataset import Trajectory
-    from agents.training.config import Optimisation
 
-POLICIES = ("mlp", "gru", "dp")
 KINDS = {
     "mlp": "the paper's MLP",
     "gru": "the paper's GRU",
@@ -25,10 +36,6 @@ KINDS = {
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """One sub-command per kind, its options made from the kind's configuration."""
-    _require_torch()
-    from agents.training.config import PRESETS, PolicyConfig, add_fields
-    from agents.training.simulators import BassConfig
-
     kinds = parser.add_subparsers(dest="kind", required=True, metavar="KIND")
     for kind, what in KINDS.items():
         sub = kinds.add_parser(kind, help=what, description=f"Train {what}.")
@@ -40,7 +47,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def _common(parser: argparse.ArgumentParser, default_id: str) -> None:
-    parser.add_argument("recordings", nargs="+", type=Path, help="recordings (*.mcap) or folders of them")
+    parser.add_argument(
+        "recordings",
+        nargs="+",
+        type=Path,
+        help="recordings (*.mcap), expert's labels (*.corrections.npz) or folders of them",
+    )
     parser.add_argument("--id", default=default_id, help=f"id of the new agent (default {default_id})")
     parser.add_argument("--name", default="", help="name shown in the lobby (default: made from the kind)")
     parser.add_argument("--population", default="", help="a word on whose recordings these are, for the card")
@@ -50,33 +62,60 @@ def _common(parser: argparse.ArgumentParser, default_id: str) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Train, export, write DATA/models/<id>."""
-    from agents.dataset import read_trajectories, recording_files
-
-    files = recording_files(args.recordings)
-    trajectories = read_trajectories(files)
-    checkpoint = _bass(args, trajectories) if args.kind == "bass" else _policy(args, files, trajectories)
+    _require_torch()
+    material = _material(args.recordings)
+    checkpoint = _bass(args, material) if args.kind == "bass" else _policy(args, material)
     if args.json:
         training = checkpoint.card.training.model_dump()
         print(json.dumps({"id": args.id, "folder": str(checkpoint.folder), **training}))
     else:
         runs = _run_folder(args)
-        print(f"{args.id}: trained on {len(files)} episodes, in {checkpoint.folder}; tensorboard --logdir {runs}")
+        print(
+            f"{args.id}: trained on {len(material.files)} episodes, in {checkpoint.folder}; tensorboard --logdir {runs}"
+        )
     return 0
 
 
-def _policy(args: argparse.Namespace, files: list[Path], trajectories: "list[Trajectory]") -> Checkpoint:
-    from agents.dataset import data_hash, trajectory_windows
-    from agents.training.config import overridden, policy_preset
+@dataclass(frozen=True, slots=True)
+class _Material:
+    """What there is to learn from: recordings, and episodes that an expert labelled."""
+
+    files: list[Path]
+    trajectories: list["Trajectory"]
+    corrections: list["Correction"]
+
+    @property
+    def episodes(self) -> list["Trajectory"]:
+        """All episodes, whoever acted in them."""
+        return [*self.trajectories, *(one.trajectory for one in self.corrections)]
+
+
+def _material(places: list[Path]) -> _Material:
+    from agents.corrections import SUFFIX, load_correction
+    from agents.dataset import read_trajectories, recording_files
+
+    files = recording_files(places, (".mcap", SUFFIX))
+    labelled = [file for file in files if file.name.endswith(SUFFIX)]
+    recordings = [file for file in files if file not in labelled]
+    return _Material(files, read_trajectories(recordings), [load_correction(file) for file in labelled])
+
+
+def _policy(args: argparse.Namespace, material: _Material) -> Checkpoint:
+    from agents.corrections import correction_pieces
+    from agents.dataset import data_hash, trajectory_pieces, windows_of
     from agents.training.policies import Provenance, save_policy, train_policy
 
     config = overridden(policy_preset(args.kind, args.preset), args)
     spec = config.spec(args.kind)
-    windows = trajectory_windows(trajectories, spec.layout, spec.grasp)
+    if material.corrections and spec.grasp != "hold":
+        raise DataError("an expert's labels say which hold level it wants; train with --grasp hold")
+    recorded = trajectory_pieces(material.trajectories, spec.layout, spec.grasp)
+    windows = windows_of(chain(recorded, correction_pieces(material.corrections, spec.layout)))
     source = Provenance(
-        data_sha256=data_hash(files),
+        data_sha256=data_hash(material.files),
         population=args.population or f"{len(windows.names)} participants",
-        episodes=len(trajectories),
-        maps=tuple(sorted({trajectory.map.name for trajectory in trajectories})),
+        episodes=len(material.files),
+        maps=tuple(sorted({walk.map.name for walk in material.episodes})),
     )
     _write_config(args, config)
     policy = train_policy(args.kind, config, windows, _run_folder(args))
@@ -86,14 +125,13 @@ def _policy(args: argparse.Namespace, files: list[Path], trajectories: "list[Tra
     return save_policy(folder, args.id, policy, config, windows, source, args.preset, name, description)
 
 
-def _bass(args: argparse.Namespace, trajectories: "list[Trajectory]") -> Checkpoint:
-    from agents.training.config import overridden
-    from agents.training.simulators import bass_preset, save_bass, train_dynamics, transitions_of
+def _bass(args: argparse.Namespace, material: _Material) -> Checkpoint:
+    from agents.training.simulators import save_bass, train_dynamics, transitions_of
 
     config = overridden(bass_preset(args.preset), args)
     base = find_checkpoint(args.base, args.data / "models", SHIPPED)
     _write_config(args, config)
-    dynamics = train_dynamics(config, transitions_of(trajectories), _run_folder(args))
+    dynamics = train_dynamics(config, transitions_of(material.episodes), _run_folder(args))
     name = args.name or f"BASS {args.id.rpartition('@')[2]}"
     description = f"{base.card.name} with simulation and selection: {config.own} x {config.partner} candidates."
     folder = args.data / "models" / folder_name(args.id)
@@ -105,7 +143,7 @@ def _run_folder(args: argparse.Namespace) -> Path:
     return folder
 
 
-def _write_config(args: argparse.Namespace, config: "Optimisation") -> None:
+def _write_config(args: argparse.Namespace, config: Optimisation) -> None:
     folder = _run_folder(args)
     folder.mkdir(parents=True, exist_ok=True)
     text = json.dumps({"kind": args.kind, **dataclasses.asdict(config)}, indent=1)

@@ -5,6 +5,7 @@ import dataclasses
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
+from agents.checkpoint import DynamicsSpec, SelectionSpec
 from agents.policy_spec import PolicySpec
 
 PRESETS = ("fast", "paper")
@@ -82,6 +83,39 @@ _POLICY_PRESETS: dict[tuple[str, str], dict[str, Any]] = {
 def policy_preset(kind: str, preset: str) -> PolicyConfig:
     """The configuration of `mlp`, `gru` or `dp` by preset: the paper's numbers, or ours."""
     return PolicyConfig(**_POLICY_PRESETS[kind, preset])
+
+
+@dataclass(frozen=True, kw_only=True)
+class BassConfig(Optimisation):
+    """The simulator of BASS and how candidates are chosen with it."""
+
+    dynamics: str = documented("vae", "vae (the paper's two autoencoders) or gru (its baseline)")
+    width: int = documented(384, "units per layer")
+    latent: int = documented(96, "latent dimensions")
+    residual: bool = documented(True, "predict the change of the state instead of the state")
+    own: int = documented(4, "own candidates")
+    partner: int = documented(4, "guesses of the partner's chunk")
+    combine: str = documented("product", "product (each with each) or independent (pairs)")
+    score: str = documented("nfd", "nfd or nfd+ac")
+    depth: int = documented(8, "ticks simulated")
+
+    def spec(self) -> DynamicsSpec:
+        """The network's description."""
+        return DynamicsSpec.model_validate(
+            {"kind": self.dynamics, "width": self.width, "latent": self.latent, "residual": self.residual}
+        )
+
+    def selection(self) -> SelectionSpec:
+        """How candidates are chosen."""
+        names = ("own", "partner", "combine", "score", "depth")
+        return SelectionSpec.model_validate({name: getattr(self, name) for name in names})
+
+
+def bass_preset(preset: str) -> BassConfig:
+    """The paper's numbers, or ours for one simulator on all maps."""
+    if preset == "paper":
+        return BassConfig(width=128, latent=32, residual=False, combine="independent", depth=4, epochs=1000, warmup=0)
+    return BassConfig()
 
 
 def add_fields(parser: argparse.ArgumentParser, config: type[Optimisation]) -> None:

@@ -11,48 +11,15 @@ from torch import Tensor, nn
 
 from agents.bass.dynamics import Dynamics, Rollout, build_dynamics
 from agents.bass.state_vector import CONSTANT_WIDTH, MOVING_WIDTH, constant, moving_arrays
-from agents.checkpoint import Checkpoint, DynamicsSpec, SelectionSpec, write_checkpoint
+from agents.checkpoint import Checkpoint, write_checkpoint
 from agents.dataset import Indices, Singles, Trajectory
 from agents.policies.export import export
 from agents.policy_spec import Grasp
-from agents.training.config import Optimisation, documented
+from agents.training.config import BassConfig
 from agents.training.loop import Losses, Task, fit
 from maps import MapSpec
 
 VALIDATION_ROWS = 8192
-
-
-@dataclass(frozen=True, kw_only=True)
-class BassConfig(Optimisation):
-    """The simulator of BASS and how candidates are chosen with it."""
-
-    dynamics: str = documented("vae", "vae (the paper's two autoencoders) or gru (its baseline)")
-    width: int = documented(384, "units per layer")
-    latent: int = documented(96, "latent dimensions")
-    residual: bool = documented(True, "predict the change of the state instead of the state")
-    own: int = documented(4, "own candidates")
-    partner: int = documented(4, "guesses of the partner's chunk")
-    combine: str = documented("product", "product (each with each) or independent (pairs)")
-    score: str = documented("nfd", "nfd or nfd+ac")
-    depth: int = documented(8, "ticks simulated")
-
-    def spec(self) -> DynamicsSpec:
-        """The network's description."""
-        return DynamicsSpec.model_validate(
-            {"kind": self.dynamics, "width": self.width, "latent": self.latent, "residual": self.residual}
-        )
-
-    def selection(self) -> SelectionSpec:
-        """How candidates are chosen."""
-        names = ("own", "partner", "combine", "score", "depth")
-        return SelectionSpec.model_validate({name: getattr(self, name) for name in names})
-
-
-def bass_preset(preset: str) -> BassConfig:
-    """The paper's numbers, or ours for one simulator on all maps."""
-    if preset == "paper":
-        return BassConfig(width=128, latent=32, residual=False, combine="independent", depth=4, epochs=1000, warmup=0)
-    return BassConfig()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

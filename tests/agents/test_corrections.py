@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from agents.corrections import Lesson, correction_windows, lessons, load_correction, save_correction, teach
+from agents.corrections import Lesson, correction_pieces, lessons, load_correction, save_correction, teach
+from agents.dataset import windows_of
 from agents.errors import DataError
 from maps import load_map
 from tests.agents.support import HERE
@@ -40,7 +41,7 @@ def test_corrections_are_read_back_and_become_windows_of_the_learners_seat(tmp_p
     read = load_correction(path)
     assert read.trajectory.map == correction.trajectory.map
     assert np.array_equal(read.labels, correction.labels)
-    windows = correction_windows([read], "aware-v1")
+    windows = windows_of(correction_pieces([read], "aware-v1"))
     assert len(windows) == 12 and windows.names == ("expert:ann",)
     assert np.array_equal(windows.features, correction.trajectory.features(1, "aware-v1"))
 

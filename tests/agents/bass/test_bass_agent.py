@@ -14,7 +14,8 @@ from agents.checkpoint import DynamicsSpec, find_checkpoint
 from agents.chunk import checked_chunk
 from agents.observing import observe
 from agents.serving import Network, agent_of
-from agents.training.simulators import BassConfig, export_dynamics, train_dynamics, transitions_of
+from agents.training.config import BassConfig
+from agents.training.simulators import export_dynamics, train_dynamics, transitions_of
 from maps import load_map
 from server.cli import main
 from tests.agents.learning import recorded, walked
