@@ -6,16 +6,20 @@ from random import Random
 import numpy as np
 
 from agents.base import ActionChunk, EpisodeInfo, Observation
-from agents.scripted.driving import HORIZON, REST, Command
-from agents.scripted.errands import Carry, Errand, Fetch, Lift
+from agents.scripted.driving import REST, Command
+from agents.scripted.errands import Aside, Carry, Errand, Fetch, Lift
 from agents.scripted.lattice import UNREACHED
 from agents.scripted.situation import Situation
 from agents.scripted.style import Style, varied
-from agents.scripted.terrain import Terrain
-from maps.spec import ROBOT_RADIUS
+from agents.scripted.terrain import Terrain, cell_of
+from agents.scripted.traffic import gap_to, meeting_danger, partners_way
+from agents.scripted.walking import grid_of, walk_field
 from world.state import Floats
 
 SLICES_PER_TICK = 2
+HOPELESS_FOR = 40  # ticks after which a hopeless item is looked at again
+STALLED_AFTER = 7  # ticks without getting on
+WAIT_ASIDE = 25  # ticks
 
 
 class ScriptedAgent:
@@ -32,8 +36,13 @@ class ScriptedAgent:
         self._episode = episode
         self._random = Random(f"{self.seed}/{episode.seed}/{episode.seat}")
         self._errand: Errand | None = None
-        self._hopeless: dict[int, Terrain] = {}
-        self._tired: dict[int, int] = {}
+        self._hopeless: dict[int, int] = {}
+        self._useless: dict[int, set[int]] = {}  # stands beside an item that were no use
+        self._trail: list[Floats] = []
+        self._wiggle = 0
+        self._wiggle_heading = self._wiggle_distance = 0.0
+        self._resting = False
+        self._patient = 0
 
     def act(self, observation: Observation) -> ActionChunk:
         now = Situation(self._episode.map, observation.state, observation.seat)
@@ -43,43 +52,115 @@ class ScriptedAgent:
         return np.array([row])
 
     def _command(self, now: Situation) -> Command:
-        danger = self._danger(now)
+        self._trail = [] if self._resting else [*self._trail[-STALLED_AFTER:], now.pose]
+        if self._stalled(now):
+            self._unblock(now)
+        if self._wiggle > 0:
+            self._wiggle -= 1
+            return Command(self._wiggle_distance, self._wiggle_heading)
+        danger = meeting_danger(now)
         for _ in range(2):
             self._keep_or_choose(now)
+            self._resting = True
             if self._errand is None:
                 return REST
             command = self._errand.step(now, danger, SLICES_PER_TICK)
             if command is not None:
+                self._resting = command.distance == 0.0 and not command.grasp
                 return command
             self._end(now)
         return REST
 
+    def _stalled(self, now: Situation) -> bool:
+        if isinstance(self._errand, Aside | None) or self._wiggle or len(self._trail) <= STALLED_AFTER:
+            return False
+        if now.mine >= 0 and now.mine == now.theirs:
+            limit = 0.02
+        else:
+            limit = 0.05
+        first, last = self._trail[0], self._trail[-1]
+        return bool(np.hypot(*(last[:2] - first[:2])) < limit and abs(last[2] - first[2]) < 0.3)
+
+    def _unblock(self, now: Situation) -> None:
+        """Something is in the way: the partner, or a corner."""
+        self._trail = []
+        if isinstance(self._errand, Lift | Fetch) and now.mine < 0 and self._errand.stand >= 0 and self._beside(now):
+            self._useless.setdefault(self._errand.item, set()).add(self._errand.stand)
+            self._errand = None  # the hand does not reach the item from here: think again
+            return
+        close = np.hypot(*(now.partner[:2] - now.pose[:2])) < 0.6
+        if close and now.mine != now.theirs or (close and now.mine < 0):
+            if self._gives_way(now):
+                self._errand = Aside(now, partners_way(now, self._their_item(now)), now.tick + WAIT_ASIDE)
+                self._patient = 0
+            else:
+                self._patient += 1
+            return
+        self._wiggle = 3
+        self._wiggle_heading = float(now.pose[2]) + self._random.uniform(-0.8, 0.8)
+        self._wiggle_distance = -1.0 if self._random.random() < 0.7 else 1.0
+
+    def _gives_way(self, now: Situation) -> bool:
+        if self._patient >= 2:
+            return True
+        mine, theirs = now.mine >= 0, now.theirs >= 0
+        if mine != theirs:
+            return theirs
+        return now.seat == 1
+
+    def _their_item(self, now: Situation) -> int:
+        """What the partner probably walks to."""
+        own = self._errand.item if self._errand else -1
+        items = [item for item in now.waiting if item != own] or now.waiting
+        if not items:
+            return -1
+        gaps = [float(np.hypot(*(now.item_pose(item)[:2] - now.partner[:2]))) for item in items]
+        return items[int(np.argmin(gaps))]
+
     def _end(self, now: Situation) -> None:
-        if getattr(self._errand, "hopeless", False):
-            self._hopeless[self._errand.item] = now.ground((self._errand.item,))
-            self._tired[self._errand.item] = now.tick + 60
+        if self._errand is not None and getattr(self._errand, "hopeless", False):
+            self._hopeless[self._errand.item] = now.tick + HOPELESS_FOR
         self._errand = None
 
     def _keep_or_choose(self, now: Situation) -> None:
         errand = self._errand
+        if isinstance(errand, Aside):
+            return
         if now.mine >= 0:
+            self._useless.pop(now.mine, None)
             if now.is_heavy(now.mine):
                 if not (isinstance(errand, Lift) and errand.item == now.mine):
-                    self._errand = Lift(now, now.mine, self.style.patience)
+                    self._errand = self._lift(now, now.mine)
             elif not (isinstance(errand, Carry) and errand.item == now.mine):
                 known = errand.haul if isinstance(errand, Fetch) and errand.item == now.mine else None
                 self._errand = Carry(now, now.mine, known)
             return
         helping = now.theirs >= 0 and now.is_heavy(now.theirs) and self._possible(now, now.theirs)
         if helping and not (isinstance(errand, Lift) and errand.item == now.theirs):
-            self._errand = Lift(now, now.theirs, self.style.patience)
+            self._errand = self._lift(now, now.theirs)
         elif errand is None:
-            self._errand = self._choose(now)
+            self._errand = self._choose(now) or self._rest(now)
+
+    def _rest(self, now: Situation) -> Errand | None:
+        """Nothing to do: stay, but out of the partner's way."""
+        way = partners_way(now, self._their_item(now))
+        if float(gap_to(way, now.pose[0:1], now.pose[1:2])[0]) < 0.33:
+            return Aside(now, way, now.tick + WAIT_ASIDE)
+        return None
+
+    def _lift(self, now: Situation, item: int) -> Lift:
+        return Lift(now, item, self.style.patience, frozenset(self._useless.get(item, ())))
+
+    def _fetch(self, now: Situation, item: int) -> Fetch:
+        return Fetch(now, item, frozenset(self._useless.get(item, ())))
+
+    def _beside(self, now: Situation) -> bool:
+        """Whether the robot has come close to the item it is after."""
+        item = now.item_pose(self._errand.item)
+        return bool(np.hypot(*(item[:2] - now.pose[:2])) < 0.5)
 
     def _possible(self, now: Situation, item: int) -> bool:
-        if self._tired.get(item, 0) > now.tick:
-            return False
-        return self._hopeless.get(item) is not now.ground((item,))
+        return self._hopeless.get(item, 0) <= now.tick
 
     def _choose(self, now: Situation) -> Errand | None:
         open_items = [item for item in now.waiting if self._possible(now, item)]
@@ -87,50 +168,34 @@ class ScriptedAgent:
             return None
         poses = [now.item_pose(item) for item in open_items]
         ground = now.ground()
-        mine = self._to_items(ground, now.pose, poses)
-        theirs = self._to_items(ground, now.partner, poses)
-        cost = dict(zip(open_items, mine, strict=True))
-        their_cost = dict(zip(open_items, theirs, strict=True))
+        cost = dict(zip(open_items, _costs_to(ground, now.pose, poses), strict=True))
+        their_cost = dict(zip(open_items, _costs_to(ground, now.partner, poses), strict=True))
         heavies = [item for item in open_items if now.is_heavy(item) and cost[item] < UNREACHED]
         smalls = [item for item in open_items if not now.is_heavy(item) and cost[item] < UNREACHED]
         if heavies and now.theirs < 0 and (self.style.heavy_first or not smalls):
-            return Lift(now, min(heavies, key=lambda item: (round(cost[item] + their_cost[item]), item)), self.style.patience)
+            item = min(heavies, key=lambda item: (round(cost[item] + their_cost[item]), item))
+            return self._lift(now, item)
         if smalls:
-            return Fetch(now, self._divide(smalls, cost, their_cost, now))
+            return self._fetch(now, _divide(smalls, cost, their_cost, now))
         if heavies:
-            return Lift(now, min(heavies, key=cost.__getitem__), self.style.patience)
+            return self._lift(now, min(heavies, key=cost.__getitem__))
         return None
 
-    def _divide(self, smalls: list[int], mine: dict[int, float], theirs: dict[int, float], now: Situation) -> int:
-        if len(smalls) == 1 or now.theirs >= 0:
-            return min(smalls, key=lambda item: (mine[item], item))
-        pairs = [(one, other) for one in smalls for other in smalls if one != other]
-        return min(pairs, key=lambda pair: (round(mine[pair[0]] + theirs[pair[1]]), mine[pair[0]]))[0]
 
-    def _to_items(self, ground: Terrain, position: Floats, poses: list[Floats]) -> list[float]:
-        from agents.scripted.terrain import cell_of
-        from agents.scripted.walking import grid_of, walk_field
-        grid = grid_of(walk_field(ground, [(float(position[0]), float(position[1]))]))
-        costs = []
-        for pose in poses:
-            row, column = cell_of(float(pose[0]), float(pose[1]))
-            window = grid[max(row - 10, 0) : row + 11, max(column - 10, 0) : column + 11]
-            costs.append(float(window.min()))
-        return costs
+def _divide(smalls: list[int], mine: dict[int, float], theirs: dict[int, float], now: Situation) -> int:
+    """Which small item to take so that both together walk least."""
+    if len(smalls) == 1 or now.theirs >= 0:
+        return min(smalls, key=lambda item: (mine[item], item))
+    pairs = [(one, other) for one in smalls for other in smalls if one != other]
+    return min(pairs, key=lambda pair: (round(mine[pair[0]] + theirs[pair[1]]), mine[pair[0]]))[0]
 
-    def _danger(self, now: Situation):
-        partner = now.partner
-        velocity = now.state.robot_velocities[1 - now.seat][:2] * 0.1
-        steps = np.arange(1, HORIZON + 1)
-        px = partner[0] + velocity[0] * steps
-        py = partner[1] + velocity[1] * steps
-        together = now.mine >= 0 and now.mine == now.theirs
 
-        def danger(moves: Floats) -> Floats:
-            if together:
-                return np.zeros(len(moves))
-            gap = np.hypot(moves[..., 0] - px, moves[..., 1] - py)
-            overlap = np.maximum(2 * ROBOT_RADIUS + 0.02 - gap, 0.0)
-            return np.asarray((overlap * 600.0).max(axis=1))
-
-        return danger
+def _costs_to(ground: Terrain, position: Floats, poses: list[Floats]) -> list[float]:
+    """Quarter ticks on foot to within reach of each pose."""
+    grid = grid_of(walk_field(ground, [(float(position[0]), float(position[1]))]))
+    costs = []
+    for pose in poses:
+        row, column = cell_of(float(pose[0]), float(pose[1]))
+        window = grid[max(row - 10, 0) : row + 11, max(column - 10, 0) : column + 11]
+        costs.append(float(window.min()))
+    return costs

@@ -3,25 +3,30 @@
 An errand's `step` gives the next command, or None when it is over (done or hopeless).
 """
 
+import itertools
 import math
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from agents.scripted import pairing
 from agents.scripted.driving import REST, Command, Danger, best_move, drive, turn_to
 from agents.scripted.geometry import heading_of, wrap
-from agents.scripted.grasping import GAP, in_frame, stand, within_reach
-from agents.scripted.hauling import EASY, TIGHT, Haul
+from agents.scripted.grasping import GAP, HEADINGS, in_frame, stands, within_reach
+from agents.scripted.hauling import EASY, TIGHT, Body, Haul
 from agents.scripted.lattice import UNREACHED
 from agents.scripted.pairing import PairHaul
 from agents.scripted.situation import Situation
 from agents.scripted.terrain import Terrain, sample
 from agents.scripted.thinking import Thinking, Thought, solve
+from agents.scripted.traffic import aside, bound
 from agents.scripted.walking import Way, cost_at, walk_field
 from maps.spec import ROBOT_RADIUS
 from world.state import Floats
 
-HEADINGS = tuple(k * math.pi / 8 for k in range(16))
+GOOD_ENOUGH = 80.0  # quarter ticks: a way together this much longer than a way alone is taken
+APART = 1.0  # rad between two grips at least: the robots touch when nearer
+SIDEWAYS = 12.0  # quarter ticks per radian by which two grips are not opposite
 NEAR = 0.07  # units from its stand at which a robot turns to the item
 
 
@@ -33,14 +38,20 @@ class Errand(Protocol):
     def step(self, now: Situation, danger: Danger, slices: int) -> Command | None: ...
 
 
-def walk_costs(now: Situation, ground: Terrain, position: Floats, stands: list[Floats]) -> list[float]:
-    """Quarter ticks on foot from a position to each stand; UNREACHED for those in the way of something."""
+def walk_costs(
+    now: Situation, ground: Terrain, position: Floats, item: int, useless: frozenset[int] = frozenset()
+) -> list[float]:
+    """Quarter ticks on foot to each of the 32 stands beside an item; UNREACHED where one cannot stand or grab.
+
+    `useless` are stands from which the hand did not reach the item, against expectation.
+    """
     field = walk_field(ground, [(float(position[0]), float(position[1]))])
-    costs = []
-    for pose in stands:
-        room = float(sample(ground.clearance, pose[0:1], pose[1:2])[0])
-        costs.append(cost_at(field, float(pose[0]), float(pose[1])) if room >= ROBOT_RADIUS - 0.004 else UNREACHED)
-    return costs
+    places, useful = stands(now.item(item), now.item_pose(item))
+    room = sample(ground.clearance, places[:, 0], places[:, 1]) >= ROBOT_RADIUS - 0.006
+    return [
+        cost_at(field, x, y) if fits and number not in useless else float(UNREACHED)
+        for number, ((x, y, _), fits) in enumerate(zip(places.tolist(), room & useful, strict=True))
+    ]
 
 
 class Approach:
@@ -57,24 +68,30 @@ class Approach:
         pose, goal = now.pose, now.item_pose(self.item)
         to_item = heading_of(float(goal[0] - pose[0]), float(goal[1] - pose[1]))
         off = wrap(to_item - float(pose[2]))
-        if within_reach(now.item(self.item), goal, pose) and abs(off) < 0.6:
-            return Command(0.3, float(pose[2]), grasp=True)
         gap = math.hypot(float(pose[0] - self.target[0]), float(pose[1] - self.target[1]))
-        if gap < NEAR or math.hypot(goal[0] - pose[0], goal[1] - pose[1]) < self._arm(now) + 0.03:
+        if self._well_placed(now, gap) and within_reach(now.item(self.item), goal, pose):
+            return Command(0.3, float(pose[2]), grasp=True)
+        if gap < NEAR or self.way.cost(float(pose[0]), float(pose[1])) <= 2.0:
             return drive(to_item) if abs(off) < 0.3 else turn_to(to_item)
         command, _ = best_move(pose, lambda moves: self.way.costs(moves) + danger(moves))
         return command
 
-    def _arm(self, now: Situation) -> float:
-        goal = now.item_pose(self.item)
-        return math.hypot(float(goal[0] - self.target[0]), float(goal[1] - self.target[1]))
+    def _well_placed(self, now: Situation, gap: float) -> bool:
+        """A small item may be taken from anywhere; the grips on a heavy one were planned."""
+        return not now.is_heavy(self.item) or (gap < NEAR and abs(wrap(float(now.pose[2] - self.target[2]))) < 0.25)
+
+
+def stand_number(target: Floats) -> int:
+    """Which of the 32 stands a pose is."""
+    return round(float(target[2]) / (2 * math.pi / len(HEADINGS))) % len(HEADINGS)
 
 
 class Fetch:
     """Going to a small item; knows on the way how it will be carried, and so from which side to take it."""
 
-    def __init__(self, now: Situation, item: int) -> None:
+    def __init__(self, now: Situation, item: int, useless: frozenset[int]) -> None:
         self.item = item
+        self._useless = useless
         self.haul: Haul | None = None
         self.hopeless = False
         self._ground = now.ground()
@@ -83,6 +100,11 @@ class Fetch:
         self._approach = Approach(self._ground, item, np.array([goal[0], goal[1], 0.0]))
         self._thinking: Thinking[tuple[Haul, Floats] | None] = Thinking(self._think(now))
         self._found = False
+
+    @property
+    def stand(self) -> int:
+        """The stand it is about to use, -1 while undecided."""
+        return stand_number(self._approach.target) if self._found else -1
 
     def step(self, now: Situation, danger: Danger, slices: int) -> Command | None:
         """Over when the item is in a hand, has moved, or cannot be brought anywhere."""
@@ -105,19 +127,19 @@ class Fetch:
 
     def _think(self, now: Situation) -> Thought[tuple[Haul, Floats] | None]:
         spec, item_pose = now.item(self.item), now.item_pose(self.item)
-        stands = [stand(spec, item_pose, heading) for heading in HEADINGS]
-        costs = walk_costs(now, self._ground, now.pose, stands)
+        places, _ = stands(spec, item_pose)
+        costs = walk_costs(now, self._ground, now.pose, self.item, self._useless)
         yield
         if min(costs) >= UNREACHED:
             return None
         for margin in (EASY, TIGHT):
-            haul = Haul(now.ground((self.item,)), spec, (0.0, ROBOT_RADIUS + GAP + spec.scale, 0.0), margin)
+            haul = Haul(now.ground((self.item,)), spec, (0.0, ROBOT_RADIUS + GAP + spec.scale, 0.0), now.keys(self.item), margin)
             yield
             yield from solve(haul.field)
-            totals = [cost + haul.cost(pose) for cost, pose in zip(costs, stands, strict=True)]
+            totals = [cost + haul.cost(pose) for cost, pose in zip(costs, places, strict=True)]
             best = int(np.argmin(totals))
             if totals[best] < UNREACHED:
-                return haul, stands[best]
+                return haul, places[best]
         return None
 
 
@@ -148,7 +170,7 @@ class Carry:
     def _think(self, now: Situation) -> Thought[Haul]:
         offset = in_frame(now.pose, now.item_pose(self.item))
         for margin in (EASY, TIGHT):
-            haul = Haul(now.ground(), now.item(self.item), offset, margin)
+            haul = Haul(now.ground(), now.item(self.item), offset, now.keys(self.item), margin)
             yield
             yield from solve(haul.field)
             if haul.cost(now.pose) < UNREACHED:
@@ -156,20 +178,63 @@ class Carry:
         return haul
 
 
+class Grips(NamedTuple):
+    """Where the two robots hold an item: poses (2, 3) in seat order, and what getting there costs."""
+
+    score: float
+    robots: Floats
+
+
+def grips_for_both(now: Situation, item: int, mine: list[float], theirs: list[float]) -> list[Grips]:
+    """Pairs of stands, the quickest to reach first; both minds come to the same order."""
+    places, _ = stands(now.item(item), now.item_pose(item))
+    blue_costs, red_costs = (mine, theirs) if now.seat == 0 else (theirs, mine)
+    options = []
+    for blue, red in itertools.product(range(len(places)), repeat=2):
+        slower, quicker = sorted((blue_costs[blue], red_costs[red]))[::-1]
+        apart = abs(wrap(float(places[blue, 2] - places[red, 2])))
+        if slower < UNREACHED and apart > APART:
+            score = round(slower + 0.2 * quicker + SIDEWAYS * (math.pi - apart))
+            options.append((score, blue, red))
+    return [Grips(float(score), np.stack([places[blue], places[red]])) for score, blue, red in sorted(options)]
+
+
+def grips_beside_partner(now: Situation, item: int, mine: list[float]) -> list[Grips]:
+    """Stands that go with the partner's grip, opposite and near ones first."""
+    places, _ = stands(now.item(item), now.item_pose(item))
+    centre = now.item_pose(item)
+    theirs = heading_of(float(centre[0] - now.partner[0]), float(centre[1] - now.partner[1]))
+    options = []
+    for number, pose in enumerate(places):
+        apart = abs(wrap(float(pose[2]) - theirs))
+        if mine[number] < UNREACHED and apart > APART:
+            robots = np.stack([pose, now.partner] if now.seat == 0 else [now.partner, pose])
+            options.append((mine[number] + 2 * SIDEWAYS * (math.pi - apart), number, robots))
+    return [Grips(score, robots) for score, _, robots in sorted(options, key=lambda option: option[:2])]
+
+
 class Lift:
     """Taking one end of a heavy item, waiting for the partner at the other end, and carrying it together."""
 
-    def __init__(self, now: Situation, item: int, patience: int) -> None:
+    def __init__(self, now: Situation, item: int, patience: int, useless: frozenset[int]) -> None:
         self.item = item
         self.hopeless = False
+        self._useless = useless
         self._patience = patience
         self._waited = 0
+        self._nearest = math.inf
         self._ground = now.ground(also=(item,))
         self._bare = now.ground((item,))
-        self._partner_held = now.theirs == item
+        self._partner_grip = now.partner.copy() if now.theirs == item else None
         self._approach: Approach | None = None
-        self._grips: Thinking[Floats | None] = Thinking(self._think_grip(now))
+        self._decided = False
+        self._grips: Thinking[Grips | None] = Thinking(self._think_grips(now))
         self._way: Thinking[PairHaul] | None = None
+
+    @property
+    def stand(self) -> int:
+        """The stand it is about to use, -1 while undecided."""
+        return stand_number(self._approach.target) if self._approach and self._decided else -1
 
     def step(self, now: Situation, danger: Danger, slices: int) -> Command | None:
         """Over when the item lies in its goal, cannot be carried, or the partner does not come."""
@@ -178,93 +243,131 @@ class Lift:
         self._way = None
         if now.mine == self.item:
             return self._wait(now)
-        if now.delivered[self.item] and now.theirs != self.item:
+        if self.hopeless or (now.delivered[self.item] and now.theirs != self.item) or self._outdated(now):
             return None
         return self._go(now, danger, slices)
 
+    def _outdated(self, now: Situation) -> bool:
+        """Whether the floor or the partner's grip is not what the own grip was chosen for."""
+        if now.ground((self.item,)) is not self._bare:
+            return True
+        if now.theirs != self.item:
+            return False
+        return self._partner_grip is None or bool(np.hypot(*(now.partner - self._partner_grip)[:2]) > NEAR)
+
     def _go(self, now: Situation, danger: Danger, slices: int) -> Command | None:
-        if (now.theirs == self.item) != self._partner_held or now.ground((self.item,)) is not self._bare:
-            return None  # things have changed: think anew
-        if self._approach is None:
+        if not self._decided:
             self._grips.advance(slices)
-            if not self._grips.done:
-                return REST
-            if self._grips.result is None:
-                self.hopeless = True
-                return None
-            self._approach = Approach(self._ground, self.item, self._grips.result)
+            if self._grips.done:
+                if self._grips.result is None:
+                    self.hopeless = True
+                    return None
+                self._decided = True
+                self._aim(self._grips.result, now)
+        if self._approach is None:
+            return REST
+        if not self._decided and self._approach.way.cost(float(now.pose[0]), float(now.pose[1])) < 12:
+            return REST
         return self._approach.step(now, danger)
 
+    def _aim(self, grips: Grips, now: Situation) -> None:
+        """Walk to the own one of two grips."""
+        self._partner_grip = grips.robots[1 - now.seat]
+        target = grips.robots[now.seat]
+        if self._approach is None or (self._approach.target != target).any():
+            self._approach = Approach(self._ground, self.item, target)
+
     def _wait(self, now: Situation) -> Command:
+        """Hold on, and lose patience only while the partner does not come nearer."""
+        gap = float(np.hypot(*(now.partner - now.item_pose(self.item))[:2]))
         self._waited += 1
+        if gap < self._nearest - 0.02:
+            self._nearest = gap
+            self._waited = max(self._waited - 4, 0)
         if self._waited > self._patience:
             self.hopeless = True
             return Command(0.0, 0.0, grasp=True)
         return REST
 
     def _carry(self, now: Situation, slices: int) -> Command:
-        self._waited = 0
+        self._waited, self._nearest = 0, math.inf
         if self._way is None:
             self._way = Thinking(self._think_way(now))
         self._way.advance(slices)
         if not self._way.done:
             return REST
-        commands = self._way.result.drive(now.item_pose(self.item), now.robots)
-        return commands[now.seat]
+        return self._way.result.drive(now.item_pose(self.item), now.robots)[now.seat]
 
     def _think_way(self, now: Situation) -> Thought[PairHaul]:
-        for margin in (0.012, 0.002):
-            haul = PairHaul(now.ground(), now.item(self.item), now.item_pose(self.item), now.robots, margin)
+        for margin in (pairing.EASY, pairing.TIGHT):
+            haul = PairHaul(
+                now.ground(), now.item(self.item), now.item_pose(self.item), now.robots, now.keys(self.item), margin
+            )
             yield
             yield from solve(haul.field)
             if haul.cost(now.item_pose(self.item)) < UNREACHED:
                 break
         return haul
 
-    def _think_grip(self, now: Situation) -> Thought[Floats | None]:
+    def _think_grips(self, now: Situation) -> Thought[Grips | None]:
         spec, item_pose = now.item(self.item), now.item_pose(self.item)
-        stands = [stand(spec, item_pose, heading) for heading in HEADINGS]
-        mine = walk_costs(now, self._ground, now.pose, stands)
+        mine = walk_costs(now, self._ground, now.pose, self.item, self._useless)
         yield
-        best: tuple[float, Floats] | None = None
         if now.theirs == self.item:
-            pairs = self._with_partner(now, stands, mine)
+            options = grips_beside_partner(now, self.item, mine)
         else:
-            theirs = walk_costs(now, self._ground, now.partner, stands)
+            theirs = walk_costs(now, self._ground, now.partner, self.item)
             yield
-            pairs = self._both(now, stands, mine, theirs)
-        for _, robots, target in pairs[:5]:
-            haul = PairHaul(self._bare, spec, item_pose, robots)
-            yield
-            yield from solve(haul.field)
-            cost = haul.cost(item_pose)
-            if cost < UNREACHED and (best is None or cost < best[0]):
-                best = (cost, target)
-            if best is not None and best[0] < 4 * 60:
-                break
-        return best[1] if best is not None else None
+            options = grips_for_both(now, self.item, mine, theirs)
+        if not options:
+            return None
+        self._aim(options[0], now)
+        least = bound(now, self.item)
+        yield
+        best: tuple[float, Grips] | None = None
+        for margin, tried in ((pairing.EASY, options[:4]), (pairing.TIGHT, options[:2])):
+            for grips in tried:
+                haul = PairHaul(self._bare, spec, item_pose, grips.robots, now.keys(self.item), margin)
+                yield
+                yield from solve(haul.field)
+                cost = haul.cost(item_pose)
+                if cost < UNREACHED and (best is None or cost + grips.score < best[0]):
+                    best = (cost + grips.score, grips)
+                if cost < least + GOOD_ENOUGH:
+                    return grips
+            if best is not None:
+                return best[1]
+        return None
 
-    def _with_partner(self, now: Situation, stands: list[Floats], mine: list[float]) -> list[tuple[float, Floats, Floats]]:
-        pairs = []
-        centre = now.item_pose(self.item)
-        theirs = heading_of(float(centre[0] - now.partner[0]), float(centre[1] - now.partner[1]))
-        for pose, cost in zip(stands, mine, strict=True):
-            apart = abs(wrap(float(pose[2]) - theirs))
-            if cost < UNREACHED and apart > 1.0:
-                robots = np.stack([pose, now.partner] if now.seat == 0 else [now.partner, pose])
-                pairs.append((cost + 40.0 * (math.pi - apart), robots, pose))
-        return sorted(pairs, key=lambda pair: pair[0])
 
-    def _both(
-        self, now: Situation, stands: list[Floats], mine: list[float], theirs: list[float]
-    ) -> list[tuple[float, Floats, Floats]]:
-        pairs = []
-        for number, pose in enumerate(stands):
-            other = (number + len(stands) // 2) % len(stands)
-            slower = max(mine[number], theirs[other])
-            if slower < UNREACHED:
-                robots = np.stack([pose, stands[other]] if now.seat == 0 else [stands[other], pose])
-                score = round(slower + 0.2 * min(mine[number], theirs[other]))
-                blue = number if now.seat == 0 else other  # breaks ties the same way at both ends
-                pairs.append((score + blue / 100, robots, pose))
-        return sorted(pairs, key=lambda pair: pair[0])
+class Aside:
+    """Leaving the way to the partner, for as long as it takes."""
+
+    item = -1
+    hopeless = False
+
+    def __init__(self, now: Situation, way: Floats, until: int) -> None:
+        self.until = until
+        self._held = now.mine
+        self._body: Thinking[Body] = Thinking(self._think(now, way))
+
+    def step(self, now: Situation, danger: Danger, slices: int) -> Command | None:
+        """Over after its time, or when there is nowhere to go."""
+        self._body.advance(2 * slices)
+        if now.tick >= self.until or now.mine != self._held:
+            return None
+        if not self._body.done:
+            return REST
+        body = self._body.result
+        here = body.cost(now.pose)
+        if here >= UNREACHED:
+            return None
+        if here < 1.5:
+            return REST
+        return body.move(now.pose, danger)
+
+    def _think(self, now: Situation, way: Floats) -> Thought[Body]:
+        body = aside(now, way)
+        yield
+        yield from solve(body.field)
+        return body

@@ -38,21 +38,9 @@ def signed_distance(item: ItemSpec, pose: Floats, points: Floats) -> Floats:
     along = np.clip((relative * edges).sum(-1) / (edges * edges).sum(-1), 0.0, 1.0)
     gaps = relative - along[..., None] * edges
     distance = np.sqrt((gaps * gaps).sum(-1)).min(axis=1)
-    return np.asarray(np.where(_inside(starts, edges, local), -distance, distance) - corner_radius(item.shape, item.scale))
-
-
-def reach(item: ItemSpec, angle: float) -> float:
-    """Distance from the item's centre to its surface along world heading `angle` when the item stands at angle 0."""
-    if item.shape == "circle":
-        return item.scale
-    dx, dy = forward(angle)
-    starts, edges = _edges(item)
-    cross = dx * edges[:, 1] - dy * edges[:, 0]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        distance = (starts[:, 0] * edges[:, 1] - starts[:, 1] * edges[:, 0]) / cross
-        along = (starts[:, 0] * dy - starts[:, 1] * dx) / cross
-    hits = distance[(along >= -1e-9) & (along <= 1 + 1e-9) & (distance > 0)]
-    return float(hits.max()) + corner_radius(item.shape, item.scale)
+    return np.asarray(
+        np.where(_inside(starts, edges, local), -distance, distance) - corner_radius(item.shape, item.scale)
+    )
 
 
 def half_extents(item: ItemSpec, angle: float) -> tuple[float, float]:

@@ -1,16 +1,20 @@
 """Where to stand to grab an item, and whether the hand reaches it."""
 
 import math
+from functools import lru_cache
 
 import numpy as np
+import numpy.typing as npt
 
-from agents.scripted.geometry import forward, reach, signed_distance
+from agents.scripted.geometry import forward, signed_distance
 from maps import ItemSpec
 from maps.spec import ROBOT_RADIUS
 from world.constants import REACH, REACH_TOLERANCE
 from world.state import Floats
 
 GAP = 0.012  # between robot and item when it grabs: as far as the hand reaches, nearly
+HEADINGS: Floats = np.arange(32) * math.pi / 16
+_DISTANCES: Floats = np.arange(0.13, 0.5, 0.004)
 
 
 def within_reach(item: ItemSpec, item_pose: Floats, robot_pose: Floats, slack: float = 0.002) -> bool:
@@ -20,11 +24,24 @@ def within_reach(item: ItemSpec, item_pose: Floats, robot_pose: Floats, slack: f
     return float(signed_distance(item, item_pose, probe)[0]) < REACH_TOLERANCE - slack
 
 
-def stand(item: ItemSpec, item_pose: Floats, heading: float, gap: float = GAP) -> Floats:
-    """The pose (3,) of a robot that looks at the item's centre along `heading` with a gap between the two."""
-    dx, dy = forward(heading)
-    distance = ROBOT_RADIUS + gap + reach(item, heading + math.pi - float(item_pose[2]))
-    return np.array([item_pose[0] - distance * dx, item_pose[1] - distance * dy, heading])
+def stands(item: ItemSpec, item_pose: Floats) -> tuple[Floats, npt.NDArray[np.bool_]]:
+    """Poses (32, 3) from which robots that look at the item's centre reach it, and which of them do so (32,).
+
+    Beside a pointed shape the robot's round body may touch a tip before its hand reaches the surface ahead.
+    """
+    return _stands(item, *(round(float(number), 4) for number in item_pose))
+
+
+@lru_cache(maxsize=256)
+def _stands(item: ItemSpec, x: float, y: float, angle: float) -> tuple[Floats, npt.NDArray[np.bool_]]:
+    pose = np.array([x, y, angle])
+    ahead = np.stack([-np.sin(HEADINGS), np.cos(HEADINGS)], axis=1)
+    centres = pose[:2] - ahead[:, None, :] * _DISTANCES[:, None]  # (32, distances, 2)
+    room = signed_distance(item, pose, centres.reshape(-1, 2)).reshape(len(HEADINGS), -1)
+    nearest = np.argmax(room >= ROBOT_RADIUS + GAP, axis=1)
+    places = centres[np.arange(len(HEADINGS)), nearest]
+    gaps = signed_distance(item, pose, places + REACH * ahead)
+    return np.column_stack([places, HEADINGS]), gaps < REACH_TOLERANCE + 0.6 * GAP
 
 
 def in_frame(robot_pose: Floats, item_pose: Floats) -> tuple[float, float, float]:

@@ -5,62 +5,84 @@ import math
 import numpy as np
 
 from agents.scripted.driving import HORIZON, Command, Danger, best_move
-from agents.scripted.geometry import covering_discs, half_extents
+from agents.scripted.geometry import Disc, covering_discs, half_extents
 from agents.scripted.lattice import CARRIER, UNIT_PER_TICK, Cost, Field, values
-from agents.scripted.storage import place_costs, storage
+from agents.scripted.storage import Point, place_costs
 from agents.scripted.terrain import Terrain, squeeze
 from maps import ItemSpec
+from maps.shapes import circumradius
 from maps.spec import ROBOT_RADIUS
 from world.scoring import goal_boxes, is_delivered
 from world.state import Floats
 
 EASY, TIGHT = 0.02, 0.004  # units kept from everything: where there is room, and where there is none
 _SETTLED = 1.5  # quarter ticks: a place this much worse than the best one still to be had is good enough
-
 _TICKS = UNIT_PER_TICK * np.arange(1, HORIZON + 1)
 
 
-class Haul:
-    """The way of one item to its place in a goal, for a robot that holds it (or will hold it right ahead)."""
+class Body:
+    """A robot, with or without an item ahead, on its way over a terrain."""
 
-    def __init__(
-        self, ground: Terrain, item: ItemSpec, offset: tuple[float, float, float], margin: float = EASY
-    ) -> None:
-        """`offset` is the item's pose in the robot's frame; the terrain must not contain the item."""
-        self.item = item
-        self._goals = goal_boxes(ground.map)
-        x, y, phase = offset
-        discs = [(0.0, 0.0, ROBOT_RADIUS)]
-        for dx, dy, radius in covering_discs(item):
-            discs.append(
-                (x + dx * math.cos(phase) - dy * math.sin(phase), y + dx * math.sin(phase) + dy * math.cos(phase), radius)
-            )
+    def __init__(self, ground: Terrain, discs: list[Disc], margin: float) -> None:
+        self.ground = ground
+        self.discs = discs
         self.field = Field(ground, discs, CARRIER, margin)
-        self._ground, self._discs = ground, discs
-        angles = np.arange(CARRIER.headings) * 2 * np.pi / CARRIER.headings
-        extents = np.array([half_extents(item, float(angle) + phase) for angle in angles])
-        self._places: Cost = place_costs(storage(ground.map), ground, CARRIER, (x, y), extents)
-        self.field.seed(self._places)
-
-    def drive(self, pose: Floats, item_pose: Floats, danger: Danger) -> Command:
-        """The next command of a robot at `pose` (3,) that holds the item; lets go where it should lie."""
-        if is_delivered(self.item, tuple(item_pose.tolist()), self._goals) and self._settled(pose):
-            return Command(0.0, 0.0, grasp=True)
-        command, _ = best_move(pose, lambda moves: self.costs(moves) + danger(moves))
-        return command
-
-    def _settled(self, pose: Floats) -> bool:
-        """Whether nothing nearby is much better than putting the item down here."""
-        here = values(self._places, CARRIER, pose[None])[0]
-        return bool(here <= self.cost(pose) + _SETTLED)
 
     def cost(self, pose: Floats) -> float:
-        """Quarter ticks from a robot pose (3,) with the item."""
+        """Quarter ticks from a robot pose (3,)."""
         return float(values(self.field.cost, CARRIER, pose[None])[0])
 
     def costs(self, moves: Floats) -> Floats:
         """(K,) for short moves (K, HORIZON, 3)."""
         left = values(self.field.cost, CARRIER, moves.reshape(-1, 3)).reshape(moves.shape[:2])
         through = (left + _TICKS).max(axis=1)  # a way through something is as dear as its worst pose
-        pressed = squeeze(self._ground, self._discs, moves).max(axis=1)
+        pressed = squeeze(self.ground, self.discs, moves).max(axis=1)
         return np.asarray(0.5 * (left[:, -1] + through) + pressed)
+
+    def move(self, pose: Floats, danger: Danger) -> Command:
+        """The next command of a robot at `pose` (3,)."""
+        return best_move(pose, lambda moves: self.costs(moves) + danger(moves))[0]
+
+
+class Haul(Body):
+    """The way of one item to its place in a goal, for a robot that holds it (or will hold it right ahead)."""
+
+    def __init__(
+        self,
+        ground: Terrain,
+        item: ItemSpec,
+        offset: tuple[float, float, float],
+        keys: tuple[Point, ...],
+        margin: float = EASY,
+    ) -> None:
+        """`offset` is the item's pose in the robot's frame; the terrain must not contain the item.
+
+        `keys` are points that must stay within reach once the item has been put down.
+        """
+        super().__init__(ground, [(0.0, 0.0, ROBOT_RADIUS), *carried_discs(item, offset)], margin)
+        self.item = item
+        self._goals = goal_boxes(ground.map)
+        x, y, phase = offset
+        angles = np.arange(CARRIER.headings) * 2 * np.pi / CARRIER.headings
+        extents = np.array([half_extents(item, float(angle) + phase) for angle in angles])
+        radius = circumradius(item.shape, item.scale)
+        self._places: Cost = place_costs(ground, CARRIER, (x, y), extents, radius, [(0.0, 0.0)], keys)
+        self.field.seed(self._places)
+
+    def drive(self, pose: Floats, item_pose: Floats, danger: Danger) -> Command:
+        """The next command of a robot at `pose` (3,) that holds the item; lets go where it should lie."""
+        if is_delivered(self.item, tuple(item_pose.tolist()), self._goals) and self._settled(pose):
+            return Command(0.0, 0.0, grasp=True)
+        return self.move(pose, danger)
+
+    def _settled(self, pose: Floats) -> bool:
+        """Whether nothing nearby is much better than putting the item down here."""
+        here = values(self._places, CARRIER, pose[None])[0]
+        return bool(here <= self.cost(pose) + _SETTLED)
+
+
+def carried_discs(item: ItemSpec, offset: tuple[float, float, float]) -> list[Disc]:
+    """The discs of an item whose pose in the robot's frame is `offset`."""
+    x, y, phase = offset
+    cos, sin = math.cos(phase), math.sin(phase)
+    return [(x + dx * cos - dy * sin, y + dx * sin + dy * cos, radius) for dx, dy, radius in covering_discs(item)]

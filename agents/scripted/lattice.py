@@ -144,6 +144,7 @@ class Field:
         self._tag[indices] = np.arange(indices.size)
         return np.asarray(indices[self._tag[indices] == np.arange(indices.size)])
 
+
 @lru_cache(maxsize=4)
 def _predecessors(motion: Motion) -> tuple[Index, tuple[Index, ...]]:
     """Flat offsets (headings, moves) from a pose to where each move came from, and each move's costs by heading."""

@@ -12,14 +12,16 @@ import numpy as np
 from agents.scripted.driving import STRIDE, Command
 from agents.scripted.geometry import Disc, covering_discs, half_extents, heading_of, wrap
 from agents.scripted.lattice import PAIR, UNIT_PER_TICK, Cost, Field, values
-from agents.scripted.storage import place_costs, storage
+from agents.scripted.storage import Point, place_costs
 from agents.scripted.terrain import Terrain, squeeze
 from maps import ItemSpec
+from maps.shapes import circumradius
 from maps.spec import ROBOT_RADIUS
 from world.constants import TOGETHER_TURN_DIVISOR
 from world.scoring import goal_boxes, is_delivered
 from world.state import Floats
 
+EASY, TIGHT = 0.012, 0.002  # units kept from everything
 _SETTLED = 2.0
 _LOOK = 3  # ticks that a try lasts
 _TICKS = UNIT_PER_TICK * np.arange(1, _LOOK + 1)
@@ -53,9 +55,18 @@ class PairHaul:
     """The way of an item that both robots hold, or would hold with these grips."""
 
     def __init__(
-        self, ground: Terrain, item: ItemSpec, item_pose: Floats, robots: Floats, margin: float = 0.012
+        self,
+        ground: Terrain,
+        item: ItemSpec,
+        item_pose: Floats,
+        robots: Floats,
+        keys: tuple[Point, ...],
+        margin: float = EASY,
     ) -> None:
-        """`robots` (2, 2+) are the holders' positions while the item is at `item_pose`; the terrain is without it."""
+        """`robots` (2, 2+) are the holders' positions while the item is at `item_pose`; the terrain is without it.
+
+        `keys` are points that must stay within reach once the item has been put down.
+        """
         self.item = item
         self._origin_angle = float(item_pose[2])
         self._goals = goal_boxes(ground.map)
@@ -64,7 +75,9 @@ class PairHaul:
         self.field = Field(ground, self._discs, PAIR, margin)
         turns = self._origin_angle + np.arange(PAIR.headings) * 2 * np.pi / PAIR.headings
         extents = np.array([half_extents(item, float(angle)) for angle in turns])
-        self._places: Cost = place_costs(storage(ground.map), ground, PAIR, (0.0, 0.0), extents)
+        radius = circumradius(item.shape, item.scale)
+        holders = [(x, y) for x, y, _ in self._discs[-2:]]
+        self._places: Cost = place_costs(ground, PAIR, (0.0, 0.0), extents, radius, holders, keys)
         self.field.seed(self._places)
 
     def cost(self, item_pose: Floats) -> float:

@@ -72,6 +72,13 @@ class Situation:
         held = {self.mine, self.theirs}
         return [i for i in range(len(self.map.items)) if i not in held and not self.delivered[i]]
 
+    def keys(self, item: int) -> tuple[tuple[float, float], ...]:
+        """Where the other items wait: points that nobody may cut off."""
+        return tuple((round(x, 1), round(y, 1)) for x, y, _ in self.state.item_poses[self._others(item)].tolist())
+
+    def _others(self, item: int) -> list[int]:
+        return [other for other in self.waiting if other != item]
+
     def ground(self, without: tuple[int, ...] = (), also: tuple[int, ...] = ()) -> Terrain:
         """The terrain with every item that nobody holds, except those in `without`, and with those in `also`."""
         skipped = {self.mine, self.theirs, *without} - set(also)

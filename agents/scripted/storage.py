@@ -1,22 +1,34 @@
-"""Where in the goal regions an item is best put down, so that every other item still finds its place."""
+"""Where in the goal regions an item is best put down, so that every other item still finds its place.
+
+Three rules, as prices on places: far in before near the edge where room is scarce; never where it would cut the
+floor in two or shut a robot in; close to walls and to what lies there already.
+"""
 
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+import numpy.typing as npt
 
+from agents.scripted.flood import Mask, flood, grown, standing_room, to_bits, to_mask
 from agents.scripted.lattice import UNREACHED, Cost, Field, Motion
 from agents.scripted.terrain import AXIS, CELL, CELLS, Terrain, terrain
 from agents.scripted.walking import WALKER, grid_of
-from maps import ItemSpec, MapSpec
+from maps import MapSpec
 from maps.shapes import circumradius
+from maps.spec import ROBOT_RADIUS
 from world.scoring import goal_boxes
 from world.state import Floats
 
+Point = tuple[float, float]
+
 _INSET = 0.012  # an item is put down this far inside the region that counts
-_TRAPPED = 120.0  # quarter ticks: a robot deeper in the region than its item might not get out again
 _ROOMY = 0.16  # share of the goal regions that the items cover, below which any place will do
+_EAGER = 2.0  # quarter ticks per quarter tick of depth, where room is scarce
 _COMPACT = 60.0  # quarter ticks per unit of free space around a place
+_SHUT_IN = 150.0  # quarter ticks: the robot could not get out again
+_CUTS = 250.0  # quarter ticks: the item would part the floor
+_SPACING = 4  # cells between the places that are looked into
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -25,69 +37,124 @@ class Storage:
 
     map: MapSpec
     depth: Floats
+    inside: Mask
     crowded: bool
 
 
 @lru_cache(maxsize=64)
 def storage(map_spec: MapSpec) -> Storage:
     """The storage of a map."""
-    outside = np.ones((CELLS, CELLS), dtype=np.bool_)
+    inside = np.zeros((CELLS, CELLS), dtype=np.bool_)
     x, y = np.meshgrid(AXIS, AXIS)
     for goal in map_spec.goals:
-        outside &= ~((x > goal.left) & (x < goal.right) & (y > goal.bottom) & (y < goal.top))
+        inside |= (x > goal.left) & (x < goal.right) & (y > goal.bottom) & (y < goal.top)
     field = Field(terrain(map_spec, ()), ((0.0, 0.0, 0.02),), WALKER, margin=0.0)
-    field.seed(np.where(outside, 0, UNREACHED).astype(np.int16)[None])
+    field.seed(np.where(inside, UNREACHED, 0).astype(np.int16)[None])
     field.search(4000)
     depth = np.where(grid_of(field) < UNREACHED, grid_of(field), 0).astype(np.float64)
     area = sum((goal.right - goal.left) * (goal.top - goal.bottom) for goal in map_spec.goals)
     covered = sum((2 * circumradius(item.shape, item.scale)) ** 2 for item in map_spec.items)
-    return Storage(map_spec, depth, covered / area > _ROOMY)
+    return Storage(map_spec, depth, inside, covered / area > _ROOMY)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Places:
+    """What putting a disc down does to the floor, for a coarse choice of places."""
+
+    number: npt.NDArray[np.int64]  # (CELLS, CELLS) the place nearest to a cell of the goal regions
+    price: Floats  # (n,)
+    ways_out: Mask  # (n, CELLS, CELLS) from where a robot still gets about
+
+
+@lru_cache(maxsize=32)
+def places(ground: Terrain, radius: float, keys: tuple[Point, ...]) -> Places:
+    """Look into every place: `keys` are points that must stay within reach of each other."""
+    inside = storage(ground.map).inside
+    rows, columns = np.nonzero(inside)
+    coarse = (rows // _SPACING) * CELLS + columns // _SPACING
+    _, firsts, numbers = np.unique(coarse, return_index=True, return_inverse=True)
+    number = np.full((CELLS, CELLS), -1, dtype=np.int64)
+    number[rows, columns] = numbers
+    free = standing_room(ground, ROBOT_RADIUS)
+    marks = [mark for mark in (_around(x, y, 0.36) & free for x, y in keys) if mark]
+    together = _joined(free, marks)
+    price = np.zeros(len(firsts))
+    ways_out = np.zeros((len(firsts), CELLS, CELLS), dtype=np.bool_)
+    for place in range(len(firsts)):
+        members = numbers == place
+        x, y = AXIS[round(columns[members].mean())], AXIS[round(rows[members].mean())]
+        left = free & ~_around(float(x), float(y), radius + ROBOT_RADIUS)
+        reached = flood(together[0] & left, left) if together else left
+        if any(not mark & reached for mark in together[1:]):
+            price[place] = _CUTS
+        ways_out[place] = to_mask(grown(reached, 3))
+    return Places(number, price, ways_out)
+
+
+def _joined(free: int, marks: list[int]) -> list[int]:
+    """Those marks that hang together with the first one."""
+    if not marks:
+        return []
+    reached = flood(marks[0], free)
+    return [mark for mark in marks if mark & reached]
+
+
+@lru_cache(maxsize=4096)
+def _around(x: float, y: float, radius: float) -> int:
+    grid_x, grid_y = np.meshgrid(AXIS, AXIS)
+    return to_bits(np.hypot(grid_x - x, grid_y - y) < radius)
 
 
 def place_costs(
-    store: Storage,
     ground: Terrain,
     motion: Motion,
-    offset: tuple[float, float],
+    offset: Point,
     extents: Floats,
+    radius: float,
+    robots: list[Point],
+    keys: tuple[Point, ...],
 ) -> Cost:
     """Start costs (headings, CELLS, CELLS) of putting an item down, for `Field.seed`.
 
-    `offset` is the item's centre in the frame of the body's reference point; `extents` (headings, 2) are half the
-    width and height of its bounding box. Poses that do not deliver it are UNREACHED.
+    `offset` is the item's centre and `robots` are the robots' in the frame of the body's reference point; `extents`
+    (headings, 2) are half the width and height of its bounding box. Poses that do not deliver it are UNREACHED.
     """
     angles = np.arange(motion.headings) * 2 * np.pi / motion.headings
-    dx = offset[0] * np.cos(angles) - offset[1] * np.sin(angles)
-    dy = offset[0] * np.sin(angles) + offset[1] * np.cos(angles)
-    x = AXIS[None, None, :] + dx[:, None, None]
-    y = AXIS[None, :, None] + dy[:, None, None]
+    x, y = _moved(offset, angles)
     inside = np.zeros((motion.headings, CELLS, CELLS), dtype=np.bool_)
-    for left, bottom, right, top in goal_boxes(store.map):
+    for left, bottom, right, top in goal_boxes(ground.map):
         wide, high = extents[:, 0, None, None] + _INSET, extents[:, 1, None, None] + _INSET
         inside |= (x > left + wide) & (x < right - wide) & (y > bottom + high) & (y < top - high)
-    costs = np.full(inside.shape, UNREACHED, dtype=np.int16)
     heading, row, column = np.nonzero(inside)
-    item_row = np.clip(np.rint((y[heading, row, 0] - AXIS[0]) / CELL).astype(np.int64), 0, CELLS - 1)
-    item_column = np.clip(np.rint((x[heading, 0, column] - AXIS[0]) / CELL).astype(np.int64), 0, CELLS - 1)
-    costs[inside] = _preference(store, ground, (item_row, item_column), (row, column)).astype(np.int16)
+    item = _cells(x[heading, 0, column], y[heading, row, 0])
+    look = places(ground, round(radius, 3), keys)
+    number = look.number[item]
+    cost = _preference(ground, item) + look.price[number]
+    for robot in robots:
+        rx, ry = _moved(robot, angles)
+        where = _cells(rx[heading, 0, column], ry[heading, row, 0])
+        cost = cost + np.where(look.ways_out[number, where[0], where[1]], 0.0, _SHUT_IN)
+    costs = np.full(inside.shape, UNREACHED, dtype=np.int16)
+    costs[inside] = np.where(number < 0, UNREACHED, cost).astype(np.int16)
     return costs
 
 
-def _preference(
-    store: Storage,
-    ground: Terrain,
-    item: tuple[np.ndarray, np.ndarray],
-    robot: tuple[np.ndarray, np.ndarray],
-) -> Floats:
-    depth = store.depth[item]
-    eager = 2.0 if store.crowded else 0.25
-    shallow = eager * (store.depth.max() - depth)
-    loose = (_COMPACT if store.crowded else 0.0) * np.clip(ground.clearance[item], 0.0, 0.3)
-    trapped = np.where(store.depth[robot] > depth + 3.0, _TRAPPED, 0.0)
-    return np.asarray(shallow + loose + trapped)
+def _moved(offset: Point, angles: Floats) -> tuple[Floats, Floats]:
+    """x (headings, 1, CELLS) and y (headings, CELLS, 1) of a point of the body for every reference point."""
+    dx = offset[0] * np.cos(angles) - offset[1] * np.sin(angles)
+    dy = offset[0] * np.sin(angles) + offset[1] * np.cos(angles)
+    return AXIS[None, None, :] + dx[:, None, None], AXIS[None, :, None] + dy[:, None, None]
 
 
-def is_crowded(items: tuple[ItemSpec, ...], map_spec: MapSpec) -> bool:
-    """Whether these items fill the goal regions so far that places matter."""
-    area = sum((goal.right - goal.left) * (goal.top - goal.bottom) for goal in map_spec.goals)
-    return sum((2 * circumradius(item.shape, item.scale)) ** 2 for item in items) / area > _ROOMY
+def _cells(x: Floats, y: Floats) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    rows = np.rint((y - AXIS[0]) / CELL).astype(np.int64)
+    columns = np.rint((x - AXIS[0]) / CELL).astype(np.int64)
+    return np.clip(rows, 0, CELLS - 1), np.clip(columns, 0, CELLS - 1)
+
+
+def _preference(ground: Terrain, item: tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]) -> Floats:
+    store = storage(ground.map)
+    if not store.crowded:
+        return np.asarray(0.25 * (store.depth.max() - store.depth[item]))
+    shallow = _EAGER * (store.depth.max() - store.depth[item])
+    return np.asarray(shallow + _COMPACT * np.clip(ground.clearance[item], 0.0, 0.3))

@@ -33,7 +33,9 @@ class Terrain:
 
 def terrain(map_spec: MapSpec, items: tuple[Placed, ...]) -> Terrain:
     """The terrain of a map with these items on it; the same items give the same object."""
-    return _terrain(map_spec, tuple(sorted(((i, round(x, 3), round(y, 3), round(a, 2)) for i, x, y, a in items), key=repr)))
+    return _terrain(
+        map_spec, tuple(sorted(((i, round(x, 3), round(y, 3), round(a, 2)) for i, x, y, a in items), key=repr))
+    )
 
 
 @lru_cache(maxsize=64)
@@ -79,7 +81,10 @@ def sample(grid: Floats, x: Floats, y: Floats) -> Floats:
     i, j = u.astype(np.intp), v.astype(np.intp)
     a, b = u - i, v - j
     return np.asarray(
-        grid[j, i] * (1 - a) * (1 - b) + grid[j, i + 1] * a * (1 - b) + grid[j + 1, i] * (1 - a) * b + grid[j + 1, i + 1] * a * b
+        grid[j, i] * (1 - a) * (1 - b)
+        + grid[j, i + 1] * a * (1 - b)
+        + grid[j + 1, i] * (1 - a) * b
+        + grid[j + 1, i + 1] * a * b
     )
 
 

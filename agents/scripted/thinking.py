@@ -11,7 +11,7 @@ from agents.scripted.lattice import Field
 T = TypeVar("T")
 Thought = Generator[None, None, T]
 
-LEVELS_PER_SLICE = 48  # of a cost-to-go search: a few milliseconds
+LEVELS_PER_SLICE = 64  # of a cost-to-go search: a few milliseconds
 
 
 class Thinking(Generic[T]):

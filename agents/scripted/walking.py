@@ -25,7 +25,7 @@ def walk_field(ground: Terrain, targets: list[tuple[float, float]], margin: floa
     field = Field(ground, ROBOT, WALKER, margin)
     costs = np.full((1, CELLS, CELLS), UNREACHED, dtype=np.int16)
     for x, y in targets:
-        row, column = nearest_free(field.free[0], x, y)
+        row, column = nearest_free(field.free[0], x, y, within=9)
         costs[0, row, column] = 0
     field.seed(costs)
     field.search(4000)
@@ -52,7 +52,7 @@ def grid_of(field: Field) -> npt.NDArray[np.int16]:
 
 def cost_at(field: Field, x: float, y: float) -> float:
     """Quarter ticks from (x, y); UNREACHED when there is no way."""
-    row, column = nearest_free(grid_of(field) < UNREACHED, x, y, within=3)
+    row, column = nearest_free(grid_of(field) < UNREACHED, x, y, within=4)
     return float(grid_of(field)[row, column])
 
 

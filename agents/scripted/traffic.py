@@ -1,0 +1,115 @@
+"""Two robots and little room: foreseeing where the partner goes, and getting out of its way."""
+
+import math
+from functools import lru_cache
+
+import numpy as np
+
+from agents.scripted.driving import HORIZON, Danger
+from agents.scripted.hauling import Body, carried_discs
+from agents.scripted.grasping import in_frame
+from agents.scripted.lattice import CARRIER, UNREACHED
+from agents.scripted.situation import Situation
+from agents.scripted.storage import storage
+from agents.scripted.terrain import AXIS, CELLS, Terrain, sample
+from agents.scripted.walking import Way
+from maps import MapSpec
+from maps.spec import ROBOT_RADIUS
+from world.state import Floats
+
+_APART = 2 * ROBOT_RADIUS + 0.02
+_CLEAR = 0.29  # units between the own centre and the partner's way when standing aside
+_FORESEEN = 60  # cells of the partner's way that are kept clear
+_MEETING_PRICE = 600.0  # quarter ticks per unit of overlap with the partner
+
+
+def meeting_danger(now: Situation) -> Danger:
+    """The price of moves that end too near to the partner or to what it carries, if it goes on as it does."""
+    steps = np.arange(1, HORIZON + 1)
+    velocity = now.state.robot_velocities[1 - now.seat][:2] * 0.1
+    circles = [(now.partner[:2], ROBOT_RADIUS)]
+    if now.theirs >= 0 and not now.is_heavy(now.theirs):
+        circles.append((now.item_pose(now.theirs)[:2], now.item(now.theirs).scale))
+    own = [(0.0, 0.0, ROBOT_RADIUS)]
+    if now.mine >= 0:
+        own += carried_discs(now.item(now.mine), in_frame(now.pose, now.item_pose(now.mine)))
+
+    def danger(moves: Floats) -> Floats:
+        worst = np.zeros(moves.shape[:2])
+        cos, sin = np.cos(moves[..., 2]), np.sin(moves[..., 2])
+        for centre, radius in circles:
+            x, y = centre[0] + velocity[0] * steps, centre[1] + velocity[1] * steps
+            for dx, dy, own_radius in own:
+                gap = np.hypot(moves[..., 0] + cos * dx - sin * dy - x, moves[..., 1] + sin * dx + cos * dy - y)
+                worst = np.maximum(worst, radius + own_radius + 0.02 - gap)
+        return np.asarray(_MEETING_PRICE * worst.max(axis=1))
+
+    return danger
+
+
+def without_partner(ground: Terrain, position: Floats) -> Terrain:
+    """The terrain with the partner standing on it."""
+    x, y = np.meshgrid(AXIS, AXIS)
+    gap = np.hypot(x - position[0], y - position[1]) - ROBOT_RADIUS
+    return Terrain(ground.map, ground.items, np.minimum(ground.clearance, gap))
+
+
+def bound(now: Situation, item: int) -> float:
+    """Quarter ticks that bringing an item home takes at least: the way of a robot alone."""
+    x, y, _ = now.item_pose(item).tolist()
+    return _way_home(now.ground((item,))).cost(x, y)
+
+
+def partners_way(now: Situation, target: int) -> Floats:
+    """(n, 2) where the partner will probably walk: home with what it carries, else to the item `target` (-1: nowhere)."""
+    x, y = float(now.partner[0]), float(now.partner[1])
+    if now.theirs >= 0 and not now.is_heavy(now.theirs):
+        return _way_home(now.ground()).path(x, y, _FORESEEN)
+    if now.theirs < 0 and target >= 0:
+        goal = now.item_pose(target)
+        return _way_to(now.ground(), round(float(goal[0]), 2), round(float(goal[1]), 2)).path(x, y, _FORESEEN)
+    return np.array([[x, y]])
+
+
+@lru_cache(maxsize=32)
+def _way_home(ground: Terrain) -> Way:
+    inside = storage(ground.map).inside & (ground.clearance > ROBOT_RADIUS)
+    rows, columns = np.nonzero(inside)
+    return Way(ground, [(float(AXIS[c]), float(AXIS[r])) for r, c in zip(rows[::7], columns[::7], strict=True)])
+
+
+@lru_cache(maxsize=32)
+def _way_to(ground: Terrain, x: float, y: float) -> Way:
+    return Way(ground, [(x, y)])
+
+
+def gap_to(way: Floats, x: Floats, y: Floats) -> Floats:
+    """Distance from points to the nearest point of a way (n, 2)."""
+    gaps = np.full(x.shape, 9.0)
+    for px, py in way[::3]:
+        np.minimum(gaps, np.hypot(x - px, y - py), out=gaps)
+    return gaps
+
+
+def aside(now: Situation, way: Floats) -> Body:
+    """A body on its way to the nearest pose that leaves the partner's way free.
+
+    The body includes what the own hand holds.
+    """
+    discs = [(0.0, 0.0, ROBOT_RADIUS)]
+    if now.mine >= 0:
+        discs += carried_discs(now.item(now.mine), in_frame(now.pose, now.item_pose(now.mine)))
+    body = Body(without_partner(now.ground(), now.partner), discs, 0.004)
+    x, y = np.meshgrid(AXIS, AXIS)
+    clear = gap_to(way, x, y)
+    costs = np.full((CARRIER.headings, CELLS, CELLS), UNREACHED, dtype=np.int16)
+    for heading in range(CARRIER.headings):
+        angle = heading * 2 * math.pi / CARRIER.headings
+        free = clear >= _CLEAR
+        for dx, dy, radius in discs[1:]:
+            at_x = x + dx * math.cos(angle) - dy * math.sin(angle)
+            at_y = y + dx * math.sin(angle) + dy * math.cos(angle)
+            free &= sample(clear, at_x, at_y) >= ROBOT_RADIUS + radius + 0.03
+        costs[heading][free] = 0
+    body.field.seed(costs)
+    return body
