@@ -48,7 +48,8 @@ export class Hud {
     this.#text(connection, line.words);
     this.#attribute(connection, "class", line.state ? `pill pill-${line.state}` : "pill");
     stalled.toggleAttribute("hidden", !(scene?.stalled || status === "reconnecting"));
-    this.#text(stop, game.welcome?.mode === "watch" ? TEXT.stopWatching : TEXT.pauseOrStop);
+    this.#text(stop, stopWords(game));
+    stop.hidden = game.phase.endsWith("_over") && game.welcome?.mode !== "watch";
     if (game.round === null || scene === null) return;
     this.#heading(game.round);
     this.#meters(game.round, scene);
@@ -142,6 +143,12 @@ export class Hud {
     const fill = /** @type {HTMLElement} */ (bar.firstElementChild);
     if (fill.style.width !== width) fill.style.width = width;
   }
+}
+
+/** What the button below the cards does now. @param {Game} game */
+function stopWords(game) {
+  if (game.welcome?.mode === "watch") return TEXT.stopWatching;
+  return game.phase === "lobby" ? TEXT.leave : TEXT.pauseOrStop;
 }
 
 /** @param {number} seat */

@@ -69,6 +69,7 @@ export const TEXT = {
   },
   notRecording: "Not recorded",
   pauseOrStop: "Pause or stop…",
+  leave: "Leave",
   stopWatching: "Stop watching",
   watching: "You are watching.",
   watchers: (/** @type {number} */ count) => (count === 1 ? "1 person is watching." : `${count} people are watching.`),

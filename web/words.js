@@ -9,8 +9,8 @@ import { TEXT } from "./text.js";
 /** What to call a seat. @param {SeatState} seat @param {boolean} own */
 export function seatName(seat, own) {
   if (own) return seat.name || TEXT.you;
-  if (seat.name) return seat.name;
-  return seat.kind === "human" ? TEXT.partner : TEXT.kinds[seat.kind];
+  if (seat.kind === "agent" && seat.name) return seat.name[0].toUpperCase() + seat.name.slice(1);
+  return seat.name || (seat.kind === "human" ? TEXT.partner : TEXT.kinds[seat.kind]);
 }
 
 /** What a seat does before and between rounds. @param {SeatState} seat */
