@@ -32,7 +32,13 @@ def walked(
     map_name: str = "HandOff", ticks: int = 40, seed: int = 0, people: tuple[str, str] = ("a", "b")
 ) -> Trajectory:
     """A trajectory of random motion in the real world."""
-    the_map, actions = load_map(map_name), random_walk(ticks, seed)
+    return trajectory_of_actions(load_map(map_name), random_walk(ticks, seed), people)
+
+
+def trajectory_of_actions(
+    the_map: MapSpec, actions: np.ndarray[tuple[int, ...], np.dtype[np.float64]], people: tuple[str, str] = ("a", "b")
+) -> Trajectory:
+    """What comes of world actions (T, 2, 3)."""
     states = states_of(the_map, actions)
     return Trajectory(
         the_map,
