@@ -14,10 +14,11 @@ from agents.demonstrations import Made, jobs, make_all, teach_all
 from agents.errors import DataError
 from agents.populations import PEOPLE, POPULATIONS, manifest, population
 from maps import MapSpec, load_map, map_names
+from recordings import import_command
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """`generate` and `people`."""
+    """`generate`, `label`, `import` and `people`."""
     actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
     generate = actions.add_parser("generate", help="let scripted pairs play and record them")
     generate.add_argument("--population", choices=POPULATIONS, default="A", help="whose people play (C is for tests)")
@@ -42,13 +43,16 @@ def configure(parser: argparse.ArgumentParser) -> None:
     label.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     label.add_argument("--out", type=Path, default=Path("data/corrections"))
     label.add_argument("--json", action="store_true")
+    official = actions.add_parser("import", help="read official trajectories (the same as `recordings import`)")
+    import_command.configure(official)
     people = actions.add_parser("people", help="who is in the populations")
     people.add_argument("--json", action="store_true")
 
 
 def run(args: argparse.Namespace) -> int:
     """Dispatch."""
-    return {"generate": _generate, "label": _label, "people": _people}[args.action](args)
+    perform = {"generate": _generate, "label": _label, "import": import_command.perform, "people": _people}
+    return perform[args.action](args)
 
 
 def _people(args: argparse.Namespace) -> int:

@@ -28,7 +28,7 @@ COMMANDS = {
     "train": Command("agents.train_command", "train a policy from recordings"),
     "agents": Command("agents.command", "list, show and probe agents"),
     "maps": Command("maps.command", "list, show, check, render and randomize maps"),
-    "recordings": Command("recordings.command", "list, inspect, verify and recover recordings"),
+    "recordings": Command("recordings.command", "list, verify, view, report, export and import recordings"),
     "loadtest": Command("server.loadtest", "measure the server with bots that speak the real protocol"),
     "doctor": Command("server.doctor", "check this machine and this installation"),
 }

@@ -328,7 +328,7 @@ def test_the_command_imports_what_it_can_and_says_what_it_cannot(
     assert main(["recordings", "import", str(recorder.parent), *options, "--json"]) == 1
     reports = json.loads(capsys.readouterr().out)["trajectories"]
     assert [(r["file"], bool(r["problem"])) for r in reports] == [(recorder.name, False), ("rows.jsonl", True)]
-    assert main(["recordings", "import", str(recorder), *options]) == 0
+    assert main(["demos", "import", str(recorder), *options]) == 0
     assert "1 of 1 trajectories imported" in capsys.readouterr().out
     assert main(["recordings", "import", str(tmp_path / "nothing.txt"), *options]) == 2
     assert "is none of .json" in capsys.readouterr().err
