@@ -65,6 +65,7 @@ class EpisodeWriter:
             writer._begin(header, initial, attachments or {}, versions() if software is None else software)
         except RecordingError:
             writer.abandon()
+            journal.path.unlink(missing_ok=True)  # nothing whole is in it
             raise
         return writer
 

@@ -18,6 +18,12 @@ def small_files() -> Iterator[int]:
 
 
 @pytest.fixture
+def tiny_files() -> Iterator[int]:
+    """Not even the head of a journal fits."""
+    yield from _limited(4_000)
+
+
+@pytest.fixture
 def journal_then_small_files(tmp_path: Path) -> Iterator[Path]:
     """A closed journal, and then no room for a recording."""
     journal, _ = record(tmp_path, ticks=30)

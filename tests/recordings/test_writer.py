@@ -140,6 +140,12 @@ def test_a_full_disk_is_an_error_and_what_was_written_stays_whole(tmp_path: Path
     assert writer.path.stat().st_size <= small_files
 
 
+def test_a_disk_that_is_full_from_the_start_leaves_no_journal(tmp_path: Path, tiny_files: int) -> None:
+    with pytest.raises(RecordingError, match="cannot write"):
+        begin(tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_disk_that_is_too_slow_is_an_error_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     writer, played = begin(tmp_path)
     play(writer, played, 1)

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -292,6 +293,17 @@ def test_no_path_of_this_machine_gets_out(
     assert b"first" in content
     for path in (recordings[0].parent, tmp_path, Path.home()):
         assert str(path).encode() not in content
+
+
+def test_a_missing_library_is_named_with_the_command_that_installs_it(
+    recordings: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delitem(sys.modules, "recordings.exports.robomimic", raising=False)
+    monkeypatch.setitem(sys.modules, "h5py", None)
+    with pytest.raises(
+        RecordingError, match=r"robomimic needs h5py; install it: pip install 'moving-out-live\[hdf5\]'"
+    ):
+        made("robomimic", recordings, tmp_path / "x")
 
 
 def test_wrong_requests_get_a_sentence(recordings: list[Path], tmp_path: Path) -> None:
