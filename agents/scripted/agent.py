@@ -52,7 +52,7 @@ class ScriptedAgent:
         return np.array([row])
 
     def _command(self, now: Situation) -> Command:
-        self._trail = [] if self._resting else [*self._trail[-STALLED_AFTER:], now.pose]
+        self._trail = [] if self._resting else [*self._trail[-2 * STALLED_AFTER:], now.pose]
         if self._stalled(now):
             self._unblock(now)
         if self._wiggle > 0:
@@ -74,12 +74,11 @@ class ScriptedAgent:
     def _stalled(self, now: Situation) -> bool:
         if isinstance(self._errand, Aside | None) or self._wiggle or len(self._trail) <= STALLED_AFTER:
             return False
-        if now.mine >= 0 and now.mine == now.theirs:
-            limit = 0.02
-        else:
-            limit = 0.05
-        first, last = self._trail[0], self._trail[-1]
-        return bool(np.hypot(*(last[:2] - first[:2])) < limit and abs(last[2] - first[2]) < 0.3)
+        recent, last = self._trail[-STALLED_AFTER - 1], self._trail[-1]
+        limit = 0.02 if now.mine >= 0 and now.mine == now.theirs else 0.05
+        if len(self._trail) > 2 * STALLED_AFTER and _moved(self._trail[0], last) < limit:
+            return True  # turning about without getting anywhere
+        return _moved(recent, last) < limit and abs(float(last[2] - recent[2])) < 0.3
 
     def _unblock(self, now: Situation) -> None:
         """Something is in the way: the partner, or a corner."""
@@ -199,3 +198,7 @@ def _costs_to(ground: Terrain, position: Floats, poses: list[Floats]) -> list[fl
         window = grid[max(row - 10, 0) : row + 11, max(column - 10, 0) : column + 11]
         costs.append(float(window.min()))
     return costs
+
+
+def _moved(one: Floats, other: Floats) -> float:
+    return float(np.hypot(*(other - one)[:2]))

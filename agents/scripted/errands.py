@@ -19,7 +19,7 @@ from agents.scripted.pairing import PairHaul
 from agents.scripted.situation import Situation
 from agents.scripted.terrain import Terrain, sample
 from agents.scripted.thinking import Thinking, Thought, solve
-from agents.scripted.traffic import aside, bound
+from agents.scripted.traffic import aside, bound, with_partner
 from agents.scripted.walking import Way, cost_at, walk_field
 from maps.spec import ROBOT_RADIUS
 from world.state import Floats
@@ -133,7 +133,7 @@ class Fetch:
         if min(costs) >= UNREACHED:
             return None
         for margin in (EASY, TIGHT):
-            haul = Haul(now.ground((self.item,)), spec, (0.0, ROBOT_RADIUS + GAP + spec.scale, 0.0), now.keys(self.item), margin)
+            haul = Haul(now.ground((self.item,)), spec, (0.0, ROBOT_RADIUS + GAP + spec.scale, 0.0), now.outlook(self.item), margin)
             yield
             yield from solve(haul.field)
             totals = [cost + haul.cost(pose) for cost, pose in zip(costs, places, strict=True)]
@@ -170,7 +170,7 @@ class Carry:
     def _think(self, now: Situation) -> Thought[Haul]:
         offset = in_frame(now.pose, now.item_pose(self.item))
         for margin in (EASY, TIGHT):
-            haul = Haul(now.ground(), now.item(self.item), offset, now.keys(self.item), margin)
+            haul = Haul(now.ground(), now.item(self.item), offset, now.outlook(self.item), margin)
             yield
             yield from solve(haul.field)
             if haul.cost(now.pose) < UNREACHED:
@@ -223,7 +223,8 @@ class Lift:
         self._patience = patience
         self._waited = 0
         self._nearest = math.inf
-        self._ground = now.ground(also=(item,))
+        floor = now.ground(also=(item,))
+        self._ground = with_partner(floor, now.partner) if now.theirs == item else floor
         self._bare = now.ground((item,))
         self._partner_grip = now.partner.copy() if now.theirs == item else None
         self._approach: Approach | None = None
@@ -301,7 +302,7 @@ class Lift:
     def _think_way(self, now: Situation) -> Thought[PairHaul]:
         for margin in (pairing.EASY, pairing.TIGHT):
             haul = PairHaul(
-                now.ground(), now.item(self.item), now.item_pose(self.item), now.robots, now.keys(self.item), margin
+                now.ground(), now.item(self.item), now.item_pose(self.item), now.robots, now.outlook(self.item), margin
             )
             yield
             yield from solve(haul.field)
@@ -327,7 +328,7 @@ class Lift:
         best: tuple[float, Grips] | None = None
         for margin, tried in ((pairing.EASY, options[:4]), (pairing.TIGHT, options[:2])):
             for grips in tried:
-                haul = PairHaul(self._bare, spec, item_pose, grips.robots, now.keys(self.item), margin)
+                haul = PairHaul(self._bare, spec, item_pose, grips.robots, now.outlook(self.item), margin)
                 yield
                 yield from solve(haul.field)
                 cost = haul.cost(item_pose)

@@ -7,7 +7,7 @@ import numpy as np
 from agents.scripted.driving import HORIZON, Command, Danger, best_move
 from agents.scripted.geometry import Disc, covering_discs, half_extents
 from agents.scripted.lattice import CARRIER, UNIT_PER_TICK, Cost, Field, values
-from agents.scripted.storage import Point, place_costs
+from agents.scripted.storage import Outlook, place_costs
 from agents.scripted.terrain import Terrain, squeeze
 from maps import ItemSpec
 from maps.shapes import circumradius
@@ -52,12 +52,12 @@ class Haul(Body):
         ground: Terrain,
         item: ItemSpec,
         offset: tuple[float, float, float],
-        keys: tuple[Point, ...],
+        outlook: Outlook,
         margin: float = EASY,
     ) -> None:
         """`offset` is the item's pose in the robot's frame; the terrain must not contain the item.
 
-        `keys` are points that must stay within reach once the item has been put down.
+        `outlook` is what else is to be delivered: the item must not be put in its way.
         """
         super().__init__(ground, [(0.0, 0.0, ROBOT_RADIUS), *carried_discs(item, offset)], margin)
         self.item = item
@@ -66,7 +66,7 @@ class Haul(Body):
         angles = np.arange(CARRIER.headings) * 2 * np.pi / CARRIER.headings
         extents = np.array([half_extents(item, float(angle) + phase) for angle in angles])
         radius = circumradius(item.shape, item.scale)
-        self._places: Cost = place_costs(ground, CARRIER, (x, y), extents, radius, [(0.0, 0.0)], keys)
+        self._places: Cost = place_costs(ground, CARRIER, (x, y), extents, radius, [(0.0, 0.0)], outlook)
         self.field.seed(self._places)
 
     def drive(self, pose: Floats, item_pose: Floats, danger: Danger) -> Command:

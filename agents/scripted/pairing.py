@@ -12,7 +12,7 @@ import numpy as np
 from agents.scripted.driving import STRIDE, Command
 from agents.scripted.geometry import Disc, covering_discs, half_extents, heading_of, wrap
 from agents.scripted.lattice import PAIR, UNIT_PER_TICK, Cost, Field, values
-from agents.scripted.storage import Point, place_costs
+from agents.scripted.storage import Outlook, place_costs
 from agents.scripted.terrain import Terrain, squeeze
 from maps import ItemSpec
 from maps.shapes import circumradius
@@ -60,12 +60,12 @@ class PairHaul:
         item: ItemSpec,
         item_pose: Floats,
         robots: Floats,
-        keys: tuple[Point, ...],
+        outlook: Outlook,
         margin: float = EASY,
     ) -> None:
         """`robots` (2, 2+) are the holders' positions while the item is at `item_pose`; the terrain is without it.
 
-        `keys` are points that must stay within reach once the item has been put down.
+        `outlook` is what else is to be delivered: the item must not be put in its way.
         """
         self.item = item
         self._origin_angle = float(item_pose[2])
@@ -77,7 +77,7 @@ class PairHaul:
         extents = np.array([half_extents(item, float(angle)) for angle in turns])
         radius = circumradius(item.shape, item.scale)
         holders = [(x, y) for x, y, _ in self._discs[-2:]]
-        self._places: Cost = place_costs(ground, PAIR, (0.0, 0.0), extents, radius, holders, keys)
+        self._places: Cost = place_costs(ground, PAIR, (0.0, 0.0), extents, radius, holders, outlook)
         self.field.seed(self._places)
 
     def cost(self, item_pose: Floats) -> float:

@@ -6,8 +6,10 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from agents.scripted.storage import Outlook
 from agents.scripted.terrain import Placed, Terrain, terrain
 from maps import ItemSpec, MapSpec
+from maps.shapes import circumradius
 from world.scoring import delivered_items
 from world.state import Floats, WorldState
 
@@ -72,12 +74,13 @@ class Situation:
         held = {self.mine, self.theirs}
         return [i for i in range(len(self.map.items)) if i not in held and not self.delivered[i]]
 
-    def keys(self, item: int) -> tuple[tuple[float, float], ...]:
-        """Where the other items wait: points that nobody may cut off."""
-        return tuple((round(x, 1), round(y, 1)) for x, y, _ in self.state.item_poses[self._others(item)].tolist())
-
-    def _others(self, item: int) -> list[int]:
-        return [other for other in self.waiting if other != item]
+    def outlook(self, item: int) -> Outlook:
+        """What is still to be delivered besides an item."""
+        others = [other for other in range(len(self.map.items)) if other != item and not self.delivered[other]]
+        waiting = [other for other in others if other in self.waiting]
+        points = tuple((round(x, 1), round(y, 1)) for x, y, _ in self.state.item_poses[waiting].tolist())
+        sizes = [circumradius(self.item(other).shape, self.item(other).scale) for other in others]
+        return Outlook(points, round(max(sizes, default=0.0), 3))
 
     def ground(self, without: tuple[int, ...] = (), also: tuple[int, ...] = ()) -> Terrain:
         """The terrain with every item that nobody holds, except those in `without`, and with those in `also`."""

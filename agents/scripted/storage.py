@@ -6,13 +6,14 @@ floor in two or shut a robot in; close to walls and to what lies there already.
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from agents.scripted.flood import Mask, flood, grown, standing_room, to_bits, to_mask
 from agents.scripted.lattice import UNREACHED, Cost, Field, Motion
-from agents.scripted.terrain import AXIS, CELL, CELLS, Terrain, terrain
+from agents.scripted.terrain import AXIS, CELL, CELLS, Terrain, sample, terrain
 from agents.scripted.walking import WALKER, grid_of
 from maps import MapSpec
 from maps.shapes import circumradius
@@ -21,14 +22,23 @@ from world.scoring import goal_boxes
 from world.state import Floats
 
 Point = tuple[float, float]
+Cells = npt.NDArray[np.int64]
 
 _INSET = 0.012  # an item is put down this far inside the region that counts
 _ROOMY = 0.16  # share of the goal regions that the items cover, below which any place will do
-_EAGER = 2.0  # quarter ticks per quarter tick of depth, where room is scarce
+_EAGER = 1.3  # quarter ticks per quarter tick of depth, where room is scarce
 _COMPACT = 60.0  # quarter ticks per unit of free space around a place
 _SHUT_IN = 150.0  # quarter ticks: the robot could not get out again
 _CUTS = 250.0  # quarter ticks: the item would part the floor
+_ROOM = 90.0  # quarter ticks: taking all the room that the largest item to come would need
 _SPACING = 4  # cells between the places that are looked into
+
+
+class Outlook(NamedTuple):
+    """What is still to be delivered besides an item: where it waits, and the radius of the largest (0: nothing)."""
+
+    points: tuple[Point, ...]
+    largest: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,8 +77,8 @@ class Places:
 
 
 @lru_cache(maxsize=32)
-def places(ground: Terrain, radius: float, keys: tuple[Point, ...]) -> Places:
-    """Look into every place: `keys` are points that must stay within reach of each other."""
+def places(ground: Terrain, radius: float, outlook: Outlook) -> Places:
+    """Look into every place for a disc of this radius."""
     inside = storage(ground.map).inside
     rows, columns = np.nonzero(inside)
     coarse = (rows // _SPACING) * CELLS + columns // _SPACING
@@ -76,19 +86,42 @@ def places(ground: Terrain, radius: float, keys: tuple[Point, ...]) -> Places:
     number = np.full((CELLS, CELLS), -1, dtype=np.int64)
     number[rows, columns] = numbers
     free = standing_room(ground, ROBOT_RADIUS)
-    marks = [mark for mark in (_around(x, y, 0.36) & free for x, y in keys) if mark]
+    marks = [mark for mark in (_around(x, y, 0.36) & free for x, y in outlook.points) if mark]
     together = _joined(free, marks)
-    price = np.zeros(len(firsts))
+    centres = _centres(rows, columns, numbers)
+    price = _room_taken(ground, centres, radius, outlook.largest)
     ways_out = np.zeros((len(firsts), CELLS, CELLS), dtype=np.bool_)
     for place in range(len(firsts)):
-        members = numbers == place
-        x, y = AXIS[round(columns[members].mean())], AXIS[round(rows[members].mean())]
-        left = free & ~_around(float(x), float(y), radius + ROBOT_RADIUS)
+        x, y = centres[place].tolist()
+        left = free & ~_around(x, y, radius + ROBOT_RADIUS)
         reached = flood(together[0] & left, left) if together else left
         if any(not mark & reached for mark in together[1:]):
-            price[place] = _CUTS
+            price[place] += _CUTS
         ways_out[place] = to_mask(grown(reached, 3))
     return Places(number, price, ways_out)
+
+
+def _centres(rows: Cells, columns: Cells, numbers: Cells) -> Floats:
+    """(n, 2) x, y of the middle cell of each place."""
+    count = np.bincount(numbers)
+    x = np.rint(np.bincount(numbers, columns) / count).astype(np.int64)
+    y = np.rint(np.bincount(numbers, rows) / count).astype(np.int64)
+    return np.stack([AXIS[x], AXIS[y]], axis=1)
+
+
+def _room_taken(ground: Terrain, centres: Floats, radius: float, largest: float) -> Floats:
+    """(n,) the price of leaving little room for the largest item to come and a robot beside it."""
+    if largest <= 0.0:
+        return np.zeros(len(centres))
+    needed = largest + ROBOT_RADIUS
+    x, y = centres[:, 0], centres[:, 1]
+    fits = sample(ground.clearance, x, y) >= needed
+    inside = np.zeros(len(centres), dtype=np.bool_)
+    for left, bottom, right, top in goal_boxes(ground.map):
+        inside |= (x > left + largest) & (x < right - largest) & (y > bottom + largest) & (y < top - largest)
+    gaps = np.hypot(x[:, None] - x, y[:, None] - y)
+    room = ((gaps >= radius + needed) & fits & inside).sum(axis=1)
+    return np.asarray(_ROOM * (1.0 - room / max(int(room.max()), 1)))
 
 
 def _joined(free: int, marks: list[int]) -> list[int]:
@@ -112,7 +145,7 @@ def place_costs(
     extents: Floats,
     radius: float,
     robots: list[Point],
-    keys: tuple[Point, ...],
+    outlook: Outlook,
 ) -> Cost:
     """Start costs (headings, CELLS, CELLS) of putting an item down, for `Field.seed`.
 
@@ -127,7 +160,7 @@ def place_costs(
         inside |= (x > left + wide) & (x < right - wide) & (y > bottom + high) & (y < top - high)
     heading, row, column = np.nonzero(inside)
     item = _cells(x[heading, 0, column], y[heading, row, 0])
-    look = places(ground, round(radius, 3), keys)
+    look = places(ground, round(radius, 3), outlook)
     number = look.number[item]
     cost = _preference(ground, item) + look.price[number]
     for robot in robots:

@@ -13,7 +13,6 @@ from agents.scripted.situation import Situation
 from agents.scripted.storage import storage
 from agents.scripted.terrain import AXIS, CELLS, Terrain, sample
 from agents.scripted.walking import Way
-from maps import MapSpec
 from maps.spec import ROBOT_RADIUS
 from world.state import Floats
 
@@ -47,7 +46,7 @@ def meeting_danger(now: Situation) -> Danger:
     return danger
 
 
-def without_partner(ground: Terrain, position: Floats) -> Terrain:
+def with_partner(ground: Terrain, position: Floats) -> Terrain:
     """The terrain with the partner standing on it."""
     x, y = np.meshgrid(AXIS, AXIS)
     gap = np.hypot(x - position[0], y - position[1]) - ROBOT_RADIUS
@@ -99,7 +98,7 @@ def aside(now: Situation, way: Floats) -> Body:
     discs = [(0.0, 0.0, ROBOT_RADIUS)]
     if now.mine >= 0:
         discs += carried_discs(now.item(now.mine), in_frame(now.pose, now.item_pose(now.mine)))
-    body = Body(without_partner(now.ground(), now.partner), discs, 0.004)
+    body = Body(with_partner(now.ground(), now.partner), discs, 0.004)
     x, y = np.meshgrid(AXIS, AXIS)
     clear = gap_to(way, x, y)
     costs = np.full((CARRIER.headings, CELLS, CELLS), UNREACHED, dtype=np.int16)
