@@ -1,4 +1,4 @@
-"""`movingout recordings`: list, inspect, verify and recover."""
+"""`movingout recordings`: list, inspect, verify and recover here; the other actions have modules of their own."""
 
 import argparse
 import os
@@ -16,6 +16,7 @@ from recordings.listing import Summary, path_of
 from recordings.page import info_json, info_page
 from recordings.progress import over_processes
 from recordings.reader import read_episode
+from recordings.report import command as report_command
 from recordings.verification import Verification, verify
 from recordings.viewer import command as viewer_command
 
@@ -54,6 +55,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     rescue.set_defaults(perform=_recover)
 
     viewer_command.configure(commands.add_parser("view", help="look at recordings in 3D, or write one as a page"))
+    report_command.configure(
+        commands.add_parser("report", help="a folder's results, heat maps and failures on one page")
+    )
 
     export_command.configure(commands.add_parser("export", help="write them in another format"))
     import_command.configure(commands.add_parser("import", help="read official trajectories, with a report"))

@@ -3,11 +3,14 @@
 from collections.abc import Sequence
 
 import numpy as np
+import numpy.typing as npt
 
 from maps.spec import ARENA_HALF
+from recordings.solids import SEAT_RGB
 from world.metrics import TICK_S
 from world.state import Floats, WorldState
 
+HEAT_OPACITY = 0.85
 CELLS = 48  # per side: cells of 0.05 arena units, as in the distance grid of the metrics
 
 
@@ -35,3 +38,20 @@ def shades(grid: Floats) -> Floats:
     """The grid as strengths in [0, 1]: square roots, so that a long stop does not drown the ways between."""
     top = float(grid.max(initial=0.0))
     return np.sqrt(grid / top) if top > 0.0 else np.zeros_like(grid)
+
+
+def heat_picture(grids: Sequence[Floats], seats: Sequence[int], pixels: int) -> npt.NDArray[np.uint8]:
+    """An RGBA picture, top row first, of the time that the named seats spent in each cell of `grids` (blue's, red's).
+
+    A cell is `pixels` x `pixels` large.
+    """
+    size = grids[0].shape[0]
+    colour, weight = np.zeros((size, size, 3)), np.zeros((size, size))
+    for seat in seats:
+        strength = shades(grids[seat])
+        colour += strength[..., None] * np.array(SEAT_RGB[seat])
+        weight += strength
+    colour /= np.maximum(weight, 1e-9)[..., None]
+    rgba = np.dstack([colour, np.clip(weight, 0.0, 1.0) * HEAT_OPACITY])
+    cells = np.rint(255 * rgba).astype(np.uint8)[::-1]
+    return np.repeat(np.repeat(cells, pixels, axis=0), pixels, axis=1)

@@ -1,15 +1,12 @@
-"""What is drawn over the bodies, as arrays: trails, heat maps, an agent's candidates. Knows no viewer."""
+"""What is drawn over the bodies, as arrays: trails, an agent's candidates. Knows no viewer."""
 
 import bisect
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple, cast
 
 import numpy as np
-import numpy.typing as npt
 
 from recordings.episode import AgentDecision
-from recordings.occupancy import shades
-from recordings.solids import SEAT_RGB
 from world.state import Floats, WorldState
 
 TRAIL_HEIGHT = 0.012  # arena units above the floor
@@ -17,10 +14,6 @@ CANDIDATE_HEIGHT = 0.14  # above the walls
 WORST_RGB = np.array([0.60, 0.64, 0.70])
 BEST_RGB = np.array([0.18, 0.49, 0.36])
 CHOSEN_RGB = np.array([0.36, 0.29, 0.84])
-_HEAT_PIXELS = 8  # per cell, so that the viewer's filter does not blur one cell into the next
-_HEAT_OPACITY = 0.85
-
-Bytes = npt.NDArray[np.uint8]
 
 
 class Candidate(NamedTuple):
@@ -38,20 +31,6 @@ def trail(states: Sequence[WorldState], seat: int, tick: int, ticks: int) -> Flo
     if len(points) == 1:
         points = np.repeat(points, 2, axis=0)
     return _segments(points, TRAIL_HEIGHT)
-
-
-def heat_picture(grids: tuple[Floats, Floats], seats: Sequence[int]) -> Bytes:
-    """An RGBA picture (8 cells, 8 cells, 4), top row first, of the time that the named seats spent in each cell."""
-    size = grids[0].shape[0]
-    colour, weight = np.zeros((size, size, 3)), np.zeros((size, size))
-    for seat in seats:
-        strength = shades(grids[seat])
-        colour += strength[..., None] * np.array(SEAT_RGB[seat])
-        weight += strength
-    colour /= np.maximum(weight, 1e-9)[..., None]
-    rgba = np.dstack([colour, np.clip(weight, 0.0, 1.0) * _HEAT_OPACITY])
-    pixels = np.rint(255 * rgba).astype(np.uint8)[::-1]
-    return np.repeat(np.repeat(pixels, _HEAT_PIXELS, axis=0), _HEAT_PIXELS, axis=1)
 
 
 class Decisions:

@@ -14,14 +14,13 @@ from maps.scene import LIGHT
 from maps.spec import ARENA_HALF, SEAT_COLOURS, ItemSpec
 from recordings import solids
 from recordings.episode import Episode
-from recordings.occupancy import occupancy, smoothed
+from recordings.occupancy import heat_picture, occupancy, smoothed
 from recordings.solids import Solid
 from recordings.viewer.overlays import (
     CANDIDATE_HEIGHT,
     Candidate,
     Decisions,
     candidate_lines,
-    heat_picture,
     trail,
 )
 
@@ -30,6 +29,7 @@ Pixel = tuple[int, int, int]
 FLOOR_RGB: Pixel = (255, 255, 255)
 HEAT_CHOICES: dict[str, tuple[int, ...]] = {"none": (), "blue": (0,), "red": (1,), "both": (0, 1)}
 _HEAT_HEIGHT = 0.007  # just above the goal regions
+_HEAT_PIXELS = 8  # per cell, so that the viewer's filter does not blur one cell into the next
 _TRAIL_WIDTH, _CANDIDATE_WIDTH = 0.016, 0.012  # arena units
 _LETTER_HEIGHT = 0.09
 
@@ -58,8 +58,7 @@ class Stage:
         self._decisions = [Decisions(episode.decisions, seat) for seat in range(len(SEAT_COLOURS))]
         self.labels: list[viser.LabelHandle] = []
         self._considered: list[Candidate] = []
-        grids = [smoothed(occupancy(episode.states, seat)) for seat in range(len(SEAT_COLOURS))]
-        self._grids = (grids[0], grids[1])
+        self._grids = [smoothed(occupancy(episode.states, seat)) for seat in range(len(SEAT_COLOURS))]
         self.heat: viser.ImageHandle | None = None
         self._heat_shown = "none"
 
@@ -152,7 +151,7 @@ class Stage:
         if seats := HEAT_CHOICES[choice]:
             self.heat = self._scene.add_image(
                 f"/{self._name}/heat",
-                heat_picture(self._grids, seats),
+                heat_picture(self._grids, seats, _HEAT_PIXELS),
                 2 * ARENA_HALF,
                 2 * ARENA_HALF,
                 format="png",

@@ -14,7 +14,7 @@ from tests.recordings.support import record
 
 def recorded(folder: Path, name: str = "episode", ticks: int = 30, **start: object) -> Path:
     """A journal of a short episode; the viewer reads it like a finished file."""
-    path, _ = record(folder, ticks, episode_id=name, **start)
+    path, _ = record(folder, ticks, "time", episode_id=name, **start)
     return path
 
 

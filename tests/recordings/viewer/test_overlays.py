@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 
 from recordings import AgentDecision, read_episode
-from recordings.occupancy import CELLS, occupancy, shades, smoothed
-from recordings.viewer.overlays import CHOSEN_RGB, Decisions, candidate_lines, heat_picture, trail
+from recordings.occupancy import CELLS, heat_picture, occupancy, shades, smoothed
+from recordings.viewer.overlays import CHOSEN_RGB, Decisions, candidate_lines, trail
 from tests.recordings.viewer.support import recorded
 
 
@@ -36,7 +36,7 @@ def test_smoothing_keeps_the_sum_and_shades_end_at_one() -> None:
 def test_a_heat_picture_has_the_top_row_first_and_the_colour_of_the_seat() -> None:
     grids = (np.zeros((4, 4)), np.zeros((4, 4)))
     grids[0][3, 0] = 1.0  # blue at the top left
-    picture = heat_picture(grids, (0, 1))
+    picture = heat_picture(grids, (0, 1), pixels=8)
     assert picture.shape == (32, 32, 4)
     red, _, blue, alpha = picture[0, 0].tolist()
     assert blue > red and alpha > 200

@@ -1,0 +1,114 @@
+"""What a report needs to know of one recording: small and plain, so that it travels between processes."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from maps.spec import MapSpec
+from recordings.derived import result
+from recordings.episode import Episode, EpisodeHeader, Outcome, SeatInfo
+from recordings.errors import RecordingError
+from recordings.listing import Unreadable
+from recordings.metadata import utc
+from recordings.occupancy import occupancy
+from recordings.reader import read_episode
+from recordings.report.failures import Failure, failures
+from recordings.report.track import Track
+from recordings.report.waiting import Wait, waits
+from world.metrics import tick_consistency
+from world.state import Floats
+
+PLAYED_OUT: frozenset[Outcome] = frozenset({"delivered", "time"})
+SECOND = 10  # ticks
+
+Pair = tuple[str, str]  # blue, red
+
+
+def _agent(seat: SeatInfo) -> str:
+    """People together; agents by their id without its options."""
+    return "people" if seat.kind == "human" else (seat.name or seat.kind).partition(":")[0]
+
+
+def _name(seat: SeatInfo) -> str:
+    return seat.name or seat.kind
+
+
+def _seats(label: Callable[[SeatInfo], str], header: EpisodeHeader) -> Pair:
+    return label(header.seats[0]), label(header.seats[1])
+
+
+GROUPINGS: dict[str, Callable[[EpisodeHeader], Pair]] = {
+    "agent": partial(_seats, _agent),
+    "seat": partial(_seats, _name),
+    "kind": partial(_seats, lambda seat: seat.kind),
+    "source": lambda header: (header.source, header.source),
+}
+"""How recordings are put together to populations: agents by their id without options and all people as one; every
+name by itself; kinds of seats (human, agent, remote, ghost, idle); where the recording comes from (live, match,
+scripted, import)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EpisodeFacts:
+    """One recording, looked at."""
+
+    path: Path
+    id: str
+    map: MapSpec
+    population: Pair
+    started: str  # UTC, ISO 8601
+    outcome: Outcome
+    complete: bool
+    ticks: int
+    metrics: dict[str, float]  # delivered, items, tcr, nfd, wt_s, ac (-1 for none)
+    waits: tuple[Wait, ...]
+    failures: tuple[Failure, ...]
+    consistency: Floats  # (S, 2) per second: sum and count of the ticks' action consistency
+    presence: npt.NDArray[np.float32]  # (2, 48, 48) seconds of each seat in each cell
+
+    @property
+    def played_out(self) -> bool:
+        """Whether it ran to its end: only these enter means, since what was broken off says little."""
+        return self.complete and self.outcome in PLAYED_OUT
+
+
+def facts_of(path: Path, grouping: str) -> EpisodeFacts | Unreadable:
+    """The facts of a recording, or why there are none."""
+    try:
+        return _facts(path, read_episode(path), GROUPINGS[grouping])
+    except RecordingError as error:
+        return Unreadable(path, str(error))
+
+
+def _facts(path: Path, episode: Episode, population: Callable[[EpisodeHeader], Pair]) -> EpisodeFacts:
+    header, track = episode.header, Track.of(episode)
+    return EpisodeFacts(
+        path=path,
+        id=header.episode_id,
+        map=header.map,
+        population=population(header),
+        started=utc(header.started_ns),
+        outcome=episode.outcome,
+        complete=episode.complete,
+        ticks=len(episode.ticks),
+        metrics=result(episode),
+        waits=tuple(waits(track)),
+        failures=tuple(failures(track)),
+        consistency=consistency_per_second(track, episode.actions),
+        presence=np.array([occupancy(episode.states, seat) for seat in (0, 1)], dtype=np.float32),
+    )
+
+
+def consistency_per_second(track: Track, actions: Floats) -> Floats:
+    """(S, 2) sum and count, in each second, of the terms of AC: ticks in which both held one middle or large item."""
+    sums = np.zeros((-(-len(actions) // SECOND), 2))
+    for tick, (blue, red) in enumerate(track.held[:-1].tolist()):
+        if blue == red != -1 and track.is_big(blue):
+            term = tick_consistency(track.robots[tick], actions[tick])
+            if term is not None:
+                sums[tick // SECOND] += (term, 1.0)
+    return sums

@@ -1,0 +1,203 @@
+"""Facts of many episodes, added up per map and population as they come in."""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from maps.spec import MapSpec
+from recordings.listing import Unreadable
+from recordings.occupancy import CELLS
+from recordings.report.facts import SECOND, EpisodeFacts, Pair
+from recordings.report.failures import TITLES, Case, Failure
+from recordings.report.track import Ints
+from recordings.report.waiting import Wait
+from world.metrics import TICK_S
+from world.state import Floats
+
+MEASURES = ("success", "seconds", "tcr", "nfd", "wt_s", "ac")
+
+
+class Estimate(NamedTuple):
+    """A mean with its standard error; the error is None for a single value."""
+
+    mean: float
+    stderr: float | None
+    n: int
+
+
+def estimate(values: Sequence[float]) -> Estimate | None:
+    """Mean ± s / sqrt(n), with s the sample's standard deviation (n - 1). None without values."""
+    if not values:
+        return None
+    spread = float(np.std(values, ddof=1)) / math.sqrt(len(values)) if len(values) > 1 else None
+    return Estimate(float(np.mean(values)), spread, len(values))
+
+
+class Strip(NamedTuple):
+    """The waiting of one episode, to be drawn along its time."""
+
+    id: str
+    ticks: int
+    waits: tuple[Wait, ...]
+
+
+@dataclass(eq=False)
+class Group:
+    """The episodes of one population on one map."""
+
+    map: MapSpec
+    population: Pair
+    values: dict[str, list[float]] = field(default_factory=lambda: {name: [] for name in MEASURES})
+    presence: Floats = field(default_factory=lambda: np.zeros((2, CELLS, CELLS)))  # seconds
+    consistency: Floats = field(default_factory=lambda: np.zeros((0, 2)))  # per second: sum, count
+    waiting: Floats = field(default_factory=lambda: np.zeros((0, 2)))  # per second and seat: episodes' ticks waited
+    running: Floats = field(default_factory=lambda: np.zeros((0, 1)))  # per second: episodes' ticks played
+    strips: list[Strip] = field(default_factory=list)
+    variants: set[str] = field(default_factory=set)
+
+    def add(self, facts: EpisodeFacts) -> None:
+        """Take in one episode that ran to its end."""
+        metrics = facts.metrics
+        self.values["success"].append(float(facts.outcome == "delivered"))
+        self.values["seconds"].append(facts.ticks * TICK_S)
+        for name in ("tcr", "nfd", "wt_s"):
+            self.values[name].append(metrics[name])
+        if metrics["ac"] >= 0.0:
+            self.values["ac"].append(metrics["ac"])
+        self.presence += facts.presence
+        self.consistency = _sum(self.consistency, facts.consistency)
+        self.waiting = _sum(self.waiting, _per_second([_ticks_waited(facts, seat) for seat in (0, 1)], facts.ticks))
+        self.running = _sum(self.running, _per_second([np.arange(facts.ticks)], facts.ticks))
+        self.strips.append(Strip(facts.id, facts.ticks, facts.waits))
+        self.variants.add(facts.map.variant)
+
+    @property
+    def n(self) -> int:
+        return len(self.strips)
+
+    def estimate(self, measure: str) -> Estimate | None:
+        return estimate(self.values[measure])
+
+    def consistency_over_time(self) -> Floats:
+        """(S,) mean action consistency in each second, NaN where nothing was carried together."""
+        sums, counts = self.consistency.T
+        return np.where(counts > 0, sums / np.maximum(counts, 1.0), np.nan)
+
+    def waiting_over_time(self) -> Floats:
+        """(S, 2) share of the played time that blue and red waited, in each second."""
+        share: Floats = self.waiting / np.maximum(self.running, 1.0)
+        return share
+
+    def longest_waits(self, count: int) -> list[Strip]:
+        """The episodes with the most waiting, the most first; those without any left out."""
+        waited = [strip for strip in self.strips if strip.waits]
+        return sorted(waited, key=lambda strip: -sum(wait.seconds for wait in strip.waits))[:count]
+
+
+class Found(NamedTuple):
+    """A failure with the episode it happened in."""
+
+    facts: EpisodeFacts
+    failure: Failure
+
+    @property
+    def who(self) -> str:
+        return self.facts.population[self.failure.seat]
+
+
+@dataclass(eq=False)
+class Tally:
+    """Everything a report tells."""
+
+    groups: dict[tuple[str, Pair], Group] = field(default_factory=dict)
+    found: list[Found] = field(default_factory=list)
+    unreadable: list[Unreadable] = field(default_factory=list)
+    broken_off: int = 0  # episodes that did not run to their end
+    first: str = ""  # start of the earliest and of the latest recording
+    last: str = ""
+    _appearances: dict[str, int] = field(default_factory=dict)  # seats taken in episodes that ran to their end
+    _affected: dict[tuple[str, Case], int] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, all_facts: Iterable[EpisodeFacts | Unreadable]) -> "Tally":
+        tally = cls()
+        for facts in all_facts:
+            if isinstance(facts, Unreadable):
+                tally.unreadable.append(facts)
+            else:
+                tally._add(facts)
+        return tally
+
+    @property
+    def episodes(self) -> int:
+        """Those that enter means."""
+        return sum(group.n for group in self.groups.values())
+
+    @property
+    def populations(self) -> list[Pair]:
+        return sorted({population for _, population in self.groups})
+
+    def by_map(self) -> list[tuple[MapSpec, list[Group]]]:
+        """The groups of each map: the paper's twelve in their order, then others by name."""
+        specs = {group.map.name: group.map for group in self.groups.values()}
+        ordered = sorted(specs.values(), key=lambda spec: (spec.number == 0, spec.number, spec.name))
+        return [
+            (spec, [self.groups[spec.name, pair] for pair in self.populations if (spec.name, pair) in self.groups])
+            for spec in ordered
+        ]
+
+    def overall(self, measure: str) -> Estimate | None:
+        return estimate([value for group in self.groups.values() for value in group.values[measure]])
+
+    @property
+    def people(self) -> list[str]:
+        """The labels of those who sat in a seat."""
+        return sorted(self._appearances)
+
+    def rate(self, who: str, case: Case) -> Estimate:
+        """In which share of its appearances (an episode and a seat) it had such a failure."""
+        n, affected = self._appearances[who], self._affected.get((who, case), 0)
+        share = affected / n
+        return Estimate(share, math.sqrt(share * (1.0 - share) / (n - 1)) if n > 1 else None, n)
+
+    def _add(self, facts: EpisodeFacts) -> None:
+        self.first = min(self.first or facts.started, facts.started)
+        self.last = max(self.last, facts.started)
+        self.found += [Found(facts, failure) for failure in facts.failures]
+        if not facts.played_out:
+            self.broken_off += 1
+            return
+        key = facts.map.name, facts.population
+        self.groups.setdefault(key, Group(facts.map, facts.population)).add(facts)
+        self._count_failures(facts)
+
+    def _count_failures(self, facts: EpisodeFacts) -> None:
+        for seat, who in enumerate(facts.population):
+            self._appearances[who] = self._appearances.get(who, 0) + 1
+            for case in TITLES:
+                if any(failure.case == case and failure.seat == seat for failure in facts.failures):
+                    self._affected[who, case] = self._affected.get((who, case), 0) + 1
+
+
+def _ticks_waited(facts: EpisodeFacts, seat: int) -> Ints:
+    """The ticks in which a seat waited."""
+    stretches = [np.arange(wait.start, wait.end) for wait in facts.waits if wait.seat == seat]
+    return np.concatenate([np.zeros(0, dtype=np.int64), *stretches])
+
+
+def _per_second(ticks: Sequence[Ints], length: int) -> Floats:
+    """(S, C) how many of the ticks of each column fall into each second."""
+    bins = -(-length // SECOND)
+    counts = [np.bincount(column // SECOND, minlength=bins) for column in ticks]
+    return np.array(counts, dtype=np.float64).T
+
+
+def _sum(one: Floats, other: Floats) -> Floats:
+    """The sum of two tables of different length, the shorter one filled up with zeros."""
+    longer, shorter = (one, other) if len(one) >= len(other) else (other, one)
+    total = longer.copy()
+    total[: len(shorter)] += shorter
+    return total

@@ -1,0 +1,32 @@
+"""When somebody waited for help: the intervals behind the metric WT."""
+
+from dataclasses import dataclass
+
+from recordings.report.track import Track, spans
+from world.metrics import TICK_S
+
+
+@dataclass(frozen=True, slots=True)
+class Wait:
+    """An interval in which a seat alone held a middle or large item that was not delivered."""
+
+    seat: int
+    item: int  # index
+    start: int  # first tick
+    end: int  # first tick after
+
+    @property
+    def seconds(self) -> float:
+        return (self.end - self.start) * TICK_S
+
+
+def waits(track: Track) -> list[Wait]:
+    """All waiting of an episode, by start; their lengths add up to WT (`world.metrics.EpisodeMetrics`)."""
+    found = [
+        Wait(seat, item, *span)
+        for seat in (0, 1)
+        for item in range(len(track.map.items))
+        if track.is_big(item)
+        for span in spans(track.alone(seat, item)[:-1])  # the state after the last tick is waited in no more
+    ]
+    return sorted(found, key=lambda wait: (wait.start, wait.seat))

@@ -1,0 +1,93 @@
+"""The 3D viewer in a real Chromium that draws by software: long, because its shaders are."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+import viser
+from PIL import Image
+from playwright.sync_api import Browser, ViewportSize, sync_playwright
+
+from recordings.viewer.shelf import Shelf
+from recordings.viewer.viewer import Viewer
+from server.cli import main
+from tests.browser.install import find_chromium
+from tests.recordings.viewer.support import put, recorded
+
+# WebGL without a graphics processor; the game's own tests run faster without these.
+FLAGS = (
+    "--no-sandbox",
+    "--disable-dev-shm-usage",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--ignore-gpu-blocklist",
+)
+WINDOW: ViewportSize = {"width": 800, "height": 500}
+PATIENCE_MS = 240_000.0
+PATIENCE_LOOKS = 90
+BAR = 40  # pixels, half the height of the page's own play bar at most: it is blue as well
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture
+def chromium() -> Iterator[Browser]:
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=str(find_chromium()), args=list(FLAGS))
+        yield browser
+        browser.close()
+
+
+def picture(client: viser.ClientHandle) -> npt.NDArray[np.int64]:
+    return client.get_render(height=240, width=320).astype(np.int64)
+
+
+def blue_pixels(image: npt.NDArray[np.int64]) -> int:
+    red, green, blue = (image[..., channel] for channel in range(3))
+    return int(((blue > red + 60) & (blue > green + 15)).sum())
+
+
+def test_the_timeline_moves_what_a_visitor_sees(tmp_path: Path, chromium: Browser) -> None:
+    with Viewer(Shelf([recorded(tmp_path, ticks=60)])) as viewer:
+        page = chromium.new_page(viewport=WINDOW)
+        page.set_default_timeout(PATIENCE_MS)
+        page.goto(viewer.url)
+        page.get_by_text("Playback").wait_for()
+        ((_, client),) = viewer.server.get_clients().items()
+        (panel,) = viewer.panels
+        before = picture(client)
+        put(panel.tick, 60)
+        put(panel.trail, 0.0)
+        after = picture(client)
+        assert blue_pixels(before) > 20 and blue_pixels(after) > 20
+        assert (np.abs(after - before).max(axis=-1) > 40).sum() > 50
+        assert page.get_by_text("6.0 s · 0 of 4 delivered").is_visible()
+        page.close()
+
+
+def test_a_page_written_for_a_colleague_opens_from_a_file_and_plays(
+    tmp_path: Path, chromium: Browser, pictures: Path
+) -> None:
+    out = tmp_path / "page.html"
+    assert main(["recordings", "view", str(recorded(tmp_path, ticks=60)), "--html", str(out)]) == 0
+    context = chromium.new_context(viewport=WINDOW, offline=True)
+    page = context.new_page()
+    page.set_default_timeout(PATIENCE_MS)
+    asked: list[str] = []
+    page.on("request", lambda request: asked.append(request.url))
+    page.goto(out.as_uri())
+    shot = pictures / "viewer-page.png"
+    seen = 0
+    for _ in range(PATIENCE_LOOKS):  # it fades in, slowly where software draws
+        page.screenshot(path=shot)
+        above_the_bar = np.asarray(Image.open(shot).convert("RGB"), dtype=np.int64)[: -2 * BAR]
+        seen = blue_pixels(above_the_bar)
+        if seen > 20:
+            break
+        page.wait_for_timeout(1000.0)
+    assert seen > 20, "no blue robot came into sight"
+    assert [url for url in asked if not url.startswith(("file:", "data:", "blob:"))] == []
+    context.close()

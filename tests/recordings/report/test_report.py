@@ -1,0 +1,228 @@
+"""A folder of recordings as one page."""
+
+import json
+import math
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from maps import load_map
+from recordings import SeatInfo, finalise
+from recordings.listing import Unreadable
+from recordings.report.facts import GROUPINGS, EpisodeFacts, facts_of
+from recordings.report.failures import Failure
+from recordings.report.page import Page
+from recordings.report.tally import Estimate, Tally, estimate
+from recordings.report.waiting import Wait
+from server.cli import main
+from tests.recordings.support import header, record
+from tests.support import ROOT
+
+
+def facts(episode_id: str = "one", **changes: object) -> EpisodeFacts:
+    values: dict[str, object] = {
+        "path": Path(f"{episode_id}.mcap"),
+        "id": episode_id,
+        "map": load_map("FourCorners"),
+        "population": ("people", "scripted"),
+        "started": "2026-11-20T10:00:00.000Z",
+        "outcome": "time",
+        "complete": True,
+        "ticks": 20,
+        "metrics": {"delivered": 1.0, "items": 4.0, "tcr": 0.25, "nfd": 0.5, "wt_s": 1.0, "ac": -1.0},
+        "waits": (Wait(0, 1, 0, 10),),
+        "failures": (),
+        "consistency": np.zeros((2, 2)),
+        "presence": np.zeros((2, 48, 48), dtype=np.float32),
+    }
+    return EpisodeFacts(**(values | changes))  # type: ignore[arg-type]
+
+
+def html(*all_facts: EpisodeFacts | Unreadable) -> str:
+    return Page("pilot", "http://lab:8000", Tally.of(all_facts)).html()
+
+
+# ---- adding up ---------------------------------------------------------------------------------------------
+
+
+def test_an_estimate_is_the_mean_with_its_standard_error() -> None:
+    assert estimate([1.0, 2.0, 3.0, 4.0]) == pytest.approx((2.5, math.sqrt(5 / 3) / 2, 4))
+    assert estimate([7.0]) == Estimate(7.0, None, 1)
+    assert estimate([]) is None
+
+
+def test_episodes_add_up_per_map_and_population() -> None:
+    won = facts("two", outcome="delivered", metrics={**facts().metrics, "tcr": 0.75, "ac": 0.5})
+    tally = Tally.of([facts(), won, facts("three", population=("idle", "idle"))])
+    group = tally.groups["FourCorners", ("people", "scripted")]
+    assert (group.n, tally.episodes) == (2, 3)
+    assert group.estimate("tcr") == pytest.approx((0.5, 0.25, 2))
+    assert group.estimate("success") == pytest.approx((0.5, 0.5, 2))
+    assert group.estimate("seconds") == Estimate(2.0, 0.0, 2)
+    assert group.estimate("ac") == Estimate(0.5, None, 1)  # the other one carried nothing together
+
+
+def test_what_was_broken_off_is_counted_but_enters_no_mean() -> None:
+    tally = Tally.of([facts(), facts("two", outcome="interrupted"), facts("three", complete=False)])
+    assert (tally.episodes, tally.broken_off) == (1, 2)
+
+
+def test_waiting_over_time_is_a_share_of_the_time_still_played() -> None:
+    longer = facts("two", ticks=40, waits=(Wait(1, 1, 25, 30),), consistency=np.zeros((4, 2)))
+    tally = Tally.of([facts(), longer])
+    (group,) = tally.groups.values()
+    assert group.waiting_over_time().tolist() == [[0.5, 0.0], [0.0, 0.0], [0.0, 0.5], [0.0, 0.0]]
+
+
+def test_consistency_over_time_is_a_mean_over_ticks_with_gaps() -> None:
+    one = facts(consistency=np.array([[5.0, 10.0], [0.0, 0.0]]))
+    tally = Tally.of([one, facts("two", consistency=np.array([[10.0, 10.0], [0.0, 0.0]]))])
+    (group,) = tally.groups.values()
+    assert np.array_equal(group.consistency_over_time(), [0.75, np.nan], equal_nan=True)
+
+
+def test_a_failure_rate_counts_seats_that_failed_at_least_once() -> None:
+    twice = (Failure("keeps", 1, 0, 10, 40, "x"), Failure("keeps", 1, 0, 50, 90, "x"))
+    tally = Tally.of([facts(failures=twice), facts("two"), facts("three"), facts("four")])
+    assert tally.rate("scripted", "keeps") == pytest.approx((0.25, 0.25, 4))
+    assert tally.rate("people", "keeps").mean == 0.0
+    assert len(tally.found) == 2
+
+
+@pytest.mark.parametrize(
+    ("grouping", "expected"),
+    [
+        ("agent", ("people", "bass@all")),
+        ("seat", ("P-3f2a", "bass@all:seed=3")),
+        ("kind", ("human", "agent")),
+        ("source", ("live", "live")),
+    ],
+)
+def test_recordings_are_grouped_as_asked(grouping: str, expected: tuple[str, str]) -> None:
+    head = header(seats=(SeatInfo("human", "P-3f2a"), SeatInfo("agent", "bass@all:seed=3")))
+    assert GROUPINGS[grouping](head) == expected
+
+
+# ---- the page ----------------------------------------------------------------------------------------------
+
+
+def test_findings_and_waits_link_to_their_tick_in_the_replay() -> None:
+    page = html(facts("one-x", failures=(Failure("stays_away", 1, 1, 12, 70, "stood still"),)))
+    assert 'href="http://lab:8000/replay/one-x#tick=12"' in page
+    assert 'href="http://lab:8000/replay/one-x#tick=0"' in page  # the wait
+    assert "Does not come when help is needed: 1" in page
+
+
+def test_names_from_files_cannot_become_markup() -> None:
+    nasty = "<script>alert(1)</script>"
+    page = html(facts(population=(nasty, "scripted")), Unreadable(Path(nasty), nasty))
+    assert "<script" not in page
+
+
+def test_unreadable_files_are_listed_with_their_problem() -> None:
+    page = html(facts(), Unreadable(Path("torn.mcap"), "torn.mcap is torn: its end is missing"))
+    assert "1 files cannot be read" in page and "its end is missing" in page
+
+
+def test_a_folder_without_results_says_so() -> None:
+    assert "no results to show" in html(facts(outcome="stopped"))
+
+
+def test_the_page_asks_the_network_for_nothing_and_runs_no_script() -> None:
+    page = html(facts(presence=np.ones((2, 48, 48), dtype=np.float32)))
+    assert "<script" not in page and "@import" not in page and "url(" not in page
+    sources = re.findall(r'(?:src|href)="([^"]*)"', page)
+    assert all(source.startswith(("data:", "http://lab:8000/replay/")) for source in sources)
+
+
+def test_the_page_has_the_colours_of_the_product() -> None:
+    own = (ROOT / "recordings" / "report" / "page.css").read_text(encoding="utf-8")
+    web = (ROOT / "web" / "style.css").read_text(encoding="utf-8")
+    tokens = re.compile(r"(--[\w-]+):\s*(#[0-9a-f]{6})")
+    light, dark = (dict(tokens.findall(text)) for text in own.split("@media (prefers-color-scheme: dark)", 1))
+    web_light, web_dark = web.split("@media (prefers-color-scheme: dark)", 1)
+    assert light.items() <= dict(tokens.findall(web_light)).items()
+    assert dark.items() <= dict(tokens.findall(web_dark)).items()
+
+
+def test_variants_of_a_map_share_a_group_and_their_items_are_not_drawn() -> None:
+    drawn = html(facts())
+    mixed = html(facts(), facts("two", map=replace(load_map("FourCorners"), variant="seed-3")))
+    assert 'class="item"' in drawn and 'class="item"' not in mixed
+
+
+# ---- the command -------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Two episodes that ran out of time, one stopped, and a broken file."""
+    place = tmp_path / "pilot"
+    place.mkdir()
+    for name, outcome in (("a", "time"), ("b", "time"), ("c", "stopped")):
+        journal, _ = record(place, 40, outcome, episode_id=name)  # type: ignore[arg-type]
+        finalise(journal)
+    (place / "broken.mcap").write_bytes(b"nothing")
+    return place
+
+
+def test_a_report_is_written_and_broken_files_are_never_fatal(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "report.html"
+    assert main(["recordings", "report", str(folder), "-o", str(out), "--workers", "1", "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert (document["episodes"], document["broken_off"], len(document["unreadable"])) == (2, 1, 1)
+    (group,) = document["groups"]
+    assert (group["map"], group["blue"], group["red"], group["episodes"]) == ("HandOff", "people", "scripted", 2)
+    assert group["tcr"].keys() == {"mean", "stderr", "n"}
+    page = out.read_text(encoding="utf-8")
+    assert "Report on pilot" in page and "broken.mcap" in page
+    assert list(tmp_path.glob("*.part")) == []
+
+
+def test_several_processes_find_what_one_finds(folder: Path, tmp_path: Path) -> None:
+    pages = []
+    for workers in ("1", "2"):
+        out = tmp_path / f"{workers}.html"
+        assert main(["recordings", "report", str(folder), "-o", str(out), "--workers", workers]) == 0
+        pages.append(out.read_text(encoding="utf-8"))
+    assert pages[0] == pages[1]
+
+
+def test_a_recording_gives_its_facts(folder: Path) -> None:
+    found = facts_of(folder / "a.mcap", "agent")
+    assert isinstance(found, EpisodeFacts)
+    assert (found.id, found.ticks, found.population, found.played_out) == ("a", 40, ("people", "scripted"), True)
+    assert found.presence.sum(axis=(1, 2)) == pytest.approx([4.0, 4.0])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["nowhere"], "there is no such file or folder"),
+        (["."], "there are no recordings in"),
+        ([".", "--server", "lab:8000"], "is no address of a server"),
+    ],
+)
+def test_wrong_use_gets_a_sentence(
+    arguments: list[str],
+    sentence: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["recordings", "report", *arguments]) == 2
+    assert sentence in capsys.readouterr().err
+
+
+def test_a_page_that_cannot_be_written_gets_a_sentence(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "nowhere" / "report.html"
+    assert main(["recordings", "report", str(folder), "-o", str(out), "--workers", "1"]) == 2
+    assert "cannot write" in capsys.readouterr().err
