@@ -62,25 +62,37 @@ class Server:
 
 
 @contextmanager
-def running_server(folder: Path) -> Iterator[Server]:
-    """Start a server, wait until it answers, stop it gently."""
-    port = _free_port()
+def running_server(folder: Path, port: int = 0) -> Iterator[Server]:
+    """Start a server (on a free port), wait until it answers, stop it gently."""
+    port = port or free_port()
     server = Server(f"http://127.0.0.1:{port}", folder / "data", folder / "server.log")
-    command = [sys.executable, "-m", "server.cli", "play", "--port", str(port), "--data", str(server.data)]
-    with server.log.open("wb") as log:
+    process = start_process(server)
+    try:
+        yield server
+    finally:
+        process.terminate()
+        try:
+            process.wait(timeout=20)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+
+def start_process(server: Server) -> subprocess.Popen[bytes]:
+    """The process of a server, once it answers."""
+    port = server.url.rpartition(":")[2]
+    command = [sys.executable, "-m", "server.cli", "play", "--port", port, "--data", str(server.data)]
+    with server.log.open("ab") as log:
         process = subprocess.Popen(
             command, stdout=log, stderr=subprocess.STDOUT, env={**os.environ, "PYTHONUNBUFFERED": "1"}
         )
-        try:
-            _wait_until_up(server, process)
-            yield server
-        finally:
-            process.terminate()
-            try:
-                process.wait(timeout=20)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                process.wait()
+    try:
+        _wait_until_up(server, process)
+    except BaseException:
+        process.kill()
+        process.wait()
+        raise
+    return process
 
 
 @contextmanager
@@ -145,7 +157,7 @@ def frame_gaps(page: Page) -> tuple[float, float]:
     return gaps[len(gaps) // 2], gaps[int(0.99 * (len(gaps) - 1))]
 
 
-def _free_port() -> int:
+def free_port() -> int:
     with socket.socket() as listener:
         listener.bind(("127.0.0.1", 0))
         port: int = listener.getsockname()[1]

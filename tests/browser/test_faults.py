@@ -1,0 +1,102 @@
+"""What people see when the network or the server fails, and that they get their game back."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, Page, WebSocketRoute, expect
+
+from tests.browser.pages import violations
+from tests.browser.support import (
+    DESKTOP,
+    Server,
+    free_port,
+    robot,
+    seat_tokens_script,
+    start,
+    start_process,
+    wait_for,
+)
+
+OpenPage = Callable[..., Page]
+
+
+def test_a_line_that_goes_dumb_stops_the_picture_with_a_sign_and_catches_up(
+    server: Server, open_page: OpenPage
+) -> None:
+    room = server.practice()
+    page = open_page("/healthz")
+    page.context.add_init_script(seat_tokens_script(room))
+    dumb = False
+
+    def between(line: WebSocketRoute) -> None:
+        upstream = line.connect_to_server()
+        upstream.on_message(lambda message: None if dumb else line.send(message))
+
+    page.route_web_socket("**/ws", between)
+    page.goto(room["join_path"])
+    start(page)
+    page.keyboard.down("KeyW")
+    wait_for(page, "game.entities().robots[0].y > -0.9")
+    expect(page.locator("#stalled")).to_be_hidden()
+    dumb = True
+    wait_for(page, "game.stalled")
+    expect(page.locator("#stalled")).to_be_visible()
+    expect(page.locator("#connection")).to_have_text("stalled")
+    stood = robot(page, 0)["y"]
+    dumb = False
+    wait_for(page, f"!game.stalled && game.entities().robots[0].y > {stood + 0.05}")
+    expect(page.locator("#stalled")).to_be_hidden()
+    page.keyboard.up("KeyW")
+
+
+@pytest.mark.slow
+def test_after_a_kill_and_a_restart_both_are_back_in_their_seats(browser: Browser, tmp_path: Path) -> None:
+    server = Server(f"http://127.0.0.1:{free_port()}", tmp_path / "data", tmp_path / "server.log")
+    process = start_process(server)
+    try:
+        room = server.make_room("Simple")
+        blue = browser.new_context(base_url=server.url, viewport=DESKTOP).new_page()  # type: ignore[arg-type]
+        blue.context.add_init_script(seat_tokens_script(room))
+        red = browser.new_context(base_url=server.url, viewport=DESKTOP).new_page()  # type: ignore[arg-type]
+        for page in (blue, red):
+            page.goto(room["join_path"])
+        start(blue, red)
+        blue.keyboard.down("KeyW")
+        wait_for(blue, "game.tick > 20")
+        blue.keyboard.up("KeyW")
+        process.kill()
+        process.wait()
+        expect(blue.locator("#connection")).to_have_text("lost")
+        tick = blue.evaluate("window.__movingout.tick")
+        process = start_process(server)
+        for page in (blue, red):
+            wait_for(page, "game.status === 'open' && game.phase !== 'playing'", 30)
+        for page in (blue, red):
+            if page.evaluate("window.__movingout.phase") == "paused":
+                page.wait_for_timeout(900)
+                page.keyboard.press("Space")
+        for page in (blue, red):
+            wait_for(page, f"game.phase === 'playing' && game.tick > {tick}", 30)
+        assert [page.evaluate("window.__movingout.seats") for page in (blue, red)] == [[0], [1]]
+        for page in (blue, red):
+            page.context.close()
+    finally:
+        process.terminate()
+        process.wait(timeout=20)
+
+
+def test_the_pause_and_the_settings_have_no_fault_for_assistive_technology(
+    server: Server, open_page: OpenPage, pictures: Path
+) -> None:
+    room = server.practice(red="here")
+    page = open_page(room["join_path"], room)
+    start(page, page)
+    assert violations(page) == []
+    page.get_by_role("button", name="Change…").click()
+    expect(page.locator("#settings")).to_be_visible()
+    page.screenshot(path=pictures / "settings.png")
+    assert violations(page) == []
+    page.get_by_role("button", name="Done").click()
+    expect(page.locator("#overlay")).to_contain_text("Paused")
+    assert violations(page) == []
