@@ -29,12 +29,15 @@ export class Panels {
   }
 
   /**
-   * @param {Game} game @param {number} nowMs @param {boolean} busy  another view asks for the person's attention
+   * @param {Game} game @param {number} nowMs
+   * @param {{busy: boolean, lost: string}} news  another view asks for attention; what is wrong with the connection
    * @param {readonly SeatCard[]} cards @param {Mapping} mapping
    */
-  update(game, nowMs, busy, cards, mapping) {
-    this.#updateReady(game, busy, cards, mapping);
-    this.#updateOverlay(game, nowMs, cards, mapping);
+  update(game, nowMs, news, cards, mapping) {
+    if (this.#overlayKey === "over") return;
+    this.#updateReady(game, news.busy, cards, mapping);
+    if (news.lost) this.#say(news.lost, () => this.#show("lost", panel("", el("p", { role: "status" }, news.lost))));
+    else this.#updateOverlay(game, nowMs, cards, mapping);
   }
 
   /** The person wants to stop: ask once more. */
@@ -119,7 +122,6 @@ export class Panels {
 
   /** @param {Game} game @param {number} nowMs @param {readonly SeatCard[]} cards @param {Mapping} mapping */
   #updateOverlay(game, nowMs, cards, mapping) {
-    if (this.#overlayKey === "over") return;
     const seconds = Math.ceil(game.secondsLeft(nowMs) - 0.05);
     if (game.phase === "countdown") this.#say(`count ${seconds}`, () => this.#show("count", count(seconds)));
     else if (game.phase === "paused") this.#updatePause(game, seconds, cards, mapping);

@@ -27,6 +27,7 @@ const PAUSE_KEYS = ["Escape", "KeyP"];
 const HUD_MS = 90; // words and bars need no 60 Hz
 const DEAF_MS = 800; // after a round the last presses of the game must not skip its result
 const PULSE_MS = 1200;
+const PATIENCE_MS = 1000; // a connection may be gone so long before it is a subject
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
 const coarse = matchMedia("(pointer: coarse)");
 
@@ -59,6 +60,7 @@ class Play {
   #intents = [null, null];
   /** @type {Status} */
   #status = "connecting";
+  #statusSinceMs = 0;
   #phase = "";
   #phaseSinceMs = 0;
   #hudAtMs = 0;
@@ -104,6 +106,7 @@ class Play {
 
   /** @param {Status} status @param {string} sentence */
   onStatus(status, sentence) {
+    if (status !== this.#status) this.#statusSinceMs = performance.now();
     this.#status = status;
     if (status === "over" && sentence) this.#panels.showOver(sentence, mode === "play" ? `/watch/${room}` : "");
   }
@@ -144,10 +147,16 @@ class Play {
       change: () => this.#openSettings(),
       swap: () => this.#seats.swap(),
     });
-    if (this.#status !== "over") this.#panels.update(this.#game, nowMs, this.#series.showsResult, cards, this.#mapping);
+    this.#panels.update(this.#game, nowMs, { busy: this.#series.showsResult, lost: this.#lost(nowMs) }, cards, this.#mapping);
     const touch = mode === "play" && cards.some((card) => card.device === "touch") && !this.#series.showsResult;
     this.#root.toggleAttribute("data-touch", touch);
     byId("touch", HTMLElement).hidden = !touch || !["countdown", "playing"].includes(this.#game.phase);
+  }
+
+  /** What to say about the connection when it has been gone for a while. @param {number} nowMs */
+  #lost(nowMs) {
+    if (nowMs - this.#statusSinceMs < PATIENCE_MS) return "";
+    return { connecting: TEXT.connecting, reconnecting: TEXT.reconnecting, open: "", over: "" }[this.#status];
   }
 
   /** What a new phase brings with it. @param {number} nowMs */

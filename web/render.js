@@ -1,13 +1,12 @@
 // Draws one instant of the world on a canvas: the same picture for the game, the replay and the map cards.
-// A pure function of map, view and options; it knows no clock, no socket and no page. What never moves (goals,
-// walls) is kept in an offscreen canvas per map, size and theme.
+// A pure function of map, view and options; it knows no clock, no socket and no page.
 
-import { outline } from "./shapes.js";
 import { currentTheme, readable } from "./colours.js";
+import { staticLayer } from "./layer.js";
+import { Pen } from "./pen.js";
+import { outline } from "./shapes.js";
 
-export const ARENA_HALF = 1.2; // half the side of the arena, arena units
 export const ROBOT_RADIUS = 0.12;
-const WALL_MARGIN = 0.01; // a wall is this much thicker than its rectangle (shared/PHYSICS.md §1)
 const LETTERS = ["B", "R"];
 const MARKS = new Map([
   ["large", "2"],
@@ -96,113 +95,6 @@ export function drawScene(ctx, map, view, options = {}) {
 /** @param {View} view @param {number} item */
 function isHeld(view, item) {
   return view.held[0] === item || view.held[1] === item;
-}
-
-/** A 2D context that thinks in arena units, y up. */
-class Pen {
-  /** @param {CanvasRenderingContext2D | OffscreenCanvasRenderingContext2D} ctx @param {Theme} theme @param {number} side canvas side in pixels */
-  constructor(ctx, theme, side) {
-    this.ctx = ctx;
-    this.theme = theme;
-    this.unit = side / (2 * ARENA_HALF); // pixels per arena unit
-    this.hair = Math.max(side / 640, 0.75); // the thinnest line, pixels
-  }
-
-  /** @param {number} x @param {number} y @returns {[number, number]} */
-  at(x, y) {
-    return [(x + ARENA_HALF) * this.unit, (ARENA_HALF - y) * this.unit];
-  }
-
-  /** Lets `draw` work in pixels around a pose, y down. @param {Triple} pose @param {() => void} draw */
-  around([x, y, angle], draw) {
-    this.ctx.save();
-    this.ctx.translate(...this.at(x, y));
-    this.ctx.rotate(-angle);
-    draw();
-    this.ctx.restore();
-  }
-
-  /** @param {number} radius pixels */
-  circle(radius) {
-    this.ctx.beginPath();
-    this.ctx.arc(0, 0, radius, 0, 2 * Math.PI);
-  }
-
-  /** @param {string} text @param {number} size pixels @param {string} colour */
-  label(text, size, colour) {
-    this.ctx.font = `700 ${size}px ${this.theme.font || "sans-serif"}`;
-    this.ctx.textAlign = "center";
-    this.ctx.textBaseline = "middle";
-    this.ctx.fillStyle = colour;
-    this.ctx.fillText(text, 0, size * 0.06);
-  }
-}
-
-// ---- what never moves --------------------------------------------------------------------------------------
-
-/** @typedef {{map: GameMap, theme: Theme, side: number, canvas: OffscreenCanvas}} Layer */
-/** @type {WeakMap<HTMLCanvasElement, Layer>} */
-const layers = new WeakMap();
-
-/** @param {HTMLCanvasElement} canvas @param {GameMap} map @param {Theme} theme @returns {OffscreenCanvas} */
-function staticLayer(canvas, map, theme) {
-  const known = layers.get(canvas);
-  const side = canvas.width;
-  if (known?.map === map && known.theme === theme && known.side === side) return known.canvas;
-  const layer = new OffscreenCanvas(side, side);
-  const ctx = layer.getContext("2d");
-  if (ctx === null) throw new Error("this browser cannot draw on a canvas");
-  const pen = new Pen(ctx, theme, side);
-  ctx.fillStyle = theme.surface;
-  ctx.fillRect(0, 0, side, side);
-  for (const goal of map.goals) drawGoal(pen, goal);
-  for (const wall of map.walls) drawWall(pen, wall);
-  layers.set(canvas, { map, theme, side, canvas: layer });
-  return layer;
-}
-
-/** @param {Pen} pen @param {Rect} rect @param {number} margin arena units @returns {[number, number, number, number]} */
-function pixels(pen, rect, margin) {
-  const [left, top] = pen.at(Math.min(rect.x0, rect.x1) - margin, Math.max(rect.y0, rect.y1) + margin);
-  const [right, bottom] = pen.at(Math.max(rect.x0, rect.x1) + margin, Math.min(rect.y0, rect.y1) - margin);
-  return [left, top, right - left, bottom - top];
-}
-
-/** @param {Pen} pen @param {Rect} goal */
-function drawGoal(pen, goal) {
-  const { ctx, theme } = pen;
-  const [left, top, width, height] = pixels(pen, goal, 0);
-  ctx.save();
-  ctx.beginPath();
-  ctx.roundRect(left, top, width, height, 0.025 * pen.unit);
-  ctx.fillStyle = theme.goal;
-  ctx.fill();
-  ctx.clip();
-  ctx.strokeStyle = theme["goal-hatch"];
-  ctx.lineWidth = 0.011 * pen.unit;
-  ctx.beginPath();
-  for (let x = left - height; x < left + width; x += 0.06 * pen.unit) {
-    ctx.moveTo(x, top + height);
-    ctx.lineTo(x + height, top);
-  }
-  ctx.stroke();
-  ctx.restore();
-  const inset = pen.hair;
-  ctx.beginPath();
-  ctx.roundRect(left + inset, top + inset, width - 2 * inset, height - 2 * inset, 0.022 * pen.unit);
-  ctx.strokeStyle = theme["goal-edge"];
-  ctx.lineWidth = 2 * pen.hair;
-  ctx.setLineDash([0.026 * pen.unit, 0.015 * pen.unit]);
-  ctx.stroke();
-  ctx.setLineDash([]);
-}
-
-/** @param {Pen} pen @param {Rect} wall */
-function drawWall(pen, wall) {
-  pen.ctx.beginPath();
-  pen.ctx.roundRect(...pixels(pen, wall, WALL_MARGIN), WALL_MARGIN * pen.unit);
-  pen.ctx.fillStyle = pen.theme.wall;
-  pen.ctx.fill();
 }
 
 // ---- what moves --------------------------------------------------------------------------------------------

@@ -61,7 +61,7 @@ export class Settings {
   #keySet(set) {
     const rows = KEY_ACTIONS.map((action) => {
       const name = keyName(this.mapping.keys[set][action]);
-      return binding(TEXT.actions[action], name, (button) => this.#askKey(button, set, action));
+      return binding(TEXT.settings.actions[action], name, (button) => this.#askKey(button, set, action));
     });
     return el("div", { class: "bindings" }, el("h3", {}, TEXT.settings.sets[set]), ...rows);
   }
@@ -69,7 +69,7 @@ export class Settings {
   #pad() {
     const rows = BUTTON_ACTIONS.map((action) => {
       const name = buttonName(this.mapping.buttons[action]);
-      return binding(TEXT.actions[action], name, (button) => this.#askButton(button, action));
+      return binding(TEXT.settings.actions[action], name, (button) => this.#askButton(button, action));
     });
     const zone = el("select", { class: "select", id: "dead-zone" },
       ...DEAD_ZONES.map((value, index) => el("option", { value }, index === 0 ? TEXT.settings.wide : TEXT.settings.narrow)));

@@ -50,8 +50,7 @@ export const TEXT = {
   controls: "Controls",
   change: "Change…",
   actions: {
-    move: "move", grab: "grab / let go", backward: "drive backward", pause: "pause",
-    up: "up", left: "left", down: "down", right: "right",
+    move: "move", grab: "grab / let go", backward: "drive backward",
   },
   stick: "left stick",
   shift: "Shift",
@@ -117,8 +116,11 @@ export const TEXT = {
     press: "press a key",
     pressButton: "press a button",
     deadZone: "Stick dead zone",
-    wide: "wide (0.3, as in the study)",
-    narrow: "narrow (0.15)",
+    wide: "0.3 (usual)",
+    narrow: "0.15",
+    actions: {
+      up: "up", left: "left", down: "down", right: "right", grab: "grab", backward: "backward", pause: "pause",
+    },
     reset: "Back to the defaults",
     done: "Done",
   },

@@ -129,7 +129,7 @@ def test_a_key_of_ones_own_choice_is_kept_in_the_browser(server: Server, open_pa
     start(page)
     page.get_by_role("button", name="Change…").click()
     wait_for(page, "game.phase === 'paused'")
-    page.get_by_role("button", name="grab / let go: Space").click()
+    page.get_by_role("button", name="grab: Space").click()
     page.keyboard.press("KeyE")
     page.get_by_role("button", name="Done").click()
     expect(page.locator("#controls kbd", has_text="E").first).to_be_visible()

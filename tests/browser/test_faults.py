@@ -68,6 +68,7 @@ def test_after_a_kill_and_a_restart_both_are_back_in_their_seats(browser: Browse
         process.kill()
         process.wait()
         expect(blue.locator("#connection")).to_have_text("lost")
+        expect(blue.locator("#overlay")).to_contain_text("Connection lost. Trying again…")
         tick = blue.evaluate("window.__movingout.tick")
         process = start_process(server)
         for page in (blue, red):

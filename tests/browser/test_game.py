@@ -52,6 +52,23 @@ def test_a_series_goes_on_to_the_next_map_when_both_are_ready(server: Server, op
     expect(blue.locator("#title")).to_have_text("Left Right")
 
 
+def test_a_scripted_partner_plays_along(server: Server, open_page: OpenPage, pictures: Path) -> None:
+    room = server.make_room("AdaptiveAssist", red="scripted")
+    blue = open_page(room["join_path"], room, device_scale_factor=2)
+    expect(blue.locator("#seats")).to_contain_text("Scripted")
+    start(blue)
+    blue.keyboard.down("KeyA")
+    wait_for(blue, "game.entities().robots[1].held >= 0", 30)
+    blue.screenshot(path=pictures / "game.png")
+    blue.emulate_media(color_scheme="dark")
+    wait_for(blue, "game.entities().items.some((item) => item.delivered)", 30)
+    blue.screenshot(path=pictures / "game-dark.png")
+    blue.keyboard.up("KeyA")
+    assert blue.evaluate("document.querySelector('#arena').width") == 2 * blue.evaluate(
+        "document.querySelector('#arena').clientWidth"
+    ), "crisp on a screen of double density"
+
+
 def down_the_pathway(item: int) -> Plan:
     """On HandOff: fetch an item from the top left, turn at the top of the pathway and push the item down."""
     return [
