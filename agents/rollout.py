@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -40,10 +41,20 @@ class Player:
         return world_action(self._rows.pop(0))
 
 
+@runtime_checkable
+class Watcher(Protocol):
+    """An agent that wants to look into the world it plays in: an oracle, for experiments."""
+
+    def watch(self, world: World) -> None: ...
+
+
 def rollout(the_map: MapSpec, agents: tuple[Agent, Agent], seed: int, ticks: int) -> Iterator[Step]:
     """Play until everything is delivered or `ticks` are over."""
     world = World(the_map, record_sub_poses=False)
     players = [Player(agent, EpisodeInfo(the_map, seat, seed, ticks)) for seat, agent in enumerate(agents)]
+    for agent in agents:
+        if isinstance(agent, Watcher):
+            agent.watch(world)
     before = world.state()
     while world.tick < ticks and not world.delivered().all():
         actions = np.array([player.action(before) for player in players])

@@ -13,7 +13,7 @@ import onnxruntime
 
 from agents.base import ActionChunk, EpisodeInfo, Observation
 from agents.checkpoint import MODEL_ROOTS, Checkpoint, find_checkpoint
-from agents.errors import CheckpointError
+from agents.errors import AgentError, CheckpointError
 from agents.features import FeatureEncoder, feature_encoder
 from agents.hold import toggles
 from agents.policy_spec import ACTION_WIDTH, PolicySpec
@@ -139,17 +139,23 @@ def agent_rows(chunk: Singles, *, holding: bool, levels: bool) -> ActionChunk:
     return rows
 
 
-def agent_of(checkpoint: Checkpoint, execute: int = 0) -> PolicyAgent:
-    """The agent of a checkpoint, its files verified."""
+def agent_of(checkpoint: Checkpoint, execute: int = 0, **variant: str) -> PolicyAgent:
+    """The agent of a checkpoint, its files verified. `variant` is for BASS, see `agents.bass.agent.bass_agent`."""
     card = checkpoint.card
     network = PolicyNetwork(card.policy, checkpoint.read("policy.onnx"))
-    if card.kind != "bass":
-        return PolicyAgent(card.policy, network, execute)
-    from agents.bass.agent import bass_agent
+    if card.kind == "bass":
+        from agents.bass.agent import bass_agent
 
-    return bass_agent(checkpoint, network, execute)
+        return bass_agent(checkpoint, network, execute, **variant)
+    if variant:
+        raise AgentError(f"{card.id} chooses among nothing; only agents of kind bass take {', '.join(variant)}")
+    return PolicyAgent(card.policy, network, execute)
 
 
-def trained_agent(agent_id: str, execute: int = 0) -> PolicyAgent:
-    """The agent `agent_id` from the user's models or from those that come with the project."""
-    return agent_of(find_checkpoint(agent_id, *MODEL_ROOTS), execute)
+def trained_agent(
+    agent_id: str, execute: int = 0, simulator: str = "", partner: str = "", sampling: str = "", score: str = ""
+) -> PolicyAgent:
+    """The agent `agent_id` from the user's models or from those that come with the project, with its options."""
+    options = {"simulator": simulator, "partner": partner, "sampling": sampling, "score": score}
+    variant = {name: value for name, value in options.items() if value}
+    return agent_of(find_checkpoint(agent_id, *MODEL_ROOTS), execute, **variant)

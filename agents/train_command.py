@@ -4,6 +4,7 @@ import argparse
 import dataclasses
 import importlib.util
 import json
+import sys
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from agents.checkpoint import SHIPPED, Checkpoint, find_checkpoint, folder_name
 from agents.errors import DataError
+from agents.policy_spec import PolicySpec
 from agents.training.config import (
     PRESETS,
     BassConfig,
@@ -23,8 +25,10 @@ from agents.training.config import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from agents.corrections import Correction
-    from agents.dataset import Trajectory
+    from agents.dataset import Piece, Trajectory
 
 KINDS = {
     "mlp": "the paper's MLP",
@@ -110,7 +114,9 @@ def _policy(args: argparse.Namespace, material: _Material) -> Checkpoint:
     if material.corrections and spec.grasp != "hold":
         raise DataError("an expert's labels say which hold level it wants; train with --grasp hold")
     recorded = trajectory_pieces(material.trajectories, spec.layout, spec.grasp)
-    windows = windows_of(chain(recorded, correction_pieces(material.corrections, spec.layout)))
+    labelled = correction_pieces(material.corrections, spec.layout)
+    extra = _recombined(material.trajectories, config, spec) if config.recombine else iter(())
+    windows = windows_of(chain(recorded, labelled, extra))
     source = Provenance(
         data_sha256=data_hash(material.files),
         population=args.population or f"{len(windows.names)} participants",
@@ -123,6 +129,17 @@ def _policy(args: argparse.Namespace, material: _Material) -> Checkpoint:
     description = f"{args.kind.upper()} trained on {source.episodes} episodes of {source.population}."
     folder = args.data / "models" / folder_name(args.id)
     return save_policy(folder, args.id, policy, config, windows, source, args.preset, name, description)
+
+
+def _recombined(walks: list["Trajectory"], config: PolicyConfig, spec: PolicySpec) -> "Iterator[Piece]":
+    """The paper's recombination: as many ticks more as `config.recombine` says, each piece confirmed by the engine."""
+    from agents.bass.recombination import LENGTH, augmentation
+
+    ticks = sum(walk.ticks for walk in walks)
+    found, report = augmentation(walks, round(config.recombine * 2 * ticks / LENGTH), config.seed)
+    print(f"recombination: {report.valid} of {report.tried} pieces valid ({report.share:.1%})", file=sys.stderr)
+    for walk, seat in found:
+        yield walk.participants[seat], walk.features(seat, spec.layout), walk.targets(seat, spec.grasp)
 
 
 def _bass(args: argparse.Namespace, material: _Material) -> Checkpoint:

@@ -6,9 +6,11 @@ from agents.base import EpisodeInfo, Observation
 from agents.bass.selection import Choice, Simulator, choose
 from agents.bass.state_vector import constant, item_places, moving
 from agents.checkpoint import Checkpoint, SelectionSpec
-from agents.errors import CheckpointError
+from agents.errors import AgentError, CheckpointError
 from agents.policy_spec import PolicySpec
 from agents.serving import Network, PolicyAgent, PolicyNetwork, Singles
+from world import World
+from world.physics import Snapshot
 from world.state import Floats, WorldState
 
 
@@ -94,11 +96,91 @@ def acting(chunks: Singles) -> Floats:
     return acting
 
 
-def bass_agent(checkpoint: Checkpoint, network: PolicyNetwork, execute: int = 0) -> BassAgent:
-    """The agent of a checkpoint of kind bass."""
+class RandomPartnerBassAgent(BassAgent):
+    """The ablation: the partner is expected to do anything (paper, "Effect of Random Partner Actions")."""
+
+    def _candidates(self, history: Singles) -> tuple[Singles, Singles]:
+        own, partner = super()._candidates(history)
+        guesses = self.random.uniform(-1.0, 1.0, partner.shape).astype(np.float32)
+        return own, guesses
+
+
+class OracleBassAgent(BassAgent):
+    """The upper bound: simulates with the engine itself, exactly. Needs to watch the world, so for headless matches."""
+
+    def reset(self, episode: EpisodeInfo) -> None:
+        super().reset(episode)
+        self._watched: World | None = None
+
+    def watch(self, world: World) -> None:
+        """Take notice of the world that is played in; called once per episode, before the first tick."""
+        self._watched = world
+
+    def simulator(self, state: WorldState) -> Simulator:
+        """The engine, started at this very moment."""
+        if self._watched is None:
+            if state.tick > 0:
+                raise AgentError("simulator=oracle needs the world itself; use it in headless matches only")
+            return super().simulator(state)  # the warm-up decision of a worker
+        return engine_simulator(self._watched.snapshot(), levels=self.spec.grasp == "hold")
+
+
+def engine_simulator(moment: Snapshot, *, levels: bool) -> Simulator:
+    """The true world from a moment on: each rollout simulates the episode so far again (50 us per tick)."""
+
+    def simulate(joint: Floats) -> Floats:
+        return np.array([_engine_rollout(moment, chunk, levels) for chunk in joint])
+
+    return simulate
+
+
+def _engine_rollout(moment: Snapshot, chunk: Floats, levels: bool) -> Floats:
+    """(depth, 58) moving states of one joint chunk (depth, 2, 4)."""
+    world = World(moment.map, record_sub_poses=False)
+    world.restore(moment)
+    rows = []
+    for distance, cos, sin, grasp in np.moveaxis(chunk, -1, 1):
+        press = grasp != (world.state().held >= 0) if levels else grasp
+        world.step(np.column_stack((distance, np.arctan2(sin, cos), press)))
+        rows.append(moving(world.state()))
+    return np.array(rows)
+
+
+SAMPLINGS = {
+    "4": {"own": 4, "partner": 4, "combine": "independent"},
+    "2x2": {"own": 2, "partner": 2, "combine": "product"},
+    "4x4": {"own": 4, "partner": 4, "combine": "product"},
+}
+
+
+def bass_agent(
+    checkpoint: Checkpoint, network: PolicyNetwork, execute: int = 0, simulator: str = "learned",
+    partner: str = "policy", sampling: str = "", score: str = "",
+) -> BassAgent:  # fmt: skip
+    """The agent of a checkpoint of kind bass.
+
+    Options for experiments: `simulator` learned or oracle, `partner` policy or random, `sampling` 4, 2x2 or 4x4,
+    `score` nfd or nfd+ac; what is not given is as in the card.
+    """
     card = checkpoint.card
     if card.dynamics is None or card.selection is None:
         raise CheckpointError(f"checkpoint {card.id} is of kind bass but says nothing of dynamics or selection")
     if card.selection.depth > card.policy.horizon:
         raise CheckpointError(f"checkpoint {card.id} simulates {card.selection.depth} ticks of {card.policy.horizon}")
-    return BassAgent(card.policy, network, Network(checkpoint.read("dynamics.onnx")), card.selection, execute)
+    variants = {
+        ("learned", "policy"): BassAgent,
+        ("learned", "random"): RandomPartnerBassAgent,
+        ("oracle", "policy"): OracleBassAgent,
+    }
+    if (simulator, partner) not in variants:
+        raise AgentError(
+            f"{card.id}: simulator=learned or oracle, partner=policy or random, not {simulator}, {partner}"
+        )
+    if sampling and sampling not in SAMPLINGS:
+        raise AgentError(f"{card.id}: sampling is one of {', '.join(SAMPLINGS)}, not {sampling}")
+    if score not in ("", "nfd", "nfd+ac"):
+        raise AgentError(f"{card.id}: score is nfd or nfd+ac, not {score}")
+    changes = {**SAMPLINGS.get(sampling, {}), **({"score": score} if score else {})}
+    selection = card.selection.model_copy(update=changes)
+    dynamics = Network(checkpoint.read("dynamics.onnx"))
+    return variants[simulator, partner](card.policy, network, dynamics, selection, execute)

@@ -54,7 +54,7 @@ class PolicyConfig(Optimisation):
     train_steps: int = documented(36, "dp only: diffusion steps in training (ddim, ddpm)")
     sample_steps: int = documented(4, "dp only: steps of one decision")
     pose_noise: float = documented(0.0, "augmentation: standard deviation of noise on the partner's pose; paper 0.002")
-    recombine: float = documented(0.0, "augmentation: recombined episodes to add, as a share of the recorded ones")
+    recombine: float = documented(0.0, "augmentation: recombined stretches to add, as a share of the recorded windows")
     grasp_weight: float = documented(1.0, "weight of the grasp's numbers in the loss")
 
     def spec(self, kind: str) -> PolicySpec:

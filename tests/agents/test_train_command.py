@@ -48,6 +48,16 @@ def test_training_writes_an_agent_that_plays(
         world.step([[row[0], np.arctan2(row[2], row[1]), row[3]], [0, 0, 0]])
 
 
+def test_augmentation_adds_windows_that_the_engine_confirmed(
+    recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["train", "mlp", str(recordings), "--id", "mlp@more", "--data", str(tmp_path), *TINY, "--json"]
+    assert main([*command, "--recombine", "0.5", "--pose-noise", "0.002"]) == 0
+    captured = capsys.readouterr()
+    assert "pieces valid" in captured.err
+    assert json.loads(captured.out)["windows"] >= 180
+
+
 def test_an_interrupted_training_goes_on_where_it_was(recordings: Path, tmp_path: Path) -> None:
     command = ["train", "mlp", str(recordings), "--id", "mlp@tiny", "--data", str(tmp_path), *TINY]
     assert main(command) == 0

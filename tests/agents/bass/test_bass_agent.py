@@ -7,9 +7,9 @@ import pytest
 import torch
 
 from agents.base import EpisodeInfo
-from agents.bass.agent import BassAgent
+from agents.bass.agent import BassAgent, engine_simulator
 from agents.bass.dynamics import Rollout, build_dynamics, holding
-from agents.bass.state_vector import moving_arrays
+from agents.bass.state_vector import moving, moving_arrays
 from agents.checkpoint import DynamicsSpec, find_checkpoint
 from agents.chunk import checked_chunk
 from agents.observing import observe
@@ -18,7 +18,7 @@ from agents.training.config import BassConfig
 from agents.training.simulators import export_dynamics, train_dynamics, transitions_of
 from maps import load_map
 from server.cli import main
-from tests.agents.learning import recorded, walked
+from tests.agents.learning import random_walk, recorded, walked
 from world import World
 
 TINY = ["--updates", "4", "--batch", "32", "--width", "16"]
@@ -54,6 +54,18 @@ def test_the_simulator_learns_to_be_better_than_saying_that_nothing_moves(kind: 
     learned = np.abs(predicted - data.after[rows])[:, places].mean()
     nothing = np.abs(data.before[rows] - data.after[rows])[:, places].mean()
     assert learned < 0.8 * nothing
+
+
+def test_the_engines_word_on_a_chunk_is_what_then_happens() -> None:
+    world = World(load_map("DistancePriority"))
+    for action in random_walk(15, seed=3):
+        world.step(action)
+    chunk = np.random.default_rng(1).uniform(-1, 1, (8, 2, 4))
+    chunk[..., 3] = 0.0  # a desired level of 0: nobody holds, so nobody presses
+    (predicted,) = engine_simulator(world.snapshot(), levels=True)(chunk[None])
+    for row in chunk:
+        world.step([[distance, np.arctan2(sin, cos), 0.0] for distance, cos, sin, _ in row])
+    assert np.array_equal(predicted[-1], moving(world.state()))
 
 
 def test_hands_are_read_from_the_state() -> None:
