@@ -12,7 +12,7 @@ from agents.scripted.lattice import UNREACHED
 from agents.scripted.situation import Situation
 from agents.scripted.style import Style, varied
 from agents.scripted.terrain import Terrain, cell_of
-from agents.scripted.traffic import gap_to, meeting_danger, partners_way
+from agents.scripted.traffic import gap_to, in_goal, meeting_danger, partners_way
 from agents.scripted.walking import grid_of, walk_field
 from world.state import Floats
 
@@ -66,7 +66,7 @@ class ScriptedAgent:
                 return REST
             command = self._errand.step(now, danger, SLICES_PER_TICK)
             if command is not None:
-                self._resting = command.distance == 0.0 and not command.grasp
+                self._resting = command is REST
                 return command
             self._end(now)
         return REST
@@ -143,7 +143,8 @@ class ScriptedAgent:
     def _rest(self, now: Situation) -> Errand | None:
         """Nothing to do: stay, but out of the partner's way."""
         way = partners_way(now, self._their_item(now))
-        if float(gap_to(way, now.pose[0:1], now.pose[1:2])[0]) < 0.33:
+        in_the_way = bool(in_goal(now.map)[cell_of(float(now.pose[0]), float(now.pose[1]))])
+        if in_the_way or float(gap_to(way, now.pose[0:1], now.pose[1:2])[0]) < 0.33:
             return Aside(now, way, now.tick + WAIT_ASIDE)
         return None
 

@@ -25,7 +25,7 @@ from maps.spec import ROBOT_RADIUS
 from world.state import Floats
 
 GOOD_ENOUGH = 80.0  # quarter ticks: a way together this much longer than a way alone is taken
-APART = 1.0  # rad between two grips at least: the robots touch when nearer
+APART = 0.28  # units between the two holders' centres at least
 SIDEWAYS = 12.0  # quarter ticks per radian by which two grips are not opposite
 NEAR = 0.07  # units from its stand at which a robot turns to the item
 
@@ -193,7 +193,7 @@ def grips_for_both(now: Situation, item: int, mine: list[float], theirs: list[fl
     for blue, red in itertools.product(range(len(places)), repeat=2):
         slower, quicker = sorted((blue_costs[blue], red_costs[red]))[::-1]
         apart = abs(wrap(float(places[blue, 2] - places[red, 2])))
-        if slower < UNREACHED and apart > APART:
+        if slower < UNREACHED and math.dist(places[blue, :2], places[red, :2]) > APART:
             score = round(slower + 0.2 * quicker + SIDEWAYS * (math.pi - apart))
             options.append((score, blue, red))
     return [Grips(float(score), np.stack([places[blue], places[red]])) for score, blue, red in sorted(options)]
@@ -207,7 +207,7 @@ def grips_beside_partner(now: Situation, item: int, mine: list[float]) -> list[G
     options = []
     for number, pose in enumerate(places):
         apart = abs(wrap(float(pose[2]) - theirs))
-        if mine[number] < UNREACHED and apart > APART:
+        if mine[number] < UNREACHED and math.dist(pose[:2], now.partner[:2]) > APART:
             robots = np.stack([pose, now.partner] if now.seat == 0 else [now.partner, pose])
             options.append((mine[number] + 2 * SIDEWAYS * (math.pi - apart), number, robots))
     return [Grips(score, robots) for score, _, robots in sorted(options, key=lambda option: option[:2])]

@@ -39,8 +39,11 @@ def grown(bits: int, cells: int) -> int:
     """The points within so many steps of `bits`."""
     for _ in range(cells):
         bits |= bits << 1 | bits >> 1
-        bits |= bits << _WIDTH | bits >> _WIDTH
+        bits = (bits | bits << _WIDTH | bits >> _WIDTH) & _FLOOR
     return bits
+
+
+_FLOOR = to_bits(np.ones((CELLS, CELLS), dtype=np.bool_))
 
 
 def standing_room(ground: Terrain, radius: float) -> int:

@@ -110,10 +110,10 @@ def _centres(rows: Cells, columns: Cells, numbers: Cells) -> Floats:
 
 
 def _room_taken(ground: Terrain, centres: Floats, radius: float, largest: float) -> Floats:
-    """(n,) the price of leaving little room for the largest item to come and a robot beside it."""
+    """(n,) the price of leaving little room for the largest item to come."""
     if largest <= 0.0:
         return np.zeros(len(centres))
-    needed = largest + ROBOT_RADIUS
+    needed = largest + 0.02
     x, y = centres[:, 0], centres[:, 1]
     fits = sample(ground.clearance, x, y) >= needed
     inside = np.zeros(len(centres), dtype=np.bool_)

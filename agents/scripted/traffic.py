@@ -6,6 +6,7 @@ from functools import lru_cache
 import numpy as np
 
 from agents.scripted.driving import HORIZON, Danger
+from agents.scripted.flood import Mask, grown, to_bits, to_mask
 from agents.scripted.hauling import Body, carried_discs
 from agents.scripted.grasping import in_frame
 from agents.scripted.lattice import CARRIER, UNREACHED
@@ -13,6 +14,7 @@ from agents.scripted.situation import Situation
 from agents.scripted.storage import storage
 from agents.scripted.terrain import AXIS, CELLS, Terrain, sample
 from agents.scripted.walking import Way
+from maps import MapSpec
 from maps.spec import ROBOT_RADIUS
 from world.state import Floats
 
@@ -82,6 +84,12 @@ def _way_to(ground: Terrain, x: float, y: float) -> Way:
     return Way(ground, [(x, y)])
 
 
+@lru_cache(maxsize=64)
+def in_goal(map_spec: MapSpec) -> Mask:
+    """(CELLS, CELLS) where an idle robot would be in the way of whoever brings something."""
+    return to_mask(grown(to_bits(storage(map_spec).inside), 5))
+
+
 def gap_to(way: Floats, x: Floats, y: Floats) -> Floats:
     """Distance from points to the nearest point of a way (n, 2)."""
     gaps = np.full(x.shape, 9.0)
@@ -101,6 +109,8 @@ def aside(now: Situation, way: Floats) -> Body:
     body = Body(with_partner(now.ground(), now.partner), discs, 0.004)
     x, y = np.meshgrid(AXIS, AXIS)
     clear = gap_to(way, x, y)
+    if now.mine < 0:
+        clear = np.where(in_goal(now.map), 0.0, clear)
     costs = np.full((CARRIER.headings, CELLS, CELLS), UNREACHED, dtype=np.int16)
     for heading in range(CARRIER.headings):
         angle = heading * 2 * math.pi / CARRIER.headings
