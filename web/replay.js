@@ -7,6 +7,7 @@
 import { ApiError, request, requestJson } from "./api.js";
 import { badge, byId, el, notice } from "./dom.js";
 import { eventTone, eventWords, tickTime, toldEvents } from "./event_words.js";
+import { MetricCurves } from "./metric_curves.js";
 import { context2d, drawScene, fitCanvas } from "./render.js";
 import { Replay, ReplayError, TICK_MS, linkedTick, tickAt } from "./replay_data.js";
 import { Player, SPEEDS, nextEventTick } from "./replay_player.js";
@@ -54,6 +55,7 @@ class ReplayPage {
     this.rows = new Map();
     /** @type {ToldEvent | undefined} */
     this.current = undefined;
+    this.curves = new MetricCurves(byId("curves", HTMLElement), replay.summary.curves, (tick) => this.seekTick(tick));
     this.frame = 0;
     this.lastMs = 0;
     this.addressTimer = 0;
@@ -224,6 +226,7 @@ class ReplayPage {
     drawScene(context2d(canvas), map, view);
     this.drawLine(tick);
     this.drawWords(view);
+    this.curves.show(tick);
     this.markEvent(tick);
     playButton.setAttribute("aria-label", this.player.playing ? "Pause" : "Play");
     document.getElementById("play-icon")?.setAttribute("d", this.player.playing ? PAUSE_ICON : PLAY_ICON);

@@ -26,6 +26,7 @@ import { ANGLE_SCALE, POSITION_SCALE } from "./messages.js";
  * @property {boolean[][]} delivered per tick, from 1 to `ticks`
  * @property {ReplayEvent[]} events
  * @property {{tcr: number, nfd: number, wt_s: number, ac: number}} metrics
+ * @property {import("./metric_curves.js").Curves} curves
  */
 
 export const POSE_MS = 20;

@@ -13,6 +13,7 @@ from recordings import Episode, finalise, read_episode
 from tests.browser.pages import complaining_page, overflow, violations
 from tests.browser.support import PHONE, Server
 from tests.recordings.support import record
+from world.metrics import EpisodeMetrics
 
 OpenPage = Callable[..., Page]
 
@@ -117,6 +118,28 @@ def test_the_time_line_is_a_slider_with_words(open_page: OpenPage, episode: Epis
     slider.fill("31")
     at_tick(page, 31)
     expect(slider).to_have_attribute("aria-valuetext", "0:03.1 of 0:04.2")
+
+
+def test_the_measures_have_curves_with_their_values_at_the_tick(open_page: OpenPage, episode: Episode) -> None:
+    page = replay(open_page(f"/replay/{EPISODE}#tick=30"))
+    running = EpisodeMetrics(episode.header.map)
+    running.update_episode(list(episode.states[:31]), episode.actions[:30])
+    now = running.result()
+    rows = page.locator(".replay-curve-row")
+    expect(rows).to_have_count(4)
+    expect(rows.nth(0)).to_contain_text("TCR")
+    expect(rows.nth(2).locator(".replay-curve-value")).to_have_text(f"{now.wt_s:.1f} s")
+    page.keyboard.press("Home")
+    expect(rows.nth(2).locator(".replay-curve-value")).to_have_text("–")
+
+
+def test_a_click_on_a_curve_leads_to_that_tick(open_page: OpenPage, episode: Episode) -> None:
+    page = replay(open_page(f"/replay/{EPISODE}"))
+    curve = page.locator(".replay-curve").nth(1)
+    box = curve.bounding_box()
+    assert box is not None
+    curve.click(position={"x": box["width"] / 2, "y": 10})
+    at_tick(page, TICKS // 2)
 
 
 def test_the_recording_can_be_downloaded(open_page: OpenPage, episode: Episode) -> None:

@@ -21,6 +21,7 @@ function oneTick(turn = 0, from = 0) {
   const summary = {
     id: "a", map: MAP, started: "", limit_ticks: 500, ticks: 1, outcome: "time", complete: true, seats: [],
     held: [[-1, -1], [0, -1]], delivered: [[true]], events: [], metrics: { tcr: 0, nfd: 0, wt_s: 0, ac: -1 },
+    curves: { tcr: [0], nfd: [0], wt_s: [0], ac: [-1] },
   };
   return new Replay(summary, poses.buffer);
 }
