@@ -16,13 +16,9 @@ from recordings import solids
 from recordings.episode import Episode
 from recordings.occupancy import heat_picture, occupancy, smoothed
 from recordings.solids import Solid
-from recordings.viewer.overlays import (
-    CANDIDATE_HEIGHT,
-    Candidate,
-    Decisions,
-    candidate_lines,
-    trail,
-)
+from recordings.viewer.candidates import HEIGHT as CANDIDATE_HEIGHT
+from recordings.viewer.candidates import Candidate, Decisions, candidate_lines
+from recordings.viewer.trails import trail
 
 Pixel = tuple[int, int, int]
 
@@ -55,7 +51,7 @@ class Stage:
         self.robots = [self._add_robot(seat) for seat in range(len(SEAT_COLOURS))]
         self.items = [self._add_item(item) for item in self._map.items]
         self.trails = [self._add_trail(seat) for seat in range(len(SEAT_COLOURS))]
-        self._decisions = [Decisions(episode.decisions, seat) for seat in range(len(SEAT_COLOURS))]
+        self._decisions = [Decisions(episode.decisions, seat, episode.states) for seat in range(len(SEAT_COLOURS))]
         self.labels: list[viser.LabelHandle] = []
         self._considered: list[Candidate] = []
         self._grids = [smoothed(occupancy(episode.states, seat)) for seat in range(len(SEAT_COLOURS))]

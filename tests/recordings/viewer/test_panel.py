@@ -105,17 +105,6 @@ def test_trails_reach_back_as_far_as_the_slider_says(tmp_path: Path) -> None:
         assert not line.visible
 
 
-def test_the_newest_candidates_are_drawn_with_their_scores(tmp_path: Path) -> None:
-    with panel(recorded(tmp_path)) as (opened, _):
-        put(opened.tick, 4)
-        (label,) = opened.stages[0].labels
-        assert (label.text, label.visible) == ("0.50 chosen", True)
-        assert tuple(label.position[:2]) == (0.1, 1.1)  # the end of the recorded path
-        assert "| 1 | 0.500 | chosen |" in opened.scores.content
-        put(opened.candidates, False)
-        assert not label.visible
-
-
 def test_the_heat_map_is_drawn_when_it_is_chosen(tmp_path: Path) -> None:
     with panel(recorded(tmp_path)) as (opened, _):
         stage = opened.stages[0]

@@ -1,18 +1,13 @@
-"""What is drawn over the bodies, as arrays."""
+"""Trails and heat maps, as arrays."""
 
 from pathlib import Path
 
 import numpy as np
 
-from recordings import AgentDecision, read_episode
+from recordings import read_episode
 from recordings.occupancy import CELLS, heat_picture, occupancy, shades, smoothed
-from recordings.viewer.overlays import CHOSEN_RGB, Decisions, candidate_lines, trail
+from recordings.viewer.trails import trail
 from tests.recordings.viewer.support import recorded
-
-
-def decision(tick: int, *scores: float, chosen: int = 0) -> AgentDecision:
-    found = [{"score": score, "terms": [], "x": [0.0, score], "y": [0.0, 1.0]} for score in scores]
-    return AgentDecision(tick, 1, 1.0, False, {"chosen": chosen, "candidates": found})
 
 
 def test_occupancy_adds_up_to_the_time_played_and_finds_the_corner(tmp_path: Path) -> None:
@@ -48,23 +43,3 @@ def test_a_trail_at_the_start_is_a_point(tmp_path: Path) -> None:
     assert trail(states, 0, 0, 50).shape == (1, 2, 3)
     assert trail(states, 0, 20, 50).shape == (20, 2, 3)
     assert trail(states, 0, 20, 5).shape == (5, 2, 3)
-
-
-def test_decisions_last_until_the_next_one_of_the_same_seat() -> None:
-    decisions = Decisions([decision(5, 0.1), AgentDecision(8, 1, 1.0, False), decision(9, 0.2, 0.3)], seat=1)
-    assert [len(decisions.at(tick)) for tick in (4, 5, 8, 9, 400)] == [0, 1, 1, 2, 2]
-    assert Decisions([decision(5, 0.1)], seat=0).at(50) == []
-
-
-def test_candidate_lines_are_coloured_by_score_and_the_chosen_one_is_violet_and_higher() -> None:
-    considered = Decisions([decision(0, 0.0, 1.0, 0.5, chosen=2)], seat=1).at(0)
-    points, colours = candidate_lines(considered)
-    assert points.shape == colours.shape == (3, 2, 3)
-    assert (colours[2] == CHOSEN_RGB).all()
-    assert points[2, 0, 2] > points[1, 0, 2]
-    assert not np.allclose(colours[0], colours[1])
-
-
-def test_no_candidates_are_no_lines() -> None:
-    points, colours = candidate_lines([])
-    assert points.shape == colours.shape == (0, 2, 3)
