@@ -12,6 +12,7 @@ import { clockText, connectionWords, playingWords, seatName, taskSentence, waiti
 /** @typedef {import("./connection.js").Status} Status */
 
 const TICKS_PER_S = 10;
+const PROBLEM_MS = 6000;
 
 export class Hud {
   #parts = {
@@ -21,12 +22,13 @@ export class Hud {
     done: byId("done", HTMLElement), doneBar: byId("done-bar", HTMLElement), seats: byId("seats", HTMLElement),
     connectionLabel: byId("connection-label", HTMLElement), connection: byId("connection", HTMLElement),
     watchers: byId("watchers", HTMLElement), recording: byId("recording", HTMLElement),
-    controls: byId("controls", HTMLElement), arena: byId("arena", HTMLCanvasElement),
+    problem: byId("problem", HTMLElement), controls: byId("controls", HTMLElement), arena: byId("arena", HTMLCanvasElement),
     stalled: /** @type {Element} */ (document.querySelector("#stalled")), stop: byId("stop", HTMLButtonElement),
   };
   /** @type {Map<Element, string>} what was last written where */
   #written = new Map();
   #seatRows = [0, 1].map((seat) => seatRow(seat));
+  #problemUntilMs = 0;
 
   constructor() {
     const { seats, timeLabel, doneLabel, connectionLabel, recording, stalled } = this.#parts;
@@ -38,10 +40,18 @@ export class Hud {
     stalled.setAttribute("aria-label", TEXT.announce.stalled);
   }
 
+  /** Something that was asked for cannot be done: the server's sentence, for a while. @param {string} sentence @param {number} nowMs */
+  showProblem(sentence, nowMs) {
+    this.#text(this.#parts.problem, sentence);
+    this.#parts.problem.hidden = false;
+    this.#problemUntilMs = nowMs + PROBLEM_MS;
+  }
+
   /**
-   * @param {Game} game @param {Scene | null} scene @param {Status} status
+   * @param {Game} game @param {Scene | null} scene @param {Status} status @param {number} nowMs
    */
-  update(game, scene, status) {
+  update(game, scene, status, nowMs) {
+    if (nowMs > this.#problemUntilMs) this.#parts.problem.hidden = true;
     const { play, connection, stalled, stop } = this.#parts;
     play.dataset.phase = game.phase;
     const line = connectionWords(status, scene?.stalled ?? false, game.clock.rttMs);

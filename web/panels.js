@@ -69,7 +69,7 @@ export class Panels {
   /** @param {Game} game @param {boolean} busy @param {readonly SeatCard[]} cards @param {Mapping} mapping */
   #updateReady(game, busy, cards, mapping) {
     const { room, round, own } = game;
-    const visible = !busy && room !== null && round !== null && (room.phase === "lobby" || room.phase === "round_over");
+    const visible = !busy && room !== null && round !== null && ["lobby", "round_over", "series_over"].includes(room.phase);
     const key = visible ? JSON.stringify([room.phase, room.seats.map((seat) => [seat.name, seat.open, seat.present, seat.ready]), own, cards, mapping]) : "";
     if (key === this.#readyKey) return;
     this.#readyKey = key;

@@ -70,6 +70,7 @@ class Play {
     byId("touch-backward", HTMLElement).textContent = TEXT.touchBackward;
     byId("stop", HTMLButtonElement).addEventListener("click", () => this.#pauseOrStop());
     addEventListener("keydown", (event) => this.#pauseKey(event));
+    addEventListener("pointerdown", (event) => event.pointerType === "touch" && this.#touch.wake());
     addEventListener("blur", () => this.#letGo(false));
     addEventListener("focus", () => this.#connection.send({ type: "focus", visible: true }));
     document.addEventListener("visibilitychange", () => this.#visibility());
@@ -86,6 +87,7 @@ class Play {
   /** @param {import("./messages.js").ServerMessage} message @param {number} atMs */
   onMessage(message, atMs) {
     this.#game.receive(message, atMs);
+    if (message.type === "error") this.#hud.showProblem(message.message, atMs);
     if (message.type !== "welcome") return;
     this.#seats.hold(this.#game.own);
     this.#senders = new Map(this.#game.own.map((seat) => [seat, new InputSender(seat)]));
@@ -142,7 +144,7 @@ class Play {
   #writeWords(scene, nowMs) {
     this.#hudAtMs = nowMs;
     const cards = this.#seats.cards();
-    this.#hud.update(this.#game, scene, this.#status);
+    this.#hud.update(this.#game, scene, this.#status, nowMs);
     this.#hud.showControls(cards, this.#mapping, {
       change: () => this.#openSettings(),
       swap: () => this.#seats.swap(),

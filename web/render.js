@@ -132,13 +132,11 @@ function drawItem(pen, item, view, index, options) {
 /** The outline says who holds it: blue solid, red dashed, both on top of each other. @param {Pen} pen @param {number[]} holders */
 function strokeItem(pen, holders) {
   const { ctx, theme } = pen;
-  if (holders.length === 0) {
-    ctx.strokeStyle = theme.ink;
-    ctx.globalAlpha = 0.42;
-    ctx.lineWidth = 1.5 * pen.hair;
-    ctx.stroke();
-    ctx.globalAlpha = 1;
-  }
+  ctx.strokeStyle = theme.ink;
+  ctx.globalAlpha = 0.42;
+  ctx.lineWidth = 1.5 * pen.hair;
+  ctx.stroke();
+  ctx.globalAlpha = 1;
   for (const seat of holders) {
     ctx.strokeStyle = seat === 0 ? theme.blue : theme.red;
     ctx.lineWidth = 4 * pen.hair;

@@ -99,6 +99,11 @@ export class Touch {
     this.#onChange();
   }
 
+  /** A finger came down somewhere on the page: this person plays by touch now. */
+  wake() {
+    this.#used = true;
+  }
+
   /** The page lost the focus: let go of everything. */
   release() {
     this.#grabs = 0;
