@@ -19,7 +19,6 @@ import msgspec
 from server import messages as m
 from server.frames import Input, Ping
 
-INPUT_S = 0.05
 TEXT, BINARY, CLOSE, WS_PING, WS_PONG = 1, 2, 8, 9, 10
 _TICK_AT, _TICK = 4, struct.Struct("<I")  # of a bundle
 
@@ -38,7 +37,8 @@ class Tally:
 class Bot(asyncio.Protocol):
     """One client: joins, is ready at once, then moves its stick in circles."""
 
-    def __init__(self, room: str, mode: m.Mode, tally: Tally, host: str) -> None:
+    def __init__(self, room: str, mode: m.Mode, tally: Tally, host: str, inputs_per_s: float) -> None:
+        self._inputs_per_s = inputs_per_s
         self._room = room
         self._mode = mode
         self._tally = tally
@@ -129,17 +129,18 @@ class Bot(asyncio.Protocol):
             self._tick = -1
 
     async def _play(self) -> None:
-        """Inputs at 20 Hz on an absolute schedule, a clock sample each second."""
-        due = time.monotonic() + INPUT_S * (id(self) % 97) / 97
+        """Inputs at the chosen rate on an absolute schedule, a clock sample each second."""
+        period = 1.0 / self._inputs_per_s
+        due = time.monotonic() + period * (id(self) % 97) / 97
         while True:
-            due += INPUT_S
+            due += period
             await asyncio.sleep(max(0.0, due - time.monotonic()))
             count = next(self._counter)
             for seat in self._seats:
                 tick = max(0, self._tick)
-                angle = math.remainder(count / 15 + seat, 2 * math.pi)
+                angle = math.remainder(count * period + seat, 2 * math.pi)
                 self._send(BINARY, Input(seat, count, tick, tick, 1.0, angle, count // 30 % 256, 3, due * 1e3).encode())
-            if count % 20 == 0:
+            if count % round(self._inputs_per_s) == 0:
                 self._send(BINARY, Ping(due * 1e3).encode())
 
     def _say(self, message: m.ClientMessage) -> None:

@@ -30,6 +30,8 @@ class Client:
         self.lost = False  # to be cut off without a word
         self.blocked_since = 0.0  # when a frame was first refused by the connection, 0 while it takes them
         self.bytes_sent = 0
+        # Round trip as the acknowledgements show it (an upper bound: they wait for the next input), -1 unknown.
+        self.rtt_ms = -1.0
         self._write = write
         self._wake = wake
         self._control: deque[str | bytes] = deque()
@@ -37,11 +39,6 @@ class Client:
         self._under_way: deque[tuple[int, float]] = deque()  # (tick, when shown)
         self._stalled = False
         self._rtts: deque[float] = deque(maxlen=RTT_SAMPLES)
-
-    @property
-    def rtt_ms(self) -> float:
-        """Round trip as the acknowledgements show it (an upper bound: they wait for the next input), -1 unknown."""
-        return min(self._rtts) if self._rtts else -1.0
 
     # ---- called by the room ---------------------------------------------------------------------------------
 
@@ -72,6 +69,7 @@ class Client:
             shown_tick, shown = self._under_way.popleft()
             if shown_tick == tick:
                 self._rtts.append((now - shown) * 1e3)
+                self.rtt_ms = min(self._rtts)
         caught_up = self._stalled and not self._under_way
         self._stalled = self._stalled and not caught_up
         return caught_up

@@ -166,9 +166,10 @@ def decode_client_frame(frame: bytes) -> ClientFrame:
 
 def encode_poses(poses: Floats) -> bytes:
     """Poses (..., 3) as int16 with the wire's scales: positions clipped, angles wrapped."""
-    scaled: Floats = np.floor(poses * _POSE_SCALE + 0.5)
-    places = scaled[..., :2]
-    np.minimum(np.maximum(places, -32768.0, out=places), 32767.0, out=places)
+    scaled: Floats = poses * _POSE_SCALE
+    np.rint(scaled, out=scaled)
+    if np.abs(scaled[..., :2]).max(initial=0.0) > 32767:
+        np.clip(scaled[..., :2], -32768, 32767, out=scaled[..., :2])
     return bytes(scaled.astype(np.int64).astype("<i2"))
 
 

@@ -10,12 +10,12 @@ import psutil
 
 from agents.catalogue import agent_cards
 from maps import PRACTICE, MovingOutError, load_map, map_names
-from recordings import RecordingError
 from recordings.journal import JOURNAL_SUFFIX
 from server.agent_seat import AgentPool
 from server.answers import Answers
 from server.archive import Archive
 from server.directory import Directory
+from server.disk import sync_recordings
 from server.gate import Gate
 from server.restart import restore_room, room_file
 from server.room import Room
@@ -31,6 +31,9 @@ from world.distance import paper_distances
 log = logging.getLogger(__name__)
 
 SYNC_S = 1.0
+# A full collection with 100 rooms takes 50 ms, so it waits for a moment when nobody plays.
+GC_THRESHOLDS = (10_000, 20, 1_000_000)
+IDLE_COLLECT_S = 60.0
 CPU_SAMPLES = 5  # seconds that the CPU share is averaged over
 
 
@@ -48,6 +51,8 @@ class Host:
         self.cpu_share = 0.0  # of one core, over the last seconds
         self.started_at = time.time()
         self.stopping = False
+        self._collected = time.monotonic()
+        self._gc_thresholds = gc.get_threshold()
         self._admin_hash = hash_token(self.admin_token)
         self._tasks: list[asyncio.Task[None]] = []
         self._preparing: set[asyncio.Task[None]] = set()
@@ -83,6 +88,7 @@ class Host:
         self._tasks = [asyncio.create_task(work()) for work in (self.ticker.run, self._sync, self._watch_cpu)]
         gc.collect()
         gc.freeze()
+        gc.set_threshold(*GC_THRESHOLDS)
 
     async def suspend(self) -> None:
         """Stop playing: end the rounds, tell the clients, keep the rooms for the next run."""
@@ -106,6 +112,7 @@ class Host:
         await self.agents.close()
         await asyncio.to_thread(self.store.close)
         gc.unfreeze()
+        gc.set_threshold(*self._gc_thresholds)
 
     def refusal(self) -> str:
         """Why no room can be opened now, empty when one can."""
@@ -161,11 +168,8 @@ class Host:
         while True:
             await asyncio.sleep(SYNC_S)
             recorders = [room.round.recorder for room in self.directory.rooms.values() if room.round.recorder.active]
-            for recorder in recorders:
-                try:
-                    await asyncio.to_thread(recorder.sync)
-                except RecordingError as error:
-                    log.warning("the disk does not keep up: %s", error)
+            if recorders:
+                await asyncio.to_thread(sync_recordings, self.settings.recordings, recorders)
 
     async def _watch_cpu(self) -> None:
         process = psutil.Process()
@@ -175,6 +179,14 @@ class Host:
             await asyncio.sleep(1.0)
             share += (process.cpu_percent() / 100.0 - share) / CPU_SAMPLES
             self.cpu_share = share
+            self._collect_when_idle()
+
+    def _collect_when_idle(self) -> None:
+        now = time.monotonic()
+        playing = any(room.phase == "playing" for room in self.directory.rooms.values())
+        if not playing and now - self._collected >= IDLE_COLLECT_S:
+            self._collected = now
+            gc.collect()
 
 
 def _warm_up() -> None:

@@ -25,6 +25,7 @@ from server.bot import Bot, Tally
 from server.lateness import Lateness
 
 WARM_UP_S = 2.0
+INPUTS_PER_S = 10.0  # of each client; a keyboard held down sends as much, a moving gamepad 20
 START_LIMIT_S = 60.0
 LIMIT_TICKS = 36_000
 
@@ -53,6 +54,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add("--rooms", type=int, default=100, metavar="N", help="rooms at the same time (%(default)s)")
     add("--clients", type=int, default=2, metavar="N", help="clients per room; beyond two they watch (%(default)s)")
     add("--seconds", type=float, default=30.0, metavar="S", help="how long to measure (%(default)s)")
+    add("--inputs", type=float, default=INPUTS_PER_S, metavar="HZ", help="inputs a second of each client (%(default)s)")
     add("--url", default="", help="a running server; without it one is started for the test")
     add("--admin-token", default="", metavar="TOKEN", help="of the server at --url")
     add("--json", action="store_true", help="print one JSON document")
@@ -62,21 +64,30 @@ def run(args: argparse.Namespace) -> int:
     if args.rooms < 1 or args.clients < 1 or args.seconds <= 0:
         raise LoadTestError("at least one room, one client and some seconds are needed")
     if args.url:
-        result = measure(Target(args.url.rstrip("/"), args.admin_token), args.rooms, args.clients, args.seconds)
+        result = measure(
+            Target(args.url.rstrip("/"), args.admin_token), args.rooms, args.clients, args.seconds, args.inputs
+        )
     else:
         with running_server(args.rooms, args.clients) as target:
-            result = measure(target, args.rooms, args.clients, args.seconds)
+            result = measure(target, args.rooms, args.clients, args.seconds, args.inputs)
     print(json.dumps(result) if args.json else _table(result))
     return 0
 
 
-def measure(target: Target, rooms: int, clients: int, seconds: float, beside: Beside | None = None) -> dict[str, Any]:
+def measure(
+    target: Target,
+    rooms: int,
+    clients: int,
+    seconds: float,
+    inputs_per_s: float = INPUTS_PER_S,
+    beside: Beside | None = None,
+) -> dict[str, Any]:
     """Play `rooms` rooms and give the fixed fields of the load test, with a few more.
 
     `beside` runs during the measurement (an abusive client, say) and is then cancelled.
     """
     try:
-        return uvloop.run(_measure(target, rooms, clients, seconds, beside))
+        return uvloop.run(_measure(target, rooms, clients, seconds, inputs_per_s, beside))
     except OSError as error:
         raise LoadTestError(f"the server at {target.base} does not answer as expected: {error}") from error
 
@@ -107,12 +118,14 @@ def _wait_until_ready(process: "subprocess.Popen[str]") -> Target:
     raise LoadTestError("the server did not start; `movingout play` says why")
 
 
-async def _measure(target: Target, rooms: int, clients: int, seconds: float, beside: Beside | None) -> dict[str, Any]:
+async def _measure(
+    target: Target, rooms: int, clients: int, seconds: float, inputs_per_s: float, beside: Beside | None
+) -> dict[str, Any]:
     tally = Tally()
     bots: list[Bot] = []
     other: asyncio.Task[None] | None = None
     try:
-        await _fill_rooms(target, rooms, clients, tally, bots)
+        await _fill_rooms(target, rooms, clients, inputs_per_s, tally, bots)
         await _wait_for_play(bots, tally)
         await asyncio.sleep(WARM_UP_S)
         await asyncio.to_thread(_call, target, "/api/admin/measurements/reset", {})
@@ -131,7 +144,9 @@ async def _measure(target: Target, rooms: int, clients: int, seconds: float, bes
     return _result(rooms, clients, before, after, tally)
 
 
-async def _fill_rooms(target: Target, rooms: int, clients: int, tally: Tally, bots: list[Bot]) -> None:
+async def _fill_rooms(
+    target: Target, rooms: int, clients: int, inputs_per_s: float, tally: Tally, bots: list[Bot]
+) -> None:
     """Open all rooms first, then let the clients in; they are added to `bots`."""
     host, port = target.host_and_port
     loop = asyncio.get_running_loop()
@@ -139,7 +154,7 @@ async def _fill_rooms(target: Target, rooms: int, clients: int, tally: Tally, bo
     opened = [await asyncio.to_thread(_open_room, target, names[index % len(names)], clients) for index in range(rooms)]
     for room in opened:
         for client in range(clients):
-            bot = Bot(room, "play" if client < 2 else "watch", tally, f"{host}:{port}")
+            bot = Bot(room, "play" if client < 2 else "watch", tally, f"{host}:{port}", inputs_per_s)
             await loop.create_connection(lambda bot=bot: bot, host, port)  # type: ignore[misc]
             bots.append(bot)
 

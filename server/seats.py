@@ -24,8 +24,7 @@ NAME_LENGTH = 24
 class Listener(Protocol):
     """One connected client as a room sees it; nothing here waits."""
 
-    @property
-    def rtt_ms(self) -> float: ...  # -1 unknown
+    rtt_ms: float  # -1 unknown
 
     def tell(self, message: ServerMessage, text: str = "") -> None:
         """Queue a control message; `text` is its JSON when the caller has it already."""
