@@ -50,15 +50,16 @@ class Server:
         self, map_name: str, blue: str = "here", red: str = "link", limit_ticks: int = 500, maps: tuple[str, ...] = ()
     ) -> dict[str, Any]:
         """`blue` and `red`: here, link, or the id of an agent."""
-        seats = [
-            {"kind": kind} if kind in ("here", "link") else {"kind": "agent", "agent": kind} for kind in (blue, red)
-        ]
+        seats = [_seat(blue), _seat(red)]
         return self.post("/api/rooms", {"maps": list(maps or (map_name,)), "limit_ticks": limit_ticks, "seats": seats})
 
     def practice(self, red: str = "idle") -> dict[str, Any]:
-        """A practice room on `Simple` for blue, with nobody or a second person at the same screen beside."""
-        seat = {"kind": "here"} if red == "here" else {"kind": "agent", "agent": red}
-        return self.post("/api/rooms", {"maps": ["Simple"], "practice": True, "seats": [{"kind": "here"}, seat]})
+        """A practice room on `Simple` (a countdown of 1 s) for blue; `red`: here, link, or the id of an agent."""
+        return self.post("/api/rooms", {"maps": ["Simple"], "practice": True, "seats": [_seat("here"), _seat(red)]})
+
+
+def _seat(who: str) -> dict[str, str]:
+    return {"kind": who} if who in ("here", "link") else {"kind": "agent", "agent": who}
 
 
 @contextmanager

@@ -14,7 +14,7 @@ OpenPage = Callable[..., Page]
 def test_a_player_who_drops_out_comes_back_to_the_same_seat_and_the_partner_is_told(
     server: Server, open_page: OpenPage, pictures: Path
 ) -> None:
-    room = server.make_room("Simple")
+    room = server.practice(red="link")
     blue, red = open_page(room["join_path"], room), open_page(room["join_path"])
     expect(red.locator("#seats")).to_contain_text("getting ready")
     start(blue, red)
@@ -33,7 +33,7 @@ def test_a_player_who_drops_out_comes_back_to_the_same_seat_and_the_partner_is_t
 
 
 def test_escape_pauses_space_goes_on_and_stopping_asks_once_more(server: Server, open_page: OpenPage) -> None:
-    room = server.make_room("Simple")
+    room = server.practice(red="link")
     blue, red = open_page(room["join_path"], room), open_page(room["join_path"])
     start(blue, red)
     blue.keyboard.press("Escape")
