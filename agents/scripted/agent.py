@@ -119,6 +119,7 @@ class ScriptedAgent:
     def _end(self, now: Situation) -> None:
         if self._errand is not None and getattr(self._errand, "hopeless", False):
             self._hopeless[self._errand.item] = now.tick + HOPELESS_FOR
+            self._useless.pop(self._errand.item, None)
         self._errand = None
 
     def _keep_or_choose(self, now: Situation) -> None:

@@ -22,6 +22,11 @@ _BENDS = np.array([0.0, 0.12, -0.12, 0.25, -0.25, 0.38, -0.38])
 Danger = Callable[[Floats], Floats]  # (K, HORIZON, 3) poses to (K,) costs of meeting the partner
 
 
+def no_danger(moves: Floats) -> Floats:
+    """Nobody is near."""
+    return np.zeros(len(moves))
+
+
 class Command(NamedTuple):
     """What one robot does in one tick."""
 

@@ -10,10 +10,10 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from agents.scripted import pairing
-from agents.scripted.driving import REST, Command, Danger, best_move, drive, turn_to
+from agents.scripted.driving import REST, Command, Danger, best_move, drive, no_danger, turn_to
 from agents.scripted.geometry import heading_of, wrap
 from agents.scripted.grasping import GAP, HEADINGS, in_frame, stands, within_reach
-from agents.scripted.hauling import EASY, TIGHT, Body, Haul
+from agents.scripted.hauling import Body, Haul, margins
 from agents.scripted.lattice import UNREACHED
 from agents.scripted.pairing import PairHaul
 from agents.scripted.situation import Situation
@@ -25,9 +25,9 @@ from maps.spec import ROBOT_RADIUS
 from world.state import Floats
 
 GOOD_ENOUGH = 80.0  # quarter ticks: a way together this much longer than a way alone is taken
-APART = 0.28  # units between the two holders' centres at least
+APART, COMFORTABLE = 0.255, 0.33  # units between the two holders' centres: at least, and better
 SIDEWAYS = 12.0  # quarter ticks per radian by which two grips are not opposite
-NEAR = 0.07  # units from its stand at which a robot turns to the item
+NEAR = 0.05  # units from its stand at which a robot turns to the item
 
 
 class Errand(Protocol):
@@ -132,7 +132,7 @@ class Fetch:
         yield
         if min(costs) >= UNREACHED:
             return None
-        for margin in (EASY, TIGHT):
+        for margin in margins(now.map):
             haul = Haul(now.ground((self.item,)), spec, (0.0, ROBOT_RADIUS + GAP + spec.scale, 0.0), now.outlook(self.item), margin)
             yield
             yield from solve(haul.field)
@@ -169,7 +169,7 @@ class Carry:
 
     def _think(self, now: Situation) -> Thought[Haul]:
         offset = in_frame(now.pose, now.item_pose(self.item))
-        for margin in (EASY, TIGHT):
+        for margin in margins(now.map):
             haul = Haul(now.ground(), now.item(self.item), offset, now.outlook(self.item), margin)
             yield
             yield from solve(haul.field)
@@ -193,10 +193,16 @@ def grips_for_both(now: Situation, item: int, mine: list[float], theirs: list[fl
     for blue, red in itertools.product(range(len(places)), repeat=2):
         slower, quicker = sorted((blue_costs[blue], red_costs[red]))[::-1]
         apart = abs(wrap(float(places[blue, 2] - places[red, 2])))
-        if slower < UNREACHED and math.dist(places[blue, :2], places[red, :2]) > APART:
-            score = round(slower + 0.2 * quicker + SIDEWAYS * (math.pi - apart))
+        gap = math.dist(places[blue, :2], places[red, :2])
+        if slower < UNREACHED and gap > APART:
+            score = round(slower + 0.2 * quicker + SIDEWAYS * (math.pi - apart) + _tightness(gap))
             options.append((score, blue, red))
     return [Grips(float(score), np.stack([places[blue], places[red]])) for score, blue, red in sorted(options)]
+
+
+def _tightness(gap: float) -> float:
+    """The price of two holders so near to each other that one may keep the other from its stand."""
+    return max(COMFORTABLE - gap, 0.0) * 1000.0
 
 
 def grips_beside_partner(now: Situation, item: int, mine: list[float]) -> list[Grips]:
@@ -207,9 +213,11 @@ def grips_beside_partner(now: Situation, item: int, mine: list[float]) -> list[G
     options = []
     for number, pose in enumerate(places):
         apart = abs(wrap(float(pose[2]) - theirs))
-        if mine[number] < UNREACHED and math.dist(pose[:2], now.partner[:2]) > APART:
+        gap = math.dist(pose[:2], now.partner[:2])
+        if mine[number] < UNREACHED and gap > APART:
             robots = np.stack([pose, now.partner] if now.seat == 0 else [now.partner, pose])
-            options.append((mine[number] + 2 * SIDEWAYS * (math.pi - apart), number, robots))
+            score = mine[number] + 2 * SIDEWAYS * (math.pi - apart) + _tightness(gap)
+            options.append((score, number, robots))
     return [Grips(score, robots) for score, _, robots in sorted(options, key=lambda option: option[:2])]
 
 
@@ -269,7 +277,7 @@ class Lift:
             return REST
         if not self._decided and self._approach.way.cost(float(now.pose[0]), float(now.pose[1])) < 12:
             return REST
-        return self._approach.step(now, danger)
+        return self._approach.step(now, danger if now.theirs != self.item else no_danger)
 
     def _aim(self, grips: Grips, now: Situation) -> None:
         """Walk to the own one of two grips."""

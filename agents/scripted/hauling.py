@@ -7,17 +7,21 @@ import numpy as np
 from agents.scripted.driving import HORIZON, Command, Danger, best_move
 from agents.scripted.geometry import Disc, covering_discs, half_extents
 from agents.scripted.lattice import CARRIER, UNIT_PER_TICK, Cost, Field, values
-from agents.scripted.storage import Outlook, place_costs
+from agents.scripted.storage import Outlook, place_costs, storage
 from agents.scripted.terrain import Terrain, squeeze
-from maps import ItemSpec
+from maps import ItemSpec, MapSpec
 from maps.shapes import circumradius
 from maps.spec import ROBOT_RADIUS
 from world.scoring import goal_boxes, is_delivered
 from world.state import Floats
 
-EASY, TIGHT = 0.02, 0.004  # units kept from everything: where there is room, and where there is none
-_SETTLED = 1.5  # quarter ticks: a place this much worse than the best one still to be had is good enough
+_SETTLED = 1.0  # quarter ticks: a place this much worse than the best one still to be had is good enough
 _TICKS = UNIT_PER_TICK * np.arange(1, HORIZON + 1)
+
+
+def margins(map_spec: MapSpec) -> tuple[float, float]:
+    """Units to keep from everything: where there is room, and where there is none."""
+    return (0.01 if storage(map_spec).crowded else 0.02), 0.004
 
 
 class Body:
@@ -53,7 +57,7 @@ class Haul(Body):
         item: ItemSpec,
         offset: tuple[float, float, float],
         outlook: Outlook,
-        margin: float = EASY,
+        margin: float,
     ) -> None:
         """`offset` is the item's pose in the robot's frame; the terrain must not contain the item.
 

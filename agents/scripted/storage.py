@@ -26,12 +26,11 @@ Cells = npt.NDArray[np.int64]
 
 _INSET = 0.012  # an item is put down this far inside the region that counts
 _ROOMY = 0.16  # share of the goal regions that the items cover, below which any place will do
-_EAGER = 1.3  # quarter ticks per quarter tick of depth, where room is scarce
+_EAGER = 2.5  # quarter ticks per quarter tick of depth, where room is scarce
 _COMPACT = 60.0  # quarter ticks per unit of free space around a place
 _SHUT_IN = 150.0  # quarter ticks: the robot could not get out again
 _CUTS = 250.0  # quarter ticks: the item would part the floor
 _ROOM = 90.0  # quarter ticks: taking all the room that the largest item to come would need
-_SPACING = 4  # cells between the places that are looked into
 
 
 class Outlook(NamedTuple):
@@ -81,7 +80,8 @@ def places(ground: Terrain, radius: float, outlook: Outlook) -> Places:
     """Look into every place for a disc of this radius."""
     inside = storage(ground.map).inside
     rows, columns = np.nonzero(inside)
-    coarse = (rows // _SPACING) * CELLS + columns // _SPACING
+    spacing = 2 + len(rows) // 250  # cells: about a hundred places in all
+    coarse = (rows // spacing) * CELLS + columns // spacing
     _, firsts, numbers = np.unique(coarse, return_index=True, return_inverse=True)
     number = np.full((CELLS, CELLS), -1, dtype=np.int64)
     number[rows, columns] = numbers
