@@ -9,7 +9,8 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from maps.spec import SEAT_COLOURS
-from recordings.errors import RecordingError, cannot
+from recordings.errors import RecordingError
+from recordings.html_file import check_name, write_html
 from recordings.listing import recording_paths
 from recordings.progress import over_processes
 from recordings.report.facts import GROUPINGS, facts_of
@@ -35,27 +36,18 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def report(args: argparse.Namespace) -> int:
     if urlsplit(args.server).scheme not in ("http", "https"):
         raise RecordingError(f"{args.server!r} is no address of a server; it should look like {SERVER}")
+    check_name(args.out)
     paths = recording_paths(args.folder)
     if not paths:
         raise RecordingError(f"there are no recordings in {args.folder}; name a folder with .mcap files")
     facts = over_processes(partial(facts_of, grouping=args.by), paths, min(args.workers, len(paths)), "reading")
     tally = Tally.of(facts)
-    _write(Page(args.folder.resolve().name, args.server, tally).html(), args.out)
+    write_html(Page(args.folder.resolve().name, args.server, tally).html(), args.out)
     if args.json:
         print(json.dumps(_document(args.out, tally), indent=2))
     else:
         print(_sentence(args.out, tally))
     return 0
-
-
-def _write(text: str, out: Path) -> None:
-    part = out.with_name(out.name + ".part")
-    try:
-        part.write_text(text, encoding="utf-8")
-        part.replace(out)
-    except OSError as error:
-        part.unlink(missing_ok=True)
-        raise cannot("write", out, error) from error
 
 
 def _sentence(out: Path, tally: Tally) -> str:

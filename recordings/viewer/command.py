@@ -5,6 +5,7 @@ import contextlib
 from pathlib import Path
 
 from recordings.errors import RecordingError
+from recordings.html_file import check_name, write_html
 from recordings.listing import path_of
 from recordings.reader import read_episode
 
@@ -34,13 +35,14 @@ def _path(name: str, data: Path) -> Path:
 
 
 def _page(paths: list[Path], out: Path) -> int:
-    from recordings.viewer.offline import write_page  # viser takes most of a second to import
+    from recordings.viewer.offline import page  # viser takes most of a second to import
 
+    check_name(out)
     if len(paths) > MOST_ON_A_PAGE:
         raise RecordingError(
             f"a page shows one or two episodes, not {len(paths)}; without --html the viewer takes more"
         )
-    write_page([read_episode(path) for path in paths], out)
+    write_html(page([read_episode(path) for path in paths]), out)
     print(f"wrote {out} ({out.stat().st_size / 1e6:.1f} MB); it opens by double click, without the network")
     return 0
 

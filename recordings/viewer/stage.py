@@ -18,7 +18,8 @@ from recordings.occupancy import heat_picture, occupancy, smoothed
 from recordings.solids import Solid
 from recordings.viewer.candidates import HEIGHT as CANDIDATE_HEIGHT
 from recordings.viewer.candidates import Candidate, Decisions, candidate_lines
-from recordings.viewer.trails import trail
+from recordings.viewer.trails import segments, trail
+from world.state import Floats
 
 Pixel = tuple[int, int, int]
 
@@ -27,7 +28,13 @@ HEAT_CHOICES: dict[str, tuple[int, ...]] = {"none": (), "blue": (0,), "red": (1,
 _HEAT_HEIGHT = 0.007  # just above the goal regions
 _HEAT_PIXELS = 8  # per cell, so that the viewer's filter does not blur one cell into the next
 _TRAIL_WIDTH, _CANDIDATE_WIDTH = 0.016, 0.012  # arena units
-_LETTER_HEIGHT = 0.09
+_LETTER_RGB: tuple[Pixel, Pixel] = ((255, 255, 255), (24, 33, 44))
+_LETTER_SIZE, _LETTER_STROKE = 0.09, 0.014
+_BOWL = [(0.0, 0.0), (0.0, 1.0), (0.55, 1.0), (0.7, 0.87), (0.7, 0.63), (0.55, 0.5), (0.0, 0.5)]
+_STROKES = {
+    "B": [_BOWL, [(0.55, 0.5), (0.7, 0.37), (0.7, 0.13), (0.55, 0.0), (0.0, 0.0)]],
+    "R": [_BOWL, [(0.35, 0.5), (0.7, 0.0)]],
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,13 +106,12 @@ class Stage:
         frame = self._scene.add_frame(f"/{self._name}/{name}", show_axes=False)
         self._add(f"{name}/body", solids.robot_solid(), colour)
         self._add(f"{name}/nose", solids.nose_solid(), (250, 250, 250))
-        self._scene.add_label(
+        self._scene.add_line_segments(
             f"/{self._name}/{name}/letter",
-            name[0].upper(),
-            position=(0.0, 0.0, solids.ROBOT_HEIGHT + 0.06),
-            font_size_mode="scene",
-            font_scene_height=_LETTER_HEIGHT,
-            anchor="center-center",
+            letter_lines(name[0].upper()),
+            _LETTER_RGB[seat],
+            thickness=_LETTER_STROKE,
+            position=(0.0, 0.0, solids.ROBOT_HEIGHT + 0.004),
         )
         return frame
 
@@ -194,6 +200,14 @@ def score_table(considered: list[Candidate]) -> str:
     ranked = sorted(considered, key=lambda one: -one.score)
     rows = [f"| {rank} | {one.score:.3f} | {'chosen' if one.chosen else ''} |" for rank, one in enumerate(ranked, 1)]
     return "\n".join(["| rank | score | |", "|---:|---:|---|", *rows])
+
+
+def letter_lines(letter: str) -> Floats:
+    """A letter as lines (S, 2, 3) flat on a robot, behind its nose; unlike viser's labels they never lag behind it."""
+    strokes = [
+        np.array(stroke) * _LETTER_SIZE - (0.35 * _LETTER_SIZE, 0.75 * _LETTER_SIZE) for stroke in _STROKES[letter]
+    ]
+    return np.concatenate([segments(stroke, 0.0) for stroke in strokes])
 
 
 def _same(one: list[Candidate], other: list[Candidate]) -> bool:

@@ -206,6 +206,7 @@ def test_a_recording_gives_its_facts(folder: Path) -> None:
         (["nowhere"], "there is no such file or folder"),
         (["."], "there are no recordings in"),
         ([".", "--server", "lab:8000"], "is no address of a server"),
+        ([".", "-o", "episode.mcap"], "should end in .html"),
     ],
 )
 def test_wrong_use_gets_a_sentence(
@@ -226,3 +227,11 @@ def test_a_page_that_cannot_be_written_gets_a_sentence(
     out = tmp_path / "nowhere" / "report.html"
     assert main(["recordings", "report", str(folder), "-o", str(out), "--workers", "1"]) == 2
     assert "cannot write" in capsys.readouterr().err
+
+
+def test_an_episode_that_ended_before_its_first_tick_is_reported_like_any_other(tmp_path: Path) -> None:
+    journal, _ = record(tmp_path, 0, "stopped")
+    found = facts_of(journal, "agent")
+    assert isinstance(found, EpisodeFacts)
+    assert (found.ticks, found.waits, found.failures) == (0, (), ())
+    assert "no results to show" in html(found)

@@ -135,3 +135,12 @@ def test_a_recording_that_cannot_be_read_is_told_and_the_shown_one_stays(tmp_pat
         put(opened.left, "broken")
         assert "broken.mcap is not an MCAP file" in opened.about.content
         assert opened.stages[0].episode.header == read_episode(paths[0]).header
+
+
+def test_an_episode_that_ended_before_its_first_tick_can_be_looked_at(tmp_path: Path) -> None:
+    with panel(recorded(tmp_path, ticks=0)) as (opened, _):
+        put(opened.play, True)
+        opened.advance(1.0)
+        put(opened.heat, "both")
+        assert opened.tick.value == 0
+        assert positions(opened.stages[0]) == recorded_positions(opened.stages[0], 0)

@@ -7,8 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from recordings import RecordingError, read_episode
-from recordings.viewer.offline import write_page
+from recordings import RecordingError
 from recordings.viewer.shelf import Shelf
 from recordings.viewer.viewer import Viewer, open_server
 from server.cli import main
@@ -74,11 +73,21 @@ def test_a_page_holds_two_episodes_at_most(tmp_path: Path, capsys: pytest.Captur
     assert "one or two episodes, not 3" in capsys.readouterr().err
 
 
-def test_a_page_that_cannot_be_written_leaves_nothing_behind(tmp_path: Path) -> None:
-    episode = read_episode(recorded(tmp_path, ticks=3))
-    with pytest.raises(RecordingError, match="cannot write"):
-        write_page([episode], tmp_path / "nowhere" / "page.html")
-    assert not (tmp_path / "nowhere").exists()
+def test_a_page_that_cannot_be_written_leaves_nothing_behind(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "nowhere" / "page.html"
+    assert main(["recordings", "view", str(recorded(tmp_path, ticks=3)), "--html", str(out)]) == 2
+    assert "cannot write" in capsys.readouterr().err
+    assert not out.parent.exists()
+
+
+def test_a_page_never_takes_the_place_of_a_recording(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = recorded(tmp_path, ticks=3)
+    before = path.read_bytes()
+    assert main(["recordings", "view", str(path), "--html", str(path)]) == 2
+    assert "should end in .html" in capsys.readouterr().err
+    assert path.read_bytes() == before
 
 
 def test_recordings_of_one_name_in_two_folders_stay_apart(tmp_path: Path) -> None:

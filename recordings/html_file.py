@@ -1,0 +1,23 @@
+"""An HTML page that appears whole or not at all."""
+
+from pathlib import Path
+
+from recordings.errors import RecordingError, cannot
+
+
+def check_name(path: Path) -> None:
+    """RecordingError for a name that is no page's, so that a slip on the command line overwrites no recording."""
+    if path.suffix.lower() not in (".html", ".htm"):
+        raise RecordingError(f"{path} is no name for a page; it should end in .html")
+
+
+def write_html(text: str, path: Path) -> None:
+    """Write a page, over an older one if there is one. Raises RecordingError when it cannot be written."""
+    check_name(path)
+    part = path.with_name(path.name + ".part")
+    try:
+        part.write_text(text, encoding="utf-8")
+        part.replace(path)
+    except OSError as error:
+        part.unlink(missing_ok=True)
+        raise cannot("write", path, error) from error
