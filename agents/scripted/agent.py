@@ -7,8 +7,9 @@ import numpy as np
 
 from agents.base import ActionChunk, EpisodeInfo, Observation
 from agents.scripted.driving import REST, Command
-from agents.scripted.errands import Aside, Carry, Errand, Fetch, Lift
+from agents.scripted.errands import Aside, Carry, Errand, Fetch, Lift, WalkTo
 from agents.scripted.lattice import UNREACHED
+from agents.scripted.relay import Relay, relay
 from agents.scripted.situation import Situation
 from agents.scripted.style import Style, varied
 from agents.scripted.terrain import Terrain, cell_of
@@ -20,6 +21,7 @@ SLICES_PER_TICK = 2
 HOPELESS_FOR = 40  # ticks after which a hopeless item is looked at again
 STALLED_AFTER = 7  # ticks without getting on
 WAIT_ASIDE = 25  # ticks
+IDLE_AFTER = 60  # ticks without motion after which a partner is not counted on
 
 
 class ScriptedAgent:
@@ -37,6 +39,8 @@ class ScriptedAgent:
         self._random = Random(f"{self.seed}/{episode.seed}/{episode.seat}")
         self._errand: Errand | None = None
         self._hopeless: dict[int, int] = {}
+        self._relay = relay(episode.map)
+        self._partner_moved = 0
         self._useless: dict[int, set[int]] = {}  # stands beside an item that were no use
         self._trail: list[Floats] = []
         self._wiggle = 0
@@ -52,6 +56,8 @@ class ScriptedAgent:
         return np.array([row])
 
     def _command(self, now: Situation) -> Command:
+        if float(np.hypot(*now.state.robot_velocities[1 - now.seat][:2])) > 0.05:
+            self._partner_moved = now.tick
         self._trail = [] if self._resting else [*self._trail[-2 * STALLED_AFTER:], now.pose]
         if self._stalled(now):
             self._unblock(now)
@@ -72,7 +78,7 @@ class ScriptedAgent:
         return REST
 
     def _stalled(self, now: Situation) -> bool:
-        if isinstance(self._errand, Aside | None) or self._wiggle or len(self._trail) <= STALLED_AFTER:
+        if isinstance(self._errand, Aside | WalkTo | None) or self._wiggle or len(self._trail) <= STALLED_AFTER:
             return False
         recent, last = self._trail[-STALLED_AFTER - 1], self._trail[-1]
         limit = 0.02 if now.mine >= 0 and now.mine == now.theirs else 0.05
@@ -133,7 +139,7 @@ class ScriptedAgent:
                     self._errand = self._lift(now, now.mine)
             elif not (isinstance(errand, Carry) and errand.item == now.mine):
                 known = errand.haul if isinstance(errand, Fetch) and errand.item == now.mine else None
-                self._errand = Carry(now, now.mine, known)
+                self._errand = Carry(now, now.mine, known, self._meeting(now))
             return
         helping = now.theirs >= 0 and now.is_heavy(now.theirs) and self._possible(now, now.theirs)
         if helping and not (isinstance(errand, Lift) and errand.item == now.theirs):
@@ -149,11 +155,32 @@ class ScriptedAgent:
             return Aside(now, way, now.tick + WAIT_ASIDE)
         return None
 
+    def _in_relay(self, now: Situation) -> bool:
+        """Whether the two take turns on a lane that nobody can pass: not with a partner who does nothing."""
+        return self._relay.locked and now.tick - self._partner_moved < IDLE_AFTER
+
+    def _is_outer(self, now: Situation) -> bool:
+        """Whether this robot is the one nearer to the goal."""
+        return self._relay.left(now.pose) < self._relay.left(now.partner)
+
+    def _meeting(self, now: Situation) -> Relay | None:
+        return self._relay if self._in_relay(now) and not self._is_outer(now) else None
+
+    def _relay_errand(self, now: Situation, smalls: list[int], cost: dict[int, float]) -> Errand | None:
+        handed = {item: self._relay.is_handed_over(now.item_pose(item)) for item in smalls}
+        if self._is_outer(now):
+            ready = [item for item in smalls if handed[item]]
+            if not ready:
+                return WalkTo(now, self._relay.waiting_place(), now.tick + WAIT_ASIDE // 5)
+            return self._fetch(now, min(ready, key=lambda item: self._relay.left(now.item_pose(item))))
+        ready = [item for item in smalls if not handed[item]]
+        return self._fetch(now, min(ready, key=cost.__getitem__)) if ready else None
+
     def _lift(self, now: Situation, item: int) -> Lift:
         return Lift(now, item, self.style.patience, frozenset(self._useless.get(item, ())))
 
     def _fetch(self, now: Situation, item: int) -> Fetch:
-        return Fetch(now, item, frozenset(self._useless.get(item, ())))
+        return Fetch(now, item, frozenset(self._useless.get(item, ())), self._meeting(now))
 
     def _beside(self, now: Situation) -> bool:
         """Whether the robot has come close to the item it is after."""
@@ -176,6 +203,8 @@ class ScriptedAgent:
         if heavies and now.theirs < 0 and (self.style.heavy_first or not smalls):
             item = min(heavies, key=lambda item: (round(cost[item] + their_cost[item]), item))
             return self._lift(now, item)
+        if self._in_relay(now) and not heavies:
+            return self._relay_errand(now, smalls, cost)
         if smalls:
             return self._fetch(now, _divide(smalls, cost, their_cost, now))
         if heavies:

@@ -16,6 +16,7 @@ from agents.scripted.grasping import GAP, HEADINGS, in_frame, stands, within_rea
 from agents.scripted.hauling import Body, Haul, margins
 from agents.scripted.lattice import UNREACHED
 from agents.scripted.pairing import PairHaul
+from agents.scripted.relay import Relay
 from agents.scripted.situation import Situation
 from agents.scripted.terrain import Terrain, sample
 from agents.scripted.thinking import Thinking, Thought, solve
@@ -89,8 +90,10 @@ def stand_number(target: Floats) -> int:
 class Fetch:
     """Going to a small item; knows on the way how it will be carried, and so from which side to take it."""
 
-    def __init__(self, now: Situation, item: int, useless: frozenset[int]) -> None:
+    def __init__(self, now: Situation, item: int, useless: frozenset[int], meeting: Relay | None) -> None:
+        """With `meeting` it is going to be handed over there."""
         self.item = item
+        self.meeting = meeting
         self._useless = useless
         self.haul: Haul | None = None
         self.hopeless = False
@@ -133,7 +136,8 @@ class Fetch:
         if min(costs) >= UNREACHED:
             return None
         for margin in margins(now.map):
-            haul = Haul(now.ground((self.item,)), spec, (0.0, ROBOT_RADIUS + GAP + spec.scale, 0.0), now.outlook(self.item), margin)
+            offset = (0.0, ROBOT_RADIUS + GAP + spec.scale, 0.0)
+            haul = Haul(now.ground((self.item,)), spec, offset, now.outlook(self.item), margin, self.meeting)
             yield
             yield from solve(haul.field)
             totals = [cost + haul.cost(pose) for cost, pose in zip(costs, places, strict=True)]
@@ -146,8 +150,10 @@ class Fetch:
 class Carry:
     """Bringing a small item to its place."""
 
-    def __init__(self, now: Situation, item: int, haul: Haul | None) -> None:
+    def __init__(self, now: Situation, item: int, haul: Haul | None, meeting: Relay | None) -> None:
+        """`haul` is the plan made while fetching it, if it still serves."""
         self.item = item
+        self.meeting = meeting
         self._haul = haul
         self._thinking: Thinking[Haul] | None = None
         self._ground = now.ground() if haul is not None else None
@@ -170,7 +176,7 @@ class Carry:
     def _think(self, now: Situation) -> Thought[Haul]:
         offset = in_frame(now.pose, now.item_pose(self.item))
         for margin in margins(now.map):
-            haul = Haul(now.ground(), now.item(self.item), offset, now.outlook(self.item), margin)
+            haul = Haul(now.ground(), now.item(self.item), offset, now.outlook(self.item), margin, self.meeting)
             yield
             yield from solve(haul.field)
             if haul.cost(now.pose) < UNREACHED:
@@ -347,6 +353,25 @@ class Lift:
             if best is not None:
                 return best[1]
         return None
+
+
+class WalkTo:
+    """Going somewhere to wait there."""
+
+    item = -1
+    hopeless = False
+
+    def __init__(self, now: Situation, place: tuple[float, float], until: int) -> None:
+        self.until = until
+        self._way = Way(now.ground(), [place])
+
+    def step(self, now: Situation, danger: Danger, slices: int) -> Command | None:
+        """Over after its time."""
+        if now.tick >= self.until or now.mine >= 0:
+            return None
+        if self._way.cost(float(now.pose[0]), float(now.pose[1])) <= 4.0:
+            return REST
+        return best_move(now.pose, lambda moves: self._way.costs(moves) + danger(moves))[0]
 
 
 class Aside:

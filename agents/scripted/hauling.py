@@ -7,6 +7,7 @@ import numpy as np
 from agents.scripted.driving import HORIZON, Command, Danger, best_move
 from agents.scripted.geometry import Disc, covering_discs, half_extents
 from agents.scripted.lattice import CARRIER, UNIT_PER_TICK, Cost, Field, values
+from agents.scripted.relay import Relay, meeting_costs
 from agents.scripted.storage import Outlook, place_costs, storage
 from agents.scripted.terrain import Terrain, squeeze
 from maps import ItemSpec, MapSpec
@@ -58,24 +59,31 @@ class Haul(Body):
         offset: tuple[float, float, float],
         outlook: Outlook,
         margin: float,
+        meeting: Relay | None = None,
     ) -> None:
         """`offset` is the item's pose in the robot's frame; the terrain must not contain the item.
 
-        `outlook` is what else is to be delivered: the item must not be put in its way.
+        `outlook` is what else is to be delivered: the item must not be put in its way. With `meeting` it goes to the
+        meeting place instead of a goal region.
         """
         super().__init__(ground, [(0.0, 0.0, ROBOT_RADIUS), *carried_discs(item, offset)], margin)
         self.item = item
         self._goals = goal_boxes(ground.map)
+        self.meeting = meeting
         x, y, phase = offset
-        angles = np.arange(CARRIER.headings) * 2 * np.pi / CARRIER.headings
-        extents = np.array([half_extents(item, float(angle) + phase) for angle in angles])
-        radius = circumradius(item.shape, item.scale)
-        self._places: Cost = place_costs(ground, CARRIER, (x, y), extents, radius, [(0.0, 0.0)], outlook)
+        if meeting is None:
+            angles = np.arange(CARRIER.headings) * 2 * np.pi / CARRIER.headings
+            extents = np.array([half_extents(item, float(angle) + phase) for angle in angles])
+            radius = circumradius(item.shape, item.scale)
+            self._places: Cost = place_costs(ground, CARRIER, (x, y), extents, radius, [(0.0, 0.0)], outlook)
+        else:
+            self._places = meeting_costs(meeting, CARRIER, (x, y))
         self.field.seed(self._places)
 
     def drive(self, pose: Floats, item_pose: Floats, danger: Danger) -> Command:
         """The next command of a robot at `pose` (3,) that holds the item; lets go where it should lie."""
-        if is_delivered(self.item, tuple(item_pose.tolist()), self._goals) and self._settled(pose):
+        there = self.meeting is not None or is_delivered(self.item, tuple(item_pose.tolist()), self._goals)
+        if there and self._settled(pose):
             return Command(0.0, 0.0, grasp=True)
         return self.move(pose, danger)
 

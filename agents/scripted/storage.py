@@ -153,33 +153,33 @@ def place_costs(
     (headings, 2) are half the width and height of its bounding box. Poses that do not deliver it are UNREACHED.
     """
     angles = np.arange(motion.headings) * 2 * np.pi / motion.headings
-    x, y = _moved(offset, angles)
+    x, y = moved(offset, angles)
     inside = np.zeros((motion.headings, CELLS, CELLS), dtype=np.bool_)
     for left, bottom, right, top in goal_boxes(ground.map):
         wide, high = extents[:, 0, None, None] + _INSET, extents[:, 1, None, None] + _INSET
         inside |= (x > left + wide) & (x < right - wide) & (y > bottom + high) & (y < top - high)
     heading, row, column = np.nonzero(inside)
-    item = _cells(x[heading, 0, column], y[heading, row, 0])
+    item = cells(x[heading, 0, column], y[heading, row, 0])
     look = places(ground, round(radius, 3), outlook)
     number = look.number[item]
     cost = _preference(ground, item) + look.price[number]
     for robot in robots:
-        rx, ry = _moved(robot, angles)
-        where = _cells(rx[heading, 0, column], ry[heading, row, 0])
+        rx, ry = moved(robot, angles)
+        where = cells(rx[heading, 0, column], ry[heading, row, 0])
         cost = cost + np.where(look.ways_out[number, where[0], where[1]], 0.0, _SHUT_IN)
     costs = np.full(inside.shape, UNREACHED, dtype=np.int16)
     costs[inside] = np.where(number < 0, UNREACHED, cost).astype(np.int16)
     return costs
 
 
-def _moved(offset: Point, angles: Floats) -> tuple[Floats, Floats]:
+def moved(offset: Point, angles: Floats) -> tuple[Floats, Floats]:
     """x (headings, 1, CELLS) and y (headings, CELLS, 1) of a point of the body for every reference point."""
     dx = offset[0] * np.cos(angles) - offset[1] * np.sin(angles)
     dy = offset[0] * np.sin(angles) + offset[1] * np.cos(angles)
     return AXIS[None, None, :] + dx[:, None, None], AXIS[None, :, None] + dy[:, None, None]
 
 
-def _cells(x: Floats, y: Floats) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+def cells(x: Floats, y: Floats) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
     rows = np.rint((y - AXIS[0]) / CELL).astype(np.int64)
     columns = np.rint((x - AXIS[0]) / CELL).astype(np.int64)
     return np.clip(rows, 0, CELLS - 1), np.clip(columns, 0, CELLS - 1)
