@@ -1,13 +1,16 @@
-"""The paper's questionnaire as data: nine 7-point Likert items and one free-response question.
+"""Questionnaires as data: 7-point Likert items, NASA-TLX scales, choices and free text; first of all the paper's.
 
-Source: the paper's appendix, section "Questionnaire", word for word and in its order. Its section "Human Study
-Procedure" announces *eight* Likert items, while the list has nine; the list stands here, and whoever wants eight
-says which one to leave out. The paper gives no wording for the free-response question, so `comment` is ours.
+Source of `PAPER`: the paper's appendix, section "Questionnaire", word for word and in its order. Its section "Human
+Study Procedure" announces *eight* Likert items, while the list has nine; the list stands here, and `PAPER_EIGHT` is
+its first eight, since the paper does not say which one was left out. The paper gives no wording for the free-response
+question, so `comment` is ours.
 Knows neither storage nor network: the server serves `as_json()` and checks what comes back with `check_answer`.
 """
 
-from dataclasses import dataclass
-from typing import Final, Literal
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from random import Random
+from typing import Final, Literal, get_args
 
 from maps.errors import MovingOutError
 
@@ -16,7 +19,10 @@ LIKERT_MAX: Final = 7  # strongly agree
 NO_ANSWER: Final = -1  # "I prefer not to answer", and the value of every text answer
 TEXT_LIMIT: Final = 4000  # characters
 
-Kind = Literal["likert7", "text"]
+TLX_MAX: Final = 20  # 21 gradations, 0 to 20, worth 5 points each of the usual 0 to 100
+
+Kind = Literal["likert7", "tlx", "choice", "text"]
+KINDS: Final[tuple[Kind, ...]] = get_args(Kind)
 
 
 class AnswerError(MovingOutError):
@@ -31,6 +37,24 @@ class Item:
     kind: Kind
     label: str
     text: str
+    options: tuple[str, ...] = ()  # of a choice; the value of an answer is the index
+    ends: tuple[str, str] = ("", "")  # what the two ends of a scale mean, where they are not the usual ones
+    expected: int | None = None  # an attention item: the one value that shows that it was read
+
+    def allowed(self) -> range:
+        """The values that answer it; none for free text."""
+        if self.kind == "likert7":
+            return range(LIKERT_MIN, LIKERT_MAX + 1)
+        return range({"tlx": TLX_MAX + 1, "choice": len(self.options), "text": 0}[self.kind])
+
+    def as_json(self) -> dict[str, object]:
+        """What the browser gets: never what is expected of an attention item."""
+        document: dict[str, object] = {"id": self.id, "kind": self.kind, "label": self.label, "text": self.text}
+        if self.options:
+            document["options"] = list(self.options)
+        if any(self.ends):
+            document["ends"] = list(self.ends)
+        return document
 
 
 @dataclass(frozen=True)
@@ -50,21 +74,35 @@ class Questionnaire:
         raise AnswerError(f"unknown question {question!r}; known: {known}")
 
     def check_answer(self, question: str, value: int, text: str) -> None:
-        """Raise `AnswerError` unless `value` (1-7 or -1) and `text` (at most 4000 characters) fit the question."""
+        """Raise `AnswerError` unless `value` (on its scale, or -1) and `text` (at most 4000 characters) fit."""
         item = self.item(question)
-        if item.kind == "likert7" and value != NO_ANSWER and not LIKERT_MIN <= value <= LIKERT_MAX:
-            raise AnswerError(f"{question} takes 1 to 7, or -1 for no answer, not {value}")
+        allowed = item.allowed()
         if item.kind == "text" and value != NO_ANSWER:
             raise AnswerError(f"{question} takes a text; its value is always -1, not {value}")
-        if item.kind == "likert7" and text:
-            raise AnswerError(f"{question} takes a number from 1 to 7 and no text")
+        if item.kind != "text" and value != NO_ANSWER and value not in allowed:
+            raise AnswerError(f"{question} takes {allowed[0]} to {allowed[-1]}, or -1 for no answer, not {value}")
+        if item.kind != "text" and text:
+            raise AnswerError(f"{question} takes a number from {allowed[0]} to {allowed[-1]} and no text")
         if len(text) > TEXT_LIMIT:
             raise AnswerError(f"{question} takes at most {TEXT_LIMIT} characters, not {len(text)}")
 
+    def shuffled(self, seed: str) -> "Questionnaire":
+        """The same items in an order drawn from the seed; free text stays at the end, where it summarises."""
+        scales = [item for item in self.items if item.kind != "text"]
+        Random(f"{self.id} {seed}").shuffle(scales)
+        return replace(self, items=(*scales, *(item for item in self.items if item.kind == "text")))
+
+    def missed_attention(self, answers: Mapping[str, int]) -> tuple[str, ...]:
+        """The attention items that were answered, and answered wrongly."""
+        return tuple(
+            item.id
+            for item in self.items
+            if item.expected is not None and answers.get(item.id, item.expected) != item.expected
+        )
+
     def as_json(self) -> dict[str, object]:
         """What the browser gets."""
-        items = [{"id": item.id, "kind": item.kind, "label": item.label, "text": item.text} for item in self.items]
-        return {"id": self.id, "title": self.title, "items": items}
+        return {"id": self.id, "title": self.title, "items": [item.as_json() for item in self.items]}
 
 
 def _likert(id: str, text: str) -> Item:
@@ -95,4 +133,7 @@ PAPER: Final = Questionnaire(
         _likert("future", "I would like to collaborate with the other agent in future Moving Out tasks."),
         Item("comment", "text", "Comment", "What else would you like to say about playing with the other agent?"),
     ),
+)
+PAPER_EIGHT: Final = replace(
+    PAPER, id="movingout-paper-eight", items=tuple(item for item in PAPER.items if item.id != "future")
 )

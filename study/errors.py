@@ -1,0 +1,32 @@
+"""What can be wrong with a study: its file, or the place where its data lie."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from maps.errors import MovingOutError
+
+
+class StudyError(MovingOutError):
+    """A study cannot do what was asked."""
+
+
+class Fault(NamedTuple):
+    """Something wrong in a study file: the line from 1, the path of the field, and what would be right."""
+
+    line: int
+    path: str
+    message: str
+
+
+class StudyFileError(StudyError):
+    """A study file with faults; the message has one line for each."""
+
+    def __init__(self, name: str, faults: Sequence[Fault]) -> None:
+        self.faults = tuple(faults)
+        count = "1 fault" if len(faults) == 1 else f"{len(faults)} faults"
+        lines = [f"{name}:{fault.line}: {fault.path}: {fault.message}" for fault in faults]
+        super().__init__("\n".join([f"{name} has {count}:", *lines]))
+
+
+class StoreError(StudyError):
+    """The database cannot be opened, read or written."""
