@@ -15,7 +15,7 @@ from server import messages as m
 from server.bot import BINARY, TEXT, handshake, masked
 from server.frames import Input
 from server.lateness import Lateness
-from server.loadtest import Target, measure, running_server
+from server.loadtest import Target, measure, open_room, running_server
 
 SECONDS = 20.0
 GOALS = {100: {"p99": 2.0, "p999": 10.0}, 200: {"p99": 5.0}}
@@ -49,15 +49,16 @@ def canary() -> dict[str, float]:
 
 
 async def abuse(target: Target) -> None:
-    """Connect, send as much as the line takes, be cut off, come back; until cancelled."""
-    flood = b"".join(masked(BINARY, Input(0, count, 0, 0, 1.0, 0.0, 0, 0, 0.0).encode()) for count in range(200))
+    """Join a room to look on, send as much as the line takes, be cut off, come back; until cancelled."""
+    room = await asyncio.to_thread(open_room, target, "Simple", 1)
+    flood = masked(BINARY, Input(0, 1, 0, 0, 1.0, 0.0, 0, 0, 0.0).encode()) * 200
     host, port = target.host_and_port
     while True:
         with contextlib.suppress(OSError):
             reader, writer = await asyncio.open_connection(host, port)
             writer.write(handshake(f"{host}:{port}"))
             await reader.readuntil(b"\r\n\r\n")
-            writer.write(masked(TEXT, msgspec.json.encode(m.Join("nowhere"))))
+            writer.write(masked(TEXT, msgspec.json.encode(m.Join(room, "watch"))))
             for _ in range(50):
                 writer.write(flood)
                 await writer.drain()

@@ -2,11 +2,16 @@
 
 from collections import defaultdict
 from collections.abc import Callable
+from typing import Literal, TypeVar
 
 from server.bucket import Bucket
 from server.settings import Limits
 
-FORGET_AFTER = 10_000  # addresses; then those at rest are forgotten
+FORGET_AFTER = 10_000  # addresses, then all are forgotten
+LOCK_S = 60.0
+
+Secret = Literal["seat", "admin"]
+Key = TypeVar("Key")
 
 
 class Gate:
@@ -17,9 +22,9 @@ class Gate:
         self._clock = clock
         self._sockets: defaultdict[str, int] = defaultdict(int)
         self._waiting: defaultdict[str, int] = defaultdict(int)
-        self._guesses: dict[str, Bucket] = {}
+        self._guesses: dict[tuple[str, Secret], Bucket] = {}
         self._openings: dict[str, Bucket] = {}
-        self._locked: dict[str, float] = {}  # address -> until
+        self._locked: dict[tuple[str, Secret], float] = {}  # until
 
     @property
     def sockets(self) -> int:
@@ -45,26 +50,27 @@ class Gate:
     def leave(self, address: str) -> None:
         _count_down(self._sockets, address)
 
-    def locked(self, address: str) -> bool:
-        """Whether this address has guessed wrong tokens too often and has to wait."""
-        return self._clock() < self._locked.get(address, 0.0)
+    def locked(self, address: str, secret: Secret) -> bool:
+        """Whether this address has guessed too often and has to wait. Who guesses seats does not lock the admin out."""
+        return self._clock() < self._locked.get((address, secret), 0.0)
 
-    def wrong_token(self, address: str) -> None:
+    def wrong_token(self, address: str, secret: Secret) -> None:
         """Each wrong token costs one of ten; they come back at ten a minute."""
         per_minute = self._limits.wrong_tokens_per_minute
-        if not self._bucket(self._guesses, address, per_minute).take(self._clock()):
-            self._locked[address] = self._clock() + 60.0
+        if not self._bucket(self._guesses, (address, secret), per_minute).take(self._clock()):
+            self._locked[address, secret] = self._clock() + LOCK_S
 
     def may_open_room(self, address: str) -> bool:
         per_minute = self._limits.rooms_per_address_per_minute
         return self._bucket(self._openings, address, per_minute).take(self._clock())
 
-    def _bucket(self, buckets: dict[str, Bucket], address: str, per_minute: int) -> Bucket:
+    def _bucket(self, buckets: dict[Key, Bucket], key: Key, per_minute: int) -> Bucket:
         if len(buckets) > FORGET_AFTER:
             buckets.clear()
-        if address not in buckets:
-            buckets[address] = Bucket(per_minute / 60.0, per_minute, self._clock())
-        return buckets[address]
+            self._locked.clear()
+        if key not in buckets:
+            buckets[key] = Bucket(per_minute / 60.0, per_minute, self._clock())
+        return buckets[key]
 
 
 def _count_down(counts: defaultdict[str, int], address: str) -> None:

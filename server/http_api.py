@@ -236,11 +236,11 @@ def _answer_routes(host: Host) -> APIRouter:
 def _seat_of_token(host: Host, room_id: str, request: Request) -> Seat:
     room = _room(host, room_id)
     address = _address(request)
-    if host.gate.locked(address):
+    if host.gate.locked(address, "seat"):
         raise ApiError(429, "locked", "Too many wrong keys from your address; wait a minute.")
     seat = room.seating.seat_of_token(_bearer(request))
     if seat is None:
-        host.gate.wrong_token(address)
+        host.gate.wrong_token(address, "seat")
         raise ApiError(401, "wrong_token", "This seat's key is not valid; reload the page of the game.")
     return seat
 
@@ -310,13 +310,13 @@ def _admin_routes(host: Host) -> APIRouter:
 def _admin(host: Host) -> Any:
     async def check(request: Request) -> None:
         address = _address(request)
-        if host.gate.locked(address):
+        if host.gate.locked(address, "admin"):
             raise ApiError(429, "locked", "Too many wrong keys from your address; wait a minute.")
         token = _bearer(request)
         if not token:
             raise ApiError(401, "no_token", "This needs the admin token that `movingout play` printed.")
         if not host.is_admin(token):
-            host.gate.wrong_token(address)
+            host.gate.wrong_token(address, "admin")
             raise ApiError(403, "wrong_token", "This is not the admin token that `movingout play` printed.")
 
     return check

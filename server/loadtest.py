@@ -151,7 +151,7 @@ async def _fill_rooms(
     host, port = target.host_and_port
     loop = asyncio.get_running_loop()
     names = map_names()
-    opened = [await asyncio.to_thread(_open_room, target, names[index % len(names)], clients) for index in range(rooms)]
+    opened = [await asyncio.to_thread(open_room, target, names[index % len(names)], clients) for index in range(rooms)]
     for room in opened:
         for client in range(clients):
             bot = Bot(room, "play" if client < 2 else "watch", tally, f"{host}:{port}", inputs_per_s)
@@ -159,7 +159,8 @@ async def _fill_rooms(
             bots.append(bot)
 
 
-def _open_room(target: Target, name: str, clients: int) -> str:
+def open_room(target: Target, name: str, clients: int) -> str:
+    """A room for bots on a map; alone with a partner who does nothing when there is one client."""
     other = {"kind": "link"} if clients > 1 else {"kind": "agent", "agent": "idle"}
     body = {"maps": [name], "limit_ticks": LIMIT_TICKS, "seats": [{"kind": "link"}, other]}
     room: str = _call(target, "/api/rooms", body)["room"]

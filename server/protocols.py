@@ -14,6 +14,7 @@ from server.socket import WIRE
 
 PINGS_PER_S = 5.0
 PING_BURST = 50.0
+AFTER_CLOSE_BYTES = 16 * 1024
 FINAL_BINARY = 0x82
 MASKED = 0x80
 LONG = 126  # from here on the length field says that the real one follows, in two (126) or in eight bytes (127)
@@ -85,6 +86,7 @@ class GameWebSocketProtocol(WebSocketsSansIOProtocol):
     on_binary: Callable[[bytes], None] | None = None
     on_writable: Callable[[], None] | None = None
     _rest = b""
+    _after_close = 0
     _pings = 0.0
     _pings_at = 0.0
 
@@ -98,6 +100,9 @@ class GameWebSocketProtocol(WebSocketsSansIOProtocol):
         if not self.handshake_initiated:
             super().data_received(data)
             return
+        if self.close_sent and self._floods_on(len(data)):
+            self.transport.abort()
+            return
         buffer = self._rest + data if self._rest else data
         at = 0
         while (end := _frame_end(buffer, at, self.config.ws_max_size)) and not self.transport.is_closing():
@@ -107,6 +112,11 @@ class GameWebSocketProtocol(WebSocketsSansIOProtocol):
                 super().data_received(buffer[at:end])
             at = end
         self._rest = buffer[at:]
+
+    def _floods_on(self, size: int) -> bool:
+        """Whether a client goes on sending long after our close: Uvicorn would read it for ten seconds."""
+        self._after_close += size
+        return self._after_close > AFTER_CLOSE_BYTES
 
     def write_binary(self, payload: bytes) -> bool:
         """Send a binary frame now; False, and nothing is sent, when the connection would only buffer it."""

@@ -191,11 +191,10 @@ class Conversation:
         if message.get("text") is None:
             raise Hangup(m.CLOSE_BAD_MESSAGE, "The first message must be a join (JSON text).")
         request = _parse(_decode_join, message["text"])
-        if self._gate.locked(self._address):
+        if request.tokens and self._gate.locked(self._address, "seat"):
             raise Hangup(m.CLOSE_UNAUTHORISED, "Too many wrong keys from your address; wait a minute.")
         room = self._directory.rooms.get(request.room)
         if room is None:
-            self._gate.wrong_token(self._address)
             raise Hangup(m.CLOSE_NOT_FOUND, "There is no such room (any more); open a new one from the start page.")
         self._enter(room, request)
 
@@ -205,7 +204,7 @@ class Conversation:
             welcome = room.join(self.client, request, time.monotonic())
         except Refused as refusal:
             if refusal.code == m.CLOSE_UNAUTHORISED and request.tokens:
-                self._gate.wrong_token(self._address)
+                self._gate.wrong_token(self._address, "seat")
             raise Hangup(refusal.code, str(refusal)) from None
         self._room = room
         per_s = self._limits.messages_per_s * max(1, len(welcome.seats))

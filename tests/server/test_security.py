@@ -100,6 +100,10 @@ def test_2_guessing_is_locked_out_after_ten_tries(tmp_path: Path) -> None:
         connection = live.connect()
         connection.send(json.dumps({"type": "join", "room": room["room"], "tokens": room["tokens"][:1]}))
         assert "wait a minute" in json.loads(connection.recv(10))["message"]
+        for _ in range(11):
+            assert live.call("/api/admin/state", token=ADMIN)[0] == 200, "guessing seats locks no administrator out"
+        for _ in range(11):
+            assert live.call("/api/admin/state", token="guess")[0] == 403
         status, answer = live.call("/api/admin/state", token=ADMIN)
         assert (status, answer["error"]["code"]) == (429, "locked")
 
@@ -202,6 +206,17 @@ def test_5_a_flood_is_cut_off_without_a_close_frame(live: Live) -> None:
     assert time.monotonic() - started < 10
     assert person.connection.close_code == 1006
     assert live.call("/healthz")[0] == 200
+
+
+def test_5_a_flood_that_goes_on_after_a_close_is_cut_off_too(live: Live) -> None:
+    connection = live.connect()
+    connection.send(json.dumps({"type": "join", "room": "nowhere"}))
+    flood = (bytes((0x82, 0x80 | 28)) + bytes(4) + Input(0, 1, 0, 0, 1.0, 0.0, 0, 0, 0.0).encode()) * 500
+    started = time.monotonic()
+    with pytest.raises(OSError):
+        for _ in range(10_000):
+            connection.socket.sendall(flood)
+    assert time.monotonic() - started < 8
 
 
 def test_5_two_people_at_one_screen_stay_within_the_rate(live: Live) -> None:
