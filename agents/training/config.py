@@ -32,7 +32,7 @@ class Optimisation:
     held_out: float = documented(0.1, "share of the participants kept for validation")
     seed: int = documented(0, "seed of initial weights, batches and noise")
     threads: int = documented(1, "CPU threads")
-    precision: str = documented("bf16", "bf16 for mixed precision where the processor has it, else fp32")
+    precision: str = documented("auto", "bf16 (mixed precision), fp32, or auto: bf16 on a GPU, where it is faster")
     evaluate_every: int = documented(500, "updates between validations and resume files")
     window_share: float = documented(1.0, "share of the rows that are used, to try things out quickly")
 

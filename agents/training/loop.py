@@ -90,7 +90,8 @@ def _update(state: _State, task: Task, config: Optimisation, device: torch.devic
     for group in state.optimiser.param_groups:
         group["lr"] = config.rate * _schedule(state.update, task.updates, config.warmup)
     state.network.train()
-    with torch.autocast(device.type, dtype=torch.bfloat16, enabled=config.precision == "bf16"):
+    mixed = config.precision == "bf16" or (config.precision == "auto" and device.type == "cuda")
+    with torch.autocast(device.type, dtype=torch.bfloat16, enabled=mixed):
         losses = task.losses(state.network)
     state.optimiser.zero_grad(set_to_none=True)
     losses["loss"].backward()  # type: ignore[no-untyped-call]
