@@ -27,7 +27,7 @@ from recordings.topics import CHANNELS, COMMIT, JOURNAL_TOPICS
 
 JOURNAL_SUFFIX = ".mcap.journal"
 PROFILE = "movingout"
-SLOW_S = 0.5  # five ticks: players would notice
+SLOW_S = 3.0  # a hiccup of a second makes one late tick; with more than this nobody can play
 OPCODE_MESSAGE = 0x05
 COMMIT_CHANNEL = CHANNELS[COMMIT.name]
 

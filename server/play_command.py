@@ -61,7 +61,6 @@ def _settings(args: argparse.Namespace) -> Settings:
         sockets_per_address=args.max_sockets,
         waiting_per_address=max(DEFAULTS.limits.waiting_per_address, args.max_sockets),
         connections_per_address=max(DEFAULTS.limits.connections_per_address, 2 * args.max_sockets),
-        rooms_per_address_per_minute=max(DEFAULTS.limits.rooms_per_address_per_minute, args.max_rooms),
     )
     return Settings(
         host=args.host,

@@ -13,16 +13,16 @@ import msgspec
 
 from maps import map_to_json
 from maps.errors import MovingOutError
-from recordings import EpisodeHeader, InputSample
+from recordings import EpisodeHeader
 from recordings.episode import Outcome
 from server import messages as m
-from server.frames import Beat, Input
+from server.frames import Beat
 from server.latching import ask_agents, latch
 from server.recorder import Recorder
 from server.round import Moment, Round
 from server.seating import Seating
 from server.seats import Listener, Seat
-from server.services import RoomConfig, Services, WrongRequest
+from server.services import RoomConfig, Services
 from world import WorldError
 
 TICK_S = m.TICK_MS / 1e3
@@ -37,6 +37,7 @@ ANNOUNCE_S = 1.0
 EARLY_S = 0.002  # a timer may fire this early
 BUILD = "0.1.0"
 
+IN_ROUND: frozenset[m.Phase] = frozenset({"countdown", "playing", "paused"})
 COUNTDOWN_FROM: frozenset[m.Phase] = frozenset({"lobby", "paused", "round_over", "series_over"})
 
 
@@ -102,42 +103,9 @@ class Room:
             self._empty_since = now
         self._announce(now)
 
-    def submit(self, client: Listener, frame: Input, now: float) -> None:
-        """An input for one seat of this client; an acknowledgement in any case."""
-        if client.acknowledge(frame.ack_tick, now) and self.round.started:
-            client.tell(self.full_state())
-        seat = self.seats[frame.seat]
-        if seat.client is not client:
-            raise WrongRequest("not_your_seat", f"the {seat.colour} seat is not yours")
-        if seat.controls.submit(frame, now) and self.phase == "playing":
-            self.round.recorder.input(
-                InputSample(
-                    self.round.state.tick + 1, seat.index, frame.seq, frame.client_ms, frame.move, frame.heading,
-                    frame.grabs, m.DEVICES[frame.device], client.rtt_ms,
-                )
-            )  # fmt: skip
-
-    def handle(self, client: Listener, message: m.ClientMessage, now: float) -> None:
-        """A control message. Raises WrongRequest with what would work."""
-        match message:
-            case m.Ready():
-                self._ready(self._own(client, message.seat), message.ready, now)
-            case m.Again():
-                self._again(self._own(client, message.seat), now)
-            case m.Pause():
-                self._pause(self._own(client, message.seat), now)
-            case m.Leave():
-                self._leave(self._own(client, message.seat), now)
-            case m.Keyframe():
-                client.tell(self.full_state())
-            case m.Focus():
-                self._focus(client, message.visible)
-            case m.Join():
-                raise WrongRequest("joined", "this connection has joined already; open another one")
-
     def close(self, code: int, message: str, outcome: Outcome = "stopped") -> None:
         """End everything: the round with `outcome`, every connection with `code`."""
-        if self.round.started and self.phase in ("playing", "paused", "countdown"):
+        if self.round.started and self.phase in IN_ROUND:
             self._end_round(outcome)
         self.phase, self.reason = "closed", message
         for client in list(self.seating.clients):
@@ -151,9 +119,9 @@ class Room:
 
     def suspend(self) -> None:
         """The server stops in good order: the round ends, the room comes back after the restart."""
-        if self.round.started and self.phase in ("playing", "paused", "countdown"):
+        if self.round.started and self.phase in IN_ROUND:
             self._end_round("stopped")
-        if self.phase in ("playing", "paused", "countdown"):
+        if self.phase in IN_ROUND:
             self.phase, self.reason = "lobby", "The server was restarted; this round begins anew."
         for client in list(self.seating.clients):
             client.dismiss(m.CLOSE_SHUTDOWN, "The server is being restarted; this page comes back by itself.")
@@ -250,7 +218,12 @@ class Room:
         if self.phase in ("round_over", "series_over") and not self._next_round(now):
             return
         countdown_s = min(self.config.countdown_s, PRACTICE_COUNTDOWN_S if self.config.practice else math.inf)
-        self._enter("countdown", "", self._due + TICK_S + countdown_s)
+        failed = [
+            f"{seat.title} cannot play: {seat.player.failed}"
+            for seat in self.seats
+            if seat.player and seat.player.failed
+        ]
+        self._enter("countdown", " ".join(failed), self._due + TICK_S + countdown_s)
         ask_agents(self.round, self.seats, self.until)
 
     def _next_round(self, now: float) -> bool:
@@ -353,8 +326,8 @@ class Room:
             reason = f"{_names(waiting)} paused the game." if waiting else "Everybody is back."
             self._enter("paused", reason, now + PAUSE_LIMIT_S)
 
-    def _ready(self, seat: Seat, ready: bool, now: float) -> None:
-        self._allow("ready", "lobby", "countdown", "paused", "round_over")
+    def set_ready(self, seat: Seat, ready: bool, now: float) -> None:
+        """A person is ready for the coming round, or to go on; or not yet."""
         seat.ready, seat.wants_again = ready, False
         if self.phase == "countdown" and not ready:
             if self.round.started:
@@ -364,46 +337,30 @@ class Room:
         self._announce(now)
         self._try_start(now)
 
-    def _again(self, seat: Seat, now: float) -> None:
-        self._allow("again", "round_over", "series_over")
+    def ask_again(self, seat: Seat, now: float) -> None:
+        """A person wants the same map once more."""
         seat.ready = seat.wants_again = True
         self._announce(now)
         self._try_start(now)
 
-    def _pause(self, seat: Seat, now: float) -> None:
-        self._allow("pause", "playing")
+    def pause(self, seat: Seat, now: float) -> None:
+        """A person stops the clock, until ready again."""
         seat.ready = False
         self.round.note("pause", seat.index)
         self._enter_pause(now)
 
-    def _leave(self, seat: Seat, now: float) -> None:
-        self._allow("leave", "lobby", "countdown", "playing", "paused", "round_over", "series_over")
+    def leave(self, seat: Seat, now: float) -> None:
+        """A person goes for good."""
         title = seat.title
         if not self.round.started and self.phase in ("lobby", "countdown") and seat.shared:
             seat.vacate()
             self._enter("lobby", f"{title} left; the seat is free again.")
             return
         seat.client, seat.absent_since, seat.gone = None, now, True
-        if self.round.started and self.phase in ("countdown", "playing", "paused"):
+        if self.round.started and self.phase in IN_ROUND:
             self._finish("left", f"{title} left the game.")
         else:
             self._enter("series_over", f"{title} left the game.")
-
-    def _focus(self, client: Listener, visible: bool) -> None:
-        for seat in self.seating.seats_of(client):
-            if not visible:
-                seat.controls.release()
-
-    def _own(self, client: Listener, index: int) -> Seat:
-        if index not in (0, 1) or self.seats[index].client is not client:
-            raise WrongRequest("not_your_seat", f"seat {index} is not yours; your welcome message lists your seats")
-        return self.seats[index]
-
-    def _allow(self, request: str, *phases: m.Phase) -> None:
-        if self.phase not in phases:
-            raise WrongRequest(
-                "wrong_phase", f"{request} is possible in {', '.join(phases)}; the room is in {self.phase}"
-            )
 
     # ---- what clients see -----------------------------------------------------------------------------------
 

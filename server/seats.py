@@ -108,6 +108,12 @@ class Seat:
             return self.ready and self.present
         return self.player is None or self.player.ready or bool(self.player.failed)
 
+    @property
+    def agent_failure(self) -> str:
+        """Why the agent in this seat cannot play, empty when it can."""
+        failed = self.player.failed if self.player is not None else ""
+        return f"{self.title} cannot play: {failed}." if failed else ""
+
     # ---- tokens ---------------------------------------------------------------------------------------------
 
     def knows(self, token: str) -> bool:

@@ -14,7 +14,7 @@ class Limits:
     waiting_per_address: int = 32  # sockets that have not joined a room yet
     connections_per_address: int = 400  # TCP connections
     spectators_per_room: int = 30
-    rooms_per_address_per_minute: int = 60
+    rooms_per_address_per_minute: int = 20
     cpu_share: float = 0.7  # of one core, averaged over 5 s; beyond it no room is opened
     join_s: float = 5.0  # a socket that has not joined by then is closed
     header_s: float = 10.0  # a request whose header is not complete by then is closed

@@ -14,6 +14,7 @@ from typing import Any, Protocol, TypeVar
 import msgspec
 
 from server import messages as m
+from server import requests
 from server.bucket import Bucket
 from server.client import Client
 from server.directory import Directory
@@ -230,14 +231,14 @@ class Conversation:
             self.client.answer(Pong(frame.client_ms, now * 1e3).encode())
             return
         self._confirm()
-        self._attempt(lambda room: room.submit(self.client, frame, now))
+        self._attempt(lambda room: requests.submit(room, self.client, frame, now))
 
     def _hear_control(self, text: str) -> None:
         now = time.monotonic()
         self._take_one(now)
         self._confirm()
         message = _parse(_decode_control, text)
-        self._attempt(lambda room: room.handle(self.client, message, now))
+        self._attempt(lambda room: requests.handle(room, self.client, message, now))
 
     def _attempt(self, request: Callable[[Room], None]) -> None:
         if self._room is None:

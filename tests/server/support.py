@@ -10,6 +10,7 @@ import numpy as np
 from maps import MapSpec, load_map
 from recordings import EpisodeHeader, EpisodeWriter
 from server import messages as m
+from server import requests
 from server.agent_seat import AgentAnswer
 from server.frames import Bundle, Input
 from server.recorder import Recorder
@@ -154,11 +155,11 @@ class Table:
         return self.join(claim=1), self.join(claim=1)
 
     def say(self, ear: Ear, message: m.ClientMessage) -> None:
-        self.room.handle(ear, message, self.now)
+        requests.handle(self.room, ear, message, self.now)
 
     def push(self, ear: Ear, seat: int, move: float = 1.0, heading: float = 0.0, grabs: int = 0, seq: int = 0) -> None:
         frame = Input(seat, seq or next(self.seqs), 0, 0, move, heading, grabs, 0, 0.0)
-        self.room.submit(ear, frame, self.now)
+        requests.submit(self.room, ear, frame, self.now)
 
     def step(self, ticks: int = 1) -> None:
         for _ in range(ticks):
