@@ -53,6 +53,16 @@ _ENTRIES = (
         ),
         "agents.scripted:ScriptedAgent",
     ),
+    _Entry(
+        AgentCard(
+            "person",
+            "Scripted person",
+            "scripted",
+            "all",
+            "One of sixty people who plan like Scripted and play each in their own way. Option: name, A01 to C20.",
+        ),
+        "agents.person:Person",
+    ),
     _Entry(AgentCard("idle", "Idle", "idle", "all", "Stands still: the control condition."), "agents.idle:IdleAgent"),
 )
 _CATALOGUE = {entry.card.id: entry for entry in _ENTRIES}

@@ -7,7 +7,7 @@ skill, and no style of one lies in the region of another:
 |---|---|---|---|---|---|---|
 | A | what needs two | the nearest | 0.95-1 | 0-1 ticks | 0-0.03 rad | little |
 | B | what one can carry | the farthest | 0.80-0.88 | 3-5 ticks | 0.08-0.15 rad | much |
-| C | like A, every second one like B | like B, every second one like A | 0.89-0.94 | 2 ticks | 0.04-0.07 rad | somewhat |
+| C | like A, every second like B | like B, every second like A | 0.89-0.94 | 2 ticks | 0.04-0.07 rad | somewhat |
 
 C is never trained on.
 """
@@ -53,8 +53,7 @@ class Participant:
     @property
     def agent_id(self) -> str:
         """The id under which this person takes a seat anywhere."""
-        options = ",".join(f"{key}={_text(value)}" for key, value in asdict(self.style).items())
-        return f"scripted:{options}"
+        return f"person:name={self.name}"
 
     @property
     def sha256(self) -> str:
@@ -67,6 +66,16 @@ def population(name: str) -> tuple[Participant, ...]:
     if name not in _REGIONS:
         raise DataError(f"unknown population {name!r}; known: {', '.join(POPULATIONS)}")
     return tuple(Participant(f"{name}{number + 1:02d}", _style(name, number)) for number in range(PEOPLE))
+
+
+def participant(name: str) -> Participant:
+    """The person of a name, A01 to C20."""
+    found = {person.name: person for group in POPULATIONS for person in population(group)}
+    if name not in found:
+        raise DataError(
+            f"there is nobody called {name!r}; people are A01 to A{PEOPLE}, B01 to B{PEOPLE}, C01 to C{PEOPLE}"
+        )
+    return found[name]
 
 
 def manifest() -> dict[str, object]:
@@ -91,7 +100,3 @@ def _style(name: str, number: int) -> Style:
         hesitation=round(random.uniform(*region.hesitation), 4),
         detour=round(random.uniform(*region.detour), 2),
     )
-
-
-def _text(value: object) -> str:
-    return str(value).lower() if isinstance(value, bool) else str(value)

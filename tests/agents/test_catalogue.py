@@ -22,7 +22,7 @@ def test_options_reach_a_factory_of_the_user_with_their_types() -> None:
 @pytest.mark.parametrize(
     ("agent_id", "sentence"),
     [
-        ("scriptet", "unknown agent 'scriptet'; known: scripted, idle, or package.module:Factory"),
+        ("scriptet", "unknown agent 'scriptet'; known: scripted, person, idle, or package.module:Factory"),
         ("a b:c", "unknown agent"),
         ("no_such_module:Factory", "cannot import 'no_such_module'"),
         (f"{HERE}:Missing", "has no factory 'Missing'"),
@@ -42,7 +42,7 @@ def test_a_wrong_id_is_answered_with_a_sentence(agent_id: str, sentence: str) ->
 def test_a_card_of_a_users_agent_is_made_without_importing_it() -> None:
     card = agent_card("no_such_module:Factory")
     assert (card.id, card.name, card.kind) == ("no_such_module:Factory", "Factory", "policy")
-    with pytest.raises(AgentError, match="known: scripted, idle"):
+    with pytest.raises(AgentError, match="known: scripted, person, idle"):
         agent_card("HandOf")
 
 
