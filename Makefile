@@ -1,7 +1,7 @@
 # Two commands for users (play, test); `make help` lists the rest.
 PYTHON ?= python3
 BIN := .venv/bin
-PIP := $(BIN)/pip --disable-pip-version-check install --quiet -c constraints.txt
+PIP := $(BIN)/pip --disable-pip-version-check install -c constraints.txt
 PACKAGES := maps world recordings agents matches study server
 
 .PHONY: help play venv test test-slow check bench format clean
@@ -43,12 +43,12 @@ clean: ## remove the environment and caches (never data/)
 	$(PYTHON) -m venv .venv
 
 .venv/serve: .venv/bin/python pyproject.toml constraints.txt
-	@echo "Installing what serving needs (about 340 MB, once)."
+	@echo "Installing what serving needs (once, a minute or two)."
 	$(PIP) -e .
 	@touch $@
 
 .venv/dev: .venv/serve
-	@echo "Installing the tools for development (once)."
+	@echo "Installing the tools for development (once, some minutes; torch is the big part)."
 	$(PIP) -e '.[dev,train]'
 	@touch $@
 
