@@ -4,7 +4,7 @@ BIN := .venv/bin
 PIP := $(BIN)/pip --disable-pip-version-check install -c constraints.txt
 PACKAGES := maps world recordings agents matches study server
 
-.PHONY: help play venv test test-slow check bench format clean
+.PHONY: help play venv test test-slow check bench agents format clean
 
 help: ## list these commands
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -30,6 +30,9 @@ check: .venv/dev .venv/node ## format, lint, types, import rules, JavaScript
 
 bench: .venv/dev ## measure; prints ratios and the machine
 	$(BIN)/python -m bench
+
+agents: .venv/dev ## train the agents from nothing and write docs/results.md (hours)
+	$(BIN)/python -m bench.train_agents $(ARGS)
 
 format: .venv/dev ## rewrite the sources in the house format
 	$(BIN)/ruff format .

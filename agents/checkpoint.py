@@ -187,6 +187,13 @@ def write_checkpoint(folder: Path, card: Mapping[str, object], files: Mapping[Fi
     return read_checkpoint(folder)
 
 
+def rescored(checkpoint: Checkpoint, scores: Mapping[str, Score]) -> Checkpoint:
+    """The same checkpoint with measured scores in its card."""
+    card = checkpoint.card.model_copy(update={"scores": dict(scores)})
+    (checkpoint.folder / CARD).write_text(card.model_dump_json(indent=1) + "\n", encoding="utf-8")
+    return read_checkpoint(checkpoint.folder)
+
+
 def _read_capped(path: Path, limit: int) -> bytes:
     """The bytes of a plain file of at most `limit` bytes."""
     if path.is_symlink() or not path.is_file():

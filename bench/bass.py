@@ -4,7 +4,7 @@
 
 1. next state: L2 distance between predicted and true moving state, one tick ahead, and of saying "nothing moves";
 2. partner prediction: share of the partner's actions predicted within 10 % and 20 % (relative error of distance, cos
-   and sin together, over the first action of the best and of the mean of 4 samples);
+   and sin together, of the mean of 4 samples, first action);
 3. selection: how often the learned simulator and the engine choose the same of 4 candidates, and chance.
 """
 
@@ -59,11 +59,9 @@ def measure(agent: BassAgent, walks: list[Trajectory], moments: int, seed: int) 
             rows.append(_moment(agent, walk, world, tick))
     table = np.array(rows)
     apart = table[:, 5] > 0
-    return Numbers(
-        *table[:, :5].mean(axis=0).tolist(),
-        selection_told_apart=float(table[apart, 4].mean()) if apart.any() else float("nan"),
-        n=len(table),
-    )
+    means = table[:, :5].mean(axis=0).tolist()
+    told_apart = float(table[apart, 4].mean()) if apart.any() else float("nan")
+    return Numbers(means[0], means[1], means[2], means[3], means[4], told_apart, len(table))
 
 
 def _moment(agent: BassAgent, walk: Trajectory, world: World, tick: int) -> list[float]:
@@ -82,7 +80,7 @@ def _moment(agent: BassAgent, walk: Trajectory, world: World, tick: int) -> list
     theirs = _samples(agent, walk, state, seat=1)
     mine = _samples(agent, walk, state, seat=0)
     actual = joint[0, 0, 1, :3]
-    error = np.linalg.norm(theirs[:, 0, :3].mean(axis=0) - actual) / max(np.linalg.norm(actual), 1e-6)
+    error = float(np.linalg.norm(theirs[:, 0, :3].mean(axis=0) - actual)) / max(float(np.linalg.norm(actual)), 1e-6)
     learned = choose(walk.map, 0, mine, theirs, agent.simulator(state), agent.selection)
     truth = engine_simulator(world.snapshot(), levels=agent.spec.grasp == "hold")
     oracle = choose(walk.map, 0, mine, theirs, truth, agent.selection)

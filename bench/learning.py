@@ -16,6 +16,8 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 
 import numpy as np
+from rich.console import Console
+from rich.progress import Progress
 
 from agents.catalogue import load_agent
 from agents.populations import POPULATIONS, population
@@ -70,6 +72,20 @@ def runs(agents: list[str], partners: list[str], maps: list[str], episodes: int,
     return made
 
 
+def play_all(todo: list[Run], workers: int) -> list[Outcome]:
+    """Play all episodes in worker processes, with a progress bar."""
+    with (
+        ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool,
+        Progress(console=Console(stderr=True)) as progress,
+    ):
+        bar = progress.add_task("episodes", total=len(todo))
+        outcomes = []
+        for future in as_completed([pool.submit(play, run) for run in todo]):
+            outcomes.append(future.result())
+            progress.advance(bar)
+    return outcomes
+
+
 def mean_error(values: list[float]) -> tuple[float, float]:
     """Mean and standard error."""
     if not values:
@@ -105,8 +121,7 @@ def main() -> None:
     people = args.partners in POPULATIONS
     partners = [person.agent_id for person in population(args.partners)] if people else [args.partners]
     todo = runs(agents, partners, list(maps), args.episodes, args.ticks)
-    with ProcessPoolExecutor(args.workers, mp_context=multiprocessing.get_context("spawn")) as pool:
-        outcomes = [future.result() for future in as_completed([pool.submit(play, run) for run in todo])]
+    outcomes = play_all(todo, args.workers)
     if args.json:
         scores = {
             agent: {
