@@ -1,6 +1,5 @@
 """Each row of the threat table: what a hostile page, client or request gets. Numbers are those of the table."""
 
-import contextlib
 import http.client
 import json
 import logging
@@ -170,9 +169,10 @@ def test_4_a_frame_that_announces_a_terabyte_is_refused_at_its_head(live: Live) 
 
 def test_4_many_fragments_do_not_add_up(live: Live) -> None:
     person = player(live)
-    with contextlib.suppress(ConnectionClosed):
-        person.connection.send("x" * 1000 for _ in range(10))
-    assert person.end()[0] == 1009
+    for count in range(10):
+        head = struct.pack(">BBH", 0x00 if count else 0x01, 0x80 | 126, 1000) + bytes(4)
+        person.connection.socket.sendall(head + b"x" * 1000)
+    assert person.end()[0] in (1009, 1006), "a reset for what is still under way may overtake the close frame"
 
 
 def test_4_a_body_beyond_the_limit_is_refused_announced_or_not(live: Live) -> None:
