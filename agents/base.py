@@ -1,8 +1,8 @@
 """What an agent is: anything that turns an observation into the next actions."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -43,3 +43,18 @@ class Agent(Protocol):
     def reset(self, episode: EpisodeInfo) -> None: ...
 
     def act(self, observation: Observation) -> ActionChunk: ...
+
+
+@runtime_checkable
+class BatchAgent(Protocol):
+    """Optional, beside `Agent`: answers for many episodes in one call, for headless matches side by side.
+
+    Agents of one class with equal `batch_key` are asked together. An answer must be the one that `act` would give,
+    to the bit: whatever the company, equal matches give equal numbers.
+    """
+
+    @property
+    def batch_key(self) -> Hashable: ...
+
+    @staticmethod
+    def act_many(agents: Sequence[Any], observations: Sequence[Observation]) -> Sequence[ActionChunk]: ...

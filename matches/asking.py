@@ -1,0 +1,90 @@
+"""Asking many seats for their next rows: agents of one kind in one batch, all answers checked and converted at once."""
+
+from collections import defaultdict
+from collections.abc import Hashable, Sequence
+
+import numpy as np
+
+from agents.base import BatchAgent
+from agents.chunk import checked_chunk
+from agents.errors import AgentError
+from matches.seat import AgentFault, Blaming, Seat
+from matches.stopwatch import Stopwatch
+from world.action import to_world
+from world.state import Floats
+
+Answer = tuple[Seat, object]
+Chunks = list[tuple[Seat, Floats]]
+
+
+def ask(seats: Sequence[Seat], stopwatch: Stopwatch) -> None:
+    """Give every seat rows to play, or a fault."""
+    answers: list[Answer] = []
+    groups: dict[Hashable, list[Seat]] = defaultdict(list)
+    for seat in seats:
+        if seat.in_batches:
+            assert isinstance(seat.agent, BatchAgent)
+            groups[type(seat.agent), seat.agent.batch_key].append(seat)
+        else:
+            _ask_one(seat, answers, stopwatch)
+    for group in groups.values():
+        _ask_together(group, answers, stopwatch)
+    _hand_out(_sound_chunks(answers, stopwatch))
+
+
+def _ask_one(seat: Seat, answers: list[Answer], stopwatch: Stopwatch) -> None:
+    try:
+        with Blaming(seat.episode.seat, seat.agent_id, stopwatch, f"act() at tick {seat.state.tick}"):
+            answers.append((seat, seat.agent.act(seat.observation())))
+    except AgentFault as fault:
+        seat.lose(fault.reason)
+
+
+def _ask_together(group: list[Seat], answers: list[Answer], stopwatch: Stopwatch) -> None:
+    """One call for a whole group; one that fails as a whole is lost as a whole."""
+    agents, first = [seat.agent for seat in group], group[0]
+    assert isinstance(first.agent, BatchAgent)
+    try:
+        with Blaming(first.episode.seat, first.agent_id, stopwatch, "act_many()"):
+            given = list(first.agent.act_many(agents, [seat.observation() for seat in group]))
+            if len(given) != len(group):
+                raise AgentError(f"{len(given)} chunks for {len(group)} observations")
+    except AgentFault as fault:
+        for seat in group:
+            seat.lose(fault.reason)
+        return
+    answers += zip(group, given, strict=True)
+
+
+def _sound_chunks(answers: list[Answer], stopwatch: Stopwatch) -> Chunks:
+    """The answers that are chunks; only when something looks odd is each examined alone."""
+    plain: Chunks = [(seat, given) for seat, given in answers if _is_single_row(given)]  # type: ignore[misc]
+    if len(plain) == len(answers) and (not plain or _sound(np.concatenate([chunk for _, chunk in plain]))):
+        return plain
+    chunks: Chunks = []
+    for seat, given in answers:
+        try:
+            with Blaming(seat.episode.seat, seat.agent_id, stopwatch, f"its answer at tick {seat.state.tick}"):
+                chunks.append((seat, checked_chunk(given)))
+        except AgentFault as fault:
+            seat.lose(fault.reason)
+    return chunks
+
+
+def _hand_out(chunks: Chunks) -> None:
+    if not chunks:
+        return
+    rows: list[list[float]] = to_world(np.concatenate([chunk for _, chunk in chunks])).tolist()
+    start = 0
+    for seat, chunk in chunks:
+        seat.take(chunk, rows[start : start + len(chunk)])
+        start += len(chunk)
+
+
+def _is_single_row(given: object) -> bool:
+    return type(given) is np.ndarray and given.dtype == np.float64 and given.shape == (1, 4)
+
+
+def _sound(rows: Floats) -> bool:
+    """Whether chunk rows (n, 4) need no closer look; `to_world` clips and rounds them."""
+    return bool(np.isfinite(rows).all() and (np.abs(rows[:, 1]) + np.abs(rows[:, 2]) > 1e-5).all())

@@ -1,0 +1,7 @@
+"""What can go wrong with matches."""
+
+from maps.errors import MovingOutError
+
+
+class MatchError(MovingOutError):
+    """A grid is faulty, a results folder is not the grid's, or results cannot be written."""

@@ -1,0 +1,100 @@
+"""One match as a value: who plays where with which seed, and what came of it. Knows nothing of how it is played."""
+
+import hashlib
+import json
+from dataclasses import asdict, dataclass, field, fields
+from functools import lru_cache
+from typing import Any, Literal
+
+from maps import MapSpec, load_map
+from maps.randomize import Split, randomize
+from matches.errors import MatchError
+
+Challenge = Literal[1, 2]
+Ending = Literal["delivered", "time", "failed"]
+
+LIMIT_TICKS = 500  # 50 s, as in the paper's evaluation
+MAX_TICKS = 36_000  # an hour
+
+
+@dataclass(frozen=True, slots=True)
+class Match:
+    """Everything that determines a match; equal matches give equal numbers."""
+
+    map: str  # a name, or a path
+    blue: str  # agent ids
+    red: str
+    seed: int
+    challenge: Challenge = 1  # 2: a variant of the map, made from the seed
+    ticks: int = LIMIT_TICKS
+    split: Split = "evaluation"  # of Challenge 2: which combinations of size and shape items may have
+
+    @property
+    def id(self) -> str:
+        """16 hexadecimal digits, the same on every machine."""
+        text = json.dumps(asdict(self), sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+    @property
+    def seats(self) -> tuple[str, str]:
+        return self.blue, self.red
+
+    def world_map(self) -> MapSpec:
+        """The map that is played on. Raises MapError when there is no such map or variant."""
+        return _world_map(self.map, self.seed if self.challenge == 2 else None, self.split)
+
+
+@lru_cache(maxsize=64)
+def _world_map(name: str, seed: int | None, split: Split) -> MapSpec:
+    designed = load_map(name)
+    return designed if seed is None else randomize(designed, seed, split)
+
+
+@dataclass(frozen=True, slots=True)
+class MatchResult:
+    """What came of a match. A failed one is lost: nothing delivered, nothing nearer, and the reason kept."""
+
+    match: Match
+    ending: Ending
+    ticks: int
+    delivered: int
+    items: int
+    tcr: float
+    nfd: float
+    wt_s: float | None  # None for a failed match
+    ac: float | None  # None also when nothing was carried together
+    failure: str = ""  # one sentence
+    failed_seat: int = -1  # 0 blue, 1 red, -1 nobody in particular
+    recording: str = field(default="", compare=False)
+    cpu_s: float = field(default=0.0, compare=False)  # processor time of the match, for estimates
+
+    def to_json(self) -> dict[str, Any]:
+        """A flat JSON object; `result_from_json` reads it back."""
+        document = {entry.name: getattr(self, entry.name) for entry in fields(self) if entry.name != "match"}
+        return {"id": self.match.id, **asdict(self.match), **document, "limit_ticks": self.match.ticks}
+
+
+def lost(match: Match, reason: str, *, seat: int = -1, tick: int = 0, recording: str = "") -> MatchResult:
+    """The result of a match that could not be played to its end."""
+    return MatchResult(match, "failed", tick, 0, 0, 0.0, 0.0, None, None, reason, seat, recording)
+
+
+def match_to_json(match: Match) -> dict[str, Any]:
+    return asdict(match)
+
+
+def match_from_json(document: dict[str, Any]) -> Match:
+    return Match(**document)
+
+
+def result_from_json(document: dict[str, Any]) -> MatchResult:
+    """Raises MatchError when the object is not a result of this version."""
+    try:
+        names = [entry.name for entry in fields(Match)]
+        match = Match(**{**{name: document[name] for name in names}, "ticks": document["limit_ticks"]})
+        rest = {entry.name: document[entry.name] for entry in fields(MatchResult) if entry.name != "match"}
+    except (KeyError, TypeError) as error:
+        raise MatchError(f"a result lacks the field {error}; it was written by another version") from error
+    if match.id != document.get("id"):
+        raise MatchError(f"the result {document.get('id')} has been changed by hand; remove its line")
+    return MatchResult(match=match, **rest)

@@ -1,0 +1,92 @@
+"""Means with standard errors, and whether two sets of matches differ."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """A mean over n values; the standard error needs two."""
+
+    mean: float | None
+    stderr: float | None
+    n: int
+
+    def to_json(self) -> dict[str, Any]:
+        return asdict(self)
+
+
+def estimate(values: Sequence[float]) -> Estimate:
+    """Mean and standard error s / sqrt(n), s with n - 1 in the denominator."""
+    n = len(values)
+    if n == 0:
+        return Estimate(None, None, 0)
+    mean = math.fsum(values) / n
+    if n == 1:
+        return Estimate(mean, None, 1)
+    variance = math.fsum((value - mean) ** 2 for value in values) / (n - 1)
+    return Estimate(mean, math.sqrt(variance / n), n)
+
+
+def welch(one: Estimate, other: Estimate) -> float | None:
+    """Two-sided p of Welch's test that two means are equal; None where it says nothing.
+
+    The tail of Student's t is computed as the regularised incomplete beta function I_x(v/2, 1/2), x = v / (v + t^2).
+    """
+    if one.mean is None or other.mean is None or one.stderr is None or other.stderr is None:
+        return None
+    spread = one.stderr**2 + other.stderr**2
+    if spread == 0.0:
+        return 1.0 if one.mean == other.mean else 0.0
+    t_squared = (one.mean - other.mean) ** 2 / spread
+    freedom = spread**2 / (one.stderr**4 / (one.n - 1) + other.stderr**4 / (other.n - 1))
+    return _beta_tail(freedom / (freedom + t_squared), freedom / 2.0, 0.5)
+
+
+def holm(values: Sequence[float | None]) -> list[float | None]:
+    """p values corrected for their number (Holm); None stays None."""
+    order = sorted((value, index) for index, value in enumerate(values) if value is not None)
+    corrected: list[float | None] = [None] * len(values)
+    worst = 0.0
+    for rank, (value, index) in enumerate(order):
+        worst = max(worst, min(1.0, value * (len(order) - rank)))
+        corrected[index] = worst
+    return corrected
+
+
+def stars(p: float | None) -> str:
+    """The usual marks: *** below 0.001, ** below 0.01, * below 0.05."""
+    return "" if p is None else "***" if p < 0.001 else "**" if p < 0.01 else "*" if p < 0.05 else ""
+
+
+def _beta_tail(x: float, a: float, b: float) -> float:
+    """I_x(a, b) by the continued fraction (Lentz); Numerical Recipes, section "Incomplete Beta Function"."""
+    if x <= 0.0 or x >= 1.0:
+        return 0.0 if x <= 0.0 else 1.0
+    front = math.exp(math.lgamma(a + b) - math.lgamma(a) - math.lgamma(b) + a * math.log(x) + b * math.log1p(-x))
+    if x >= (a + 1.0) / (a + b + 2.0):
+        return 1.0 - front * _fraction(1.0 - x, b, a) / b
+    return front * _fraction(x, a, b) / a
+
+
+def _fraction(x: float, a: float, b: float) -> float:
+    tiny = 1e-300
+    c, d = 1.0, 1.0 / _away_from_zero(1.0 - (a + b) * x / (a + 1.0), tiny)
+    value = d
+    for m in range(1, 300):
+        for step in (
+            m * (b - m) * x / ((a + 2 * m - 1) * (a + 2 * m)),
+            -(a + m) * (a + b + m) * x / ((a + 2 * m) * (a + 2 * m + 1)),
+        ):
+            d = 1.0 / _away_from_zero(1.0 + step * d, tiny)
+            c = _away_from_zero(1.0 + step / c, tiny)
+            value *= d * c
+        if abs(d * c - 1.0) < 1e-14:
+            break
+    return value
+
+
+def _away_from_zero(value: float, tiny: float) -> float:
+    return value if abs(value) > tiny else tiny

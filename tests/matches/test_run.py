@@ -1,0 +1,146 @@
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from matches import MatchError, MatchResult, open_run, play, run_grid
+from matches.match import Match
+from matches.processes import LocalCrew
+from matches.store import Shard
+from tests.matches.support import HERE, small_grid
+
+GRID = f"""
+name: small
+agents: ["{HERE}:Wanderer", idle]
+maps: [DistancePriority, FourCorners]
+seeds: 10
+ticks: 60
+"""
+
+
+def _numbers(results: dict[Match, MatchResult]) -> list[MatchResult]:
+    return sorted(results.values(), key=lambda result: result.match.id)
+
+
+def test_the_numbers_are_the_same_whatever_the_number_of_workers(tmp_path: Path) -> None:
+    one = run_grid(small_grid(), tmp_path / "one", workers=1)
+    three = run_grid(small_grid(), tmp_path / "three", workers=3)
+    assert _numbers(one.results) == _numbers(three.results)
+    assert len({result.nfd for result in one.results.values()}) > 3
+    assert (tmp_path / "one/results.md").read_text() == (tmp_path / "three/results.md").read_text()
+
+
+def test_shards_add_up_to_the_whole(tmp_path: Path) -> None:
+    whole = run_grid(small_grid(), tmp_path / "whole", workers=1)
+    first = run_grid(small_grid(), tmp_path / "parts", workers=1, shard=(0, 2))
+    assert first.missing == len(whole.results) // 2
+    both = run_grid(small_grid(), tmp_path / "parts", workers=1, shard=(1, 2))
+    assert both.missing == 0
+    assert _numbers(both.results) == _numbers(whole.results)
+
+
+def test_a_killed_run_goes_on_and_plays_nothing_twice(tmp_path: Path) -> None:
+    grid, folder = tmp_path / "grid.yaml", tmp_path / "out"
+    grid.write_text(GRID)
+    command = [sys.executable, "-m", "server.cli", "match", "grid", str(grid), "--out", str(folder), "--workers", "1"]
+    driver = subprocess.Popen(command, stdout=subprocess.DEVNULL, start_new_session=True)
+    shard = folder / "results-0-of-1.jsonl"
+    while not (shard.exists() and shard.stat().st_size) and driver.poll() is None:
+        time.sleep(0.02)
+    os.killpg(driver.pid, signal.SIGKILL)
+    driver.wait()
+    with shard.open("ab") as file:
+        file.write(b'{"torn": ')
+    before = shard.read_bytes().split(b"\n")[:-1]
+    assert 0 < len(before) < 80
+    finished = run_grid(grid, folder, workers=1)
+    lines = shard.read_bytes().split(b"\n")
+    assert lines[: len(before)] == before
+    assert len(lines) - 1 == len(finished.results) == 80
+    assert _numbers(finished.results) == _numbers(run_grid(grid, tmp_path / "other", workers=2).results)
+
+
+def test_a_finished_grid_is_read_not_played(tmp_path: Path) -> None:
+    first = run_grid(small_grid(), tmp_path, workers=1)
+
+    def nobody(size: int, limit_s: float, record: Path | None) -> LocalCrew:
+        raise AssertionError("nothing is left to play")
+
+    assert _numbers(run_grid(small_grid(), tmp_path, crew=nobody).results) == _numbers(first.results)
+    assert _numbers(open_run(tmp_path).results) == _numbers(first.results)
+
+
+def test_an_agent_that_takes_its_process_along_loses_only_its_matches(tmp_path: Path) -> None:
+    grid = small_grid(agents=[f"{HERE}:Crashing"], partners=["idle"], maps=["HandOff"], seeds=2)
+    run = run_grid(grid, tmp_path, workers=2)
+    endings = {result.match.seed: result.ending for result in run.results.values()}
+    assert endings == {0: "time", 1: "failed"}
+    assert {result.failure for result in run.failures} == {
+        "lost its worker process 3 times: the process was killed (SIGKILL: usually the machine was out of memory)"
+    }
+    assert [(row.failed, len(row.results)) for row in run.rows] == [(1, 2)]
+
+
+def test_a_worker_that_hangs_where_no_alarm_reaches_is_replaced(tmp_path: Path) -> None:
+    grid = small_grid(agents=[f"{HERE}:Deaf"], partners=["idle"], maps=["HandOff"], seeds=1, agent_limit_s=0.1)
+
+    def impatient(size: int, limit_s: float, record: Path | None) -> LocalCrew:
+        return LocalCrew(size, limit_s, record, grace_s=4.0)
+
+    (failure,) = run_grid(grid, tmp_path, workers=1, crew=impatient).failures
+    assert "gave no sign of life" in failure.failure
+
+
+def test_a_folder_of_another_grid_is_refused(tmp_path: Path) -> None:
+    run_grid(small_grid(), tmp_path, workers=1)
+    with pytest.raises(MatchError, match=r"holds results of another grid \('small'\); choose another folder"):
+        run_grid(small_grid(seeds=4), tmp_path)
+
+
+def test_results_by_another_engine_are_not_added_to(tmp_path: Path) -> None:
+    run_grid(small_grid(), tmp_path, workers=1)
+    head = tmp_path / "grid.json"
+    head.write_text(head.read_text().replace('"pymunk": "', '"pymunk": "0.'))
+    with pytest.raises(MatchError, match="was begun with pymunk 0"):
+        run_grid(small_grid(), tmp_path)
+
+
+def test_two_drivers_do_not_fill_one_shard(tmp_path: Path) -> None:
+    with Shard(tmp_path), pytest.raises(MatchError, match="another process is filling"):
+        Shard(tmp_path)
+
+
+def test_a_full_disk_is_said_and_keeps_what_is_finished(tmp_path: Path) -> None:
+    results = play("idle", "idle", ticks=1, episodes=2, workers=1)
+    with Shard(tmp_path) as shard:
+        shard.append(results[:1])
+        size = shard.path.stat().st_size
+        soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+        before = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size + 10, hard))
+        try:
+            with pytest.raises(MatchError, match="what is finished is kept, the same command goes on from there"):
+                shard.append(results[1:])
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+            signal.signal(signal.SIGXFSZ, before)
+        assert shard.path.stat().st_size == size
+        shard.append(results[1:])
+    assert shard.path.read_bytes().count(b"\n") == 2
+
+
+def test_an_agent_that_is_missing_is_said_before_anything_is_played(tmp_path: Path) -> None:
+    grid = small_grid(agents=[{"agent": "dp@nowhere", "needs": "train it"}, "idle"])
+    with pytest.raises(MatchError, match=r"needs agents that are not here: dp@nowhere: .*\(to get it: train it\)"):
+        run_grid(grid, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_play_returns_results_in_the_order_of_seeds() -> None:
+    results = play(f"{HERE}:Wanderer", "idle", episodes=3, seed=5, ticks=20, workers=2)
+    assert [result.match.seed for result in results] == [5, 6, 7]
