@@ -1,0 +1,24 @@
+"""The audit: who did what to whom, and when. Rows are only ever added, inside the transaction that they tell of."""
+
+import json
+from hashlib import sha256
+from typing import Literal
+
+from sqlalchemy import Connection, insert, select
+
+from study.store.tables import audit, study
+
+Actor = Literal["participant", "experimenter", "server"]
+
+
+def record(connection: Connection, at_ms: int, actor: Actor, action: str, pid: str = "", **detail: object) -> None:
+    """Add a row. `detail` names no participant."""
+    subject = subject_of(connection, pid) if pid else ""
+    text = json.dumps(detail, ensure_ascii=False, sort_keys=True)
+    connection.execute(insert(audit).values(at_ms=at_ms, actor=actor, action=action, subject=subject, detail=text))
+
+
+def subject_of(connection: Connection, pid: str) -> str:
+    """The hash that stands for a participant in the audit and on a tombstone."""
+    salt = connection.execute(select(study.c.salt)).scalar_one()
+    return sha256(f"{salt} {pid}".encode()).hexdigest()[:16]

@@ -1,0 +1,63 @@
+"""Who the participants are, apart from everything that they did. Destroying this database makes the data anonymous."""
+
+import json
+import secrets
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from sqlalchemy import delete, insert, select
+
+from study.store.database import Database
+from study.store.tables import identities
+
+_ALPHABET = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789"  # nothing that is misread
+_PID_LENGTH = 6
+
+
+def now_ms() -> int:
+    return time.time_ns() // 1_000_000
+
+
+class IdentityStore:
+    """Recruitment ids and the pseudonyms that stand for them everywhere else."""
+
+    def __init__(self, address: Path | str, now: Callable[[], int] = now_ms) -> None:
+        self._database = Database(address, "identity")
+        self._now = now
+
+    def pid(self, source: str, external_id: str, parameters: Mapping[str, str] | None = None) -> tuple[str, bool]:
+        """The pseudonym of somebody, and whether it is new: who comes again is the same participant."""
+        with self._database.write() as connection:
+            known = select(identities.c.pid).where(
+                identities.c.source == source, identities.c.external_id == external_id
+            )
+            found = connection.execute(known).scalar()
+            if found is not None:
+                return str(found), False
+            pid = new_pid()
+            row = {"source": source, "external_id": external_id, "parameters": json.dumps(dict(parameters or {}))}
+            connection.execute(insert(identities).values(pid=pid, at_ms=self._now(), **row))
+            return pid, True
+
+    def external(self, pid: str) -> tuple[str, str] | None:
+        """Source and id of a participant, to pay them; None when it was deleted or never given."""
+        with self._database.read() as connection:
+            query = select(identities.c.source, identities.c.external_id).where(identities.c.pid == pid)
+            row = connection.execute(query).one_or_none()
+            return (str(row.source), str(row.external_id)) if row else None
+
+    def forget(self, pid: str) -> int:
+        """Remove a participant; the number of rows."""
+        with self._database.write() as connection:
+            removed = connection.execute(delete(identities).where(identities.c.pid == pid)).rowcount
+        self._database.scrub()
+        return int(removed)
+
+    def close(self) -> None:
+        self._database.close()
+
+
+def new_pid() -> str:
+    """A random pseudonym: P and six letters or digits."""
+    return "P" + "".join(secrets.choice(_ALPHABET) for _ in range(_PID_LENGTH))

@@ -1,0 +1,94 @@
+"""The rounds of a study: one row per recording, opened before the first tick and closed after the last."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+
+from sqlalchemy import func, insert, select, update
+
+from study.errors import StudyError
+from study.protocol import Step
+from study.store.audit import record
+from study.store.store import Store, Unit
+from study.store.tables import consents, players, rounds
+
+
+@dataclass(frozen=True, slots=True)
+class Played:
+    """How a round went; `ac` is None where nothing was carried together."""
+
+    outcome: str  # delivered, time, left, stopped, error or interrupted
+    ticks: int
+    tcr: float
+    nfd: float
+    wt_s: float
+    ac: float | None
+    late_ms: float | None = None  # 99th percentile
+
+
+@dataclass(frozen=True, slots=True)
+class Seated:
+    """How a round went for one participant."""
+
+    pid: str
+    seat: int
+    device: str
+    rtt_ms: float | None = None  # median
+    idle_share: float | None = None
+    hidden_s: float | None = None
+
+
+class Rounds:
+    """Opens and closes rounds in a store."""
+
+    def __init__(self, store: Store) -> None:
+        self._store = store
+
+    def begin(self, unit: Unit, step: Step, episode: str, seated: Sequence[Seated]) -> int:
+        """Open a round; the attempt's number. StudyError, and so no tick, where a consent is missing."""
+        if step.turn is None:
+            raise StudyError(f"step {step.key} is no round")
+        with self._store.database.write() as connection:
+            for one in seated:
+                if not connection.execute(select(consents.c.id).where(consents.c.pid == one.pid)).first():
+                    raise StudyError("no tick is played before everybody has consented")
+            mine = select(func.count()).select_from(rounds).where(rounds.c.unit == unit.id)
+            attempt = connection.execute(mine.where(rounds.c.step == step.key)).scalar_one() + 1
+            row = {"unit": unit.id, "step": step.key, "attempt": attempt, "block": step.block, "partner": step.partner}
+            row |= {"map": step.turn.map, "variant_seed": step.turn.variant_seed, "limit_ticks": step.limit_ticks}
+            row |= {"position": connection.execute(mine).scalar_one() + 1, "episode": episode, "valid": True}
+            added = insert(rounds).values(**row, started_ms=self._store.now()).returning(rounds.c.id)
+            number = connection.execute(added).scalar_one()
+            connection.execute(insert(players), [{"round": number, **asdict(one)} for one in seated])
+            return int(attempt)
+
+    def end(self, episode: str, played: Played, seated: Sequence[Seated] = ()) -> None:
+        """Close a round with what came of it."""
+        with self._store.database.write() as connection:
+            number = connection.execute(select(rounds.c.id).where(rounds.c.episode == episode)).scalar()
+            if number is None:
+                raise StudyError(f"there is no round with the recording {episode!r}")
+            change = update(rounds).where(rounds.c.id == number)
+            connection.execute(change.values(**asdict(played), ended_ms=self._store.now()))
+            for one in seated:
+                here = update(players).where(players.c.round == number, players.c.pid == one.pid)
+                connection.execute(here.values(**asdict(one)))
+
+    def finished_steps(self, unit: int) -> frozenset[str]:
+        """The keys of rounds that ran to their end and count."""
+        query = select(rounds.c.step).where(rounds.c.unit == unit, rounds.c.valid)
+        with self._store.database.read() as connection:
+            return frozenset(connection.execute(query.where(rounds.c.outcome.in_(("delivered", "time")))).scalars())
+
+    def open_episodes(self) -> Mapping[str, int]:
+        """Recordings that were never closed, with their units: what a killed server leaves."""
+        query = select(rounds.c.episode, rounds.c.unit).where(rounds.c.ended_ms.is_(None))
+        with self._store.database.read() as connection:
+            return {row.episode: row.unit for row in connection.execute(query)}
+
+    def mark(self, episode: str, valid: bool, reason: str) -> None:
+        """The experimenter says whether a round counts."""
+        with self._store.database.write() as connection:
+            changed = connection.execute(update(rounds).where(rounds.c.episode == episode).values(valid=valid))
+            if not changed.rowcount:
+                raise StudyError(f"there is no round with the recording {episode!r}")
+            record(connection, self._store.now(), "experimenter", "mark", episode=episode, valid=valid, reason=reason)

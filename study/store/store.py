@@ -1,0 +1,300 @@
+"""Everything that happens in a study, written before anybody is told that it is saved.
+
+Every method is one transaction. They block for the disk: a server calls them in a thread. Raises StoreError when the
+database refuses, StudyError when what is asked for may not be (a round without consent, a changed study file).
+"""
+
+import json
+import secrets
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+from sqlalchemy import Connection, Row, Table, func, insert, select, update
+from sqlalchemy.dialects import postgresql, sqlite
+
+from study.allocation import next_slot
+from study.definition import Outcome
+from study.errors import StoreError, StudyError
+from study.store.audit import Actor, record
+from study.store.database import Database
+from study.store.identity import now_ms
+from study.store.tables import answers, consents, counts, metadata, notes, participants, study, units
+
+
+@dataclass(frozen=True, slots=True)
+class Frozen:
+    """What the study was run with."""
+
+    id: str
+    file_text: str
+    file_sha256: str
+    code: Mapping[str, str]
+    models: Mapping[str, str]
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """A participant, or a pair, with their slot."""
+
+    id: int
+    slot: int
+    pids: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Participant:
+    """Where somebody is."""
+
+    pid: str
+    unit: int | None
+    member: int
+    language: str
+    step: str  # key of the step
+    arrived_ms: int
+    finished_ms: int | None
+    outcome: str | None
+    code: str | None
+
+
+class Store:
+    """The database of one study."""
+
+    def __init__(self, address: Path | str, now: Callable[[], int] = now_ms) -> None:
+        self.database = Database(address, "main")
+        self.now = now
+
+    def close(self) -> None:
+        self.database.close()
+
+    # ---- the study ------------------------------------------------------------------------------------------------
+
+    def freeze(self, id: str, file_text: str, code: Mapping[str, str], models: Mapping[str, str]) -> None:
+        """Keep what the study is run with. Nothing may change once somebody has come; until then the newest counts.
+
+        A newer code is allowed, because a fault may have to be mended in the middle of a study, and is audited.
+        """
+        digest = sha256(file_text.encode()).hexdigest()
+        row: dict[str, Any] = {
+            "id": id,
+            "file_text": file_text,
+            "file_sha256": digest,
+            "models": json.dumps(dict(models)),
+        }
+        row |= {"code": json.dumps(dict(code)), "frozen_ms": self.now()}
+        with self.database.write() as connection:
+            known = connection.execute(select(study)).one_or_none()
+            if known is None:
+                connection.execute(insert(study).values(**row, salt=secrets.token_hex(16)))
+            elif not _anybody(connection):
+                connection.execute(update(study).values(**row))
+            else:
+                self._same(connection, known, row)
+                return
+            record(connection, self.now(), "server", "freeze", file_sha256=digest, models=dict(models))
+
+    def _same(self, connection: Connection, known: Row[Any], row: Mapping[str, Any]) -> None:
+        for name, words in (("id", "its id"), ("file_sha256", "its file"), ("models", "a model")):
+            if getattr(known, name) != row[name]:
+                raise StudyError(
+                    f"study {known.id} has begun, and {words} is no longer what it began with; "
+                    "restore it, or begin a new study with another --data folder"
+                )
+        if known.code != row["code"]:
+            connection.execute(update(study).values(code=row["code"]))
+            record(connection, self.now(), "server", "code", code=json.loads(row["code"]))
+
+    def frozen(self) -> Frozen:
+        with self.database.read() as connection:
+            row = connection.execute(select(study)).one_or_none()
+        if row is None:
+            raise StudyError("nothing was recorded here yet: the study has not been run in this --data folder")
+        return Frozen(row.id, row.file_text, row.file_sha256, json.loads(row.code), json.loads(row.models))
+
+    # ---- participants -----------------------------------------------------------------------------------------------
+
+    def arrive(self, pid: str, language: str, step: str = "consent") -> Participant:
+        """Somebody opens the link, for the first time or again; they are where they were."""
+        with self.database.write() as connection:
+            known = connection.execute(select(participants.c.pid).where(participants.c.pid == pid)).first()
+            if known is None:
+                row = {"pid": pid, "member": 0, "language": language, "step": step, "arrived_ms": self.now()}
+                connection.execute(insert(participants).values(**row))
+                record(connection, self.now(), "participant", "arrive", pid)
+            return _participant(connection, pid)
+
+    def participant(self, pid: str) -> Participant:
+        """StudyError when there is nobody of this name."""
+        with self.database.read() as connection:
+            return _participant(connection, pid)
+
+    def everybody(self) -> tuple[Participant, ...]:
+        """All participants in the order in which they came."""
+        with self.database.read() as connection:
+            rows = connection.execute(select(participants).order_by(participants.c.arrived_ms, participants.c.pid))
+            return tuple(_of_row(row) for row in rows)
+
+    def move(self, pid: str, step: str) -> None:
+        """The participant is now at this step."""
+        self._change(pid, step=step)
+
+    def consent(self, pid: str, version: str, language: str, shown: str, boxes: Sequence[str]) -> None:
+        """Keep a consent with the hash of exactly the text that was shown."""
+        digest = sha256(shown.encode()).hexdigest()
+        with self.database.write() as connection:
+            _participant(connection, pid)
+            row = {"pid": pid, "version": version, "language": language, "sha256": digest, "given_ms": self.now()}
+            connection.execute(insert(consents).values(**row, boxes=json.dumps(list(boxes))))
+            record(connection, self.now(), "participant", "consent", pid, version=version, sha256=digest)
+
+    def decline(self, pid: str) -> None:
+        """Somebody does not agree: nothing is kept but their number."""
+        with self.database.write() as connection:
+            if connection.execute(select(consents.c.id).where(consents.c.pid == pid)).first():
+                raise StudyError("consent was given already; the way out is now to stop, with or without the data")
+            connection.execute(participants.delete().where(participants.c.pid == pid))
+            kind = sqlite if connection.dialect.name == "sqlite" else postgresql
+            added = kind.insert(counts).values(name="declined", number=1)
+            connection.execute(
+                added.on_conflict_do_update(index_elements=["name"], set_={"number": counts.c.number + 1})
+            )
+
+    def has_consented(self, pid: str, version: str) -> bool:
+        with self.database.read() as connection:
+            query = select(consents.c.id).where(consents.c.pid == pid, consents.c.version == version)
+            return connection.execute(query).first() is not None
+
+    def finish(self, pid: str, outcome: Outcome, code: str) -> str:
+        """The participant's only code: the first outcome stands, and asking again gives the same code."""
+        with self.database.write() as connection:
+            known = _participant(connection, pid)
+            if known.code is not None:
+                return known.code
+            change = update(participants).where(participants.c.pid == pid)
+            connection.execute(change.values(finished_ms=self.now(), outcome=outcome, code=code, step="code"))
+            record(connection, self.now(), "participant", "finish", pid, outcome=outcome)
+            if known.unit is not None:
+                _settle(connection, known.unit)
+            return code
+
+    def keep_data(self, pid: str, keep: bool) -> None:
+        """The answer to "may we keep your data?"."""
+        self._change(pid, keep=keep)
+
+    def paid(self, pid: str) -> None:
+        self._change(pid, paid_ms=self.now())
+
+    def _change(self, pid: str, **values: object) -> None:
+        with self.database.write() as connection:
+            _participant(connection, pid)
+            connection.execute(update(participants).where(participants.c.pid == pid).values(**values))
+
+    # ---- units ------------------------------------------------------------------------------------------------------
+
+    def form_unit(self, pids: Sequence[str]) -> Unit:
+        """Give a participant or a pair the lowest free slot; who has one keeps it."""
+        with self.database.write() as connection:
+            known = [_participant(connection, pid) for pid in pids]
+            if known[0].unit is not None and len({one.unit for one in known}) == 1:
+                return _unit(connection, known[0].unit)
+            taken = [one.pid for one in known if one.unit is not None]
+            if taken:
+                raise StudyError(f"{', '.join(taken)} plays in another pair already")
+            if connection.dialect.name == "postgresql":
+                connection.exec_driver_sql("LOCK TABLE units IN EXCLUSIVE MODE")  # two servers, one lowest slot
+            held = connection.execute(select(units.c.slot).where(units.c.state != "dropped")).scalars().all()
+            row = {"slot": next_slot(set(held)), "state": "active", "formed_ms": self.now()}
+            number = connection.execute(insert(units).values(**row).returning(units.c.id)).scalar_one()
+            for member, pid in enumerate(pids):
+                change = update(participants).where(participants.c.pid == pid)
+                connection.execute(change.values(unit=number, member=member))
+                record(connection, self.now(), "server", "allocate", pid, unit=number, slot=row["slot"])
+            return _unit(connection, number)
+
+    def unit(self, number: int) -> Unit:
+        with self.database.read() as connection:
+            return _unit(connection, number)
+
+    def drop_unit(self, number: int, actor: Actor, reason: str) -> None:
+        """The unit will not finish: its slot is free for the next; what it recorded stays."""
+        with self.database.write() as connection:
+            _unit(connection, number)
+            connection.execute(update(units).where(units.c.id == number).values(state="dropped"))
+            record(connection, self.now(), actor, "drop", unit=number, reason=reason)
+
+    # ---- answers and notes ---------------------------------------------------------------------------------------
+
+    def answer(
+        self, pid: str, step: str, questionnaire: str, partner: str, item: str, value: int, text: str, elapsed_ms: float
+    ) -> None:
+        """Keep one click. A changed mind is another row; the newest counts."""
+        row: dict[str, Any] = {
+            "pid": pid,
+            "step": step,
+            "questionnaire": questionnaire,
+            "partner": partner,
+            "item": item,
+        }
+        row |= {"value": value, "text": text, "elapsed_ms": elapsed_ms, "at_ms": self.now()}
+        with self.database.write() as connection:
+            if not connection.execute(select(consents.c.id).where(consents.c.pid == pid)).first():
+                raise StudyError("nothing is kept before the consent is given")
+            connection.execute(insert(answers).values(**row))
+
+    def answers(self, pid: str, step: str) -> dict[str, tuple[int, str]]:
+        """The newest value and text per item of a step."""
+        query = select(answers).where(answers.c.pid == pid, answers.c.step == step).order_by(answers.c.id)
+        with self.database.read() as connection:
+            return {row.item: (row.value, row.text) for row in connection.execute(query)}
+
+    def note(self, text: str, unit: int | None = None) -> None:
+        """What the experimenter wants to remember."""
+        with self.database.write() as connection:
+            connection.execute(insert(notes).values(unit=unit, text=text, at_ms=self.now()))
+
+    def audit(self, actor: Actor, action: str, pid: str = "", **detail: object) -> None:
+        """Add a row to the audit for something that happened elsewhere: a kick, an export."""
+        with self.database.write() as connection:
+            record(connection, self.now(), actor, action, pid, **detail)
+
+    def rows(self, table: Table) -> list[dict[str, Any]]:
+        """A whole table, in the order of its key."""
+        with self.database.read() as connection:
+            found = connection.execute(select(table).order_by(*table.primary_key.columns))
+            return [dict(row) for row in found.mappings()]
+
+    def tables(self) -> dict[str, Table]:
+        return dict(metadata.tables)
+
+
+def _anybody(connection: Connection) -> bool:
+    return bool(connection.execute(select(func.count()).select_from(participants)).scalar_one())
+
+
+def _participant(connection: Connection, pid: str) -> Participant:
+    row = connection.execute(select(participants).where(participants.c.pid == pid)).one_or_none()
+    if row is None:
+        raise StudyError(f"there is no participant {pid!r}")
+    return _of_row(row)
+
+
+def _of_row(row: Row[Any]) -> Participant:
+    return Participant(*(getattr(row, name) for name in Participant.__slots__))
+
+
+def _unit(connection: Connection, number: int) -> Unit:
+    row = connection.execute(select(units).where(units.c.id == number)).one_or_none()
+    if row is None:
+        raise StoreError(f"there is no unit {number}")
+    members = select(participants.c.pid).where(participants.c.unit == number).order_by(participants.c.member)
+    return Unit(row.id, row.slot, tuple(connection.execute(members).scalars()))
+
+
+def _settle(connection: Connection, number: int) -> None:
+    """A unit is done when all of it is, and dropped when one of it left for another reason."""
+    outcomes = connection.execute(select(participants.c.outcome).where(participants.c.unit == number)).scalars().all()
+    left = any(outcome not in (None, "done") for outcome in outcomes)
+    state = "dropped" if left else "done" if all(outcomes) else "active"
+    connection.execute(update(units).where(units.c.id == number, units.c.state == "active").values(state=state))

@@ -1,0 +1,177 @@
+"""The tables of a study. Times are milliseconds of the wall clock since the epoch; participants are pseudonyms.
+
+`audit` only ever grows (the database itself refuses changes), and names participants by a hash, so that forgetting
+somebody leaves nothing to remove there.
+"""
+
+from sqlalchemy import (
+    BigInteger,
+    Boolean,
+    Column,
+    Float,
+    ForeignKey,
+    Index,
+    Integer,
+    MetaData,
+    String,
+    Table,
+    Text,
+    UniqueConstraint,
+    text,
+)
+
+metadata = MetaData(
+    naming_convention={
+        "pk": "pk_%(table_name)s",
+        "fk": "fk_%(table_name)s_%(column_0_name)s",
+        "uq": "uq_%(table_name)s_%(column_0_name)s",
+        "ix": "ix_%(column_0_label)s",
+    }
+)
+identity_metadata = MetaData(naming_convention=metadata.naming_convention)
+
+study = Table(
+    "study",
+    metadata,
+    Column("id", String(48), primary_key=True, doc="id of the study"),
+    Column("frozen_ms", BigInteger, nullable=False, doc="when the study was frozen"),
+    Column("file_text", Text, nullable=False, doc="study.yaml as it was then"),
+    Column("file_sha256", String(64), nullable=False, doc="its SHA-256"),
+    Column("code", Text, nullable=False, doc="versions of the software, JSON"),
+    Column("models", Text, nullable=False, doc="agent id to SHA-256 of its checkpoint, JSON"),
+    Column("salt", String(32), nullable=False, doc="of the hashes that stand for participants in the audit"),
+)
+units = Table(
+    "units",
+    metadata,
+    Column("id", Integer, primary_key=True, doc="number of the unit: one participant, or a pair"),
+    Column("slot", Integer, nullable=False, doc="slot of the allocation, from 0"),
+    Column("state", String(8), nullable=False, doc="active, done or dropped; a dropped slot is given again"),
+    Column("formed_ms", BigInteger, nullable=False, doc="when it began"),
+)
+Index(
+    "uq_units_held_slot",
+    units.c.slot,
+    unique=True,
+    sqlite_where=text("state != 'dropped'"),
+    postgresql_where=text("state != 'dropped'"),
+)
+participants = Table(
+    "participants",
+    metadata,
+    Column("pid", String(16), primary_key=True, doc="pseudonym"),
+    Column("unit", ForeignKey("units.id"), index=True, doc="the unit, empty until it is formed"),
+    Column("member", Integer, nullable=False, doc="0, or 1 for the second of a pair"),
+    Column("language", String(8), nullable=False, doc="of the screens"),
+    Column("step", Text, nullable=False, doc="key of the step that the participant is at"),
+    Column("arrived_ms", BigInteger, nullable=False, doc="first seen"),
+    Column("finished_ms", BigInteger, doc="when the code was given"),
+    Column("outcome", String(16), doc="done, partner-left, no-partner, withdrew or screened-out"),
+    Column("code", String(40), doc="completion code"),
+    Column("keep", Boolean, doc="whether the data may be kept, asked at the debrief or at Stop"),
+    Column("paid_ms", BigInteger, doc="when the payment was noted"),
+)
+consents = Table(
+    "consents",
+    metadata,
+    Column("id", Integer, primary_key=True),
+    Column("pid", ForeignKey("participants.pid"), nullable=False, index=True, doc="participant"),
+    Column("version", String(40), nullable=False, doc="version of the consent"),
+    Column("language", String(8), nullable=False, doc="language of the shown text"),
+    Column("sha256", String(64), nullable=False, doc="of the shown text"),
+    Column("boxes", Text, nullable=False, doc="ids of the ticked boxes, JSON"),
+    Column("given_ms", BigInteger, nullable=False, doc="when it was given"),
+)
+rounds = Table(
+    "rounds",
+    metadata,
+    Column("id", Integer, primary_key=True),
+    Column("unit", ForeignKey("units.id"), nullable=False, doc="who played"),
+    Column("step", Text, nullable=False, doc="key of the step"),
+    Column("attempt", Integer, nullable=False, doc="from 1; more where the experimenter restarted it"),
+    Column("block", String(48), nullable=False, doc="block of the study"),
+    Column("partner", String(48), nullable=False, doc="id of the partner, empty in pairs"),
+    Column("map", Text, nullable=False, doc="name of the map"),
+    Column("variant_seed", BigInteger, doc="of a randomised map, empty for the map as designed"),
+    Column("position", Integer, nullable=False, doc="which round of the unit this is, from 1"),
+    Column("limit_ticks", Integer, nullable=False, doc="time limit, ticks of 100 ms"),
+    Column("episode", String(64), nullable=False, unique=True, doc="id of the recording"),
+    Column("started_ms", BigInteger, nullable=False, doc="first tick"),
+    Column("ended_ms", BigInteger, doc="last tick, empty while it runs"),
+    Column("outcome", String(16), doc="delivered, time, left, stopped, error or interrupted"),
+    Column("ticks", Integer, doc="ticks played"),
+    Column("tcr", Float, doc="task completion rate, 0 to 1"),
+    Column("nfd", Float, doc="normalised final distance"),
+    Column("wt_s", Float, doc="waiting time, seconds"),
+    Column("ac", Float, doc="action consistency, empty where nothing was carried together"),
+    Column("late_ms", Float, doc="99th percentile of the lateness of ticks, ms"),
+    Column("valid", Boolean, nullable=False, doc="false where the experimenter marked it invalid"),
+    UniqueConstraint("unit", "step", "attempt"),
+)
+players = Table(
+    "players",
+    metadata,
+    Column("round", ForeignKey("rounds.id"), primary_key=True, doc="round"),
+    Column("pid", ForeignKey("participants.pid"), primary_key=True, index=True, doc="participant"),
+    Column("seat", Integer, nullable=False, doc="0 blue, 1 red"),
+    Column("device", String(16), nullable=False, doc="keyboard, gamepad or touch"),
+    Column("rtt_ms", Float, doc="median round trip, ms"),
+    Column("idle_share", Float, doc="share of ticks without any input, 0 to 1"),
+    Column("hidden_s", Float, doc="seconds that the page was hidden"),
+)
+answers = Table(
+    "answers",
+    metadata,
+    Column("id", Integer, primary_key=True, doc="grows with time; the newest answer to an item counts"),
+    Column("pid", ForeignKey("participants.pid"), nullable=False, index=True, doc="participant"),
+    Column("step", Text, nullable=False, doc="key of the step"),
+    Column("questionnaire", String(48), nullable=False, doc="questionnaire"),
+    Column("partner", String(48), nullable=False, doc="whom it is about, empty for nobody"),
+    Column("item", String(40), nullable=False, doc="question"),
+    Column("value", Integer, nullable=False, doc="on the item's scale; -1 for no answer and for free text"),
+    Column("text", Text, nullable=False, doc="free text"),
+    Column("elapsed_ms", Float, nullable=False, doc="since the page was shown"),
+    Column("at_ms", BigInteger, nullable=False, doc="when it was clicked"),
+)
+notes = Table(
+    "notes",
+    metadata,
+    Column("id", Integer, primary_key=True),
+    Column("unit", ForeignKey("units.id"), doc="about whom, empty for the study"),
+    Column("text", Text, nullable=False, doc="what the experimenter wrote"),
+    Column("at_ms", BigInteger, nullable=False, doc="when"),
+)
+counts = Table(
+    "counts",
+    metadata,
+    Column("name", String(16), primary_key=True, doc="what is counted: declined"),
+    Column("number", Integer, nullable=False, doc="how many; nothing else is kept of those who declined"),
+)
+audit = Table(
+    "audit",
+    metadata,
+    Column("id", Integer, primary_key=True),
+    Column("at_ms", BigInteger, nullable=False, doc="when"),
+    Column("actor", String(16), nullable=False, doc="participant, experimenter or server"),
+    Column("action", String(32), nullable=False, doc="what"),
+    Column("subject", String(16), nullable=False, doc="hash that stands for the participant, or empty"),
+    Column("detail", Text, nullable=False, doc="JSON"),
+)
+tombstones = Table(
+    "tombstones",
+    metadata,
+    Column("subject", String(16), primary_key=True, doc="hash that stood for the participant"),
+    Column("at_ms", BigInteger, nullable=False, doc="when"),
+    Column("rows", Integer, nullable=False, doc="rows removed"),
+    Column("recordings", Integer, nullable=False, doc="recordings removed"),
+)
+identities = Table(
+    "identities",
+    identity_metadata,
+    Column("pid", String(16), primary_key=True, doc="pseudonym"),
+    Column("source", String(16), nullable=False, doc="prolific, mturk, code or link"),
+    Column("external_id", Text, nullable=False, doc="id there"),
+    Column("parameters", Text, nullable=False, doc="other parameters of the recruitment, JSON"),
+    Column("at_ms", BigInteger, nullable=False, doc="first seen"),
+    UniqueConstraint("source", "external_id"),
+)

@@ -1,0 +1,253 @@
+"""The store: what is written stays, what may not happen does not, on SQLite and on PostgreSQL."""
+
+import os
+import sqlite3
+import stat
+import threading
+from contextlib import closing
+from hashlib import sha256
+from pathlib import Path
+
+import pytest
+from alembic.autogenerate import compare_metadata
+from alembic.migration import MigrationContext
+
+from study.errors import StoreError, StudyError
+from study.store import IdentityStore, Store
+from study.store.database import Database
+from study.store.rounds import Played, Rounds, Seated
+from study.store.tables import (
+    answers,
+    audit,
+    consents,
+    counts,
+    identity_metadata,
+    metadata,
+    participants,
+    rounds,
+    units,
+)
+from tests.study.support import TEXT, Clock, agree, open_identities, open_store, rounds_of
+
+PLAYED = Played("time", 500, 0.5, 0.6, 3.5, None, 1.25)
+
+
+def test_the_migrations_make_exactly_the_tables(place: Path | str) -> None:
+    store = open_store(place)
+    with store.database.read() as connection:
+        assert compare_metadata(MigrationContext.configure(connection), metadata) == []
+
+
+def test_the_identities_have_their_own_file_that_nobody_else_reads(tmp_path: Path) -> None:
+    open_identities(tmp_path)
+    with closing(Database(tmp_path / "identity.sqlite", "identity")) as database, database.read() as connection:
+        assert compare_metadata(MigrationContext.configure(connection), identity_metadata) == []
+    assert stat.S_IMODE((tmp_path / "identity.sqlite").stat().st_mode) == 0o600
+
+
+def test_a_store_that_is_opened_again_holds_everything(place: Path | str) -> None:
+    clock = Clock()
+    store = open_store(place, clock)
+    agree(store, ["P1"])
+    store.move("P1", "practice")
+    before = {name: store.rows(table) for name, table in store.tables().items()}
+    store.close()
+    again = open_store(place, clock)
+    assert again.arrive("P1", "de").step == "practice"
+    assert {name: again.rows(table) for name, table in again.tables().items()} == before
+
+
+def test_a_study_that_has_begun_keeps_its_file_and_its_models(place: Path | str) -> None:
+    store = open_store(place)
+    open_store(place, text=TEXT + "# before anybody came\n").close()
+    store.arrive("P1", "en")
+    with pytest.raises(StudyError, match="study agent-survey has begun, and its file is no longer what it began with"):
+        open_store(place, text=TEXT)
+    with pytest.raises(StudyError, match="a model is no longer"):
+        store.freeze("agent-survey", TEXT + "# before anybody came\n", {}, {"scripted": "ab"})
+    store.freeze("agent-survey", TEXT + "# before anybody came\n", {"movingout": "mended"}, {"scripted": ""})
+    assert store.frozen().code == {"movingout": "mended"}
+    assert [row["action"] for row in store.rows(audit)] == ["freeze", "freeze", "arrive", "code"]
+
+
+def test_a_consent_is_kept_with_the_hash_of_the_shown_text(place: Path | str) -> None:
+    store = open_store(place)
+    agree(store, ["P1"])
+    (row,) = store.rows(consents)
+    assert (row["pid"], row["version"], row["boxes"]) == ("P1", "1", '["release"]')
+    assert row["sha256"] == sha256(b"We record how you play.").hexdigest()
+    assert store.has_consented("P1", "1") and not store.has_consented("P1", "2")
+
+
+def test_who_declines_is_a_number_and_nothing_else(place: Path | str) -> None:
+    store = open_store(place)
+    for pid in ("P1", "P2"):
+        store.arrive(pid, "en")
+        store.decline(pid)
+    assert store.rows(participants) == []
+    assert store.rows(counts) == [{"name": "declined", "number": 2}]
+
+
+def test_no_round_begins_and_no_answer_is_kept_before_everybody_has_consented(place: Path | str) -> None:
+    store = open_store(place)
+    agree(store, ["P1"])
+    store.arrive("P2", "en")
+    unit = store.form_unit(["P1", "P2"])
+    seated = [Seated("P1", 0, "keyboard"), Seated("P2", 1, "gamepad")]
+    with pytest.raises(StudyError, match="no tick is played before everybody has consented"):
+        Rounds(store).begin(unit, rounds_of(0)[0], "episode-1", seated)
+    with pytest.raises(StudyError, match="nothing is kept before the consent"):
+        store.answer("P2", "form", "demographics", "", "age", 1, "", 10.0)
+    assert store.rows(rounds) == [] and store.rows(answers) == []
+
+
+def test_a_round_is_one_row_per_attempt_and_only_finished_valid_ones_count(place: Path | str) -> None:
+    store = open_store(place)
+    agree(store, ["P1"])
+    unit, play, (first, second, *_) = store.form_unit(["P1"]), Rounds(store), rounds_of(0)
+    seated = [Seated("P1", 0, "keyboard")]
+    assert play.begin(unit, first, "a", seated) == 1
+    play.end("a", PLAYED, [Seated("P1", 0, "keyboard", rtt_ms=12.0, idle_share=0.25)])
+    play.mark("a", valid=False, reason="the pad was unplugged")
+    assert play.begin(unit, first, "b", seated) == 2
+    play.end("b", PLAYED)
+    play.begin(unit, second, "c", seated)
+    assert play.finished_steps(unit.id) == {first.key}
+    assert play.open_episodes() == {"c": unit.id}
+    assert [(row["episode"], row["attempt"], row["position"], row["valid"]) for row in store.rows(rounds)] == [
+        ("a", 1, 1, False),
+        ("b", 2, 2, True),
+        ("c", 1, 3, True),
+    ]
+
+
+def test_the_newest_click_counts_and_every_click_is_kept(place: Path | str) -> None:
+    store = open_store(place)
+    agree(store, ["P1"])
+    for value in (3, 6):
+        store.answer("P1", "play/1/nine", "nine", "scripted", "teamwork", value, "", 100.0)
+    assert store.answers("P1", "play/1/nine") == {"teamwork": (6, "")}
+    assert [row["value"] for row in store.rows(answers)] == [3, 6]
+
+
+def test_every_exit_gives_exactly_one_code(place: Path | str) -> None:
+    store = open_store(place)
+    agree(store, ["P1"])
+    assert store.finish("P1", "withdrew", "CODE-1") == "CODE-1"
+    assert store.finish("P1", "done", "CODE-2") == "CODE-1"
+    assert (store.participant("P1").outcome, store.participant("P1").step) == ("withdrew", "code")
+
+
+def test_the_slot_of_who_withdraws_is_given_to_the_next_and_the_row_stays(place: Path | str) -> None:
+    store = open_store(place)
+    agree(store, ["P1", "P2", "P3", "P4"])
+    assert [store.form_unit([pid]).slot for pid in ("P1", "P2", "P3")] == [0, 1, 2]
+    store.finish("P2", "withdrew", "CODE-2")
+    store.finish("P1", "done", "CODE-1")
+    assert store.form_unit(["P4"]).slot == 1
+    assert [row["state"] for row in store.rows(units)] == ["done", "dropped", "active", "active"]
+
+
+def test_a_unit_is_formed_once_however_often_it_is_asked_for(place: Path | str) -> None:
+    store = open_store(place)
+    agree(store, ["P1", "P2", "P3"])
+    assert store.form_unit(["P1", "P2"]) == store.form_unit(["P1", "P2"])
+    with pytest.raises(StudyError, match="P2 plays in another pair already"):
+        store.form_unit(["P3", "P2"])
+
+
+def test_many_who_come_at_once_get_a_slot_each(place: Path | str) -> None:
+    store = open_store(place)
+    pids = [f"P{number}" for number in range(8)]
+    agree(store, pids)
+    slots: list[int] = []
+    threads = [threading.Thread(target=lambda pid=pid: slots.append(store.form_unit([pid]).slot)) for pid in pids]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert sorted(slots) == list(range(8))
+
+
+@pytest.mark.parametrize("statement", ["DELETE FROM audit", "UPDATE audit SET actor = 'nobody'"])
+def test_the_database_itself_refuses_to_change_the_audit(place: Path | str, statement: str) -> None:
+    store = open_store(place)
+    before = store.rows(audit)
+    with pytest.raises(StoreError, match="the audit only grows"), store.database.write() as connection:
+        connection.exec_driver_sql(statement)
+    assert store.rows(audit) == before != []
+
+
+def test_the_audit_names_nobody(place: Path | str) -> None:
+    store = open_store(place)
+    agree(store, ["PQRSTUV"])
+    store.finish("PQRSTUV", "done", "CODE")
+    assert "PQRSTUV" not in str(store.rows(audit))
+    assert len({row["subject"] for row in store.rows(audit)} - {""}) == 1
+
+
+def test_who_comes_again_is_the_same_participant(tmp_path: Path) -> None:
+    identities = open_identities(tmp_path)
+    pid, new = identities.pid("prolific", "5f3c", {"session": "s1"})
+    assert new and identities.pid("prolific", "5f3c") == (pid, False)
+    assert identities.pid("mturk", "5f3c")[0] != pid
+    assert identities.external(pid) == ("prolific", "5f3c")
+    assert identities.forget(pid) == 1 and identities.external(pid) is None
+
+
+@pytest.mark.parametrize(
+    ("address", "reason"),
+    [
+        ("oracle://host/name", "oracle is not supported|cannot"),
+        ("not an address", "is no address of a database"),
+        (
+            "postgresql://nobody:hidden@127.0.0.1:1/none",
+            r"//nobody:\*\*\*@127.0.0.1:1/none refuses",
+        ),
+    ],
+)
+def test_an_address_that_leads_nowhere_is_one_sentence_without_the_password(address: str, reason: str) -> None:
+    with pytest.raises(StoreError, match=reason):
+        Store(address)
+
+
+def test_a_file_that_is_no_database_is_one_sentence(tmp_path: Path) -> None:
+    (tmp_path / "study.sqlite").write_bytes(b"a letter to my aunt" * 100)
+    with pytest.raises(StoreError, match="it is no SQLite file; move it away"):
+        open_store(tmp_path)
+
+
+def test_a_full_database_refuses_and_keeps_what_was_confirmed(tmp_path: Path) -> None:
+    store = open_store(tmp_path)
+    agree(store, ["P1"])
+    with store.database.write() as connection:
+        pages = connection.exec_driver_sql("PRAGMA page_count").scalar_one()
+        connection.exec_driver_sql(f"PRAGMA max_page_count={pages}")
+    with pytest.raises(StoreError, match="is full; free some space"):
+        for _ in range(100):
+            store.note("x" * 10_000)
+    assert store.has_consented("P1", "1")
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
+def test_a_read_only_folder_is_one_sentence(tmp_path: Path) -> None:
+    tmp_path.chmod(0o500)
+    with pytest.raises(StoreError, match="cannot open the database"):
+        IdentityStore(tmp_path / "identity.sqlite")
+
+
+def test_a_database_that_turns_read_only_is_one_sentence(tmp_path: Path) -> None:
+    store = open_store(tmp_path)
+    with store.database.write() as connection:
+        connection.exec_driver_sql("PRAGMA query_only=ON")
+    with pytest.raises(StoreError, match="readonly database; make the file and its folder writable"):
+        store.note("lost?")
+
+
+def test_a_commit_is_on_the_disk_before_the_method_returns(tmp_path: Path) -> None:
+    store = open_store(tmp_path)
+    agree(store, ["P1"])
+    with sqlite3.connect(tmp_path / "study.sqlite") as other:
+        assert other.execute("PRAGMA journal_mode").fetchone() == ("wal",)
+        assert other.execute("SELECT count(*) FROM consents").fetchone() == (1,)
+    other.close()
