@@ -97,6 +97,8 @@ class Room:
     def depart(self, client: Listener, now: float) -> None:
         """A client's connection is gone."""
         dropped = self.seating.depart(client, now)
+        if self.phase == "closed":
+            return
         for seat in dropped:
             self._dropped(seat, now)
         if not self.seating.clients:

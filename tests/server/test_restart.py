@@ -1,11 +1,14 @@
 """A real `movingout play`: killed, started again, stopped, refused. Nothing is lost but the tick in flight."""
 
+import json
 import random
 import re
 import signal
 import socket
+import ssl
 import subprocess
 import sys
+import urllib.request
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -13,6 +16,7 @@ from pathlib import Path
 
 import pytest
 from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
 
 from recordings import read_episode, verify
 from server import messages as m
@@ -155,6 +159,23 @@ def test_the_links_are_printed_and_work(tmp_path: Path) -> None:
             assert re.search(rf"{name}\s+http://127.0.0.1:{port}/", running.printed), name
         assert running.live.call("/")[0] == 200
         assert running.live.call("/api/admin/state", token=running.admin_token)[0] == 200
+
+
+def test_tls_serves_pages_and_sockets_with_the_kept_certificate(tmp_path: Path) -> None:
+    port = free_port()
+    with program(tmp_path, port, "--tls") as running:
+        assert f"https://127.0.0.1:{port}/" in running.printed
+        context = ssl.create_default_context(cafile=str(tmp_path / "tls" / "certificate.pem"))
+        with urllib.request.urlopen(f"https://127.0.0.1:{port}/healthz", context=context, timeout=20) as answer:
+            assert json.load(answer)["ok"]
+        with connect(
+            f"wss://127.0.0.1:{port}/ws",
+            subprotocols=[m.SUBPROTOCOL],  # type: ignore[list-item]
+            ssl=context,
+            origin=f"https://127.0.0.1:{port}",  # type: ignore[arg-type]
+        ) as connection:
+            connection.send(json.dumps({"type": "join", "room": "nowhere"}))
+            assert json.loads(connection.recv(20))["code"] == m.CLOSE_NOT_FOUND
 
 
 def test_journals_that_others_left_behind_are_finished_at_start_up(tmp_path: Path) -> None:

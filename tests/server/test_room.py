@@ -369,6 +369,16 @@ def test_an_empty_room_closes_after_a_quarter_of_an_hour() -> None:
     assert table.phase == "closed"
 
 
+def test_a_closed_room_stays_closed_when_its_clients_go() -> None:
+    table = Table()
+    blue, _ = table.play()
+    table.room.close(m.CLOSE_KICKED, "closed")
+    table.room.depart(blue, table.now)
+    table.step()
+    assert table.phase == "closed"
+    assert blue.goodbye == (m.CLOSE_KICKED, "closed")
+
+
 def test_the_state_is_told_every_second() -> None:
     table = Table()
     blue, _ = table.play()

@@ -169,9 +169,10 @@ def test_4_a_frame_that_announces_a_terabyte_is_refused_at_its_head(live: Live) 
 
 def test_4_many_fragments_do_not_add_up(live: Live) -> None:
     person = player(live)
-    for count in range(10):
-        head = struct.pack(">BBH", 0x00 if count else 0x01, 0x80 | 126, 1000) + bytes(4)
-        person.connection.socket.sendall(head + b"x" * 1000)
+    with contextlib.suppress(OSError):
+        for count in range(10):
+            head = struct.pack(">BBH", 0x00 if count else 0x01, 0x80 | 126, 1000) + bytes(4)
+            person.connection.socket.sendall(head + b"x" * 1000)
     assert person.end()[0] in (1009, 1006), "a reset for what is still under way may overtake the close frame"
 
 
