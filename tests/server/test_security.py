@@ -1,5 +1,6 @@
 """Each row of the threat table: what a hostile page, client or request gets. Numbers are those of the table."""
 
+import contextlib
 import http.client
 import json
 import logging
