@@ -1,14 +1,15 @@
 """The 3D viewer in a real Chromium that draws by software: long, because its shaders are."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import pytest
 import viser
 from PIL import Image
-from playwright.sync_api import Browser, ViewportSize, sync_playwright
+from playwright.sync_api import Browser, Page, ViewportSize
 
 from recordings.viewer.shelf import Shelf
 from recordings.viewer.viewer import Viewer
@@ -26,6 +27,7 @@ FLAGS = (
     "--ignore-gpu-blocklist",
 )
 WINDOW: ViewportSize = {"width": 800, "height": 500}
+LOW: ViewportSize = {"width": 700, "height": 120}
 PATIENCE_MS = 240_000.0
 PATIENCE_LOOKS = 90
 BAR = 40  # pixels, half the height of the page's own play bar at most: it is blue as well
@@ -33,12 +35,28 @@ BAR = 40  # pixels, half the height of the page's own play bar at most: it is bl
 pytestmark = pytest.mark.slow
 
 
+@pytest.fixture(scope="module")
+def chromium(browser: Browser) -> Iterator[Browser]:
+    """A second browser, with WebGL."""
+    drawing = browser.browser_type.launch(executable_path=str(find_chromium()), args=list(FLAGS))
+    yield drawing
+    drawing.close()
+
+
 @pytest.fixture
-def chromium() -> Iterator[Browser]:
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=str(find_chromium()), args=list(FLAGS))
-        yield browser
-        browser.close()
+def open_window(chromium: Browser) -> Iterator[Callable[..., Page]]:
+    """Opens small windows and closes them after the test: each one left open slows the next test down."""
+    contexts = []
+
+    def make(**options: Any) -> Page:
+        contexts.append(chromium.new_context(**{"viewport": WINDOW, **options}))
+        page = contexts[-1].new_page()
+        page.set_default_timeout(PATIENCE_MS)
+        return page
+
+    yield make
+    for context in contexts:
+        context.close()
 
 
 def picture(client: viser.ClientHandle) -> npt.NDArray[np.int64]:
@@ -50,10 +68,9 @@ def blue_pixels(image: npt.NDArray[np.int64]) -> int:
     return int(((blue > red + 60) & (blue > green + 15)).sum())
 
 
-def test_the_timeline_moves_what_a_visitor_sees(tmp_path: Path, chromium: Browser) -> None:
+def test_the_timeline_moves_what_a_visitor_sees(tmp_path: Path, open_window: Callable[..., Page]) -> None:
     with Viewer(Shelf([recorded(tmp_path, ticks=60)])) as viewer:
-        page = chromium.new_page(viewport=WINDOW)
-        page.set_default_timeout(PATIENCE_MS)
+        page = open_window()
         page.goto(viewer.url)
         page.get_by_text("Playback").wait_for()
         ((_, client),) = viewer.server.get_clients().items()
@@ -65,17 +82,27 @@ def test_the_timeline_moves_what_a_visitor_sees(tmp_path: Path, chromium: Browse
         assert blue_pixels(before) > 20 and blue_pixels(after) > 20
         assert (np.abs(after - before).max(axis=-1) > 40).sum() > 50
         assert page.get_by_text("6.0 s · 0 of 4 delivered").is_visible()
-        page.close()
+
+
+def test_two_visitors_move_their_own_timelines(tmp_path: Path, open_window: Callable[..., Page]) -> None:
+    with Viewer(Shelf([recorded(tmp_path)])) as viewer:
+        for _ in range(2):
+            page = open_window(viewport=LOW)  # few pixels: two of them draw by software at once
+            page.goto(viewer.url)
+            page.get_by_text("Playback").wait_for()
+        one, other = viewer.panels
+        put(one.tick, 12)
+        put(other.play, True)
+        viewer.advance(0.5)
+        assert (one.tick.value, other.tick.value) == (12, 5)
 
 
 def test_a_page_written_for_a_colleague_opens_from_a_file_and_plays(
-    tmp_path: Path, chromium: Browser, pictures: Path
+    tmp_path: Path, open_window: Callable[..., Page], pictures: Path
 ) -> None:
     out = tmp_path / "page.html"
     assert main(["recordings", "view", str(recorded(tmp_path, ticks=60)), "--html", str(out)]) == 0
-    context = chromium.new_context(viewport=WINDOW, offline=True)
-    page = context.new_page()
-    page.set_default_timeout(PATIENCE_MS)
+    page = open_window(offline=True)
     asked: list[str] = []
     page.on("request", lambda request: asked.append(request.url))
     page.goto(out.as_uri())
@@ -90,4 +117,3 @@ def test_a_page_written_for_a_colleague_opens_from_a_file_and_plays(
         page.wait_for_timeout(1000.0)
     assert seen > 20, "no blue robot came into sight"
     assert [url for url in asked if not url.startswith(("file:", "data:", "blob:"))] == []
-    context.close()
