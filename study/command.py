@@ -1,4 +1,4 @@
-"""`movingout study`: write and check study files."""
+"""`movingout study`: write and check study files; what to do with the data is in study/data_command.py."""
 
 import argparse
 import json
@@ -12,6 +12,7 @@ from rich.table import Table
 
 from maps import load_map
 from maps.spec import SEAT_COLOURS
+from study import data_command
 from study.allocation import Visit, letters
 from study.check import Review, review
 from study.errors import StudyError
@@ -35,6 +36,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     check.add_argument("file", type=Path, metavar="FILE")
     check.add_argument("--json", action="store_true", help="one JSON document on standard output")
     check.set_defaults(perform=_check)
+    data_command.configure(commands)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -1,0 +1,56 @@
+"""What every table and column of an export means, and every question with its scale."""
+
+from collections.abc import Iterator
+
+from study.definition import Study
+from study.questionnaire import Item
+from study.store.store import Store
+
+_TABLES = {
+    "study": "What the study was run with; one row.",
+    "units": "Participants or pairs with their slot of the allocation.",
+    "participants": "Who took part, by pseudonym.",
+    "consents": "Consents; the text itself is in study.yaml.",
+    "rounds": "Rounds, one per recording. `partner` is the id in study.yaml.",
+    "players": "How a round went for each participant.",
+    "answers": "Every click; `counts` says which answer is the newest. Free text is what people typed.",
+    "notes": "Notes of the experimenter.",
+    "counts": "Numbers of those of whom nothing else is kept.",
+    "audit": "Who did what, and when; participants are hashes.",
+    "tombstones": "Withdrawals: how much was removed.",
+}
+
+
+def codebook(study: Study, store: Store) -> str:
+    """The codebook as Markdown."""
+    return "\n".join(_lines(study, store)) + "\n"
+
+
+def _lines(study: Study, store: Store) -> Iterator[str]:
+    yield f"# Codebook of {study.title.text()}"
+    yield ""
+    yield "Times are milliseconds since the epoch (UTC). Empty: unknown, or it does not apply."
+    for name, table in sorted(store.tables().items()):
+        yield from ("", f"## {name}", "", _TABLES[name], "", "| column | meaning |", "|---|---|")
+        for column in table.columns:
+            yield f"| {column.name} | {column.doc or 'number of the row'} |"
+    yield from ("", "## allocation", "", "What each unit was to play, in its order; `seat` is 0 blue, 1 red.")
+    yield from ("", "## recordings", "", "The recording of each round, with the SHA-256 of its file.")
+    names = [study.demographics] if study.demographics else []
+    names += [name for block in study.blocks for name in (*block.after_round, *block.after_partner)]
+    for name in dict.fromkeys((*names, *study.at_end)):
+        yield from ("", f"## Questionnaire {name}", "", "| item | scale | question |", "|---|---|---|")
+        for item in study.questionnaire(name).items:
+            yield f"| {item.id} | {_scale(item)} | {item.text} |"
+
+
+def _scale(item: Item) -> str:
+    if item.kind == "choice":
+        return "; ".join(f"{value}: {option}" for value, option in enumerate(item.options))
+    if item.kind == "text":
+        return "free text"
+    ends = f" ({item.ends[0]} to {item.ends[1]})" if any(item.ends) else ""
+    if item.kind == "likert7" and not ends:
+        ends = " (strongly disagree to strongly agree)"
+    expected = f", attention: {item.expected}" if item.expected is not None else ""
+    return f"{item.allowed()[0]} to {item.allowed()[-1]}{ends}{expected}, -1 no answer"

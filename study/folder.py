@@ -1,0 +1,43 @@
+"""Where the data of a study lie: two databases of its own, and the recordings of all."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from study.definition import Study
+from study.errors import StudyError
+from study.store.identity import IdentityStore, now_ms
+from study.store.store import Store
+
+
+@dataclass(frozen=True, slots=True)
+class StudyFolder:
+    """The data folder of a study; `database` and `identities` are addresses of PostgreSQL where there is one."""
+
+    study: Study
+    data: Path
+    database: str | None = None
+    identities: str | None = None
+
+    @property
+    def own(self) -> Path:
+        return self.data / "studies" / self.study.id
+
+    @property
+    def recordings(self) -> Path:
+        return self.data / "recordings"
+
+    def open(self, now: Callable[[], int] = now_ms) -> Store:
+        """The store; it is made when it is new."""
+        return Store(self.database or self.own / "study.sqlite", now)
+
+    def open_identities(self, now: Callable[[], int] = now_ms) -> IdentityStore:
+        return IdentityStore(self.identities or self.own / "identity.sqlite", now)
+
+    def open_existing(self, now: Callable[[], int] = now_ms) -> Store:
+        """The store of a study that was run; StudyError when it never was."""
+        if self.database is None and not (self.own / "study.sqlite").is_file():
+            raise StudyError(
+                f"study {self.study.id} has no data in {self.data}; run it first, or name another folder with --data"
+            )
+        return self.open(now)

@@ -1,0 +1,63 @@
+"""Taking somebody out of a study: their rows go, a tombstone says how many there were."""
+
+from sqlalchemy import ColumnElement, Connection, Table, delete, insert, or_, select, update
+
+from study.errors import StudyError
+from study.store.audit import record, subject_of
+from study.store.store import Store
+from study.store.tables import answers, consents, notes, participants, players, rounds, tombstones, units
+
+
+def episodes_of(store: Store, pid: str) -> tuple[str, ...]:
+    """The recordings in which somebody plays; StudyError when there is nobody of this name."""
+    unit = store.participant(pid).unit
+    if unit is None:
+        return ()
+    with store.database.read() as connection:
+        return tuple(connection.execute(select(rounds.c.episode).where(rounds.c.unit == unit)).scalars())
+
+
+def remove(store: Store, pid: str, recordings: int) -> int:
+    """Remove everything about a participant; the number of rows.
+
+    A game is played by two: the rounds of a pair go for both, as the consent says; the partner's answers stay.
+    """
+    unit = store.participant(pid).unit
+    with store.database.write() as connection:
+        subject = subject_of(connection, pid)
+        rows = _rows(connection, pid, unit)
+        values = {"subject": subject, "at_ms": store.now(), "rows": rows, "recordings": recordings}
+        connection.execute(insert(tombstones).values(**values))
+        record(connection, store.now(), "experimenter", "forget", pid, rows=rows, recordings=recordings)
+    store.database.scrub()
+    return rows
+
+
+def forgotten(store: Store, pid: str) -> bool:
+    """Whether there is a tombstone for somebody."""
+    with store.database.read() as connection:
+        query = select(tombstones.c.subject).where(tombstones.c.subject == subject_of(connection, pid))
+        return connection.execute(query).first() is not None
+
+
+def _rows(connection: Connection, pid: str, unit: int | None) -> int:
+    mine = select(rounds.c.id).where(rounds.c.unit == unit)
+    rows = _remove(connection, players, or_(players.c.pid == pid, players.c["round"].in_(mine)))
+    if unit is not None:
+        rows += _remove(connection, rounds, rounds.c.unit == unit)
+        rows += _remove(connection, notes, notes.c.unit == unit)  # notes may say who it was
+        connection.execute(update(units).where(units.c.id == unit).values(state="dropped"))
+    for table in (answers, consents, participants):
+        rows += _remove(connection, table, table.c.pid == pid)
+    return rows
+
+
+def _remove(connection: Connection, table: Table, condition: ColumnElement[bool]) -> int:
+    return int(connection.execute(delete(table).where(condition)).rowcount)
+
+
+def require(store: Store, pid: str) -> None:
+    """StudyError, with what is known, unless there is such a participant."""
+    if forgotten(store, pid):
+        raise StudyError(f"{pid} was forgotten already; the tombstone says so")
+    store.participant(pid)
