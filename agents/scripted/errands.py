@@ -28,6 +28,8 @@ from world.state import Floats
 GOOD_ENOUGH = 80.0  # quarter ticks: a way together this much longer than a way alone is taken
 APART, COMFORTABLE = 0.255, 0.33  # units between the two holders' centres: at least, and better
 SIDEWAYS = 12.0  # quarter ticks per radian by which two grips are not opposite
+UNLIKE = 0.7  # rad by which two ways to hold an item differ
+NEARLY = 0.09  # units from its stand at which a planned grip still is what was planned
 NEAR = 0.05  # units from its stand at which a robot turns to the item
 
 
@@ -79,7 +81,7 @@ class Approach:
 
     def _well_placed(self, now: Situation, gap: float) -> bool:
         """A small item may be taken from anywhere; the grips on a heavy one were planned."""
-        return not now.is_heavy(self.item) or (gap < NEAR and abs(wrap(float(now.pose[2] - self.target[2]))) < 0.25)
+        return not now.is_heavy(self.item) or (gap < NEARLY and abs(wrap(float(now.pose[2] - self.target[2]))) < 0.35)
 
 
 def stand_number(target: Floats) -> int:
@@ -206,6 +208,22 @@ def grips_for_both(now: Situation, item: int, mine: list[float], theirs: list[fl
     return [Grips(float(score), np.stack([places[blue], places[red]])) for score, blue, red in sorted(options)]
 
 
+def unlike(options: list[Grips], most: int = 6) -> list[Grips]:
+    """The first option, and the next ones that differ from those before in at least one hand."""
+    chosen: list[Grips] = []
+    for option in options:
+        turns = (np.abs(_wrapped(option.robots[:, 2] - other.robots[:, 2])).max() for other in chosen)
+        if all(turn > UNLIKE for turn in turns):
+            chosen.append(option)
+        if len(chosen) == most:
+            break
+    return chosen
+
+
+def _wrapped(angles: Floats) -> Floats:
+    return np.asarray((angles + math.pi) % (2 * math.pi) - math.pi)
+
+
 def _tightness(gap: float) -> float:
     """The price of two holders so near to each other that one may keep the other from its stand."""
     return max(COMFORTABLE - gap, 0.0) * 1000.0
@@ -268,7 +286,7 @@ class Lift:
             return True
         if now.theirs != self.item:
             return False
-        return self._partner_grip is None or bool(np.hypot(*(now.partner - self._partner_grip)[:2]) > NEAR)
+        return self._partner_grip is None or bool(np.hypot(*(now.partner - self._partner_grip)[:2]) > NEARLY)
 
     def _go(self, now: Situation, danger: Danger, slices: int) -> Command | None:
         if not self._decided:
@@ -340,7 +358,8 @@ class Lift:
         least = bound(now, self.item)
         yield
         best: tuple[float, Grips] | None = None
-        for margin, tried in ((pairing.EASY, options[:4]), (pairing.TIGHT, options[:2])):
+        varied = unlike(options)
+        for margin, tried in ((pairing.EASY, varied), (pairing.TIGHT, varied[:2])):
             for grips in tried:
                 haul = PairHaul(self._bare, spec, item_pose, grips.robots, now.outlook(self.item), margin)
                 yield

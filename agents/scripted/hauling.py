@@ -6,7 +6,7 @@ import numpy as np
 
 from agents.scripted.driving import HORIZON, Command, Danger, best_move
 from agents.scripted.geometry import Disc, covering_discs, half_extents
-from agents.scripted.lattice import CARRIER, UNIT_PER_TICK, Cost, Field, values
+from agents.scripted.lattice import CARRIER, UNIT_PER_TICK, UNREACHED, Cost, Field, values
 from agents.scripted.relay import Relay, meeting_costs
 from agents.scripted.storage import Outlook, place_costs, storage
 from agents.scripted.terrain import Terrain, squeeze
@@ -22,7 +22,7 @@ _TICKS = UNIT_PER_TICK * np.arange(1, HORIZON + 1)
 
 def margins(map_spec: MapSpec) -> tuple[float, float]:
     """Units to keep from everything: where there is room, and where there is none."""
-    return (0.01 if storage(map_spec).crowded else 0.02), 0.004
+    return (0.01 if storage(map_spec).crowding else 0.02), 0.004
 
 
 class Body:
@@ -78,6 +78,7 @@ class Haul(Body):
             self._places: Cost = place_costs(ground, CARRIER, (x, y), extents, radius, [(0.0, 0.0)], outlook)
         else:
             self._places = meeting_costs(meeting, CARRIER, (x, y))
+        self._places[~self.field.free] = UNREACHED
         self.field.seed(self._places)
 
     def drive(self, pose: Floats, item_pose: Floats, danger: Danger) -> Command:

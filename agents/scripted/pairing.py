@@ -11,7 +11,7 @@ import numpy as np
 
 from agents.scripted.driving import STRIDE, Command
 from agents.scripted.geometry import Disc, covering_discs, half_extents, heading_of, wrap
-from agents.scripted.lattice import PAIR, UNIT_PER_TICK, Cost, Field, values
+from agents.scripted.lattice import PAIR, UNIT_PER_TICK, UNREACHED, Cost, Field, values
 from agents.scripted.storage import Outlook, place_costs
 from agents.scripted.terrain import Terrain, squeeze
 from maps import ItemSpec
@@ -78,6 +78,7 @@ class PairHaul:
         radius = circumradius(item.shape, item.scale)
         holders = [(x, y) for x, y, _ in self._discs[-2:]]
         self._places: Cost = place_costs(ground, PAIR, (0.0, 0.0), extents, radius, holders, outlook)
+        self._places[~self.field.free] = UNREACHED
         self.field.seed(self._places)
 
     def cost(self, item_pose: Floats) -> float:

@@ -75,12 +75,16 @@ class Situation:
         return [i for i in range(len(self.map.items)) if i not in held and not self.delivered[i]]
 
     def outlook(self, item: int) -> Outlook:
-        """What is still to be delivered besides an item."""
+        """What is still to be delivered besides an item, and who else can do it."""
         others = [other for other in range(len(self.map.items)) if other != item and not self.delivered[other]]
         waiting = [other for other in others if other in self.waiting]
-        points = tuple((round(x, 1), round(y, 1)) for x, y, _ in self.state.item_poses[waiting].tolist())
         sizes = [circumradius(self.item(other).shape, self.item(other).scale) for other in others]
-        return Outlook(points, round(max(sizes, default=0.0), 3))
+        return Outlook(
+            small=tuple(_point(self.item_pose(other)) for other in waiting if not self.is_heavy(other)),
+            heavy=tuple(_point(self.item_pose(other)) for other in waiting if self.is_heavy(other)),
+            sizes=tuple(sorted((round(size, 3) for size in sizes), reverse=True)),
+            partner=None if self.is_heavy(item) else _point(self.partner),
+        )
 
     def ground(self, without: tuple[int, ...] = (), also: tuple[int, ...] = ()) -> Terrain:
         """The terrain with every item that nobody holds, except those in `without`, and with those in `also`."""
@@ -91,3 +95,7 @@ class Situation:
                 x, y, angle = self.state.item_poses[index].tolist()
                 placed.append((item, x, y, angle))
         return terrain(self.map, tuple(placed))
+
+
+def _point(pose: Floats) -> tuple[float, float]:
+    return round(float(pose[0]), 1), round(float(pose[1]), 1)

@@ -26,18 +26,25 @@ Cells = npt.NDArray[np.int64]
 
 _INSET = 0.012  # an item is put down this far inside the region that counts
 _ROOMY = 0.16  # share of the goal regions that the items cover, below which any place will do
-_EAGER = 2.5  # quarter ticks per quarter tick of depth, where room is scarce
+_DENSE = 0.25  # share from which on places matter ever more
+_EAGER = 1.3  # quarter ticks per quarter tick of depth, where room is scarce
 _COMPACT = 60.0  # quarter ticks per unit of free space around a place
-_SHUT_IN = 150.0  # quarter ticks: the robot could not get out again
-_CUTS = 250.0  # quarter ticks: the item would part the floor
-_ROOM = 90.0  # quarter ticks: taking all the room that the largest item to come would need
+_OUT_OF_REACH = 150  # quarter ticks for each item that nobody would reach any more
+_SHUT_IN = 600  # quarter ticks: the robot could not get out again
+_BESIDE = 0.36  # units around an item from which it counts as within reach
+_ARM = 8  # cells between a robot's centre and that of an item it puts down
+_ELBOWS = 0.05  # units of room that two robots want around what they put down
+_SMALL = 0.09  # radius up to which an item is a small one
+_MISFIT = 120.0  # quarter ticks for each item to come that finds no place any more
 
 
 class Outlook(NamedTuple):
-    """What is still to be delivered besides an item: where it waits, and the radius of the largest (0: nothing)."""
+    """What is still to be delivered besides an item, and who else can do it."""
 
-    points: tuple[Point, ...]
-    largest: float
+    small: tuple[Point, ...]  # where items wait that one robot can carry
+    heavy: tuple[Point, ...]  # and those that need both
+    sizes: tuple[float, ...]  # radii of all the items to come, the largest first
+    partner: Point | None  # the robot that does not hold the item in question; None when both hold it
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,7 +54,7 @@ class Storage:
     map: MapSpec
     depth: Floats
     inside: Mask
-    crowded: bool
+    crowding: float  # 0 where there is room, else how much places matter: 1 and more
 
 
 @lru_cache(maxsize=64)
@@ -63,16 +70,16 @@ def storage(map_spec: MapSpec) -> Storage:
     depth = np.where(grid_of(field) < UNREACHED, grid_of(field), 0).astype(np.float64)
     area = sum((goal.right - goal.left) * (goal.top - goal.bottom) for goal in map_spec.goals)
     covered = sum((2 * circumradius(item.shape, item.scale)) ** 2 for item in map_spec.items)
-    return Storage(map_spec, depth, inside, covered / area > _ROOMY)
+    return Storage(map_spec, depth, inside, min(max(covered / area / _DENSE, 1.0), 3.0) if covered > _ROOMY * area else 0.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Places:
     """What putting a disc down does to the floor, for a coarse choice of places."""
 
-    number: npt.NDArray[np.int64]  # (CELLS, CELLS) the place nearest to a cell of the goal regions
-    price: Floats  # (n,)
-    ways_out: Mask  # (n, CELLS, CELLS) from where a robot still gets about
+    number: Cells  # (CELLS, CELLS) the place nearest to a cell of the goal regions, -1 elsewhere
+    price: Floats  # (n,) of the place itself
+    lost: npt.NDArray[np.int16]  # (n, CELLS, CELLS) besides, for a robot that then stands at a cell
 
 
 @lru_cache(maxsize=32)
@@ -82,23 +89,68 @@ def places(ground: Terrain, radius: float, outlook: Outlook) -> Places:
     rows, columns = np.nonzero(inside)
     spacing = 2 + len(rows) // 250  # cells: about a hundred places in all
     coarse = (rows // spacing) * CELLS + columns // spacing
-    _, firsts, numbers = np.unique(coarse, return_index=True, return_inverse=True)
+    _, numbers = np.unique(coarse, return_inverse=True)
     number = np.full((CELLS, CELLS), -1, dtype=np.int64)
     number[rows, columns] = numbers
-    free = standing_room(ground, ROBOT_RADIUS)
-    marks = [mark for mark in (_around(x, y, 0.36) & free for x, y in outlook.points) if mark]
-    together = _joined(free, marks)
     centres = _centres(rows, columns, numbers)
-    price = _room_taken(ground, centres, radius, outlook.largest)
-    ways_out = np.zeros((len(firsts), CELLS, CELLS), dtype=np.bool_)
-    for place in range(len(firsts)):
-        x, y = centres[place].tolist()
+    free = standing_room(ground, ROBOT_RADIUS)
+    before = _best_case(free, outlook)
+    lost = np.zeros((len(centres), CELLS, CELLS), dtype=np.int16)
+    misfits = np.zeros(len(centres))
+    packing = _Packing(ground, outlook.sizes)
+    for place, (x, y) in enumerate(centres.tolist()):
         left = free & ~_around(x, y, radius + ROBOT_RADIUS)
-        reached = flood(together[0] & left, left) if together else left
-        if any(not mark & reached for mark in together[1:]):
-            price[place] += _CUTS
-        ways_out[place] = to_mask(grown(reached, 3))
-    return Places(number, price, ways_out)
+        parts = _parts(left, outlook)
+        lost[place] = _lost(left, parts, outlook, before)
+        misfits[place] = packing.misfits(x, y, radius, _arms_reach(left, parts, outlook))
+    return Places(number, _MISFIT * (misfits - misfits.min(initial=len(outlook.sizes))), lost)
+
+
+def _arms_reach(left: int, parts: list[int], outlook: Outlook) -> Mask:
+    """Where items can be put down by robots that still get about."""
+    whole = 0 if outlook.partner is None else flood(_around(*outlook.partner, 0.15) & left, left)
+    for part in parts:
+        whole |= part
+    return to_mask(grown(whole, _ARM))
+
+
+def _best_case(free: int, outlook: Outlook) -> int:
+    """How many items are out of reach at least, whatever is done."""
+    return min((_out_of_reach(part, free, outlook) for part in _parts(free, outlook)), default=0)
+
+
+def _lost(left: int, parts: list[int], outlook: Outlook, before: int) -> npt.NDArray[np.int16]:
+    """(CELLS, CELLS) the price of the items that get out of reach, for a robot that stands at a cell."""
+    stuck = len(outlook.small) + len(outlook.heavy)
+    price = np.full((CELLS, CELLS), _SHUT_IN if stuck else 0.0, dtype=np.int16)
+    for part in parts:
+        missed = max(_out_of_reach(part, left, outlook) - before, 0)
+        price[to_mask(grown(part, 3))] = min(missed * _OUT_OF_REACH, _SHUT_IN)
+    return price
+
+
+def _parts(free: int, outlook: Outlook) -> list[int]:
+    """The separate parts of the floor that have an item beside them."""
+    parts: list[int] = []
+    for x, y in (*outlook.small, *outlook.heavy):
+        beside = _around(x, y, _BESIDE) & free
+        for part in parts:
+            beside &= ~part
+        while beside:
+            part = flood(beside & -beside, free)
+            parts.append(part)
+            beside &= ~part
+    return parts
+
+
+def _out_of_reach(part: int, free: int, outlook: Outlook) -> int:
+    """How many items cannot be reached by a robot in this part of the floor and its partner."""
+    theirs = part if outlook.partner is None else flood(_around(*outlook.partner, 0.15) & free, free)
+    missed = sum(not _around(x, y, _BESIDE) & (part | theirs) for x, y in outlook.small)
+    for x, y in outlook.heavy:
+        beside = _around(x, y, _BESIDE)
+        missed += not (beside & part and beside & theirs)
+    return missed
 
 
 def _centres(rows: Cells, columns: Cells, numbers: Cells) -> Floats:
@@ -109,27 +161,43 @@ def _centres(rows: Cells, columns: Cells, numbers: Cells) -> Floats:
     return np.stack([AXIS[x], AXIS[y]], axis=1)
 
 
-def _room_taken(ground: Terrain, centres: Floats, radius: float, largest: float) -> Floats:
-    """(n,) the price of leaving little room for the largest item to come."""
-    if largest <= 0.0:
-        return np.zeros(len(centres))
-    needed = largest + 0.02
-    x, y = centres[:, 0], centres[:, 1]
-    fits = sample(ground.clearance, x, y) >= needed
-    inside = np.zeros(len(centres), dtype=np.bool_)
-    for left, bottom, right, top in goal_boxes(ground.map):
-        inside |= (x > left + largest) & (x < right - largest) & (y > bottom + largest) & (y < top - largest)
-    gaps = np.hypot(x[:, None] - x, y[:, None] - y)
-    room = ((gaps >= radius + needed) & fits & inside).sum(axis=1)
-    return np.asarray(_ROOM * (1.0 - room / max(int(room.max()), 1)))
+class _Packing:
+    """Tries whether the items to come still find places, one after the other, the largest first, deep places first."""
+
+    def __init__(self, ground: Terrain, sizes: tuple[float, ...]) -> None:
+        store = storage(ground.map)
+        rows, columns = np.nonzero(store.inside & (ground.clearance > 0.0))
+        order = np.lexsort((ground.clearance[rows, columns], -store.depth[rows, columns]))
+        self._cells = rows[order], columns[order]
+        self._x, self._y = AXIS[columns[order]], AXIS[rows[order]]
+        self._room = ground.clearance[self._cells]
+        self._gaps = np.hypot(self._x[:, None] - self._x, self._y[:, None] - self._y)
+        self._sizes = sizes
+        self._fits = {size: _within_goals(ground.map, self._x, self._y, size) for size in set(sizes)}
+
+    def misfits(self, x: float, y: float, radius: float, arms_reach: Mask) -> int:
+        """How many find no place once a disc lies at (x, y)."""
+        left = np.minimum(self._room, np.hypot(self._x - x, self._y - y) - radius)
+        reached = arms_reach[self._cells]
+        missing = 0
+        for size in self._sizes:
+            elbows = _ELBOWS if size > _SMALL else 0.01
+            possible = self._fits[size] & reached & (left >= size + elbows)
+            first = int(np.argmax(possible)) if possible.size else 0
+            if possible.size and possible[first]:
+                left = np.minimum(left, self._gaps[first] - size)
+            else:
+                missing += 1
+        return missing
 
 
-def _joined(free: int, marks: list[int]) -> list[int]:
-    """Those marks that hang together with the first one."""
-    if not marks:
-        return []
-    reached = flood(marks[0], free)
-    return [mark for mark in marks if mark & reached]
+def _within_goals(map_spec: MapSpec, x: Floats, y: Floats, radius: float) -> npt.NDArray[np.bool_]:
+    """Whether discs lie within a goal region; their outermost tenth may be a tip that looks elsewhere."""
+    inside = np.zeros(x.shape, dtype=np.bool_)
+    size = 0.9 * radius
+    for left, bottom, right, top in goal_boxes(map_spec):
+        inside |= (x > left + size) & (x < right - size) & (y > bottom + size) & (y < top - size)
+    return inside
 
 
 @lru_cache(maxsize=4096)
@@ -166,7 +234,7 @@ def place_costs(
     for robot in robots:
         rx, ry = moved(robot, angles)
         where = cells(rx[heading, 0, column], ry[heading, row, 0])
-        cost = cost + np.where(look.ways_out[number, where[0], where[1]], 0.0, _SHUT_IN)
+        cost = cost + look.lost[number, where[0], where[1]] / len(robots)
     costs = np.full(inside.shape, UNREACHED, dtype=np.int16)
     costs[inside] = np.where(number < 0, UNREACHED, cost).astype(np.int16)
     return costs
@@ -187,7 +255,7 @@ def cells(x: Floats, y: Floats) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.i
 
 def _preference(ground: Terrain, item: tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]) -> Floats:
     store = storage(ground.map)
-    if not store.crowded:
+    if not store.crowding:
         return np.asarray(0.25 * (store.depth.max() - store.depth[item]))
     shallow = _EAGER * (store.depth.max() - store.depth[item])
-    return np.asarray(shallow + _COMPACT * np.clip(ground.clearance[item], 0.0, 0.3))
+    return np.asarray(store.crowding * (shallow + _COMPACT * np.clip(ground.clearance[item], 0.0, 0.3)))
