@@ -6,6 +6,7 @@ a client is checked here once (length, type, finite numbers), so nothing behind 
 
 import math
 import struct
+from math import floor
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,6 +14,9 @@ import numpy as np
 from maps.errors import MovingOutError
 from server import messages as m
 from world.state import Floats
+
+
+MOST_POSITION = 32767 / m.POSITION_SCALE
 
 
 class FrameError(MovingOutError):
@@ -165,12 +169,20 @@ def decode_client_frame(frame: bytes) -> ClientFrame:
 
 
 def encode_poses(poses: Floats) -> bytes:
-    """Poses (..., 3) as int16 with the wire's scales: positions clipped, angles wrapped."""
-    scaled: Floats = poses * _POSE_SCALE
-    np.rint(scaled, out=scaled)
-    if np.abs(scaled[..., :2]).max(initial=0.0) > 32767:
-        np.clip(scaled[..., :2], -32768, 32767, out=scaled[..., :2])
-    return bytes(scaled.astype(np.int64).astype("<i2"))
+    """Poses (..., 3) as int16 with the wire's scales: positions clipped, angles wrapped.
+
+    Plain arithmetic on a list: for a hundred numbers a handful of numpy calls costs three times as much in a server
+    whose caches hold many rooms.
+    """
+    numbers: list[float] = poses.ravel().tolist()
+    wire = [0] * len(numbers)
+    for axis in (0, 1):
+        places = numbers[axis::3]
+        if max(places) > MOST_POSITION or min(places) < -MOST_POSITION:
+            places = [min(MOST_POSITION, max(-MOST_POSITION, place)) for place in places]
+        wire[axis::3] = [floor(place * m.POSITION_SCALE + 0.5) & 0xFFFF for place in places]
+    wire[2::3] = [floor(angle * m.ANGLE_SCALE + 0.5) & 0xFFFF for angle in numbers[2::3]]
+    return struct.pack(f"<{len(wire)}H", *wire)
 
 
 def decode_poses(raw: bytes, count: int, bodies: int) -> Floats:
