@@ -90,7 +90,7 @@ def _plan(args: argparse.Namespace) -> list[Entry]:
 def _row_json(row: dict[str, Any]) -> dict[str, Any]:
     """The fixed fields of `match --json`, and more."""
     rest = {name: value for name, value in row.items() if name not in ("condition", "challenge", "agent", "partner")}
-    return {"map": row["map"], "blue": row["agent"], "red": row["partner"], **rest}
+    return {"map": row["map"], "blue": row["agent"], "red": row["partner"], **rest, "wt": row["wt_s"]}
 
 
 def _failure_json(result: MatchResult) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from matches.errors import MatchError
 from matches.export import write_parquet
 from matches.grid import Grid, read_grid
 from matches.lockstep import Lockstep
+from matches.page import write_page
 from matches.plan import entries, matches_of, missing_agents
 from matches.progress import bar
 from matches.run import GridRun, run_grid
@@ -39,17 +40,19 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def perform(args: argparse.Namespace) -> int:
-    path = protocol_path(args.grid)
+    shard, path = _shard(args.shard), protocol_path(args.grid)
     grid = read_grid(path)
     folder: Path = args.out or Path("data/matches") / path.stem
     if args.dry_run:
         return _dry_run(grid, folder, workers_of(args), args.json)
     with bar("matches") as progress:
         run = run_grid(
-            grid, folder, workers=workers_of(args), record=args.record, shard=_shard(args.shard), crew=crew_of(args),
+            grid, folder, workers=workers_of(args), record=args.record, shard=shard, crew=crew_of(args),
             progress=progress,
         )  # fmt: skip
     notes = [write_parquet(run)]
+    if args.html:
+        write_page(run)
     _show(run, args, [note for note in notes if note])
     return 0
 
@@ -59,7 +62,7 @@ def _show(run: GridRun, args: argparse.Namespace, notes: list[str]) -> None:
         print(json.dumps({**run.to_json(), "folder": str(run.folder), "notes": notes}, indent=2))
     else:
         print(markdown(run.rows))
-        files = ""
+        files = "results.html, " if args.html else ""
         print(f"{len(run.results)} matches in {run.folder}: {files}results.md, results.json, results-*.jsonl")
     if run.missing:
         print(f"movingout: {run.missing} matches of other shards are not here yet", file=sys.stderr)

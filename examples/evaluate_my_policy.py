@@ -1,0 +1,22 @@
+"""Evaluate a policy of your own with every shipped partner: `.venv/bin/python examples/evaluate_my_policy.py`."""
+
+import numpy as np
+
+from agents.catalogue import agent_cards
+from matches import Grid, run_grid
+from matches.table import markdown
+
+
+class MyPolicy:
+    def reset(self, episode):  # .map, .seat (0 blue, 1 red), .seed, .ticks
+        self.random = np.random.default_rng([episode.seed, episode.seat])
+
+    def act(self, observation):  # .state, .tick, .seat, .encode(layout); a chunk: distance, cos, sin, grasp per row
+        heading = self.random.uniform(-np.pi, np.pi)
+        return np.array([[1.0, np.cos(heading), np.sin(heading), 0.0]])
+
+
+if __name__ == "__main__":
+    partners = [card.id for card in agent_cards()]
+    grid = Grid(name="my policy", agents=["evaluate_my_policy:MyPolicy"], partners=partners, maps=["HandOff"], seeds=2)
+    print(markdown(run_grid(grid, "data/matches/my-policy").rows))
