@@ -61,7 +61,9 @@ class Client:
             self._wake()
 
     def beat(self, frame: bytes) -> None:
-        if not self._stalled and self._bundle is None:
+        """Left out when the last bundle has been acknowledged already: it was not lost."""
+        arrived = self.acknowledges and not self._under_way
+        if not (arrived or self._stalled or self._bundle):
             self._send_now(frame, 0.0)
 
     def acknowledge(self, tick: int, now: float) -> bool:

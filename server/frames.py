@@ -15,7 +15,6 @@ from maps.errors import MovingOutError
 from server import messages as m
 from world.state import Floats
 
-
 MOST_POSITION = 32767 / m.POSITION_SCALE
 
 

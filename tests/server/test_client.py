@@ -35,6 +35,16 @@ def test_a_bundle_goes_straight_to_the_connection() -> None:
     assert line.client.next_frame() is None
 
 
+def test_a_beat_is_left_out_when_the_bundle_has_arrived_already() -> None:
+    line = Line()
+    line.client.show(1, b"one", 0.0)
+    line.client.acknowledge(1, 0.02)
+    line.client.beat(b"beat")
+    line.client.show(2, b"two", 0.1)
+    line.client.beat(b"beat")
+    assert line.written == [b"one", b"two", b"beat"]
+
+
 def test_while_the_connection_is_blocked_only_the_newest_bundle_waits() -> None:
     line = Line()
     line.blocked = True
