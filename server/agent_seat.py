@@ -210,7 +210,7 @@ class AgentPool:
         agent_card(agent_id)
         worker = min(self._workers, key=self.load)
         load = self.load(worker) + self._cost(agent_id)
-        if load > MAX_LOAD:
+        if load > MAX_LOAD and self._seats_of(worker):  # a worker without seats always takes one
             raise AgentsBusyError(
                 f"no room for one more {agent_id!r}: the agents here would need {load:.0%} of a core each tick; "
                 "close a room or start the server with more agent workers"
@@ -245,9 +245,12 @@ class AgentPool:
             self._home.pop(seat.key).send(Close(seat.key))
 
     def note_cost(self, agent_id: str, decision_ms: float, execute: int) -> None:
-        """Called by a seat with what a decision took and for how many ticks it lasts."""
+        """Called by a seat with what a decision took and for how many ticks it lasts.
+
+        It counts for a twentieth, the first one too: that one includes planning ahead, and must not close the door.
+        """
         cost = decision_ms / 1e3 / (TICK_S * execute)
-        self._costs[agent_id] = 0.95 * self._costs.get(agent_id, cost) + 0.05 * cost
+        self._costs[agent_id] = 0.95 * self._cost(agent_id) + 0.05 * cost
 
     def _cost(self, agent_id: str) -> float:
         return self._costs.get(agent_id, FIRST_GUESS_MS / 1e3 / TICK_S)

@@ -8,6 +8,7 @@ import pytest
 from playwright.sync_api import Browser, Page, sync_playwright
 
 from tests.browser.install import NoBrowser
+from tests.browser.pages import admin_token
 from tests.browser.support import DESKTOP, Server, complaints, launch, running_server, seat_tokens_script
 
 OpenPage = Callable[..., Page]
@@ -24,6 +25,15 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     with running_server(tmp_path_factory.mktemp("server")) as running:
         yield running
+
+
+@pytest.fixture(autouse=True)
+def _no_room_stays_open(request: pytest.FixtureRequest) -> Iterator[None]:
+    """A room that was left waits for its people, and its agent with it: after enough tests no agent would be free."""
+    yield
+    if "server" in request.fixturenames:
+        running: Server = request.getfixturevalue("server")
+        running.close_rooms(admin_token(running))
 
 
 @pytest.fixture(scope="session")

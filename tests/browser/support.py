@@ -38,13 +38,20 @@ class Server:
     data: Path
     log: Path
 
+    def request(self, path: str, body: dict[str, Any] | None = None, token: str = "") -> Any:
+        """The JSON answer to a GET, or to a POST of `body`."""
+        headers = {"Content-Type": "application/json", **({"Authorization": f"Bearer {token}"} if token else {})}
+        data = None if body is None else json.dumps(body).encode()
+        with urllib.request.urlopen(urllib.request.Request(self.url + path, data, headers), timeout=20) as answer:
+            return json.load(answer)
+
     def post(self, path: str, body: dict[str, Any]) -> dict[str, Any]:
-        request = urllib.request.Request(
-            self.url + path, json.dumps(body).encode(), {"Content-Type": "application/json"}, method="POST"
-        )
-        with urllib.request.urlopen(request, timeout=20) as answer:
-            document: dict[str, Any] = json.load(answer)
-            return document
+        document: dict[str, Any] = self.request(path, body)
+        return document
+
+    def close_rooms(self, admin_token: str) -> None:
+        for room in self.request("/api/admin/state", token=admin_token)["rooms"]:
+            self.request(f"/api/admin/rooms/{room['room']}/close", {}, admin_token)
 
     def make_room(
         self, map_name: str, blue: str = "here", red: str = "link", limit_ticks: int = 500, maps: tuple[str, ...] = ()

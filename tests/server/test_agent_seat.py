@@ -175,8 +175,20 @@ def test_an_unknown_agent_is_refused_at_once() -> None:
 
 def test_a_pool_without_time_left_refuses_one_more() -> None:
     pool = AgentPool()
-    pool.note_cost("idle", 35.0, 1)
+    for _ in range(200):
+        pool.note_cost("idle", 35.0, 1)
     open_seat(pool, "idle")
     open_seat(pool, "idle")
     with pytest.raises(AgentsBusyError, match="of a core"):
         open_seat(pool, "idle")
+
+
+def test_one_slow_first_decision_refuses_nobody_and_one_seat_is_always_had() -> None:
+    pool = AgentPool()
+    pool.note_cost("idle", 95.0, 1)
+    for _ in range(5):
+        open_seat(pool, "idle")
+    slow = AgentPool()
+    for _ in range(200):
+        slow.note_cost("idle", 500.0, 1)
+    open_seat(slow, "idle")
