@@ -1,5 +1,6 @@
 """A store as a run study leaves it: participants with answers and rounds, drawn from a seed."""
 
+from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
 
@@ -36,7 +37,7 @@ def fill(
     *,
     seed: int = 0,
     recorded_ticks: int = 0,
-    clock: Clock | None = None,
+    clock: Callable[[], int] | None = None,
 ) -> tuple[StudyFolder, Store, list[str]]:
     """A study in which so many took part; rounds have recordings where `recorded_ticks` is more than none."""
     place = StudyFolder(study, folder)

@@ -12,6 +12,7 @@ from server.cli import main
 from study.errors import StudyError
 from study.export import Options, export_study
 from study.forgetting import DAY_MS, due, forget, purge
+from study.store.identity import now_ms
 from study.store.tables import audit, tombstones, units
 from tests.study.filled import fill, template
 from tests.study.support import Clock
@@ -154,7 +155,7 @@ def test_purging_removes_identities_first_and_everything_later_unless_it_was_rel
 
 def test_the_commands_say_what_they_did(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     study, text = template("agent_survey", **SHORT)
-    _, _, (pid, _) = fill(tmp_path / "data", study, text, 2)
+    _, _, (pid, _) = fill(tmp_path / "data", study, text, 2, clock=now_ms)
     file = tmp_path / "study.yaml"
     file.write_text(text, encoding="utf-8")
     place = [str(file), "--data", str(tmp_path / "data")]
