@@ -13,7 +13,7 @@ from agents.scripted.relay import Relay, relay
 from agents.scripted.situation import Situation
 from agents.scripted.style import Style, varied
 from agents.scripted.terrain import Terrain, cell_of
-from agents.scripted.traffic import gap_to, in_goal, meeting_danger, partners_way
+from agents.scripted.traffic import gap_to, in_goal, meeting_danger, partners_way, touching
 from agents.scripted.walking import grid_of, walk_field
 from world.state import Floats
 
@@ -93,8 +93,7 @@ class ScriptedAgent:
             self._useless.setdefault(self._errand.item, set()).add(self._errand.stand)
             self._errand = None  # the hand does not reach the item from here: think again
             return
-        close = np.hypot(*(now.partner[:2] - now.pose[:2])) < 0.6
-        if close and now.mine != now.theirs or (close and now.mine < 0):
+        if touching(now) and (now.mine < 0 or now.mine != now.theirs):
             if self._gives_way(now):
                 self._errand = Aside(now, partners_way(now, self._their_item(now)), now.tick + WAIT_ASIDE)
                 self._patient = 0

@@ -28,6 +28,8 @@ from world.state import Floats
 GOOD_ENOUGH = 80.0  # quarter ticks: a way together this much longer than a way alone is taken
 APART, COMFORTABLE = 0.255, 0.33  # units between the two holders' centres: at least, and better
 SIDEWAYS = 12.0  # quarter ticks per radian by which two grips are not opposite
+HONEST = 350.0  # quarter ticks: a dearer way may come from a bad place to put the item down
+WORTH_SQUEEZING = 100.0  # quarter ticks that a way with hardly any room must save
 UNLIKE = 0.7  # rad by which two ways to hold an item differ
 NEARLY = 0.09  # units from its stand at which a planned grip still is what was planned
 NEAR = 0.05  # units from its stand at which a robot turns to the item
@@ -137,16 +139,19 @@ class Fetch:
         yield
         if min(costs) >= UNREACHED:
             return None
+        offset = (0.0, ROBOT_RADIUS + GAP + spec.scale, 0.0)
+        best: tuple[float, Haul, Floats] | None = None
         for margin in margins(now.map):
-            offset = (0.0, ROBOT_RADIUS + GAP + spec.scale, 0.0)
             haul = Haul(now.ground((self.item,)), spec, offset, now.outlook(self.item), margin, self.meeting)
             yield
             yield from solve(haul.field)
             totals = [cost + haul.cost(pose) for cost, pose in zip(costs, places, strict=True)]
-            best = int(np.argmin(totals))
-            if totals[best] < UNREACHED:
-                return haul, places[best]
-        return None
+            number = int(np.argmin(totals))
+            if best is None or totals[number] < best[0] - WORTH_SQUEEZING:
+                best = (totals[number], haul, places[number])
+            if best[0] < HONEST:
+                break
+        return best[1:] if best is not None and best[0] < UNREACHED else None
 
 
 class Carry:
@@ -177,13 +182,18 @@ class Carry:
 
     def _think(self, now: Situation) -> Thought[Haul]:
         offset = in_frame(now.pose, now.item_pose(self.item))
+        best: tuple[float, Haul] | None = None
         for margin in margins(now.map):
             haul = Haul(now.ground(), now.item(self.item), offset, now.outlook(self.item), margin, self.meeting)
             yield
             yield from solve(haul.field)
-            if haul.cost(now.pose) < UNREACHED:
+            cost = haul.cost(now.pose)
+            if best is None or cost < best[0] - WORTH_SQUEEZING:
+                best = (cost, haul)
+            if best[0] < HONEST:
                 break
-        return haul
+        assert best is not None  # there are margins
+        return best[1]
 
 
 class Grips(NamedTuple):

@@ -19,6 +19,7 @@ from maps.spec import ROBOT_RADIUS
 from world.state import Floats
 
 _APART = 2 * ROBOT_RADIUS + 0.02
+_TOUCHING = 0.09  # units between two bodies below which they are in each other's way
 _CLEAR = 0.29  # units between the own centre and the partner's way when standing aside
 _FORESEEN = 60  # cells of the partner's way that are kept clear
 _MEETING_PRICE = 600.0  # quarter ticks per unit of overlap with the partner
@@ -46,6 +47,21 @@ def meeting_danger(now: Situation) -> Danger:
         return np.asarray(_MEETING_PRICE * worst.max(axis=1))
 
     return danger
+
+
+def touching(now: Situation) -> bool:
+    """Whether the two robots, or what they carry, stand so near to each other that one is in the other's way."""
+    bodies = []
+    for seat, held in ((now.seat, now.mine), (1 - now.seat, now.theirs)):
+        x, y, _ = now.robots[seat].tolist()
+        discs = [(x, y, ROBOT_RADIUS)]
+        if held >= 0:
+            ix, iy, _ = now.item_pose(held).tolist()
+            discs.append((ix, iy, now.item(held).scale))
+        bodies.append(discs)
+    return any(
+        math.hypot(ax - bx, ay - by) - ar - br < _TOUCHING for ax, ay, ar in bodies[0] for bx, by, br in bodies[1]
+    )
 
 
 def with_partner(ground: Terrain, position: Floats) -> Terrain:
