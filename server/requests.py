@@ -43,9 +43,7 @@ def handle(room: Room, client: Listener, message: m.ClientMessage, now: float) -
         case m.Keyframe():
             client.tell(room.full_state())
         case m.Focus(visible):
-            for each in room.seating.seats_of(client):
-                if not visible:
-                    each.controls.release()
+            room.focus(client, visible)
         case m.Join():
             raise WrongRequest("joined", "this connection has joined already; open another one")
 

@@ -351,6 +351,14 @@ class Room:
         self.round.note("pause", seat.index)
         self._enter_pause(now)
 
+    def focus(self, client: Listener, visible: bool) -> None:
+        """A page was hidden, which lets its sticks go, or is back."""
+        for seat in self.seating.seats_of(client):
+            if not visible:
+                seat.controls.release()
+            if self.phase == "playing":
+                self.round.note("focus", seat.index, detail="visible" if visible else "hidden")
+
     def leave(self, seat: Seat, now: float) -> None:
         """A person goes for good."""
         title = seat.title

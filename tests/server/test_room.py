@@ -513,6 +513,22 @@ def test_pauses_drops_and_skipped_ticks_are_in_the_recording(tmp_path: Path) -> 
     assert max(tick.late_ms for tick in episode.ticks) == pytest.approx(10.0)
 
 
+def test_a_hidden_page_lets_the_stick_go_and_is_recorded(tmp_path: Path) -> None:
+    table = Table(services=FakeServices(folder=tmp_path), limit_ticks=10)
+    blue, _ = table.play()
+    table.push(blue, 0)
+    table.step(2)
+    table.say(blue, m.Focus(False))
+    table.step()
+    still = blue.bundles[-1].poses[-1, 0]
+    table.step()
+    np.testing.assert_allclose(blue.bundles[-1].poses[-1, 0], still, atol=1e-4)
+    table.say(blue, m.Focus(True))
+    table.step(8)
+    events = read_episode(table.services.archived[0]).events
+    assert [(e.seat, e.detail) for e in events if e.kind == "focus"] == [(0, "hidden"), (0, "visible")]
+
+
 def test_practice_has_no_limit_and_no_recording(tmp_path: Path) -> None:
     table = Table("Simple", services=FakeServices(folder=tmp_path), limit_ticks=10, practice=True)
     blue, _ = table.play()
