@@ -1,0 +1,54 @@
+"""Trained agents at play."""
+
+import subprocess
+import sys
+
+import numpy as np
+
+from agents.base import EpisodeInfo
+from agents.observing import observe, start_state
+from agents.policies.export import export_policy
+from agents.policies.policy import build_policy
+from agents.serving import PolicyAgent, PolicyNetwork
+from maps import load_map
+from tests.agents.learning import tiny_spec
+
+
+def test_playing_needs_no_torch() -> None:
+    code = "import agents.serving, agents.bass.agent, sys; assert 'torch' not in sys.modules"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def _agent(**changes: object) -> PolicyAgent:
+    spec = tiny_spec(**changes)
+    agent = PolicyAgent(spec, PolicyNetwork(spec, export_policy(build_policy(spec).eval())))
+    agent.reset(EpisodeInfo(load_map("HandOff"), 0, 3, 100))
+    return agent
+
+
+def test_a_plan_is_played_for_the_ticks_that_it_is_meant_for_and_then_made_anew() -> None:
+    agent = _agent(execute=3, obs_horizon=1)
+    the_map = load_map("HandOff")
+    state = start_state(the_map)
+    answers = [agent.act(observe(the_map, state, 0, tick)) for tick in range(4)]
+    assert [len(answer) for answer in answers] == [8, 7, 6, 8]
+    assert np.array_equal(answers[1][:, :3], answers[0][1:, :3])
+    assert not np.array_equal(answers[3][0], answers[0][0])  # fresh noise
+
+
+def test_an_episode_is_repeated_by_its_seed() -> None:
+    agent = _agent()
+    the_map = load_map("HandOff")
+    first = agent.act(observe(the_map, start_state(the_map), 0))
+    agent.reset(EpisodeInfo(the_map, 0, 3, 100))
+    assert np.array_equal(first, agent.act(observe(the_map, start_state(the_map), 0)))
+    agent.reset(EpisodeInfo(the_map, 0, 4, 100))
+    assert not np.array_equal(first, agent.act(observe(the_map, start_state(the_map), 0)))
+
+
+def test_ticks_that_were_missed_make_it_decide_anew() -> None:
+    agent = _agent(execute=2)
+    the_map = load_map("HandOff")
+    state = start_state(the_map)
+    agent.act(observe(the_map, state, 0, 0))
+    assert len(agent.act(observe(the_map, state, 0, 17))) == 8
