@@ -11,9 +11,7 @@ import math
 
 import msgspec
 
-from maps import map_to_json
 from maps.errors import MovingOutError
-from recordings import EpisodeHeader
 from recordings.episode import Outcome
 from server import messages as m
 from server.frames import Beat
@@ -267,10 +265,7 @@ class Room:
         if self.config.practice:
             return Recorder(None)
         blue, red = self.seats
-        header = EpisodeHeader(
-            self.round.episode_id, self.round.map, self.round.seed, self.round.limit_ticks,
-            (blue.info(), red.info()), self._services.wall_ns(), "live",
-        )  # fmt: skip
+        header = self.round.header((blue.info(), red.info()), self._services.wall_ns())
         return self._services.open_recording(header, self.round.state)
 
     def _finish(self, outcome: Outcome, reason: str) -> None:
@@ -390,10 +385,7 @@ class Room:
         return self.round.full_state(shown_until * 1e3)
 
     def _round_message(self) -> m.Round:
-        return m.Round(
-            self.index, len(self.config.maps), self.epoch, map_to_json(self.round.map), self.round.limit_ticks,
-            self.config.practice, self.round.episode_id,
-        )  # fmt: skip
+        return self.round.message(self.index, len(self.config.maps), self.config.practice)
 
     def _announce(self, now: float) -> None:
         self._announced = now

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from maps import MapSpec
-from recordings import Event, TickRecord
+from maps import MapSpec, map_to_json
+from recordings import EpisodeHeader, Event, SeatInfo, TickRecord
 from recordings.episode import ActionSource, Episode, EventKind, Outcome
 from server import messages as m
 from server.controls import Latch
@@ -115,6 +115,15 @@ class Round:
             ac=-1.0 if metrics.ac is None else metrics.ac,
             recording=self.episode_id if self.recorder.active else "",
         )
+
+    def header(self, seats: tuple[SeatInfo, SeatInfo], started_ns: int) -> EpisodeHeader:
+        """What the recording begins with."""
+        return EpisodeHeader(self.episode_id, self.map, self.seed, self.limit_ticks, seats, started_ns, "live")
+
+    def message(self, index: int, total: int, practice: bool) -> m.Round:
+        """What clients need to draw this round."""
+        the_map = map_to_json(self.map)
+        return m.Round(index, total, self.epoch, the_map, self.limit_ticks, practice, self.episode_id)
 
     def full_state(self, time_ms: float) -> m.FullState:
         poses = [*self.state.robot_poses.tolist(), *self.state.item_poses.tolist()]
