@@ -1,11 +1,13 @@
-"""`movingout study` export, forget and purge: what to do with the data of a study that was run."""
+"""`movingout study` report, export, forget and purge: what to do with the data of a study that was run."""
 
 import argparse
+import importlib
 import json
 from contextlib import closing
 from pathlib import Path
 from typing import Any
 
+from study.errors import StudyError
 from study.export import FORMATS, Options, export_study
 from study.folder import StudyFolder
 from study.forgetting import due, forget, purge
@@ -16,6 +18,12 @@ _DATA = Path("data")
 
 def configure(commands: Any) -> None:
     """Add the sub-commands to those of `movingout study`."""
+    report = commands.add_parser("report", help="results: tables, figures and tests on one offline page, and CSV")
+    _add_place(report)
+    report.add_argument("-o", "--out", type=Path, metavar="DIR", help="default: ID-report; never overwritten")
+    report.add_argument("--blinded", action="store_true", help="partners by letter, as participants saw them")
+    report.set_defaults(perform=_report)
+
     export = commands.add_parser("export", help="tables, codebook, recordings and training set, in a new folder")
     _add_place(export)
     export.add_argument("-o", "--out", type=Path, metavar="DIR", help="default: ID-export; never overwritten")
@@ -47,6 +55,17 @@ def _folder(args: argparse.Namespace) -> StudyFolder:
     return StudyFolder(read_study(args.file), args.data, args.database, args.identities)
 
 
+def _report(args: argparse.Namespace) -> int:
+    try:
+        analysis = importlib.import_module("study.analysis.command")  # statistics take seconds to import
+    except ImportError as error:
+        raise StudyError(
+            f"a report needs scipy and statsmodels ({error}); install them: pip install 'moving-out-live[analysis]'"
+        ) from None
+    code: int = analysis.report(_folder(args), args)
+    return code
+
+
 def _export(args: argparse.Namespace) -> int:
     folder = _folder(args)
     target = args.out or Path(f"{folder.study.id}-export")
@@ -54,7 +73,7 @@ def _export(args: argparse.Namespace) -> int:
     with closing(folder.open_existing()) as store:
         done = export_study(folder, store, target, options)
     document = {"export": str(target), "rows": done.rows, "recordings": done.recordings}
-    _report(args, {**document, "missing": done.missing, "warnings": done.warnings}, [
+    _say(args, {**document, "missing": done.missing, "warnings": done.warnings}, [
         f"wrote {target}: {done.rows['participants']} participants, {done.rows['rounds']} rounds, "
         f"{done.rows['answers']} answers, {done.recordings} recordings",
         *(f"missing: recording {name} of a round is not in {folder.recordings}" for name in done.missing),
@@ -69,7 +88,7 @@ def _forget(args: argparse.Namespace) -> int:
         done = forget(folder, store, args.pid)
     document = {"pid": done.pid, "rows": done.rows, "recordings": done.recordings, "identity": done.identity}
     sentence = f"forgot {done.pid}: {done.rows} rows, {done.recordings} recordings, identity: "
-    _report(args, document, [
+    _say(args, document, [
         sentence + ("removed" if done.identity else "none was kept"),
         "exports that were made before still hold the participant; make them again",
     ])  # fmt: skip
@@ -82,14 +101,14 @@ def _purge(args: argparse.Namespace) -> int:
         found = purge(folder, store) if args.apply else due(folder.study, store)
     document = {"applied": args.apply, "identities": list(found.identities), "participants": list(found.trials)}
     verb = "removed" if args.apply else "due"
-    _report(args, document, [
+    _say(args, document, [
         f"{verb}: {len(found.identities)} identities, {len(found.trials)} participants with everything",
         *([] if args.apply else ["nothing was removed; --apply does it"]),
     ])  # fmt: skip
     return 0
 
 
-def _report(args: argparse.Namespace, document: dict[str, object], sentences: list[str]) -> None:
+def _say(args: argparse.Namespace, document: dict[str, object], sentences: list[str]) -> None:
     print(json.dumps(document, indent=2) if args.json else "\n".join(sentences))
 
 

@@ -1,0 +1,151 @@
+"""What a study's store says, arranged for analysis: rounds that count, newest answers, who came how far."""
+
+from collections import defaultdict
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+from study.definition import Study
+from study.questionnaire import NO_ANSWER, Item
+from study.store.store import Store
+from study.store.tables import answers, counts, participants, players, rounds, tombstones, units
+
+METRICS = ("tcr", "nfd", "wt_s", "ac")
+FINISHED = ("delivered", "time")
+AWAY_SHARE = 0.5  # of ticks without input
+HIDDEN_S = 2.0
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Flag:
+    """A reason to look at a round or a participant before trusting it."""
+
+    pid: str
+    step: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class Results:
+    """Everything that the report shows, before statistics."""
+
+    study: Study
+    flow: tuple[tuple[str, int], ...]
+    rounds: tuple[Row, ...]  # that count, in the order played
+    people: dict[int, tuple[str, ...]]  # unit to participants
+    answers: tuple[Row, ...]  # the newest, of questionnaires about partners and at the end
+    flags: tuple[Flag, ...]
+
+    @property
+    def partners(self) -> tuple[str, ...]:
+        """Partners that were met, in the order of the study file; "" stands for another participant."""
+        met = {row["partner"] for row in self.rounds}
+        return tuple(name for name in (*(one.id for one in self.study.partners), "") if name in met)
+
+    @property
+    def maps(self) -> tuple[str, ...]:
+        met = {row["map"] for row in self.rounds}
+        return tuple(dict.fromkeys(name for block in self.study.blocks for name in block.maps if name in met))
+
+    def values(self, metric: str, partner: str, map_name: str | None = None) -> list[float]:
+        """A metric of each round with a partner, of one map or of all."""
+        return [
+            row[metric]
+            for row in self.rounds
+            if row["partner"] == partner and map_name in (None, row["map"]) and row[metric] is not None
+        ]
+
+    def per_unit(self, metric: str, partner: str) -> dict[str, float]:
+        """The mean of a metric over the rounds of each participant (or pair)."""
+        found: dict[str, list[float]] = defaultdict(list)
+        for row in self.rounds:
+            if row["partner"] == partner and row[metric] is not None:
+                found[str(row["unit"])].append(row[metric])
+        return {unit: sum(values) / len(values) for unit, values in found.items()}
+
+    def ratings(self, questionnaire: str, item: str, partner: str) -> dict[str, float]:
+        """The mean rating of each participant, where there is one."""
+        found: dict[str, list[float]] = defaultdict(list)
+        for row in self.answers:
+            asked = (row["questionnaire"], row["item"], row["partner"]) == (questionnaire, item, partner)
+            if asked and row["value"] != NO_ANSWER:
+                found[row["pid"]].append(float(row["value"]))
+        return {pid: sum(values) / len(values) for pid, values in found.items()}
+
+    def texts(self) -> list[Row]:
+        return [row for row in self.answers if row["text"].strip()]
+
+    def scales(self) -> list[tuple[str, Item]]:
+        """Every rated question of the study, with its questionnaire."""
+        names = [name for block in self.study.blocks for name in (*block.after_round, *block.after_partner)]
+        return [
+            (name, item)
+            for name in dict.fromkeys((*names, *self.study.at_end))
+            for item in self.study.questionnaire(name).items
+            if item.kind in ("likert7", "tlx") and item.expected is None
+        ]
+
+
+def collect(study: Study, store: Store) -> Results:
+    """Read a store. Rounds of those who did not want their data kept are left out, as are their answers."""
+    people = store.rows(participants)
+    refused = {row["pid"] for row in people if row["keep"] is False}
+    left_out = {row["unit"] for row in people if row["pid"] in refused}
+    kept = [row for row in store.rows(rounds) if row["unit"] not in left_out]
+    newest = {(row["pid"], row["step"], row["item"]): row for row in store.rows(answers) if row["pid"] not in refused}
+    groups: dict[int, list[str]] = defaultdict(list)
+    for row in sorted(people, key=lambda row: row["member"]):
+        if row["unit"] is not None:
+            groups[row["unit"]].append(row["pid"])
+    return Results(
+        study=study,
+        flow=tuple(_flow(store, people, len(refused))),
+        rounds=tuple(row for row in kept if row["valid"] and row["outcome"] in FINISHED),
+        people={unit: tuple(pids) for unit, pids in groups.items()},
+        answers=tuple(newest.values()),
+        flags=(*_round_flags(study, store, kept), *_attention_flags(study, newest.values())),
+    )
+
+
+def _flow(store: Store, people: list[Row], refused: int) -> Iterable[tuple[str, int]]:
+    """The participants' flow, as CONSORT reports it."""
+    outcomes = [row["outcome"] for row in people]
+    declined = next((row["number"] for row in store.rows(counts) if row["name"] == "declined"), 0)
+    removed = len(store.rows(tombstones))
+    yield "came", len(people) + declined + removed
+    yield "did not agree", declined
+    yield "forgotten at their wish or after the time of keeping", removed
+    yield "allocated to a slot", sum(row["unit"] is not None for row in people)
+    for outcome in ("screened-out", "no-partner", "partner-left", "withdrew"):
+        yield f"ended: {outcome.replace('-', ' ')}", outcomes.count(outcome)
+    yield "still taking part, or went away", outcomes.count(None)
+    yield "finished", outcomes.count("done")
+    yield "finished, and did not want their data kept", refused
+    yield "units that count as done", sum(row["state"] == "done" for row in store.rows(units))
+
+
+def _round_flags(study: Study, store: Store, kept: list[Row]) -> Iterable[Flag]:
+    by_number = {row["id"]: row for row in kept}
+    for row in kept:
+        if not row["valid"]:
+            yield Flag("", row["step"], f"unit {row['unit']}: marked invalid by the experimenter")
+        elif row["outcome"] not in FINISHED:
+            yield Flag("", row["step"], f"unit {row['unit']}: did not run to its end ({row['outcome'] or 'open'})")
+    for one in store.rows(players):
+        step = by_number[one["round"]]["step"] if one["round"] in by_number else None
+        if step is None:
+            continue
+        if (one["idle_share"] or 0.0) > AWAY_SHARE:
+            yield Flag(one["pid"], step, f"no input in {one['idle_share']:.0%} of the ticks")
+        if (one["hidden_s"] or 0.0) > HIDDEN_S:
+            yield Flag(one["pid"], step, f"the page was hidden for {one['hidden_s']:.0f} s")
+        if (one["rtt_ms"] or 0.0) > study.gate.rtt_ms:
+            yield Flag(one["pid"], step, f"round trip {one['rtt_ms']:.0f} ms")
+
+
+def _attention_flags(study: Study, newest: Iterable[Row]) -> Iterable[Flag]:
+    for row in newest:
+        expected = study.questionnaire(row["questionnaire"]).item(row["item"]).expected
+        if expected is not None and row["value"] not in (expected, NO_ANSWER):
+            yield Flag(row["pid"], row["step"], f"attention item {row['item']} answered {row['value']}, not {expected}")

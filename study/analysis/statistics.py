@@ -1,0 +1,124 @@
+"""The statistics of a report: estimates and comparisons of two partners, by scipy and statsmodels alone.
+
+The paper compared models by independent t-tests. Its participants met several models, so their answers belong
+together, and Likert answers are ranks: `signed_rank` (Wilcoxon, paired) with Holm's correction over all comparisons
+of a table is the better choice, and both are shown.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import stats
+from statsmodels.stats.meta_analysis import effectsize_smd
+from statsmodels.stats.multitest import multipletests
+
+CONFIDENCE = 0.95
+_Z = float(stats.norm.ppf(0.5 + CONFIDENCE / 2))
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """A mean with its standard error, s / sqrt(n); None where there is only one value."""
+
+    mean: float
+    stderr: float | None
+    n: int
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """`one` against `other` in one measure, over participants."""
+
+    measure: str
+    one: str
+    other: str
+    n: tuple[int, int]  # participants of each
+    pairs: int  # participants who met both
+    difference: float  # of the means
+    t: float | None  # independent t-test with equal variances, as in the paper
+    t_p: float | None
+    w_p: float | None  # Wilcoxon's signed-rank test over the pairs
+    holm_p: float | None  # w_p corrected over the comparisons of the table
+    g: float | None  # Hedges' g, the standardised difference corrected for few participants
+    g_interval: tuple[float, float] | None  # 95 %
+
+
+def estimate(values: Sequence[float]) -> Estimate | None:
+    """None without values."""
+    if not values:
+        return None
+    return Estimate(float(np.mean(values)), float(stats.sem(values)) if len(values) > 1 else None, len(values))
+
+
+def compare(measure: str, one: str, other: str, first: dict[str, float], second: dict[str, float]) -> Comparison | None:
+    """Two partners in one measure; the values are means per participant. None where one of them has no value."""
+    a, b = list(first.values()), list(second.values())
+    if not a or not b:
+        return None
+    both = [pid for pid in first if pid in second]
+    t, t_p = _independent(a, b)
+    g, interval = _effect(a, b)
+    return Comparison(
+        measure=measure,
+        one=one,
+        other=other,
+        n=(len(a), len(b)),
+        pairs=len(both),
+        difference=float(np.mean(a) - np.mean(b)),
+        t=t,
+        t_p=t_p,
+        w_p=signed_rank([first[pid] - second[pid] for pid in both]),
+        holm_p=None,
+        g=g,
+        g_interval=interval,
+    )
+
+
+def corrected(comparisons: Sequence[Comparison]) -> list[Comparison]:
+    """With Holm's correction over those that were tested."""
+    tested = [index for index, one in enumerate(comparisons) if one.w_p is not None]
+    result = list(comparisons)
+    if tested:
+        adjusted = multipletests([comparisons[index].w_p for index in tested], method="holm")[1]
+        for index, p in zip(tested, adjusted, strict=True):
+            result[index] = replace(result[index], holm_p=float(p))
+    return result
+
+
+def signed_rank(differences: Sequence[float]) -> float | None:
+    """p of Wilcoxon's signed-rank test, two-sided; None where no difference is left to rank."""
+    if not any(differences):
+        return None
+    return float(stats.wilcoxon(differences).pvalue)
+
+
+def trend(series: Sequence[Sequence[float]]) -> tuple[float, float | None] | None:
+    """Whether values rise with their place: the mean of Spearman's rho per participant, and p that it is not zero."""
+    rhos = [
+        float(stats.spearmanr(range(len(values)), values).statistic)
+        for values in series
+        if len(values) > 2 and len(set(values)) > 1
+    ]
+    return (float(np.mean(rhos)), signed_rank(rhos)) if rhos else None
+
+
+def _independent(a: Sequence[float], b: Sequence[float]) -> tuple[float | None, float | None]:
+    if min(len(a), len(b)) < 2 or not _varies(a, b):
+        return None, None
+    found = stats.ttest_ind(a, b)
+    return float(found.statistic), float(found.pvalue)
+
+
+def _effect(a: Sequence[float], b: Sequence[float]) -> tuple[float | None, tuple[float, float] | None]:
+    if min(len(a), len(b)) < 2 or not _varies(a, b):
+        return None, None
+    spread = [float(np.std(values, ddof=1)) for values in (a, b)]
+    g, variance = effectsize_smd(np.mean(a), spread[0], len(a), np.mean(b), spread[1], len(b))
+    half = _Z * math.sqrt(float(variance))
+    return float(g), (float(g) - half, float(g) + half)
+
+
+def _varies(a: Sequence[float], b: Sequence[float]) -> bool:
+    return float(np.ptp(a)) > 0 or float(np.ptp(b)) > 0

@@ -1,0 +1,146 @@
+"""The tables of a report, as rows: they become a part of the page and a CSV file each."""
+
+from collections import defaultdict
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import combinations
+
+from study.analysis.results import METRICS, Results
+from study.analysis.statistics import Comparison, Estimate, compare, corrected, estimate, trend
+
+HEADS = {"tcr": "TCR ↑", "nfd": "NFD ↑", "wt_s": "WT, s ↓", "ac": "AC ↑"}
+Namer = Callable[[str], str]
+Values = dict[str, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A table with a heading per column; the first columns are words, the others numbers."""
+
+    name: str
+    title: str
+    heads: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    words: int  # how many of the columns are words
+    note: str = ""
+
+
+def performance(results: Results, name: Namer) -> Table:
+    """All maps together, in the layout of the paper's tables: a row per partner."""
+    rows = [
+        (name(partner), str(len(results.values("tcr", partner))), *_cells(results, partner, None))
+        for partner in results.partners
+    ]
+    note = "Mean ± standard error over rounds. AC is over those in which something was carried together."
+    return Table("performance", "Results by partner", ("Partner", "rounds", *HEADS.values()), tuple(rows), 1, note)
+
+
+def performance_by_map(results: Results, name: Namer) -> Table:
+    rows = []
+    for map_name in results.maps:
+        for partner in results.partners:
+            number = len(results.values("tcr", partner, map_name))
+            rows.append((map_name, name(partner), str(number), *_cells(results, partner, map_name)))
+    heads = ("Map", "Partner", "rounds", *HEADS.values())
+    return Table("performance_by_map", "Results by map", heads, tuple(rows), 2)
+
+
+def metric_comparisons(results: Results, name: Namer) -> Table:
+    """Every pair of partners in every metric, over means per participant."""
+    found = _pairs(results, [(HEADS[metric], partial(results.per_unit, metric)) for metric in METRICS])
+    return _comparison_table("metric_comparisons", "Partners compared: performance", found, name)
+
+
+def rating_comparisons(results: Results, name: Namer) -> Table:
+    """Every pair of partners in every item, over participants."""
+    measures: list[tuple[str, Callable[[str], Values]]] = [
+        (item.label, partial(results.ratings, form, item.id)) for form, item in results.scales()
+    ]
+    return _comparison_table("rating_comparisons", "Partners compared: ratings", _pairs(results, measures), name)
+
+
+def ratings(results: Results, name: Namer) -> Table:
+    """Mean rating per item and partner."""
+    rows = []
+    for form, item in results.scales():
+        for partner in (*results.partners, *([""] if "" not in results.partners else [])):
+            found = estimate(list(results.ratings(form, item.id, partner).values()))
+            if found is not None:
+                rows.append((item.label, name(partner) if partner else "(all)", str(found.n), _words(found)))
+    heads = ("Item", "Partner", "participants", "mean ± s.e.")
+    return Table("ratings", "Ratings", heads, tuple(rows), 2)
+
+
+def order_effects(results: Results) -> Table:
+    """Whether people got better with time, whoever the partner was."""
+    rows = []
+    for metric in METRICS:
+        series: dict[int, list[float]] = defaultdict(list)
+        for row in sorted(results.rounds, key=lambda row: row["position"]):
+            if row[metric] is not None:
+                series[row["unit"]].append(row[metric])
+        found = trend(list(series.values()))
+        if found is not None:
+            rows.append((HEADS[metric], str(len(series)), f"{found[0]:+.2f}", _p(found[1])))
+    heads = ("Metric", "participants or pairs", "mean rho", "p")
+    note = "Spearman's rank correlation of the metric with the position of the round, per participant; p by Wilcoxon."
+    return Table("order_effects", "Order effects", heads, tuple(rows), 1, note)
+
+
+def flow(results: Results) -> Table:
+    rows = tuple((words, str(number)) for words, number in results.flow)
+    return Table("flow", "Participants", ("", "number"), rows, 1)
+
+
+def flags(results: Results) -> Table:
+    rows = tuple((one.pid or "–", one.step, one.reason) for one in results.flags)
+    note = "Nothing is left out because of a flag; rounds marked invalid or broken off are not in the results."
+    return Table("flags", "Quality flags", ("Participant", "Step", "Reason"), rows, 3, note)
+
+
+def _cells(results: Results, partner: str, map_name: str | None) -> tuple[str, ...]:
+    return tuple(_words(estimate(results.values(metric, partner, map_name))) for metric in METRICS)
+
+
+def _words(found: Estimate | None) -> str:
+    if found is None:
+        return "–"
+    return f"{found.mean:.3f}" + (f" ± {found.stderr:.3f}" if found.stderr is not None else "")
+
+
+def _p(p: float | None) -> str:
+    return "–" if p is None else "< 0.001" if p < 0.001 else f"{p:.3f}"
+
+
+def _pairs(results: Results, measures: Sequence[tuple[str, Callable[[str], Values]]]) -> list[Comparison]:
+    found = [
+        compare(label, one, other, of(one), of(other))
+        for label, of in measures
+        for one, other in combinations(results.partners, 2)
+    ]
+    return corrected([one for one in found if one is not None])
+
+
+def _comparison_table(key: str, title: str, found: Sequence[Comparison], name: Namer) -> Table:
+    rows = [
+        (
+            one.measure,
+            f"{name(one.one)} – {name(one.other)}",
+            f"{one.difference:+.3f}",
+            "–" if one.t is None else f"{one.t:.2f}",
+            _p(one.t_p),
+            str(one.pairs),
+            _p(one.w_p),
+            _p(one.holm_p),
+            "–" if one.g is None or one.g_interval is None
+            else f"{one.g:+.2f} [{one.g_interval[0]:+.2f}, {one.g_interval[1]:+.2f}]",
+        )
+        for one in found
+    ]  # fmt: skip
+    heads = ("Measure", "Partners", "difference", "t", "p (t)", "pairs", "p (Wilcoxon)", "p (Holm)", "g [95 %]")
+    note = (
+        "Over means per participant. t: independent t-test, as in the paper. Wilcoxon: signed-rank test of those who "
+        "met both, the better choice here; Holm: corrected over this table. g: Hedges' g with its 95 % interval."
+    )
+    return Table(key, title, heads, tuple(rows), 2, note)

@@ -1,0 +1,126 @@
+"""The report of a filled study: what it shows, what it leaves out, and that it needs nothing from anywhere."""
+
+import csv
+import json
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+from server.cli import main
+from study.analysis.page import all_tables, page
+from study.analysis.results import Results, collect
+from study.analysis.tables import metric_comparisons, performance
+from study.store.rounds import Rounds
+from tests.study.filled import fill, template
+from tests.study.support import TEXT, open_store, study
+
+SHORT = {"    maps: [HandOff, PriorityPick, SingleRotation]": "    maps: [HandOff]"}
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
+    """Six participants of the recommended study, on two maps."""
+    small, text = template("human_study", **{"    maps: all     ": "    maps: [HandOff, LeftRight] "})
+    _, store, pids = fill(tmp_path_factory.mktemp("data"), small, text, 6, seed=3)
+    store.answer(pids[0], "play/1/about-partner", "about-partner", "dp", "attention", 6, "", 1.0)
+    store.answer(pids[0], "play/1/about-partner", "about-partner", "dp", "comment", -1, "<b>bold</b> & strong", 1.0)
+    return collect(small, store)
+
+
+def plain(partner: str) -> str:
+    return partner
+
+
+@pytest.fixture(scope="module")
+def html(results: Results) -> str:
+    return page(results, plain, "about")
+
+
+def test_the_table_by_partner_is_in_the_layout_of_the_papers(results: Results) -> None:
+    table = performance(results, plain)
+    assert table.heads == ("Partner", "rounds", "TCR ↑", "NFD ↑", "WT, s ↓", "AC ↑")
+    assert [row[:2] for row in table.rows] == [("dp", "12"), ("bass", "12"), ("mlp", "12"), ("gru", "12")]
+    assert re.fullmatch(r"0\.\d{3} ± 0\.\d{3}", table.rows[0][2])
+
+
+def test_every_pair_of_partners_is_compared_in_every_metric_over_participants(results: Results) -> None:
+    rows = metric_comparisons(results, plain).rows
+    assert len(rows) == 4 * 6
+    assert rows[0][:2] == ("TCR ↑", "dp – bass") and rows[0][5] == "6"
+
+
+def test_a_wrong_attention_item_is_flagged_and_the_newest_answer_counts(results: Results) -> None:
+    assert [flag.reason for flag in results.flags] == ["attention item attention answered 6, not 2"]
+
+
+def test_the_flow_counts_everybody(results: Results) -> None:
+    assert dict(results.flow)["came"] == dict(results.flow)["finished"] == 6
+
+
+class Page(HTMLParser):
+    """Collects tags, open ones and addresses."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.tags: list[str] = []
+        self.addresses: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        self.addresses += [value or "" for key, value in attrs if key in ("src", "href")]
+
+
+def test_the_page_has_no_script_no_address_and_shows_text_as_text(html: str) -> None:
+    parsed = Page()
+    parsed.feed(html)
+    assert "script" not in parsed.tags and parsed.addresses == []
+    assert "&lt;b&gt;bold&lt;/b&gt; &amp; strong" in html
+    assert parsed.tags.count("svg") >= 4 + 9
+
+
+def test_the_page_has_a_bar_chart_per_likert_item_and_every_table(results: Results, html: str) -> None:
+    for label in ("Teamwork", "Humanlike", "Reasonable", "Follow", "Physics", "Helpfulness", "Collision", "Future"):
+        assert f"{label}: distribution of ratings by partner" in html
+    for table in all_tables(results, plain):
+        assert f"<h2>{table.title}</h2>" in html
+
+
+def test_blinded_reports_know_letters_only_and_others_the_agents(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    small, text = template(
+        "agent_survey", **{"    maps: [HandOff, PriorityPick, SingleRotation]": "    maps: [HandOff]"}
+    )
+    fill(tmp_path / "data", small, text, 3)
+    file = tmp_path / "study.yaml"
+    file.write_text(text, encoding="utf-8")
+    common = [str(file), "--data", str(tmp_path / "data")]
+    assert main(["study", "report", *common, "-o", str(tmp_path / "open"), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["rounds"] == 6
+    assert main(["study", "report", *common, "-o", str(tmp_path / "blind"), "--blinded"]) == 0
+    with (tmp_path / "blind" / "performance.csv").open(encoding="utf-8", newline="") as stream:
+        assert next(csv.DictReader(stream))["Partner"] == "Partner A"
+    assert "scripted (scripted)" in (tmp_path / "open" / "report.html").read_text(encoding="utf-8")
+    assert main(["study", "report", *common, "-o", str(tmp_path / "open")]) == 2
+    assert "is not overwritten" in capsys.readouterr().err
+
+
+def test_a_study_in_which_nobody_came_has_a_report_too(tmp_path: Path) -> None:
+    empty = collect(study(), open_store(tmp_path, text=TEXT))
+    assert empty.partners == () and "Nothing to show." in page(empty, plain, "about")
+
+
+def test_rounds_that_do_not_count_and_people_who_said_no_are_left_out(tmp_path: Path) -> None:
+    small, text = template(
+        "agent_survey", **{"    maps: [HandOff, PriorityPick, SingleRotation]": "    maps: [HandOff]"}
+    )
+    _, store, pids = fill(tmp_path, small, text, 3)
+    first = collect(small, store).rounds[0]
+    Rounds(store).mark(first["episode"], valid=False, reason="the pad fell")
+    store.keep_data(pids[2], False)
+    found = collect(small, store)
+    assert len(found.rounds) == 6 - 1 - 2
+    assert pids[2] not in {row["pid"] for row in found.answers}
+    assert [flag.reason for flag in found.flags] == [f"unit {first['unit']}: marked invalid by the experimenter"]
