@@ -57,11 +57,12 @@ def player(live: Live) -> Person:
     "origin",
     ["http://evil.example", "null", "https://127.0.0.1:{port}", "http://127.0.0.1:1", "http://localhost:{port}"],
 )
-def test_1_a_foreign_page_gets_no_socket_and_no_room(live: Live, origin: str) -> None:
+def test_1_a_foreign_page_gets_no_socket_and_no_room(live: Live, origin: str, caplog: pytest.LogCaptureFixture) -> None:
     origin = origin.format(port=live.port)
     with pytest.raises(InvalidStatus) as refused:
         connect(f"ws://{live.address}/ws", subprotocols=[m.SUBPROTOCOL], origin=origin)  # type: ignore[list-item, arg-type]
     assert refused.value.response.status_code == 403
+    assert not [record for record in caplog.records if record.levelno >= logging.ERROR]
     status, answer = live.call("/api/rooms", {"maps": ["Simple"], "seats": []}, Origin=origin)
     assert (status, answer["error"]["code"]) == (403, "origin")
 
