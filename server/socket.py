@@ -256,7 +256,8 @@ class Conversation:
 
     def _take_one(self, now: float) -> None:
         if not self._bucket.take(now):
-            log.warning("a client at %s sent too many messages and was cut off", self._address)
+            if self._gate.flooded(self._address):
+                log.warning("a client at %s sent too many messages and was cut off", self._address)
             raise Hangup(0, "too many messages")
 
 

@@ -222,6 +222,23 @@ def test_5_a_flood_that_goes_on_after_a_close_is_cut_off_too(live: Live) -> None
     assert time.monotonic() - started < 8
 
 
+def test_5_whoever_floods_again_and_again_has_to_wait_and_fills_no_log(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    with serve(tmp_path) as live:
+        room = live.open_room("here", "idle")["room"]
+        flood = (bytes((0x82, 0x80 | 28)) + bytes(4) + Input(0, 1, 0, 0, 1.0, 0.0, 0, 0, 0.0).encode()) * 200
+        with pytest.raises(InvalidStatus) as refused:
+            for _ in range(30):
+                person = live.person(room, mode="watch")
+                with contextlib.suppress(OSError):
+                    person.connection.socket.sendall(flood)
+                assert person.end()[0] == 1006
+        assert b"flooded" in refused.value.response.body
+        assert live.call("/healthz")[0] == 200
+    assert len([record for record in caplog.records if "cut off" in record.getMessage()]) == 1
+
+
 def test_5_two_people_at_one_screen_stay_within_the_rate(live: Live) -> None:
     room = live.open_room("here", "here")
     both = live.person(room["room"], tokens=room["tokens"])
