@@ -4,7 +4,9 @@ A policy agent is asked every tick and decides every `execute` ticks; between de
 while the grasp follows what its hand really does.
 """
 
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -58,9 +60,17 @@ class PolicyNetwork:
 
     def sample(self, history: Singles, random: np.random.Generator) -> Singles:
         """Chunks (B, H, 5) for observations (B, To, D), each from noise of its own."""
+        return self.run(history, self.noise(len(history), random))
+
+    def noise(self, count: int, random: np.random.Generator) -> Singles:
+        """(count, rows, H, 5) for `run`."""
         spec = self.spec
-        shape = (len(history), max(spec.noise_rows, 1), spec.horizon, ACTION_WIDTH)
-        noise = random.standard_normal(shape, dtype=np.float32)
+        shape = (count, max(spec.noise_rows, 1), spec.horizon, ACTION_WIDTH)
+        drawn: Singles = random.standard_normal(shape, dtype=np.float32)
+        return drawn
+
+    def run(self, history: Singles, noise: Singles) -> Singles:
+        """Chunks (B, H, 5) for observations (B, To, D) and noise (B, rows, H, 5); each row for itself, to the bit."""
         chunks: Singles = self._network(observation=history, noise=noise)[0]
         return chunks
 
@@ -98,20 +108,54 @@ class PolicyAgent:
 
     def act(self, observation: Observation) -> ActionChunk:
         """The rest of the plan (h, 4), after deciding anew when its executed part is over."""
-        self.detail = {}
-        decides = self._plan is None or not 0 <= observation.tick - self._plan.tick < self.execute
-        if decides or self.spec.obs_horizon > 1:
-            self._remember(observation)
-        if decides:
+        if self._notices(observation):
             self._plan = Plan(self.decide(observation.state, self._stacked()), observation.tick)
-        assert self._plan is not None
-        rest = self._plan.chunk[observation.tick - self._plan.tick :]
-        return self._world_rows(rest, holding=bool(observation.state.held[observation.seat] >= 0))
+        return self._planned(observation)
+
+    @property
+    def batch_key(self) -> Hashable:
+        """Agents with one network decide together (`agents.base.BatchAgent`)."""
+        return id(self.network)
+
+    @staticmethod
+    def act_many(agents: Sequence["PolicyAgent"], observations: Sequence[Observation]) -> list[ActionChunk]:
+        """What `act` of each would answer, the decisions of all made in one batch."""
+        seen = list(zip(agents, observations, strict=True))
+        deciding = [(agent, observation) for agent, observation in seen if agent._notices(observation)]
+        if deciding:
+            histories = np.stack([agent._stacked() for agent, _ in deciding])
+            states = [observation.state for _, observation in deciding]
+            chunks = type(agents[0]).decide_many([agent for agent, _ in deciding], states, histories)
+            for (agent, observation), chunk in zip(deciding, chunks, strict=True):
+                agent._plan = Plan(chunk, observation.tick)
+        return [agent._planned(observation) for agent, observation in seen]
 
     def decide(self, state: WorldState, history: Singles) -> Singles:
         """Choose a chunk (H, 5) for observations (To, D)."""
         chunk: Singles = self.network.sample(history[None], self.random)[0]
         return chunk
+
+    @staticmethod
+    def decide_many(
+        agents: Sequence["PolicyAgent"], states: Sequence[WorldState], histories: Singles
+    ) -> Sequence[Singles]:
+        """What `decide` of each would choose, for observations (B, To, D)."""
+        noise = np.concatenate([agent.network.noise(1, agent.random) for agent in agents])
+        return list(agents[0].network.run(histories, noise))
+
+    def _notices(self, observation: Observation) -> bool:
+        """Take the observation in; whether it is time to decide."""
+        self.detail = {}
+        decides = self._plan is None or not 0 <= observation.tick - self._plan.tick < self.execute
+        if decides or self.spec.obs_horizon > 1:
+            self._remember(observation)
+        return decides
+
+    def _planned(self, observation: Observation) -> ActionChunk:
+        """The rest of the plan (h, 4)."""
+        assert self._plan is not None
+        rest = self._plan.chunk[observation.tick - self._plan.tick :]
+        return self._world_rows(rest, holding=bool(observation.state.held[observation.seat] >= 0))
 
     def _remember(self, observation: Observation) -> None:
         features = self.encoder.encode(observation.state, self.episode.seat).astype(np.float32)
@@ -139,10 +183,16 @@ def agent_rows(chunk: Singles, *, holding: bool, levels: bool) -> ActionChunk:
     return rows
 
 
+@lru_cache(maxsize=4)
+def _policy_network(spec: PolicySpec, data: bytes) -> PolicyNetwork:
+    """One network for all agents of a process that have it."""
+    return PolicyNetwork(spec, data)
+
+
 def agent_of(checkpoint: Checkpoint, execute: int = 0, **variant: str) -> PolicyAgent:
     """The agent of a checkpoint, its files verified. `variant` is for BASS, see `agents.bass.agent.bass_agent`."""
     card = checkpoint.card
-    network = PolicyNetwork(card.policy, checkpoint.read("policy.onnx"))
+    network = _policy_network(card.policy, checkpoint.read("policy.onnx"))
     if card.kind == "bass":
         from agents.bass.agent import bass_agent
 

@@ -8,8 +8,8 @@ import numpy as np
 from agents.base import BatchAgent
 from agents.chunk import checked_chunk
 from agents.errors import AgentError
-from matches.seat import AgentFault, Blaming, Seat
-from matches.stopwatch import Stopwatch
+from matches.seat import AgentFault, Blaming, Seat, sentence
+from matches.stopwatch import Stopwatch, TooLate
 from world.action import to_world
 from world.state import Floats
 
@@ -33,11 +33,15 @@ def ask(seats: Sequence[Seat], stopwatch: Stopwatch) -> None:
 
 
 def _ask_one(seat: Seat, answers: list[Answer], stopwatch: Stopwatch) -> None:
+    """As with `Blaming`, written out: this is the innermost loop of every match."""
+    stopwatch.start()
     try:
-        with Blaming(seat.episode.seat, seat.agent_id, stopwatch, f"act() at tick {seat.state.tick}"):
-            answers.append((seat, seat.agent.act(seat.observation())))
-    except AgentFault as fault:
-        seat.lose(fault.reason)
+        answers.append((seat, seat.agent.act(seat.observation())))
+    except (TooLate, Exception, SystemExit) as error:  # noqa: BLE001  # anybody's code is behind it
+        call = f"act() at tick {seat.state.tick}"
+        seat.lose(sentence(seat.episode.seat, seat.agent_id, call, error, stopwatch.limit_s))
+    finally:
+        stopwatch.stop()
 
 
 def _ask_together(group: list[Seat], answers: list[Answer], stopwatch: Stopwatch) -> None:

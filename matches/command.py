@@ -42,10 +42,10 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _pair(args: argparse.Namespace) -> int:
-    plan = _plan(args)
+    plan, crew = _plan(args), crew_of(args)
     with bar("matches") as progress:
         results = play_matches(
-            [entry.match for entry in plan], workers=workers_of(args), record=args.record, crew=crew_of(args),
+            [entry.match for entry in plan], workers=workers_of(args), record=args.record, crew=crew,
             progress=progress,
         )  # fmt: skip
     found = dict(zip((entry.match for entry in plan), results, strict=True))

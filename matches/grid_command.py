@@ -43,11 +43,12 @@ def perform(args: argparse.Namespace) -> int:
     shard, path = _shard(args.shard), protocol_path(args.grid)
     grid = read_grid(path)
     folder: Path = args.out or Path("data/matches") / path.stem
+    crew = crew_of(args)
     if args.dry_run:
         return _dry_run(grid, folder, workers_of(args), args.json)
     with bar("matches") as progress:
         run = run_grid(
-            grid, folder, workers=workers_of(args), record=args.record, shard=shard, crew=crew_of(args),
+            grid, folder, workers=workers_of(args), record=args.record, shard=shard, crew=crew,
             progress=progress,
         )  # fmt: skip
     notes = [write_parquet(run)]

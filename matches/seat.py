@@ -63,12 +63,17 @@ class Blaming:
     ) -> None:
         self._stopwatch.stop()
         if isinstance(error, TooLate | Exception | SystemExit):
-            raise AgentFault(self._seat, self._sentence(error)[:500]) from error
+            reason = sentence(self._seat, self._agent_id, self._call, error, self._stopwatch.limit_s)
+            raise AgentFault(self._seat, reason) from error
 
-    def _sentence(self, error: BaseException) -> str:
-        who = f"{SEAT_COLOURS[self._seat]} ({self._agent_id})"
-        if isinstance(error, TooLate):
-            return f"{who} did not answer {self._call} within {self._stopwatch.limit_s:g} s"
-        if isinstance(error, AgentError):
-            return f"{who}, {self._call}: {error}"
-        return f"{who} raised {type(error).__name__} in {self._call}: {error}"
+
+def sentence(seat: int, agent_id: str, call: str, error: BaseException, limit_s: float) -> str:
+    """What an agent did wrong, for people."""
+    who = f"{SEAT_COLOURS[seat]} ({agent_id})"
+    if isinstance(error, TooLate):
+        text = f"{who} did not answer {call} within {limit_s:g} s"
+    elif isinstance(error, AgentError):
+        text = f"{who}, {call}: {error}"
+    else:
+        text = f"{who} raised {type(error).__name__} in {call}: {error}"
+    return text[:500]

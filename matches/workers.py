@@ -5,21 +5,22 @@ import os
 
 from matches.errors import MatchError
 from matches.processes import LocalCrew
+from matches.ray_cluster import cluster_processors, ray_crew
 from matches.run import CrewMaker
 
 
 def add_workers(parser: argparse.ArgumentParser) -> None:
-    who = parser.add_mutually_exclusive_group()
-    who.add_argument("--workers", type=int, metavar="N", help="processes; default: all cores")
-
-
-def workers_of(args: argparse.Namespace) -> int:
-    """How many workers are asked for."""
-    if args.workers is not None and args.workers < 1:
-        raise MatchError(f"--workers must be at least 1, not {args.workers}")
-    return args.workers or os.cpu_count() or 1
+    parser.add_argument("--workers", type=int, metavar="N", help="processes, or actors; default: one per core")
+    parser.add_argument("--ray", metavar="auto|ADDRESS", help="play on a Ray cluster instead (extra `cluster`)")
 
 
 def crew_of(args: argparse.Namespace) -> CrewMaker:
-    """Where they are."""
-    return LocalCrew
+    """Where the workers are. Raises MatchError when no Ray cluster answers."""
+    return LocalCrew if args.ray is None else ray_crew(args.ray)
+
+
+def workers_of(args: argparse.Namespace) -> int:
+    """How many workers are asked for; ask for the crew first."""
+    if args.workers is not None and args.workers < 1:
+        raise MatchError(f"--workers must be at least 1, not {args.workers}")
+    return args.workers or (os.cpu_count() or 1 if args.ray is None else cluster_processors())

@@ -128,6 +128,11 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
             self.agents = []
         return result
 
+    @property
+    def world_state(self) -> WorldState:
+        """The world before the coming tick, for agents that want more than the vector."""
+        return self._state
+
     def state(self) -> Observation:
         """The whole state as blue sees it; nothing is hidden from either."""
         return self._encoder.encode(self._state, 0).astype(np.float32)

@@ -1,5 +1,7 @@
 """BASS at play: candidates for oneself and guesses of the partner, simulated together, the best one played."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from agents.base import EpisodeInfo, Observation
@@ -46,6 +48,13 @@ class BassAgent(PolicyAgent):
         self.detail = self._told(own, choice)
         chosen: Singles = own[choice.index]
         return chosen
+
+    @staticmethod
+    def decide_many(
+        agents: Sequence["PolicyAgent"], states: Sequence[WorldState], histories: Singles
+    ) -> Sequence[Singles]:
+        """Each for itself: a decision is a batch already."""
+        return [agent.decide(state, history) for agent, state, history in zip(agents, states, histories, strict=True)]
 
     def simulator(self, state: WorldState) -> Simulator:
         """The learned simulator, started in a state."""

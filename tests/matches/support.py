@@ -69,6 +69,14 @@ class Crashing(Wanderer):
         return super().act(observation)
 
 
+class Slow(Wanderer):
+    """Takes its time, so that there is a middle in which something can go wrong."""
+
+    def act(self, observation: Observation) -> ActionChunk:
+        time.sleep(0.01)
+        return super().act(observation)
+
+
 class Deaf(Wanderer):
     """Hangs with all signals blocked, as code outside of Python does."""
 

@@ -1,0 +1,120 @@
+"""What matches cost beside the world alone: ticks and matches per second of one core's CPU time.
+
+`idle` pairs in lock-step are held against bare `World.step` over the same ticks, in turns, so that the ratio holds on
+a busy machine. A policy of the published size of networks here (residual MLP 512 x 3, 4 flow steps, random weights)
+shows what batching gains over asking one by one; weights do not change the cost.
+"""
+
+import statistics
+import time
+from collections.abc import Sequence
+from resource import RUSAGE_SELF, getrusage
+
+from agents.base import Agent
+from agents.catalogue import load_agent
+from agents.policy_spec import PolicySpec
+from agents.serving import PolicyAgent, PolicyNetwork
+from bench import print_table
+from maps import load_map
+from matches.lockstep import COMPANY, Lockstep
+from matches.match import Match
+from world import World
+
+MAP = "DistancePriority"
+ROUNDS = 5
+TICKS = 200
+MEMORY_MATCHES = 5_000
+SPEC = {
+    "kind": "dp", "layout": "aware-v1", "obs_horizon": 2, "horizon": 8, "execute": 4, "width": 512, "depth": 3,
+}  # fmt: skip
+
+
+def main() -> None:
+    idle = [Match(MAP, "idle", "idle", seed, ticks=TICKS) for seed in range(COMPANY)]
+    ratios, rates = [], []
+    for _ in range(ROUNDS):
+        bare, seconds = bare_seconds(COMPANY * TICKS), lockstep_seconds(Lockstep(), idle)
+        ratios.append(bare / seconds)
+        rates.append(COMPANY * TICKS / seconds)
+    scripted = [Match(MAP, "scripted", "scripted", seed, ticks=TICKS) for seed in range(2)]
+    rows = [
+        _row("idle", statistics.median(rates)),
+        _row("scripted", 2 * TICKS / lockstep_seconds(Lockstep(), scripted)),
+    ]
+    network = random_network()
+    rows += [_row(name, rate) for name, rate in policy_rates(network).items()]
+    print_table(f"Matches on {MAP}, pairs of one agent, per core", ["agent", "ticks/s", "matches of 500 ticks/s"], rows)
+    print(f"idle pairs: {statistics.median(ratios):.2f} of the bare World.step rate (to reach: 0.70)")
+    alone, together = network_seconds(network)
+    print(f"network: {alone / together:.1f} times the samples per second in batches of {2 * COMPANY} (to reach: 5)")
+    print(f"memory: {memory_growth():.1f} MB more after {MEMORY_MATCHES:,} matches")
+
+
+def _row(name: str, ticks_per_second: float) -> list[str]:
+    return [name, f"{ticks_per_second:,.0f}", f"{ticks_per_second / 500:.2f}"]
+
+
+def bare_seconds(ticks: int) -> float:
+    """CPU seconds of the world alone, driven by nobody, in episodes of `TICKS`."""
+    begun = time.process_time()
+    for _ in range(ticks // TICKS):
+        world = World(load_map(MAP), record_sub_poses=False)
+        for _ in range(TICKS):
+            world.step([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    return time.process_time() - begun
+
+
+def lockstep_seconds(lockstep: Lockstep, matches: Sequence[Match]) -> float:
+    begun = time.process_time()
+    failed = [result.failure for result in lockstep.play(matches) if result.ending == "failed"]
+    assert not failed, failed[0]
+    return time.process_time() - begun
+
+
+def random_network() -> PolicyNetwork:
+    """A policy of the usual size that has learned nothing."""
+    from agents.policies.export import export_policy
+    from agents.policies.policy import build_policy
+
+    spec = PolicySpec.model_validate(SPEC)
+    return PolicyNetwork(spec, export_policy(build_policy(spec)))
+
+
+def policy_rates(network: PolicyNetwork) -> dict[str, float]:
+    """Ticks per second one match at a time, and in lock-step."""
+
+    def load(agent_id: str) -> Agent:
+        return PolicyAgent(network.spec, network) if agent_id == "dp" else load_agent(agent_id)
+
+    matches = [Match(MAP, "dp", "dp", seed, ticks=TICKS // 4) for seed in range(COMPANY)]
+    ticks = len(matches) * TICKS // 4
+    alone = lockstep_seconds(Lockstep(company=1, load=load), matches[:8]) * len(matches) / 8
+    together = lockstep_seconds(Lockstep(load=load), matches)
+    return {"dp, one match at a time": ticks / alone, f"dp, {COMPANY} matches together": ticks / together}
+
+
+def network_seconds(network: PolicyNetwork) -> tuple[float, float]:
+    """CPU seconds for as many samples one by one, and in batches of both seats of all matches."""
+    import numpy as np
+
+    spec, random, count = network.spec, np.random.default_rng(0), 2 * COMPANY
+    history = random.standard_normal((count, spec.obs_horizon, spec.features), dtype=np.float32)
+    begun = time.process_time()
+    for row in history:
+        network.sample(row[None], random)
+    alone = time.process_time() - begun
+    begun = time.process_time()
+    for _ in range(4):
+        network.sample(history, random)
+    return alone, (time.process_time() - begun) / 4
+
+
+def memory_growth() -> float:
+    """MB by which the process grew over many short matches, after the first tenth."""
+    lockstep = Lockstep()
+    matches = (Match(MAP, "idle", "idle", seed, ticks=2) for seed in range(MEMORY_MATCHES))
+    start = 0
+    for number, _ in enumerate(lockstep.play(matches)):
+        if number == MEMORY_MATCHES // 10:
+            start = getrusage(RUSAGE_SELF).ru_maxrss
+    return (getrusage(RUSAGE_SELF).ru_maxrss - start) / 1024
