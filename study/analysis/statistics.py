@@ -88,10 +88,16 @@ def corrected(comparisons: Sequence[Comparison]) -> list[Comparison]:
 
 
 def signed_rank(differences: Sequence[float]) -> float | None:
-    """p of Wilcoxon's signed-rank test, two-sided; None where no difference is left to rank."""
-    if not any(differences):
+    """p of Wilcoxon's signed-rank test, two-sided; None where no difference is left to rank.
+
+    Differences of none are left out (Wilcoxon's own rule). Exact where no two are equal in size, else by the normal
+    approximation corrected for ties, as R's wilcox.test does.
+    """
+    ranked = [abs(value) for value in differences if value]
+    if not ranked:
         return None
-    return float(stats.wilcoxon(differences).pvalue)
+    exact = len(set(ranked)) == len(differences) <= 50
+    return float(stats.wilcoxon(differences, method="exact" if exact else "asymptotic").pvalue)
 
 
 def trend(series: Sequence[Sequence[float]]) -> tuple[float, float | None] | None:

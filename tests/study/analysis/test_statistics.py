@@ -32,6 +32,11 @@ def test_the_signed_rank_test_is_that_of_hollander_and_wolfe() -> None:
     assert signed_rank([x - y for x, y in zip(before, after, strict=True)]) == pytest.approx(0.03906, abs=1e-5)
 
 
+def test_ties_and_zeros_are_ranked_as_r_does_without_its_continuity_correction() -> None:
+    """Ranks of 1, 1, 2, 3, 3 are 1.5, 1.5, 3, 4.5, 4.5; W- = 1.5; by hand z = (1.5 - 7.5) / sqrt(13.75 - 2 * 6 / 48)."""
+    assert signed_rank([1, -1, 2, 3, 3, 0]) == pytest.approx(0.10247, abs=1e-4)
+
+
 def test_the_effect_size_is_that_of_borenstein() -> None:
     """Introduction to Meta-Analysis (2009), chapter 4: means 103 and 100, spreads 5.5 and 4.5, 50 each: g = 0.5924.
 
