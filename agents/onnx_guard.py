@@ -9,11 +9,12 @@ from agents.errors import CheckpointError
 
 ALLOWED_OPERATORS = frozenset(
     {
-        "Abs", "Add", "And", "Cast", "Clip", "Concat", "Constant", "ConstantOfShape", "Conv", "ConvTranspose", "Cos", "Div", "Equal",
-        "Erf", "Exp", "Expand", "Flatten", "GRU", "Gather", "GreaterOrEqual", "Gemm", "Identity", "InstanceNormalization",
-        "LayerNormalization", "Log", "MatMul", "Mul", "Neg", "Pow", "Range", "ReduceMean", "Relu", "Reshape",
-        "Shape", "Sigmoid", "Sin", "Slice", "Softplus", "Split", "Sqrt", "Squeeze", "Sub", "Tanh", "Transpose",
-        "Unsqueeze", "Where", "Max", "Min", "Greater", "Less", "ReduceSum", "ArgMax", "Softmax", "Mod", "Floor", "Not", "Or", "ReduceMax", "TopK",
+        "Abs", "Add", "And", "ArgMax", "Cast", "Clip", "Concat", "Constant", "ConstantOfShape", "Conv",
+        "ConvTranspose", "Cos", "Div", "Equal", "Erf", "Exp", "Expand", "Flatten", "Floor", "GRU", "Gather", "Gemm",
+        "Greater", "GreaterOrEqual", "Identity", "InstanceNormalization", "LayerNormalization", "Less", "Log",
+        "MatMul", "Max", "Min", "Mod", "Mul", "Neg", "Not", "Or", "Pow", "Range", "ReduceMax", "ReduceMean",
+        "ReduceSum", "Relu", "Reshape", "Shape", "Sigmoid", "Sin", "Slice", "Softmax", "Softplus", "Split", "Sqrt",
+        "Squeeze", "Sub", "Tanh", "TopK", "Transpose", "Unsqueeze", "Where",
     }
 )  # fmt: skip
 MAX_DEPTH = 4  # of graphs within attributes

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from agents.base import ActionChunk, Observation
 from agents.catalogue import load_agent
 from agents.errors import DataError
 from agents.person import Person
@@ -55,9 +56,12 @@ def test_a_person_sees_the_partner_late() -> None:
     person = Person("C01")
     the_map = load_map("DistancePriority")
     seen: list[float] = []
-    person._plan.act = lambda observation: (  # type: ignore[method-assign]
-        seen.append(observation.state.robot_poses[1, 0]) or np.array([[0.0, 1.0, 0.0, 0.0]])
-    )
+
+    def look(observation: Observation) -> ActionChunk:
+        seen.append(float(observation.state.robot_poses[1, 0]))
+        return np.array([[0.0, 1.0, 0.0, 0.0]])
+
+    person._plan.act = look  # type: ignore[method-assign]
     places = []
     for step in rollout(the_map, (person, load_agent("tests.agents.support:Forward")), 1, 8):
         places.append(step.before.robot_poses[1, 0])

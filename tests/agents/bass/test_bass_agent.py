@@ -88,8 +88,8 @@ def test_a_bass_agent_is_trained_on_top_of_a_policy_and_tells_what_it_weighed(tm
     chunk = checked_chunk(agent.act(observe(world.map, world.state(), 1)))
     assert len(chunk) == 8
     assert agent.detail["chosen"] in range(4)
-    assert np.shape(agent.detail["scores"]) == (4,)
-    assert np.shape(agent.detail["items"]) == (4, len(world.map.items), 2)
+    assert np.array(agent.detail["scores"]).shape == (4,)
+    assert np.array(agent.detail["items"]).shape == (4, len(world.map.items), 2)
     agent.reset(EpisodeInfo(world.map, 1, 5, 100))
     again = agent.act(observe(world.map, world.state(), 1))
     assert np.array_equal(chunk, again)

@@ -1,5 +1,7 @@
 """Pieces of two episodes put together, and the engine's word on them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -46,8 +48,8 @@ def test_the_engine_refuses_a_partner_who_stands_where_one_drives() -> None:
     blocked = walks[1].robot_poses.copy()
     ahead = walks[0].robot_poses[2, 0]
     blocked[:, 1, :2] = ahead[:2] + 0.2 * np.array([-np.sin(ahead[2]), np.cos(ahead[2])])
-    walks[1] = Trajectory(**{**_fields(walks[1]), "robot_poses": blocked})
-    fast = [Trajectory(**{**_fields(walk), "actions": walk.actions * (5, 1, 1)}) for walk in walks]
+    walks[1] = replace(walks[1], robot_poses=blocked)
+    fast = [replace(walk, actions=walk.actions * (5, 1, 1)) for walk in walks]
     assert recombined(fast, Piece(0, 2, 1, 2, 0)) is None
 
 
@@ -73,8 +75,3 @@ def test_a_hand_that_cannot_reach_is_told() -> None:
     state.held[0] = 3
     with pytest.raises(WorldError, match="cannot be staged anew"):
         restage(walk.map, state)
-
-
-def _fields(walk: Trajectory) -> dict[str, object]:
-    names = ("map", "participants", "robot_poses", "robot_velocities", "held", "item_poses", "actions")
-    return {name: getattr(walk, name) for name in names}
