@@ -13,7 +13,7 @@ from agents.scripted.relay import Relay, relay
 from agents.scripted.situation import Situation
 from agents.scripted.style import Style, varied
 from agents.scripted.terrain import Terrain, cell_of
-from agents.scripted.traffic import gap_to, in_goal, meeting_danger, partners_way, touching
+from agents.scripted.traffic import gap_to, in_goal, meeting_danger, partners_way, touching, way_out
 from agents.scripted.walking import grid_of, walk_field
 from world.state import Floats
 
@@ -21,6 +21,10 @@ SLICES_PER_TICK = 2
 HOPELESS_FOR = 40  # ticks after which a hopeless item is looked at again
 STALLED_AFTER = 7  # ticks without getting on
 WAIT_ASIDE = 25  # ticks
+WHOLE_WAY = 400  # cells
+MOST_TIDYING = 6  # times in an episode
+LOOK_EVERY = 4  # ticks between two looks whether the partner wants to get out
+AVOID_AGAIN = 40  # ticks between two attempts to go around the partner
 IDLE_AFTER = 60  # ticks without motion after which a partner is not counted on
 
 
@@ -41,6 +45,8 @@ class ScriptedAgent:
         self._hopeless: dict[int, int] = {}
         self._relay = relay(episode.map)
         self._partner_moved = 0
+        self._tidied = 0
+        self._avoided = -AVOID_AGAIN
         self._useless: dict[int, set[int]] = {}  # stands beside an item that were no use
         self._trail: list[Floats] = []
         self._wiggle = 0
@@ -94,7 +100,10 @@ class ScriptedAgent:
             self._errand = None  # the hand does not reach the item from here: think again
             return
         if touching(now) and (now.mine < 0 or now.mine != now.theirs):
-            if self._gives_way(now):
+            if isinstance(self._errand, Carry | Fetch) and now.tick > self._avoided + AVOID_AGAIN:
+                self._avoided = now.tick
+                self._errand.go_around(now)
+            elif self._gives_way(now):
                 self._errand = Aside(now, partners_way(now, self._their_item(now)), now.tick + WAIT_ASIDE)
                 self._patient = 0
             else:
@@ -139,6 +148,10 @@ class ScriptedAgent:
             elif not (isinstance(errand, Carry) and errand.item == now.mine):
                 known = errand.haul if isinstance(errand, Fetch) and errand.item == now.mine else None
                 self._errand = Carry(now, now.mine, known, self._meeting(now))
+            elif not self._relay.locked and now.tick % LOOK_EVERY == 0:
+                way = way_out(now, self._their_item(now))
+                if way is not None:
+                    self._errand = Aside(now, way, now.tick + WAIT_ASIDE)
             return
         helping = now.theirs >= 0 and now.is_heavy(now.theirs) and self._possible(now, now.theirs)
         if helping and not (isinstance(errand, Lift) and errand.item == now.theirs):
@@ -148,7 +161,7 @@ class ScriptedAgent:
 
     def _rest(self, now: Situation) -> Errand | None:
         """Nothing to do: stay, but out of the partner's way."""
-        way = partners_way(now, self._their_item(now))
+        way = partners_way(now, self._their_item(now), WHOLE_WAY)
         in_the_way = bool(in_goal(now.map)[cell_of(float(now.pose[0]), float(now.pose[1]))])
         if in_the_way or float(gap_to(way, now.pose[0:1], now.pose[1:2])[0]) < 0.33:
             return Aside(now, way, now.tick + WAIT_ASIDE)
@@ -192,7 +205,7 @@ class ScriptedAgent:
     def _choose(self, now: Situation) -> Errand | None:
         open_items = [item for item in now.waiting if self._possible(now, item)]
         if not open_items:
-            return None
+            return self._tidy(now)
         poses = [now.item_pose(item) for item in open_items]
         ground = now.ground()
         cost = dict(zip(open_items, _costs_to(ground, now.pose, poses), strict=True))
@@ -208,7 +221,18 @@ class ScriptedAgent:
             return self._fetch(now, _divide(smalls, cost, their_cost, now))
         if heavies:
             return self._lift(now, min(heavies, key=cost.__getitem__))
-        return None
+        return self._tidy(now)
+
+    def _tidy(self, now: Situation) -> Errand | None:
+        """Nothing else can be done: put something that lies in the way, or badly, to a better place."""
+        smalls = [item for item in np.flatnonzero(now.delivered).tolist() if not now.is_heavy(item)]
+        smalls = [item for item in smalls if item not in (now.mine, now.theirs) and self._possible(now, item)]
+        if not smalls or not now.waiting or self._tidied >= MOST_TIDYING or now.theirs >= 0:
+            return None
+        self._tidied += 1
+        gaps = [_moved(now.pose, now.item_pose(item)) for item in smalls]
+        item = smalls[int(np.argmin(gaps))]
+        return Fetch(now, item, frozenset(), None, tidying=True)
 
 
 def _divide(smalls: list[int], mine: dict[int, float], theirs: dict[int, float], now: Situation) -> int:

@@ -94,8 +94,11 @@ def stand_number(target: Floats) -> int:
 class Fetch:
     """Going to a small item; knows on the way how it will be carried, and so from which side to take it."""
 
-    def __init__(self, now: Situation, item: int, useless: frozenset[int], meeting: Relay | None) -> None:
-        """With `meeting` it is going to be handed over there."""
+    def __init__(
+        self, now: Situation, item: int, useless: frozenset[int], meeting: Relay | None, tidying: bool = False
+    ) -> None:
+        """With `meeting` it is going to be handed over there; with `tidying` it may lie in a goal already."""
+        self._tidying = tidying
         self.item = item
         self.meeting = meeting
         self._useless = useless
@@ -113,9 +116,15 @@ class Fetch:
         """The stand it is about to use, -1 while undecided."""
         return stand_number(self._approach.target) if self._found else -1
 
+    def go_around(self, now: Situation) -> None:
+        """Look for a way around the partner; stay on the old one where there is none."""
+        other = Approach(with_partner(self._ground, now.partner), self.item, self._approach.target)
+        if other.way.cost(float(now.pose[0]), float(now.pose[1])) < UNREACHED:
+            self._approach = other
+
     def step(self, now: Situation, danger: Danger, slices: int) -> Command | None:
         """Over when the item is in a hand, has moved, or cannot be brought anywhere."""
-        if now.mine == self.item or now.theirs == self.item or now.delivered[self.item]:
+        if now.mine == self.item or now.theirs == self.item or (now.delivered[self.item] and not self._tidying):
             return None
         if not self._found:
             self._thinking.advance(slices)
@@ -171,7 +180,7 @@ class Carry:
             return None
         if now.ground() is not self._ground:
             self._ground = now.ground()
-            self._thinking = Thinking(self._think(now))
+            self._thinking = Thinking(self._think(now, self._ground))
         if self._thinking is not None:
             self._thinking.advance(slices)
             if self._thinking.done:
@@ -180,11 +189,15 @@ class Carry:
             return REST
         return self._haul.drive(now.pose, now.item_pose(self.item), danger)
 
-    def _think(self, now: Situation) -> Thought[Haul]:
+    def go_around(self, now: Situation) -> None:
+        """Plan anew with the partner as something that stands there."""
+        self._thinking = Thinking(self._think(now, with_partner(now.ground(), now.partner)))
+
+    def _think(self, now: Situation, ground: Terrain) -> Thought[Haul]:
         offset = in_frame(now.pose, now.item_pose(self.item))
         best: tuple[float, Haul] | None = None
         for margin in margins(now.map):
-            haul = Haul(now.ground(), now.item(self.item), offset, now.outlook(self.item), margin, self.meeting)
+            haul = Haul(ground, now.item(self.item), offset, now.outlook(self.item), margin, self.meeting)
             yield
             yield from solve(haul.field)
             cost = haul.cost(now.pose)

@@ -6,7 +6,7 @@ import numpy as np
 
 from agents.scripted.driving import HORIZON, Command, Danger, best_move
 from agents.scripted.geometry import Disc, covering_discs, half_extents
-from agents.scripted.lattice import CARRIER, UNIT_PER_TICK, UNREACHED, Cost, Field, values
+from agents.scripted.lattice import CARRIER, UNIT_PER_TICK, UNREACHED, Cost, Field, nearest_value, values
 from agents.scripted.relay import Relay, meeting_costs
 from agents.scripted.storage import Outlook, place_costs, storage
 from agents.scripted.terrain import Terrain, squeeze
@@ -16,7 +16,8 @@ from maps.spec import ROBOT_RADIUS
 from world.scoring import goal_boxes, is_delivered
 from world.state import Floats
 
-_SETTLED = 1.0  # quarter ticks: a place this much worse than the best one still to be had is good enough
+_SETTLED = 2.0  # quarter ticks: a place this much worse than the best one still to be had is good enough
+_LINGER = 6  # ticks without getting nearer after which the place reached is good enough
 _TICKS = UNIT_PER_TICK * np.arange(1, HORIZON + 1)
 
 
@@ -80,18 +81,32 @@ class Haul(Body):
             self._places = meeting_costs(meeting, CARRIER, (x, y))
         self._places[~self.field.free] = UNREACHED
         self.field.seed(self._places)
+        self._progress = Progress()
 
     def drive(self, pose: Floats, item_pose: Floats, danger: Danger) -> Command:
         """The next command of a robot at `pose` (3,) that holds the item; lets go where it should lie."""
         there = self.meeting is not None or is_delivered(self.item, tuple(item_pose.tolist()), self._goals)
-        if there and self._settled(pose):
+        left = self.cost(pose)
+        lingering = self._progress.lingers(left)
+        if there and (lingering or nearest_value(self._places, CARRIER, pose) <= left + _SETTLED):
             return Command(0.0, 0.0, grasp=True)
         return self.move(pose, danger)
 
-    def _settled(self, pose: Floats) -> bool:
-        """Whether nothing nearby is much better than putting the item down here."""
-        here = values(self._places, CARRIER, pose[None])[0]
-        return bool(here <= self.cost(pose) + _SETTLED)
+
+class Progress:
+    """Whether a cost-to-go still falls."""
+
+    def __init__(self) -> None:
+        self._least = math.inf
+        self._ticks = 0
+
+    def lingers(self, cost: float) -> bool:
+        """Note the cost of this tick; whether the last few brought nothing."""
+        if cost < self._least - 1.0:
+            self._least, self._ticks = cost, 0
+        else:
+            self._ticks += 1
+        return self._ticks >= _LINGER
 
 
 def carried_discs(item: ItemSpec, offset: tuple[float, float, float]) -> list[Disc]:

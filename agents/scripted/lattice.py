@@ -208,6 +208,14 @@ def values(costs: Cost, motion: Motion, poses: Floats) -> Floats:
     return np.asarray(total.reshape(len(poses), -1).min(axis=1))
 
 
+def nearest_value(costs: Cost, motion: Motion, pose: Floats) -> float:
+    """The cost at the lattice pose nearest to a pose (3,)."""
+    column = min(max(round((float(pose[0]) + ARENA_HALF) / CELL), 0), CELLS - 1)
+    row = min(max(round((float(pose[1]) + ARENA_HALF) / CELL), 0), CELLS - 1)
+    heading = round(float(pose[2]) / (2 * math.pi / motion.headings)) % motion.headings
+    return float(costs.reshape(motion.headings, CELLS, CELLS)[heading, row, column])
+
+
 def _detour(distance: Floats, near: float, far: float) -> Floats:
     """The price of being off a lattice pose: low within a step, high beyond, where there may be something."""
     return distance * near + np.maximum(distance - 0.9, 0.0) * far

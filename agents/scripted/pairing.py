@@ -11,7 +11,8 @@ import numpy as np
 
 from agents.scripted.driving import STRIDE, Command
 from agents.scripted.geometry import Disc, covering_discs, half_extents, heading_of, wrap
-from agents.scripted.lattice import PAIR, UNIT_PER_TICK, UNREACHED, Cost, Field, values
+from agents.scripted.hauling import Progress
+from agents.scripted.lattice import PAIR, UNIT_PER_TICK, UNREACHED, Cost, Field, nearest_value, values
 from agents.scripted.storage import Outlook, place_costs
 from agents.scripted.terrain import Terrain, squeeze
 from maps import ItemSpec
@@ -22,7 +23,7 @@ from world.scoring import goal_boxes, is_delivered
 from world.state import Floats
 
 EASY, TIGHT = 0.012, 0.002  # units kept from everything
-_SETTLED = 2.0
+_SETTLED = 3.0
 _LOOK = 3  # ticks that a try lasts
 _TICKS = UNIT_PER_TICK * np.arange(1, _LOOK + 1)
 _SPIN_PER_TICK = 0.16  # rad that two robots turn an item in a tick at most
@@ -80,6 +81,7 @@ class PairHaul:
         self._places: Cost = place_costs(ground, PAIR, (0.0, 0.0), extents, radius, holders, outlook)
         self._places[~self.field.free] = UNREACHED
         self.field.seed(self._places)
+        self._progress = Progress()
 
     def cost(self, item_pose: Floats) -> float:
         """Quarter ticks from an item pose (3,)."""
@@ -88,7 +90,9 @@ class PairHaul:
     def drive(self, item_pose: Floats, robots: Floats) -> tuple[Command, Command]:
         """The next commands of both robots, whose poses are (2, 3)."""
         body = self._body(item_pose)
-        if is_delivered(self.item, tuple(item_pose.tolist()), self._goals) and self._settled(body):
+        left = float(values(self.field.cost, PAIR, body[None])[0])
+        settled = self._progress.lingers(left) or nearest_value(self._places, PAIR, body) <= left + _SETTLED
+        if settled and is_delivered(self.item, tuple(item_pose.tolist()), self._goals):
             return _LETTING_GO, _LETTING_GO
         return commands(self._best_twist(body), item_pose, robots)
 
@@ -99,10 +103,6 @@ class PairHaul:
         pressed = squeeze(self._ground, self._discs, moves).max(axis=1)
         best = _TWISTS[int(np.argmin(0.5 * (left[:, -1] + through) + pressed))]
         return Twist(*best.tolist())
-
-    def _settled(self, body: Floats) -> bool:
-        here = values(self._places, PAIR, body[None])[0]
-        return bool(here <= values(self.field.cost, PAIR, body[None])[0] + _SETTLED)
 
     def _body(self, item_pose: Floats) -> Floats:
         return np.array([item_pose[0], item_pose[1], item_pose[2] - self._origin_angle])

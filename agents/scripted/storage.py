@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from agents.scripted.flood import Mask, flood, grown, standing_room, to_bits, to_mask
 from agents.scripted.lattice import UNREACHED, Cost, Field, Motion
-from agents.scripted.terrain import AXIS, CELL, CELLS, Terrain, sample, terrain
+from agents.scripted.terrain import AXIS, CELL, CELLS, Terrain, terrain
 from agents.scripted.walking import WALKER, grid_of
 from maps import MapSpec
 from maps.shapes import circumradius
@@ -95,6 +95,7 @@ def places(ground: Terrain, radius: float, outlook: Outlook) -> Places:
     centres = _centres(rows, columns, numbers)
     free = standing_room(ground, ROBOT_RADIUS)
     before = _best_case(free, outlook)
+    partner_free = _partner_gets_about(free, _parts(free, outlook), outlook)
     lost = np.zeros((len(centres), CELLS, CELLS), dtype=np.int16)
     misfits = np.zeros(len(centres))
     packing = _Packing(ground, outlook.sizes)
@@ -102,8 +103,18 @@ def places(ground: Terrain, radius: float, outlook: Outlook) -> Places:
         left = free & ~_around(x, y, radius + ROBOT_RADIUS)
         parts = _parts(left, outlook)
         lost[place] = _lost(left, parts, outlook, before)
+        if partner_free and not _partner_gets_about(left, parts, outlook):
+            lost[place] += _SHUT_IN // 2
         misfits[place] = packing.misfits(x, y, radius, _arms_reach(left, parts, outlook))
     return Places(number, _MISFIT * (misfits - misfits.min(initial=len(outlook.sizes))), lost)
+
+
+def _partner_gets_about(free: int, parts: list[int], outlook: Outlook) -> bool:
+    """Whether the other robot can still go to an item."""
+    if outlook.partner is None:
+        return True
+    place = _around(*outlook.partner, 0.15)
+    return any(place & part for part in parts)
 
 
 def _arms_reach(left: int, parts: list[int], outlook: Outlook) -> Mask:

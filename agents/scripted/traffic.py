@@ -7,12 +7,12 @@ import numpy as np
 
 from agents.scripted.driving import HORIZON, Danger
 from agents.scripted.flood import Mask, grown, to_bits, to_mask
-from agents.scripted.hauling import Body, carried_discs
 from agents.scripted.grasping import in_frame
+from agents.scripted.hauling import Body, carried_discs
 from agents.scripted.lattice import CARRIER, UNREACHED
 from agents.scripted.situation import Situation
 from agents.scripted.storage import storage
-from agents.scripted.terrain import AXIS, CELLS, Terrain, sample
+from agents.scripted.terrain import AXIS, CELLS, Terrain, cell_of, sample
 from agents.scripted.walking import Way
 from maps import MapSpec
 from maps.spec import ROBOT_RADIUS
@@ -21,7 +21,8 @@ from world.state import Floats
 _APART = 2 * ROBOT_RADIUS + 0.02
 _TOUCHING = 0.09  # units between two bodies below which they are in each other's way
 _CLEAR = 0.29  # units between the own centre and the partner's way when standing aside
-_FORESEEN = 60  # cells of the partner's way that are kept clear
+_LANE = 0.26  # units of room around a robot below which nobody gets past it
+_FORESEEN = 70  # cells of the partner's way that are kept clear
 _MEETING_PRICE = 600.0  # quarter ticks per unit of overlap with the partner
 
 
@@ -77,15 +78,31 @@ def bound(now: Situation, item: int) -> float:
     return _way_home(now.ground((item,))).cost(x, y)
 
 
-def partners_way(now: Situation, target: int) -> Floats:
-    """(n, 2) where the partner will probably walk: home with what it carries, else to the item `target` (-1: nowhere)."""
+def partners_way(now: Situation, target: int, cells: int = _FORESEEN) -> Floats:
+    """(n, 2) where the partner will probably walk next, so many cells far.
+
+    That is home with what it carries, else to the item `target` (-1: nowhere).
+    """
     x, y = float(now.partner[0]), float(now.partner[1])
     if now.theirs >= 0 and not now.is_heavy(now.theirs):
-        return _way_home(now.ground()).path(x, y, _FORESEEN)
+        return _way_home(now.ground()).path(x, y, cells)
     if now.theirs < 0 and target >= 0:
         goal = now.item_pose(target)
-        return _way_to(now.ground(), round(float(goal[0]), 2), round(float(goal[1]), 2)).path(x, y, _FORESEEN)
+        return _way_to(now.ground(), round(float(goal[0]), 2), round(float(goal[1]), 2)).path(x, y, cells)
     return np.array([[x, y]])
+
+
+def way_out(now: Situation, target: int) -> Floats | None:
+    """The way (n, 2) of a partner that is in a goal region and can only get out past the own robot; else None."""
+    cell = cell_of(float(now.partner[0]), float(now.partner[1]))
+    lane = float(sample(now.ground().clearance, now.pose[0:1], now.pose[1:2])[0]) < _LANE
+    if target < 0 or not lane or not in_goal(now.map)[cell]:
+        return None
+    goal = now.item_pose(target)
+    way = _way_to(now.ground(), round(float(goal[0]), 2), round(float(goal[1]), 2))
+    path = way.path(float(now.partner[0]), float(now.partner[1]), _FORESEEN)
+    met = float(gap_to(path, now.pose[0:1], now.pose[1:2])[0]) < _CLEAR
+    return path if met else None
 
 
 @lru_cache(maxsize=32)
