@@ -23,7 +23,8 @@ _TICKS = UNIT_PER_TICK * np.arange(1, HORIZON + 1)
 
 def margins(map_spec: MapSpec) -> tuple[float, float]:
     """Units to keep from everything: where there is room, and where there is none."""
-    return (0.01 if storage(map_spec).crowding else 0.02), 0.004
+    crowding = storage(map_spec).crowding
+    return (0.02 if not crowding else 0.01 if crowding < 2.0 else 0.005), 0.003
 
 
 class Body:

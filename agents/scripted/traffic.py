@@ -22,6 +22,8 @@ _APART = 2 * ROBOT_RADIUS + 0.02
 _TOUCHING = 0.09  # units between two bodies below which they are in each other's way
 _CLEAR = 0.29  # units between the own centre and the partner's way when standing aside
 _LANE = 0.26  # units of room around a robot below which nobody gets past it
+_SWING = 0.17  # units more than that which a partner with an item likes to have for its turns
+_CRAMPED = 80  # quarter ticks of walking that it is worth to leave it this room
 _FORESEEN = 70  # cells of the partner's way that are kept clear
 _MEETING_PRICE = 600.0  # quarter ticks per unit of overlap with the partner
 
@@ -147,11 +149,12 @@ def aside(now: Situation, way: Floats) -> Body:
     costs = np.full((CARRIER.headings, CELLS, CELLS), UNREACHED, dtype=np.int16)
     for heading in range(CARRIER.headings):
         angle = heading * 2 * math.pi / CARRIER.headings
-        free = clear >= _CLEAR
+        free, roomy = clear >= _CLEAR, clear >= _CLEAR + _SWING
         for dx, dy, radius in discs[1:]:
             at_x = x + dx * math.cos(angle) - dy * math.sin(angle)
             at_y = y + dx * math.sin(angle) + dy * math.cos(angle)
             free &= sample(clear, at_x, at_y) >= ROBOT_RADIUS + radius + 0.03
-        costs[heading][free] = 0
+        costs[heading][free] = _CRAMPED if now.theirs >= 0 else 0
+        costs[heading][free & roomy] = 0
     body.field.seed(costs)
     return body
