@@ -8,6 +8,7 @@ and maps are balanced as designed. Nothing here is drawn: the same study and slo
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
+from math import lcm
 from random import Random
 from string import ascii_uppercase
 from typing import TypeVar
@@ -80,8 +81,7 @@ def letters(study: Study) -> dict[str, str]:
 
 def cells(study: Study) -> int:
     """How many slots it takes until every order of every factor has come up equally often."""
-    counts = [count for block in study.blocks for count in _levels(block)]
-    return next(n for n in range(1, 1 << 20) if all(n % count == 0 for count in counts))
+    return lcm(*(count for block in study.blocks for count in _levels(block)))
 
 
 def _levels(block: Block) -> tuple[int, int, int]:

@@ -130,4 +130,5 @@ def _texts(results: Results, name: Namer) -> str:
         f"{' about ' + escape(name(row['partner'])) if row['partner'] else ''}</span></blockquote>"
         for row in results.texts()
     )
-    return f'<section aria-label="Free text"><h2>Free text</h2>{quotes or "<p>Nobody wrote anything.</p>"}</section>'
+    folded = f"<details><summary>{len(results.texts())} texts</summary>{quotes}</details>" if quotes else ""
+    return f'<section aria-label="Free text"><h2>Free text</h2>{folded or "<p>Nobody wrote anything.</p>"}</section>'

@@ -61,15 +61,15 @@ def rating_comparisons(results: Results, name: Namer) -> Table:
 
 
 def ratings(results: Results, name: Namer) -> Table:
-    """Mean rating per item and partner."""
+    """Mean rating per item, a column per partner; items of the end, which are about nobody, stand under "all"."""
+    about = (*results.partners, *([] if "" in results.partners else [""]))
     rows = []
     for form, item in results.scales():
-        for partner in (*results.partners, *([""] if "" not in results.partners else [])):
-            found = estimate(list(results.ratings(form, item.id, partner).values()))
-            if found is not None:
-                rows.append((item.label, name(partner) if partner else "(all)", str(found.n), _words(found)))
-    heads = ("Item", "Partner", "participants", "mean ± s.e.")
-    return Table("ratings", "Ratings", heads, tuple(rows), 2)
+        cells = [_words(estimate(list(results.ratings(form, item.id, partner).values()))) for partner in about]
+        if any(cell != "–" for cell in cells):
+            rows.append((item.label, *cells))
+    heads = ("Item", *(name(partner) if partner in results.partners else "all" for partner in about))
+    return Table("ratings", "Ratings", heads, tuple(rows), 1, "Mean ± standard error over participants.")
 
 
 def order_effects(results: Results) -> Table:
@@ -90,7 +90,7 @@ def order_effects(results: Results) -> Table:
 
 def flow(results: Results) -> Table:
     rows = tuple((words, str(number)) for words, number in results.flow)
-    return Table("flow", "Participants", ("", "number"), rows, 1)
+    return Table("flow", "Participants", ("Flow", "number"), rows, 1)
 
 
 def flags(results: Results) -> Table:

@@ -3,6 +3,8 @@
 from pathlib import Path
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from study.definition import Study
 from study.errors import StudyError, StudyFileError
@@ -116,6 +118,21 @@ def test_a_file_elsewhere_or_nowhere_is_a_fault(tmp_path: Path, name: str) -> No
     file.write_text(SMALL.replace("text: We record how you play.", f"text: {{en: {{file: {name}}}}}"), encoding="utf-8")
     with pytest.raises(StudyFileError, match=r"study.yaml:7: consent.text.en: "):
         read_study(file)
+
+
+@settings(max_examples=150, deadline=None)
+@given(data=st.data())
+def test_a_file_with_a_line_lost_doubled_or_garbled_is_a_study_or_has_faults_with_lines(data: st.DataObject) -> None:
+    lines = SMALL.splitlines(keepends=True)
+    at = data.draw(st.integers(0, len(lines) - 1))
+    line = data.draw(
+        st.sampled_from(["", lines[at] * 2, "  " + lines[at], lines[at].replace(":", ""), "- [\n", "x: *y\n"])
+    )
+    text = "".join([*lines[:at], line, *lines[at + 1 :]])
+    try:
+        assert isinstance(parse_study(text), Study)
+    except StudyFileError as error:
+        assert all(1 <= fault.line <= text.count("\n") + 1 and fault.message for fault in error.faults)
 
 
 def test_an_unreadable_file_is_one_sentence(tmp_path: Path) -> None:

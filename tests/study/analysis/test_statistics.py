@@ -33,7 +33,7 @@ def test_the_signed_rank_test_is_that_of_hollander_and_wolfe() -> None:
 
 
 def test_ties_and_zeros_are_ranked_as_r_does_without_its_continuity_correction() -> None:
-    """Ranks of 1, 1, 2, 3, 3 are 1.5, 1.5, 3, 4.5, 4.5; W- = 1.5; by hand z = (1.5 - 7.5) / sqrt(13.75 - 2 * 6 / 48)."""
+    """Ranks of 1, 1, 2, 3, 3 are 1.5, 1.5, 3, 4.5, 4.5; W- = 1.5; z = (1.5 - 7.5) / sqrt(13.75 - 2 * 6 / 48)."""
     assert signed_rank([1, -1, 2, 3, 3, 0]) == pytest.approx(0.10247, abs=1e-4)
 
 

@@ -1,0 +1,25 @@
+"""The page about studies names every field and every command that there is."""
+
+import argparse
+import re
+from pathlib import Path
+
+import pytest
+
+from study import command
+from study.definition import Block, Study
+from study.template import template_names
+
+PAGE = (Path(__file__).parents[2] / "docs" / "study.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("name", [*Study.model_fields, *Block.model_fields, *template_names()])
+def test_every_field_and_template_is_explained(name: str) -> None:
+    assert name == "id" or f"`{name}" in PAGE
+
+
+def test_every_command_is_shown_and_every_shown_one_exists() -> None:
+    parser = argparse.ArgumentParser()
+    command.configure(parser)
+    (choices,) = [action.choices for action in parser._actions if isinstance(action, argparse._SubParsersAction)]
+    assert set(re.findall(r"^movingout study (\w+)", PAGE, re.MULTILINE)) == set(choices)
