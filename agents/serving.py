@@ -108,7 +108,10 @@ class PolicyAgent:
 
     def act(self, observation: Observation) -> ActionChunk:
         """The rest of the plan (h, 4), after deciding anew when its executed part is over."""
-        if self._notices(observation):
+        due = self._is_due(observation)
+        if due or self.spec.obs_horizon > 1:
+            self._remember(observation)
+        if due:
             self._plan = Plan(self.decide(observation.state, self._stacked()), observation.tick)
         return self._planned(observation)
 
@@ -121,7 +124,8 @@ class PolicyAgent:
     def act_many(agents: Sequence["PolicyAgent"], observations: Sequence[Observation]) -> list[ActionChunk]:
         """What `act` of each would answer, the decisions of all made in one batch."""
         seen = list(zip(agents, observations, strict=True))
-        deciding = [(agent, observation) for agent, observation in seen if agent._notices(observation)]
+        deciding = [(agent, observation) for agent, observation in seen if agent._is_due(observation)]
+        type(agents[0]).remember_many(seen if agents[0].spec.obs_horizon > 1 else deciding)
         if deciding:
             histories = np.stack([agent._stacked() for agent, _ in deciding])
             states = [observation.state for _, observation in deciding]
@@ -143,13 +147,28 @@ class PolicyAgent:
         noise = np.concatenate([agent.network.noise(1, agent.random) for agent in agents])
         return list(agents[0].network.run(histories, noise))
 
-    def _notices(self, observation: Observation) -> bool:
-        """Take the observation in; whether it is time to decide."""
+    @staticmethod
+    def remember_many(seen: Sequence[tuple["PolicyAgent", Observation]]) -> None:
+        """Take in what each sees, encoded together where map and seat are the same."""
+        groups: dict[tuple[FeatureEncoder, int], list[tuple[PolicyAgent, WorldState]]] = {}
+        for agent, observation in seen:
+            groups.setdefault((agent.encoder, agent.episode.seat), []).append((agent, observation.state))
+        for (encoder, seat), group in groups.items():
+            states = [state for _, state in group]
+            rows = encoder.encode_arrays(
+                np.stack([state.robot_poses for state in states]),
+                np.stack([state.robot_velocities for state in states]),
+                np.stack([state.held for state in states]),
+                np.stack([state.item_poses for state in states]),
+                seat,
+            )  # (B, D)
+            for (agent, _), features in zip(group, rows.astype(np.float32), strict=True):
+                agent._keep(features)
+
+    def _is_due(self, observation: Observation) -> bool:
+        """Whether it is time to decide anew; forgets what was said of the last decision."""
         self.detail = {}
-        decides = self._plan is None or not 0 <= observation.tick - self._plan.tick < self.execute
-        if decides or self.spec.obs_horizon > 1:
-            self._remember(observation)
-        return decides
+        return self._plan is None or not 0 <= observation.tick - self._plan.tick < self.execute
 
     def _planned(self, observation: Observation) -> ActionChunk:
         """The rest of the plan (h, 4)."""
@@ -158,7 +177,9 @@ class PolicyAgent:
         return self._world_rows(rest, holding=bool(observation.state.held[observation.seat] >= 0))
 
     def _remember(self, observation: Observation) -> None:
-        features = self.encoder.encode(observation.state, self.episode.seat).astype(np.float32)
+        self._keep(self.encoder.encode(observation.state, self.episode.seat).astype(np.float32))
+
+    def _keep(self, features: Singles) -> None:
         self._history = [*self._history[1 - self.spec.obs_horizon :], features] if self._history else [features]
         self._history = self._history[-self.spec.obs_horizon :]
 

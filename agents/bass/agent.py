@@ -50,6 +50,12 @@ class BassAgent(PolicyAgent):
         return chosen
 
     @staticmethod
+    def remember_many(seen: Sequence[tuple[PolicyAgent, Observation]]) -> None:
+        """Each for itself: it looks through the partner's eyes too."""
+        for agent, observation in seen:
+            agent._remember(observation)
+
+    @staticmethod
     def decide_many(
         agents: Sequence["PolicyAgent"], states: Sequence[WorldState], histories: Singles
     ) -> Sequence[Singles]:
