@@ -5,6 +5,7 @@ Every node needs this package, the agents' checkpoints and, for recordings, a fo
 """
 
 import os
+import socket
 import sys
 from collections import deque
 from collections.abc import Callable, Sequence
@@ -16,6 +17,8 @@ from matches.dispatch import Crew, News
 from matches.errors import MatchError
 from matches.lockstep import Lockstep
 from matches.match import Match, match_from_json, match_to_json, result_from_json
+
+KNOCK_S = 5.0
 
 
 class Player:
@@ -86,13 +89,21 @@ def ray_crew(address: str) -> Callable[[int, float, Path | None], Crew]:
     if not ray.is_initialized():
         os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")
         try:
+            _knock(address)
             ray.init(address=address, logging_level="ERROR", log_to_driver=False)
-        except (ConnectionError, ValueError, RuntimeError) as error:
+        except (OSError, ValueError, RuntimeError) as error:
+            reason = (str(error).strip().splitlines() or [type(error).__name__])[0]
             raise MatchError(
-                f"no Ray cluster answers at {address!r} ({str(error).strip().splitlines()[0]}); "
-                "start one with: ray start --head"
+                f"no Ray cluster answers at {address!r} ({reason}); start one with: ray start --head"
             ) from error
     return RayCrew
+
+
+def _knock(address: str) -> None:
+    """See whether anybody listens at HOST:PORT: Ray itself would try for minutes."""
+    host, _, port = address.rpartition("://")[2].rpartition(":")
+    if host and port.isdecimal():
+        socket.create_connection((host, int(port)), timeout=KNOCK_S).close()
 
 
 def cluster_processors() -> int:

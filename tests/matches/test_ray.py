@@ -11,7 +11,7 @@ from matches import MatchError, run_grid
 from matches.ray_cluster import ray_crew
 from tests.matches.support import HERE, small_grid
 
-pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("ignore")]
+pytestmark = pytest.mark.filterwarnings("ignore")  # Ray's own
 
 
 @pytest.fixture
@@ -26,6 +26,7 @@ def cluster() -> Iterator[Any]:
     cluster.shutdown()
 
 
+@pytest.mark.slow
 def test_a_node_killed_on_the_way_changes_no_number(cluster: Any, tmp_path: Path) -> None:
     node = cluster.add_node(num_cpus=1)
     grid = small_grid(agents=[f"{HERE}:Slow"], partners=["idle"], seeds=24, ticks=40)
