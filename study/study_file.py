@@ -31,7 +31,7 @@ def parse_study(text: str, name: str = "study.yaml", folder: Path | None = None)
     try:
         study = Study.model_validate(value)
     except ValidationError as error:
-        faults = [_fault(document, one) for one in error.errors(include_url=False)]
+        faults = [_fault(document, one) for one in error.errors(include_url=False) if not _follows(one)]
         raise StudyFileError(name, sorted(set(faults))) from None
     found = [Fault(document.line(path), words(path), message) for path, message in _inconsistencies(study)]
     if found:
@@ -66,6 +66,11 @@ def _with_files(document: Document, value: Any, path: FieldPath, folder: Path | 
 
 
 # ---- faults of single fields ------------------------------------------------------------------------------------
+
+
+def _follows(error: Any) -> bool:
+    """Whether it only says that a list is too short because its faulty entries were not counted."""
+    return bool(error["type"] == "too_short" and len(error["input"]) >= error["ctx"]["min_length"])
 
 
 def _fault(document: Document, error: Any) -> Fault:

@@ -100,6 +100,11 @@ def test_all_faults_of_a_file_are_reported_at_once_in_the_order_of_their_lines()
     assert [line for line, _, _ in found] == [4, 5, 23]
 
 
+def test_a_faulty_block_is_not_also_a_missing_one() -> None:
+    assert [path for _, path, _ in faults(SMALL.replace("FourCorners", "Nowhere"))] == ["blocks[0].maps"]
+    assert [path for _, path, _ in faults(SMALL.split("blocks:")[0] + "blocks: []")] == ["blocks"]
+
+
 @pytest.mark.parametrize("text", ["", "[]", "just words", "a: &a [*a]", "a: \x00", "a: 2026-13-45", "? [1]\n: 2"])
 def test_what_is_no_study_at_all_is_refused_with_a_sentence(text: str) -> None:
     assert faults(text)
