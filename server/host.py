@@ -31,8 +31,8 @@ from world.distance import paper_distances
 log = logging.getLogger(__name__)
 
 SYNC_S = 1.0
-# A full collection with 100 rooms takes 50 ms, so it waits for a moment when nobody plays.
-GC_THRESHOLDS = (2_000, 50, 1_000_000)
+# A full collection with 100 rooms takes 50 ms, so it waits for a moment when nobody plays; the young ones stay small.
+GC_THRESHOLDS = (700, 5, 1_000_000)
 IDLE_COLLECT_S = 60.0
 CPU_SAMPLES = 5  # seconds that the CPU share is averaged over
 

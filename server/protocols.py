@@ -83,7 +83,7 @@ class GameWebSocketProtocol(WebSocketsSansIOProtocol):
     (together about half the cost of a message). Everything else is left to Uvicorn, which always gets whole frames.
     """
 
-    on_binary: Callable[[bytes], None] | None = None
+    on_binary: Callable[[bytes], bool] | None = None
     on_writable: Callable[[], None] | None = None
     _rest = b""
     _after_close = 0
@@ -112,7 +112,8 @@ class GameWebSocketProtocol(WebSocketsSansIOProtocol):
         at = 0
         while (end := _frame_end(buffer, at, self.config.ws_max_size)) and not self.transport.is_closing():
             if buffer[at] == FINAL_BINARY and MASKED <= buffer[at + 1] < MASKED + LONG and self.on_binary is not None:
-                self.on_binary(_unmasked(buffer, at, end))
+                if not self.on_binary(_unmasked(buffer, at, end)) and len(buffer) - end > AFTER_CLOSE_BYTES:
+                    self.transport.abort()
             else:
                 super().data_received(buffer[at:end])
             at = end

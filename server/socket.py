@@ -40,7 +40,7 @@ _decode_join = msgspec.json.Decoder(m.Join).decode
 class Wire(Protocol):
     """The short way to a connection (server.protocols.GameWebSocketProtocol)."""
 
-    on_binary: Callable[[bytes], None] | None  # gets every whole binary message once it is set
+    on_binary: Callable[[bytes], bool] | None  # gets every small binary message; False: nobody listens any more
     on_writable: Callable[[], None] | None
 
     def write_binary(self, payload: bytes) -> bool: ...
@@ -211,15 +211,17 @@ class Conversation:
         per_s = self._limits.messages_per_s * max(1, len(welcome.seats))
         self._bucket = Bucket(per_s, per_s, time.monotonic())
 
-    def _hear_binary(self, raw: bytes) -> None:
-        """Called by the connection itself: nothing may be raised, and nothing more is heard after a hangup."""
-        if self._hangup is not None:
-            return
-        try:
-            self._hear_frame(raw, time.monotonic())
-        except Hangup as hangup:
-            self._hangup = hangup
-            self._wake.set()
+    def _hear_binary(self, raw: bytes) -> bool:
+        """Called by the connection itself, so nothing is raised; False when nothing more is heard."""
+        if self._hangup is None:
+            try:
+                self._hear_frame(raw, time.monotonic())
+            except Hangup as hangup:
+                self._hangup = hangup
+                self._wake.set()
+                if hangup.code == 0:
+                    self._wire.abort()
+        return self._hangup is None
 
     def _hear_frame(self, raw: bytes, now: float) -> None:
         self._take_one(now)
