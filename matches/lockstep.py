@@ -144,11 +144,12 @@ class Lockstep:
         begun = time.process_time()
         ask([seat for live in playing for seat in live.seats if not seat.rows], self._stopwatch)
         ended = [result for live in playing if (result := self._advance(live)) is not None]
-        over = {result.match for result in ended}
         share = (time.process_time() - begun) / max(len(playing), 1)
         for live in playing:
             live.cpu_s += share
-        playing[:] = [live for live in playing if live.match not in over]
+        if ended:
+            over = {result.match for result in ended}
+            playing[:] = [live for live in playing if live.match not in over]
         return ended
 
     def _advance(self, live: LiveMatch) -> MatchResult | None:
