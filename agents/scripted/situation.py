@@ -29,12 +29,14 @@ class Situation:
     @property
     def pose(self) -> Floats:
         """(3,) of the own robot."""
-        return self.state.robot_poses[self.seat]
+        pose: Floats = self.state.robot_poses[self.seat]
+        return pose
 
     @property
     def partner(self) -> Floats:
         """(3,) of the other robot."""
-        return self.state.robot_poses[1 - self.seat]
+        pose: Floats = self.state.robot_poses[1 - self.seat]
+        return pose
 
     @property
     def mine(self) -> int:
@@ -57,7 +59,8 @@ class Situation:
 
     def item_pose(self, index: int) -> Floats:
         """(3,) where an item is."""
-        return self.state.item_poses[index]
+        pose: Floats = self.state.item_poses[index]
+        return pose
 
     def is_heavy(self, index: int) -> bool:
         """Whether an item needs two."""
