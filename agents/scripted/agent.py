@@ -148,10 +148,10 @@ class ScriptedAgent:
             elif not (isinstance(errand, Carry) and errand.item == now.mine):
                 known = errand.haul if isinstance(errand, Fetch) and errand.item == now.mine else None
                 self._errand = Carry(now, now.mine, known, self._meeting(now))
-            elif not self._relay.locked and now.tick % LOOK_EVERY == 0:
-                way = way_out(now, self._their_item(now))
+            elif self._partner_is_active(now) and now.tick % LOOK_EVERY == 0:
+                way = None if self._relay.locked else way_out(now, self._relay.last_lane, self._their_item(now))
                 if way is not None:
-                    self._errand = Aside(now, way, now.tick + WAIT_ASIDE)
+                    self._errand = Aside(now, way, now.tick, self._partner_leaves)
             return
         helping = now.theirs >= 0 and now.is_heavy(now.theirs) and self._possible(now, now.theirs)
         if helping and not (isinstance(errand, Lift) and errand.item == now.theirs):
@@ -167,9 +167,18 @@ class ScriptedAgent:
             return Aside(now, way, now.tick + WAIT_ASIDE)
         return None
 
+    def _partner_leaves(self, now: Situation) -> bool:
+        """Whether the partner is still on its way out of the last lane."""
+        partner = cell_of(float(now.partner[0]), float(now.partner[1]))
+        inside = bool(self._relay.last_lane[partner] or in_goal(now.map)[partner])
+        return inside and self._partner_is_active(now) and bool(now.waiting)
+
+    def _partner_is_active(self, now: Situation) -> bool:
+        return now.tick - self._partner_moved < IDLE_AFTER
+
     def _in_relay(self, now: Situation) -> bool:
         """Whether the two take turns on a lane that nobody can pass: not with a partner who does nothing."""
-        return self._relay.locked and now.tick - self._partner_moved < IDLE_AFTER
+        return self._relay.locked and self._partner_is_active(now)
 
     def _is_outer(self, now: Situation) -> bool:
         """Whether this robot is the one nearer to the goal."""

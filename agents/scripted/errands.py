@@ -5,6 +5,7 @@ An errand's `step` gives the next command, or None when it is over (done or hope
 
 import itertools
 import math
+from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -20,8 +21,8 @@ from agents.scripted.relay import Relay
 from agents.scripted.situation import Situation
 from agents.scripted.terrain import Terrain, sample
 from agents.scripted.thinking import Thinking, Thought, solve
-from agents.scripted.traffic import aside, bound, with_partner
-from agents.scripted.walking import Way, cost_at, walk_field
+from agents.scripted.traffic import around, aside, bound, partners_way, with_partner
+from agents.scripted.walking import Mask, Way, cost_at, walk_field
 from maps.spec import ROBOT_RADIUS
 from world.state import Floats
 
@@ -30,6 +31,7 @@ APART, COMFORTABLE = 0.255, 0.33  # units between the two holders' centres: at l
 SIDEWAYS = 12.0  # quarter ticks per radian by which two grips are not opposite
 HONEST = 350.0  # quarter ticks: a dearer way may come from a bad place to put the item down
 WORTH_SQUEEZING = 100.0  # quarter ticks that a way with hardly any room must save
+_FAR_AHEAD = 150  # cells of the partner's way home that one had better not meet it on
 UNLIKE = 0.7  # rad by which two ways to hold an item differ
 NEARLY = 0.09  # units from its stand at which a planned grip still is what was planned
 NEAR = 0.05  # units from its stand at which a robot turns to the item
@@ -62,11 +64,11 @@ def walk_costs(
 class Approach:
     """Walking to a stand beside an item and closing the hand."""
 
-    def __init__(self, ground: Terrain, item: int, target: Floats) -> None:
+    def __init__(self, ground: Terrain, item: int, target: Floats, shunned: Mask | None = None) -> None:
         self.item = item
         self.target = target
         self.ground = ground
-        self.way = Way(ground, [(float(target[0]), float(target[1]))])
+        self.way = Way(ground, [(float(target[0]), float(target[1]))], shunned)
 
     def step(self, now: Situation, danger: Danger) -> Command:
         """The next command; with a grasp as soon as the hand reaches the item."""
@@ -99,6 +101,7 @@ class Fetch:
     ) -> None:
         """With `meeting` it is going to be handed over there; with `tidying` it may lie in a goal already."""
         self._tidying = tidying
+        self._theirs = -1
         self.item = item
         self.meeting = meeting
         self._useless = useless
@@ -139,7 +142,16 @@ class Fetch:
                 return REST
         elif now.ground() is not self._ground:
             return None
+        elif now.theirs != self._theirs:
+            self._theirs = now.theirs
+            if now.theirs >= 0 and not now.is_heavy(now.theirs):
+                self._take_another_way(now)
         return self._approach.step(now, danger)
+
+    def _take_another_way(self, now: Situation) -> None:
+        """Keep off the way on which the partner brings its item home, where that is no great detour."""
+        way = partners_way(now, -1, _FAR_AHEAD)
+        self._approach = Approach(self._ground, self.item, self._approach.target, around(way))
 
     def _think(self, now: Situation) -> Thought[tuple[Haul, Floats] | None]:
         spec, item_pose = now.item(self.item), now.item_pose(self.item)
@@ -422,15 +434,19 @@ class Aside:
     item = -1
     hopeless = False
 
-    def __init__(self, now: Situation, way: Floats, until: int) -> None:
+    def __init__(
+        self, now: Situation, way: Floats, until: int, needed: Callable[[Situation], bool] | None = None
+    ) -> None:
+        """It lasts until a tick, or as long as it is `needed` where that can be said."""
         self.until = until
+        self._needed = needed
         self._held = now.mine
         self._body: Thinking[Body] = Thinking(self._think(now, way))
 
     def step(self, now: Situation, danger: Danger, slices: int) -> Command | None:
         """Over after its time, or when there is nowhere to go."""
         self._body.advance(2 * slices)
-        if now.tick >= self.until or now.mine != self._held:
+        if now.mine != self._held or (now.tick >= self.until if self._needed is None else not self._needed(now)):
             return None
         if not self._body.done:
             return REST

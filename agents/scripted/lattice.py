@@ -65,8 +65,17 @@ PAIR = _pair()
 class Field:
     """The cost-to-go of one body on one terrain. Indices are flat over (heading, row, column)."""
 
-    def __init__(self, ground: Terrain, discs: Sequence[Disc], motion: Motion, margin: float = 0.004) -> None:
+    def __init__(
+        self,
+        ground: Terrain,
+        discs: Sequence[Disc],
+        motion: Motion,
+        margin: float = 0.004,
+        surcharge: Cost | None = None,
+    ) -> None:
+        """`surcharge` (flat like the poses, small numbers) is paid besides for each move from a pose."""
         self.motion = motion
+        self._surcharge = surcharge
         self._free = _free_poses(ground, discs, motion.headings, margin)
         self.cost: Cost = np.full(self._free.size, UNREACHED, dtype=np.int16)
         self._buckets: list[list[Index]] = [[] for _ in range(_SPREAD)]
@@ -126,11 +135,13 @@ class Field:
             before = frontier + offsets[heading, move]
             price = prices[move]
             cost = self._level + (price[heading] if price.size > 1 else price[0])
+            if self._surcharge is not None:
+                cost = cost + self._surcharge[before]
             better = self._free[before] & (self.cost[before] > cost)
             before = before[better]
             if not before.size:
                 continue
-            if price.size > 1:
+            if np.ndim(cost):
                 cost = cost[better]
                 for value in np.unique(cost).tolist():
                     group = self._distinct(before[cost == value])

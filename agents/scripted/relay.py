@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from agents.scripted.flood import flood, standing_room, to_bits
+from agents.scripted.flood import Mask, flood, standing_room, to_bits
 from agents.scripted.lattice import UNREACHED, Cost, Field, Motion
 from agents.scripted.storage import Point, cells, moved, storage
 from agents.scripted.terrain import AXIS, CELLS, Terrain, cell_of, terrain
@@ -17,6 +17,7 @@ from maps import MapSpec
 from maps.spec import ROBOT_RADIUS
 from world.state import Floats
 
+_LONG = 4  # places on the way at least, to speak of a lane
 _LOCKED_SHARE = 0.9  # of the places on the way at which a robot blocks it
 _STORING = 25.0  # quarter ticks that the outer robot needs besides: into the goal region and out again
 _BAND = 14.0  # quarter ticks around the meeting place at which an item may be handed over
@@ -28,6 +29,7 @@ class Relay:
     """`way_home` (CELLS, CELLS) is the way from anywhere to the goal regions, in quarter ticks."""
 
     locked: bool
+    last_lane: Mask  # (CELLS, CELLS) the part of the way before the goal on which two cannot pass each other
     way_home: Floats
     meeting: float  # on that way
 
@@ -71,31 +73,41 @@ def relay(map_spec: MapSpec) -> Relay:
     way_home = grid_of(field).astype(np.float64)
     small = next((item for item in map_spec.items if item.size == "small"), None)
     if small is None:
-        return Relay(False, way_home, 0.0)
+        return Relay(False, np.zeros((CELLS, CELLS), dtype=np.bool_), way_home, 0.0)
     start = (small.pose.x, small.pose.y)
     whole = float(way_home[cell_of(*start)])
-    return Relay(_is_locked(bare, start), way_home, max((whole - _STORING) / 2, 0.0))
+    places, blocked = _bottlenecks(bare, start)
+    locked = len(places) >= _LONG and float(blocked.mean()) >= _LOCKED_SHARE
+    return Relay(locked, _last_lane(places, blocked), way_home, max((whole - _STORING) / 2, 0.0))
 
 
-def _is_locked(bare: Terrain, start: tuple[float, float]) -> bool:
+def _bottlenecks(bare: Terrain, start: Point) -> tuple[Floats, Mask]:
+    """Places (n, 2) on the way from an item to the goal, and at which of them a robot blocks every way."""
     inside = storage(bare.map).inside
     free = standing_room(bare, ROBOT_RADIUS + 0.004)
     goal = to_bits(inside) & free
     rows, columns = np.nonzero(inside & (bare.clearance > ROBOT_RADIUS))
     if not len(rows):
-        return False
+        return np.empty((0, 2)), np.empty(0, dtype=np.bool_)
     middle = len(rows) // 2
-    way = Way(bare, [(float(AXIS[columns[middle]]), float(AXIS[rows[middle]]))])
-    path = way.path(*start, 400)
-    if len(path) < 40:
-        return False
+    path = Way(bare, [(float(AXIS[columns[middle]]), float(AXIS[rows[middle]]))]).path(*start, 400)
     x, y = np.meshgrid(AXIS, AXIS)
-    row, column = cell_of(float(path[0, 0]), float(path[0, 1]))
     home = np.zeros((CELLS, CELLS), dtype=np.bool_)
-    home[row, column] = True
+    home[cell_of(float(path[0, 0]), float(path[0, 1]))] = True
     places = path[14:-14:4]
-    blocked = 0
+    blocked = []
     for px, py in places:
         left = free & ~to_bits(np.hypot(x - px, y - py) < 2 * ROBOT_RADIUS)
-        blocked += not flood(to_bits(home) & left, left) & goal
-    return bool(blocked >= _LOCKED_SHARE * len(places))
+        blocked.append(not flood(to_bits(home) & left, left) & goal)
+    return places, np.array(blocked, dtype=np.bool_)
+
+
+def _last_lane(places: Floats, blocked: Mask) -> Mask:
+    """(CELLS, CELLS) the part of the way just before the goal that nobody can avoid."""
+    x, y = np.meshgrid(AXIS, AXIS)
+    lane = np.zeros((CELLS, CELLS), dtype=np.bool_)
+    for (px, py), blocks in zip(places[::-1].tolist(), blocked[::-1].tolist(), strict=True):
+        if not blocks:
+            break
+        lane |= np.hypot(x - px, y - py) < 2 * ROBOT_RADIUS
+    return lane

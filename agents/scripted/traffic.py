@@ -21,7 +21,7 @@ from world.state import Floats
 _APART = 2 * ROBOT_RADIUS + 0.02
 _TOUCHING = 0.09  # units between two bodies below which they are in each other's way
 _CLEAR = 0.29  # units between the own centre and the partner's way when standing aside
-_LANE = 0.26  # units of room around a robot below which nobody gets past it
+_SOON = 25  # cells of the own way that are looked at
 _SWING = 0.17  # units more than that which a partner with an item likes to have for its turns
 _CRAMPED = 80  # quarter ticks of walking that it is worth to leave it this room
 _FORESEEN = 70  # cells of the partner's way that are kept clear
@@ -94,23 +94,28 @@ def partners_way(now: Situation, target: int, cells: int = _FORESEEN) -> Floats:
     return np.array([[x, y]])
 
 
-def way_out(now: Situation, target: int) -> Floats | None:
-    """The way (n, 2) of a partner that is in a goal region and can only get out past the own robot; else None."""
-    cell = cell_of(float(now.partner[0]), float(now.partner[1]))
-    lane = float(sample(now.ground().clearance, now.pose[0:1], now.pose[1:2])[0]) < _LANE
-    if target < 0 or not lane or not in_goal(now.map)[cell]:
+def way_out(now: Situation, lane: Mask, target: int) -> Floats | None:
+    """The way (n, 2) out of a lane, which the own robot is about to enter, of a partner on its way out; else None.
+
+    Whoever carries can wait outside; whoever is inside has no other way.
+    """
+    partner = cell_of(float(now.partner[0]), float(now.partner[1]))
+    leaving = in_goal(now.map)[partner] or (lane[partner] and now.theirs < 0)
+    if target < 0 or not leaving:
+        return None
+    ground = now.ground()
+    mine = _way_home(ground).path(float(now.pose[0]), float(now.pose[1]), _SOON)
+    if not any(lane[cell_of(x, y)] for x, y in mine.tolist()):
         return None
     goal = now.item_pose(target)
-    way = _way_to(now.ground(), round(float(goal[0]), 2), round(float(goal[1]), 2))
-    path = way.path(float(now.partner[0]), float(now.partner[1]), _FORESEEN)
-    met = float(gap_to(path, now.pose[0:1], now.pose[1:2])[0]) < _CLEAR
-    return path if met else None
+    way = _way_to(ground, round(float(goal[0]), 2), round(float(goal[1]), 2))
+    return way.path(float(now.partner[0]), float(now.partner[1]), _FORESEEN)
 
 
 @lru_cache(maxsize=32)
 def _way_home(ground: Terrain) -> Way:
-    inside = storage(ground.map).inside & (ground.clearance > ROBOT_RADIUS)
-    rows, columns = np.nonzero(inside)
+    near = to_mask(grown(to_bits(storage(ground.map).inside), 3)) & (ground.clearance > ROBOT_RADIUS)
+    rows, columns = np.nonzero(near)
     return Way(ground, [(float(AXIS[c]), float(AXIS[r])) for r, c in zip(rows[::7], columns[::7], strict=True)])
 
 
@@ -123,6 +128,12 @@ def _way_to(ground: Terrain, x: float, y: float) -> Way:
 def in_goal(map_spec: MapSpec) -> Mask:
     """(CELLS, CELLS) where an idle robot would be in the way of whoever brings something."""
     return to_mask(grown(to_bits(storage(map_spec).inside), 5))
+
+
+def around(way: Floats) -> Mask:
+    """(CELLS, CELLS) where one would meet whoever goes along a way (n, 2)."""
+    x, y = np.meshgrid(AXIS, AXIS)
+    return gap_to(way, x, y) < 2 * ROBOT_RADIUS
 
 
 def gap_to(way: Floats, x: Floats, y: Floats) -> Floats:

@@ -17,12 +17,18 @@ WALKER = Motion(
 ROBOT = ((0.0, 0.0, ROBOT_RADIUS),)
 _LOOK_AHEAD = 3  # doublings: the direction at a cell looks 2**3 cells down the way
 _TURN_COST = 9.0  # quarter ticks per radian off the way
-_BLOCKED = 200.0
+_SHUNNED = 3  # quarter ticks besides
+
+Mask = npt.NDArray[np.bool_]
 
 
-def walk_field(ground: Terrain, targets: list[tuple[float, float]], margin: float = 0.004) -> Field:
-    """Cost-to-go on foot to the nearest of `targets` (those inside obstacles are moved to the nearest free cell)."""
-    field = Field(ground, ROBOT, WALKER, margin)
+def walk_field(ground: Terrain, targets: list[tuple[float, float]], shunned: Mask | None = None) -> Field:
+    """Cost-to-go on foot to the nearest of `targets` (those inside obstacles are moved to the nearest free cell).
+
+    Steps on `shunned` cells (CELLS, CELLS) count more than double.
+    """
+    surcharge = None if shunned is None else np.where(shunned.ravel(), _SHUNNED, 0).astype(np.int16)
+    field = Field(ground, ROBOT, WALKER, surcharge=surcharge)
     costs = np.full((1, CELLS, CELLS), UNREACHED, dtype=np.int16)
     for x, y in targets:
         row, column = nearest_free(field.free[0], x, y, within=9)
@@ -59,8 +65,10 @@ def cost_at(field: Field, x: float, y: float) -> float:
 class Way:
     """A walking field with the direction to take at each cell."""
 
-    def __init__(self, ground: Terrain, targets: list[tuple[float, float]]) -> None:
-        self.field = walk_field(ground, targets)
+    def __init__(
+        self, ground: Terrain, targets: list[tuple[float, float]], shunned: Mask | None = None
+    ) -> None:
+        self.field = walk_field(ground, targets, shunned)
         self._smooth = np.minimum(grid_of(self.field).astype(np.float64), 2000.0)
         self._heading, self._near = _headings(self._smooth)
 
