@@ -20,7 +20,8 @@ const PING_MS = 1000;
 const FIRST_PINGS = 5; // in quick succession, to know the clock at once
 const FIRST_PING_MS = 60;
 const SILENT_MS = 5000; // the server says something every second; so long without a word and the line is dead
-const REFUSED_TRIES = 3; // handshakes refused by a server that answers otherwise: this page is too old
+const REFUSED_TRIES = 3; // handshakes refused in a row before the page asks why
+const REFUSED_ANSWERS = 3; // and this often the server knew the room: this page is too old
 const FINAL = new Set([
   wire.CLOSE_KICKED, wire.CLOSE_REPLACED, wire.CLOSE_ROOM_OVER, wire.CLOSE_BAD_MESSAGE, wire.CLOSE_NOT_FOUND,
 ]);
@@ -30,6 +31,7 @@ export class Connection {
   #socket = null;
   #tries = 0;
   #refused = 0;
+  #answers = 0;
   #heardAtMs = 0;
   #goodbye = "";
   #over = false;
@@ -84,6 +86,7 @@ export class Connection {
 
   #join() {
     this.#refused = 0;
+    this.#answers = 0;
     const tokens = this.mode === "play" ? loadTokens(this.room) : [];
     const claim = this.mode === "play" && tokens.length === 0 ? 1 : 0;
     this.send({ type: "join", room: this.room, mode: this.mode, tokens, claim });
@@ -172,15 +175,16 @@ export class Connection {
     this.#retry = setTimeout(() => this.open(), waitMs);
   }
 
-  /** The server refuses the handshake: is the room gone, or is this page too old? */
+  /** The handshake fails: is the room gone, is the server away, or is this page too old? */
   async #askWhy() {
     try {
       await requestJson(`/api/rooms/${encodeURIComponent(this.room)}`);
-      this.#end(TEXT.reload);
+      this.#answers += 1; // once means little: the server may have come back between the handshake and this question
+      if (this.#answers >= REFUSED_ANSWERS && !this.#over) this.#end(TEXT.reload);
     } catch (error) {
       const status = /** @type {{status?: number}} */ (error).status;
       if (status === 404) this.#end(TEXT.closed[wire.CLOSE_NOT_FOUND]);
-      // Otherwise nobody answers at all: keep trying.
+      else this.#answers = 0; // nobody answers at all: keep trying
     }
   }
 

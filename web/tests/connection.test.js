@@ -167,6 +167,36 @@ test("a server of another protocol asks for a reload", () => {
   assert.match(String(statuses.at(-1)), /reload/);
 });
 
+/** Handshakes refused one after the other, each with time for the page to ask why. @param {number} times */
+async function refuse(times) {
+  for (let time = 0; time < times; time += 1) {
+    newest().closes(1006);
+    await new Promise((done) => setImmediate(done)); // the page asks and hears the answer
+    mock.timers.tick(6001);
+  }
+}
+
+test("a server that comes back between a refused handshake and the question why is no reason to reload", async () => {
+  let up = false;
+  Object.assign(globalThis, { fetch: async () => (up ? Response.json({}) : Promise.reject(new TypeError("refused"))) });
+  connect();
+  newest().opens();
+  newest().says(welcome());
+  await refuse(6);
+  up = true;
+  await refuse(1);
+  newest().opens();
+  newest().says(welcome());
+  assert.deepEqual([statuses.at(-1), statuses.filter((status) => status.startsWith("over"))], ["open", []]);
+});
+
+test("handshakes that a living server keeps refusing ask for a reload", async () => {
+  Object.assign(globalThis, { fetch: async () => Response.json({}) });
+  connect();
+  await refuse(8);
+  assert.match(String(statuses.at(-1)), /reload/);
+});
+
 test("nothing is sent into a socket that is not open", () => {
   const connection = connect();
   assert.equal(connection.send({ type: "keyframe" }), false);
