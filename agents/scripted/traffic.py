@@ -153,6 +153,7 @@ def aside(now: Situation, way: Floats) -> Body:
     if now.mine >= 0:
         discs += carried_discs(now.item(now.mine), in_frame(now.pose, now.item_pose(now.mine)))
     body = Body(with_partner(now.ground(), now.partner), discs, 0.004)
+    carrying = now.theirs >= 0 and not in_goal(now.map)[cell_of(float(now.partner[0]), float(now.partner[1]))]
     x, y = np.meshgrid(AXIS, AXIS)
     clear = gap_to(way, x, y)
     if now.mine < 0:
@@ -165,7 +166,7 @@ def aside(now: Situation, way: Floats) -> Body:
             at_x = x + dx * math.cos(angle) - dy * math.sin(angle)
             at_y = y + dx * math.sin(angle) + dy * math.cos(angle)
             free &= sample(clear, at_x, at_y) >= ROBOT_RADIUS + radius + 0.03
-        costs[heading][free] = _CRAMPED if now.theirs >= 0 else 0
+        costs[heading][free] = _CRAMPED if carrying else 0
         costs[heading][free & roomy] = 0
     body.field.seed(costs)
     return body

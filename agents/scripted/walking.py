@@ -70,7 +70,7 @@ class Way:
     ) -> None:
         self.field = walk_field(ground, targets, shunned)
         self._smooth = np.minimum(grid_of(self.field).astype(np.float64), 2000.0)
-        self._heading, self._near = _headings(self._smooth)
+        self._heading, self._near = _headings(_filled(self._smooth))
 
     def cost(self, x: float, y: float) -> float:
         """Quarter ticks from (x, y) to the target; UNREACHED when there is no way."""
@@ -101,6 +101,17 @@ class Way:
             cells.append(following)
         indices = np.array(cells)
         return np.stack([AXIS[indices[:, 1]], AXIS[indices[:, 0]]], axis=1)
+
+
+def _filled(cost: Floats) -> Floats:
+    """Costs also a little way into obstacles, where contact may press a robot: the way out of there first."""
+    for _ in range(3):
+        padded = np.pad(cost, 1, constant_values=2000.0)
+        lowest = np.minimum(padded[:-2], padded[2:])
+        lowest = np.minimum(lowest, padded[1:-1])
+        lowest = np.minimum(np.minimum(lowest[:, :-2], lowest[:, 2:]), lowest[:, 1:-1])
+        cost = np.where(cost >= 2000.0, np.minimum(lowest + 5.0, 2000.0), cost)
+    return cost
 
 
 def _values(grid: Floats, poses: Floats) -> Floats:
