@@ -236,8 +236,14 @@ class Play {
     this.#connection.send({ type: "ready", seat, ready: true });
   }
 
+  /** For good. What a round came to is still shown; outside a round there is nothing more to see here. */
   #leave() {
+    const inRound = ["playing", "paused"].includes(this.#game.phase);
     this.#each((seat) => this.#connection.send({ type: "leave", seat }));
+    this.#senders.clear(); // the seats are not ours any more
+    if (inRound) return;
+    this.#connection.close();
+    location.assign("/");
   }
 
   #pauseOrStop() {

@@ -48,6 +48,20 @@ def test_escape_pauses_space_goes_on_and_stopping_asks_once_more(server: Server,
     wait_for(red, "game.phase === 'series_over'")
     expect(red.locator("#result")).to_be_visible()
     assert red.evaluate("window.__movingout.result.outcome") == "left"
+    expect(blue.locator("#result")).to_be_visible()
+    blue.wait_for_timeout(700)  # time for a wrong input and the complaint about it
+    expect(blue.locator("#problem")).to_be_hidden()
+
+
+def test_who_leaves_before_the_game_is_back_at_the_start_page_and_the_seat_is_free(
+    server: Server, open_page: OpenPage
+) -> None:
+    room = server.practice(red="link")
+    blue, red = open_page(room["join_path"], room), open_page(room["join_path"])
+    red.get_by_role("button", name="Leave").click()
+    red.get_by_role("button", name="Yes, stop").click()
+    red.wait_for_url(server.url + "/")
+    expect(blue.locator("#ready")).to_contain_text("Waiting for your partner")
 
 
 def test_a_spectator_sees_the_game_and_has_nothing_to_press(server: Server, open_page: OpenPage) -> None:
