@@ -88,10 +88,11 @@ class Haul(Body):
         """The next command of a robot at `pose` (3,) that holds the item; lets go where it should lie."""
         there = self.meeting is not None or is_delivered(self.item, tuple(item_pose.tolist()), self._goals)
         left = self.cost(pose)
-        lingering = self._progress.lingers(left)
+        command, _ = best_move(pose, lambda moves: self.costs(moves) + danger(moves))
+        lingering = self._progress.lingers(left) or command.distance == 0.0  # no move is better than none
         if there and (lingering or nearest_value(self._places, CARRIER, pose) <= left + _SETTLED):
             return Command(0.0, 0.0, grasp=True)
-        return self.move(pose, danger)
+        return command
 
 
 class Progress:

@@ -32,6 +32,9 @@ _COMPACT = 60.0  # quarter ticks per unit of free space around a place
 _OUT_OF_REACH = 150  # quarter ticks for each item that nobody would reach any more
 _SHUT_IN = 600  # quarter ticks: the robot could not get out again
 _BESIDE = 0.36  # units around an item from which it counts as within reach
+_ON_SLOT = 0.028  # units from a slot that still are on it
+_OFF_SLOT = 220.0  # quarter ticks: the price of any other place
+_SLOT_ORDER = 3.0  # quarter ticks per quarter tick of depth: the deep slots first
 _ARM = 8  # cells between a robot's centre and that of an item it puts down
 _ELBOWS = 0.05  # units of room that two robots want around what they put down
 _SMALL = 0.09  # radius up to which an item is a small one
@@ -54,6 +57,7 @@ class Storage:
     map: MapSpec
     depth: Floats
     inside: Mask
+    slots: Floats  # (n, 2) planned places, far apart, where only small items come and room is scarce; else none
     crowding: float  # 0 where there is room, else how much places matter: 1 and more
 
 
@@ -69,8 +73,27 @@ def storage(map_spec: MapSpec) -> Storage:
     field.search(4000)
     depth = np.where(grid_of(field) < UNREACHED, grid_of(field), 0).astype(np.float64)
     area = sum((goal.right - goal.left) * (goal.top - goal.bottom) for goal in map_spec.goals)
-    covered = sum((2 * circumradius(item.shape, item.scale)) ** 2 for item in map_spec.items)
-    return Storage(map_spec, depth, inside, min(max(covered / area / _DENSE, 1.0), 3.0) if covered > _ROOMY * area else 0.0)
+    radii = [circumradius(item.shape, item.scale) for item in map_spec.items]
+    share = sum((2 * radius) ** 2 for radius in radii) / area
+    crowding = min(max(share / _DENSE, 1.0), 3.0) if share > _ROOMY else 0.0
+    planned = crowding > 0.0 and all(item.size == "small" for item in map_spec.items)
+    slots = _slots(map_spec, depth, max(radii), len(radii)) if planned else np.empty((0, 2))
+    return Storage(map_spec, depth, inside, slots, crowding)
+
+
+def _slots(map_spec: MapSpec, depth: Floats, radius: float, number: int) -> Floats:
+    """(number, 2) places as far from each other as they can be, beginning in the depth of the goal regions."""
+    x, y = np.meshgrid(AXIS, AXIS)
+    room = terrain(map_spec, ()).clearance >= radius + _INSET
+    rows, columns = np.nonzero(room & _within_goals(map_spec, x, y, radius + _INSET))
+    if not len(rows):
+        return np.empty((0, 2))
+    points = np.stack([AXIS[columns], AXIS[rows]], axis=1)
+    chosen = [int(np.argmax(depth[rows, columns]))]
+    for _ in range(number - 1):
+        gaps = np.hypot(*(points[:, None, :] - points[chosen]).transpose(2, 0, 1)).min(axis=1)
+        chosen.append(int(np.argmax(gaps)))
+    return points[chosen]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -98,14 +121,15 @@ def places(ground: Terrain, radius: float, outlook: Outlook) -> Places:
     partner_free = _partner_gets_about(free, _parts(free, outlook), outlook)
     lost = np.zeros((len(centres), CELLS, CELLS), dtype=np.int16)
     misfits = np.zeros(len(centres))
-    packing = _Packing(ground, outlook.sizes)
+    packing = None if len(storage(ground.map).slots) else _Packing(ground, outlook.sizes)
     for place, (x, y) in enumerate(centres.tolist()):
         left = free & ~_around(x, y, radius + ROBOT_RADIUS)
         parts = _parts(left, outlook)
         lost[place] = _lost(left, parts, outlook, before)
         if partner_free and not _partner_gets_about(left, parts, outlook):
             lost[place] += _SHUT_IN // 2
-        misfits[place] = packing.misfits(x, y, radius, _arms_reach(left, parts, outlook))
+        if packing is not None:
+            misfits[place] = packing.misfits(x, y, radius, _arms_reach(left, parts, outlook))
     return Places(number, _MISFIT * (misfits - misfits.min(initial=len(outlook.sizes))), lost)
 
 
@@ -241,7 +265,8 @@ def place_costs(
     item = cells(x[heading, 0, column], y[heading, row, 0])
     look = places(ground, round(radius, 3), outlook)
     number = look.number[item]
-    cost = _preference(ground, item) + look.price[number]
+    where_item = np.stack([x[heading, 0, column], y[heading, row, 0]], axis=1)
+    cost = _preference(ground, item, where_item) + look.price[number]
     for robot in robots:
         rx, ry = moved(robot, angles)
         where = cells(rx[heading, 0, column], ry[heading, row, 0])
@@ -264,9 +289,15 @@ def cells(x: Floats, y: Floats) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.i
     return np.clip(rows, 0, CELLS - 1), np.clip(columns, 0, CELLS - 1)
 
 
-def _preference(ground: Terrain, item: tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]) -> Floats:
+def _preference(ground: Terrain, item: tuple[Cells, Cells], points: Floats) -> Floats:
+    """(k,) prices of places, given as cells and as points (k, 2)."""
     store = storage(ground.map)
     if not store.crowding:
         return np.asarray(0.25 * (store.depth.max() - store.depth[item]))
+    if len(store.slots):
+        gaps = np.hypot(*(points[:, None, :] - store.slots).transpose(2, 0, 1))
+        depths = store.depth[cells(store.slots[:, 0], store.slots[:, 1])]
+        order = _SLOT_ORDER * (depths.max() - depths)[gaps.argmin(axis=1)]
+        return np.asarray(np.where(gaps.min(axis=1) <= _ON_SLOT, order, _OFF_SLOT))
     shallow = _EAGER * (store.depth.max() - store.depth[item])
     return np.asarray(store.crowding * (shallow + _COMPACT * np.clip(ground.clearance[item], 0.0, 0.3)))
