@@ -30,6 +30,7 @@ RESUME_S = 30.0  # a seat waits so long for its player to come back
 RESTART_RESUME_S = 120.0  # and so long after the server was started again
 PAUSE_LIMIT_S = 600.0
 EMPTY_S = 900.0  # a room without any client closes after this
+AGENTS_WAIT_S = 60.0  # and its agents wait so long for the first one
 AGENT_PATIENCE_S = 10.0  # the countdown waits so long for an agent that still loads
 ANNOUNCE_S = 1.0
 EARLY_S = 0.002  # a timer may fire this early
@@ -75,6 +76,8 @@ class Room:
     def join(self, client: Listener, request: m.Join, now: float) -> m.Welcome:
         """Let a client in, to seats or as a spectator, and tell it everything. Raises Refused."""
         taken, replaced = self.seating.join(client, request)
+        if self.phase == "lobby":
+            self._call_agents()
         for old in replaced:
             old.dismiss(m.CLOSE_REPLACED, "This seat is now played from another window.")
         welcome = m.Welcome(
@@ -110,8 +113,7 @@ class Room:
         self.phase, self.reason = "closed", message
         for client in list(self.seating.clients):
             client.dismiss(code, message)
-        for seat in self.seats:
-            seat.close_player()
+        self._free_agents()
 
     def interrupted(self, now: float, wait_s: float) -> None:
         """The server was killed in this round and is back: wait for the people to come back too."""
@@ -125,8 +127,7 @@ class Room:
             self.phase, self.reason = "lobby", "The server was restarted; this round begins anew."
         for client in list(self.seating.clients):
             client.dismiss(m.CLOSE_SHUTDOWN, "The server is being restarted; this page comes back by itself.")
-        for seat in self.seats:
-            seat.close_player()
+        self._free_agents()
 
     # ---- time -----------------------------------------------------------------------------------------------
 
@@ -163,7 +164,11 @@ class Room:
             for seat in self.seats:
                 if seat.token is not None and not seat.present and now - seat.absent_since >= RESUME_S:
                     self._give_seat_up(seat)
-        if not self.seating.clients and now - self._empty_since >= EMPTY_S:
+        if self.seating.clients:
+            return
+        if self.phase == "lobby" and now - self._empty_since >= AGENTS_WAIT_S:
+            self._free_agents()  # others may need them; they come back with the first client
+        if now - self._empty_since >= EMPTY_S:
             self.close(m.CLOSE_ROOM_OVER, "Nobody was here for a while.")
 
     def _give_seat_up(self, seat: Seat) -> None:
@@ -203,11 +208,28 @@ class Room:
         the_map = self._services.load_map(self.config.maps[self.index], seed)
         limit = 0 if self.config.practice else self.config.limit_ticks
         the_round = Round(the_map, limit, self.epoch, self._services.new_id(), seed or 0)
+        self._free_agents()
+        self._seat_agents(the_round)
+        return the_round
+
+    def _seat_agents(self, the_round: Round) -> None:
+        """Every agent seat gets its player. Raises MovingOutError when no worker has time for another agent."""
+        for seat in self.seats:
+            if seat.kind == "agent" and seat.player is None:
+                seat.player = self._services.agents.open(
+                    seat.agent_id, the_round.map, seat.index, the_round.seed, the_round.limit_ticks
+                )
+
+    def _call_agents(self) -> None:
+        """Somebody is here: the agents are needed (again)."""
+        try:
+            self._seat_agents(self.round)
+        except MovingOutError as error:  # other rooms have them all now
+            self._enter("series_over", str(error))
+
+    def _free_agents(self) -> None:
         for seat in self.seats:
             seat.close_player()
-            if seat.kind == "agent":
-                seat.player = self._services.agents.open(seat.agent_id, the_map, seat.index, the_round.seed, limit)
-        return the_round
 
     def _try_start(self, now: float) -> None:
         """Count down when everybody is ready for what comes next."""
@@ -284,8 +306,7 @@ class Room:
         journal = self.round.recorder.close(outcome)
         if journal is not None:
             self._services.archive(journal)
-        for seat in self.seats:
-            seat.close_player()
+        self._free_agents()
         self._broadcast(result)
 
     def _enter(self, phase: m.Phase, reason: str, until: float = 0.0) -> None:

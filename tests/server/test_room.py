@@ -441,6 +441,17 @@ def test_the_countdown_to_the_next_round_waits_for_its_fresh_agent_but_not_for_e
     assert table.phase == "playing"
 
 
+def test_an_agent_is_free_for_other_rooms_while_nobody_is_in_the_lobby_and_comes_back_with_the_first() -> None:
+    table = agent_table()
+    (player,) = table.services.agents.players
+    table.seconds(59)
+    assert not player.closed
+    table.seconds(2)
+    assert player.closed
+    table.join(claim=1)
+    assert [each.closed for each in table.services.agents.players] == [True, False]
+
+
 def test_a_missed_deadline_is_neutral_counted_and_shown() -> None:
     table = agent_table()
     blue = table.join(claim=1)
