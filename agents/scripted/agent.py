@@ -22,7 +22,6 @@ HOPELESS_FOR = 40  # ticks after which a hopeless item is looked at again
 STALLED_AFTER = 7  # ticks without getting on
 WAIT_ASIDE = 25  # ticks
 WHOLE_WAY = 400  # cells
-MOST_TIDYING = 6  # times in an episode
 LOOK_EVERY = 4  # ticks between two looks whether the partner wants to get out
 AVOID_AGAIN = 40  # ticks between two attempts to go around the partner
 IDLE_AFTER = 60  # ticks without motion after which a partner is not counted on
@@ -45,7 +44,7 @@ class ScriptedAgent:
         self._hopeless: dict[int, int] = {}
         self._relay = relay(episode.map)
         self._partner_moved = 0
-        self._tidied = 0
+        self._tidied: set[int] = set()
         self._avoided = -AVOID_AGAIN
         self._useless: dict[int, set[int]] = {}  # stands beside an item that were no use
         self._trail: list[Floats] = []
@@ -235,12 +234,12 @@ class ScriptedAgent:
     def _tidy(self, now: Situation) -> Errand | None:
         """Nothing else can be done: put something that lies in the way, or badly, to a better place."""
         smalls = [item for item in np.flatnonzero(now.delivered).tolist() if not now.is_heavy(item)]
-        smalls = [item for item in smalls if item not in (now.mine, now.theirs) and self._possible(now, item)]
-        if not smalls or not now.waiting or self._tidied >= MOST_TIDYING or now.theirs >= 0:
+        smalls = [item for item in smalls if self._possible(now, item) and item not in self._tidied]
+        if not smalls or not now.waiting or now.theirs >= 0:
             return None
-        self._tidied += 1
         gaps = [_moved(now.pose, now.item_pose(item)) for item in smalls]
         item = smalls[int(np.argmin(gaps))]
+        self._tidied.add(item)
         return Fetch(now, item, frozenset(), None, tidying=True)
 
 

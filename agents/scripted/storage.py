@@ -36,7 +36,7 @@ _ON_SLOT = 0.028  # units from a slot that still are on it
 _OFF_SLOT = 220.0  # quarter ticks: the price of any other place
 _SLOT_ORDER = 3.0  # quarter ticks per quarter tick of depth: the deep slots first
 _ARM = 8  # cells between a robot's centre and that of an item it puts down
-_ELBOWS = 0.05  # units of room that two robots want around what they put down
+_ELBOWS = 0.1  # units of room that two robots want around what they put down
 _SMALL = 0.09  # radius up to which an item is a small one
 _MISFIT = 120.0  # quarter ticks for each item to come that finds no place any more
 
@@ -77,22 +77,25 @@ def storage(map_spec: MapSpec) -> Storage:
     share = sum((2 * radius) ** 2 for radius in radii) / area
     crowding = min(max(share / _DENSE, 1.0), 3.0) if share > _ROOMY else 0.0
     planned = crowding > 0.0 and all(item.size == "small" for item in map_spec.items)
-    slots = _slots(map_spec, depth, max(radii), len(radii)) if planned else np.empty((0, 2))
+    slots = _slots(map_spec, depth, sum(radii) / len(radii), len(radii)) if planned else np.empty((0, 2))
     return Storage(map_spec, depth, inside, slots, crowding)
 
 
 def _slots(map_spec: MapSpec, depth: Floats, radius: float, number: int) -> Floats:
     """(number, 2) places as far from each other as they can be, beginning in the depth of the goal regions."""
     x, y = np.meshgrid(AXIS, AXIS)
-    room = terrain(map_spec, ()).clearance >= radius + _INSET
+    room = terrain(map_spec, ()).clearance >= radius + 0.004
     rows, columns = np.nonzero(room & _within_goals(map_spec, x, y, radius + _INSET))
     if not len(rows):
         return np.empty((0, 2))
     points = np.stack([AXIS[columns], AXIS[rows]], axis=1)
+    gaps = np.hypot(*(points[:, None, :] - points[None]).transpose(2, 0, 1))
     chosen = [int(np.argmax(depth[rows, columns]))]
     for _ in range(number - 1):
-        gaps = np.hypot(*(points[:, None, :] - points[chosen]).transpose(2, 0, 1)).min(axis=1)
-        chosen.append(int(np.argmax(gaps)))
+        chosen.append(int(np.argmax(gaps[chosen].min(axis=0))))
+    for place in 2 * list(range(1, number)):  # each once more, now that the others are known
+        others = [other for other in chosen if other != chosen[place]]
+        chosen[place] = int(np.argmax(gaps[others].min(axis=0))) if others else chosen[place]
     return points[chosen]
 
 
