@@ -42,7 +42,7 @@ class _Fan(NamedTuple):
 
 
 def _make_fan() -> _Fan:
-    straight = [(sign * speed, bend) for sign in (1.0, -1.0) for speed in (1.0, 0.4) for bend in _BENDS]
+    straight = [(sign * speed, bend) for sign in (1.0, -1.0) for speed in (1.0, 0.4, 0.15) for bend in _BENDS]
     spins = [(0.0, 0.0)] + [(TURN_IN_PLACE, turn) for turn in (0.2, -0.2, 0.5, -0.5)]
     choices = np.array(straight + spins)
     poses = np.zeros((len(choices), HORIZON, 3))

@@ -165,7 +165,8 @@ class Fetch:
         for margin in margins(now.map):
             haul = Haul(now.ground((self.item,)), spec, offset, now.outlook(self.item), margin, self.meeting)
             yield
-            yield from solve(haul.field)
+            reachable = [(cost, pose) for cost, pose in zip(costs, places, strict=True) if cost < UNREACHED]
+            yield from solve(haul.field, lambda: min(cost + haul.cost(pose) for cost, pose in reachable))  # noqa: B023
             totals = [cost + haul.cost(pose) for cost, pose in zip(costs, places, strict=True)]
             number = int(np.argmin(totals))
             if best is None or totals[number] < best[0] - WORTH_SQUEEZING:
@@ -211,7 +212,7 @@ class Carry:
         for margin in margins(now.map):
             haul = Haul(ground, now.item(self.item), offset, now.outlook(self.item), margin, self.meeting)
             yield
-            yield from solve(haul.field)
+            yield from solve(haul.field, lambda: haul.cost(now.pose))  # noqa: B023
             cost = haul.cost(now.pose)
             if best is None or cost < best[0] - WORTH_SQUEEZING:
                 best = (cost, haul)
@@ -372,7 +373,7 @@ class Lift:
                 now.ground(), now.item(self.item), now.item_pose(self.item), now.robots, now.outlook(self.item), margin
             )
             yield
-            yield from solve(haul.field)
+            yield from solve(haul.field, lambda: haul.cost(now.item_pose(self.item)))  # noqa: B023
             if haul.cost(now.item_pose(self.item)) < UNREACHED:
                 break
         return haul
@@ -398,7 +399,7 @@ class Lift:
             for grips in tried:
                 haul = PairHaul(self._bare, spec, item_pose, grips.robots, now.outlook(self.item), margin)
                 yield
-                yield from solve(haul.field)
+                yield from solve(haul.field, lambda: haul.cost(item_pose))  # noqa: B023
                 cost = haul.cost(item_pose)
                 if cost < UNREACHED and (best is None or cost + grips.score < best[0]):
                     best = (cost + grips.score, grips)
@@ -461,5 +462,5 @@ class Aside:
     def _think(self, now: Situation, way: Floats) -> Thought[Body]:
         body = aside(now, way)
         yield
-        yield from solve(body.field)
+        yield from solve(body.field, lambda: body.cost(now.pose))
         return body

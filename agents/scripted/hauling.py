@@ -10,6 +10,7 @@ from agents.scripted.lattice import CARRIER, UNIT_PER_TICK, UNREACHED, Cost, Fie
 from agents.scripted.relay import Relay, meeting_costs
 from agents.scripted.storage import Outlook, place_costs, storage
 from agents.scripted.terrain import Terrain, squeeze
+from agents.scripted.thinking import LEVELS_PER_SLICE
 from maps import ItemSpec, MapSpec
 from maps.shapes import circumradius
 from maps.spec import ROBOT_RADIUS
@@ -46,8 +47,14 @@ class Body:
         pressed = squeeze(self.ground, self.discs, moves).max(axis=1)
         return np.asarray(0.5 * (left[:, -1] + through) + pressed)
 
+    def look_farther(self, pose: Floats) -> None:
+        """Search on a little when the robot was pushed out of what is known."""
+        if not self.field.done and self.cost(pose) >= UNREACHED:
+            self.field.search(LEVELS_PER_SLICE)
+
     def move(self, pose: Floats, danger: Danger) -> Command:
         """The next command of a robot at `pose` (3,)."""
+        self.look_farther(pose)
         return best_move(pose, lambda moves: self.costs(moves) + danger(moves))[0]
 
 
@@ -86,6 +93,7 @@ class Haul(Body):
 
     def drive(self, pose: Floats, item_pose: Floats, danger: Danger) -> Command:
         """The next command of a robot at `pose` (3,) that holds the item; lets go where it should lie."""
+        self.look_farther(pose)
         there = self.meeting is not None or is_delivered(self.item, tuple(item_pose.tolist()), self._goals)
         left = self.cost(pose)
         command, _ = best_move(pose, lambda moves: self.costs(moves) + danger(moves))

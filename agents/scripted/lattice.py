@@ -78,9 +78,10 @@ class Field:
         self._surcharge = surcharge
         self._free = _free_poses(ground, discs, motion.headings, margin)
         self.cost: Cost = np.full(self._free.size, UNREACHED, dtype=np.int16)
+        self._bar: Cost = np.where(self._free, np.int16(UNREACHED), np.int16(-1))  # the cost to beat at each pose
         self._buckets: list[list[Index]] = [[] for _ in range(_SPREAD)]
         self._later: dict[int, list[Index]] = {}
-        self._level = 0
+        self.level = 0  # every cheaper pose is settled
         self._tag = np.zeros(self._free.size, dtype=np.int64)
         self.done = False
 
@@ -93,7 +94,7 @@ class Field:
         """Set where to go: (headings, CELLS, CELLS) start costs, UNREACHED where it is no goal."""
         flat = costs.ravel()
         (goals,) = np.nonzero((flat < UNREACHED) & self._free)
-        self.cost[goals] = flat[goals]
+        self.cost[goals] = self._bar[goals] = flat[goals]
         order = np.argsort(flat[goals], kind="stable")
         goals = goals[order]
         levels, starts = np.unique(flat[goals], return_index=True)
@@ -102,7 +103,7 @@ class Field:
             return
         for level, group in zip(levels.tolist(), np.split(goals, starts[1:]), strict=True):
             self._later[level] = [group]
-        self._level = int(levels[0])
+        self.level = int(levels[0])
 
     def search(self, levels: int) -> None:
         """Go on for this many levels of cost."""
@@ -111,45 +112,32 @@ class Field:
                 return
             self._expand_level()
 
-    def search_until(self, poses: Sequence[int]) -> None:
-        """Go on until all these flat indices are settled, or nothing is left."""
-        while not self.done and (self.cost[list(poses)] >= self._level).any():
-            self._expand_level()
-
     def _expand_level(self) -> None:
-        waiting = self._buckets[self._level % _SPREAD] + self._later.pop(self._level, [])
-        self._buckets[self._level % _SPREAD] = []
+        waiting = self._buckets[self.level % _SPREAD] + self._later.pop(self.level, [])
+        self._buckets[self.level % _SPREAD] = []
         if waiting:
             frontier = np.concatenate(waiting)
-            frontier = self._distinct(frontier[self.cost[frontier] == self._level])
+            frontier = self._distinct(frontier[self.cost[frontier] == self.level])
             if frontier.size:
                 self._relax(frontier)
         elif not self._later and not any(self._buckets):
             self.done = True
-        self._level += 1
+        self.level += 1
 
     def _relax(self, frontier: Index) -> None:
         offsets, prices = _predecessors(self.motion)
         heading = frontier // (CELLS * CELLS)
-        for move in range(offsets.shape[1]):
-            before = frontier + offsets[heading, move]
-            price = prices[move]
-            cost = self._level + (price[heading] if price.size > 1 else price[0])
-            if self._surcharge is not None:
-                cost = cost + self._surcharge[before]
-            better = self._free[before] & (self.cost[before] > cost)
-            before = before[better]
-            if not before.size:
-                continue
-            if np.ndim(cost):
-                cost = cost[better]
-                for value in np.unique(cost).tolist():
-                    group = self._distinct(before[cost == value])
-                    self.cost[group] = value
-                    self._buckets[value % _SPREAD].append(group)
-            else:
-                self.cost[before] = cost
-                self._buckets[int(cost) % _SPREAD].append(before)
+        before = (frontier[:, None] + offsets.take(heading, axis=0)).ravel()  # (poses x moves,)
+        cost = (prices.take(heading, axis=0) + np.int16(self.level)).ravel()
+        if self._surcharge is not None:
+            cost = cost + self._surcharge.take(before)
+        better = self._bar.take(before) > cost
+        before, cost = before[better], cost[better]
+        for value in sorted(set(cost.tolist()), reverse=True):  # the cheapest last: it stays
+            group = before[cost == value]
+            self._bar[group] = value
+            self.cost[group] = value
+            self._buckets[value % _SPREAD].append(group)
 
     def _distinct(self, indices: Index) -> Index:
         self._tag[indices] = np.arange(indices.size)
@@ -157,18 +145,17 @@ class Field:
 
 
 @lru_cache(maxsize=4)
-def _predecessors(motion: Motion) -> tuple[Index, tuple[Index, ...]]:
-    """Flat offsets (headings, moves) from a pose to where each move came from, and each move's costs by heading."""
+def _predecessors(motion: Motion) -> tuple[Index, Cost]:
+    """Flat offsets (headings, moves) from a pose to where each move came from, and what the moves cost."""
     plane = CELLS * CELLS
     offsets = np.zeros((motion.headings, len(motion.moves[0])), dtype=np.int64)
-    prices = np.zeros_like(offsets)
+    prices = np.zeros(offsets.shape, dtype=np.int16)
     for heading, row in enumerate(motion.moves):
         for number, (dx, dy, turn, cost) in enumerate(row):
             before = (heading - turn) % motion.headings
             offsets[heading, number] = (before - heading) * plane - (dy * CELLS + dx)
             prices[heading, number] = cost
-    same = [column[:1] if (column == column[0]).all() else column for column in prices.T]
-    return offsets, tuple(same)
+    return offsets, prices
 
 
 def _free_poses(ground: Terrain, discs: Sequence[Disc], headings: int, margin: float) -> npt.NDArray[np.bool_]:

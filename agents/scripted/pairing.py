@@ -15,6 +15,7 @@ from agents.scripted.hauling import Progress
 from agents.scripted.lattice import PAIR, UNIT_PER_TICK, UNREACHED, Cost, Field, nearest_value, values
 from agents.scripted.storage import Outlook, place_costs
 from agents.scripted.terrain import Terrain, squeeze
+from agents.scripted.thinking import LEVELS_PER_SLICE
 from maps import ItemSpec
 from maps.shapes import circumradius
 from maps.spec import ROBOT_RADIUS
@@ -91,6 +92,8 @@ class PairHaul:
         """The next commands of both robots, whose poses are (2, 3)."""
         body = self._body(item_pose)
         left = float(values(self.field.cost, PAIR, body[None])[0])
+        if left >= UNREACHED and not self.field.done:
+            self.field.search(LEVELS_PER_SLICE)
         settled = self._progress.lingers(left) or nearest_value(self._places, PAIR, body) <= left + _SETTLED
         if settled and is_delivered(self.item, tuple(item_pose.tolist()), self._goals):
             return _LETTING_GO, _LETTING_GO

@@ -3,7 +3,7 @@
 Slices are counted, never timed: the same states give the same actions on any machine.
 """
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from typing import Generic, TypeVar
 
 from agents.scripted.lattice import Field
@@ -11,6 +11,7 @@ from agents.scripted.lattice import Field
 T = TypeVar("T")
 Thought = Generator[None, None, T]
 
+BEYOND = 60  # quarter ticks of cost-to-go beyond the start, for whoever is pushed off the way
 LEVELS_PER_SLICE = 64  # of a cost-to-go search: a few milliseconds
 
 
@@ -39,8 +40,8 @@ class Thinking(Generic[T]):
         return self._result[0]
 
 
-def solve(field: Field) -> Thought[None]:
-    """Search a field to its end."""
-    while not field.done:
+def solve(field: Field, known: Callable[[], float]) -> Thought[None]:
+    """Search a field until what is `known` of the wanted cost cannot get better, and a little farther."""
+    while not field.done and field.level < known() + BEYOND:
         field.search(LEVELS_PER_SLICE)
         yield
