@@ -19,10 +19,12 @@ from agents.scripted.lattice import UNREACHED
 from agents.scripted.pairing import PairHaul
 from agents.scripted.relay import Relay
 from agents.scripted.situation import Situation
+from agents.scripted.storage import Places, places
 from agents.scripted.terrain import Terrain, sample
 from agents.scripted.thinking import Thinking, Thought, solve
 from agents.scripted.traffic import around, aside, bound, partners_way, with_partner
 from agents.scripted.walking import Mask, Way, cost_at, walk_field
+from maps.shapes import circumradius
 from maps.spec import ROBOT_RADIUS
 from world.state import Floats
 
@@ -59,6 +61,12 @@ def walk_costs(
         cost_at(field, x, y) if fits and number not in useless else float(UNREACHED)
         for number, ((x, y, _), fits) in enumerate(zip(places.tolist(), room & useful, strict=True))
     ]
+
+
+def look_around(now: Situation, ground: Terrain, item: int) -> Thought[Places]:
+    """What the places for an item are worth, with everything else that is still to come."""
+    spec = now.item(item)
+    return places(ground, circumradius(spec.shape, spec.scale), now.outlook(item))
 
 
 class Approach:
@@ -155,22 +163,24 @@ class Fetch:
 
     def _think(self, now: Situation) -> Thought[tuple[Haul, Floats] | None]:
         spec, item_pose = now.item(self.item), now.item_pose(self.item)
-        places, _ = stands(spec, item_pose)
+        poses, _ = stands(spec, item_pose)
         costs = walk_costs(now, self._ground, now.pose, self.item, self._useless)
         yield
         if min(costs) >= UNREACHED:
             return None
         offset = (0.0, ROBOT_RADIUS + GAP + spec.scale, 0.0)
         best: tuple[float, Haul, Floats] | None = None
+        ground = now.ground((self.item,))
+        look = yield from look_around(now, ground, self.item)
         for margin in margins(now.map):
-            haul = Haul(now.ground((self.item,)), spec, offset, now.outlook(self.item), margin, self.meeting)
+            haul = Haul(ground, spec, offset, look, margin, self.meeting)
             yield
-            reachable = [(cost, pose) for cost, pose in zip(costs, places, strict=True) if cost < UNREACHED]
+            reachable = [(cost, pose) for cost, pose in zip(costs, poses, strict=True) if cost < UNREACHED]
             yield from solve(haul.field, lambda: min(cost + haul.cost(pose) for cost, pose in reachable))  # noqa: B023
-            totals = [cost + haul.cost(pose) for cost, pose in zip(costs, places, strict=True)]
+            totals = [cost + haul.cost(pose) for cost, pose in zip(costs, poses, strict=True)]
             number = int(np.argmin(totals))
             if best is None or totals[number] < best[0] - WORTH_SQUEEZING:
-                best = (totals[number], haul, places[number])
+                best = (totals[number], haul, poses[number])
             if best[0] < HONEST:
                 break
         return best[1:] if best is not None and best[0] < UNREACHED else None
@@ -209,8 +219,9 @@ class Carry:
     def _think(self, now: Situation, ground: Terrain) -> Thought[Haul]:
         offset = in_frame(now.pose, now.item_pose(self.item))
         best: tuple[float, Haul] | None = None
+        look = yield from look_around(now, ground, self.item)
         for margin in margins(now.map):
-            haul = Haul(ground, now.item(self.item), offset, now.outlook(self.item), margin, self.meeting)
+            haul = Haul(ground, now.item(self.item), offset, look, margin, self.meeting)
             yield
             yield from solve(haul.field, lambda: haul.cost(now.pose))  # noqa: B023
             cost = haul.cost(now.pose)
@@ -368,9 +379,10 @@ class Lift:
         return self._way.result.drive(now.item_pose(self.item), now.robots)[now.seat]
 
     def _think_way(self, now: Situation) -> Thought[PairHaul]:
+        look = yield from look_around(now, now.ground(), self.item)
         for margin in (pairing.EASY, pairing.TIGHT):
             haul = PairHaul(
-                now.ground(), now.item(self.item), now.item_pose(self.item), now.robots, now.outlook(self.item), margin
+                now.ground(), now.item(self.item), now.item_pose(self.item), now.robots, look, margin
             )
             yield
             yield from solve(haul.field, lambda: haul.cost(now.item_pose(self.item)))  # noqa: B023
@@ -395,9 +407,10 @@ class Lift:
         yield
         best: tuple[float, Grips] | None = None
         varied = unlike(options)
+        look = yield from look_around(now, self._bare, self.item)
         for margin, tried in ((pairing.EASY, varied), (pairing.TIGHT, varied[:2])):
             for grips in tried:
-                haul = PairHaul(self._bare, spec, item_pose, grips.robots, now.outlook(self.item), margin)
+                haul = PairHaul(self._bare, spec, item_pose, grips.robots, look, margin)
                 yield
                 yield from solve(haul.field, lambda: haul.cost(item_pose))  # noqa: B023
                 cost = haul.cost(item_pose)

@@ -8,11 +8,10 @@ from agents.scripted.driving import HORIZON, Command, Danger, best_move
 from agents.scripted.geometry import Disc, covering_discs, half_extents
 from agents.scripted.lattice import CARRIER, UNIT_PER_TICK, UNREACHED, Cost, Field, nearest_value, values
 from agents.scripted.relay import Relay, meeting_costs
-from agents.scripted.storage import Outlook, place_costs, storage
+from agents.scripted.storage import Places, place_costs, storage
 from agents.scripted.terrain import Terrain, squeeze
 from agents.scripted.thinking import LEVELS_PER_SLICE
 from maps import ItemSpec, MapSpec
-from maps.shapes import circumradius
 from maps.spec import ROBOT_RADIUS
 from world.scoring import goal_boxes, is_delivered
 from world.state import Floats
@@ -66,13 +65,13 @@ class Haul(Body):
         ground: Terrain,
         item: ItemSpec,
         offset: tuple[float, float, float],
-        outlook: Outlook,
+        look: Places,
         margin: float,
         meeting: Relay | None = None,
     ) -> None:
         """`offset` is the item's pose in the robot's frame; the terrain must not contain the item.
 
-        `outlook` is what else is to be delivered: the item must not be put in its way. With `meeting` it goes to the
+        `look` says what the places in the goal regions are worth. With `meeting` it goes to the
         meeting place instead of a goal region.
         """
         super().__init__(ground, [(0.0, 0.0, ROBOT_RADIUS), *carried_discs(item, offset)], margin)
@@ -83,8 +82,7 @@ class Haul(Body):
         if meeting is None:
             angles = np.arange(CARRIER.headings) * 2 * np.pi / CARRIER.headings
             extents = np.array([half_extents(item, float(angle) + phase) for angle in angles])
-            radius = circumradius(item.shape, item.scale)
-            self._places: Cost = place_costs(ground, CARRIER, (x, y), extents, radius, [(0.0, 0.0)], outlook)
+            self._places: Cost = place_costs(ground, CARRIER, (x, y), extents, [(0.0, 0.0)], look)
         else:
             self._places = meeting_costs(meeting, CARRIER, (x, y))
         self._places[~self.field.free] = UNREACHED

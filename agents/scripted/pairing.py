@@ -13,11 +13,10 @@ from agents.scripted.driving import STRIDE, Command
 from agents.scripted.geometry import Disc, covering_discs, half_extents, heading_of, wrap
 from agents.scripted.hauling import Progress
 from agents.scripted.lattice import PAIR, UNIT_PER_TICK, UNREACHED, Cost, Field, nearest_value, values
-from agents.scripted.storage import Outlook, place_costs
+from agents.scripted.storage import Places, place_costs
 from agents.scripted.terrain import Terrain, squeeze
 from agents.scripted.thinking import LEVELS_PER_SLICE
 from maps import ItemSpec
-from maps.shapes import circumradius
 from maps.spec import ROBOT_RADIUS
 from world.constants import TOGETHER_TURN_DIVISOR
 from world.scoring import goal_boxes, is_delivered
@@ -62,12 +61,12 @@ class PairHaul:
         item: ItemSpec,
         item_pose: Floats,
         robots: Floats,
-        outlook: Outlook,
+        look: Places,
         margin: float = EASY,
     ) -> None:
         """`robots` (2, 2+) are the holders' positions while the item is at `item_pose`; the terrain is without it.
 
-        `outlook` is what else is to be delivered: the item must not be put in its way.
+        `look` says what the places in the goal regions are worth.
         """
         self.item = item
         self._origin_angle = float(item_pose[2])
@@ -77,9 +76,8 @@ class PairHaul:
         self.field = Field(ground, self._discs, PAIR, margin)
         turns = self._origin_angle + np.arange(PAIR.headings) * 2 * np.pi / PAIR.headings
         extents = np.array([half_extents(item, float(angle)) for angle in turns])
-        radius = circumradius(item.shape, item.scale)
         holders = [(x, y) for x, y, _ in self._discs[-2:]]
-        self._places: Cost = place_costs(ground, PAIR, (0.0, 0.0), extents, radius, holders, outlook)
+        self._places: Cost = place_costs(ground, PAIR, (0.0, 0.0), extents, holders, look)
         self._places[~self.field.free] = UNREACHED
         self.field.seed(self._places)
         self._progress = Progress()

@@ -4,6 +4,7 @@ Three rules, as prices on places: far in before near the edge where room is scar
 floor in two or shut a robot in; close to walls and to what lies there already.
 """
 
+from collections import OrderedDict
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
@@ -14,6 +15,7 @@ import numpy.typing as npt
 from agents.scripted.flood import Mask, flood, grown, standing_room, to_bits, to_mask
 from agents.scripted.lattice import UNREACHED, Cost, Field, Motion
 from agents.scripted.terrain import AXIS, CELL, CELLS, Terrain, terrain
+from agents.scripted.thinking import Thought
 from agents.scripted.walking import WALKER, grid_of
 from maps import MapSpec
 from maps.shapes import circumradius
@@ -35,8 +37,11 @@ _BESIDE = 0.36  # units around an item from which it counts as within reach
 _ON_SLOT = 0.028  # units from a slot that still are on it
 _OFF_SLOT = 220.0  # quarter ticks: the price of any other place
 _SLOT_ORDER = 3.0  # quarter ticks per quarter tick of depth: the deep slots first
+_REMEMBERED = 32  # looks
+_PLACES_PER_SLICE = 8
 _ARM = 8  # cells between a robot's centre and that of an item it puts down
 _ELBOWS = 0.1  # units of room that two robots want around what they put down
+_ABREAST = 0.03  # units of room on both sides of a heavy item that is carried through
 _SMALL = 0.09  # radius up to which an item is a small one
 _MISFIT = 120.0  # quarter ticks for each item to come that finds no place any more
 
@@ -108,9 +113,20 @@ class Places:
     lost: npt.NDArray[np.int16]  # (n, CELLS, CELLS) besides, for a robot that then stands at a cell
 
 
-@lru_cache(maxsize=32)
-def places(ground: Terrain, radius: float, outlook: Outlook) -> Places:
-    """Look into every place for a disc of this radius."""
+_known: OrderedDict[tuple[Terrain, float, Outlook], Places] = OrderedDict()
+
+
+def places(ground: Terrain, radius: float, outlook: Outlook) -> Thought[Places]:
+    """Look into every place for a disc of this radius; what was looked into lately is remembered."""
+    key = (ground, round(radius, 3), outlook)
+    if key not in _known:
+        _known[key] = yield from _look_into(*key)
+        while len(_known) > _REMEMBERED:
+            _known.popitem(last=False)
+    return _known[key]
+
+
+def _look_into(ground: Terrain, radius: float, outlook: Outlook) -> Thought[Places]:
     inside = storage(ground.map).inside
     rows, columns = np.nonzero(inside)
     spacing = 2 + len(rows) // 250  # cells: about a hundred places in all
@@ -132,7 +148,9 @@ def places(ground: Terrain, radius: float, outlook: Outlook) -> Places:
         if partner_free and not _partner_gets_about(left, parts, outlook):
             lost[place] += _SHUT_IN // 2
         if packing is not None:
-            misfits[place] = packing.misfits(x, y, radius, _arms_reach(left, parts, outlook))
+            misfits[place] = packing.misfits(x, y, radius, _arms_reach(left, parts, outlook), outlook.heavy)
+        if place % _PLACES_PER_SLICE == 0:
+            yield
     return Places(number, _MISFIT * (misfits - misfits.min(initial=len(outlook.sizes))), lost)
 
 
@@ -211,22 +229,35 @@ class _Packing:
         self._room = ground.clearance[self._cells]
         self._gaps = np.hypot(self._x[:, None] - self._x, self._y[:, None] - self._y)
         self._sizes = sizes
+        self._wide = {size: standing_room(ground, size + _ABREAST) for size in set(sizes) if size > _SMALL}
         self._fits = {size: _within_goals(ground.map, self._x, self._y, size) for size in set(sizes)}
 
-    def misfits(self, x: float, y: float, radius: float, arms_reach: Mask) -> int:
-        """How many find no place once a disc lies at (x, y)."""
+    def misfits(self, x: float, y: float, radius: float, arms_reach: Mask, heavy: tuple[Point, ...]) -> int:
+        """How many find no place once a disc lies at (x, y); `heavy` is where the ones wait that need two."""
         left = np.minimum(self._room, np.hypot(self._x - x, self._y - y) - radius)
         reached = arms_reach[self._cells]
         missing = 0
         for size in self._sizes:
-            elbows = _ELBOWS if size > _SMALL else 0.01
-            possible = self._fits[size] & reached & (left >= size + elbows)
+            if size <= _SMALL:
+                possible = self._fits[size] & reached & (left >= size + 0.01)
+            else:
+                way = self._rolled(x, y, radius, size, heavy)
+                possible = self._fits[size] & way & (left >= size + _ELBOWS)
             first = int(np.argmax(possible)) if possible.size else 0
             if possible.size and possible[first]:
                 left = np.minimum(left, self._gaps[first] - size)
             else:
                 missing += 1
         return missing
+
+
+    def _rolled(self, x: float, y: float, radius: float, size: float, heavy: tuple[Point, ...]) -> npt.NDArray[np.bool_]:
+        """(n,) which cells a heavy item gets to from where it waits: its holders go before and behind it."""
+        free = self._wide[size] & ~_around(x, y, radius + size + _ABREAST)
+        start = 0
+        for point in heavy:
+            start |= _around(*point, 2 * size + 0.2)  # the item itself still stands there
+        return to_mask(flood(start & free, free))[self._cells] if start & free else np.ones(self._x.shape, dtype=np.bool_)
 
 
 def _within_goals(map_spec: MapSpec, x: Floats, y: Floats, radius: float) -> npt.NDArray[np.bool_]:
@@ -249,9 +280,8 @@ def place_costs(
     motion: Motion,
     offset: Point,
     extents: Floats,
-    radius: float,
     robots: list[Point],
-    outlook: Outlook,
+    look: Places,
 ) -> Cost:
     """Start costs (headings, CELLS, CELLS) of putting an item down, for `Field.seed`.
 
@@ -266,7 +296,6 @@ def place_costs(
         inside |= (x > left + wide) & (x < right - wide) & (y > bottom + high) & (y < top - high)
     heading, row, column = np.nonzero(inside)
     item = cells(x[heading, 0, column], y[heading, row, 0])
-    look = places(ground, round(radius, 3), outlook)
     number = look.number[item]
     where_item = np.stack([x[heading, 0, column], y[heading, row, 0]], axis=1)
     cost = _preference(ground, item, where_item) + look.price[number]
