@@ -43,6 +43,7 @@ _ARM = 8  # cells between a robot's centre and that of an item it puts down
 _ELBOWS = 0.1  # units of room that two robots want around what they put down
 _ABREAST = 0.03  # units of room on both sides of a heavy item that is carried through
 _SMALL = 0.09  # radius up to which an item is a small one
+_CHOICE = 120.0  # quarter ticks for taking all the places that the largest item to come can choose from
 _MISFIT = 120.0  # quarter ticks for each item to come that finds no place any more
 
 
@@ -139,7 +140,7 @@ def _look_into(ground: Terrain, radius: float, outlook: Outlook) -> Thought[Plac
     before = _best_case(free, outlook)
     partner_free = _partner_gets_about(free, _parts(free, outlook), outlook)
     lost = np.zeros((len(centres), CELLS, CELLS), dtype=np.int16)
-    misfits = np.zeros(len(centres))
+    misfits, choice = np.zeros(len(centres)), np.zeros(len(centres))
     packing = None if len(storage(ground.map).slots) else _Packing(ground, outlook.sizes)
     for place, (x, y) in enumerate(centres.tolist()):
         left = free & ~_around(x, y, radius + ROBOT_RADIUS)
@@ -148,10 +149,12 @@ def _look_into(ground: Terrain, radius: float, outlook: Outlook) -> Thought[Plac
         if partner_free and not _partner_gets_about(left, parts, outlook):
             lost[place] += _SHUT_IN // 2
         if packing is not None:
-            misfits[place] = packing.misfits(x, y, radius, _arms_reach(left, parts, outlook), outlook.heavy)
+            reach = _arms_reach(left, parts, outlook)
+            misfits[place], choice[place] = packing.try_all(x, y, radius, reach, outlook.heavy)
         if place % _PLACES_PER_SLICE == 0:
             yield
-    return Places(number, _MISFIT * (misfits - misfits.min(initial=len(outlook.sizes))), lost)
+    crowd_out = _MISFIT * (misfits - misfits.min(initial=len(outlook.sizes)))
+    return Places(number, crowd_out + _CHOICE * (1.0 - choice / max(float(choice.max(initial=1.0)), 1.0)), lost)
 
 
 def _partner_gets_about(free: int, parts: list[int], outlook: Outlook) -> bool:
@@ -232,23 +235,29 @@ class _Packing:
         self._wide = {size: standing_room(ground, size + _ABREAST) for size in set(sizes) if size > _SMALL}
         self._fits = {size: _within_goals(ground.map, self._x, self._y, size) for size in set(sizes)}
 
-    def misfits(self, x: float, y: float, radius: float, arms_reach: Mask, heavy: tuple[Point, ...]) -> int:
-        """How many find no place once a disc lies at (x, y); `heavy` is where the ones wait that need two."""
+    def try_all(
+        self, x: float, y: float, radius: float, arms_reach: Mask, heavy: tuple[Point, ...]
+    ) -> tuple[int, int]:
+        """How many find no place once a disc lies at (x, y), and how many places the largest has to choose from.
+
+        `heavy` is where the ones wait that need two.
+        """
         left = np.minimum(self._room, np.hypot(self._x - x, self._y - y) - radius)
         reached = arms_reach[self._cells]
-        missing = 0
+        missing, choice = 0, -1
         for size in self._sizes:
             if size <= _SMALL:
                 possible = self._fits[size] & reached & (left >= size + 0.01)
             else:
                 way = self._rolled(x, y, radius, size, heavy)
                 possible = self._fits[size] & way & (left >= size + _ELBOWS)
+            choice = int(possible.sum()) if choice < 0 else choice
             first = int(np.argmax(possible)) if possible.size else 0
             if possible.size and possible[first]:
                 left = np.minimum(left, self._gaps[first] - size)
             else:
                 missing += 1
-        return missing
+        return missing, max(choice, 0)
 
 
     def _rolled(self, x: float, y: float, radius: float, size: float, heavy: tuple[Point, ...]) -> npt.NDArray[np.bool_]:
