@@ -87,7 +87,8 @@ class Approach:
         if self._well_placed(now, gap) and within_reach(now.item(self.item), goal, pose):
             return Command(0.3, float(pose[2]), grasp=True)
         if gap < NEAR or self.way.cost(float(pose[0]), float(pose[1])) <= 2.0:
-            return drive(to_item) if abs(off) < 0.3 else turn_to(to_item)
+            gently = 0.35 if now.is_heavy(self.item) else 1.0  # a hard push slides along the item
+            return drive(to_item, gently) if abs(off) < 0.3 else turn_to(to_item)
         command, _ = best_move(pose, lambda moves: self.way.costs(moves) + danger(moves))
         return command
 
