@@ -41,7 +41,7 @@ _REMEMBERED = 32  # looks
 _PLACES_PER_SLICE = 8
 _ARM = 8  # cells between a robot's centre and that of an item it puts down
 _ELBOWS = 0.1  # units of room that two robots want around what they put down
-_ABREAST = 0.1  # units of room on both sides of a heavy item that is carried through
+_ABREAST = (0.1, 0.05, 0.02)  # units of room on both sides of a heavy item on its way, the best first
 _SMALL = 0.09  # radius up to which an item is a small one
 _CHOICE = 120.0  # quarter ticks for taking all the places that the largest item to come can choose from
 _MISFIT = 120.0  # quarter ticks for each item to come that finds no place any more
@@ -141,7 +141,7 @@ def _look_into(ground: Terrain, radius: float, outlook: Outlook) -> Thought[Plac
     partner_free = _partner_gets_about(free, _parts(free, outlook), outlook)
     lost = np.zeros((len(centres), CELLS, CELLS), dtype=np.int16)
     misfits, choice = np.zeros(len(centres)), np.zeros(len(centres))
-    packing = None if len(storage(ground.map).slots) else _Packing(ground, outlook.sizes)
+    packing = None if len(storage(ground.map).slots) else _Packing(ground, outlook)
     for place, (x, y) in enumerate(centres.tolist()):
         left = free & ~_around(x, y, radius + ROBOT_RADIUS)
         parts = _parts(left, outlook)
@@ -150,7 +150,7 @@ def _look_into(ground: Terrain, radius: float, outlook: Outlook) -> Thought[Plac
             lost[place] += _SHUT_IN // 2
         if packing is not None:
             reach = _arms_reach(left, parts, outlook)
-            misfits[place], choice[place] = packing.try_all(x, y, radius, reach, outlook.heavy)
+            misfits[place], choice[place] = packing.try_all(x, y, radius, reach)
         if place % _PLACES_PER_SLICE == 0:
             yield
     crowd_out = _MISFIT * (misfits - misfits.min(initial=len(outlook.sizes)))
@@ -223,7 +223,9 @@ def _centres(rows: Cells, columns: Cells, numbers: Cells) -> Floats:
 class _Packing:
     """Tries whether the items to come still find places, one after the other, the largest first, deep places first."""
 
-    def __init__(self, ground: Terrain, sizes: tuple[float, ...]) -> None:
+    def __init__(self, ground: Terrain, outlook: Outlook) -> None:
+        sizes = outlook.sizes
+        self._heavy = outlook.heavy
         store = storage(ground.map)
         rows, columns = np.nonzero(store.inside & (ground.clearance > 0.0))
         order = np.lexsort((ground.clearance[rows, columns], -store.depth[rows, columns]))
@@ -232,16 +234,13 @@ class _Packing:
         self._room = ground.clearance[self._cells]
         self._gaps = np.hypot(self._x[:, None] - self._x, self._y[:, None] - self._y)
         self._sizes = sizes
-        self._wide = {size: standing_room(ground, size + _ABREAST) for size in set(sizes) if size > _SMALL}
         self._fits = {size: _within_goals(ground.map, self._x, self._y, size) for size in set(sizes)}
+        self._wide = {size: self._ways(ground, size) for size in set(sizes) if size > _SMALL}
 
     def try_all(
-        self, x: float, y: float, radius: float, arms_reach: Mask, heavy: tuple[Point, ...]
+        self, x: float, y: float, radius: float, arms_reach: Mask
     ) -> tuple[int, int]:
-        """How many find no place once a disc lies at (x, y), and how many places the largest has to choose from.
-
-        `heavy` is where the ones wait that need two.
-        """
+        """How many find no place once a disc lies at (x, y), and how many places the largest has to choose from."""
         left = np.minimum(self._room, np.hypot(self._x - x, self._y - y) - radius)
         reached = arms_reach[self._cells]
         missing, choice = 0, -1
@@ -249,7 +248,7 @@ class _Packing:
             if size <= _SMALL:
                 possible = self._fits[size] & reached & (left >= size + 0.01)
             else:
-                way = self._rolled(x, y, radius, size, heavy)
+                way = self._carried(x, y, radius, size)
                 possible = self._fits[size] & way & (left >= size + _ELBOWS)
             choice = int(possible.sum()) if choice < 0 else choice
             first = int(np.argmax(possible)) if possible.size else 0
@@ -260,13 +259,24 @@ class _Packing:
         return missing, max(choice, 0)
 
 
-    def _rolled(self, x: float, y: float, radius: float, size: float, heavy: tuple[Point, ...]) -> npt.NDArray[np.bool_]:
-        """(n,) which cells a heavy item gets to from where it waits: its holders go before and behind it."""
-        free = self._wide[size] & ~_around(x, y, radius + size + _ABREAST)
+    def _ways(self, ground: Terrain, size: float) -> tuple[float, int, int]:
+        """How much room a heavy item's way can have now, the floor with that room, and where the way starts."""
         start = 0
-        for point in heavy:
+        for point in self._heavy:
             start |= _around(*point, 2 * size + 0.2)  # the item itself still stands there
-        return to_mask(flood(start & free, free))[self._cells] if start & free else np.ones(self._x.shape, dtype=np.bool_)
+        for abreast in _ABREAST:
+            wide = standing_room(ground, size + abreast)
+            if (to_mask(flood(start & wide, wide))[self._cells] & self._fits[size]).any():
+                return abreast, wide, start & wide
+        return 0.0, 0, 0
+
+    def _carried(self, x: float, y: float, radius: float, size: float) -> npt.NDArray[np.bool_]:
+        """(n,) which cells a heavy item still gets to with a disc at (x, y), its holders before, behind or beside it."""
+        abreast, wide, start = self._wide[size]
+        if not wide:
+            return np.ones(self._x.shape, dtype=np.bool_)
+        left = wide & ~_around(x, y, radius + size + abreast)
+        return to_mask(flood(start & left, left))[self._cells]
 
 
 def _within_goals(map_spec: MapSpec, x: Floats, y: Floats, radius: float) -> npt.NDArray[np.bool_]:
