@@ -17,7 +17,9 @@ from world.scoring import goal_boxes, is_delivered
 from world.state import Floats
 
 _SETTLED = 2.0  # quarter ticks: a place this much worse than the best one still to be had is good enough
-_LINGER = 6  # ticks without getting nearer after which the place reached is good enough
+LINGER = 6  # ticks without getting nearer after which a place that is nearly the best is good enough
+_NEARLY = 25.0  # quarter ticks: that near
+_FED_UP = 25  # ticks without getting nearer after which any place in a goal region is good enough
 _TICKS = UNIT_PER_TICK * np.arange(1, HORIZON + 1)
 
 
@@ -93,28 +95,34 @@ class Haul(Body):
         """The next command of a robot at `pose` (3,) that holds the item; lets go where it should lie."""
         self.look_farther(pose)
         there = self.meeting is not None or is_delivered(self.item, tuple(item_pose.tolist()), self._goals)
-        left = self.cost(pose)
         command, _ = best_move(pose, lambda moves: self.costs(moves) + danger(moves))
-        lingering = self._progress.lingers(left) or command.distance == 0.0  # no move is better than none
-        if there and (lingering or nearest_value(self._places, CARRIER, pose) <= left + _SETTLED):
+        if there and self._good_enough(pose, command):
             return Command(0.0, 0.0, grasp=True)
         return command
 
+    def _good_enough(self, pose: Floats, command: Command) -> bool:
+        """Whether this is the place: the best one, or one nearly as good where nothing gets on any more."""
+        left = self.cost(pose)
+        loss = nearest_value(self._places, CARRIER, pose) - left
+        ticks = self._progress.idle_ticks(left)
+        stays = ticks >= LINGER or command.distance == 0.0
+        return loss <= _SETTLED or (stays and loss <= _NEARLY) or ticks >= _FED_UP
+
 
 class Progress:
-    """Whether a cost-to-go still falls."""
+    """Since when a cost-to-go does not fall any more."""
 
     def __init__(self) -> None:
         self._least = math.inf
         self._ticks = 0
 
-    def lingers(self, cost: float) -> bool:
-        """Note the cost of this tick; whether the last few brought nothing."""
+    def idle_ticks(self, cost: float) -> int:
+        """Note the cost of this tick; how many ticks have brought nothing."""
         if cost < self._least - 1.0:
             self._least, self._ticks = cost, 0
         else:
             self._ticks += 1
-        return self._ticks >= _LINGER
+        return self._ticks
 
 
 def carried_discs(item: ItemSpec, offset: tuple[float, float, float]) -> list[Disc]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from agents.scripted.driving import STRIDE, Command
 from agents.scripted.geometry import Disc, covering_discs, half_extents, heading_of, wrap
-from agents.scripted.hauling import Progress
+from agents.scripted.hauling import LINGER, Progress
 from agents.scripted.lattice import PAIR, UNIT_PER_TICK, UNREACHED, Cost, Field, nearest_value, values
 from agents.scripted.storage import Places, place_costs
 from agents.scripted.terrain import Terrain, squeeze
@@ -92,7 +92,7 @@ class PairHaul:
         left = float(values(self.field.cost, PAIR, body[None])[0])
         if left >= UNREACHED and not self.field.done:
             self.field.search(LEVELS_PER_SLICE)
-        settled = self._progress.lingers(left) or nearest_value(self._places, PAIR, body) <= left + _SETTLED
+        settled = self._progress.idle_ticks(left) >= LINGER or nearest_value(self._places, PAIR, body) <= left + _SETTLED
         if settled and is_delivered(self.item, tuple(item_pose.tolist()), self._goals):
             return _LETTING_GO, _LETTING_GO
         return commands(self._best_twist(body), item_pose, robots)
