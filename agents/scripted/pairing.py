@@ -92,7 +92,9 @@ class PairHaul:
         left = float(values(self.field.cost, PAIR, body[None])[0])
         if left >= UNREACHED and not self.field.done:
             self.field.search(LEVELS_PER_SLICE)
-        settled = self._progress.idle_ticks(left) >= LINGER or nearest_value(self._places, PAIR, body) <= left + _SETTLED
+        settled = (
+            self._progress.idle_ticks(left) >= LINGER or nearest_value(self._places, PAIR, body) <= left + _SETTLED
+        )
         if settled and is_delivered(self.item, tuple(item_pose.tolist()), self._goals):
             return _LETTING_GO, _LETTING_GO
         return commands(self._best_twist(body), item_pose, robots)

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from agents.scripted.storage import Outlook
-from agents.scripted.terrain import Placed, Terrain, terrain
+from agents.scripted.terrain import Placed, Terrain, terrain, with_robot
 from maps import ItemSpec, MapSpec
 from maps.shapes import circumradius
 from world.scoring import delivered_items
@@ -21,6 +21,7 @@ class Situation:
     map: MapSpec
     state: WorldState
     seat: int
+    partner_is_still: bool = False  # has not moved for long: better taken for a thing that stands there
 
     @property
     def tick(self) -> int:
@@ -90,14 +91,18 @@ class Situation:
         )
 
     def ground(self, without: tuple[int, ...] = (), also: tuple[int, ...] = ()) -> Terrain:
-        """The terrain with every item that nobody holds, except those in `without`, and with those in `also`."""
+        """The terrain with every item that nobody holds, except those in `without`, and with those in `also`.
+
+        A partner that stands still stands there too.
+        """
         skipped = {self.mine, self.theirs, *without} - set(also)
         placed: list[Placed] = []
         for index, item in enumerate(self.map.items):
             if index not in skipped:
                 x, y, angle = self.state.item_poses[index].tolist()
                 placed.append((item, x, y, angle))
-        return terrain(self.map, tuple(placed))
+        ground = terrain(self.map, tuple(placed))
+        return with_robot(ground, self.partner) if self.partner_is_still else ground
 
 
 def _point(pose: Floats) -> tuple[float, float]:

@@ -237,9 +237,7 @@ class _Packing:
         self._fits = {size: _within_goals(ground.map, self._x, self._y, size) for size in set(sizes)}
         self._wide = {size: self._ways(ground, size) for size in set(sizes) if size > _SMALL}
 
-    def try_all(
-        self, x: float, y: float, radius: float, arms_reach: Mask
-    ) -> tuple[int, int]:
+    def try_all(self, x: float, y: float, radius: float, arms_reach: Mask) -> tuple[int, int]:
         """How many find no place once a disc lies at (x, y), and how many places the largest has to choose from."""
         left = np.minimum(self._room, np.hypot(self._x - x, self._y - y) - radius)
         reached = arms_reach[self._cells]
@@ -257,7 +255,6 @@ class _Packing:
             else:
                 missing += 1
         return missing, max(choice, 0)
-
 
     def _ways(self, ground: Terrain, size: float) -> tuple[float, int, int]:
         """How much room a heavy item's way can have now, the floor with that room, and where the way starts."""

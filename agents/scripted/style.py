@@ -1,9 +1,23 @@
-"""How one scripted person plays: a handful of habits, drawn once per person and kept for all its episodes."""
+"""How one scripted person plays: a handful of habits, drawn once per person and kept for all its episodes.
 
-from dataclasses import dataclass, fields, replace
+The first four decide what a plan is like and are heeded by the scripted player itself; the others describe eyes and
+hand, and are carried out by whoever plays the plan as a person (`agents.person`).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from random import Random
 
 from agents.errors import AgentError
+
+_LIMITS = {
+    "patience": (5, 500),
+    "speed": (0.3, 1.0),
+    "delay": (0, 10),
+    "noise": (0.0, 0.6),
+    "hesitation": (0.0, 0.2),
+    "detour": (0.0, 1.0),
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -13,37 +27,38 @@ class Style:
     heavy_first: bool = True  # starts with what needs two; otherwise with what one can carry
     far_first: bool = False  # fetches the farthest item first; otherwise the nearest
     patience: int = 60  # ticks to hold one end of a heavy item while nobody comes
-    speed: float = 1.0  # stick deflection when driving straight on, in (0.3, 1]
+    detour: float = 0.0  # 0 to 1: how much it dislikes to walk close to walls
+    speed: float = 1.0  # stick deflection when driving straight on, in [0.3, 1]
     delay: int = 0  # ticks by which it sees the partner late
     noise: float = 0.0  # standard deviation of the steering error [rad], slowly changing
     hesitation: float = 0.0  # probability per tick of pausing for a third of a second
-    detour: float = 0.0  # 0 to 1: how much it dislikes to pass close to walls
 
     def __post_init__(self) -> None:
-        limits = {"patience": (5, 500), "speed": (0.3, 1.0), "delay": (0, 10), "noise": (0.0, 0.6)}
-        limits |= {"hesitation": (0.0, 0.2), "detour": (0.0, 1.0)}
-        for name, (low, high) in limits.items():
+        for name, (low, high) in _LIMITS.items():
             value = getattr(self, name)
             if not low <= value <= high:
                 raise AgentError(f"style: {name} must lie between {low} and {high}, not {value}")
 
 
-def varied(seed: int) -> Style:
-    """A person like the default one, with small differences that the seed decides; 0 is the default itself."""
-    if seed == 0:
-        return Style()
+PLAN_HABITS = ("heavy_first", "far_first", "patience", "detour")
+
+
+def varied(seed: int, habits: Mapping[str, float] | None = None) -> Style:
+    """A person like the default one, with small differences in plan that the seed decides, and `habits` as given.
+
+    Seed 0 is the default itself. Raises AgentError for a habit that is none of a plan's.
+    """
+    wrong = [name for name in habits or {} if name not in PLAN_HABITS]
+    if wrong:
+        raise AgentError(f"style: no habit {wrong[0]!r} of a plan; known: {', '.join(PLAN_HABITS)}")
+    return replace(Style() if seed == 0 else _drawn(seed), **dict(habits or {}))
+
+
+def _drawn(seed: int) -> Style:
     random = Random(seed)
-    return replace(
-        Style(),
+    return Style(
         heavy_first=random.random() < 0.8,
+        far_first=random.random() < 0.1,
         patience=random.randint(40, 80),
-        speed=random.uniform(0.92, 1.0),
-        delay=random.choice((0, 0, 1, 2)),
-        noise=random.uniform(0.0, 0.05),
-        hesitation=random.uniform(0.0, 0.003),
+        detour=random.choice((0.0, 0.0, 0.5)),
     )
-
-
-def style_names() -> tuple[str, ...]:
-    """The fields that an agent id may set."""
-    return tuple(field.name for field in fields(Style))

@@ -8,7 +8,7 @@ import numpy as np
 
 from agents.scripted.geometry import Disc, signed_distance
 from maps import ItemSpec, MapSpec
-from maps.spec import ARENA_HALF
+from maps.spec import ARENA_HALF, ROBOT_RADIUS
 from world.constants import WALL_RADIUS
 from world.state import Floats
 
@@ -46,6 +46,18 @@ def _terrain(map_spec: MapSpec, items: tuple[Placed, ...]) -> Terrain:
         window = clearance[rows, columns]
         np.minimum(window, distance, out=window)
     return Terrain(map_spec, items, clearance)
+
+
+def with_robot(ground: Terrain, position: Floats) -> Terrain:
+    """The terrain with a robot standing on it; the same place gives the same object."""
+    return _with_robot(ground, round(float(position[0]), 2), round(float(position[1]), 2))
+
+
+@lru_cache(maxsize=64)
+def _with_robot(ground: Terrain, x: float, y: float) -> Terrain:
+    grid_x, grid_y = np.meshgrid(AXIS, AXIS)
+    gap = np.hypot(grid_x - x, grid_y - y) - ROBOT_RADIUS
+    return Terrain(ground.map, ground.items, np.minimum(ground.clearance, gap))
 
 
 @lru_cache(maxsize=64)

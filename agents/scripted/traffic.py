@@ -12,7 +12,7 @@ from agents.scripted.hauling import Body, carried_discs
 from agents.scripted.lattice import CARRIER, UNREACHED
 from agents.scripted.situation import Situation
 from agents.scripted.storage import storage
-from agents.scripted.terrain import AXIS, CELLS, Terrain, cell_of, sample
+from agents.scripted.terrain import AXIS, CELLS, Terrain, cell_of, sample, with_robot
 from agents.scripted.walking import Way
 from maps import MapSpec
 from maps.spec import ROBOT_RADIUS
@@ -65,13 +65,6 @@ def touching(now: Situation) -> bool:
     return any(
         math.hypot(ax - bx, ay - by) - ar - br < _TOUCHING for ax, ay, ar in bodies[0] for bx, by, br in bodies[1]
     )
-
-
-def with_partner(ground: Terrain, position: Floats) -> Terrain:
-    """The terrain with the partner standing on it."""
-    x, y = np.meshgrid(AXIS, AXIS)
-    gap = np.hypot(x - position[0], y - position[1]) - ROBOT_RADIUS
-    return Terrain(ground.map, ground.items, np.minimum(ground.clearance, gap))
 
 
 def bound(now: Situation, item: int) -> float:
@@ -152,7 +145,7 @@ def aside(now: Situation, way: Floats) -> Body:
     discs = [(0.0, 0.0, ROBOT_RADIUS)]
     if now.mine >= 0:
         discs += carried_discs(now.item(now.mine), in_frame(now.pose, now.item_pose(now.mine)))
-    body = Body(with_partner(now.ground(), now.partner), discs, 0.004)
+    body = Body(with_robot(now.ground(), now.partner), discs, 0.004)
     carrying = now.theirs >= 0 and not in_goal(now.map)[cell_of(float(now.partner[0]), float(now.partner[1]))]
     x, y = np.meshgrid(AXIS, AXIS)
     clear = gap_to(way, x, y)

@@ -65,9 +65,7 @@ def cost_at(field: Field, x: float, y: float) -> float:
 class Way:
     """A walking field with the direction to take at each cell."""
 
-    def __init__(
-        self, ground: Terrain, targets: list[tuple[float, float]], shunned: Mask | None = None
-    ) -> None:
+    def __init__(self, ground: Terrain, targets: list[tuple[float, float]], shunned: Mask | None = None) -> None:
         self.field = walk_field(ground, targets, shunned)
         self._smooth = np.minimum(grid_of(self.field).astype(np.float64), 2000.0)
         self._heading, self._near = _headings(_filled(self._smooth))

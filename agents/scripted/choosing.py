@@ -1,0 +1,216 @@
+"""What to be busy with: the one decision that a scripted player makes again and again.
+
+It looks at what is to be done, at what the partner does, and remembers what has proved useless.
+"""
+
+import numpy as np
+
+from agents.scripted.dragging import Drag
+from agents.scripted.errand import Errand
+from agents.scripted.fetching import Carry, Fetch
+from agents.scripted.lattice import UNREACHED
+from agents.scripted.lifting import Lift
+from agents.scripted.relay import Relay, relay
+from agents.scripted.situation import Situation
+from agents.scripted.style import Style
+from agents.scripted.terrain import Terrain, cell_of
+from agents.scripted.traffic import gap_to, in_goal, partners_way, way_out
+from agents.scripted.waiting import Aside, WalkTo
+from agents.scripted.walking import grid_of, walk_field
+from maps import MapSpec
+from world.state import Floats
+
+HOPELESS_FOR = 40  # ticks after which a hopeless item is looked at again
+WAIT_ASIDE = 25  # ticks
+WAIT_FOR_THINGS = 5  # ticks between two looks whether something has been handed over
+IDLE_AFTER = 60  # ticks without motion after which a partner is not counted on
+LOOK_EVERY = 4  # ticks between two looks whether the partner wants to get out of a lane
+OUT_OF_THE_WAY = 0.33  # units between a resting robot and the partner's way
+_WHOLE_WAY = 400  # cells
+_MOVING = 0.05  # units/s
+_WITHIN_REACH = 10  # cells
+
+
+class Chooser:
+    """Chooses errands for one seat of one episode."""
+
+    def __init__(self, the_map: MapSpec, style: Style) -> None:
+        self.style = style
+        self._relay = relay(the_map)
+        self._hopeless: dict[int, int] = {}  # item: tick until which it is not looked at
+        self._useless: dict[int, set[int]] = {}  # item: stands from which the hand did not reach it
+        self._tidied: set[int] = set()
+        self._partner_moved = 0
+        self._let_down = 0  # heavy items in a row at which nobody came
+
+    # ---- what it learns ---------------------------------------------------------------------------------------
+
+    def watch(self, now: Situation) -> None:
+        """Note what the partner does."""
+        if float(np.hypot(*now.state.robot_velocities[1 - now.seat][:2])) > _MOVING:
+            self._partner_moved = now.tick
+        if now.mine >= 0:
+            self._useless.pop(now.mine, None)
+            if now.mine == now.theirs:
+                self._let_down = 0
+
+    def partner_is_active(self, tick: int) -> bool:
+        """Whether the partner has moved lately."""
+        return tick - self._partner_moved < IDLE_AFTER
+
+    def ended(self, now: Situation, errand: Errand) -> None:
+        """Note how an errand went."""
+        if errand.hopeless:
+            self._hopeless[errand.item] = now.tick + HOPELESS_FOR
+            self._useless.pop(errand.item, None)
+            self._let_down += isinstance(errand, Lift) and errand.waited_in_vain
+
+    def in_vain(self, errand: Fetch | Lift) -> None:
+        """Note that the hand did not reach the item from this errand's stand."""
+        self._useless.setdefault(errand.item, set()).add(errand.stand)
+
+    # ---- what it decides --------------------------------------------------------------------------------------
+
+    def next_errand(self, now: Situation, errand: Errand | None) -> Errand | None:
+        """What to be busy with in this tick: mostly what it was."""
+        if isinstance(errand, Aside):
+            return errand
+        if now.mine >= 0:
+            return self._with_full_hand(now, errand)
+        helping = now.theirs >= 0 and now.is_heavy(now.theirs) and self._possible(now, now.theirs)
+        if helping:
+            return errand if isinstance(errand, Lift) and errand.item == now.theirs else self._lift(now, now.theirs)
+        return errand or self._choose(now) or self._rest(now)
+
+    def their_item(self, now: Situation, own: int) -> int:
+        """What the partner probably walks to, -1 for nothing."""
+        items = [item for item in now.waiting if item != own] or now.waiting
+        gaps = [float(np.hypot(*(now.item_pose(item)[:2] - now.partner[:2]))) for item in items]
+        return items[int(np.argmin(gaps))] if items else -1
+
+    def _with_full_hand(self, now: Situation, errand: Errand | None) -> Errand:
+        item = now.mine
+        if now.is_heavy(item):
+            alone = isinstance(errand, Drag) and now.theirs != item
+            return (
+                errand
+                if errand and errand.item == item and (alone or isinstance(errand, Lift))
+                else self._lift(now, item)
+            )
+        if not (isinstance(errand, Carry) and errand.item == item):
+            known = errand.haul if isinstance(errand, Fetch) and errand.item == item else None
+            return Carry(now, item, known, self._meeting(now))
+        if now.tick % LOOK_EVERY == 0 and self.partner_is_active(now.tick) and not self._relay.locked:
+            way = way_out(now, self._relay.last_lane, self.their_item(now, item))
+            if way is not None:
+                return Aside(now, way, now.tick, self._partner_leaves)
+        return errand
+
+    def _choose(self, now: Situation) -> Errand | None:
+        cost, their_cost = self._distances(now)
+        heavies = [item for item in cost if now.is_heavy(item)]
+        smalls = [item for item in cost if not now.is_heavy(item)]
+        helpful = self.partner_is_active(now.tick) and self._let_down < 2
+        if heavies and now.theirs < 0 and helpful and (self.style.heavy_first or not smalls):
+            return self._lift(now, min(heavies, key=lambda item: (round(cost[item] + their_cost[item]), item)))
+        if smalls and self._in_relay(now):
+            return self._relay_errand(now, smalls, cost)
+        if smalls:
+            return self._fetch(now, self._divide(smalls, cost, their_cost, now))
+        if heavies:
+            return self._alone(now, heavies, cost, helpful)
+        return self._tidy(now)
+
+    def _alone(self, now: Situation, heavies: list[int], cost: dict[int, float], helpful: bool) -> Errand:
+        """Only heavy items are left, and the partner is busy or of no help."""
+        middles = [item for item in heavies if now.item(item).size == "middle"]
+        if middles and not helpful:
+            return Drag(now, min(middles, key=cost.__getitem__))
+        return self._lift(now, min(heavies, key=cost.__getitem__))
+
+    def _distances(self, now: Situation) -> tuple[dict[int, float], dict[int, float]]:
+        """Quarter ticks to the items that can be had: the own way and the partner's."""
+        items = [item for item in now.waiting if self._possible(now, item)]
+        if not items:
+            return {}, {}
+        poses = [now.item_pose(item) for item in items]
+        ground = now.ground()
+        mine = dict(zip(items, _costs_to(ground, now.pose, poses), strict=True))
+        theirs = dict(zip(items, _costs_to(ground, now.partner, poses), strict=True))
+        return {item: cost for item, cost in mine.items() if cost < UNREACHED}, theirs
+
+    def _divide(self, smalls: list[int], mine: dict[int, float], theirs: dict[int, float], now: Situation) -> int:
+        """Which small item to take so that both together walk least; or the farthest, for who likes that."""
+        if self.style.far_first:
+            return max(smalls, key=lambda item: (mine[item], -item))
+        if len(smalls) == 1 or now.theirs >= 0:
+            return min(smalls, key=lambda item: (mine[item], item))
+        pairs = [(one, other) for one in smalls for other in smalls if one != other]
+        return min(pairs, key=lambda pair: (round(mine[pair[0]] + theirs[pair[1]]), mine[pair[0]]))[0]
+
+    def _tidy(self, now: Situation) -> Errand | None:
+        """Nothing else can be done: put something that lies in the way, or badly, to a better place."""
+        smalls = [item for item in np.flatnonzero(now.delivered).tolist() if not now.is_heavy(item)]
+        smalls = [item for item in smalls if self._possible(now, item) and item not in self._tidied]
+        if not smalls or not now.waiting or now.theirs >= 0:
+            return None
+        item = min(smalls, key=lambda item: float(np.hypot(*(now.item_pose(item) - now.pose)[:2])))
+        self._tidied.add(item)
+        return Fetch(now, item, frozenset(), None, self.style.detour, tidying=True)
+
+    def _rest(self, now: Situation) -> Errand | None:
+        """Nothing to do: stay, but out of the partner's way."""
+        way = partners_way(now, self.their_item(now, -1), _WHOLE_WAY)
+        in_the_way = bool(in_goal(now.map)[cell_of(float(now.pose[0]), float(now.pose[1]))])
+        if in_the_way or float(gap_to(way, now.pose[0:1], now.pose[1:2])[0]) < OUT_OF_THE_WAY:
+            return Aside(now, way, now.tick + WAIT_ASIDE)
+        return None
+
+    def _possible(self, now: Situation, item: int) -> bool:
+        return self._hopeless.get(item, 0) <= now.tick
+
+    def _lift(self, now: Situation, item: int) -> Lift:
+        return Lift(now, item, self.style.patience, frozenset(self._useless.get(item, ())))
+
+    def _fetch(self, now: Situation, item: int) -> Fetch:
+        return Fetch(now, item, frozenset(self._useless.get(item, ())), self._meeting(now), self.style.detour)
+
+    # ---- lanes ------------------------------------------------------------------------------------------------
+
+    def _partner_leaves(self, now: Situation) -> bool:
+        """Whether the partner is still on its way out of the last lane."""
+        partner = cell_of(float(now.partner[0]), float(now.partner[1]))
+        inside = bool(self._relay.last_lane[partner] or in_goal(now.map)[partner])
+        return inside and self.partner_is_active(now.tick) and bool(now.waiting)
+
+    def _in_relay(self, now: Situation) -> bool:
+        """Whether the two take turns on a lane that nobody can pass: not with a partner who does nothing."""
+        return self._relay.locked and self.partner_is_active(now.tick)
+
+    def _is_outer(self, now: Situation) -> bool:
+        """Whether this robot is the one nearer to the goal."""
+        return self._relay.left(now.pose) < self._relay.left(now.partner)
+
+    def _meeting(self, now: Situation) -> Relay | None:
+        return self._relay if self._in_relay(now) and not self._is_outer(now) else None
+
+    def _relay_errand(self, now: Situation, smalls: list[int], cost: dict[int, float]) -> Errand | None:
+        handed = [item for item in smalls if self._relay.is_handed_over(now.item_pose(item))]
+        if self._is_outer(now):
+            if not handed:
+                return WalkTo(now, self._relay.waiting_place(), now.tick + WAIT_FOR_THINGS)
+            return self._fetch(now, min(handed, key=lambda item: self._relay.left(now.item_pose(item))))
+        ready = [item for item in smalls if item not in handed]
+        return self._fetch(now, min(ready, key=cost.__getitem__)) if ready else None
+
+
+def _costs_to(ground: Terrain, position: Floats, poses: list[Floats]) -> list[float]:
+    """Quarter ticks on foot to within reach of each pose."""
+    grid = grid_of(walk_field(ground, [(float(position[0]), float(position[1]))]))
+    costs = []
+    for pose in poses:
+        row, column = cell_of(float(pose[0]), float(pose[1]))
+        rows = slice(max(row - _WITHIN_REACH, 0), row + _WITHIN_REACH + 1)
+        columns = slice(max(column - _WITHIN_REACH, 0), column + _WITHIN_REACH + 1)
+        costs.append(float(grid[rows, columns].min()))
+    return costs

@@ -1,0 +1,175 @@
+"""Small items: going to one, and bringing it to its place."""
+
+import numpy as np
+
+from agents.scripted.approaching import Approach, stand_number, walk_costs
+from agents.scripted.driving import REST, Command, Danger
+from agents.scripted.grasping import GAP, in_frame, stands
+from agents.scripted.hauling import Haul, margins
+from agents.scripted.lattice import UNREACHED
+from agents.scripted.relay import Relay
+from agents.scripted.situation import Situation
+from agents.scripted.storage import Places, places
+from agents.scripted.terrain import Terrain, with_robot
+from agents.scripted.thinking import Thinking, Thought, solve
+from agents.scripted.traffic import around, partners_way
+from maps.shapes import circumradius
+from maps.spec import ROBOT_RADIUS
+from world.state import Floats
+
+HONEST = 350.0  # quarter ticks: a dearer way may come from a bad place to put the item down
+WORTH_SQUEEZING = 100.0  # quarter ticks that a way with hardly any room must save
+_FAR_AHEAD = 150  # cells of the partner's way home that one had better not meet it on
+
+
+def look_around(now: Situation, ground: Terrain, item: int) -> Thought[Places]:
+    """What the places for an item are worth, with everything else that is still to come."""
+    spec = now.item(item)
+    return places(ground, circumradius(spec.shape, spec.scale), now.outlook(item))
+
+
+class Fetch:
+    """Going to a small item; knows on the way how it will be carried, and so from which side to take it."""
+
+    def __init__(
+        self,
+        now: Situation,
+        item: int,
+        useless: frozenset[int],
+        meeting: Relay | None,
+        detour: float = 0.0,
+        tidying: bool = False,
+    ) -> None:
+        """With `meeting` it is going to be handed over there; with `tidying` it may lie in a goal already.
+
+        `useless` are stands that have failed; `detour` is how much the player dislikes to walk close to walls.
+        """
+        self._detour = detour
+        self._tidying = tidying
+        self._theirs = -1
+        self.item = item
+        self.meeting = meeting
+        self._useless = useless
+        self.haul: Haul | None = None
+        self.hopeless = False
+        self._ground = now.ground()
+        self._item_pose = now.item_pose(item)
+        goal = now.item_pose(item)
+        self._approach = self._walk_to(np.array([goal[0], goal[1], 0.0]))
+        self._thinking: Thinking[tuple[Haul, Floats] | None] = Thinking(self._think(now))
+        self._found = False
+
+    @property
+    def stand(self) -> int:
+        """The stand it is about to use, -1 while undecided."""
+        return stand_number(self._approach.target) if self._found else -1
+
+    def _walk_to(self, target: Floats) -> Approach:
+        close = self._ground.clearance < ROBOT_RADIUS * (1.0 + self._detour)
+        return Approach(self._ground, self.item, target, close if self._detour > 0 else None)
+
+    def go_around(self, now: Situation) -> None:
+        """Look for a way around the partner; stay on the old one where there is none."""
+        other = Approach(with_robot(self._ground, now.partner), self.item, self._approach.target)
+        if other.way.cost(float(now.pose[0]), float(now.pose[1])) < UNREACHED:
+            self._approach = other
+
+    def step(self, now: Situation, danger: Danger, slices: int) -> Command | None:
+        """Over when the item is in a hand, has moved, or cannot be brought anywhere."""
+        if now.mine == self.item or now.theirs == self.item or (now.delivered[self.item] and not self._tidying):
+            return None
+        if not self._found:
+            self._thinking.advance(slices)
+            if self._thinking.done:
+                self._found = True
+                if self._thinking.result is None:
+                    self.hopeless = True
+                    return None
+                self.haul, target = self._thinking.result
+                self._approach = self._walk_to(target)
+            elif self._approach.way.cost(float(now.pose[0]), float(now.pose[1])) < 24:
+                return REST
+        elif now.ground() is not self._ground:
+            return None
+        elif now.theirs != self._theirs:
+            self._theirs = now.theirs
+            if now.theirs >= 0 and not now.is_heavy(now.theirs):
+                self._take_another_way(now)
+        return self._approach.step(now, danger)
+
+    def _take_another_way(self, now: Situation) -> None:
+        """Keep off the way on which the partner brings its item home, where that is no great detour."""
+        way = partners_way(now, -1, _FAR_AHEAD)
+        self._approach = Approach(self._ground, self.item, self._approach.target, around(way))
+
+    def _think(self, now: Situation) -> Thought[tuple[Haul, Floats] | None]:
+        spec, item_pose = now.item(self.item), now.item_pose(self.item)
+        poses, _ = stands(spec, item_pose)
+        costs = walk_costs(now, self._ground, now.pose, self.item, self._useless)
+        yield
+        if min(costs) >= UNREACHED:
+            return None
+        offset = (0.0, ROBOT_RADIUS + GAP + spec.scale, 0.0)
+        best: tuple[float, Haul, Floats] | None = None
+        ground = now.ground((self.item,))
+        look = yield from look_around(now, ground, self.item)
+        for margin in margins(now.map):
+            haul = Haul(ground, spec, offset, look, margin, self.meeting)
+            yield
+            reachable = [(cost, pose) for cost, pose in zip(costs, poses, strict=True) if cost < UNREACHED]
+            yield from solve(haul.field, lambda: min(cost + haul.cost(pose) for cost, pose in reachable))  # noqa: B023
+            totals = [cost + haul.cost(pose) for cost, pose in zip(costs, poses, strict=True)]
+            number = int(np.argmin(totals))
+            if best is None or totals[number] < best[0] - WORTH_SQUEEZING:
+                best = (totals[number], haul, poses[number])
+            if best[0] < HONEST:
+                break
+        return best[1:] if best is not None and best[0] < UNREACHED else None
+
+
+class Carry:
+    """Bringing a small item to its place."""
+
+    def __init__(self, now: Situation, item: int, haul: Haul | None, meeting: Relay | None) -> None:
+        """`haul` is the plan made while fetching it, if it still serves."""
+        self.item = item
+        self.hopeless = False
+        self.meeting = meeting
+        self._haul = haul
+        self._thinking: Thinking[Haul] | None = None
+        self._ground = now.ground() if haul is not None else None
+
+    def step(self, now: Situation, danger: Danger, slices: int) -> Command | None:
+        """Over when the hand is empty."""
+        if now.mine != self.item:
+            return None
+        if now.ground() is not self._ground:
+            self._ground = now.ground()
+            self._thinking = Thinking(self._think(now, self._ground))
+        if self._thinking is not None:
+            self._thinking.advance(slices)
+            if self._thinking.done:
+                self._haul, self._thinking = self._thinking.result, None
+        if self._haul is None:
+            return REST
+        return self._haul.drive(now.pose, now.item_pose(self.item), danger)
+
+    def go_around(self, now: Situation) -> None:
+        """Plan anew with the partner as something that stands there."""
+        self._thinking = Thinking(self._think(now, with_robot(now.ground(), now.partner)))
+
+    def _think(self, now: Situation, ground: Terrain) -> Thought[Haul]:
+        offset = in_frame(now.pose, now.item_pose(self.item))
+        best: tuple[float, Haul] | None = None
+        look = yield from look_around(now, ground, self.item)
+        for margin in margins(now.map):
+            haul = Haul(ground, now.item(self.item), offset, look, margin, self.meeting)
+            yield
+            yield from solve(haul.field, lambda: haul.cost(now.pose))  # noqa: B023
+            cost = haul.cost(now.pose)
+            if best is None or cost < best[0] - WORTH_SQUEEZING:
+                best = (cost, haul)
+            if best[0] < HONEST:
+                break
+        assert best is not None  # there are margins
+        return best[1]

@@ -1,0 +1,215 @@
+"""Heavy items: taking one end, waiting for the partner at the other end, and carrying together."""
+
+import itertools
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from agents.scripted import pairing
+from agents.scripted.approaching import NEARLY, Approach, stand_number, walk_costs
+from agents.scripted.driving import REST, Command, Danger, no_danger
+from agents.scripted.fetching import look_around
+from agents.scripted.geometry import heading_of, wrap
+from agents.scripted.grasping import stands
+from agents.scripted.lattice import UNREACHED
+from agents.scripted.pairing import PairHaul
+from agents.scripted.situation import Situation
+from agents.scripted.terrain import with_robot
+from agents.scripted.thinking import Thinking, Thought, solve
+from agents.scripted.traffic import bound
+from world.state import Floats
+
+GOOD_ENOUGH = 80.0  # quarter ticks: a way together this much longer than a way alone is taken
+UNLIKE = 0.7  # rad by which two ways to hold an item differ
+APART, COMFORTABLE = 0.255, 0.33  # units between the two holders' centres: at least, and better
+SIDEWAYS = 12.0  # quarter ticks per radian by which two grips are not opposite
+
+
+class Grips(NamedTuple):
+    """Where the two robots hold an item: poses (2, 3) in seat order, and what getting there costs."""
+
+    score: float
+    robots: Floats
+
+
+def grips_for_both(now: Situation, item: int, mine: list[float], theirs: list[float]) -> list[Grips]:
+    """Pairs of stands, the quickest to reach first; both minds come to the same order."""
+    poses, _ = stands(now.item(item), now.item_pose(item))
+    blue_costs, red_costs = (mine, theirs) if now.seat == 0 else (theirs, mine)
+    options = []
+    for blue, red in itertools.product(range(len(poses)), repeat=2):
+        slower, quicker = sorted((blue_costs[blue], red_costs[red]))[::-1]
+        apart = abs(wrap(float(poses[blue, 2] - poses[red, 2])))
+        gap = math.dist(poses[blue, :2], poses[red, :2])
+        if slower < UNREACHED and gap > APART:
+            score = round(slower + 0.2 * quicker + SIDEWAYS * (math.pi - apart) + _tightness(gap))
+            options.append((score, blue, red))
+    return [Grips(float(score), np.stack([poses[blue], poses[red]])) for score, blue, red in sorted(options)]
+
+
+def unlike(options: list[Grips], most: int = 6) -> list[Grips]:
+    """The first option, and the next ones that differ from those before in at least one hand."""
+    chosen: list[Grips] = []
+    for option in options:
+        turns = (np.abs(_wrapped(option.robots[:, 2] - other.robots[:, 2])).max() for other in chosen)
+        if all(turn > UNLIKE for turn in turns):
+            chosen.append(option)
+        if len(chosen) == most:
+            break
+    return chosen
+
+
+def _wrapped(angles: Floats) -> Floats:
+    return np.asarray((angles + math.pi) % (2 * math.pi) - math.pi)
+
+
+def _tightness(gap: float) -> float:
+    """The price of two holders so near to each other that one may keep the other from its stand."""
+    return max(COMFORTABLE - gap, 0.0) * 1000.0
+
+
+def grips_beside_partner(now: Situation, item: int, mine: list[float]) -> list[Grips]:
+    """Stands that go with the partner's grip, opposite and near ones first."""
+    poses, _ = stands(now.item(item), now.item_pose(item))
+    centre = now.item_pose(item)
+    theirs = heading_of(float(centre[0] - now.partner[0]), float(centre[1] - now.partner[1]))
+    options = []
+    for number, pose in enumerate(poses):
+        apart = abs(wrap(float(pose[2]) - theirs))
+        gap = math.dist(pose[:2], now.partner[:2])
+        if mine[number] < UNREACHED and gap > APART:
+            robots = np.stack([pose, now.partner] if now.seat == 0 else [now.partner, pose])
+            score = mine[number] + 2 * SIDEWAYS * (math.pi - apart) + _tightness(gap)
+            options.append((score, number, robots))
+    return [Grips(score, robots) for score, _, robots in sorted(options, key=lambda option: option[:2])]
+
+
+class Lift:
+    """Taking one end of a heavy item, waiting for the partner at the other end, and carrying it together."""
+
+    def __init__(self, now: Situation, item: int, patience: int, useless: frozenset[int]) -> None:
+        self.item = item
+        self.hopeless = False
+        self.waited_in_vain = False
+        self._useless = useless
+        self._patience = patience
+        self._waited = 0
+        self._nearest = math.inf
+        floor = now.ground(also=(item,))
+        self._ground = with_robot(floor, now.partner) if now.theirs == item else floor
+        self._bare = now.ground((item,))
+        self._partner_grip = now.partner.copy() if now.theirs == item else None
+        self._approach: Approach | None = None
+        self._decided = False
+        self._grips: Thinking[Grips | None] = Thinking(self._think_grips(now))
+        self._way: Thinking[PairHaul] | None = None
+
+    @property
+    def stand(self) -> int:
+        """The stand it is about to use, -1 while undecided."""
+        return stand_number(self._approach.target) if self._approach and self._decided else -1
+
+    def step(self, now: Situation, danger: Danger, slices: int) -> Command | None:
+        """Over when the item lies in its goal, cannot be carried, or the partner does not come."""
+        if now.mine == self.item and now.theirs == self.item:
+            return self._carry(now, slices)
+        self._way = None
+        if now.mine == self.item:
+            return self._wait(now)
+        if self.hopeless or (now.delivered[self.item] and now.theirs != self.item) or self._outdated(now):
+            return None
+        return self._go(now, danger, slices)
+
+    def _outdated(self, now: Situation) -> bool:
+        """Whether the floor or the partner's grip is not what the own grip was chosen for."""
+        if now.ground((self.item,)) is not self._bare:
+            return True
+        if now.theirs != self.item:
+            return False
+        return self._partner_grip is None or bool(np.hypot(*(now.partner - self._partner_grip)[:2]) > NEARLY)
+
+    def _go(self, now: Situation, danger: Danger, slices: int) -> Command | None:
+        if not self._decided:
+            self._grips.advance(slices)
+            if self._grips.done:
+                if self._grips.result is None:
+                    self.hopeless = True
+                    return None
+                self._decided = True
+                self._aim(self._grips.result, now)
+        if self._approach is None:
+            return REST
+        if not self._decided and self._approach.way.cost(float(now.pose[0]), float(now.pose[1])) < 12:
+            return REST
+        return self._approach.step(now, danger if now.theirs != self.item else no_danger)
+
+    def _aim(self, grips: Grips, now: Situation) -> None:
+        """Walk to the own one of two grips."""
+        self._partner_grip = grips.robots[1 - now.seat]
+        target = grips.robots[now.seat]
+        if self._approach is None or (self._approach.target != target).any():
+            self._approach = Approach(self._ground, self.item, target)
+
+    def _wait(self, now: Situation) -> Command:
+        """Hold on, and lose patience only while the partner does not come nearer."""
+        gap = float(np.hypot(*(now.partner - now.item_pose(self.item))[:2]))
+        self._waited += 1
+        if gap < self._nearest - 0.02:
+            self._nearest = gap
+            self._waited = max(self._waited - 4, 0)
+        if self._waited > self._patience:
+            self.hopeless = self.waited_in_vain = True
+            return Command(0.0, 0.0, grasp=True)
+        return REST
+
+    def _carry(self, now: Situation, slices: int) -> Command:
+        self._waited, self._nearest = 0, math.inf
+        if self._way is None:
+            self._way = Thinking(self._think_way(now))
+        self._way.advance(slices)
+        if not self._way.done:
+            return REST
+        return self._way.result.drive(now.item_pose(self.item), now.robots)[now.seat]
+
+    def _think_way(self, now: Situation) -> Thought[PairHaul]:
+        look = yield from look_around(now, now.ground(), self.item)
+        for margin in (pairing.EASY, pairing.TIGHT):
+            haul = PairHaul(now.ground(), now.item(self.item), now.item_pose(self.item), now.robots, look, margin)
+            yield
+            yield from solve(haul.field, lambda: haul.cost(now.item_pose(self.item)))  # noqa: B023
+            if haul.cost(now.item_pose(self.item)) < UNREACHED:
+                break
+        return haul
+
+    def _think_grips(self, now: Situation) -> Thought[Grips | None]:
+        spec, item_pose = now.item(self.item), now.item_pose(self.item)
+        mine = walk_costs(now, self._ground, now.pose, self.item, self._useless)
+        yield
+        if now.theirs == self.item:
+            options = grips_beside_partner(now, self.item, mine)
+        else:
+            theirs = walk_costs(now, self._ground, now.partner, self.item)
+            yield
+            options = grips_for_both(now, self.item, mine, theirs)
+        if not options:
+            return None
+        self._aim(options[0], now)
+        least = bound(now, self.item)
+        yield
+        best: tuple[float, Grips] | None = None
+        varied = unlike(options)
+        look = yield from look_around(now, self._bare, self.item)
+        for margin, tried in ((pairing.EASY, varied), (pairing.TIGHT, varied[:2])):
+            for grips in tried:
+                haul = PairHaul(self._bare, spec, item_pose, grips.robots, look, margin)
+                yield
+                yield from solve(haul.field, lambda: haul.cost(item_pose))  # noqa: B023
+                cost = haul.cost(item_pose)
+                if cost < UNREACHED and (best is None or cost + grips.score < best[0]):
+                    best = (cost + grips.score, grips)
+                if cost < least + GOOD_ENOUGH:
+                    return grips
+            if best is not None:
+                return best[1]
+        return None
