@@ -34,7 +34,8 @@ _COMPACT = 60.0  # quarter ticks per unit of free space around a place
 _OUT_OF_REACH = 150  # quarter ticks for each item that nobody would reach any more
 _SHUT_IN = 600  # quarter ticks: the robot could not get out again
 _BESIDE = 0.36  # units around an item from which it counts as within reach
-_ON_SLOT = 0.028  # units from a slot that still are on it
+_ON_SLOT = 0.06  # units from a slot that still are on it
+_PRECISION = 300.0  # quarter ticks per unit off the middle of a slot
 _OFF_SLOT = 220.0  # quarter ticks: the price of any other place
 _SLOT_ORDER = 3.0  # quarter ticks per quarter tick of depth: the deep slots first
 _REMEMBERED = 32  # looks
@@ -268,7 +269,7 @@ class _Packing:
         return 0.0, 0, 0
 
     def _carried(self, x: float, y: float, radius: float, size: float) -> npt.NDArray[np.bool_]:
-        """(n,) which cells a heavy item still gets to with a disc at (x, y), its holders before, behind or beside it."""
+        """(n,) which cells a heavy item still gets to with a disc at (x, y)."""
         abreast, wide, start = self._wide[size]
         if not wide:
             return np.ones(self._x.shape, dtype=np.bool_)
@@ -346,6 +347,7 @@ def _preference(ground: Terrain, item: tuple[Cells, Cells], points: Floats) -> F
         gaps = np.hypot(*(points[:, None, :] - store.slots).transpose(2, 0, 1))
         depths = store.depth[cells(store.slots[:, 0], store.slots[:, 1])]
         order = _SLOT_ORDER * (depths.max() - depths)[gaps.argmin(axis=1)]
-        return np.asarray(np.where(gaps.min(axis=1) <= _ON_SLOT, order, _OFF_SLOT))
+        off = gaps.min(axis=1)
+        return np.asarray(np.where(off <= _ON_SLOT, order + _PRECISION * off, _OFF_SLOT))
     shallow = _EAGER * (store.depth.max() - store.depth[item])
     return np.asarray(store.crowding * (shallow + _COMPACT * np.clip(ground.clearance[item], 0.0, 0.3)))

@@ -7,6 +7,7 @@ hand, and are carried out by whoever plays the plan as a person (`agents.person`
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from random import Random
+from typing import Any
 
 from agents.errors import AgentError
 
@@ -43,7 +44,7 @@ class Style:
 PLAN_HABITS = ("heavy_first", "far_first", "patience", "detour")
 
 
-def varied(seed: int, habits: Mapping[str, float] | None = None) -> Style:
+def varied(seed: int, habits: Mapping[str, Any] | None = None) -> Style:
     """A person like the default one, with small differences in plan that the seed decides, and `habits` as given.
 
     Seed 0 is the default itself. Raises AgentError for a habit that is none of a plan's.

@@ -45,7 +45,7 @@ def nearest_free(free: npt.NDArray[np.bool_], x: float, y: float, within: int = 
     found = np.argwhere(free[rows, columns])
     if not len(found):
         return row, column
-    found = found + (rows.start, columns.start)
+    found += np.array([rows.start, columns.start])
     gaps = np.hypot(AXIS[found[:, 0]] - y, AXIS[found[:, 1]] - x)
     best = found[int(np.argmin(gaps))]
     return int(best[0]), int(best[1])
