@@ -70,8 +70,8 @@ GHOST = "ghost"  # ghost:FILE#red, a recorded seat; never offered in a list, sin
 
 
 def agent_cards() -> list[AgentCard]:
-    """The agents that come with the project and those trained here, in the order to show them."""
-    return [*trained_cards(), *(entry.card for entry in _ENTRIES)]
+    """The agents that come with the project, then those with a checkpoint, in the order to show them."""
+    return [*(entry.card for entry in _ENTRIES), *trained_cards()]
 
 
 def trained_cards() -> list[AgentCard]:
