@@ -15,6 +15,7 @@ const KEY_SETS = {
 };
 
 class Over extends Error {}
+class Stuck extends Error {}
 
 class Pilot {
   constructor(seat, keys) {
@@ -22,6 +23,7 @@ class Pilot {
     this.keys = KEY_SETS[keys];
     this.down = new Set();
     this.course = -1; // index into DIRECTIONS
+    this.patience = Infinity; // the tick at which it gives up what it is trying
   }
 
   get game() {
@@ -43,6 +45,7 @@ class Pilot {
     for (const key of keys) if (!this.down.has(key)) void window.pressKey(key, "down");
     this.down = keys;
     const tick = this.game.tick;
+    if (tick > this.patience) throw new Stuck();
     while (this.game.tick === tick) {
       if (this.game.phase.endsWith("_over")) throw new Over();
       await new Promise((resolve) => requestAnimationFrame(resolve));
@@ -98,6 +101,24 @@ class Pilot {
     await this.drop();
   }
 
+  /** Follow steps until an item counts as delivered; from the start again when an attempt takes too long, or fails. */
+  async until(index, ticks, steps) {
+    while (!this.item(index).delivered) {
+      this.patience = this.game.tick + ticks;
+      try {
+        await this.follow(steps);
+      } catch (error) {
+        if (!(error instanceof Stuck)) throw error;
+      }
+      this.patience = Infinity;
+      if (this.robot.held !== -1) await this.drop();
+    }
+  }
+
+  async follow(steps) {
+    for (const [what, ...how] of steps) await this[what](...how);
+  }
+
   /** Keep one direction until it goes no farther. */
   async shove(direction) {
     for (let still = 0, last = this.robot; still < 5; last = this.robot) {
@@ -127,7 +148,7 @@ function wrap(angle) {
 window.__pilot = async (seat, keys, plan) => {
   const pilot = new Pilot(seat, keys);
   try {
-    for (const [what, ...how] of plan) await pilot[what](...how);
+    await pilot.follow(plan);
     return "done";
   } catch (error) {
     if (error instanceof Over) return "over";

@@ -71,7 +71,7 @@ def test_a_scripted_partner_plays_along(server: Server, open_page: OpenPage, pic
 
 def down_the_pathway(item: int) -> Plan:
     """On HandOff: fetch an item from the top left, turn at the top of the pathway and push the item down."""
-    return [
+    steps: Plan = [
         ("drive", "left", "x", -0.04),
         ("drive", "up", "y", 0.8),
         ("grab", item),
@@ -82,15 +82,16 @@ def down_the_pathway(item: int) -> Plan:
         ("drop",),
         ("drive", "up", "y", 0.4),
     ]
+    return [("until", item, 180, steps)]
 
 
 @pytest.mark.slow
 def test_two_browsers_play_hand_off_to_the_end_by_key_presses(server: Server, open_page: OpenPage) -> None:
-    room = server.make_room("HandOff", limit_ticks=1200)
+    room = server.make_room("HandOff", limit_ticks=2000)
     blue, red = open_page(room["join_path"], room), open_page(room["join_path"])
     start(blue, red)
     aside: Plan = [("drive", "up", "y", 0.9), ("drive", "right", "x", 0.1), ("drive", "up", "y", 1.05)]
     carry = [step for item in (2, 3, 1, 0) for step in down_the_pathway(item)]
-    play(Pilot(blue, 0, carry), Pilot(red, 1, aside), timeout_s=150)
+    play(Pilot(blue, 0, carry), Pilot(red, 1, aside), timeout_s=230)
     assert blue.evaluate("window.__movingout.result.outcome") == "delivered"
     expect(red.locator("#result")).to_contain_text("Everything is delivered")
