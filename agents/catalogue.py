@@ -2,8 +2,8 @@
 
 An id is a catalogue name, with options where it takes any (`scripted:seed=3,patience=40`), a trained agent with a
 checkpoint (`dp@all`), a recorded seat (`ghost:FILE#red`), or `package.module:Factory` (again with `:options`) for a
-policy of the user's own. Imports happen here, late, so that an agent that needs torch costs nothing to those who do
-not use it.
+policy of the user's own. The option `lag` is everybody's (`agents.lagged`). Imports happen here, late, so that an
+agent that needs torch costs nothing to those who do not use it.
 """
 
 import importlib
@@ -66,6 +66,7 @@ _ENTRIES = (
     _Entry(AgentCard("idle", "Idle", "idle", "all", "Stands still: the control condition."), "agents.idle:IdleAgent"),
 )
 _CATALOGUE = {entry.card.id: entry for entry in _ENTRIES}
+LAG = "lag"  # the option of any agent: ticks by which it plays late
 GHOST = "ghost"  # ghost:FILE#red, a recorded seat; never offered in a list, since it names a file of this machine
 
 
@@ -111,6 +112,7 @@ def load_agent(agent_id: str) -> Agent:
     factory itself fails.
     """
     reference, options = _parse(agent_id)
+    lag = options.pop(LAG, 0)
     factory = _factory(reference)
     _check_options(agent_id, factory, options)
     try:
@@ -122,7 +124,16 @@ def load_agent(agent_id: str) -> Agent:
     for method in ("reset", "act"):
         if not callable(getattr(agent, method, None)):
             raise AgentError(f"agent {agent_id!r}: {reference} returns {type(agent).__name__}, which has no {method}()")
-    return cast(Agent, agent)
+    return _lagged(agent_id, cast(Agent, agent), lag) if lag != 0 else cast(Agent, agent)
+
+
+def _lagged(agent_id: str, agent: Agent, lag: OptionValue) -> Agent:
+    from agents.lagged import LaggedAgent
+
+    try:
+        return LaggedAgent(agent, cast(int, lag))
+    except AgentError as error:
+        raise AgentError(f"agent {agent_id!r}: {error}") from error
 
 
 def _parse(agent_id: str) -> tuple[str, dict[str, OptionValue]]:

@@ -3,23 +3,27 @@
     python -m bench.learning --agents dp@all,bass@all,idle --partners C --episodes 2
 
 `idle` among the agents is the control condition: what the partner reaches alone. Errors are standard errors over
-episodes.
+episodes. With `--log FILE` every finished episode is kept, and the same command goes on where it was stopped.
 """
 
 import argparse
+import hashlib
 import json
 import math
 import multiprocessing
 import os
 import time
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 from rich.console import Console
 from rich.progress import Progress
 
 from agents.catalogue import load_agent
+from agents.checkpoint import MODEL_ROOTS, find_checkpoint
 from agents.populations import POPULATIONS, population
 from agents.rollout import rollout
 from maps import load_map, map_names
@@ -63,27 +67,63 @@ def play(run: Run) -> Outcome:
 
 
 def runs(agents: list[str], partners: list[str], maps: list[str], episodes: int, ticks: int) -> list[Run]:
-    """The same partners, seats and seeds for every agent."""
+    """The same partners, seats and seeds for every agent, episode by episode.
+
+    Seats change every second episode, because every second person of C plays the other way round.
+    """
     made = []
-    for index, name in enumerate(maps):
-        for number in range(episodes):
-            partner = partners[(index * episodes + number) % len(partners)]
-            made += [Run(agent, partner, name, number % 2, number, ticks) for agent in agents]
+    for number in range(episodes):
+        for index, name in enumerate(maps):
+            partner, seat = partners[(index * episodes + number) % len(partners)], (number // 2 + index) % 2
+            made += [Run(agent, partner, name, seat, number, ticks) for agent in agents]
     return made
 
 
-def play_all(todo: list[Run], workers: int) -> list[Outcome]:
-    """Play all episodes in worker processes, with a progress bar."""
+def play_all(todo: list[Run], workers: int, log: Path | None = None) -> list[Outcome]:
+    """Play all episodes in worker processes, with a progress bar; what `log` knows already is not played again."""
+    known = _logged(log) if log is not None else {}
+    done = {run: known[key] for run in todo if (key := _key(run)) in known}
     with (
         ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool,
         Progress(console=Console(stderr=True)) as progress,
     ):
-        bar = progress.add_task("episodes", total=len(todo))
-        outcomes = []
-        for future in as_completed([pool.submit(play, run) for run in todo]):
-            outcomes.append(future.result())
+        bar = progress.add_task("episodes", total=len(todo), completed=len(done))
+        for future in as_completed([pool.submit(play, run) for run in todo if run not in done]):
+            outcome = future.result()
+            done[outcome.run] = outcome
+            if log is not None:
+                _log(log, outcome)
             progress.advance(bar)
-    return outcomes
+    return [done[run] for run in todo]
+
+
+@lru_cache
+def _version(agent_id: str) -> str:
+    """What a trained agent consists of; a log is of no use for another one of the same name."""
+    if "@" not in agent_id:
+        return ""
+    card = find_checkpoint(agent_id.partition(":")[0], *MODEL_ROOTS).card
+    parts = (card.policy, card.selection, *card.files)
+    return hashlib.sha256("".join(part.model_dump_json() for part in parts if part).encode()).hexdigest()
+
+
+def _key(run: Run) -> str:
+    return json.dumps({**asdict(run), "version": _version(run.agent)}, sort_keys=True)
+
+
+def _log(log: Path, outcome: Outcome) -> None:
+    log.parent.mkdir(parents=True, exist_ok=True)
+    with log.open("a", encoding="utf-8") as file:
+        file.write(json.dumps({"key": _key(outcome.run), "outcome": asdict(outcome)}) + "\n")
+
+
+def _logged(log: Path) -> dict[str, Outcome]:
+    """The outcomes in a log, by key."""
+    found = {}
+    for line in log.read_text(encoding="utf-8").splitlines() if log.exists() else ():
+        entry = json.loads(line)
+        found[entry["key"]] = Outcome(**{**entry["outcome"], "run": Run(**entry["outcome"]["run"])})
+    return found
 
 
 def mean_error(values: list[float]) -> tuple[float, float]:
@@ -115,13 +155,14 @@ def main() -> None:
     parser.add_argument("--episodes", type=int, default=2, help="per map")
     parser.add_argument("--ticks", type=int, default=500)
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--log", type=Path, help="file of finished episodes, to go on from")
     parser.add_argument("--json", action="store_true")
     args = parser.parse_args()
     agents, maps = args.agents.split(","), map_names() if args.maps == "all" else args.maps.split(",")
     people = args.partners in POPULATIONS
     partners = [person.agent_id for person in population(args.partners)] if people else [args.partners]
     todo = runs(agents, partners, list(maps), args.episodes, args.ticks)
-    outcomes = play_all(todo, args.workers)
+    outcomes = play_all(todo, args.workers, args.log)
     if args.json:
         scores = {
             agent: {

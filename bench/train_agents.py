@@ -1,80 +1,112 @@
-"""From nothing to trained agents and their table, by one command; each step that is done already is skipped.
+"""From nothing to trained agents and their tables, by one command; each step that is done already is skipped.
 
     python -m bench.train_agents --data data --report docs/results.md
 
 1. an expert plays with the people of populations A and B, its hand slipping now and then: episodes and labels;
 2. Diffusion Policy (flow, fast denoiser) learns from them;
 3. it plays with the same people while the expert labels (DAgger), and learns on; `--rounds` times;
-4. the simulator of BASS learns from all these episodes;
+4. the simulator of BASS learns from all these episodes; MLP and GRU learn from the same labels;
 5. everybody plays with the held-out people of population C, beside an idle partner and the scripted expert; the
-   scores go into the cards and the table into the report.
+   scores go into the cards and the tables into the report.
+
+Stopped and started again it goes on where it was; finished evaluation episodes are in DATA/evaluation.jsonl.
 """
 
 import argparse
-import datetime
 import os
-import platform
+import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
-from agents.checkpoint import Score, find_checkpoint, rescored
+from agents.bass.agent import BassAgent
+from agents.catalogue import load_agent
+from agents.checkpoint import Card, Score, find_checkpoint, folder_name, rescored
+from agents.dataset import read_trajectories, recording_files
+from agents.demonstrations import jobs, make_all
 from agents.populations import population
-from bench.learning import Outcome, mean_error, play_all, runs, table
-from maps import map_names
+from bench.agents_report import measured_part, write_report
+from bench.bass import Numbers, measure
+from bench.learning import Outcome, mean_error, play_all, runs
+from maps import load_map, map_names
 from server.cli import main as movingout
 
 DP, BASS = "dp@all", "bass@all"
+BASELINES = {"mlp@all": ("mlp", "MLP"), "gru@all": ("gru", "GRU")}
+CONTROL = "idle"
+PEOPLE = "scripted people A and B, labelled by the scripted expert; none of population C"
 
 
 def main() -> None:
     """Parse and go through the steps."""
+    args = _parsed()
+    if not args.only_evaluate:
+        _train_all(args)
+    trained = [BASS, DP, *(BASELINES if args.baselines else ())]
+    agents = [*trained, "scripted", CONTROL]
+    people = [person.agent_id for person in population("C")]
+    todo = runs(agents, people, list(map_names()), args.runs, args.ticks)
+    outcomes = play_all(todo, args.workers, args.data / "evaluation.jsonl")
+    cards: dict[str, Card] = {}
+    for agent_id in trained:
+        checkpoint = find_checkpoint(agent_id, args.data / "models")
+        cards[agent_id] = rescored(checkpoint, scores(outcomes, agent_id)).card
+    write_report(args.report, measured_part(outcomes, agents, cards, _parts_of_bass(args)))
+
+
+def _parsed() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, default=Path("data"), help="only ./data is seen by the worker processes")
-    parser.add_argument("--episodes", type=int, default=24, help="per map in each round of labelling")
+    parser.add_argument("--episodes", type=int, default=24, help="per map in the expert's round; half in the others")
     parser.add_argument("--rounds", type=int, default=2, help="of labelling where the learner went")
-    parser.add_argument(
-        "--updates", type=int, default=8000, help="of the policy after the expert's round, and per round"
-    )
-    parser.add_argument("--width", type=int, default=512)
+    parser.add_argument("--updates", type=int, default=4000, help="of the policy after each round of labelling")
+    parser.add_argument("--last-updates", type=int, default=8000, help="more of them after the last round")
+    parser.add_argument("--width", type=int, default=384)
     parser.add_argument("--simulator-updates", type=int, default=8000)
-    parser.add_argument("--runs", type=int, default=20, help="evaluation episodes per map and agent")
+    parser.add_argument("--baseline-updates", type=int, default=4000)
+    parser.add_argument("--no-baselines", dest="baselines", action="store_false", help="leave out MLP and GRU")
+    parser.add_argument("--only-evaluate", action="store_true", help="what is trained is good enough")
+    parser.add_argument("--runs", type=int, default=10, help="evaluation episodes per map and agent")
     parser.add_argument("--ticks", type=int, default=500)
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--report", type=Path, default=Path("docs/results.md"))
-    args = parser.parse_args()
+    return parser.parse_args()
+
+
+def _train_all(args: argparse.Namespace) -> None:
     labels = args.data / "labels"
     for number in range(args.rounds + 1):
-        learner = "scripted" if number == 0 else DP
-        _label(args, labels / f"round-{number}", learner, seed=number)
-        _train_policy(args, labels, total=args.updates * (number + 1))
-    _train_simulator(args, labels)
-    agents = [BASS, DP, "scripted", "idle"]
-    people = [person.agent_id for person in population("C")]
-    outcomes = play_all(runs(agents, people, list(map_names()), args.runs, args.ticks), args.workers)
-    for agent_id in (DP, BASS):
-        checkpoint = find_checkpoint(agent_id, args.data / "models")
-        rescored(checkpoint, scores(outcomes, agent_id))
-    args.report.write_text(report(outcomes, agents), encoding="utf-8")
-
-
-def _label(args: argparse.Namespace, folder: Path, learner: str, seed: int) -> None:
-    _command(
-        "demos", "label", "--learner", learner, "--population", "AB", "--episodes", args.episodes, "--seed", seed,
-        "--ticks", args.ticks, "--workers", args.workers, "--out", folder,
-    )  # fmt: skip
-
-
-def _train_policy(args: argparse.Namespace, labels: Path, total: int) -> None:
-    """Go on to `total` updates with all labels there are."""
-    _command(
-        "train", "dp", labels, "--id", DP, "--data", args.data, "--updates", total, "--width", args.width,
-        "--population", "scripted people A and B, labelled by the expert", "--name", "Diffusion Policy",
-    )  # fmt: skip
-
-
-def _train_simulator(args: argparse.Namespace, labels: Path) -> None:
+        learner, count = ("scripted", args.episodes) if number == 0 else (DP, max(args.episodes // 2, 1))
+        _label(args, labels / f"round-{number}", learner, count, seed=number)
+        _train_policy(args, labels, args.updates * (number + 1) + (args.last_updates if number == args.rounds else 0))
     _command(
         "train", "bass", labels, "--id", BASS, "--base", DP, "--data", args.data,
         "--updates", args.simulator_updates, "--name", "BASS",
+    )  # fmt: skip
+    for agent_id, (kind, name) in BASELINES.items() if args.baselines else ():
+        _command(
+            "train", kind, labels, "--id", agent_id, "--data", args.data, "--updates", args.baseline_updates,
+            "--population", PEOPLE, "--name", name,
+        )  # fmt: skip
+
+
+def _label(args: argparse.Namespace, folder: Path, learner: str, episodes: int, seed: int) -> None:
+    if (folder / "done").exists():
+        return
+    _command(
+        "demos", "label", "--learner", learner, "--population", "AB", "--episodes", episodes, "--seed", seed,
+        "--ticks", args.ticks, "--workers", args.workers, "--out", folder,
+    )  # fmt: skip
+    (folder / "done").touch()
+
+
+def _train_policy(args: argparse.Namespace, labels: Path, total: int) -> None:
+    """Go on to `total` updates with all labels there are; nothing to do when the card says as many."""
+    folder = args.data / "models" / folder_name(DP)
+    if folder.exists() and find_checkpoint(DP, args.data / "models").card.training.updates >= total:
+        return
+    _command(
+        "train", "dp", labels, "--id", DP, "--data", args.data, "--updates", total, "--width", args.width,
+        "--population", PEOPLE, "--name", "Diffusion Policy",
     )  # fmt: skip
 
 
@@ -84,32 +116,33 @@ def _command(*words: object) -> None:
         raise SystemExit(code)
 
 
-def scores(outcomes: list[Outcome], agent: str) -> dict[str, Score]:
-    """TCR and NFD with unseen people, for a card."""
+def _parts_of_bass(args: argparse.Namespace) -> Numbers:
+    """Next state, partner prediction and selection on one episode of C per map."""
+    agent = load_agent(BASS)
+    assert isinstance(agent, BassAgent)
+    maps = [load_map(name) for name in map_names()]
+    with tempfile.TemporaryDirectory() as folder:
+        todo = jobs(population("C")[:2], maps, 1, args.ticks, seed=0, prefix="parts")
+        list(make_all(todo, Path(folder), args.workers))
+        return measure(agent, read_trajectories(recording_files([Path(folder)])), moments=20, seed=0)
+
+
+def scores(outcomes: Sequence[Outcome], agent: str) -> dict[str, Score]:
+    """TCR and NFD with unseen people for a card, and the TCR of these people with the control."""
     mine = [one for one in outcomes if one.run.agent == agent]
-    measured = {}
-    for name in ("tcr", "nfd"):
-        mean, error = mean_error([getattr(one, name) for one in mine])
-        measured[f"{name} with unseen scripted people"] = Score(
-            mean=round(mean, 4), stderr=round(error, 4), n=len(mine)
-        )
+    control = [one for one in outcomes if one.run.agent == CONTROL]
+    measured = {
+        f"{name.upper()} with unseen scripted people": _score([getattr(one, name) for one in mine])
+        for name in ("tcr", "nfd")
+    }
+    if control:
+        measured["TCR of these people with an idle partner"] = _score([one.tcr for one in control])
     return measured
 
 
-def report(outcomes: list[Outcome], agents: list[str]) -> str:
-    """The page docs/results.md."""
-    today = datetime.datetime.now(datetime.UTC).date().isoformat()
-    lines = [
-        "# Results",
-        "",
-        f"Made by `python -m bench.train_agents` on {today}, {platform.machine()}, {os.cpu_count()} cores.",
-        "Partners are the held-out scripted people of population C; errors are standard errors over episodes.",
-        "`idle` is the control: what the partners reach alone.",
-        "",
-        table(outcomes, agents, list(map_names())),
-        "",
-    ]
-    return "\n".join(lines)
+def _score(values: list[float]) -> Score:
+    mean, error = mean_error(values)
+    return Score(mean=round(mean, 4), stderr=round(error, 4), n=len(values))
 
 
 if __name__ == "__main__":

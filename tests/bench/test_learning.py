@@ -1,9 +1,12 @@
 """The bench of learned agents: fair pairings, honest errors."""
 
 import math
+from pathlib import Path
 
-from bench.learning import Outcome, Run, mean_error, play, runs, table
-from bench.train_agents import report, scores
+from bench import learning
+from bench.agents_report import BEGIN, END, gains, measured_part, verdicts, write_report
+from bench.learning import Outcome, Run, mean_error, play, play_all, runs, table
+from bench.train_agents import scores
 
 
 def _outcome(agent: str, tcr: float, the_map: str = "HandOff") -> Outcome:
@@ -17,6 +20,12 @@ def test_every_agent_meets_the_same_partners_in_the_same_seats() -> None:
     assert {seat for _, _, seat, _ in pairings[0]} == {0, 1}
 
 
+def test_every_second_partner_is_not_tied_to_a_seat() -> None:
+    people = [f"c{number}" for number in range(20)]
+    made = runs(["dp@all"], people, ["HandOff", "LeftRight"], episodes=4, ticks=50)
+    assert {(int(run.partner[1:]) % 2, run.seat) for run in made} == {(0, 0), (0, 1), (1, 0), (1, 1)}
+
+
 def test_errors_are_those_of_the_mean() -> None:
     mean, error = mean_error([0.0, 1.0, 0.0, 1.0])
     assert mean == 0.5 and math.isclose(error, math.sqrt(1 / 3) / 2)
@@ -26,9 +35,35 @@ def test_the_table_and_the_cards_scores_come_from_the_same_outcomes() -> None:
     outcomes = [_outcome("dp@all", 0.25), _outcome("dp@all", 0.75), _outcome("idle", 0.0)]
     rows = table(outcomes, ["dp@all", "idle"], ["HandOff"]).splitlines()
     assert rows[2].startswith("| dp@all | 0.500 ± 0.250 | 0.250 ± 0.125 |") and rows[2].endswith("| 2 | 0.50 |")
-    card = scores(outcomes, "dp@all")["tcr with unseen scripted people"]
+    card = scores(outcomes, "dp@all")["TCR with unseen scripted people"]
     assert (card.mean, card.stderr, card.n) == (0.5, 0.25, 2)
-    assert "held-out scripted people" in report(outcomes, ["dp@all", "idle"])
+
+
+def test_the_report_replaces_what_was_measured_and_keeps_the_words_around_it(tmp_path: Path) -> None:
+    page = tmp_path / "results.md"
+    page.write_text(f"before\n{BEGIN}\nold\n{END}\nafter\n")
+    outcomes = [_outcome("bass@all", 0.5), _outcome("dp@all", 0.25)]
+    write_report(page, measured_part(outcomes, ["bass@all", "dp@all"], {}, None))
+    text = page.read_text()
+    assert text.startswith("before\n") and text.endswith("after\n") and "old" not in text
+    assert "0.301" in text and "never trained on" in text
+
+
+def test_a_missed_target_is_said_by_how_much() -> None:
+    lines = verdicts([_outcome("bass@all", 0.5), _outcome("dp@all", 0.25)])
+    assert "missed by 0.150" in lines[0] and "+0.250" in lines[1]
+
+
+def test_agents_are_compared_over_the_episodes_that_both_played() -> None:
+    outcomes = [_outcome("bass@all", 0.5), _outcome("dp@all", 0.25), _outcome("bass@all", 1.0, "LeftRight")]
+    assert gains(outcomes, "bass@all", "dp@all", "tcr") == [0.25]
+
+
+def test_a_stopped_evaluation_goes_on_from_its_log(tmp_path: Path) -> None:
+    log, run = tmp_path / "log.jsonl", Run("idle", "idle", "SingleRotation", 0, 1, 3)
+    learning._log(log, Outcome(run, 0.75, 0.5, 1.0, None, 0.1))
+    again = play_all([run], 1, log)
+    assert [one.tcr for one in again] == [0.75]
 
 
 def test_an_episode_of_two_idle_agents_delivers_nothing() -> None:
