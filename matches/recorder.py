@@ -13,6 +13,7 @@ from matches.match import Match
 from recordings import EpisodeHeader, EpisodeWriter, Event, SeatInfo, TickRecord, finalise
 from recordings.episode import EventKind, Outcome
 from recordings.finished import SUFFIX
+from recordings.ghost import GHOST, ghost_name
 from recordings.journal import JOURNAL_SUFFIX
 from world.state import Floats, WorldState
 
@@ -70,8 +71,9 @@ def hand_events(
 
 def seat_info(agent_id: str) -> SeatInfo:
     """How an agent is named in a recording."""
-    kind = agent_card(agent_id).kind
-    return SeatInfo("ghost" if kind == "ghost" else "agent", agent_id, fingerprint(agent_id))
+    if agent_card(agent_id).kind == GHOST:
+        return SeatInfo(GHOST, ghost_name(agent_id))
+    return SeatInfo("agent", agent_id, fingerprint(agent_id))
 
 
 def fingerprint(agent_id: str) -> str:

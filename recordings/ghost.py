@@ -2,12 +2,16 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 from maps import MapSpec
 from maps.spec import SEAT_COLOURS
 from recordings.errors import RecordingError
+from recordings.finished import SUFFIX
 from recordings.reader import read_episode
 from world.state import Floats
+
+GHOST: Final = "ghost"  # ghost:FILE#red
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -17,14 +21,32 @@ class Ghost:
     name: str  # of who played then
     map: MapSpec
     seat: int
+    seed: int
+    limit_ticks: int  # of that episode, 0 for none
     actions: Floats  # (T, 3) world actions; row t is for the step after t steps
+
+
+def is_ghost(agent_id: str) -> bool:
+    return agent_id.startswith(f"{GHOST}:")
 
 
 def read_ghost(text: str) -> Ghost:
     """The ghost of `FILE#red` or `FILE#blue`. RecordingError says what is wrong with either part."""
+    file, seat = split_ghost(text)
+    episode = read_episode(file)
+    header = episode.header
+    return Ghost(header.seats[seat].name, header.map, seat, header.seed, header.limit_ticks, episode.actions[:, seat])
+
+
+def split_ghost(text: str) -> tuple[Path, int]:
+    """File and seat of `FILE#red`."""
     file, _, colour = text.rpartition("#")
     if not file or colour not in SEAT_COLOURS:
         raise RecordingError(f"a ghost is written FILE#blue or FILE#red, not {text!r}")
-    episode = read_episode(Path(file))
-    seat = SEAT_COLOURS.index(colour)
-    return Ghost(episode.header.seats[seat].name, episode.header.map, seat, episode.actions[:, seat])
+    return Path(file), SEAT_COLOURS.index(colour)
+
+
+def ghost_name(agent_id: str) -> str:
+    """How `ghost:FILE#red` is named in recordings: `ghost:EPISODE#red`, without a folder of this machine."""
+    file, seat = split_ghost(agent_id.removeprefix(f"{GHOST}:"))
+    return f"{GHOST}:{file.name.partition(SUFFIX)[0]}#{SEAT_COLOURS[seat]}"

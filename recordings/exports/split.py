@@ -4,6 +4,9 @@ import hashlib
 from collections import defaultdict
 from collections.abc import Sequence
 
+from maps.spec import SEAT_COLOURS
+from recordings.episode import SeatInfo
+from recordings.ghost import GHOST
 from recordings.listing import Players
 
 TRAIN, TEST = "train", "test"
@@ -21,7 +24,7 @@ def split(episodes: Sequence[Players], share: float, seed: int = 0) -> list[str]
     People who played together are one group (the paper's pairs), and groups are never divided. The same names and
     seed give the same split. Without names an episode is a group of its own.
     """
-    groups = _groups(episodes)
+    groups = _groups(_unmasked(episodes))
     order = sorted(groups, key=lambda name: hashlib.sha256(f"{seed}:{name}".encode()).digest())
     result = [TRAIN] * len(episodes)
     wanted = round(share * len(episodes))
@@ -33,6 +36,24 @@ def split(episodes: Sequence[Players], share: float, seed: int = 0) -> list[str]
             for index in groups[name]:
                 result[index] = TEST
     return result
+
+
+def _unmasked(episodes: Sequence[Players]) -> list[Players]:
+    """A ghost whose episode is here counts as whoever played it then."""
+    played = {
+        f"{GHOST}:{players.episode_id}#{colour}": seat
+        for players in episodes
+        for colour, seat in zip(SEAT_COLOURS, players.seats, strict=True)
+    }
+
+    def who(seat: SeatInfo) -> SeatInfo:
+        seen = set()
+        while seat.kind == GHOST and seat.name in played and seat.name not in seen:  # a ghost of a ghost
+            seen.add(seat.name)
+            seat = played[seat.name]
+        return seat
+
+    return [Players(players.episode_id, (who(players.seats[0]), who(players.seats[1]))) for players in episodes]
 
 
 def _groups(episodes: Sequence[Players]) -> dict[str, list[int]]:

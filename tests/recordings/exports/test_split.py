@@ -54,3 +54,18 @@ def test_without_a_share_everything_is_for_training() -> None:
 def test_episodes_without_names_are_groups_of_their_own() -> None:
     nameless = [players(str(number), "", "") for number in range(10)]
     assert split(nameless, 0.5).count(TEST) == 5
+
+
+def test_a_ghost_is_on_the_side_of_whoever_played_it_then() -> None:
+    apart = [players(str(number), f"P{number}", f"Q{number}") for number in range(8)]
+    ghost = players("again", "P0", "ghost:5#red", "ghost")
+    ghost_of_the_ghost = players("and again", "P7", "ghost:again#red", "ghost")
+    for seed in range(8):
+        parts = split([*apart, ghost, ghost_of_the_ghost], 0.5, seed)
+        assert parts[0] == parts[5] == parts[7] == parts[8] == parts[9]
+
+
+def test_a_ghost_of_an_agent_ties_nobody_together() -> None:
+    then = players("then", "P0", "scripted", "agent")
+    ghosts = [players(str(number), f"P{number}", "ghost:then#red", "ghost") for number in range(1, 10)]
+    assert split([then, *ghosts], 0.3).count(TEST) == 3
