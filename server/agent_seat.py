@@ -32,7 +32,7 @@ from server.agent_process import AgentProcess
 from world.state import Floats, WorldState
 
 MAX_LOAD = 0.8  # share of one core that the seats of a worker may need
-FIRST_GUESS_MS = 5.0  # a decision of an agent that was never measured
+FIRST_GUESS_MS = 3.0  # a decision of an agent that was never measured
 STRIKES = 3  # a seat during whose turn the worker was lost this often is not asked again
 TICK_S = 0.1
 
@@ -102,6 +102,11 @@ class AgentSeat:
         fresh = self._chunk_tick == tick and covered
         problem, self._problem = self._problem, ""
         return AgentAnswer(action, missed, self._latency_ms if fresh else -1.0, self._detail if fresh else {}, problem)
+
+    @property
+    def thought(self) -> tuple[int, Mapping[str, object]]:
+        """The newest answer: its tick (-1 before the first), and what the agent says about the decision."""
+        return self._chunk_tick, self._detail
 
     def close(self) -> None:
         """The episode is over."""

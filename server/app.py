@@ -6,7 +6,7 @@ from contextlib import asynccontextmanager
 from fastapi import FastAPI
 from starlette.routing import WebSocketRoute
 
-from server import http_api, pages
+from server import http_api, pages, thoughts
 from server.headers import BodyLimit, SecureHeaders
 from server.host import Host
 from server.settings import Settings
@@ -26,6 +26,7 @@ def create_app(settings: Settings) -> FastAPI:
     app.state.host = host
     http_api.install(app, host)
     app.include_router(pages.router)
+    app.include_router(thoughts.routes(host))
     app.mount("/static", pages.StaticModules(directory=pages.WEB))
     app.router.routes.append(WebSocketRoute("/ws", host.endpoint))
     app.add_middleware(BodyLimit, limit=settings.limits.body_bytes)

@@ -55,6 +55,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add("--clients", type=int, default=2, metavar="N", help="clients per room; beyond two they watch (%(default)s)")
     add("--seconds", type=float, default=30.0, metavar="S", help="how long to measure (%(default)s)")
     add("--inputs", type=float, default=INPUTS_PER_S, metavar="HZ", help="inputs a second of each client (%(default)s)")
+    add(
+        "--partner",
+        default="idle",
+        metavar="ID",
+        help="agent in the other seat when a room has one client (%(default)s)",
+    )
     add("--url", default="", help="a running server; without it one is started for the test")
     add("--admin-token", default="", metavar="TOKEN", help="of the server at --url")
     add("--json", action="store_true", help="print one JSON document")
@@ -64,12 +70,11 @@ def run(args: argparse.Namespace) -> int:
     if args.rooms < 1 or args.clients < 1 or args.seconds <= 0:
         raise LoadTestError("at least one room, one client and some seconds are needed")
     if args.url:
-        result = measure(
-            Target(args.url.rstrip("/"), args.admin_token), args.rooms, args.clients, args.seconds, args.inputs
-        )
+        target = Target(args.url.rstrip("/"), args.admin_token)
+        result = measure(target, args.rooms, args.clients, args.seconds, args.inputs, partner=args.partner)
     else:
         with running_server(args.rooms, args.clients) as target:
-            result = measure(target, args.rooms, args.clients, args.seconds, args.inputs)
+            result = measure(target, args.rooms, args.clients, args.seconds, args.inputs, partner=args.partner)
     print(json.dumps(result) if args.json else _table(result))
     return 0
 
@@ -81,13 +86,14 @@ def measure(
     seconds: float,
     inputs_per_s: float = INPUTS_PER_S,
     beside: Beside | None = None,
+    partner: str = "idle",
 ) -> dict[str, Any]:
     """Play `rooms` rooms and give the fixed fields of the load test, with a few more.
 
     `beside` runs during the measurement (an abusive client, say) and is then cancelled.
     """
     try:
-        return uvloop.run(_measure(target, rooms, clients, seconds, inputs_per_s, beside))
+        return uvloop.run(_measure(target, rooms, clients, seconds, inputs_per_s, beside, partner))
     except OSError as error:
         raise LoadTestError(f"the server at {target.base} does not answer as expected: {error}") from error
 
@@ -119,13 +125,20 @@ def _wait_until_ready(process: "subprocess.Popen[str]") -> Target:
 
 
 async def _measure(
-    target: Target, rooms: int, clients: int, seconds: float, inputs_per_s: float, beside: Beside | None
+    target: Target,
+    rooms: int,
+    clients: int,
+    seconds: float,
+    inputs_per_s: float,
+    beside: Beside | None,
+    partner: str,
 ) -> dict[str, Any]:
     tally = Tally()
     bots: list[Bot] = []
     other: asyncio.Task[None] | None = None
     try:
-        await _fill_rooms(target, rooms, clients, inputs_per_s, tally, bots)
+        opened = await _open_rooms(target, rooms, clients, partner)
+        await _fill_rooms(target, opened, clients, inputs_per_s, tally, bots)
         await _wait_for_play(bots, tally)
         await asyncio.sleep(WARM_UP_S)
         await asyncio.to_thread(_call, target, "/api/admin/measurements/reset", {})
@@ -144,24 +157,30 @@ async def _measure(
     return _result(rooms, clients, before, after, tally)
 
 
+async def _open_rooms(target: Target, rooms: int, clients: int, partner: str) -> list[str]:
+    names = map_names()
+    return [
+        await asyncio.to_thread(open_room, target, names[index % len(names)], clients, partner)
+        for index in range(rooms)
+    ]
+
+
 async def _fill_rooms(
-    target: Target, rooms: int, clients: int, inputs_per_s: float, tally: Tally, bots: list[Bot]
+    target: Target, rooms: list[str], clients: int, inputs_per_s: float, tally: Tally, bots: list[Bot]
 ) -> None:
-    """Open all rooms first, then let the clients in; they are added to `bots`."""
+    """Let the clients in; they are added to `bots`."""
     host, port = target.host_and_port
     loop = asyncio.get_running_loop()
-    names = map_names()
-    opened = [await asyncio.to_thread(open_room, target, names[index % len(names)], clients) for index in range(rooms)]
-    for room in opened:
+    for room in rooms:
         for client in range(clients):
             bot = Bot(room, "play" if client < 2 else "watch", tally, f"{host}:{port}", inputs_per_s)
             await loop.create_connection(lambda bot=bot: bot, host, port)  # type: ignore[misc]
             bots.append(bot)
 
 
-def open_room(target: Target, name: str, clients: int) -> str:
-    """A room for bots on a map; alone with a partner who does nothing when there is one client."""
-    other = {"kind": "link"} if clients > 1 else {"kind": "agent", "agent": "idle"}
+def open_room(target: Target, name: str, clients: int, partner: str = "idle") -> str:
+    """A room for bots on a map; one client alone plays with the agent `partner`."""
+    other = {"kind": "link"} if clients > 1 else {"kind": "agent", "agent": partner}
     body = {"maps": [name], "limit_ticks": LIMIT_TICKS, "seats": [{"kind": "link"}, other]}
     room: str = _call(target, "/api/rooms", body)["room"]
     return room

@@ -11,12 +11,14 @@ import { loadMapping } from "./input/mapping.js";
 import { LocalSeats } from "./input/seats.js";
 import { InputSender } from "./input/sender.js";
 import { Touch } from "./input/touch.js";
+import * as wire from "./messages.js";
 import { Panels } from "./panels.js";
 import { Probe } from "./probe.js";
 import { context2d, drawScene, fitCanvas } from "./render.js";
 import { Series } from "./series.js";
 import { Settings } from "./settings.js";
 import { TEXT } from "./text.js";
+import { Thoughts } from "./thoughts.js";
 
 /** @typedef {import("./connection.js").Status} Status */
 /** @typedef {import("./input/seats.js").SeatReading} SeatReading */
@@ -54,6 +56,7 @@ class Play {
     again: () => this.#each((seat) => this.#connection.send({ type: "again", seat })),
     leave: () => this.#connection.close(),
   });
+  #thoughts = new Thoughts(byId("thoughts", HTMLElement), `/api/rooms/${room}/thoughts`);
   /** @type {Map<number, InputSender>} */
   #senders = new Map();
   /** @type {(import("./render.js").Intent | null)[]} */
@@ -75,6 +78,7 @@ class Play {
     addEventListener("focus", () => this.#connection.send({ type: "focus", visible: true }));
     document.addEventListener("visibilitychange", () => this.#visibility());
     this.#connection.open();
+    if (mode === "watch") this.#thoughts.offer();
     requestAnimationFrame((now) => this.#frame(now));
   }
 
@@ -110,7 +114,8 @@ class Play {
   onStatus(status, sentence) {
     if (status !== this.#status) this.#statusSinceMs = performance.now();
     this.#status = status;
-    if (status === "over" && sentence) this.#panels.showOver(sentence, mode === "play" ? `/watch/${room}` : "");
+    const nothingThere = sentence === TEXT.closed[wire.CLOSE_NOT_FOUND];
+    if (status === "over" && sentence) this.#panels.showOver(sentence, mode === "play" && !nothingThere ? `/watch/${room}` : "");
   }
 
   // ---- once per frame ---------------------------------------------------------------------------------------
@@ -138,6 +143,7 @@ class Play {
     const pulse = calm.matches ? 1 : 0.5 + 0.5 * Math.sin((2 * Math.PI * nowMs) / PULSE_MS);
     const intents = phase === "playing" ? this.#intents : [];
     drawScene(this.#context, round.map, view, { intents, own: own.length === 1 ? own : [], pulse });
+    if (phase === "playing") this.#thoughts.draw(this.#context, round.map, view);
   }
 
   /** @param {import("./game.js").Scene | null} scene @param {number} nowMs */
@@ -150,6 +156,7 @@ class Play {
       swap: () => this.#seats.swap(),
     });
     this.#panels.update(this.#game, nowMs, { busy: this.#series.showsResult, lost: this.#lost(nowMs) }, cards, this.#mapping);
+    this.#thoughts.write();
     const touch = mode === "play" && cards.some((card) => card.device === "touch") && !this.#series.showsResult;
     this.#root.toggleAttribute("data-touch", touch);
     byId("touch", HTMLElement).hidden = !touch || !["countdown", "playing"].includes(this.#game.phase);

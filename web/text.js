@@ -57,6 +57,14 @@ export const TEXT = {
   touchMove: "left side",
   touchGrab: "Grab",
   touchBackward: "Backward",
+  thoughts: {
+    title: "What agents weigh",
+    show: "Show candidates",
+    hide: "Hide candidates",
+    none: "No agent here says what it weighs.",
+    score: (/** @type {string} */ letter, /** @type {number} */ score) => `${letter}  ${score.toFixed(3)}`,
+    chosen: "played",
+  },
   connection: "Connection",
   quality: {
     good: (/** @type {number} */ ms) => `good · ${ms} ms`,
@@ -79,6 +87,7 @@ export const TEXT = {
     copy: "Copy link",
     copied: "Copied",
     qr: "QR code of the link",
+    seats: (/** @type {number} */ count) => (count === 1 ? "One seat is still free." : "Both seats are still free."),
   },
   ready: {
     title: "Ready?",

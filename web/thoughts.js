@@ -1,0 +1,183 @@
+// What agents weigh, over the arena and beside it, for spectators who switch it on: the ways of all candidates, where
+// the chosen one is expected to bring the items, and the scores. Asks the server only while it is on.
+
+import { currentTheme } from "./colours.js";
+import { el } from "./dom.js";
+import { Pen } from "./pen.js";
+import { outline } from "./shapes.js";
+import { TEXT } from "./text.js";
+
+const STEP = 0.06; // arena units that a robot drives in a tick at full stick
+const MOVED = 0.03; // arena units; an item expected to move less is not drawn
+const STALE_MS = 1500; // an agent that has said nothing for so long is not shown
+
+/** @typedef {import("./render.js").GameMap} GameMap */
+/** @typedef {import("./render.js").View} View */
+/** @typedef {import("./render.js").Triple} Triple */
+/** @typedef {[number, number]} Point */
+/**
+ * @typedef {object} Thought  one decision
+ * @property {number} seat
+ * @property {number} tick
+ * @property {number} chosen  index of the candidate that is played
+ * @property {number[]} scores  per candidate
+ * @property {[number, number, number][][]} candidates  per candidate and tick: distance, cos, sin of the heading
+ * @property {Point[][]} items  per candidate: where it is expected to bring the items
+ */
+
+export class Thoughts {
+  /** @type {EventSource | null} */
+  #source = null;
+  /** @type {Map<number, {thought: Thought, atMs: number}>} by seat */
+  #newest = new Map();
+  #shown = "";
+  #button;
+  #list = el("div");
+
+  /** @param {HTMLElement} box @param {string} path of the event stream */
+  constructor(box, path) {
+    this.box = box;
+    this.path = path;
+    this.#button = el("button", { type: "button", class: "button button-wide", onclick: () => this.#toggle() });
+  }
+
+  /** Shows the switch. */
+  offer() {
+    this.box.hidden = false;
+    this.box.replaceChildren(el("h2", { id: "thoughts-title" }, TEXT.thoughts.title), this.#list, this.#button);
+    this.#label();
+  }
+
+  /** Draws over the scene. @param {CanvasRenderingContext2D} ctx @param {GameMap} map @param {View} view */
+  draw(ctx, map, view) {
+    const pen = new Pen(ctx, currentTheme(), ctx.canvas.width);
+    for (const thought of this.#fresh()) drawThought(pen, map, view, thought);
+  }
+
+  /** The scores, in words. */
+  write() {
+    if (this.#source === null) return;
+    const fresh = this.#fresh();
+    const shown = fresh.map(({ seat, tick }) => `${seat}:${tick}`).join();
+    if (shown === this.#shown) return;
+    this.#shown = shown;
+    this.#list.replaceChildren(...(fresh.length > 0 ? fresh.map(scoreList) : [el("p", { class: "muted" }, TEXT.thoughts.none)]));
+  }
+
+  #toggle() {
+    if (this.#source === null) this.#open();
+    else this.#close();
+    this.#label();
+  }
+
+  #open() {
+    this.#source = new EventSource(this.path);
+    this.#source.onmessage = ({ data }) => {
+      const thought = /** @type {Thought} */ (JSON.parse(data));
+      this.#newest.set(thought.seat, { thought, atMs: performance.now() });
+    };
+    this.#shown = "?";
+  }
+
+  #close() {
+    this.#source?.close();
+    this.#source = null;
+    this.#newest.clear();
+    this.#list.replaceChildren();
+  }
+
+  #label() {
+    this.#button.textContent = this.#source === null ? TEXT.thoughts.show : TEXT.thoughts.hide;
+    this.#button.setAttribute("aria-pressed", String(this.#source !== null));
+  }
+
+  #fresh() {
+    const since = performance.now() - STALE_MS;
+    return [...this.#newest.values()].filter(({ atMs }) => atMs > since).map(({ thought }) => thought);
+  }
+}
+
+/** The letter of a candidate. @param {number} index */
+export function letterOf(index) {
+  return String.fromCharCode(65 + index);
+}
+
+/**
+ * The way of a candidate for a robot that nothing hinders, its start included.
+ * @param {readonly (readonly [number, number, number])[]} rows distance, cos, sin per tick @param {Triple} start
+ * @returns {Point[]}
+ */
+export function wayOf(rows, [x, y]) {
+  /** @type {Point[]} */
+  const way = [[x, y]];
+  for (const [distance, cos, sin] of rows) {
+    const step = STEP * Math.max(-1, Math.min(1, distance));
+    x -= step * sin;
+    y += step * cos;
+    way.push([x, y]);
+  }
+  return way;
+}
+
+/** The items that the chosen candidate is expected to move. @param {Thought} thought @param {View} view @returns {{item: number, place: Point}[]} */
+export function movedItems(thought, view) {
+  const places = thought.items[thought.chosen] ?? [];
+  return places
+    .map((place, item) => ({ item, place }))
+    .filter(({ item, place: [x, y] }) => {
+      const pose = view.poses[item + 2];
+      return pose !== undefined && Math.hypot(x - pose[0], y - pose[1]) > MOVED;
+    });
+}
+
+/** @param {Thought} thought */
+function scoreList(thought) {
+  const rows = thought.scores.map((score, index) => {
+    const words = TEXT.thoughts.score(letterOf(index), score);
+    return el("li", {}, index === thought.chosen ? el("strong", {}, `${words}  ${TEXT.thoughts.chosen}`) : words);
+  });
+  return el("div", {}, el("p", { class: "label" }, TEXT.colours[thought.seat]), el("ol", {}, ...rows));
+}
+
+/** @param {Pen} pen @param {GameMap} map @param {View} view @param {Thought} thought */
+function drawThought(pen, map, view, thought) {
+  for (const { item, place } of movedItems(thought, view)) drawExpected(pen, map, view, item, place);
+  const order = thought.candidates.map((_, index) => index).sort((a, b) => Number(a === thought.chosen) - Number(b === thought.chosen));
+  for (const index of order) drawWay(pen, view, thought, index);
+}
+
+/** @param {Pen} pen @param {View} view @param {Thought} thought @param {number} index */
+function drawWay(pen, view, thought, index) {
+  const { ctx, theme } = pen;
+  const chosen = index === thought.chosen;
+  const way = wayOf(thought.candidates[index], view.poses[thought.seat]);
+  ctx.beginPath();
+  for (const point of way) ctx.lineTo(...pen.at(...point));
+  ctx.strokeStyle = chosen ? theme.attention : theme.ink;
+  ctx.globalAlpha = chosen ? 1 : 0.55;
+  ctx.lineWidth = (chosen ? 4 : 1.5) * pen.hair;
+  ctx.lineJoin = "round";
+  ctx.stroke();
+  const [x, y] = way[way.length - 1];
+  pen.around([x, y, 0], () => pen.label(letterOf(index), 0.05 * pen.unit, theme.ink));
+  ctx.globalAlpha = 1;
+}
+
+/** @param {Pen} pen @param {GameMap} map @param {View} view @param {number} item @param {Point} place */
+function drawExpected(pen, map, view, item, [x, y]) {
+  const { ctx, theme, unit } = pen;
+  const { shape, scale } = map.items[item];
+  pen.around([x, y, view.poses[item + 2][2]], () => {
+    if (shape === "circle") pen.circle(scale * unit);
+    else {
+      ctx.beginPath();
+      for (const [px, py] of outline(shape, scale)) ctx.lineTo(px * unit, -py * unit);
+      ctx.closePath();
+    }
+    ctx.strokeStyle = theme.attention;
+    ctx.lineWidth = 2 * pen.hair;
+    ctx.setLineDash([0.03 * unit, 0.02 * unit]);
+    ctx.stroke();
+    ctx.setLineDash([]);
+  });
+}
