@@ -20,8 +20,8 @@ BUNDLE = struct.Struct("<BBHIdIIHHbbIBBB")  # type 1, flags, epoch, tick, ..., b
 def newest(frame: bytes) -> tuple[int, tuple[int, int], list[tuple[float, float, float]]]:
     """Tick, held item of blue and red, and x, y, angle of each body at the end of a bundle."""
     head = BUNDLE.unpack_from(frame)
-    tick, held, bodies, count = head[3], head[9:11], head[12], head[13]
-    rows = struct.iter_unpack("<hhh", frame[BUNDLE.size : BUNDLE.size + count * bodies * 6])
+    tick, held, bodies = head[3], head[9:11], head[12]
+    rows = struct.iter_unpack("<hhh", frame[BUNDLE.size : BUNDLE.size + head[13] * bodies * 6])
     return tick, held, [(x / 20000, y / 20000, angle * math.pi / 32768) for x, y, angle in rows][-bodies:]
 
 
@@ -32,17 +32,14 @@ async def carry(socket: ClientConnection, seat: int, item: int, home: tuple[floa
         if isinstance(frame, str) or frame[0] != 1:
             continue
         tick, held, poses = newest(frame)
-        carrying = held[seat] == item
-        x, y, angle = poses[seat]
-        goal_x, goal_y = home if carrying else poses[2 + item][:2]
-        away, heading = math.hypot(goal_x - x, goal_y - y), math.atan2(x - goal_x, goal_y - y)
+        carrying, (x, y, angle) = held[seat] == item, poses[seat]
+        to_x, to_y = home if carrying else poses[2 + item][:2]
+        away, heading = math.hypot(to_x - x, to_y - y), math.atan2(x - to_x, to_y - y)
         in_reach = away < 0.195 and abs(math.remainder(heading - angle, 2 * math.pi)) < 0.1
-        there = away < 0.05 if carrying else in_reach
-        if there and tick > pressed_at + 2:
+        if (there := away < 0.05 if carrying else in_reach) and tick > pressed_at + 2:
             grabs, pressed_at = grabs + 1, tick
         move = 0.0 if there else 0.005 if away < 0.195 and not carrying else min(1.0, away / 0.12)
-        stick = round(move * 32767), round(heading * 32767 / math.pi)
-        seq += 1
+        stick, seq = (round(move * 32767), round(heading * 32767 / math.pi)), seq + 1
         await socket.send(INPUT.pack(3, seat, seq, tick, tick, *stick, grabs % 256, 3, 0.0))
         if there and carrying:
             return
@@ -51,10 +48,13 @@ async def carry(socket: ClientConnection, seat: int, item: int, home: tuple[floa
 async def main(address: str, room: str) -> None:
     async with connect(address, subprotocols=["movingout.v1"]) as socket:  # type: ignore[list-item]
         await socket.send(json.dumps({"type": "join", "room": room, "claim": 1, "program": True, "name": "example"}))
-        seat = json.loads(await socket.recv())["seats"][0]["seat"]  # the welcome
+        welcome = json.loads(await socket.recv())
+        if welcome["type"] != "welcome":
+            sys.exit(welcome["message"])
+        seat = welcome["seats"][0]["seat"]
         await socket.send(json.dumps({"type": "ready", "seat": seat}))
         await carry(socket, seat, item=seat, home=(0.9, 0.8) if seat else (-0.9, 0.8))
         await asyncio.sleep(0.5)  # let the last press arrive
 
 
-asyncio.run(main(*sys.argv[1:3]))
+asyncio.run(main(*sys.argv[1:])) if len(sys.argv) == 3 else sys.exit(__doc__)

@@ -76,10 +76,10 @@ export function linkPill({ seats, phase }) {
   return { words: `${Math.round(slowest)} ms`, tone: slowest < 100 ? "ok" : slowest < 250 ? "attention" : "bad" };
 }
 
-/** @param {Pick<RoomRow, "recording" | "recording_problem">} room @returns {Pill} */
-export function recordingPill({ recording, recording_problem }) {
+/** @param {Pick<RoomRow, "phase" | "recording" | "recording_problem">} room @returns {Pill} */
+export function recordingPill({ phase, recording, recording_problem }) {
   if (recording_problem) return { words: "not recording", tone: "bad" };
-  return recording ? { words: "recording", tone: "ok" } : { words: "–", tone: "" };
+  return recording && (phase === "playing" || phase === "paused") ? { words: "recording", tone: "ok" } : { words: "–", tone: "" };
 }
 
 /** @param {Seat} seat */

@@ -98,7 +98,7 @@ export class Hud {
     room.seats.forEach((seat, index) => {
       const mine = own.includes(index);
       const device = TEXT.devices[/** @type {"keyboard"} */ (seat.device)];
-      const name = own.length > 1 && mine && !seat.name ? TEXT.colours[index] : seatName(seat, mine);
+      const name = own.length > 1 && mine && !seat.name ? TEXT.colours[index] : seatName(seat, mine, own.length === 0);
       const words = running ? playingWords(seat, index, round.map, scene.view, own) : waitingWords(seat);
       const urgent = [TEXT.state.help, TEXT.state.helpPartner, TEXT.state.gone].includes(words);
       this.#text(this.#seatRows[index].name, mine && device ? `${name} · ${device}` : name);

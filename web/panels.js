@@ -76,12 +76,16 @@ export class Panels {
     this.#ready.hidden = !visible;
     if (!visible) return;
     const open = room.seats.filter((seat) => seat.open);
-    const parts = open.length > 0 && game.welcome ? this.#invitation(game.welcome, open) : this.#askReady(game, cards, mapping);
+    const parts = open.length > 0 && game.welcome ? this.#invitation(game.welcome, open, game.own.length === 0) : this.#askReady(game, cards, mapping);
     this.#ready.replaceChildren(el("div", { class: "stack" }, ...parts));
   }
 
-  /** @param {import("./messages.js").Welcome} welcome @param {readonly import("./messages.js").SeatState[]} open */
-  #invitation(welcome, open) {
+  /**
+   * @param {import("./messages.js").Welcome} welcome @param {readonly import("./messages.js").SeatState[]} open
+   * @param {boolean} watching
+   */
+  #invitation(welcome, open, watching) {
+    if (watching) return [el("h2", {}, TEXT.ready.soon), el("p", { class: "muted small" }, TEXT.waiting.seats(open.length))];
     if (open.every(({ kind }) => kind === "remote")) return [el("h2", {}, TEXT.waiting.program), ...programFacts(welcome.room)];
     const link = new URL(welcome.join_path, location.href).href;
     const field = el("input", { class: "input share-link", readonly: true, value: link, "aria-label": TEXT.waiting.copy });
@@ -99,7 +103,7 @@ export class Panels {
   /** @param {Game} game @param {readonly SeatCard[]} cards @param {Mapping} mapping */
   #askReady(game, cards, mapping) {
     const seats = game.room?.seats ?? [];
-    const waitingFor = seats.flatMap((seat, index) => (seat.ready || game.own.includes(index) ? [] : [seatName(seat, false)]));
+    const waitingFor = seats.flatMap((seat, index) => (seat.ready || game.own.includes(index) ? [] : [seatName(seat, false, game.own.length === 0)]));
     const waiting = waitingFor.map((name) => el("p", { class: "muted small" }, TEXT.ready.waitingFor(name)));
     if (game.own.length === 0) return [el("h2", {}, TEXT.ready.soon), ...waiting];
     const rows = cards.map((card) => this.#readyRow(card, seats[card.seat], mapping, cards.length > 1));
@@ -111,7 +115,8 @@ export class Panels {
   #readyRow(card, seat, mapping, several) {
     const who = el("p", { class: "agent" }, badge(card.seat), several ? TEXT.colours[card.seat] : TEXT.ready.you(TEXT.colours[card.seat]));
     if (seat?.ready) return el("div", { class: "row row-apart" }, who, el("span", { class: "pill pill-ok" }, TEXT.state.ready));
-    const press = el("p", { class: "muted small" }, TEXT.ready.press(grabName(card, mapping)));
+    // The touch button is not there yet: the button below is all there is to press.
+    const press = card.device === "touch" ? null : el("p", { class: "muted small" }, TEXT.ready.press(grabName(card, mapping)));
     const button = el("button", { type: "button", class: several ? "button button-small" : "button button-primary button-wide" }, TEXT.ready.button);
     button.addEventListener("click", () => this.actions.ready(card.seat));
     if (several) return el("div", {}, el("div", { class: "row row-apart" }, who, button), press);
@@ -123,9 +128,9 @@ export class Panels {
   /** @param {Game} game @param {number} nowMs @param {readonly SeatCard[]} cards @param {Mapping} mapping */
   #updateOverlay(game, nowMs, cards, mapping) {
     const seconds = Math.ceil(game.secondsLeft(nowMs) - 0.05);
-    if (game.phase === "countdown") this.#say(`count ${seconds}`, () => this.#show("count", count(seconds)));
-    else if (game.phase === "paused") this.#updatePause(game, seconds, cards, mapping);
+    if (game.phase === "paused") this.#updatePause(game, seconds, cards, mapping);
     else if (this.#stopping) this.#say("stop", () => this.#show("stop", this.#sure()));
+    else if (game.phase === "countdown") this.#say(`count ${seconds}`, () => this.#show("count", count(seconds)));
     else this.#say("", () => this.#hide());
   }
 
@@ -144,7 +149,7 @@ export class Panels {
     const unready = cards.filter((card) => !seats[card.seat]?.ready);
     const parts = [el("p", {}, game.room?.reason ?? "")];
     if (seconds >= 0) parts.push(el("p", { class: "muted" }, TEXT.pause.back(seconds)));
-    for (const card of unready) {
+    for (const card of unready.filter(({ device }) => device !== "touch")) {
       const who = cards.length > 1 ? `${TEXT.colours[card.seat]}: ` : "";
       parts.push(el("p", { class: "muted" }, who + TEXT.pause.goOn(grabName(card, mapping))));
     }

@@ -6,11 +6,14 @@ import { TEXT } from "./text.js";
 /** @typedef {import("./game.js").GameMap} GameMap */
 /** @typedef {import("./render.js").View} View */
 
-/** What to call a seat. @param {SeatState} seat @param {boolean} own */
-export function seatName(seat, own) {
+/**
+ * What to call a seat.
+ * @param {SeatState} seat @param {boolean} own @param {boolean} [watching] who reads this plays with nobody
+ */
+export function seatName(seat, own, watching = false) {
   if (own) return seat.name || TEXT.you;
   if (seat.kind === "agent" && seat.name) return seat.name[0].toUpperCase() + seat.name.slice(1);
-  return seat.name || (seat.kind === "human" ? TEXT.partner : TEXT.kinds[seat.kind]);
+  return seat.name || (seat.kind === "human" && !watching ? TEXT.partner : TEXT.kinds[seat.kind]);
 }
 
 /** What a seat does before and between rounds. @param {SeatState} seat */

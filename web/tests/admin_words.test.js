@@ -36,9 +36,10 @@ test("the link is the slowest of those who play from afar, agents do not count",
 });
 
 test("a game that should be recorded and is not stands out", () => {
-  assert.equal(recordingPill({ recording: false, recording_problem: "disk full" }).tone, "bad");
-  assert.equal(recordingPill({ recording: true, recording_problem: "" }).words, "recording");
-  assert.equal(recordingPill({ recording: false, recording_problem: "" }).words, "–");
+  assert.equal(recordingPill({ phase: "playing", recording: false, recording_problem: "disk full" }).tone, "bad");
+  assert.equal(recordingPill({ phase: "playing", recording: true, recording_problem: "" }).words, "recording");
+  assert.equal(recordingPill({ phase: "lobby", recording: true, recording_problem: "" }).words, "–", "nothing to record yet");
+  assert.equal(recordingPill({ phase: "playing", recording: false, recording_problem: "" }).words, "–");
 });
 
 test("seats say who sits there", () => {
