@@ -68,6 +68,15 @@ def test_an_interrupted_training_goes_on_where_it_was(recordings: Path, tmp_path
     assert main([*command, "--width", "8"]) == 2  # the resume file is of another network
 
 
+def test_recordings_of_another_format_are_refused_in_a_sentence(
+    recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("recordings.metadata.FORMAT_VERSION", 99)
+    assert main(["train", "mlp", str(recordings), "--id", "mlp@tiny", "--data", str(tmp_path), *TINY]) == 2
+    said = capsys.readouterr().err
+    assert "e0.mcap" in said and "is not the format 99 of this program" in said and "Traceback" not in said
+
+
 def test_the_same_seed_gives_the_same_weights(recordings: Path, tmp_path: Path) -> None:
     cards = []
     for place in ("one", "two"):

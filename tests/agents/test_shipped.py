@@ -1,0 +1,39 @@
+"""The agents that come with the project: they load, say how good they are, and play maps they never saw."""
+
+import numpy as np
+import pytest
+
+from agents.catalogue import load_agent, trained_cards
+from agents.checkpoint import SHIPPED, checkpoint_folders, read_checkpoint
+from agents.idle import IdleAgent
+from agents.rollout import rollout
+from maps import MapSpec, load_map
+from maps.randomize import randomize
+
+FOLDERS = list(checkpoint_folders(SHIPPED))
+IDS = [read_checkpoint(folder).card.id for folder in FOLDERS]
+MAX_BYTES = 20_000_000  # of one agent's folder
+UNSEEN = [load_map("Simple"), randomize(load_map("HandOff"), 12)]
+
+
+@pytest.mark.parametrize("agent_id", IDS)
+def test_a_shipped_agents_files_are_those_of_its_card_and_small(agent_id: str) -> None:
+    checkpoint = read_checkpoint(FOLDERS[IDS.index(agent_id)])
+    assert sum(len(checkpoint.read(entry.name)) for entry in checkpoint.card.files) < MAX_BYTES
+
+
+@pytest.mark.parametrize("agent_id", IDS)
+def test_a_shipped_agent_says_how_good_it_is_beside_the_control(agent_id: str) -> None:
+    scores = read_checkpoint(FOLDERS[IDS.index(agent_id)]).card.scores
+    assert all(score.n >= 20 and score.stderr > 0 for score in scores.values())
+    control = scores["TCR of these people with an idle partner"]
+    assert scores["TCR with unseen scripted people"].mean > control.mean + 2 * control.stderr
+    assert agent_id in {card.id for card in trained_cards()}
+
+
+@pytest.mark.parametrize("agent_id", IDS)
+@pytest.mark.parametrize("the_map", UNSEEN, ids=["practice room", "randomised"])
+def test_a_shipped_agent_plays_a_map_it_never_saw(agent_id: str, the_map: MapSpec) -> None:
+    steps = list(rollout(the_map, (load_agent(agent_id), IdleAgent()), seed=1, ticks=25))
+    actions = np.array([step.actions for step in steps])
+    assert np.isfinite(actions).all() and np.abs(actions[:, 0, 0]).max() > 0.1
