@@ -24,7 +24,7 @@ from agents.checkpoint import Card, Score, find_checkpoint, folder_name, rescore
 from agents.dataset import read_trajectories, recording_files
 from agents.demonstrations import jobs, make_all
 from agents.populations import population
-from bench.agents_report import measured_part, write_report
+from bench._agents_report import measured_part, write_report
 from bench.bass import Numbers, measure
 from bench.learning import Outcome, mean_error, play_all, runs
 from maps import load_map, map_names

@@ -4,7 +4,7 @@ import math
 from pathlib import Path
 
 from bench import learning
-from bench.agents_report import BEGIN, END, gains, measured_part, verdicts, write_report
+from bench._agents_report import BEGIN, END, gains, measured_part, verdicts, write_report
 from bench.learning import Outcome, Run, mean_error, play, play_all, runs, table
 from bench.train_agents import scores
 
