@@ -1,4 +1,7 @@
-"""`python -m bench [name ...]`: run the named benchmarks, or all of them, after naming the machine."""
+"""`python -m bench [name ...]`: run the named benchmarks, after naming the machine.
+
+Without a name: those of MINUTES. The others train, or need trained agents and data; each says what it takes.
+"""
 
 import importlib
 import importlib.metadata
@@ -8,6 +11,8 @@ import sys
 from pathlib import Path
 
 _FOLDER = Path(__file__).parent
+MINUTES = ("world", "recordings", "server", "browser", "scripted", "matches")
+"""What `make bench` runs: about a quarter of an hour altogether."""
 
 
 def main(names: list[str]) -> int:
@@ -18,7 +23,7 @@ def main(names: list[str]) -> int:
             print(f"unknown benchmark {name!r}; known: {', '.join(known)}", file=sys.stderr)
             return 2
     print(machine())
-    for name in names or known:
+    for name in names or MINUTES:
         importlib.import_module(f"bench.{name}").main()
     return 0
 

@@ -1,0 +1,31 @@
+"""What a pair of scripted agents delivers within 500 ticks on each map, beside one of them with an idle partner."""
+
+from bench import print_table
+from maps import map_names
+from matches import Match, MatchResult, play_matches
+
+TICKS = 500
+
+
+def main() -> None:
+    """Both tables in one; about a minute."""
+    names = map_names()
+    pairs = {result.match.map: result for result in played("scripted", names)}
+    alone = {result.match.map: result for result in played("idle", names)}
+    rows = [[name, *_pair(pairs[name]), f"{alone[name].delivered}/{alone[name].items}"] for name in names]
+    print_table(
+        f"scripted + scripted, {TICKS} ticks, seed 0; last column: with an idle partner",
+        ["map", "delivered", "ticks", "CPU ms/tick", "alone"],
+        rows,
+    )
+    complete = sum(result.ending == "delivered" for result in pairs.values())
+    print(f"everything delivered on {complete} of {len(names)} maps (goal: at least 8)")
+
+
+def played(partner: str, names: tuple[str, ...]) -> list[MatchResult]:
+    """One match per map of a scripted agent in blue."""
+    return list(play_matches([Match(name, "scripted", partner, 0, ticks=TICKS) for name in names]))
+
+
+def _pair(result: MatchResult) -> list[str]:
+    return [f"{result.delivered}/{result.items}", str(result.ticks), f"{result.cpu_s * 1e3 / result.ticks:.1f}"]
