@@ -12,7 +12,8 @@ from recordings.arguments import add_data, add_json, add_paths, expanded, print_
 from recordings.errors import RecordingError
 from recordings.finished import Recovery, recover, recover_journal
 from recordings.index import Filter, list_recordings
-from recordings.listing import Summary, path_of
+from recordings.journal import JOURNAL_SUFFIX
+from recordings.listing import Summary, path_of, recording_paths
 from recordings.page import info_json, info_page
 from recordings.progress import over_processes
 from recordings.reader import read_episode
@@ -72,18 +73,26 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _list(args: argparse.Namespace) -> int:
+    folder = args.folder or args.data / "recordings"
+    nothing = not (args.folder or folder.exists()) or not recording_paths(folder)
     wanted = Filter(args.map, args.agent, args.study, args.since, args.until, args.outcome)
-    found, unreadable = list_recordings(args.folder or args.data / "recordings", wanted)
+    found, unreadable = ([], []) if nothing else list_recordings(folder, wanted)
     if args.json:
         problems = [{"path": str(entry.path), "problem": entry.problem} for entry in unreadable]
         print_json({"recordings": [entry.to_json() for entry in found], "unreadable": problems})
         return 0
-    print(_table(found) if found else "no recordings that match")
+    if nothing:
+        print(f"Nothing has been recorded yet in {folder}. {_HOW_TO_RECORD}")
+    else:
+        print(_table(found) if found else "no recordings that match")
     for entry in unreadable:
         print(f"movingout: {entry.problem}", file=sys.stderr)
     return 0
 
 
+_HOW_TO_RECORD = """Two ways to change that:
+  movingout play                                                            people play in the browser
+  movingout match --blue scripted --red scripted --record data/recordings   agents play"""
 _HEADINGS = ("id", "started (UTC)", "map", "blue", "red", "time", "delivered", "TCR", "outcome")
 
 
@@ -174,10 +183,18 @@ def _verdict_json(path: Path, verdict: Verification | str) -> dict[str, Any]:
 # ---- recover -----------------------------------------------------------------------------------------------
 
 
+def _journal(path: Path) -> Path:
+    """RecordingError for a file that is no journal by name: recovering moves what it cannot read aside."""
+    if path.is_file() and not path.name.endswith(JOURNAL_SUFFIX):
+        raise RecordingError(f"{path.name} is no journal (*{JOURNAL_SUFFIX}), so there is nothing to recover from it")
+    return path
+
+
 def _recover(args: argparse.Namespace) -> int:
     done: list[Recovery] = []
-    for path in args.paths or [args.data / "recordings"]:
-        done += recover(path) if path.is_dir() else [recover_journal(path)]
+    usual = args.data / "recordings"
+    for path in args.paths or ([usual] if usual.exists() else []):
+        done += recover(path) if path.is_dir() else [recover_journal(_journal(path))]
     if args.json:
         print_json(
             {

@@ -21,5 +21,7 @@ def cannot(doing: str, path: Path, error: OSError) -> RecordingError:
     """The sentence for an operating system error: what failed, why, and what would help."""
     if isinstance(error, FileNotFoundError):
         return RecordingError(f"cannot {doing} {path}: there is no such file or folder; check the name")
+    if isinstance(error, NotADirectoryError):
+        return RecordingError(f"cannot {doing} {path}: a file stands where a folder should be; name a folder")
     why = error.strerror or str(error)
     return RecordingError(f"cannot {doing} {path}: {why}; check free space and permissions, or choose another folder")

@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 
 from recordings.arguments import add_data, add_json, print_json
+from recordings.errors import RecordingError, cannot
 from recordings.imports.convert import Report, import_source
 from recordings.imports.sources import find, read
 from recordings.progress import over_processes
@@ -31,6 +32,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def perform(args: argparse.Namespace) -> int:
     """Exit code 1 when a trajectory was refused."""
     folder = args.out or args.data / "recordings"
+    _make(folder)
     sources = [source for file in find(args.paths) for source in read(file)]
     convert = partial(import_source, folder=folder, salt=args.salt)
     reports = list(over_processes(convert, sources, args.workers, "importing"))
@@ -39,6 +41,16 @@ def perform(args: argparse.Namespace) -> int:
     else:
         print("\n".join(_page(reports, folder)))
     return int(any(report.problem for report in reports))
+
+
+def _make(folder: Path) -> None:
+    """So that a folder that cannot be written is told once, before the work."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise cannot("write to", folder, error) from error
+    if not os.access(folder, os.W_OK):
+        raise RecordingError(f"cannot write to {folder}; change its permissions, or choose another folder: --out DIR")
 
 
 def _page(reports: Sequence[Report], folder: Path) -> list[str]:

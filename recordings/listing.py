@@ -80,7 +80,7 @@ def read_players(path: Path) -> Players:
         return Players(header.episode_id, header.seats)
     records = read_metadata(path)
     try:
-        return Players(episode_record(records)["episode_id"], seats_of(records))
+        return Players(_episode_record(path, records)["episode_id"], seats_of(records))
     except (KeyError, ValueError) as error:
         raise RecordingError(f"{path.name}: its metadata is incomplete ({error})") from error
 
@@ -98,11 +98,15 @@ def read_metadata(path: Path) -> Mapping[str, Entries]:
         raise RecordingError(f"{path.name} is torn or damaged: it has no whole index") from error
 
 
-def _of_metadata(path: Path, records: Mapping[str, Entries]) -> Summary:
+def _episode_record(path: Path, records: Mapping[str, Entries]) -> Entries:
     try:
-        episode = episode_record(records)
+        return episode_record(records)
     except RecordingError as error:
         raise RecordingError(f"{path.name}: {error}") from error
+
+
+def _of_metadata(path: Path, records: Mapping[str, Entries]) -> Summary:
+    episode = _episode_record(path, records)
     closing = records[RECORDING]
     return Summary(
         path=path,

@@ -59,7 +59,7 @@ def check_file(data: bytes, name: str) -> None:
     if header_profile(data) != PROFILE:
         raise UnreadableError(f"{name} is an MCAP file, but not a Moving Out recording")
     if not data.endswith(MAGIC) or len(data) < 2 * len(MAGIC) + FOOTER.size + _DATA_END.size:
-        raise UnreadableError(f"{name} is torn: its end is missing")
+        raise UnreadableError(f"{name} is torn: its end is missing; copy it again from where it was recorded")
     foot = len(data) - len(MAGIC) - FOOTER.size
     opcode, length, summary, _, summary_crc = FOOTER.unpack_from(data, foot)
     end = summary - _DATA_END.size

@@ -14,7 +14,8 @@ from recordings.html_file import check_name, write_html
 from recordings.listing import recording_paths
 from recordings.progress import over_processes
 from recordings.report.facts import GROUPINGS, facts_of
-from recordings.report.page import MEASURES, Page
+from recordings.report.measures import MEASURES
+from recordings.report.page import Page
 from recordings.report.tally import Estimate, Found, Group, Tally
 
 SERVER = "http://127.0.0.1:8000"

@@ -7,11 +7,12 @@ from pathlib import Path
 from urllib.parse import quote
 
 from maps.spec import SEAT_COLOURS, MapSpec
-from recordings.report import failures as cases
 from recordings.report import svg
 from recordings.report.facts import Pair
 from recordings.report.failures import TITLES, Case
-from recordings.report.tally import Estimate, Found, Group, Strip, Tally
+from recordings.report.measures import MEASURES, in_words, with_error
+from recordings.report.method import method
+from recordings.report.tally import Found, Group, Strip, Tally
 from recordings.report.waiting import Wait
 from world.metrics import TICK_S
 
@@ -21,30 +22,6 @@ STRIPS = 5  # episodes with the most waiting, per group
 _STYLE = Path(__file__).with_name("page.css")
 
 
-@dataclass(frozen=True, slots=True)
-class Measure:
-    """How a measure is shown; its scale is None where it follows from the values."""
-
-    name: str
-    short: str
-    unit: str
-    scale: tuple[float, float] | None
-    digits: int
-
-    @property
-    def heading(self) -> str:
-        """The short name with its unit."""
-        return self.short + (f", {self.unit}" if self.unit else "")
-
-
-MEASURES = {
-    "success": Measure("Everything delivered", "Success", "%", (0.0, 100.0), 0),
-    "seconds": Measure("Time played", "Time", "s", None, 1),
-    "tcr": Measure("Task completion rate", "TCR", "", (0.0, 1.0), 2),
-    "nfd": Measure("Normalised final distance", "NFD", "", None, 2),
-    "wt_s": Measure("Waiting time", "WT", "s", None, 1),
-    "ac": Measure("Action consistency", "AC", "", (0.0, 1.0), 2),
-}
 _CHARTED = ("success", "tcr", "nfd", "wt_s", "ac", "seconds")
 
 
@@ -58,7 +35,7 @@ class Page:
 
     def html(self) -> str:
         title = f"Report on {self.folder}"
-        sections = [self._head(), self._problems(), *self._results(), *self._failures(), _method()]
+        sections = [self._head(), self._problems(), *self._results(), *self._failures(), method()]
         body = "\n".join(section for section in sections if section)
         return (
             '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
@@ -74,9 +51,11 @@ class Page:
         days = sorted({tally.first[:10], tally.last[:10]} - {""})
         lead = " · ".join([f"{tally.episodes + tally.broken_off} recordings", *([" to ".join(days)] if days else [])])
         figures = [
-            _figure("Everything delivered", _words(tally.overall("success"), "success"), f"{tally.episodes} episodes"),
-            _figure("Task completion rate", _words(tally.overall("tcr"), "tcr"), "all maps and populations"),
-            _figure("Waiting time", _words(tally.overall("wt_s"), "wt_s"), "both seats together, per episode"),
+            _figure(
+                "Everything delivered", in_words(tally.overall("success"), "success"), f"{tally.episodes} episodes"
+            ),
+            _figure("Task completion rate", in_words(tally.overall("tcr"), "tcr"), "all maps and populations"),
+            _figure("Waiting time", in_words(tally.overall("wt_s"), "wt_s"), "both seats together, per episode"),
             _figure("Failure cases found", str(len(tally.found)), f"in {_episodes_with(tally.found)} recordings"),
         ]
         return (
@@ -127,7 +106,7 @@ class Page:
             row = []
             for group in groups:
                 if (found := group.estimate(name)) is not None:
-                    title = f"{group.population[0]} with {group.population[1]}: {_words(found, name)}, n = {found.n}"
+                    title = f"{group.population[0]} with {group.population[1]}: {in_words(found, name)}, n = {found.n}"
                     half = factor * (found.stderr or 0.0)
                     row.append(svg.Dot(places[group.population], factor * found.mean, half, title))
             rows.append((spec.title, row))
@@ -215,7 +194,7 @@ class Page:
 
     def _rate_row(self, who: str) -> str:
         rates = {case: self.tally.rate(who, case) for case in TITLES}
-        cells = "".join(f"<td>{_spread(rate, MEASURES['success'])}</td>" for rate in rates.values())
+        cells = "".join(f"<td>{with_error(rate, MEASURES['success'])}</td>" for rate in rates.values())
         return f'<tr><th scope="row">{escape(who)}</th><td>{rates["keeps"].n}</td>{cells}</tr>'
 
     def _case(self, case: Case) -> str:
@@ -261,29 +240,8 @@ def _figure(name: str, value: str, note: str) -> str:
     )
 
 
-def _words(found: Estimate | None, name: str) -> str:
-    """A mean as plain text, with its unit."""
-    if found is None:
-        return "–"
-    measure = MEASURES[name]
-    number = _number(found.mean, measure)
-    return f"{number} {measure.unit}".rstrip()
-
-
-def _spread(found: Estimate | None, measure: Measure) -> str:
-    """A mean with its standard error, for a table."""
-    if found is None:
-        return "–"
-    error = "" if found.stderr is None else f" <small>± {_number(found.stderr, measure)}</small>"
-    return f"{_number(found.mean, measure)}{' %' if measure.unit == '%' else ''}{error}"
-
-
-def _number(value: float, measure: Measure) -> str:
-    return f"{value * (100.0 if measure.unit == '%' else 1.0):.{measure.digits}f}".replace("-", "−")
-
-
 def _row(spec: MapSpec, group: Group) -> str:
-    cells = "".join(f"<td>{_spread(group.estimate(name), measure)}</td>" for name, measure in MEASURES.items())
+    cells = "".join(f"<td>{with_error(group.estimate(name), measure)}</td>" for name, measure in MEASURES.items())
     return (
         f'<tr><th scope="row">{escape(spec.title)}</th><td class="words">{_pair(group.population)}</td>'
         f"<td>{group.n}</td>{cells}</tr>"
@@ -294,7 +252,7 @@ def _range(dots: Sequence[svg.Dot]) -> tuple[float, float]:
     """From 0, or below where something is, to the largest end of an interval."""
     low = min((dot.mean - dot.half for dot in dots), default=0.0)
     high = max((dot.mean + dot.half for dot in dots), default=1.0)
-    return min(low, 0.0), max(high, 1e-3)
+    return min(low, 0.0), max(high, 1.0)
 
 
 def _pair(pair: Pair) -> str:
@@ -314,33 +272,3 @@ def _waited(spec: MapSpec, wait: Wait) -> str:
 
 def _episodes_with(found: Sequence[Found]) -> int:
     return len({one.facts.id for one in found})
-
-
-def _method() -> str:
-    rules: dict[Case, str] = {
-        "keeps": (
-            f"For at least {cases.KEEPS_TICKS * TICK_S:g} s a seat holds a small item while its partner has a free "
-            f"hand (or a hand on that item), is nearer to the goal than the item, and is within "
-            f"{cases.KEEPS_REACH:.2f} of it or touches the holder; and the item comes less than "
-            f"{cases.KEEPS_PROGRESS:g} nearer to the goal in any second of that."
-        ),
-        "stays_away": (
-            f"A seat alone holds a middle or large item, and over {cases.HELP_TICKS * TICK_S:g} s its partner comes "
-            f"less than {cases.HELP_APPROACH:g} nearer to it and is not there already."
-        ),
-        "no_grasp": (
-            f"For at least {cases.GRASP_TICKS * TICK_S:g} s a seat with an empty hand has an undelivered item within "
-            f"{cases.GRASP_NEAR:g} of the point from which it grasps, having come there or trying to grasp."
-        ),
-    }
-    entries = "".join(f"<dt>{TITLES[case]}</dt><dd>{rule}</dd>" for case, rule in rules.items())
-    return (
-        "<h2>How this was measured</h2>"
-        '<div class="card"><dl><dt>TCR, NFD, WT, AC</dt><dd>The paper\'s metrics, from the recorded states: work '
-        "delivered (middle and large items count twice), way to the goal covered, seconds in which one alone held a "
-        "middle or large item, and agreement of the two pushes along the line between the robots.</dd>"
-        "<dt>Means</dt><dd>Over episodes that were delivered or ran out of time; ± is the standard error of the mean "
-        "(sample standard deviation / √n).</dd>"
-        f"{entries}<dt>Lengths</dt><dd>Arena units; the arena is 2.4 wide, a robot 0.24, and it drives 0.6 a "
-        "second.</dd></dl></div>"
-    )

@@ -59,6 +59,16 @@ def test_list_for_people_has_one_line_each_newest_first(data: Path, capsys: pyte
     assert "agent bass@all" in lines[1]
 
 
+def test_before_the_first_game_list_says_how_to_record_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["recordings", "list", "--data", str(tmp_path)]) == 0  # there is no folder yet
+    assert main(["recordings", "list", str(tmp_path)]) == 0
+    said = capsys.readouterr().out
+    assert said.count("Nothing has been recorded yet") == said.count("movingout play") == 2
+    assert main(["recordings", "list", "--data", str(tmp_path), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == {"recordings": [], "unreadable": []}
+    assert main(["recordings", "recover", "--data", str(tmp_path)]) == 0
+
+
 def test_list_names_what_it_cannot_read_and_goes_on(
     data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -129,6 +139,19 @@ def test_verify_exits_with_2_on_what_it_cannot_read(tmp_path: Path, capsys: pyte
     (tmp_path / "x.mcap").write_text("hello")
     assert main(["recordings", "verify", str(tmp_path)]) == 2
     assert "x.mcap is not an MCAP file" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", ["whole.mcap", "foreign.mcap", "notes.txt"])
+def test_recover_leaves_alone_what_is_no_journal(tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str) -> None:
+    path = tmp_path / name
+    if name == "whole.mcap":
+        finalise(record(tmp_path, ticks=3)[0]).rename(path)
+    else:
+        path.write_bytes(b"not ours")
+    before = path.read_bytes()
+    assert main(["recordings", "recover", str(path)]) == 2
+    assert "is no journal" in capsys.readouterr().err
+    assert [entry.name for entry in tmp_path.iterdir()] == [name] and path.read_bytes() == before
 
 
 def test_recover_finishes_what_was_left(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -125,7 +125,7 @@ def test_nothing_is_ever_overwritten(tmp_path: Path) -> None:
 
 def test_a_folder_that_cannot_be_made_gets_a_sentence(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("not a folder")
-    with pytest.raises(RecordingError, match="check free space and permissions"):
+    with pytest.raises(RecordingError, match="a file stands where a folder should be"):
         begin(tmp_path / "file" / "recordings")
 
 

@@ -1,0 +1,52 @@
+"""The measures that a report shows: what they are called, their units, and how a mean of one is written."""
+
+from dataclasses import dataclass
+
+from recordings.report.tally import Estimate
+
+
+@dataclass(frozen=True, slots=True)
+class Measure:
+    """How a measure is shown; its scale is None where it follows from the values."""
+
+    name: str
+    short: str
+    unit: str
+    scale: tuple[float, float] | None
+    digits: int
+
+    @property
+    def heading(self) -> str:
+        """The short name with its unit."""
+        return self.short + (f", {self.unit}" if self.unit else "")
+
+
+MEASURES = {
+    "success": Measure("Everything delivered", "Success", "%", (0.0, 100.0), 0),
+    "seconds": Measure("Time played", "Time", "s", None, 1),
+    "tcr": Measure("Task completion rate", "TCR", "", (0.0, 1.0), 2),
+    "nfd": Measure("Normalised final distance", "NFD", "", None, 2),
+    "wt_s": Measure("Waiting time", "WT", "s", None, 1),
+    "ac": Measure("Action consistency", "AC", "", (0.0, 1.0), 2),
+}
+
+
+def in_words(found: Estimate | None, name: str) -> str:
+    """A mean as plain text, with its unit."""
+    if found is None:
+        return "–"
+    measure = MEASURES[name]
+    number = _number(found.mean, measure)
+    return f"{number} {measure.unit}".rstrip()
+
+
+def with_error(found: Estimate | None, measure: Measure) -> str:
+    """A mean with its standard error, for a table."""
+    if found is None:
+        return "–"
+    error = "" if found.stderr is None else f" <small>± {_number(found.stderr, measure)}</small>"
+    return f"{_number(found.mean, measure)}{' %' if measure.unit == '%' else ''}{error}"
+
+
+def _number(value: float, measure: Measure) -> str:
+    return f"{value * (100.0 if measure.unit == '%' else 1.0):.{measure.digits}f}".replace("-", "−")
