@@ -4,7 +4,7 @@
  * is sent. Knows neither page nor questions: `send` does the request, `later` the waiting (tests pass their own).
  */
 
-/** @typedef {{question: string, value: number, text: string, elapsed_ms: number}} Answer */
+/** @typedef {{question: string, value: number, text: string, elapsed_ms: number, hidden_ms?: number}} Answer */
 /** @typedef {{waiting: number, offline: boolean, refused: string}} SaveState */
 
 const RETRY_MS = [1000, 2000, 4000, 8000];

@@ -14,6 +14,7 @@ import { seatName } from "./words.js";
  * @typedef {object} Actions
  * @property {(seat: number) => void} ready
  * @property {() => void} stop  for good
+ * @property {(() => void) | null} askStop  asks in its own way whether to stop; null: asked here
  */
 
 export class Panels {
@@ -42,6 +43,7 @@ export class Panels {
 
   /** The person wants to stop: ask once more. */
   askStop() {
+    if (this.actions.askStop) return this.actions.askStop();
     this.#stopping = true;
     this.#overlayKey = "";
   }

@@ -17,6 +17,8 @@ import { Probe } from "./probe.js";
 import { context2d, drawScene, fitCanvas } from "./render.js";
 import { Series } from "./series.js";
 import { Settings } from "./settings.js";
+import { StudyGame } from "./study_game.js";
+import { studyMarkOf } from "./study_mark.js";
 import { TEXT } from "./text.js";
 import { Thoughts } from "./thoughts.js";
 
@@ -25,6 +27,7 @@ import { Thoughts } from "./thoughts.js";
 
 const [, page, room] = location.pathname.split("/");
 const mode = page === "watch" ? "watch" : "play";
+const studyMark = mode === "play" ? studyMarkOf(room) : null;
 const PAUSE_KEYS = ["Escape", "KeyP"];
 const HUD_MS = 90; // words and bars need no 60 Hz
 const DEAF_MS = 800; // after a round the last presses of the game must not skip its result
@@ -50,8 +53,13 @@ class Play {
     { keyboard: this.#keyboard, gamepads: this.#gamepads, touch: this.#touch },
     coarse.matches ? "touch" : "keyboard",
   );
-  #panels = new Panels({ ready: (seat) => this.#ready(seat), stop: () => this.#leave() });
-  #series = new Series({
+  #study = studyMark && new StudyGame(studyMark);
+  #panels = new Panels({
+    ready: (seat) => this.#ready(seat),
+    stop: () => this.#leave(),
+    askStop: this.#study ? () => void this.#study?.askToStop() : null,
+  });
+  #series = this.#study ?? new Series({
     next: () => this.#each((seat) => this.#ready(seat)),
     again: () => this.#each((seat) => this.#connection.send({ type: "again", seat })),
     leave: () => this.#connection.close(),
@@ -114,6 +122,7 @@ class Play {
   onStatus(status, sentence) {
     if (status !== this.#status) this.#statusSinceMs = performance.now();
     this.#status = status;
+    if (status === "over" && this.#study && sentence !== TEXT.closed[wire.CLOSE_REPLACED]) return this.#study.leave();
     const nothingThere = sentence === TEXT.closed[wire.CLOSE_NOT_FOUND];
     if (status === "over" && sentence) this.#panels.showOver(sentence, mode === "play" && !nothingThere ? `/watch/${room}` : "");
   }
@@ -183,7 +192,7 @@ class Play {
 
   /** @param {number} nowMs */
   #readDevices(nowMs) {
-    if (this.#settings.isOpen) return; // presses there choose keys
+    if (this.#settings.isOpen || this.#study?.isAsking) return; // presses there choose keys, or answer
     const playing = this.#game.phase === "playing";
     for (const [seat, reading] of this.#seats.read(this.#mapping)) {
       this.#intents[seat] = reading.stick;
@@ -262,7 +271,7 @@ class Play {
   /** @param {KeyboardEvent} event */
   #pauseKey(event) {
     const typing = event.target instanceof HTMLInputElement || event.target instanceof HTMLTextAreaElement;
-    if (PAUSE_KEYS.includes(event.code) && !event.repeat && !typing && !this.#settings.isOpen) this.#togglePause();
+    if (PAUSE_KEYS.includes(event.code) && !event.repeat && !typing && !this.#settings.isOpen && !this.#study?.isAsking) this.#togglePause();
   }
 
   #togglePause() {

@@ -3,22 +3,24 @@
  * Which questions stand on which page, and what is missing. Pure.
  */
 
-/** @typedef {{id: string, kind: "likert7" | "text", label: string, text: string}} Item */
-/** @typedef {{value: number, text: string}} Given an answer; value 1-7, or -1: "I prefer not to answer", or a text */
+/** @typedef {"likert7" | "tlx" | "choice" | "text"} Kind */
+/** @typedef {{id: string, kind: Kind, label: string, text: string, required?: boolean}} Item */
+/** @typedef {{value: number, text: string}} Given an answer; a value of the scale, or -1: "I prefer not to answer", or a text */
 
 export const PER_PAGE = 3;
 
 /**
- * Three scales per page, every text on one of its own.
- * @param {readonly Item[]} items
- * @returns {Item[][]}
+ * Three questions per page, every text on one of its own.
+ * @template {Item} T
+ * @param {readonly T[]} items
+ * @returns {T[][]}
  */
 export function paginate(items) {
-  /** @type {Item[][]} */
+  /** @type {T[][]} */
   const pages = [];
   for (const item of items) {
     const page = pages.at(-1);
-    const fits = page && page.length < PER_PAGE && page[0].kind === "likert7" && item.kind === "likert7";
+    const fits = page && page.length < PER_PAGE && page[0].kind !== "text" && item.kind !== "text";
     if (fits) page.push(item);
     else pages.push([item]);
   }
@@ -26,12 +28,17 @@ export function paginate(items) {
 }
 
 /**
- * The scales of a page that have no answer yet; texts may stay empty.
- * @param {readonly Item[]} page
+ * The questions of a page that have no answer yet. "I prefer not to answer" is one; a text may stay empty unless it is
+ * said to be required, and anything that is said not to be may be passed over.
+ * @template {Item} T
+ * @param {readonly T[]} page
  * @param {ReadonlyMap<string, Given>} answers
  */
 export function missing(page, answers) {
-  return page.filter((item) => item.kind === "likert7" && !answers.has(item.id));
+  return page.filter((item) => {
+    if (item.kind === "text") return item.required === true && !answers.get(item.id)?.text.trim();
+    return item.required !== false && !answers.has(item.id);
+  });
 }
 
 /**

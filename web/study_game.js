@@ -1,0 +1,107 @@
+// @ts-check
+/*
+ * What the game page does differently in a round of a study: Stop asks about the data, practice may be ended, and
+ * after the last tick it leads back to the study, which knows what comes next.
+ */
+
+import { byId, el } from "./dom.js";
+import { loadPeople } from "./study_people.js";
+import { Place } from "./study_service.js";
+import { complain, problemBox } from "./study_screen.js";
+import { askToStop } from "./study_stop.js";
+import { loadWords } from "./study_words.js";
+
+/** @typedef {import("./game.js").Game} Game */
+/** @typedef {import("./study_mark.js").StudyMark} StudyMark */
+/** @typedef {import("./study_words.js").Words} Words */
+
+const STUDY = "/study";
+const READ_MS = 5000; // how long the end of a round is shown
+
+export class StudyGame {
+  #arena = byId("arena-box", HTMLElement);
+  #box = byId("result", HTMLElement);
+  #words;
+  #places = loadPeople().map((token) => new Place(token));
+  #left = false;
+  #asking = false;
+
+  /** @param {StudyMark} mark */
+  constructor(mark) {
+    this.mark = mark;
+    this.#words = loadWords(mark.language);
+    if (mark.practice) void this.#offerEnough();
+  }
+
+  /** Whether the keys belong to a dialog now. */
+  get isAsking() {
+    return this.#asking;
+  }
+
+  /** Whether the end of the round covers the arena. */
+  get showsResult() {
+    return !this.#box.hidden;
+  }
+
+  /** Back to the study. */
+  leave() {
+    if (this.#left) return;
+    this.#left = true;
+    location.assign(STUDY);
+  }
+
+  async askToStop() {
+    if (this.#asking) return;
+    this.#asking = true;
+    const stopped = await askToStop(await this.#words, this.#places.map((_, person) => person), async (person, keep) => {
+      await this.#places[person].stop(keep);
+    });
+    this.#asking = false;
+    if (stopped) this.leave();
+  }
+
+  /** @param {Game} game */
+  update(game) {
+    const over = game.phase === "round_over" || game.phase === "series_over";
+    if (!over || this.showsResult) return;
+    this.#box.hidden = false;
+    this.#arena.hidden = true;
+    setTimeout(() => this.leave(), READ_MS);
+    void this.#showEnd(game.result);
+  }
+
+  /** @param {import("./messages.js").Result | null} result */
+  async #showEnd(result) {
+    const words = await this.#words;
+    const title = { delivered: "play.overDelivered", time: "play.overTime" }[result?.outcome ?? ""] ?? "play.overOther";
+    const heading = el("h2", { tabindex: "-1" }, words.say(title));
+    const { delivered, items } = result ?? { delivered: 0, items: 0 };
+    this.#box.replaceChildren(
+      el(
+        "section",
+        { class: "card card-roomy stack study-end" },
+        heading,
+        items > 0 ? el("p", {}, words.say("play.delivered", { delivered, items })) : null,
+        el("p", { class: "muted" }, words.say("play.soon")),
+        el("div", { class: "row" }, el("button", { type: "button", class: "button button-primary", onclick: () => this.leave() }, words.say("play.goOn"))),
+      ),
+    );
+    heading.focus({ preventScroll: true });
+  }
+
+  /** Who has practised enough says so. */
+  async #offerEnough() {
+    const words = await this.#words;
+    const problem = problemBox();
+    const button = el("button", { type: "button", class: "button button-wide" }, words.say("play.enough"));
+    button.addEventListener("click", async () => {
+      try {
+        for (const place of this.#places) await place.next(this.mark.key, { done: true });
+        this.leave();
+      } catch (error) {
+        complain(problem, words.problem(error));
+      }
+    });
+    byId("stop", HTMLButtonElement).before(button, problem);
+  }
+}
