@@ -117,8 +117,8 @@ def _of_metadata(path: Path, records: Mapping[str, Entries]) -> Summary:
         source=episode["source"],
         ticks=int(closing["ticks"]),
         outcome=closing["outcome"],
-        blue=_seat(records[SEATS[0]]),
-        red=_seat(records[SEATS[1]]),
+        blue=seat_title(records[SEATS[0]]["kind"], records[SEATS[0]]["name"]),
+        red=seat_title(records[SEATS[1]]["kind"], records[SEATS[1]]["name"]),
         study=dict(records.get(STUDY, {})),
         metrics={name: float(value) for name, value in records[RESULT].items()},
         complete=closing["complete"] == "true",
@@ -128,7 +128,7 @@ def _of_metadata(path: Path, records: Mapping[str, Entries]) -> Summary:
 
 def _of_episode(path: Path, episode: Episode) -> Summary:
     header = episode.header
-    blue, red = (f"{seat.kind} {seat.name}" for seat in header.seats)
+    blue, red = (seat_title(seat.kind, seat.name) for seat in header.seats)
     return Summary(
         path=path,
         id=header.episode_id,
@@ -147,8 +147,9 @@ def _of_episode(path: Path, episode: Episode) -> Summary:
     )
 
 
-def _seat(record: Entries) -> str:
-    return f"{record['kind']} {record['name']}"
+def seat_title(kind: str, name: str) -> str:
+    """`human P1`, `agent scripted`; a ghost's name says already what it is."""
+    return name if name.startswith(f"{kind}:") else f"{kind} {name}"
 
 
 def path_of(folder: Path, episode_id: str) -> Path:

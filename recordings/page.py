@@ -8,6 +8,8 @@ from maps.spec import SEAT_COLOURS
 from recordings.derived import result
 from recordings.episode import Episode, SeatInfo
 from recordings.journal import JOURNAL_SUFFIX
+from recordings.listing import seat_title
+from recordings.listing import seat_title
 from recordings.metadata import utc
 from recordings.versions import why_not_exact
 
@@ -94,7 +96,7 @@ def _played(episode: Episode) -> str:
 
 def _seat_words(seat: SeatInfo, episode: Episode, index: int) -> str:
     silent = sum(tick.sources[index] == "neutral" for tick in episode.ticks)
-    words = [f"{seat.kind} {seat.name}", *([f"on {seat.device}"] if seat.device else [])]
+    words = [seat_title(seat.kind, seat.name), *([f"on {seat.device}"] if seat.device else [])]
     return " ".join(words) + (f", {silent} ticks without an answer" if silent else "")
 
 
