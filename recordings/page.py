@@ -9,7 +9,6 @@ from recordings.derived import result
 from recordings.episode import Episode, SeatInfo
 from recordings.journal import JOURNAL_SUFFIX
 from recordings.listing import seat_title
-from recordings.listing import seat_title
 from recordings.metadata import utc
 from recordings.versions import why_not_exact
 
