@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from maps.shapes import outline
 from maps.spec import ItemSpec, MapSpec
+from maps.surface import surface_distance
 from recordings.episode import Episode
 from world.constants import REACH
 from world.distance import paper_distances
@@ -75,7 +75,7 @@ class Track:
         return point
 
     def clearance(self, item: int, points: Floats) -> Floats:
-        """(T + 1,) from points (T + 1, 2) to the outline of an item where it was then; for points outside it."""
+        """(T + 1,) from points (T + 1, 2) to the surface of an item where it was then, 0 inside it."""
         return clearance(self.map.items[item], self.items[:, item], points)
 
     def to_goal(self, points: Floats) -> Floats:
@@ -86,19 +86,12 @@ class Track:
 
 
 def clearance(item: ItemSpec, poses: Floats, points: Floats) -> Floats:
-    """(T,) distances from points (T, 2) to an item's outline in poses (T, 3)."""
+    """(T,) distances from points (T, 2) to an item's surface in poses (T, 3), 0 inside."""
     cos, sin = np.cos(poses[:, 2]), np.sin(poses[:, 2])
     dx, dy = (points - poses[:, :2]).T
     local = np.stack([cos * dx + sin * dy, cos * dy - sin * dx], axis=1)
-    if item.shape == "circle":
-        gap: Floats = np.maximum(np.hypot(local[:, 0], local[:, 1]) - item.scale, 0.0)
-        return gap
-    corners = np.array(outline(item.shape, item.scale))
-    edges = np.roll(corners, -1, axis=0) - corners  # (V, 2)
-    relative = local[:, None] - corners  # (T, V, 2)
-    along = np.clip((relative * edges).sum(-1) / (edges * edges).sum(-1), 0.0, 1.0)
-    nearest: Floats = np.linalg.norm(relative - along[..., None] * edges, axis=-1).min(axis=1)
-    return nearest
+    gap: Floats = np.maximum(surface_distance(item.shape, item.scale, local), 0.0)
+    return gap
 
 
 def spans(mask: Mask, at_least: int = 1, gap: int = 0) -> Iterator[Span]:

@@ -16,12 +16,13 @@ from tests.recordings.report.support import still
 from tests.recordings.support import record
 
 
-def test_clearance_is_the_distance_to_the_outline_in_the_items_own_pose() -> None:
+def test_clearance_is_the_distance_to_the_surface_in_the_items_own_pose() -> None:
     side = math.sqrt(math.pi) * 0.1
     square = ItemSpec(0, "square", "small", 0.1, 1.0, Pose(0.0, 0.0, 0.0))
     poses = np.array([[0.0, 0.0, 0.0], [1.0, 0.5, math.pi / 4], [0.0, 0.0, 0.0]])
     points = np.array([[0.5, 0.0], [1.5, 0.5], [0.0, -side / 2]])
-    expected = [0.5 - side / 2, 0.5 - side / math.sqrt(2), 0.0]
+    skin = 0.01 * side  # the solid square exceeds its outline by its corner radius
+    expected = [0.5 - side / 2 - skin, 0.5 - side / math.sqrt(2) - skin, 0.0]
     assert clearance(square, poses, points).tolist() == pytest.approx(expected)
 
 
