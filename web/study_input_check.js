@@ -29,7 +29,7 @@ export function inputCheckScreen(context) {
 
 class InputCheck {
   #mapping = loadMapping(localStorage);
-  #keyboard = new Keyboard(window, () => (this.#open ? this.#mapping.keys : []), () => {});
+  #keyboard = new Keyboard(window, () => (this.#open ? this.#mapping.keys : []), () => this.#read(performance.now()));
   #gamepads = new Gamepads(() => navigator.getGamepads?.() ?? []);
   #problem = problemBox();
   #said = el("p", { role: "status" });
@@ -73,6 +73,11 @@ class InputCheck {
   #frame(nowMs) {
     if (!this.#open) return;
     requestAnimationFrame((next) => this.#frame(next));
+    this.#read(nowMs);
+  }
+
+  /** Each frame, and at each key: the shortest press counts. @param {number} nowMs */
+  #read(nowMs) {
     const cards = this.seats.cards();
     for (const [seat, reading] of this.seats.read(this.#mapping)) {
       this.panels[seat].show(reading, cards[seat], this.#mapping, nowMs);

@@ -1,0 +1,374 @@
+"""Every screen of a study, one at a time: readable by everybody, by keyboard alone, through faults and reloads."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+from playwright.sync_api import Browser, Page, expect
+
+from study.instruments import DEMOGRAPHICS, NASA_TLX
+from study.questionnaire import PAPER
+from tests.browser import study_fake as fake
+from tests.browser.pages import complaining_page, overflow, violations
+from tests.browser.study_fake import FakePerson, FakeStudy
+from tests.browser.support import DESKTOP, PHONE, Server, wait_for
+
+OpenPage = Callable[..., Page]
+
+
+def heading(page: Page, text: str) -> None:
+    expect(page.get_by_role("heading", name=text, level=1)).to_be_visible()
+
+
+def press(page: Page, *keys: str) -> None:
+    for key in keys:
+        page.keyboard.press(key)
+
+
+def answers(study: FakeStudy) -> dict[str, tuple[int, str]]:
+    return {body["item"]: (body["value"], body["text"]) for body in study.sent("/answer")}
+
+
+def test_every_screen_is_accessible_fits_a_phone_comes_back_after_a_reload_and_asks_nobody_else(
+    open_page: OpenPage, server: Server, pictures: Path
+) -> None:
+    study = FakeStudy.at(*fake.every_screen().values())
+    person = study.people["token-of-person-1"]
+    page = open_page("/healthz")
+    for name, step in fake.every_screen().items():
+        person.steps = [step]
+        page.set_viewport_size(DESKTOP)
+        study.open(page) if name == "consent" else page.reload()
+        title = page.locator("#study-screen h1")
+        expect(title).to_be_focused()
+        assert violations(page) == [], name
+        page.screenshot(path=pictures / f"study-{name}-dark.png", full_page=True)
+        page.emulate_media(color_scheme="light")
+        page.screenshot(path=pictures / f"study-{name}.png", full_page=True)
+        page.set_viewport_size(PHONE)
+        assert overflow(page) == 0, name
+        page.screenshot(path=pictures / f"study-{name}-phone.png", full_page=True)
+        stops = page.get_by_role("button", name="Stop the study")
+        expect(stops).to_have_count(0 if name.startswith(("consent", "code", "ended")) else 1)
+    assert {url for url in study.urls if not url.startswith((server.url, "data:"))} == set()
+
+
+def test_arriving_by_a_platforms_link_takes_its_parameters_and_leaves_none_in_the_address(open_page: OpenPage) -> None:
+    study = FakeStudy(coming=[FakePerson([fake.consent()])])
+    page = open_page("/healthz")
+    study.open(page, "?PROLIFIC_PID=5f00&STUDY_ID=s1&SESSION_ID=x9")
+    heading(page, "Taking part in a research study")
+    assert study.sent("/arrive") == [
+        {"parameters": {"PROLIFIC_PID": "5f00", "STUDY_ID": "s1", "SESSION_ID": "x9"}, "language": "en"}
+    ]
+    assert page.url.endswith("/study")
+    assert page.evaluate("localStorage.getItem('movingout-study-token')") == "token-of-person-1"
+
+
+def test_a_typed_code_is_needed_and_a_wrong_one_is_explained(browser: Browser, server: Server) -> None:
+    study = FakeStudy(coming=[FakePerson([fake.consent()])])
+    with complaining_page(browser, server, "/healthz") as page:
+        study.open(page)
+        heading(page, fake.TITLE)
+        assert violations(page) == []
+        press(page, "Tab", "Enter")
+        expect(page.get_by_role("alert")).to_contain_text("Please type your code")
+        study.refusals["/arrive"] = (404, "unknown_code", "server words")
+        page.keyboard.type("WRONG")
+        press(page, "Enter")
+        expect(page.get_by_role("alert")).to_contain_text("This code is not known here")
+        study.refusals.clear()
+        press(page, "Enter")
+        heading(page, "Taking part in a research study")
+
+
+def test_consent_needs_its_boxes_and_no_is_an_answer(open_page: OpenPage) -> None:
+    study = FakeStudy.at(fake.consent(), fake.questions(DEMOGRAPHICS, "form"))
+    page = open_page("/healthz")
+    study.open(page)
+    heading(page, "Taking part in a research study")
+    page.get_by_role("button", name="I agree").click()
+    expect(page.get_by_role("alert")).to_contain_text("tick every box that is marked")
+    expect(page.get_by_label("I am 18 or older.")).to_be_focused()
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Save a copy").click()
+    assert "This is research" in Path(download.value.path()).read_text(encoding="utf-8")
+    page.get_by_label("I am 18 or older.").focus()
+    press(page, "Space", "Tab", "Tab", "Enter")
+    heading(page, "About you")
+    assert study.sent("/next") == [{"key": "consent", "boxes": ["adult"]}]
+    study.people["token-of-person-1"].steps = [fake.consent()]
+    page.reload()
+    page.get_by_role("button", name="I do not agree").click()
+    heading(page, "Thank you for reading")
+
+
+def test_all_kinds_of_questions_are_answered_by_keyboard_alone_and_saved_at_each_press(open_page: OpenPage) -> None:
+    two = fake.questions(DEMOGRAPHICS, "form")
+    two["items"] = [two["items"][0], fake.questions(NASA_TLX)["items"][0], fake.questions(PAPER)["items"][0]]
+    two["items"].append(fake.questions(PAPER)["items"][-1])
+    study = FakeStudy.at(two, fake.code())
+    page = open_page("/healthz")
+    study.open(page)
+    heading(page, "About you")
+    press(page, "Tab", "Space", "ArrowRight", "Tab")  # 18-24, then 25-34
+    press(page, "ArrowRight", "ArrowRight", "Tab", "Tab")  # past "I prefer not to answer"
+    press(page, "Space", "ArrowRight", "ArrowRight", "Tab")
+    expect(page.locator(".questionnaire-status")).to_have_attribute("data-waiting", "0")
+    page.get_by_role("button", name="Next").press("Enter")
+    page.get_by_label(re.compile("What else would you like")).focus()
+    page.keyboard.type("It waited for me.")
+    press(page, "Tab", "Tab", "Enter")
+    heading(page, "Thank you")
+    assert answers(study) == {
+        "age": (1, ""),
+        "mental": (12, ""),
+        "teamwork": (3, ""),
+        "comment": (-1, "It waited for me."),
+    }
+    assert all(body["elapsed_ms"] >= body["hidden_ms"] >= 0 for body in study.sent("/answer"))
+
+
+def test_what_is_missing_is_named_and_not_to_answer_is_an_answer(open_page: OpenPage) -> None:
+    study = FakeStudy.at(fake.questions(PAPER, letter="B"), fake.code())
+    page = open_page("/healthz")
+    study.open(page)
+    expect(page.get_by_text("Partner B · Questions 1–3 of 10")).to_be_visible()
+    page.get_by_role("button", name="Next").click()
+    expect(page.get_by_role("alert")).to_contain_text("3 answers are missing")
+    expect(page.locator("input[name=teamwork][value='1']")).to_be_focused()
+    assert violations(page) == []
+    for item in PAPER.items[:3]:
+        page.locator(f"input[name={item.id}][value='-1']").check()
+    page.get_by_role("button", name="Next").click()
+    expect(page.get_by_text("Questions 4–6 of 10")).to_be_visible()
+    page.get_by_role("button", name="Back").click()
+    expect(page.locator("input[name=teamwork][value='-1']")).to_be_checked()
+
+
+def test_answers_given_without_a_connection_survive_closing_the_page_and_arrive_later(
+    browser: Browser, server: Server
+) -> None:
+    study = FakeStudy.at(fake.questions(PAPER, letter="A"))
+    study.refusals["/answer"] = (0, "", "")
+    with complaining_page(browser, server, "/healthz") as page:
+        study.open(page)
+        page.locator("input[name=teamwork][value='3']").check()
+        page.locator("input[name=teamwork][value='4']").check()
+        expect(page.get_by_text("No connection. Your answers wait here")).to_be_visible()
+        study.heard.clear()
+        study.refusals.clear()
+        page.reload()
+        expect(page.locator("input[name=teamwork][value='4']")).to_be_checked()
+        expect(page.locator(".questionnaire-status")).to_have_attribute("data-waiting", "0")
+        assert answers(study) == {"teamwork": (4, "")}
+
+
+def test_a_server_that_is_away_is_waited_for_and_one_that_refuses_is_quoted(browser: Browser, server: Server) -> None:
+    study = FakeStudy.at({"key": "break", "kind": "break", "seconds": 10}, fake.code())
+    study.refusals["/next"] = (507, "not_saved", "No space left on device: /srv/data")
+    with complaining_page(browser, server, "/healthz") as page:
+        study.open(page)
+        page.get_by_role("button", name="Go on").click()
+        expect(page.get_by_role("alert")).to_contain_text("This could not be saved. Nothing is lost")
+        study.refusals["/next"] = (0, "", "")
+        page.get_by_role("button", name="Go on").click()
+        expect(page.locator("#study-banner")).to_be_visible()
+        assert violations(page) == []
+        study.refusals.clear()
+        heading(page, "Thank you")
+        expect(page.locator("#study-banner")).to_be_hidden()
+
+
+def test_a_place_that_is_gone_and_a_view_that_fails_lead_to_a_page_that_says_so(
+    browser: Browser, server: Server
+) -> None:
+    study = FakeStudy.at(fake.code())
+    study.refusals["/view"] = (500, "internal", "Something went wrong in the study. The experimenter was told.")
+    with complaining_page(browser, server, "/healthz") as page:
+        study.open(page)
+        heading(page, "This did not work")
+        assert violations(page) == []
+        page.get_by_role("button", name="Try again").click()
+        heading(page, "This did not work")
+        study.refusals.clear()
+        heading(page, "Thank you")  # by itself
+        study.people.clear()
+        page.reload()
+        expect(page.get_by_role("alert")).to_contain_text("no open place in the study any more")
+
+
+def test_the_controls_are_tried_and_the_connection_is_measured(open_page: OpenPage) -> None:
+    study = FakeStudy.at(fake.input_check(), fake.code())
+    page = open_page("/healthz")
+    study.open(page)
+    heading(page, "Try your controls")
+    expect(page.locator(".check-connection .pill")).to_contain_text("ms")
+    page.get_by_role("button", name="Go on").click()
+    expect(page.get_by_role("alert")).to_contain_text("Still to try: up, left, down, right, Grab")
+    page.locator("h1").focus()
+    page.keyboard.down("KeyW")
+    expect(page.locator("[data-lit]")).to_have_text("up")
+    page.keyboard.up("KeyW")
+    press(page, "ArrowLeft", "KeyS", "KeyD", "Space")
+    expect(page.get_by_text("Everything works.")).to_be_visible()
+    page.get_by_role("button", name="Go on").press("Enter")
+    heading(page, "Thank you")
+    (sent,) = study.sent("/next")
+    assert sent["device"] == "keyboard" and 0 < sent["rtt_ms"] < 2000
+
+
+def test_a_slow_connection_is_explained_with_its_figures(browser: Browser, server: Server) -> None:
+    study = FakeStudy.at(fake.input_check(rtt_ms=0.001), fake.code())
+    study.refusals["/next"] = (422, "slow", "too slow")
+    with complaining_page(browser, server, "/healthz") as page:
+        study.open(page)
+        expect(page.get_by_role("alert")).to_contain_text("for a round trip; this study needs")
+        assert violations(page) == []
+        expect(page.get_by_role("button", name="Stop the study")).to_be_visible()
+
+
+def test_the_waiting_room_counts_and_goes_on_by_itself_when_somebody_comes(open_page: OpenPage) -> None:
+    study = FakeStudy.at(fake.waiting(since_s=72))
+    page = open_page("/healthz")
+    study.open(page)
+    expect(page.get_by_text(re.compile("You have waited 1:1"))).to_be_visible()
+    study.people["token-of-person-1"].steps = [fake.waiting(since_s=301)]
+    expect(page.get_by_text("One moment, it is about to go on…")).to_be_visible()
+    study.people["token-of-person-1"].steps = [fake.play()]
+    heading(page, "Hand Off")
+
+
+def test_a_round_is_played_on_the_game_page_which_leads_back(
+    open_page: OpenPage, server: Server, pictures: Path
+) -> None:
+    room = server.make_room("Simple", red="idle", limit_ticks=10)
+    seat = {"id": room["room"], "token": room["tokens"][0], "seat": 0, "path": room["join_path"]}
+    study = FakeStudy.at(fake.play(), fake.play("playing", room=seat), fake.code())
+    page = open_page("/healthz")
+    study.open(page)
+    page.get_by_role("button", name="I am ready").click()
+    wait_for(page, "game.phase === 'lobby' && game.status === 'open'")
+    page.get_by_role("button", name="I am ready").click()
+    wait_for(page, "game.phase === 'series_over'")
+    expect(page.get_by_role("heading", name="Time is up")).to_be_focused()
+    expect(page.get_by_role("button", name="Play it again")).to_have_count(0)
+    page.screenshot(path=pictures / "study-game-over.png")
+    study.people["token-of-person-1"].next()
+    page.get_by_role("button", name="Go on").click()
+    heading(page, "Thank you")
+
+
+def test_practice_may_be_ended_and_stop_in_the_game_asks_about_the_data(
+    open_page: OpenPage, server: Server, pictures: Path
+) -> None:
+    room = server.practice()
+    seat = {"id": room["room"], "token": room["tokens"][0], "seat": 0, "path": room["join_path"]}
+    running = fake.play("playing", kind="practice", map_name="Simple", room=seat)
+    study = FakeStudy.at(fake.play(kind="practice", map_name="Simple"), running, fake.play())
+    page = open_page("/healthz")
+    study.open(page)
+    page.get_by_role("button", name="I am ready").click()
+    wait_for(page, "game.phase === 'lobby' && game.status === 'open'")
+    page.get_by_role("button", name="Leave").click()
+    expect(page.get_by_role("dialog")).to_contain_text("You may stop at any time")
+    assert violations(page) == []
+    page.emulate_media(color_scheme="light")
+    page.screenshot(path=pictures / "study-game-stop.png")
+    page.get_by_role("button", name="No, go on").click()
+    page.get_by_role("button", name="Enough practice").click()
+    heading(page, "Hand Off")
+    assert study.sent("/next")[-1] == {"key": "practice/Simple", "done": True}
+    assert study.sent("/stop") == []
+
+
+def test_stop_with_deletion_gives_a_code_and_says_what_becomes_of_the_data(open_page: OpenPage, pictures: Path) -> None:
+    study = FakeStudy.at(fake.questions(PAPER, letter="A"))
+    page = open_page("/healthz")
+    study.open(page)
+    page.get_by_role("button", name="Stop the study").click()
+    expect(page.get_by_role("button", name="No, go on")).to_be_focused()
+    page.screenshot(path=pictures / "study-stop.png")
+    press(page, "Escape")
+    expect(page.get_by_role("dialog")).to_have_count(0)
+    page.get_by_role("button", name="Stop the study").click()
+    page.get_by_role("button", name="Stop, delete my data").click()
+    heading(page, "You have stopped the study")
+    expect(page.locator("#completion-code")).to_have_text("K7QX4WPL2M")
+    expect(page.get_by_text("Your data are deleted.")).to_be_visible()
+    assert study.sent("/stop") == [{"keep": False}]
+
+
+def test_the_debrief_asks_and_the_code_can_be_copied(open_page: OpenPage) -> None:
+    study = FakeStudy.at(fake.debrief(), fake.code())
+    page = open_page("/healthz", permissions=["clipboard-read", "clipboard-write"])
+    study.open(page)
+    page.get_by_role("button", name="Go on").click()
+    expect(page.get_by_role("alert")).to_contain_text("Please choose one of the two")
+    press(page, "ArrowDown", "ArrowUp")
+    page.get_by_role("button", name="Go on").press("Enter")
+    expect(page.get_by_text("$20.67 for 62 min")).to_be_visible()
+    page.get_by_role("button", name="Copy the code").click()
+    expect(page.get_by_text("Copied.")).to_be_visible()
+    assert page.evaluate("navigator.clipboard.readText()") == "K7QX4WPL2M"
+    assert study.sent("/next") == [{"key": "debrief", "keep": True}]
+    page.get_by_role("button", name="Somebody else takes part").click()
+    heading(page, fake.TITLE)
+
+
+def test_the_language_can_be_changed_on_every_screen(open_page: OpenPage, pictures: Path) -> None:
+    study = FakeStudy.at(fake.input_check())
+    page = open_page("/healthz")
+    study.open(page)
+    page.get_by_label("Language").select_option("de")
+    heading(page, "Probieren Sie die Steuerung aus")
+    assert page.evaluate("document.documentElement.lang") == "de"
+    page.screenshot(path=pictures / "study-german.png", full_page=True)
+    page.reload()
+    heading(page, "Probieren Sie die Steuerung aus")
+
+
+def test_two_at_one_screen_agree_one_after_the_other_and_play_together(
+    open_page: OpenPage, server: Server, pictures: Path
+) -> None:
+    room = server.make_room("Simple", blue="here", red="here")
+    seats = [
+        {"id": room["room"], "token": token, "seat": seat, "path": room["join_path"]}
+        for seat, token in enumerate(room["tokens"])
+    ]
+    ways = [
+        [fake.consent(), fake.input_check(), fake.play(seat=seat, partner_letter=None),
+         fake.play("playing", seat=seat, room=seats[seat])]
+        for seat in (0, 1)
+    ]  # fmt: skip
+    study = FakeStudy.at(*ways[0], group=2, asks_code=False)
+    study.coming = [FakePerson(ways[1])]
+    page = open_page("/healthz")
+    study.open(page)
+    page.get_by_role("button", name="Add the second person").click()
+    heading(page, "The second person")
+    page.get_by_role("button", name="Begin").click()
+    for number in (1, 2):
+        expect(page.get_by_text(f"Person {number}: it is your turn")).to_be_visible()
+        page.get_by_label("I am 18 or older.").check()
+        page.get_by_role("button", name="I agree").click()
+    expect(page.locator(".check-panel")).to_have_count(2)
+    press(page, "KeyW", "KeyA", "KeyS", "KeyD", "Space")
+    expect(page.get_by_text("Still to try: up, left, down, right, Grab")).to_be_visible()  # the other person has not
+    press(page, "ArrowUp", "ArrowLeft", "ArrowDown", "ArrowRight", "Enter")
+    expect(page.get_by_text("Everything works.")).to_be_visible()
+    assert violations(page) == []
+    page.emulate_media(color_scheme="light")
+    page.screenshot(path=pictures / "study-two-check.png", full_page=True)
+    page.get_by_role("button", name="Go on").click()
+    expect(page.get_by_text("Person 2 is red")).to_be_visible()
+    page.get_by_role("button", name="I am ready").click()
+    wait_for(page, "game.phase === 'lobby' && game.status === 'open'")
+    assert page.evaluate("window.__movingout.seats") == [0, 1]
+    assert study.sent("/arrive") == [{"parameters": {}, "language": "en", "beside": "token-of-person-1"}]
+    page.get_by_role("button", name="Leave").click()
+    page.get_by_label("Person 2").check()
+    page.get_by_role("button", name="Stop, keep my data").click()
+    page.wait_for_url("**/study")
+    assert study.sent("/stop") == [{"keep": True}]
+    assert [person.steps[0]["kind"] for person in study.people.values()] == ["round", "code"]
