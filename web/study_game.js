@@ -19,8 +19,7 @@ const STUDY = "/study";
 const READ_MS = 5000; // how long the end of a round is shown
 
 export class StudyGame {
-  #arena = byId("arena-box", HTMLElement);
-  #box = byId("result", HTMLElement);
+  #end = el("div", { class: "overlay", hidden: true });
   #words;
   #places = loadPeople().map((token) => new Place(token));
   #left = false;
@@ -30,6 +29,8 @@ export class StudyGame {
   constructor(mark) {
     this.mark = mark;
     this.#words = loadWords(mark.language);
+    document.documentElement.lang = mark.language;
+    byId("arena-box", HTMLElement).append(this.#end);
     if (mark.practice) void this.#offerEnough();
   }
 
@@ -38,9 +39,9 @@ export class StudyGame {
     return this.#asking;
   }
 
-  /** Whether the end of the round covers the arena. */
+  /** Whether the round is over, and the arena stands still behind the words that say so. */
   get showsResult() {
-    return !this.#box.hidden;
+    return !this.#end.hidden;
   }
 
   /** Back to the study. */
@@ -64,8 +65,7 @@ export class StudyGame {
   update(game) {
     const over = game.phase === "round_over" || game.phase === "series_over";
     if (!over || this.showsResult) return;
-    this.#box.hidden = false;
-    this.#arena.hidden = true;
+    this.#end.hidden = false;
     setTimeout(() => this.leave(), READ_MS);
     void this.#showEnd(game.result);
   }
@@ -76,10 +76,10 @@ export class StudyGame {
     const title = { delivered: "play.overDelivered", time: "play.overTime" }[result?.outcome ?? ""] ?? "play.overOther";
     const heading = el("h2", { tabindex: "-1" }, words.say(title));
     const { delivered, items } = result ?? { delivered: 0, items: 0 };
-    this.#box.replaceChildren(
+    this.#end.replaceChildren(
       el(
         "section",
-        { class: "card card-roomy stack study-end" },
+        { class: "card card-roomy stack panel" },
         heading,
         items > 0 ? el("p", {}, words.say("play.delivered", { delivered, items })) : null,
         el("p", { class: "muted" }, words.say("play.soon")),
@@ -102,6 +102,8 @@ export class StudyGame {
         complain(problem, words.problem(error));
       }
     });
-    byId("stop", HTMLButtonElement).before(button, problem);
+    const stop = byId("stop", HTMLButtonElement);
+    stop.before(button, problem);
+    stop.parentElement?.classList.add("stack");
   }
 }

@@ -185,6 +185,7 @@ function hintWords(words, { device, keySets }, mapping) {
   if (device === "touch") return words.say("check.hint.touch");
   const or = words.say("check.or");
   const sets = keySets.map((set) => mapping.keys[set]);
-  const names = (/** @type {(keys: import("./input/mapping.js").KeySet) => string} */ name) => sets.map(name).join(or);
-  return words.say("check.hint.keyboard", { move: names(moveName), grab: names(({ grab }) => keyName(grab)), backward: names(({ backward }) => keyName(backward)) });
+  const list = (/** @type {(keys: import("./input/mapping.js").KeySet) => string} */ name) => sets.map(name).join(or);
+  const key = (/** @type {string} */ code) => (words.has(`key.${code}`) ? words.say(`key.${code}`) : keyName(code));
+  return words.say("check.hint.keyboard", { move: list(moveName), grab: list(({ grab }) => key(grab)), backward: list(({ backward }) => key(backward)) });
 }

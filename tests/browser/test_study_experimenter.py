@@ -7,7 +7,7 @@ from typing import Any
 from playwright.sync_api import Browser, Page, Route, expect
 
 from server.headers import content_security_policy
-from tests.browser.pages import complaining_page, overflow, violations
+from tests.browser.pages import complaining_page, overflow, sent_body, violations
 from tests.browser.support import PHONE, Server
 from tests.support import ROOT
 
@@ -67,7 +67,7 @@ class FakeDashboard:
         path = request.url.partition("/api/experimenter/")[2].partition("?")[0]
         assert request.headers["authorization"] == "Bearer the-token"
         if request.method == "POST":
-            self.heard.append((path, request.post_data_json))
+            self.heard.append((path, sent_body(request)))
         if request.method == "POST" and self.refuse:
             route.fulfill(status=409, json={"error": {"code": "refused", "message": self.refuse}})
         elif path == "live":

@@ -16,6 +16,10 @@ from tests.browser.support import DESKTOP, PHONE, Server, wait_for
 OpenPage = Callable[..., Page]
 
 
+def resize(page: Page, size: dict[str, int]) -> None:
+    page.set_viewport_size({"width": size["width"], "height": size["height"]})
+
+
 def heading(page: Page, text: str) -> None:
     expect(page.get_by_role("heading", name=text, level=1)).to_be_visible()
 
@@ -37,7 +41,7 @@ def test_every_screen_is_accessible_fits_a_phone_comes_back_after_a_reload_and_a
     page = open_page("/healthz")
     for name, step in fake.every_screen().items():
         person.steps = [step]
-        page.set_viewport_size(DESKTOP)
+        resize(page, DESKTOP)
         study.open(page) if name == "consent" else page.reload()
         title = page.locator("#study-screen h1")
         expect(title).to_be_focused()
@@ -45,7 +49,7 @@ def test_every_screen_is_accessible_fits_a_phone_comes_back_after_a_reload_and_a
         page.screenshot(path=pictures / f"study-{name}-dark.png", full_page=True)
         page.emulate_media(color_scheme="light")
         page.screenshot(path=pictures / f"study-{name}.png", full_page=True)
-        page.set_viewport_size(PHONE)
+        resize(page, PHONE)
         assert overflow(page) == 0, name
         page.screenshot(path=pictures / f"study-{name}-phone.png", full_page=True)
         stops = page.get_by_role("button", name="Stop the study")
