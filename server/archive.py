@@ -19,11 +19,12 @@ from typing import Any, NamedTuple
 import orjson
 
 from maps import MapSpec, load_map
-from maps.randomize import randomize
+from maps.randomize import Split, randomize
 from recordings import RecordingError, finalise, replay_frames
 from recordings.finished import recover_journal
 from recordings.listing import Unreadable, read_summary, recording_paths
 from server import messages as m
+from server.ghosts import Casting, casting
 
 log = logging.getLogger(__name__)
 
@@ -88,10 +89,15 @@ class Archive:
             raise RecordingError("there is no such recording; it may still be running or may have been deleted")
         return path
 
-    async def variant(self, name: str, seed: int) -> MapSpec:
+    async def variant(self, name: str, seed: int, split: Split) -> MapSpec:
         """A randomised map, made in the other process. Raises MapError."""
-        the_map: MapSpec = await self._run(_variant, name, seed)
+        the_map: MapSpec = await self._run(_variant, name, seed, split)
         return the_map
+
+    async def casting(self, ghost: str) -> Casting:
+        """What a room for the ghost `FILE#red` has to play. Raises RecordingError."""
+        found: Casting = await self._run(casting, ghost)
+        return found
 
     async def close(self) -> None:
         """Finish what is pending and end the process."""
@@ -131,8 +137,8 @@ def _be_nice() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def _variant(name: str, seed: int) -> MapSpec:
-    return randomize(load_map(name), seed)
+def _variant(name: str, seed: int, split: Split) -> MapSpec:
+    return randomize(load_map(name), seed, split)
 
 
 def _list(folder: Path) -> list[dict[str, Any]]:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from maps import MapSpec, load_map
-from maps.randomize import randomize
+from maps.randomize import Split, randomize
 from recordings import EpisodeHeader, EpisodeWriter, RecordingError
 from server import messages as m
 from server.recorder import Recorder
@@ -36,7 +36,7 @@ class Directory:
         on_journal: Callable[[Path], None],
     ) -> None:
         self.rooms: dict[str, Room] = {}
-        self._variants: dict[tuple[str, int], MapSpec] = {}  # randomised maps made ahead, by name and seed
+        self._variants: dict[tuple[str, int, Split], MapSpec] = {}  # randomised maps made ahead
         self._recordings = recordings
         self._agents = agents
         self._ticker = ticker
@@ -59,9 +59,9 @@ class Directory:
         )
         self.changed(room.id)
 
-    def keep_variant(self, name: str, seed: int, variant: MapSpec) -> None:
+    def keep_variant(self, name: str, seed: int, split: Split, variant: MapSpec) -> None:
         """A randomised map that was made ahead; the oldest make room."""
-        self._variants[name, seed] = variant
+        self._variants[name, seed, split] = variant
         while len(self._variants) > KEPT_VARIANTS:
             del self._variants[next(iter(self._variants))]
 
@@ -90,12 +90,12 @@ class Directory:
     def agents(self) -> AgentSource:
         return self._agents
 
-    def load_map(self, name: str, seed: int | None) -> MapSpec:
+    def load_map(self, name: str, seed: int | None, split: Split) -> MapSpec:
         """The map as designed, or its variant: from what was prepared, else made now (a third of a second)."""
         if seed is None:
             return load_map(name)
-        variant = self._variants.get((name, seed))
-        return randomize(load_map(name), seed) if variant is None else variant
+        variant = self._variants.get((name, seed, split))
+        return randomize(load_map(name), seed, split) if variant is None else variant
 
     def open_recording(self, header: EpisodeHeader, initial: WorldState) -> Recorder:
         try:

@@ -10,6 +10,7 @@ import psutil
 
 from agents.catalogue import agent_cards
 from maps import PRACTICE, MovingOutError, load_map, map_names
+from maps.randomize import Split
 from recordings.journal import JOURNAL_SUFFIX
 from server.agent_seat import AgentPool
 from server.answers import Answers
@@ -131,15 +132,15 @@ class Host:
         """Make the randomised maps of a series elsewhere: the first one now, the others in their own time."""
         if config.challenge2_seed is None:
             return
-        wanted = [(name, config.challenge2_seed + index) for index, name in enumerate(config.maps)]
+        wanted = [(name, config.challenge2_seed + index, config.split) for index, name in enumerate(config.maps)]
         await self._prepare(wanted[:1])
         background = asyncio.create_task(self._prepare(wanted[1:]))
         self._preparing.add(background)
         background.add_done_callback(self._preparing.discard)
 
-    async def _prepare(self, wanted: list[tuple[str, int]]) -> None:
-        for name, seed in wanted:
-            self.directory.keep_variant(name, seed, await self.archive.variant(name, seed))
+    async def _prepare(self, wanted: list[tuple[str, int, Split]]) -> None:
+        for name, seed, split in wanted:
+            self.directory.keep_variant(name, seed, split, await self.archive.variant(name, seed, split))
 
     # ---- restart --------------------------------------------------------------------------------------------
 

@@ -2,48 +2,28 @@
 
 import asyncio
 import io
-from typing import Any, Literal, TypeVar
+from typing import Any, TypeVar
 
 import msgspec
 import segno
 from fastapi import APIRouter, Depends, FastAPI, Request
 from fastapi.responses import FileResponse, JSONResponse, Response
 
-from agents.catalogue import agent_cards
-from maps import PRACTICE, MovingOutError, load_map, map_names, map_to_json
+from agents.catalogue import agent_card, agent_cards
+from maps import PRACTICE, load_map, map_names, map_to_json
 from recordings import RecordingError
 from server import messages as m
 from server import pages
+from server.api_error import ApiError
 from server.host import Host
+from server.opening import RoomRequest, open_room
 from server.origin import origin_allowed
 from server.report import report
 from server.room import Room
 from server.seats import Seat
-from server.services import RoomConfig
-from server.tokens import hash_token, new_token
 from study.questionnaire import PAPER, AnswerError
 
-MAX_ROUNDS = 36
-MAX_LIMIT_TICKS = 36_000  # an hour
-
 Body = TypeVar("Body")
-
-
-class SeatRequest(msgspec.Struct, forbid_unknown_fields=True):
-    """Who shall sit in a seat."""
-
-    kind: Literal["here", "link", "agent", "remote"]
-    agent: str = ""
-
-
-class RoomRequest(msgspec.Struct, forbid_unknown_fields=True):
-    """The body of POST /api/rooms."""
-
-    maps: list[str]
-    seats: list[SeatRequest]
-    limit_ticks: int = 500
-    practice: bool = False
-    challenge2_seed: int | None = None
 
 
 class AnswerRequest(msgspec.Struct, forbid_unknown_fields=True):
@@ -53,15 +33,6 @@ class AnswerRequest(msgspec.Struct, forbid_unknown_fields=True):
     value: int
     text: str = ""
     elapsed_ms: float = 0.0
-
-
-class ApiError(Exception):
-    """A request that cannot be served; becomes {"error": {"code", "message"}}."""
-
-    def __init__(self, status: int, code: str, message: str) -> None:
-        super().__init__(message)
-        self.status = status
-        self.code = code
 
 
 def install(app: FastAPI, host: Host) -> None:
@@ -102,14 +73,17 @@ def _play_routes(host: Host) -> APIRouter:
 
     @router.get("/api/agents")
     async def agents() -> dict[str, Any]:
-        cards = [{"id": card.id, "name": card.name, "description": card.description} for card in agent_cards()]
-        return {"agents": cards, "default": host.settings.partner}
+        partner, cards = host.settings.partner, agent_cards()
+        if partner not in {card.id for card in cards}:  # the operator's own, or with options
+            cards.append(agent_card(partner))
+        offered = [{"id": card.id, "name": card.name, "description": card.description} for card in cards]
+        return {"agents": offered, "default": partner}
 
     @router.post("/api/rooms", dependencies=[Depends(_own_page(host))])
-    async def open_room(request: Request) -> dict[str, Any]:
+    async def new_room(request: Request) -> dict[str, Any]:
         if not host.is_admin(_bearer(request)) and not host.gate.may_open_room(_address(request)):
             raise ApiError(429, "too_many_rooms", "Too many rooms were opened from your address; wait a minute.")
-        return await _open_room(host, await _body(request, RoomRequest))
+        return await open_room(host, await _body(request, RoomRequest))
 
     @router.get("/api/rooms/{room_id}")
     async def room(room_id: str) -> dict[str, Any]:
@@ -123,69 +97,6 @@ def _play_routes(host: Host) -> APIRouter:
         return Response(picture.getvalue(), media_type="image/svg+xml", headers={"cache-control": "no-store"})
 
     return router
-
-
-async def _open_room(host: Host, wanted: RoomRequest) -> dict[str, Any]:
-    refusal = host.refusal()
-    if refusal:
-        raise ApiError(503, "full", refusal)
-    config = _checked_config(wanted, host.settings.countdown_s)
-    tokens = [new_token() if seat.kind == "here" else None for seat in wanted.seats]
-    seats = [_seat(host, index, seat, tokens[index]) for index, seat in enumerate(wanted.seats)]
-    try:
-        await host.prepare_maps(config)
-        room = host.directory.open(config, seats)
-    except MovingOutError as error:
-        raise ApiError(503, "no_agent", str(error)) from None
-    return {
-        "room": room.id,
-        "tokens": tokens,
-        "join_path": f"/play/{room.id}",
-        "watch_path": f"/watch/{room.id}",
-    }
-
-
-def _checked_config(wanted: RoomRequest, countdown_s: float) -> RoomConfig:
-    known = (*map_names(), PRACTICE)
-    unknown = [name for name in wanted.maps if name not in known]
-    if unknown:
-        raise ApiError(422, "unknown_map", f"unknown map {unknown[0]!r}; known: {', '.join(known)}")
-    if not 1 <= len(wanted.maps) <= MAX_ROUNDS:
-        raise ApiError(422, "maps", f"a series has 1 to {MAX_ROUNDS} maps, not {len(wanted.maps)}")
-    if len(wanted.seats) != 2:
-        raise ApiError(422, "seats", f"a room has two seats, blue and red, not {len(wanted.seats)}")
-    if not wanted.practice and not 10 <= wanted.limit_ticks <= MAX_LIMIT_TICKS:
-        raise ApiError(422, "limit_ticks", f"a round lasts 10 to {MAX_LIMIT_TICKS} ticks of 0.1 s")
-    if wanted.challenge2_seed is not None and not 0 <= wanted.challenge2_seed < 2**31:
-        raise ApiError(422, "challenge2_seed", "a seed is a whole number from 0 to 2147483647")
-    return RoomConfig(
-        maps=tuple(wanted.maps),
-        limit_ticks=wanted.limit_ticks,
-        practice=wanted.practice,
-        challenge2_seed=wanted.challenge2_seed,
-        countdown_s=countdown_s,
-    )
-
-
-def _seat(host: Host, index: int, wanted: SeatRequest, token: str | None) -> Seat:
-    if wanted.kind == "agent":
-        agent_id = _checked_agent(host, wanted.agent)
-        if agent_id == "idle":
-            return Seat(index, "idle", name="idle")
-        return Seat(index, "agent", agent_id, name=agent_id)
-    if wanted.kind == "remote":
-        return Seat(index, "remote", shared=True)
-    seat = Seat(index, "human", shared=wanted.kind == "link")
-    seat.token = hash_token(token) if token else None
-    return seat
-
-
-def _checked_agent(host: Host, agent_id: str) -> str:
-    """Only what is in the catalogue or what the operator named: an id can otherwise import any module."""
-    known = [card.id for card in agent_cards()]
-    if agent_id != host.settings.partner and agent_id.partition(":")[0] not in known:
-        raise ApiError(422, "unknown_agent", f"unknown agent {agent_id!r}; known: {', '.join(known)}")
-    return agent_id
 
 
 def _room_view(room: Room) -> dict[str, Any]:

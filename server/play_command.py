@@ -9,7 +9,9 @@ from pathlib import Path
 
 from agents.catalogue import agent_card
 from maps.errors import MovingOutError
+from recordings.ghost import GHOST, is_ghost
 from server.app import create_app
+from server.ghosts import casting
 from server.listening import game_server, listen
 from server.settings import Settings
 from server.tls import Certificate, certificate_in, lan_addresses
@@ -42,6 +44,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     settings = _settings(args)
     agent_card(settings.partner)
+    if is_ghost(settings.partner):
+        casting(settings.partner.removeprefix(f"{GHOST}:"))
     _check_data(settings.data)
     listening = listen(settings.host, settings.port)
     settings = replace(settings, port=listening.getsockname()[1])

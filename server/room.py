@@ -205,7 +205,7 @@ class Room:
         self.epoch += 1
         seed = self.config.challenge2_seed
         seed = None if seed is None else seed + self.index
-        the_map = self._services.load_map(self.config.maps[self.index], seed)
+        the_map = self._services.load_map(self.config.maps[self.index], seed, self.config.split)
         limit = 0 if self.config.practice else self.config.limit_ticks
         the_round = Round(the_map, limit, self.epoch, self._services.new_id(), seed or 0)
         self._free_agents()
@@ -215,7 +215,7 @@ class Room:
     def _seat_agents(self, the_round: Round) -> None:
         """Every agent seat gets its player. Raises MovingOutError when no worker has time for another agent."""
         for seat in self.seats:
-            if seat.kind == "agent" and seat.player is None:
+            if seat.kind in ("agent", "ghost") and seat.player is None:
                 seat.player = self._services.agents.open(
                     seat.agent_id, the_round.map, seat.index, the_round.seed, the_round.limit_ticks
                 )

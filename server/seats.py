@@ -12,6 +12,7 @@ from maps import MapSpec
 from maps.spec import SEAT_COLOURS
 from recordings import SeatInfo
 from recordings.episode import ActionSource
+from recordings.ghost import ghost_name
 from server.agent_seat import AgentAnswer
 from server.controls import NEUTRAL, Controls, Latch
 from server.messages import Kind, SeatState, ServerMessage
@@ -163,6 +164,8 @@ class Seat:
 
     def info(self) -> SeatInfo:
         """For the recording's header: a pseudonym for people, the id for agents."""
+        if self.kind == "ghost":
+            return SeatInfo(self.kind, ghost_name(self.agent_id))
         if not self.taken_by_client:
             return SeatInfo(self.kind, self.agent_id or "idle")
         return SeatInfo(self.kind, self.alias, device=self.controls.device)

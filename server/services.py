@@ -7,6 +7,7 @@ import msgspec
 
 from maps import MapSpec
 from maps.errors import MovingOutError
+from maps.randomize import Split
 from recordings import EpisodeHeader
 from server.recorder import Recorder
 from server.seats import AgentSource
@@ -20,6 +21,7 @@ class RoomConfig(msgspec.Struct, frozen=True, kw_only=True):
     limit_ticks: int = 500  # per round; not used for practice
     practice: bool = False  # no limit, not recorded
     challenge2_seed: int | None = None
+    split: Split = "train"  # of the shapes that randomised maps may have
     countdown_s: float = 3.0
 
 
@@ -29,7 +31,7 @@ class Services(Protocol):
     @property
     def agents(self) -> AgentSource: ...
 
-    def load_map(self, name: str, seed: int | None) -> MapSpec: ...
+    def load_map(self, name: str, seed: int | None, split: Split) -> MapSpec: ...
 
     def open_recording(self, header: EpisodeHeader, initial: WorldState) -> Recorder:
         """A recorder; one that is not active and says why when the disk refuses."""

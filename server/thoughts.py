@@ -12,8 +12,8 @@ from fastapi import APIRouter
 from fastapi.responses import StreamingResponse
 
 from server.agent_seat import AgentSeat
+from server.api_error import ApiError
 from server.host import Host
-from server.http_api import ApiError
 from server.room import Room
 
 LOOK_S = 0.05  # half a tick

@@ -7,6 +7,7 @@
 import { ApiError, request, requestJson } from "./api.js";
 import { badge, byId, el, notice } from "./dom.js";
 import { eventTone, eventWords, tickTime, toldEvents } from "./event_words.js";
+import { offerGhosts } from "./ghost.js";
 import { MetricCurves } from "./metric_curves.js";
 import { context2d, drawScene, fitCanvas } from "./render.js";
 import { Replay, ReplayError, TICK_MS, linkedTick, tickAt } from "./replay_data.js";
@@ -34,6 +35,7 @@ async function load() {
     const [summary, poses] = await Promise.all([requestJson(path), request(`${path}/poses`)]);
     const page = new ReplayPage(new Replay(summary, await poses.arrayBuffer()));
     byId("download", HTMLAnchorElement).href = `${path}/file`;
+    offerGhosts(byId("ghosts", HTMLElement), id, summary.limit_ticks);
     byId("loading", HTMLElement).hidden = true;
     byId("replay", HTMLElement).hidden = false;
     page.start();

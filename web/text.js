@@ -4,6 +4,9 @@ import {
   CLOSE_BAD_MESSAGE, CLOSE_KICKED, CLOSE_NOT_FOUND, CLOSE_REPLACED, CLOSE_ROOM_OVER, CLOSE_UNAUTHORISED,
 } from "./messages.js";
 
+/** "a square", "an octagon". @param {string} shape */
+const withArticle = (shape) => `${/^[aeiou]/.test(shape) ? "an" : "a"} ${shape}`;
+
 export const TEXT = {
   reload: "This page does not match the server any more. Please reload it.",
   /** @type {Record<number, string>} why a socket was closed for good */
@@ -38,13 +41,13 @@ export const TEXT = {
     notReady: "getting ready",
     gone: "reconnecting…",
     free: "hands free",
-    carrying: (/** @type {string} */ shape) => `carrying a ${shape}`,
-    together: (/** @type {string} */ shape) => `carrying a ${shape} together`,
+    carrying: (/** @type {string} */ shape) => `carrying ${withArticle(shape)}`,
+    together: (/** @type {string} */ shape) => `carrying ${withArticle(shape)} together`,
     help: "waiting for your help",
     helpPartner: "waiting for help",
-    slow: (/** @type {string} */ shape) => `carrying a ${shape} alone, slowly`,
+    slow: (/** @type {string} */ shape) => `carrying ${withArticle(shape)} alone, slowly`,
     idle: "does nothing",
-    blocked: (/** @type {string} */ shape) => `holding a ${shape}: too heavy for one`,
+    blocked: (/** @type {string} */ shape) => `holding ${withArticle(shape)}: too heavy for one`,
   },
   kinds: { human: "A person", agent: "Agent", remote: "Program", ghost: "Recording", idle: "Nobody" },
   controls: "Controls",

@@ -150,6 +150,14 @@ def test_the_recording_can_be_downloaded(open_page: OpenPage, episode: Episode) 
     assert read_episode(Path(download.value.path()).rename(download.value.path().with_suffix(".mcap"))).complete
 
 
+def test_a_person_plays_with_the_recording(open_page: OpenPage, episode: Episode) -> None:
+    page = replay(open_page(f"/replay/{EPISODE}"))
+    page.get_by_role("button", name="Take blue").click()
+    expect(page).to_have_url(re.compile("/play/"))
+    expect(page.get_by_text(f"Ghost of {episode.header.seats[1].name}").first).to_be_visible()
+    expect(page.get_by_text("Hand Off").first).to_be_visible()
+
+
 def test_the_replay_is_accessible_in_both_themes(open_page: OpenPage, episode: Episode) -> None:
     page = replay(open_page(f"/replay/{EPISODE}"))
     page.get_by_text("Keys", exact=True).click()

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from maps import MapSpec, load_map
+from maps.randomize import Split
 from recordings import EpisodeHeader, EpisodeWriter
 from server import messages as m
 from server import requests
@@ -108,7 +109,7 @@ class FakeServices:
     maps: Callable[[str], MapSpec] = load_map
     numbers: "itertools.count[int]" = field(default_factory=itertools.count)
 
-    def load_map(self, name: str, seed: int | None) -> MapSpec:
+    def load_map(self, name: str, seed: int | None, split: Split) -> MapSpec:
         return self.maps(name)
 
     def open_recording(self, header: EpisodeHeader, initial: WorldState) -> Recorder:
