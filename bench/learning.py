@@ -29,6 +29,8 @@ from agents.rollout import rollout
 from maps import load_map, map_names
 from world.metrics import EpisodeMetrics
 
+PARTNER_STRIDE = 7  # from map to map, so that different people come first
+
 
 @dataclass(frozen=True, slots=True)
 class Run:
@@ -67,14 +69,14 @@ def play(run: Run) -> Outcome:
 
 
 def runs(agents: list[str], partners: list[str], maps: list[str], episodes: int, ticks: int) -> list[Run]:
-    """The same partners, seats and seeds for every agent, episode by episode.
+    """The same partners, seats and seeds for every agent, episode by episode: fewer episodes are the first of more.
 
     Seats change every second episode, because every second person of C plays the other way round.
     """
     made = []
     for number in range(episodes):
         for index, name in enumerate(maps):
-            partner, seat = partners[(index * episodes + number) % len(partners)], (number // 2 + index) % 2
+            partner, seat = partners[(PARTNER_STRIDE * index + number) % len(partners)], (number // 2 + index) % 2
             made += [Run(agent, partner, name, seat, number, ticks) for agent in agents]
     return made
 

@@ -20,6 +20,11 @@ def test_every_agent_meets_the_same_partners_in_the_same_seats() -> None:
     assert {seat for _, _, seat, _ in pairings[0]} == {0, 1}
 
 
+def test_fewer_episodes_are_the_first_of_more() -> None:
+    few, more = (runs(["idle"], ["c1", "c2", "c3"], ["HandOff", "LeftRight"], n, ticks=50) for n in (2, 5))
+    assert more[: len(few)] == few
+
+
 def test_every_second_partner_is_not_tied_to_a_seat() -> None:
     people = [f"c{number}" for number in range(20)]
     made = runs(["dp@all"], people, ["HandOff", "LeftRight"], episodes=4, ticks=50)
