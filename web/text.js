@@ -3,11 +3,13 @@
 import {
   CLOSE_BAD_MESSAGE, CLOSE_KICKED, CLOSE_NOT_FOUND, CLOSE_REPLACED, CLOSE_ROOM_OVER, CLOSE_UNAUTHORISED,
 } from "./messages.js";
+import { studyMarkOf } from "./study_mark.js";
+import { GERMAN } from "./text_de.js";
 
 /** "a square", "an octagon". @param {string} shape */
 const withArticle = (shape) => `${/^[aeiou]/.test(shape) ? "an" : "a"} ${shape}`;
 
-export const TEXT = {
+export const ENGLISH = {
   reload: "This page does not match the server any more. Please reload it.",
   /** @type {Record<number, string>} why a socket was closed for good */
   closed: {
@@ -146,3 +148,11 @@ export const TEXT = {
     tenSeconds: "Ten seconds left.",
   },
 };
+
+/** A round of a study speaks the language of the study; everything else is English. */
+function chosen() {
+  if (typeof location === "undefined") return ENGLISH; // no page: a test
+  return studyMarkOf(location.pathname.split("/")[2] ?? "")?.language === "de" ? GERMAN : ENGLISH;
+}
+
+export const TEXT = chosen();
