@@ -92,7 +92,8 @@ export const ENGLISH = {
     copy: "Copy link",
     copied: "Copied",
     qr: "QR code of the link",
-    seats: (/** @type {number} */ count) => (count === 1 ? "One seat is still free." : "Both seats are still free."),
+    /** @type {(count: number) => string} */
+    seats: (count) => (count === 1 ? "One seat is still free." : "Both seats are still free."),
   },
   ready: {
     title: "Ready?",
