@@ -4,6 +4,8 @@ import numpy as np
 
 from agents.base import ActionChunk, EpisodeInfo, Observation
 
+_STILL = np.array([[0.0, 1.0, 0.0, 0.0]])
+
 
 class IdleAgent:
     """Stands still and never grabs."""
@@ -13,4 +15,4 @@ class IdleAgent:
 
     def act(self, observation: Observation) -> ActionChunk:
         """Return (1, 4): no motion."""
-        return np.array([[0.0, 1.0, 0.0, 0.0]])
+        return _STILL.copy()

@@ -8,7 +8,6 @@ shows what batching gains over asking one by one; weights do not change the cost
 import statistics
 import time
 from collections.abc import Sequence
-from resource import RUSAGE_SELF, getrusage
 
 from agents.base import Agent
 from agents.catalogue import load_agent
@@ -23,7 +22,6 @@ from world import World
 MAP = "DistancePriority"
 ROUNDS = 5
 TICKS = 200
-MEMORY_MATCHES = 5_000
 SPEC = {
     "kind": "dp", "layout": "aware-v1", "obs_horizon": 2, "horizon": 8, "execute": 4, "width": 512, "depth": 3,
 }  # fmt: skip
@@ -47,7 +45,6 @@ def main() -> None:
     print(f"idle pairs: {statistics.median(ratios):.2f} of the bare World.step rate (to reach: 0.70)")
     alone, together = network_seconds(network)
     print(f"network: {alone / together:.1f} times the samples per second in batches of {2 * COMPANY} (to reach: 5)")
-    print(f"memory: {memory_growth():.1f} MB more after {MEMORY_MATCHES:,} matches")
 
 
 def _row(name: str, ticks_per_second: float) -> list[str]:
@@ -107,14 +104,3 @@ def network_seconds(network: PolicyNetwork) -> tuple[float, float]:
     for _ in range(4):
         network.sample(history, random)
     return alone, (time.process_time() - begun) / 4
-
-
-def memory_growth() -> float:
-    """MB by which the process grew over many short matches, after the first tenth."""
-    lockstep = Lockstep()
-    matches = (Match(MAP, "idle", "idle", seed, ticks=2) for seed in range(MEMORY_MATCHES))
-    start = 0
-    for number, _ in enumerate(lockstep.play(matches)):
-        if number == MEMORY_MATCHES // 10:
-            start = getrusage(RUSAGE_SELF).ru_maxrss
-    return (getrusage(RUSAGE_SELF).ru_maxrss - start) / 1024

@@ -39,7 +39,7 @@ class Seat:
 
     def take(self, chunk: Floats, rows: list[WorldAction]) -> None:
         """Keep the part of an answer that is to be played; `rows` is the chunk (H, 4) as world actions."""
-        self.rows = rows if len(rows) == 1 else rows[: rows_to_execute(self.agent, chunk)]
+        self.rows = rows[: rows_to_execute(self.agent, chunk)]
 
     def next_action(self) -> WorldAction:
         return self.rows.pop(0)
