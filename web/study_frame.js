@@ -95,6 +95,8 @@ export class StudyFrame {
     this.#shown?.close?.();
     this.#id = id;
     this.#shown = make();
+    this.#screen.dataset.kind = step?.kind ?? "";
+    this.#screen.dataset.key = id;
     this.#screen.replaceChildren(this.#shown.root);
     const h1 = this.#screen.querySelector("h1");
     document.title = `${h1?.textContent ?? ""} · ${this.#title.textContent}`;

@@ -120,6 +120,7 @@ class FakeStudy:
     people: dict[str, FakePerson] = field(default_factory=dict)  # by token
     coming: list[FakePerson] = field(default_factory=list)  # who arrives next
     group: int = 1
+    leaves_rooms: bool = False  # a round is over when the page asks where it is after having been in the room
     asks_code: bool = True
     refusals: dict[str, tuple[int, str, str]] = field(default_factory=dict)  # path to status, code, message
     heard: list[tuple[str, dict[str, Any]]] = field(default_factory=list)  # path and body of every POST
@@ -189,6 +190,8 @@ class FakeStudy:
             return
         if "?lang=" in route.request.url:
             person.language = route.request.url.rpartition("=")[2]
+        if path == "/view" and self.leaves_rooms and person.steps[0].get("state") == "playing":
+            person.next()
         if path == "/next" and body["key"] == person.steps[0]["key"]:
             person.next()
         if path == "/decline":

@@ -11,6 +11,7 @@ from study.questionnaire import PAPER
 from tests.browser import study_fake as fake
 from tests.browser.pages import complaining_page, overflow, violations
 from tests.browser.study_fake import FakePerson, FakeStudy
+from tests.browser.study_participant import KeyboardParticipant
 from tests.browser.support import DESKTOP, PHONE, Server, wait_for
 
 OpenPage = Callable[..., Page]
@@ -376,3 +377,35 @@ def test_two_at_one_screen_agree_one_after_the_other_and_play_together(
     page.wait_for_url("**/study")
     assert study.sent("/stop") == [{"keep": True}]
     assert [person.steps[0]["kind"] for person in study.people.values()] == ["round", "code"]
+
+
+def test_a_whole_study_can_be_gone_through_with_nothing_but_the_keyboard(open_page: OpenPage, server: Server) -> None:
+    practice, room = server.practice(), server.make_room("Simple", red="idle", limit_ticks=10)
+    seats = [
+        {"id": one["room"], "token": one["tokens"][0], "seat": 0, "path": one["join_path"]} for one in (practice, room)
+    ]
+    study = FakeStudy.at(
+        fake.consent(),
+        fake.questions(DEMOGRAPHICS, "form"),
+        fake.input_check(),
+        fake.play(kind="practice", map_name="Simple"),
+        fake.play("playing", kind="practice", map_name="Simple", room=seats[0]),
+        fake.play(),
+        fake.play("playing", room=seats[1]),
+        fake.questions(PAPER, letter="A"),
+        fake.questions(NASA_TLX),
+        {"key": "break", "kind": "break", "seconds": 120},
+        fake.debrief(),
+        fake.code(),
+        leaves_rooms=True,
+    )
+    page = open_page("/healthz")
+    study.open(page)
+    participant = KeyboardParticipant(page)
+    participant.walk()
+    assert participant.seen == [
+        *("consent", "form", "input-check", "practice", "round"),
+        *("questionnaire", "questionnaire", "break", "debrief", "code"),
+    ]
+    expected = [item.id for one in (DEMOGRAPHICS, PAPER, NASA_TLX) for item in one.items]
+    assert list(answers(study)) == expected
