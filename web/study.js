@@ -72,6 +72,7 @@ class StudyPage {
   async start() {
     this.#frame.setWords(this.words, this.study);
     setInterval(() => this.#tick(), TICK_MS);
+    addEventListener("pageshow", (event) => event.persisted && location.reload()); // back from the game: all is old
     const parameters = recruitmentParameters(location.search);
     if (Object.keys(parameters).length > 0) return this.#arriveByLink(parameters);
     const tokens = loadPeople();

@@ -27,12 +27,14 @@ export class StudyFrame {
   /** @type {Screen | null} */
   #shown = null;
   #id = "";
+  #unseen = false; // the screen came while nobody could see it
   /** @type {Words | null} */
   #words = null;
 
   /** @param {{language: (language: string) => void, stop: () => void}} actions */
   constructor(actions) {
     this.actions = actions;
+    document.addEventListener("visibilitychange", () => this.#showTitle());
   }
 
   /** @param {Words} words @param {Study} study */
@@ -98,10 +100,17 @@ export class StudyFrame {
     this.#screen.dataset.kind = step?.kind ?? "";
     this.#screen.dataset.key = id;
     this.#screen.replaceChildren(this.#shown.root);
-    const h1 = this.#screen.querySelector("h1");
-    document.title = `${h1?.textContent ?? ""} · ${this.#title.textContent}`;
+    this.#unseen = document.hidden;
+    this.#showTitle();
     scrollTo(0, 0);
-    h1?.focus({ preventScroll: true });
+    this.#screen.querySelector("h1")?.focus({ preventScroll: true });
+  }
+
+  /** In the tab's title a dot says that something new is there for who looks elsewhere. */
+  #showTitle() {
+    if (!document.hidden) this.#unseen = false;
+    const h1 = this.#screen.querySelector("h1");
+    document.title = `${this.#unseen ? "● " : ""}${h1?.textContent ?? ""} · ${this.#title.textContent}`;
   }
 
   /** @param {string} sentence @param {() => void} again */

@@ -13,6 +13,7 @@ from tests.browser.pages import complaining_page, overflow, violations
 from tests.browser.study_fake import FakePerson, FakeStudy
 from tests.browser.study_participant import KeyboardParticipant
 from tests.browser.support import DESKTOP, PHONE, Server, wait_for
+from tests.browser.test_devices import PAD_STUB, set_pad
 
 OpenPage = Callable[..., Page]
 
@@ -221,6 +222,44 @@ def test_the_controls_are_tried_and_the_connection_is_measured(open_page: OpenPa
     heading(page, "Thank you")
     (sent,) = study.sent("/next")
     assert sent["device"] == "keyboard" and 0 < sent["rtt_ms"] < 2000
+
+
+def test_where_a_gamepad_is_needed_it_is_tried_and_keys_do_not_count(open_page: OpenPage) -> None:
+    study = FakeStudy.at(fake.input_check(gamepad_required=True), fake.code())
+    page = open_page("/healthz", script=PAD_STUB)
+    study.open(page)
+    expect(page.get_by_text("This study is played with a gamepad.")).to_be_visible()
+    press(page, "KeyW", "KeyA", "KeyS", "KeyD", "Space")
+    expect(page.get_by_text("Still to try: up, left, down, right, Grab")).to_be_visible()
+    for x, y in ((0, -1), (0, 1), (-1, 0), (1, 0)):
+        set_pad(page, x, y)
+        expect(page.locator(".check-arrow[data-lit]")).to_have_count(1)
+        set_pad(page)
+        expect(page.locator(".check-arrow[data-lit]")).to_have_count(0)
+    set_pad(page, 0, 0, 0)
+    expect(page.get_by_text("Everything works.")).to_be_visible()
+    expect(page.locator(".check-panel")).to_contain_text("Move with the left stick, grab with A")
+    page.get_by_role("button", name="Go on").click()
+    heading(page, "Thank you")
+    assert study.sent("/next")[0]["device"] == "gamepad"
+
+
+def test_a_finger_can_try_the_controls_on_a_phone(open_page: OpenPage) -> None:
+    study = FakeStudy.at(fake.input_check())
+    page = open_page("/healthz", viewport=PHONE, has_touch=True, is_mobile=True)
+    study.open(page)
+    box = page.locator(".check-stick").bounding_box()
+    assert box is not None
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(x, y)
+    page.mouse.down()
+    for dx, dy in ((0, -50), (-50, 0), (0, 50), (50, 0)):
+        page.mouse.move(x + dx, y + dy)
+        expect(page.locator(".check-arrow[data-lit]")).to_have_count(1)
+    page.mouse.up()
+    page.get_by_role("button", name="Grab").tap()
+    expect(page.get_by_text("Everything works.")).to_be_visible()
+    expect(page.get_by_text("Move with a finger on the picture")).to_be_visible()
 
 
 def test_a_slow_connection_is_explained_with_its_figures(browser: Browser, server: Server) -> None:
