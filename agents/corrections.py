@@ -157,12 +157,12 @@ def load_correction(path: Path) -> Correction:
 def lessons(
     maps: list[MapSpec], partners: list[tuple[str, str]], learner: str, expert: str, count: int, ticks: int, seed: int
 ) -> list[Lesson]:
-    """`count` lessons per map, seats and partners in turn."""
+    """`count` lessons per map, seats and partners in turn; maps alternate, so that a part is of use too."""
     if not partners:
         raise AgentError("a lesson needs at least one partner")
     made = []
-    for index, the_map in enumerate(maps):
-        for number in range(count):
+    for number in range(count):
+        for index, the_map in enumerate(maps):
             turn = seed * 7919 + index * count + number
             partner = partners[turn % len(partners)]
             made.append(Lesson(the_map, learner, expert, partner, (number + index) % 2, turn, ticks))
