@@ -17,7 +17,7 @@ import { markStudyRound } from "./study_mark.js";
 import { breakScreen, elsewhereScreen, pausedScreen, waitingScreen } from "./study_pauses.js";
 import { loadPeople, savePeople, seatsToTake, whoseTurn } from "./study_people.js";
 import { Persistence } from "./study_persistence.js";
-import { roundScreen } from "./study_round.js";
+import { roundName, roundScreen } from "./study_round.js";
 import { Place, arrive, askStudy } from "./study_service.js";
 import { askToStop } from "./study_stop.js";
 import { LANGUAGES, keepLanguage, keptLanguage, loadWords, pickLanguage } from "./study_words.js";
@@ -236,7 +236,9 @@ class StudyPage {
     const seats = seatsToTake(steps);
     if (seats === null) return false;
     saveTokens(seats.id, seats.tokens);
-    markStudyRound({ room: seats.id, key: steps[0].key, practice: steps[0].kind === "practice", language: this.words.language });
+    const [{ key, kind }] = steps;
+    const { language } = this.words;
+    markStudyRound({ room: seats.id, key, practice: kind === "practice", language, name: roundName(this.words, steps[0]) });
     location.assign(seats.path);
     return true;
   }

@@ -31,6 +31,9 @@ export class StudyGame {
     this.#words = loadWords(mark.language);
     document.documentElement.lang = mark.language;
     byId("arena-box", HTMLElement).append(this.#end);
+    const round = byId("round", HTMLElement); // it counts rounds of the room, and a room of a study has but one
+    round.before(el("p", { class: "muted" }, mark.name));
+    round.hidden = true;
     if (mark.practice) void this.#offerEnough();
   }
 

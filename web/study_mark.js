@@ -6,7 +6,7 @@
 
 const KEY = "movingout-study-round";
 
-/** @typedef {{room: string, key: string, practice: boolean, language: string}} StudyMark */
+/** @typedef {{room: string, key: string, practice: boolean, language: string, name: string}} StudyMark name: "Round 3 of 12" */
 
 /** @param {StudyMark} mark */
 export function markStudyRound(mark) {

@@ -23,8 +23,8 @@ export function roundScreen(context) {
   return cardScreen(context, state === "waiting");
 }
 
-/** @param {Words} words @param {Step} step */
-function kicker(words, step) {
+/** "Round 3 of 12 · Partner A". @param {Words} words @param {Step} step */
+export function roundName(words, step) {
   const round = step.kind === "practice" ? words.say("round.practice") : words.say("round.of", { number: step.number ?? 1, total: step.of ?? 1 });
   return step.partner_letter ? `${round} · ${words.say("round.partner", { letter: step.partner_letter })}` : round;
 }
@@ -48,7 +48,7 @@ function cardScreen(context, waits) {
     problem,
     action,
   );
-  const root = card(heading(step.title ?? words.say("round.practice"), kicker(words, step)), el("div", { class: "round-card" }, picture, facts));
+  const root = card(heading(step.title ?? words.say("round.practice"), roundName(words, step)), el("div", { class: "round-card" }, picture, facts));
   const draw = () => step.map && picture.isConnected && mapPicture(picture, step.map);
   const observer = new ResizeObserver(draw); // draws once it has a size, and again when that changes
   observer.observe(picture);
@@ -94,7 +94,7 @@ function runningScreen({ words, step, next, play }) {
     : el("p", { class: "notice", role: "status" }, words.say("round.starting"));
   const enough = step.kind === "practice" ? actionButton(words, words.say("round.enough"), problem, () => next({ done: true }), "") : null;
   return {
-    root: card(heading(words.say("round.runningTitle"), kicker(words, step)), el("p", { class: "lead" }, words.say("round.running")), problem, el("div", { class: "row" }, back, enough)),
+    root: card(heading(words.say("round.runningTitle"), roundName(words, step)), el("p", { class: "lead" }, words.say("round.running")), problem, el("div", { class: "row" }, back, enough)),
   };
 }
 
@@ -102,5 +102,5 @@ function runningScreen({ words, step, next, play }) {
 function overScreen({ words, step, next }) {
   const problem = problemBox();
   const on = actionButton(words, words.say("page.goOn"), problem, () => next());
-  return { root: card(heading(words.say("round.overTitle"), kicker(words, step)), el("p", { class: "lead" }, words.say("round.over")), problem, el("div", { class: "row" }, on)) };
+  return { root: card(heading(words.say("round.overTitle"), roundName(words, step)), el("p", { class: "lead" }, words.say("round.over")), problem, el("div", { class: "row" }, on)) };
 }

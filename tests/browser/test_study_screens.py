@@ -294,6 +294,8 @@ def test_a_round_is_played_on_the_game_page_which_leads_back(
     page.get_by_role("button", name="I am ready").click()
     wait_for(page, "game.phase === 'lobby' && game.status === 'open'")
     page.get_by_role("button", name="I am ready").click()
+    expect(page.get_by_text("Round 3 of 12 · Partner A")).to_be_visible()
+    expect(page.get_by_text("One round")).to_be_hidden()
     wait_for(page, "game.phase === 'series_over'")
     expect(page.get_by_role("heading", name="Time is up")).to_be_focused()
     expect(page.get_by_role("button", name="Play it again")).to_have_count(0)
