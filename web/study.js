@@ -5,6 +5,7 @@
  */
 
 import { ApiError } from "./api.js";
+import { byId, el } from "./dom.js";
 import { LiveStream } from "./live_stream.js";
 import { saveTokens } from "./seat_tokens.js";
 import { arrivalScreen, recruitmentParameters } from "./study_arrival.js";
@@ -18,6 +19,7 @@ import { breakScreen, elsewhereScreen, pausedScreen, waitingScreen } from "./stu
 import { loadPeople, savePeople, seatsToTake, whoseTurn } from "./study_people.js";
 import { Persistence } from "./study_persistence.js";
 import { roundName, roundScreen } from "./study_round.js";
+import { card, heading } from "./study_screen.js";
 import { Place, arrive, askStudy } from "./study_service.js";
 import { askToStop } from "./study_stop.js";
 import { LANGUAGES, keepLanguage, keptLanguage, loadWords, pickLanguage } from "./study_words.js";
@@ -58,16 +60,13 @@ class StudyPage {
   #asking = false;
   #readyFor = ""; // the round that somebody here has said to be ready for
   #codeOf = 0;
+  #frame = new StudyFrame({ language: (language) => void this.#setLanguage(language), stop: () => void this.#stop() });
 
   /** @param {Words} words @param {import("./study_service.js").Study} study */
   constructor(words, study) {
     this.words = words;
     this.study = study;
-    this.#frame = new StudyFrame({ language: (language) => void this.#setLanguage(language), stop: () => void this.#stop() });
   }
-
-  /** @type {StudyFrame} */
-  #frame;
 
   async start() {
     this.#frame.setWords(this.words, this.study);
@@ -88,9 +87,8 @@ class StudyPage {
   async #arriveByLink(parameters) {
     try {
       await this.#arrive(parameters);
-      history.replaceState(null, "", location.pathname); // ids do not stay in the address
     } catch (error) {
-      this.#askWho(this.words.problem(error));
+      this.#askWho(this.words.problem(error), parameters);
     }
   }
 
@@ -101,20 +99,21 @@ class StudyPage {
     this.#places = second ? [this.#places[0], new Place(token)] : [new Place(token)];
     this.#views = second ? [this.#views[0], view] : [view];
     savePeople(this.#places.map((place) => place.token));
+    history.replaceState(null, "", location.pathname); // ids do not stay in the address
     await this.#follow(view.language);
     this.#listen();
     this.#show();
   }
 
-  /** @param {string} problem why we ask (again); empty: for the first time */
-  #askWho(problem) {
+  /** @param {string} problem why we ask (again); empty: for the first time @param {Record<string, string>} [given] by the link */
+  #askWho(problem, given = {}) {
     this.#forget();
-    const options = { title: this.study.title, asksCode: this.study.asks_code, second: false, problem, cancel: null };
-    this.#frame.show("arrival", () => arrivalScreen(this.words, { ...options, arrive: (parameters) => this.#arrive(parameters) }));
+    const options = { title: this.study.title, asksCode: this.study.asks_code, second: false, problem, given, cancel: null };
+    this.#frame.show(`arrival ${problem} ${this.words.language}`, () => arrivalScreen(this.words, { ...options, arrive: (parameters) => this.#arrive(parameters) }));
   }
 
   #askSecond() {
-    const options = { title: this.study.title, asksCode: this.study.asks_code, second: true, problem: "", cancel: () => this.#show() };
+    const options = { title: this.study.title, asksCode: this.study.asks_code, second: true, problem: "", given: {}, cancel: () => this.#show() };
     this.#frame.show("arrival-2", () => arrivalScreen(this.words, { ...options, arrive: (parameters) => this.#arrive(parameters, true) }));
   }
 
@@ -274,12 +273,25 @@ class StudyPage {
 }
 
 async function boot() {
-  const persistence = new Persistence((offline) => document.body.toggleAttribute("data-offline", offline));
-  const study = await persistence.until(askStudy);
-  const offered = study.languages.filter((language) => LANGUAGES.some((known) => known === language));
+  const banner = byId("study-banner", HTMLElement);
+  const persistence = new Persistence((offline) => (banner.hidden = !offline));
   const wishes = [new URLSearchParams(location.search).get("lang"), keptLanguage(), ...navigator.languages];
-  const words = await persistence.until(() => loadWords(pickLanguage(offered.length > 0 ? offered : LANGUAGES, wishes)));
-  await new StudyPage(words, study).start();
+  const words = await persistence.until(() => loadWords(pickLanguage(LANGUAGES, wishes)));
+  try {
+    const study = await persistence.until(askStudy);
+    const offered = study.languages.filter((language) => LANGUAGES.some((known) => known === language));
+    const fits = offered.length === 0 || offered.includes(words.language);
+    await new StudyPage(fits ? words : await persistence.until(() => loadWords(pickLanguage(offered, wishes))), study).start();
+  } catch (error) {
+    showBootProblem(words, error);
+  }
+}
+
+/** Nothing can be shown yet but what went wrong. @param {Words} words @param {unknown} error */
+function showBootProblem(words, error) {
+  const again = el("button", { type: "button", class: "button button-primary", onclick: () => location.reload() }, words.say("page.tryAgain"));
+  const sentence = el("p", { class: "lead", role: "alert" }, words.problem(error));
+  byId("study-screen", HTMLElement).replaceChildren(card(heading(words.say("error.title")), sentence, el("div", { class: "row" }, again)));
 }
 
 void boot();

@@ -28,14 +28,17 @@ export function recruitmentParameters(query) {
  * @param {boolean} options.asksCode
  * @param {boolean} options.second the second person at this screen
  * @param {string} options.problem why we are here again
+ * @param {Record<string, string>} options.given what the link says already
  * @param {(parameters: Record<string, string>) => Promise<void>} options.arrive
  * @param {(() => void) | null} options.cancel
  * @returns {Screen}
  */
-export function arrivalScreen(words, { title, asksCode, second, problem, arrive, cancel }) {
+export function arrivalScreen(words, { title, asksCode, second, problem, given, arrive, cancel }) {
   const box = problemBox();
+  const { code: linked, ...platform } = given;
+  const needsCode = asksCode && Object.keys(platform).length === 0;
   complain(box, problem);
-  const input = el("input", { id: "code", class: "input code-input", autocomplete: "off", autocapitalize: "characters", spellcheck: "false", maxlength: 64, "aria-describedby": "code-help" });
+  const input = el("input", { id: "code", class: "input code-input", autocomplete: "off", autocapitalize: "characters", spellcheck: "false", maxlength: 64, value: linked, "aria-describedby": "code-help" });
   const field = el(
     "div",
     { class: "field" },
@@ -45,11 +48,11 @@ export function arrivalScreen(words, { title, asksCode, second, problem, arrive,
   );
   const begin = el("button", { type: "submit", class: "button button-primary" }, words.say("arrival.begin"));
   const back = cancel && el("button", { type: "button", class: "button", onclick: cancel }, words.say("page.cancel"));
-  const form = el("form", { class: "stack", novalidate: true }, box, asksCode ? field : null, el("div", { class: "row" }, begin, back));
+  const form = el("form", { class: "stack", novalidate: true }, box, needsCode ? field : null, el("div", { class: "row" }, begin, back));
   form.addEventListener("submit", (event) => {
     event.preventDefault();
     const code = input.value.trim();
-    if (!asksCode) return void attempt(words, begin, box, () => arrive({}));
+    if (!needsCode) return void attempt(words, begin, box, () => arrive(given));
     if (code) return void attempt(words, begin, box, () => arrive({ code }));
     complain(box, words.say("arrival.codeMissing"));
     input.focus();

@@ -29,6 +29,8 @@ class Form {
   #problem = problemBox();
   #watch = new Stopwatch();
   #online = () => this.#queue.retryNow();
+  /** @type {AnswerQueue} */
+  #queue;
 
   /** @param {Context} context */
   constructor(context) {
@@ -54,9 +56,6 @@ class Form {
     window.addEventListener("online", this.#online);
     this.#draw();
   }
-
-  /** @type {AnswerQueue} */
-  #queue;
 
   close() {
     for (const { flush } of this.#questions) flush();

@@ -71,6 +71,27 @@ def test_arriving_by_a_platforms_link_takes_its_parameters_and_leaves_none_in_th
     assert page.evaluate("localStorage.getItem('movingout-study-token')") == "token-of-person-1"
 
 
+def test_a_platforms_link_that_fails_for_now_is_tried_again_with_all_it_says(browser: Browser, server: Server) -> None:
+    study = FakeStudy(coming=[FakePerson([fake.consent()])])
+    study.refusals[""] = (503, "starting", "")
+    with complaining_page(browser, server, "/healthz") as page:
+        study.open(page, "?PROLIFIC_PID=5f00")
+        expect(page.get_by_text("The study does not answer yet")).to_be_visible()
+        study.refusals = {"": (500, "broken", "The study could not be read. The experimenter was told.")}
+        heading(page, "This did not work")
+        expect(page.get_by_role("alert")).to_contain_text("The experimenter was told")
+        assert violations(page) == []
+        study.refusals = {"/arrive": (507, "not_saved", "read-only")}
+        page.get_by_role("button", name="Try again").click()
+        expect(page.get_by_role("alert")).to_contain_text("This could not be saved")
+        expect(page.get_by_label("Your code")).to_have_count(0)
+        study.refusals.clear()
+        page.get_by_role("button", name="Begin").click()
+        heading(page, "Taking part in a research study")
+        assert study.sent("/arrive")[-1]["parameters"] == {"PROLIFIC_PID": "5f00"}
+        assert page.url.endswith("/study")
+
+
 def test_a_typed_code_is_needed_and_a_wrong_one_is_explained(browser: Browser, server: Server) -> None:
     study = FakeStudy(coming=[FakePerson([fake.consent()])])
     with complaining_page(browser, server, "/healthz") as page:
