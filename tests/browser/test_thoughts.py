@@ -1,0 +1,48 @@
+"""The watch page looks into an agent that weighs candidates."""
+
+import json
+import math
+from pathlib import Path
+
+from playwright.sync_api import expect
+
+from tests.browser.conftest import OpenPage
+from tests.browser.pages import violations
+from tests.browser.support import Server
+
+THOUGHT = {
+    "seat": 0,
+    "tick": 4,
+    "chosen": 1,
+    "scores": [0.12, 0.34, 0.2, 0.1],
+    "candidates": [[[1.0, math.cos(angle), math.sin(angle)]] * 8 for angle in (0.0, 0.8, 1.6, 2.4)],
+    "items": [[[0.2 * number, 0.1]] for number in range(4)],
+}
+
+
+def test_a_spectator_switches_on_what_an_agent_weighs(server: Server, open_page: OpenPage, pictures: Path) -> None:
+    room = server.make_room("SingleRotation", blue="scripted", red="scripted")
+    page = open_page(room["watch_path"])
+    stream = f"retry: 300\ndata: {json.dumps(THOUGHT)}\n\n"
+    page.route("**/thoughts", lambda route: route.fulfill(content_type="text/event-stream", body=stream))
+    box = page.get_by_role("region", name="What agents weigh")
+    box.get_by_role("button", name="Show candidates").click()
+    expect(box.get_by_role("listitem")).to_have_count(4)
+    expect(box.locator("strong")).to_contain_text("played")
+    page.screenshot(path=pictures / "thoughts.png")
+    assert violations(page) == []
+    box.get_by_role("button", name="Hide candidates").click()
+    expect(box.get_by_role("listitem")).to_have_count(0)
+
+
+def test_an_agent_that_weighs_nothing_is_said_to(server: Server, open_page: OpenPage) -> None:
+    room = server.make_room("SingleRotation", blue="idle", red="scripted")
+    page = open_page(room["watch_path"])
+    page.get_by_role("button", name="Show candidates").click()
+    expect(page.locator("#thoughts")).to_contain_text("No agent here says what it weighs.")
+
+
+def test_players_are_not_offered_to_look_into_their_partner(server: Server, open_page: OpenPage) -> None:
+    room = server.practice()
+    page = open_page(room["join_path"], room)
+    expect(page.locator("#thoughts")).to_be_hidden()
