@@ -45,6 +45,7 @@ class Directory:
         self._on_change = on_change
         self._on_closed = on_closed
         self._on_journal = on_journal
+        self.on_ended: Callable[[str, str, m.Result], None] = lambda room_id, episode_id, result: None
 
     def open(self, config: RoomConfig, seats: list[Seat]) -> Room:
         """A new room that ticks from now on. Raises MapError and AgentError."""
@@ -106,6 +107,9 @@ class Directory:
 
     def archive(self, journal: Path) -> None:
         self._on_journal(journal)
+
+    def ended(self, room_id: str, episode_id: str, result: m.Result) -> None:
+        self.on_ended(room_id, episode_id, result)
 
     def new_id(self) -> str:
         return new_id(20)

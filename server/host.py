@@ -44,7 +44,7 @@ class Host:
     def __init__(self, settings: Settings) -> None:
         self.settings = settings
         self.admin_token = settings.admin_token or new_token()
-        self.ticker = Ticker(time.monotonic)
+        self.ticker = Ticker(time.monotonic, settings.tick_s)
         self.gate = Gate(settings.limits, time.monotonic)
         self.agents = AgentPool(settings.agent_workers)
         self.answers = Answers(settings.answers)

@@ -81,6 +81,8 @@ def _play_routes(host: Host) -> APIRouter:
 
     @router.post("/api/rooms", dependencies=[Depends(_own_page(host))])
     async def new_room(request: Request) -> dict[str, Any]:
+        if not host.settings.lobby and not host.is_admin(_bearer(request)):
+            raise ApiError(403, "study", "This server runs a study, which opens its rooms by itself.")
         if not host.is_admin(_bearer(request)) and not host.gate.may_open_room(_address(request)):
             raise ApiError(429, "too_many_rooms", "Too many rooms were opened from your address; wait a minute.")
         return await open_room(host, await _body(request, RoomRequest))
@@ -105,6 +107,7 @@ def _room_view(room: Room) -> dict[str, Any]:
         "room": room.id,
         "phase": state.phase,
         "map": room.round.map.name,
+        "study": bool(room.config.study),
         "open_seats": [seat.index for seat in room.seats if seat.open],
         "seats": msgspec.to_builtins(state.seats),
     }

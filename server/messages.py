@@ -152,6 +152,7 @@ class Welcome(msgspec.Struct, tag="welcome", tag_field="type"):
     resume_s: float
     join_path: str
     watch_path: str
+    study: bool = False  # a round of a study: the page goes back to /study when it is over
 
 
 class Round(msgspec.Struct, tag="round", tag_field="type"):

@@ -34,6 +34,8 @@ def handle(room: Room, client: Listener, message: m.ClientMessage, now: float) -
     match message:
         case m.Ready(seat, ready):
             room.set_ready(_own(room, client, seat, "ready", READY_IN), ready, now)
+        case m.Again() if room.config.study:
+            raise WrongRequest("study", "a round of a study is played once; go back to the study's page")
         case m.Again(seat):
             room.ask_again(_own(room, client, seat, "again", AGAIN_IN), now)
         case m.Pause(seat):

@@ -10,7 +10,7 @@ from recordings.episode import Episode
 from recordings.journal import JOURNAL_SUFFIX
 from server import messages as m
 from server.recorder import Recorder
-from server.room import RESTART_RESUME_S, RESUME_S, Room
+from server.room import RESTART_RESUME_S, Room
 from server.seats import Seat
 from server.services import Services
 from server.store import VERSION, RoomFile, SeatFile
@@ -42,7 +42,7 @@ def room_file(room: Room, saved: float) -> RoomFile:
 
 def restore_room(file: RoomFile, recordings: Path, services: Services, now: float) -> Room:
     """The room as it was, paused if it was playing. Raises MapError or AgentError when it cannot be."""
-    seats = [_seat(index, kept, now) for index, kept in enumerate(file.seats)]
+    seats = [_seat(index, kept, now - file.config.resume_s) for index, kept in enumerate(file.seats)]
     room = Room(file.id, file.config, seats, services, now, index=file.index, epoch=file.epoch)
     room.results = file.results
     if file.episode and _resume_round(room, recordings / f"{file.episode}{JOURNAL_SUFFIX}"):
@@ -95,7 +95,7 @@ def _seat_file(seat: Seat) -> SeatFile:
     )
 
 
-def _seat(index: int, kept: SeatFile, now: float) -> Seat:
+def _seat(index: int, kept: SeatFile, absent_since: float) -> Seat:
     return Seat(
         index,
         kept.kind,
@@ -107,5 +107,5 @@ def _seat(index: int, kept: SeatFile, now: float) -> Seat:
         bytes.fromhex(kept.previous_token) or None,
         ready=kept.ready,
         gone=kept.gone,
-        absent_since=now + RESTART_RESUME_S - RESUME_S,
+        absent_since=absent_since + RESTART_RESUME_S,
     )

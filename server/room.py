@@ -26,9 +26,9 @@ from world import WorldError
 TICK_S = m.TICK_MS / 1e3
 PRACTICE_COUNTDOWN_S = 1.0
 SHOW_RESULT_S = 6.0  # between two rounds that agents play among themselves
-RESUME_S = 30.0  # a seat waits so long for its player to come back
 RESTART_RESUME_S = 120.0  # and so long after the server was started again
 PAUSE_LIMIT_S = 600.0
+HOLD_LIMIT_S = 24 * 3600.0  # for whoever runs a study
 EMPTY_S = 900.0  # a room without any client closes after this
 AGENTS_WAIT_S = 60.0  # and its agents wait so long for the first one
 AGENT_PATIENCE_S = 10.0  # the countdown waits so long for an agent that still loads
@@ -63,6 +63,7 @@ class Room:
         self.epoch = epoch  # counts rounds, replays included
         self.results: list[m.Result] = []
         self.missed_ticks = 0
+        self.held = ""  # why the person who runs a study has stopped the clock, empty when nobody has
         self.seating = Seating(room_id, seats, services.new_token, services.new_id)
         self._services = services
         self._due = now  # of the newest tick
@@ -81,8 +82,8 @@ class Room:
         for old in replaced:
             old.dismiss(m.CLOSE_REPLACED, "This seat is now played from another window.")
         welcome = m.Welcome(
-            m.PROTOCOL, BUILD, self.id, request.mode, taken, m.TICK_MS, m.POSES_PER_TICK, RESUME_S,
-            f"/play/{self.id}", f"/watch/{self.id}",
+            m.PROTOCOL, BUILD, self.id, request.mode, taken, m.TICK_MS, m.POSES_PER_TICK, self.config.resume_s,
+            f"/play/{self.id}", f"/watch/{self.id}", bool(self.config.study),
         )  # fmt: skip
         client.tell(welcome)
         client.tell(self._round_message())
@@ -162,7 +163,7 @@ class Room:
                 self._finish("stopped", "The game was paused for too long.")
         elif self.phase in ("lobby", "round_over"):
             for seat in self.seats:
-                if seat.token is not None and not seat.present and now - seat.absent_since >= RESUME_S:
+                if seat.token is not None and not seat.present and now - seat.absent_since >= self.config.resume_s:
                     self._give_seat_up(seat)
         if self.seating.clients:
             return
@@ -206,8 +207,7 @@ class Room:
         seed = self.config.challenge2_seed
         seed = None if seed is None else seed + self.index
         the_map = self._services.load_map(self.config.maps[self.index], seed, self.config.split)
-        limit = 0 if self.config.practice else self.config.limit_ticks
-        the_round = Round(the_map, limit, self.epoch, self._services.new_id(), seed or 0)
+        the_round = Round(the_map, self.config.round_ticks, self.epoch, self._services.new_id(), seed or 0)
         self._free_agents()
         self._seat_agents(the_round)
         return the_round
@@ -233,7 +233,7 @@ class Room:
 
     def _try_start(self, now: float) -> None:
         """Count down when everybody is ready for what comes next."""
-        if self.phase not in COUNTDOWN_FROM or not self.seating.clients:
+        if self.held or self.phase not in COUNTDOWN_FROM or not self.seating.clients:
             return
         if not all(seat.is_ready and not seat.gone for seat in self.seats):
             return
@@ -287,7 +287,7 @@ class Room:
         if self.config.practice:
             return Recorder(None)
         blue, red = self.seats
-        header = self.round.header((blue.info(), red.info()), self._services.wall_ns())
+        header = self.round.header((blue.info(), red.info()), self._services.wall_ns(), self.config.study)
         return self._services.open_recording(header, self.round.state)
 
     def _finish(self, outcome: Outcome, reason: str) -> None:
@@ -308,6 +308,7 @@ class Room:
             self._services.archive(journal)
         self._free_agents()
         self._broadcast(result)
+        self._services.ended(self.id, self.round.episode_id, result)
 
     def _enter(self, phase: m.Phase, reason: str, until: float = 0.0) -> None:
         self.phase, self.reason, self.until = phase, reason, until
@@ -335,10 +336,13 @@ class Room:
 
     def _enter_pause(self, now: float) -> None:
         """Pause, or stay paused, for whoever is absent or not ready."""
+        if self.held:
+            self._enter("paused", self.held, now + HOLD_LIMIT_S)
+            return
         absent = [seat for seat in self.seats if not seat.present]
         if absent:
             reason = f"{_names(absent)} lost the connection. The game waits."
-            self._enter("paused", reason, min(seat.absent_since for seat in absent) + RESUME_S)
+            self._enter("paused", reason, min(seat.absent_since for seat in absent) + self.config.resume_s)
         else:
             waiting = [seat for seat in self.seats if not seat.is_ready]
             reason = f"{_names(waiting)} paused the game." if waiting else "Everybody is back."
@@ -366,6 +370,32 @@ class Room:
         seat.ready = False
         self.round.note("pause", seat.index)
         self._enter_pause(now)
+
+    def hold(self, reason: str, now: float) -> None:
+        """Whoever runs a study stops the clock; it goes on with `release` alone."""
+        self.held = reason
+        if self.phase == "playing":
+            self.round.note("pause")
+        if self.phase in ("playing", "paused") or (self.phase == "countdown" and self.round.started):
+            self._enter_pause(now)
+        elif self.phase == "countdown":
+            self._enter("lobby", reason)
+
+    def release(self, now: float) -> None:
+        """The clock may go on: with a countdown as soon as everybody is here and ready."""
+        self.held = ""
+        if self.phase == "paused":
+            self._enter_pause(now)
+        self._try_start(now)
+
+    def retire(self, seat: Seat, now: float) -> None:
+        """Somebody has practised enough: the seat stands still from now on, and the other may play on."""
+        seat.vacate()
+        seat.kind, seat.key = "idle", None
+        if self.phase == "paused":
+            self._enter_pause(now)
+        self._announce(now)
+        self._try_start(now)
 
     def focus(self, client: Listener, visible: bool) -> None:
         """A page was hidden, which lets its sticks go, or is back."""

@@ -3,7 +3,7 @@
 Knows no client, no clock and no phase: the room says when to step and passes the actions.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +15,7 @@ from server import messages as m
 from server.controls import Latch
 from server.frames import Bundle, BundleEvent
 from server.recorder import Recorder
+from server.round_health import RoundHealth
 from world import World
 from world.metrics import EpisodeMetrics
 from world.scoring import delivered_items
@@ -44,6 +45,7 @@ class Round:
         self.recorder = Recorder(None)
         self.started = False
         self.deadline_misses = 0
+        self.health = RoundHealth()
         self._world = World(map_spec)
         self.state: WorldState = self._world.state()
         self.delivered: tuple[bool, ...] = tuple(self._world.delivered().tolist())
@@ -61,12 +63,16 @@ class Round:
         self.episode_id = episode.header.episode_id
         for actions in episode.actions:
             self._advance(actions)
+        for tick in episode.ticks:
+            self.health.tick(tick.actions, tick.rtt_ms, tick.late_ms)
         self.recorder = recorder
         self.started = True
 
     def note(self, kind: EventKind, seat: int = -1, item: int = -1, detail: str = "", pose: int = 0) -> None:
         """Record an event of the coming tick; what players should see travels with its bundle."""
         self.recorder.event(Event(self.state.tick + 1, kind, seat, item, detail))
+        if kind == "focus":
+            self.health.focus(seat, detail == "visible")
         if kind in m.EVENT_CODES:
             self._pending.append(BundleEvent(m.EVENT_CODES.index(kind), seat, item, pose))
 
@@ -86,6 +92,7 @@ class Round:
         poses = self._world.sub_poses()  # (5, 2 + N, 3)
         self._note_hands(actions, held)
         self._note_deliveries(delivered, poses)
+        self.health.tick(actions, rtt_ms, moment.late_ms)
         self._record(actions, latches, sources, rtt_ms, moment)
         return self._bundle(poses, latches, moment)
 
@@ -116,9 +123,13 @@ class Round:
             recording=self.episode_id if self.recorder.active else "",
         )
 
-    def header(self, seats: tuple[SeatInfo, SeatInfo], started_ns: int) -> EpisodeHeader:
+    def header(
+        self, seats: tuple[SeatInfo, SeatInfo], started_ns: int, study: Mapping[str, str] | None = None
+    ) -> EpisodeHeader:
         """What the recording begins with."""
-        return EpisodeHeader(self.episode_id, self.map, self.seed, self.limit_ticks, seats, started_ns, "live")
+        return EpisodeHeader(
+            self.episode_id, self.map, self.seed, self.limit_ticks, seats, started_ns, "live", study or {}
+        )
 
     def message(self, index: int, total: int, practice: bool) -> m.Round:
         """What clients need to draw this round."""

@@ -73,6 +73,7 @@ class Seat:
     alias: str = ""  # the pseudonym in recordings
     token: Hash | None = None
     previous_token: Hash | None = None
+    key: Hash | None = None  # always good: for whom a study lets in anew after a reload
     client: Listener | None = None
     ready: bool = False
     wants_again: bool = False
@@ -118,7 +119,7 @@ class Seat:
     # ---- tokens ---------------------------------------------------------------------------------------------
 
     def knows(self, token: str) -> bool:
-        kept = [each for each in (self.token, self.previous_token) if each is not None]
+        kept = [each for each in (self.token, self.previous_token, self.key) if each is not None]
         return any([token_matches(token, each) for each in kept])
 
     def sit(self, client: Listener, token: str, name: str) -> None:

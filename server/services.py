@@ -9,20 +9,30 @@ from maps import MapSpec
 from maps.errors import MovingOutError
 from maps.randomize import Split
 from recordings import EpisodeHeader
+from server import messages as m
 from server.recorder import Recorder
 from server.seats import AgentSource
 from world import WorldState
+
+RESUME_S = 30.0  # a seat waits so long for its player to come back
 
 
 class RoomConfig(msgspec.Struct, frozen=True, kw_only=True):
     """The series of a room."""
 
     maps: tuple[str, ...]
-    limit_ticks: int = 500  # per round; not used for practice
-    practice: bool = False  # no limit, not recorded
+    limit_ticks: int = 500  # per round; for practice only within a study
+    practice: bool = False  # not recorded
     challenge2_seed: int | None = None
     split: Split = "train"  # of the shapes that randomised maps may have
     countdown_s: float = 3.0
+    resume_s: float = RESUME_S
+    study: dict[str, str] = {}  # pseudonymous ids for the recording; empty for rooms of the lobby
+
+    @property
+    def round_ticks(self) -> int:
+        """The limit of a round, 0 for none."""
+        return 0 if self.practice and not self.study else self.limit_ticks
 
 
 class Services(Protocol):
@@ -38,6 +48,9 @@ class Services(Protocol):
 
     def archive(self, journal: Path) -> None:
         """Finalise a closed journal, elsewhere and later."""
+
+    def ended(self, room_id: str, episode_id: str, result: m.Result) -> None:
+        """A round is over and its recording is closed."""
 
     def new_id(self) -> str: ...
 

@@ -40,6 +40,8 @@ class Settings:
     agent_workers: int = 1
     countdown_s: float = 3.0  # from "everybody is ready" to the first tick
     admin_token: str = ""  # made at start when empty
+    lobby: bool = True  # whether anybody may open a room; a study opens its own
+    tick_s: float = 0.1  # real seconds per tick; less only to rehearse a study faster than people play
     limits: Limits = field(default_factory=Limits)
 
     @property

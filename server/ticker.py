@@ -14,7 +14,6 @@ from server.lateness import Lateness
 from server.messages import TICK_MS
 
 TICK_S = TICK_MS / 1e3
-BEAT_S = TICK_S / 2
 SLOTS = 50  # of 2 ms
 SLOT_STRIDE = 31  # neighbours in time are filled last
 EARLY_S = 0.001  # uvloop's timers may fire up to 1 ms early
@@ -35,10 +34,11 @@ class Entry:
 
 
 class Ticker:
-    """Runs the tick of each entry every 100 ms and its beat 50 ms later."""
+    """Runs the tick of each entry every `tick_s` (100 ms) and its beat half of that later."""
 
-    def __init__(self, clock: Callable[[], float]) -> None:
+    def __init__(self, clock: Callable[[], float], tick_s: float = TICK_S) -> None:
         self.lateness = Lateness()
+        self._tick_s = tick_s
         self._clock = clock
         self._origin = clock()
         self._queue: list[tuple[float, int, Entry, bool]] = []
@@ -91,13 +91,13 @@ class Ticker:
             entry.beat()
             return
         now = self._clock()
-        skipped = max(0, int((now - due) / TICK_S))
-        due += skipped * TICK_S
+        skipped = max(0, int((now - due) / self._tick_s))
+        due += skipped * self._tick_s
         self.lateness.add(max(0.0, now - due) * 1e3, skipped)
         entry.tick(now, due, skipped)
         if entry.alive:
-            self._push(self._grid_time(entry.slot, due + TICK_S / 2), entry, is_beat=False)
-            self._push(due + BEAT_S, entry, is_beat=True)
+            self._push(self._grid_time(entry.slot, due + self._tick_s / 2), entry, is_beat=False)
+            self._push(due + self._tick_s / 2, entry, is_beat=True)
 
     def _push(self, due: float, entry: Entry, is_beat: bool) -> None:
         self._serial += 1
@@ -105,5 +105,5 @@ class Ticker:
 
     def _grid_time(self, slot: int, after: float) -> float:
         """The first time after `after` that belongs to the slot; computed from the origin, so nothing drifts."""
-        offset = self._origin + slot * TICK_S / SLOTS
-        return offset + math.ceil((after - offset) / TICK_S) * TICK_S
+        offset = self._origin + slot * self._tick_s / SLOTS
+        return offset + math.ceil((after - offset) / self._tick_s) * self._tick_s

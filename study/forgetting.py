@@ -10,7 +10,7 @@ from recordings.listing import Summary
 from study.definition import Study
 from study.errors import StudyError
 from study.folder import StudyFolder
-from study.store.removal import episodes_of, remove, require
+from study.store.removal import clear, episodes_of, remove, require
 from study.store.store import Participant, Store
 from study.store.tables import consents
 
@@ -43,6 +43,11 @@ def forget(folder: StudyFolder, store: Store, pid: str) -> Forgotten:
     with closing(folder.open_identities()) as identities:
         known = identities.forget(pid) > 0
     return Forgotten(pid, remove(store, pid, removed), removed, known)
+
+
+def withdraw(folder: StudyFolder, store: Store, pid: str) -> int:
+    """Remove what a participant did, at their wish; the number of rows. May be asked for again."""
+    return clear(store, pid, _remove_recordings(folder.recordings, pid, set(episodes_of(store, pid))))
 
 
 def due(study: Study, store: Store) -> Due:

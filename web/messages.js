@@ -282,7 +282,8 @@ export function decodeBundle(buffer) {
  *   poses_per_tick: number,
  *   resume_s: number,
  *   join_path: string,
- *   watch_path: string
+ *   watch_path: string,
+ *   study: boolean
  * }} Welcome
  */
 

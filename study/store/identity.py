@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from sqlalchemy import delete, insert, select
+from sqlalchemy import delete, insert, select, update
 
 from study.store.database import Database
 from study.store.tables import identities
@@ -46,6 +46,32 @@ class IdentityStore:
             query = select(identities.c.source, identities.c.external_id).where(identities.c.pid == pid)
             row = connection.execute(query).one_or_none()
             return (str(row.source), str(row.external_id)) if row else None
+
+    def known(self, source: str, external_id: str) -> str | None:
+        """The pseudonym of somebody who was here before, or for whom a code was issued."""
+        with self._database.read() as connection:
+            query = select(identities.c.pid).where(
+                identities.c.source == source, identities.c.external_id == external_id
+            )
+            found = connection.execute(query).scalar()
+            return None if found is None else str(found)
+
+    def open_session(self, pid: str, token_hash: str) -> None:
+        """From now on the browser with this secret speaks for the participant, and no other."""
+        with self._database.write() as connection:
+            connection.execute(update(identities).where(identities.c.pid == pid).values(token=token_hash))
+
+    def of_session(self, token_hash: str) -> str | None:
+        """The participant for whom a secret speaks."""
+        with self._database.read() as connection:
+            found = connection.execute(select(identities.c.pid).where(identities.c.token == token_hash)).scalar()
+            return None if found is None else str(found)
+
+    def everybody(self) -> dict[str, tuple[str, str]]:
+        """Source and id by pseudonym."""
+        with self._database.read() as connection:
+            rows = connection.execute(select(identities.c.pid, identities.c.source, identities.c.external_id))
+            return {str(row.pid): (str(row.source), str(row.external_id)) for row in rows}
 
     def forget(self, pid: str) -> int:
         """Remove a participant; the number of rows."""

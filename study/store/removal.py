@@ -33,6 +33,21 @@ def remove(store: Store, pid: str, recordings: int) -> int:
     return rows
 
 
+def clear(store: Store, pid: str, recordings: int) -> int:
+    """Remove what a participant did, as they wished; the number of rows.
+
+    That they consented, and their code, stay: they are paid for their time. Nothing happens where nothing is left.
+    """
+    unit = store.participant(pid).unit
+    with store.database.write() as connection:
+        rows = _deeds(connection, pid, unit)
+        if rows or recordings:
+            record(connection, store.now(), "participant", "withdraw", pid, rows=rows, recordings=recordings)
+    if rows:
+        store.database.scrub()
+    return rows
+
+
 def forgotten(store: Store, pid: str) -> bool:
     """Whether there is a tombstone for somebody."""
     with store.database.read() as connection:
@@ -41,15 +56,21 @@ def forgotten(store: Store, pid: str) -> bool:
 
 
 def _rows(connection: Connection, pid: str, unit: int | None) -> int:
+    rows = _deeds(connection, pid, unit)
+    for table in (consents, participants):
+        rows += _remove(connection, table, table.c.pid == pid)
+    return rows
+
+
+def _deeds(connection: Connection, pid: str, unit: int | None) -> int:
+    """Answers, rounds and the notes about them."""
     mine = select(rounds.c.id).where(rounds.c.unit == unit)
     rows = _remove(connection, players, or_(players.c.pid == pid, players.c["round"].in_(mine)))
     if unit is not None:
         rows += _remove(connection, rounds, rounds.c.unit == unit)
         rows += _remove(connection, notes, notes.c.unit == unit)  # notes may say who it was
         connection.execute(update(units).where(units.c.id == unit).values(state="dropped"))
-    for table in (answers, consents, participants):
-        rows += _remove(connection, table, table.c.pid == pid)
-    return rows
+    return rows + _remove(connection, answers, answers.c.pid == pid)
 
 
 def _remove(connection: Connection, table: Table, condition: ColumnElement[bool]) -> int:

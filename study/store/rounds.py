@@ -79,6 +79,13 @@ class Rounds:
         with self._store.database.read() as connection:
             return frozenset(connection.execute(query.where(rounds.c.outcome.in_(("delivered", "time")))).scalars())
 
+    def block_seconds(self, unit: int) -> dict[str, float]:
+        """How long each block has lasted so far: from its first round's begin to its newest round's end."""
+        lasted = func.max(rounds.c.ended_ms) - func.min(rounds.c.started_ms)
+        query = select(rounds.c.block, lasted.label("ms")).where(rounds.c.unit == unit, rounds.c.ended_ms.is_not(None))
+        with self._store.database.read() as connection:
+            return {row.block: row.ms / 1e3 for row in connection.execute(query.group_by(rounds.c.block))}
+
     def open_episodes(self) -> Mapping[str, int]:
         """Recordings that were never closed, with their units: what a killed server leaves."""
         query = select(rounds.c.episode, rounds.c.unit).where(rounds.c.ended_ms.is_(None))

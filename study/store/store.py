@@ -57,6 +57,8 @@ class Participant:
     finished_ms: int | None
     outcome: str | None
     code: str | None
+    keep: bool | None  # whether the data may be kept, None while nobody has asked
+    screen: str  # the same for two who share one screen, else empty
 
 
 class Store:
@@ -140,6 +142,15 @@ class Store:
         """The participant is now at this step."""
         self._change(pid, step=step)
 
+    def speak(self, pid: str, language: str) -> None:
+        """The participant reads in this language from now on."""
+        self._change(pid, language=language)
+
+    def sit_together(self, pids: Sequence[str], screen: str) -> None:
+        """These share one screen, and will play with each other."""
+        with self.database.write() as connection:
+            connection.execute(update(participants).where(participants.c.pid.in_(pids)).values(screen=screen))
+
     def consent(self, pid: str, version: str, language: str, shown: str, boxes: Sequence[str]) -> None:
         """Keep a consent with the hash of exactly the text that was shown."""
         digest = sha256(shown.encode()).hexdigest()
@@ -213,6 +224,12 @@ class Store:
                 record(connection, self.now(), "server", "allocate", pid, unit=number, slot=row["slot"])
             return _unit(connection, number)
 
+    def active_units(self) -> tuple[Unit, ...]:
+        """Those who are on their way."""
+        with self.database.read() as connection:
+            numbers = connection.execute(select(units.c.id).where(units.c.state == "active").order_by(units.c.id))
+            return tuple(_unit(connection, number) for number in numbers.scalars())
+
     def unit(self, number: int) -> Unit:
         with self.database.read() as connection:
             return _unit(connection, number)
@@ -227,7 +244,16 @@ class Store:
     # ---- answers and notes ---------------------------------------------------------------------------------------
 
     def answer(
-        self, pid: str, step: str, questionnaire: str, partner: str, item: str, value: int, text: str, elapsed_ms: float
+        self,
+        pid: str,
+        step: str,
+        questionnaire: str,
+        partner: str,
+        item: str,
+        value: int,
+        text: str,
+        elapsed_ms: float,
+        hidden_ms: float = 0.0,
     ) -> None:
         """Keep one click. A changed mind is another row; the newest counts."""
         row: dict[str, Any] = {
@@ -237,7 +263,7 @@ class Store:
             "partner": partner,
             "item": item,
         }
-        row |= {"value": value, "text": text, "elapsed_ms": elapsed_ms, "at_ms": self.now()}
+        row |= {"value": value, "text": text, "elapsed_ms": elapsed_ms, "hidden_ms": hidden_ms, "at_ms": self.now()}
         with self.database.write() as connection:
             if not connection.execute(select(consents.c.id).where(consents.c.pid == pid)).first():
                 raise StudyError("nothing is kept before the consent is given")

@@ -70,6 +70,7 @@ participants = Table(
     Column("code", String(40), doc="completion code"),
     Column("keep", Boolean, doc="whether the data may be kept, asked at the debrief or at Stop"),
     Column("paid_ms", BigInteger, doc="when the payment was noted"),
+    Column("screen", String(16), nullable=False, server_default="", doc="the same for two who share one screen"),
 )
 consents = Table(
     "consents",
@@ -96,7 +97,9 @@ rounds = Table(
     Column("position", Integer, nullable=False, doc="which round of the unit this is, from 1"),
     Column("limit_ticks", Integer, nullable=False, doc="time limit, ticks of 100 ms"),
     Column("episode", String(64), nullable=False, unique=True, doc="id of the recording"),
-    Column("started_ms", BigInteger, nullable=False, doc="first tick"),
+    Column(
+        "started_ms", BigInteger, nullable=False, doc="when the room for it was opened, seconds before the first tick"
+    ),
     Column("ended_ms", BigInteger, doc="last tick, empty while it runs"),
     Column("outcome", String(16), doc="delivered, time, left, stopped, error or interrupted"),
     Column("ticks", Integer, doc="ticks played"),
@@ -132,6 +135,7 @@ answers = Table(
     Column("text", Text, nullable=False, doc="free text"),
     Column("elapsed_ms", Float, nullable=False, doc="since the page was shown"),
     Column("at_ms", BigInteger, nullable=False, doc="when it was clicked"),
+    Column("hidden_ms", Float, nullable=False, server_default="0", doc="of elapsed_ms, how long the page was hidden"),
 )
 notes = Table(
     "notes",
@@ -173,5 +177,6 @@ identities = Table(
     Column("external_id", Text, nullable=False, doc="id there"),
     Column("parameters", Text, nullable=False, doc="other parameters of the recruitment, JSON"),
     Column("at_ms", BigInteger, nullable=False, doc="first seen"),
+    Column("token", String(64), index=True, doc="hash of the secret of the browser that was opened last"),
     UniqueConstraint("source", "external_id"),
 )

@@ -4,6 +4,7 @@ import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -105,6 +106,7 @@ class FakeServices:
     folder: Path | None = None
     agents: FakeAgents = field(default_factory=FakeAgents)
     archived: list[Path] = field(default_factory=list)
+    results: list[tuple[str, m.Result]] = field(default_factory=list)
     changes: int = 0
     maps: Callable[[str], MapSpec] = load_map
     numbers: "itertools.count[int]" = field(default_factory=itertools.count)
@@ -117,6 +119,9 @@ class FakeServices:
 
     def archive(self, journal: Path) -> None:
         self.archived.append(journal)
+
+    def ended(self, room_id: str, episode_id: str, result: m.Result) -> None:
+        self.results.append((episode_id, result))
 
     def new_id(self) -> str:
         return f"id{next(self.numbers):06d}"
@@ -135,12 +140,12 @@ class Table:
     """A room with its clients and a clock that only moves when told to."""
 
     def __init__(
-        self, *maps: str, services: FakeServices | None = None, seats: list[Seat] | None = None, **config: int
+        self, *maps: str, services: FakeServices | None = None, seats: list[Seat] | None = None, **config: Any
     ):
         self.services = services or FakeServices()
         self.now = 1000.0
         self.seats = seats or [Seat(0, "human", shared=True), Seat(1, "human", shared=True)]
-        self.room = Room("room", RoomConfig(maps=maps or ("Simple",), **config), self.seats, self.services, self.now)  # type: ignore[arg-type]
+        self.room = Room("room", RoomConfig(maps=maps or ("Simple",), **config), self.seats, self.services, self.now)
         self.seqs = itertools.count(1)
 
     @property

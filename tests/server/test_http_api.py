@@ -1,12 +1,13 @@
 """The HTTP API as the pages use it."""
 
 import http.client
+from pathlib import Path
 
 import pytest
 
 from maps import map_from_json, map_names
 from server import messages as m
-from tests.server.live import ADMIN, Live
+from tests.server.live import ADMIN, Live, serve
 
 
 def test_all_maps_come_with_the_practice_room(live: Live) -> None:
@@ -165,3 +166,13 @@ def test_static_files_are_revalidated(live: Live) -> None:
     again = connection.getresponse()
     assert (again.status, again.read()) == (304, b"")
     connection.close()
+
+
+def test_a_server_that_runs_a_study_opens_rooms_for_its_experimenter_alone(tmp_path: Path) -> None:
+    wanted = {"maps": ["Simple"], "seats": [{"kind": "link"}, {"kind": "link"}]}
+    with serve(tmp_path, lobby=False) as study:
+        status, answer = study.call("/api/rooms", wanted)
+        assert (status, answer["error"]["code"]) == (403, "study")
+        status, answer = study.call("/api/rooms", wanted, token=ADMIN)
+        assert status == 200
+        assert study.call(f"/api/rooms/{answer['room']}")[1]["study"] is False

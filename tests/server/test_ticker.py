@@ -53,6 +53,15 @@ def test_a_room_ticks_every_100_ms_and_beats_in_between() -> None:
     assert calls.beats == [100.05, 100.15, 100.25, 100.35, 100.45, 100.55]
 
 
+def test_a_rehearsal_ticks_as_fast_as_it_is_told() -> None:
+    clock = Clock()
+    ticker, calls = Ticker(clock, tick_s=0.02), Calls(clock)
+    ticker.add(calls.tick, calls.beat)
+    run_until(ticker, clock, 100.055)
+    assert [due for due, _ in calls.ticks] == [100.0, 100.02, 100.04]
+    assert calls.beats == [100.01, 100.03, 100.05]
+
+
 def test_deadlines_do_not_drift_in_an_hour() -> None:
     clock = Clock()
     ticker, calls = Ticker(clock), Calls(clock)

@@ -15,6 +15,7 @@ from alembic.migration import MigrationContext
 from study.errors import StoreError, StudyError
 from study.store import IdentityStore, Store
 from study.store.database import Database
+from study.store.removal import clear
 from study.store.rounds import Played, Rounds, Seated
 from study.store.tables import (
     answers,
@@ -193,6 +194,64 @@ def test_who_comes_again_is_the_same_participant(tmp_path: Path) -> None:
     assert identities.pid("mturk", "5f3c")[0] != pid
     assert identities.external(pid) == ("prolific", "5f3c")
     assert identities.forget(pid) == 1 and identities.external(pid) is None
+
+
+def test_the_browser_that_was_opened_last_speaks_for_the_participant(tmp_path: Path) -> None:
+    identities = open_identities(tmp_path)
+    pid, _ = identities.pid("code", "K7QX")
+    assert (identities.known("code", "K7QX"), identities.known("code", "K7Q")) == (pid, None)
+    identities.open_session(pid, "hash of the first")
+    identities.open_session(pid, "hash of the second")
+    assert identities.of_session("hash of the first") is None
+    assert identities.of_session("hash of the second") == pid
+    assert identities.everybody() == {pid: ("code", "K7QX")}
+
+
+def test_after_a_restart_it_is_known_who_is_on_their_way(place: Path | str) -> None:
+    store = open_store(place)
+    agree(store, ["P1", "P2", "P3", "P4"])
+    pair, other = store.form_unit(["P1", "P2"]), store.form_unit(["P3", "P4"])
+    store.finish("P3", "withdrew", "CODE-3")
+    assert store.active_units() == (pair,)
+    assert store.unit(other.id) == other
+
+
+def test_a_block_lasts_from_its_first_round_to_the_end_of_the_newest(place: Path | str) -> None:
+    clock = Clock()
+    store = open_store(place, clock)
+    agree(store, ["P1"])
+    unit, played = store.form_unit(["P1"]), Rounds(store)
+    first, second, third = rounds_of(unit.slot)[:3]
+    for episode, step, seconds in (("e1", first, 30), ("e2", second, 20)):
+        played.begin(unit, step, episode, [Seated("P1", 0, "keyboard")])
+        clock.ms += seconds * 1000
+        played.end(episode, PLAYED)
+    played.begin(unit, third, "e3", [Seated("P1", 0, "keyboard")])
+    assert played.block_seconds(unit.id) == {first.block: pytest.approx(50, abs=0.1)}
+
+
+def test_two_at_one_screen_read_on_in_their_language(place: Path | str) -> None:
+    store = open_store(place)
+    agree(store, ["P1", "P2"])
+    store.sit_together(["P1", "P2"], "a1b2")
+    store.speak("P2", "de")
+    assert [(one.screen, one.language) for one in store.everybody()] == [("a1b2", "en"), ("a1b2", "de")]
+
+
+def test_what_a_participant_did_goes_at_their_wish_and_the_code_stays(place: Path | str) -> None:
+    store = open_store(place)
+    agree(store, ["P1", "P2"])
+    unit = store.form_unit(["P1"])
+    step = rounds_of(unit.slot)[0]
+    Rounds(store).begin(unit, step, "e1", [Seated("P1", 0, "keyboard")])
+    for pid in ("P1", "P2"):
+        store.answer(pid, "form", "demographics", "", "age", 2, "", 900.0, 100.0)
+    store.finish("P1", "withdrew", "CODE-1")
+    assert clear(store, "P1", 1) == 3
+    assert (store.rows(rounds), [row["pid"] for row in store.rows(answers)]) == ([], ["P2"])
+    assert store.participant("P1").code == "CODE-1" and len(store.rows(consents)) == 2
+    assert clear(store, "P1", 0) == 0, "asking again changes nothing"
+    assert [row["action"] for row in store.rows(audit)].count("withdraw") == 1
 
 
 @pytest.mark.parametrize(

@@ -27,7 +27,7 @@ const keyframe = (epoch, tick, timeMs) => ({
 /** @type {ServerMessage} */
 const welcome = {
   type: "welcome", protocol: 1, build: "", room: "r", mode: "play", seats: [{ seat: 0, token: "t" }], tick_ms: 100,
-  poses_per_tick: 5, resume_s: 30, join_path: "", watch_path: "",
+  poses_per_tick: 5, resume_s: 30, join_path: "", watch_path: "", study: false,
 };
 
 /** @type {ServerMessage} */
