@@ -190,7 +190,7 @@ async function play(names) {
 
 async function practise() {
   if (!practiceMap) return;
-  const seats = /** @type {[string, string]} */ (["here", "idle"]); // nobody hurries whoever learns
+  const seats = /** @type {[string, string]} */ (["here", "agent:idle"]); // nobody hurries whoever learns
   await openRoom(roomRequest({ ...choice(), seats }, [practiceMap.name], true), seats);
 }
 

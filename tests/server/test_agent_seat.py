@@ -5,6 +5,7 @@ import os
 import signal
 import time
 from collections.abc import Awaitable, Callable
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -34,7 +35,8 @@ def with_pool(scenario: Callable[[AgentPool], Awaitable[None]]) -> None:
         finally:
             await pool.close()
 
-    asyncio.run(run())
+    with ThreadPoolExecutor(1) as thread:  # browser tests in the same process leave a loop running in the main one
+        thread.submit(asyncio.run, run()).result()
 
 
 async def until(condition: Callable[[], bool]) -> None:
