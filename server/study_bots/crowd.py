@@ -1,0 +1,116 @@
+"""All simulated participants of a rehearsal at once, and what happens to the server meanwhile."""
+
+import asyncio
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from random import Random
+from urllib.parse import urlsplit
+
+import httpx
+
+from agents.populations import PEOPLE, POPULATIONS
+from server.study_bots.browser import Refusal, SimulationError, StudyBrowser
+from server.study_bots.faults import Faults, chaos
+from server.study_bots.participant import Diary, Participant
+from server.study_bots.pilot import CirclingPilot, Pilot, ScriptedPilot
+
+TIMEOUT = httpx.Timeout(30.0)
+STAGGER_S = 0.1  # between two arrivals
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Who takes part and how."""
+
+    participants: int
+    speed: float = 1.0
+    seed: int = 0
+    at_once: int = 16
+    chaos: bool = False
+    scripted: bool = True  # whether scripted people play, else circles are driven
+    run: str = ""  # so that two rehearsals have different participants
+
+
+@dataclass
+class Crowd:
+    """Those of one rehearsal; `diaries` grow while it runs."""
+
+    base: str
+    plan: Plan
+    diaries: list[Diary] = field(default_factory=list)
+
+    async def take_part(self) -> Sequence[Diary]:
+        """Everybody, so many at once. Raises SimulationError when somebody cannot go on."""
+        limits = httpx.Limits(max_connections=None, max_keepalive_connections=64)
+        async with httpx.AsyncClient(base_url=self.base, timeout=TIMEOUT, limits=limits) as http:
+            languages = await self._languages(http)
+            places = asyncio.Semaphore(self.plan.at_once)
+            try:
+                async with asyncio.TaskGroup() as group:
+                    for number in range(self.plan.participants):
+                        participant = self._participant(http, number)
+                        self.diaries.append(participant.diary)
+                        group.create_task(self._one(participant, places, languages))
+                        await asyncio.sleep(STAGGER_S / self.plan.speed)
+            except* (SimulationError, Refusal) as several:
+                raise SimulationError(f"a simulated participant cannot go on: {_first(several)}") from several
+        return self.diaries
+
+    async def _languages(self, http: httpx.AsyncClient) -> list[str]:
+        try:
+            study = (await http.get("/api/study")).raise_for_status().json()
+        except (httpx.HTTPError, ValueError) as error:
+            raise SimulationError(f"no study is served at {self.base}: {error}") from None
+        if not study.get("simulated"):
+            raise SimulationError(
+                f"{self.base} serves a study for real participants; simulated ones would spoil its data. "
+                "Start it with --rehearse 1, and with another --data folder"
+            )
+        languages: list[str] = study["languages"]
+        return languages
+
+    async def _one(self, participant: Participant, places: asyncio.Semaphore, languages: list[str]) -> None:
+        async with places:
+            await participant.take_part(languages)
+
+    def _participant(self, http: httpx.AsyncClient, number: int) -> Participant:
+        plan = self.plan
+        random = Random(f"{plan.seed} {number}")
+        address = urlsplit(self.base)._replace(scheme="wss" if self.base.startswith("https") else "ws").geturl()
+        faults = chaos(random) if plan.chaos else Faults(random)
+        name = f"simulated-{plan.run}-{number + 1:04d}"
+        return Participant(name, StudyBrowser(http), address, _pilot(plan, number), faults, random, plan.speed)
+
+
+def _pilot(plan: Plan, number: int) -> Pilot:
+    if not plan.scripted:
+        return CirclingPilot()
+    names = [f"{population}{person:02d}" for person in range(1, PEOPLE + 1) for population in POPULATIONS]
+    return ScriptedPilot(names[number % len(names)], plan.seed + number)
+
+
+async def with_kills(crowd: Crowd, kills: int, restart: Callable[[], None]) -> Sequence[Diary]:
+    """Take part while the server is killed and started again, evenly over the way of the crowd."""
+    taking_part = asyncio.create_task(_all(crowd))
+    for kill in range(kills):
+        while not taking_part.done() and progress(crowd) < (kill + 1) / (kills + 1):
+            await asyncio.sleep(0.1)
+        if not taking_part.done():
+            await asyncio.to_thread(restart)
+    return await taking_part
+
+
+async def _all(crowd: Crowd) -> Sequence[Diary]:
+    return await crowd.take_part()
+
+
+def progress(crowd: Crowd) -> float:
+    """The share of all steps that are done."""
+    shares = [diary.done / diary.total if diary.total else 0.0 for diary in crowd.diaries]
+    return sum(shares) / crowd.plan.participants
+
+
+def _first(group: BaseException) -> BaseException:
+    while isinstance(group, BaseExceptionGroup):
+        group = group.exceptions[0]
+    return group

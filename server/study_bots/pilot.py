@@ -1,0 +1,77 @@
+"""Who moves the stick of a simulated participant."""
+
+import math
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from agents.base import EpisodeInfo
+from agents.observing import observe
+from agents.person import Person
+from maps import MapSpec
+from server.frames import Bundle
+from world.metrics import TICK_S
+from world.state import WorldState
+
+POSE_S = 0.02  # between two poses of a bundle
+NOT_AGAIN = 2  # ticks after a press, until its effect is seen
+
+
+class Stick(NamedTuple):
+    """What a hand does for one tick."""
+
+    move: float  # [-1, 1]
+    heading: float  # rad
+    press: bool
+
+
+class Pilot(Protocol):
+    """Plays one seat of one round at a time."""
+
+    def begin(self, the_map: MapSpec, seat: int, ticks: int) -> None: ...
+
+    def steer(self, bundle: Bundle) -> Stick: ...
+
+
+class ScriptedPilot:
+    """A scripted person (agents/person.py) who sees what the wire shows: poses, hands, nothing else."""
+
+    def __init__(self, name: str, seed: int) -> None:
+        self._person = Person(name, seed)
+        self._seed = seed
+
+    def begin(self, the_map: MapSpec, seat: int, ticks: int) -> None:
+        self._map, self._seat = the_map, seat
+        self._pressed_at = -NOT_AGAIN
+        self._person.reset(EpisodeInfo(the_map, seat, self._seed, ticks))
+
+    def steer(self, bundle: Bundle) -> Stick:
+        row = self._person.act(observe(self._map, state_of(bundle), self._seat))[0]
+        press = row[3] > 0.5 and bundle.tick - self._pressed_at > NOT_AGAIN
+        if press:
+            self._pressed_at = bundle.tick
+        return Stick(float(np.clip(row[0], -1, 1)), math.atan2(row[2], row[1]), press)
+
+
+class CirclingPilot:
+    """Drives in circles and presses now and then: costs nothing, for measuring the server alone."""
+
+    def begin(self, the_map: MapSpec, seat: int, ticks: int) -> None:
+        self._seat = seat
+
+    def steer(self, bundle: Bundle) -> Stick:
+        return Stick(1.0, math.remainder(bundle.tick * TICK_S + self._seat, 2 * math.pi), bundle.tick % 30 == 0)
+
+
+def state_of(bundle: Bundle) -> WorldState:
+    """The state at the end of a bundle; velocities are those of its last 20 ms."""
+    poses, before = bundle.poses[-1], bundle.poses[-2]
+    steps = poses[:2] - before[:2]
+    steps[:, 2] = np.remainder(steps[:, 2] + math.pi, 2 * math.pi) - math.pi
+    return WorldState(
+        tick=bundle.tick,
+        robot_poses=poses[:2].copy(),
+        robot_velocities=steps / POSE_S,
+        held=np.array(bundle.held),
+        item_poses=poses[2:].copy(),
+    )

@@ -1,0 +1,79 @@
+"""A server for a rehearsal: `movingout study serve --rehearse` in a process of its own, which may be killed."""
+
+import re
+import subprocess
+import sys
+import threading
+from pathlib import Path
+from typing import NamedTuple
+
+from server.study_bots.browser import SimulationError
+
+START_S = 60.0
+STOP_S = 60.0
+
+
+class Served(NamedTuple):
+    """Where a study is served."""
+
+    base: str  # http://127.0.0.1:8000
+    admin_token: str = ""
+
+
+class RehearsalServer:
+    """Use it as a context; `kill` and `start` in between are what a power cut is."""
+
+    def __init__(self, file: Path, data: Path, speed: float) -> None:
+        self.served = Served("")
+        program = [sys.executable, "-m", "server.cli", "study", "serve", str(file)]
+        self._command = [*program, "--data", str(data), "--rehearse", f"{speed:g}"]
+        self._port = "0"
+        self._process: subprocess.Popen[str] | None = None
+
+    def __enter__(self) -> "RehearsalServer":
+        self.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._process is not None:
+            self._process.terminate()
+            self._wait()
+
+    def start(self) -> None:
+        """On the same port as before. Raises SimulationError when it does not come up."""
+        command = [*self._command, "--port", self._port]
+        self._process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        timer = threading.Timer(START_S, self._process.kill)
+        timer.start()
+        try:
+            self.served = self._read_links(self._process)
+        finally:
+            timer.cancel()
+        self._port = self.served.base.rpartition(":")[2]
+
+    def kill(self) -> None:
+        """kill -9."""
+        assert self._process is not None
+        self._process.kill()
+        self._wait()
+
+    def _wait(self) -> None:
+        assert self._process is not None and self._process.stdout is not None
+        try:
+            self._process.wait(STOP_S)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+        self._process.stdout.close()
+        self._process = None
+
+    def _read_links(self, process: "subprocess.Popen[str]") -> Served:
+        assert process.stdout is not None
+        base = ""
+        for line in process.stdout:
+            if found := re.search(r"(https?://\S+?)/study\b", line):
+                base = base or found[1]
+            if found := re.search(r"Admin token\s+(\S+)", line):
+                return Served(base, found[1])
+        self._wait()
+        raise SimulationError("the server for the rehearsal did not start; the lines above say why")
