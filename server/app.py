@@ -3,8 +3,9 @@
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
-from fastapi import FastAPI
+from fastapi import APIRouter, FastAPI
 from starlette.routing import WebSocketRoute
+from starlette.types import Lifespan
 
 from server import http_api, pages, thoughts
 from server.headers import BodyLimit, SecureHeaders
@@ -22,13 +23,20 @@ def create_app(settings: Settings) -> FastAPI:
         yield
         await host.stop()
 
+    return assemble(host, lifespan)
+
+
+def assemble(host: Host, lifespan: Lifespan[FastAPI], *first: APIRouter) -> FastAPI:
+    """The application of a host; what `first` has to say to an address counts more than the usual pages."""
     app = FastAPI(title="Moving Out Live", lifespan=lifespan, docs_url=None, redoc_url=None, openapi_url=None)
     app.state.host = host
+    for router in first:
+        app.include_router(router)
     http_api.install(app, host)
     app.include_router(pages.router)
     app.include_router(thoughts.routes(host))
     app.mount("/static", pages.StaticModules(directory=pages.WEB))
     app.router.routes.append(WebSocketRoute("/ws", host.endpoint))
-    app.add_middleware(BodyLimit, limit=settings.limits.body_bytes)
+    app.add_middleware(BodyLimit, limit=host.settings.limits.body_bytes)
     app.add_middleware(SecureHeaders)
     return app

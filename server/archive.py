@@ -11,10 +11,11 @@ import os
 import re
 import signal
 from collections import OrderedDict
+from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import orjson
 
@@ -26,6 +27,7 @@ from recordings.listing import Unreadable, read_summary, recording_paths
 from server import messages as m
 from server.ghosts import Casting, casting
 
+Result = TypeVar("Result")
 log = logging.getLogger(__name__)
 
 _ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,79}")
@@ -89,6 +91,11 @@ class Archive:
             raise RecordingError("there is no such recording; it may still be running or may have been deleted")
         return path
 
+    async def read(self, episode_id: str, work: Callable[[Path], Result]) -> Result:
+        """What `work` finds in a recording, in the other process. Raises RecordingError."""
+        found: Result = await self._run(work, await self.path(episode_id))
+        return found
+
     async def variant(self, name: str, seed: int, split: Split) -> MapSpec:
         """A randomised map, made in the other process. Raises MapError."""
         the_map: MapSpec = await self._run(_variant, name, seed, split)
@@ -99,9 +106,13 @@ class Archive:
         found: Casting = await self._run(casting, ghost)
         return found
 
+    async def settled(self) -> None:
+        """Wait until every journal that was handed in is a recording."""
+        await asyncio.gather(*self._pending.values(), return_exceptions=True)
+
     async def close(self) -> None:
         """Finish what is pending and end the process."""
-        await asyncio.gather(*self._pending.values(), return_exceptions=True)
+        await self.settled()
         await asyncio.to_thread(self._executor.shutdown)
 
     def _begin(self, journal: Path, work: Any) -> None:

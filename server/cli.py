@@ -29,7 +29,9 @@ COMMANDS = {
     "agents": Command("agents.command", "list, show and probe agents"),
     "maps": Command("maps.command", "list, show, check, render and randomize maps"),
     "recordings": Command("recordings.command", "list, verify, view, report, export and import recordings"),
-    "study": Command("study.command", "write and check study files; report, export, forget and purge their data"),
+    "study": Command(
+        "server.study.command", "write and check study files; serve them; report, export and forget their data"
+    ),
     "loadtest": Command("server.loadtest", "measure the server with bots that speak the real protocol"),
     "doctor": Command("server.doctor", "check this machine and this installation"),
 }

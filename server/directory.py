@@ -60,6 +60,9 @@ class Directory:
         )
         self.changed(room.id)
 
+    def has_variant(self, name: str, seed: int, split: Split) -> bool:
+        return (name, seed, split) in self._variants
+
     def keep_variant(self, name: str, seed: int, split: Split, variant: MapSpec) -> None:
         """A randomised map that was made ahead; the oldest make room."""
         self._variants[name, seed, split] = variant

@@ -124,6 +124,10 @@ class Host:
             return f"All {limits.rooms} rooms of this server are in use; close one or try again later."
         if self.cpu_share > limits.cpu_share:
             return f"The server is busy ({self.cpu_share:.0%} of a core); running games come first. Try again later."
+        return self.full_disk()
+
+    def full_disk(self) -> str:
+        """Why nothing more can be recorded, empty while there is room."""
         if shutil.disk_usage(self.settings.data).free < 50e6:
             return "The server's disk is almost full; somebody has to make room before new games are opened."
         return ""
@@ -140,6 +144,8 @@ class Host:
 
     async def _prepare(self, wanted: list[tuple[str, int, Split]]) -> None:
         for name, seed, split in wanted:
+            if self.directory.has_variant(name, seed, split):
+                continue
             self.directory.keep_variant(name, seed, split, await self.archive.variant(name, seed, split))
 
     # ---- restart --------------------------------------------------------------------------------------------

@@ -2,7 +2,7 @@
 
 import asyncio
 import io
-from typing import Any, TypeVar
+from typing import Any
 
 import msgspec
 import segno
@@ -15,15 +15,13 @@ from recordings import RecordingError
 from server import messages as m
 from server import pages
 from server.api_error import ApiError
+from server.callers import address_of, admin, bearer, body_of, own_page
 from server.host import Host
 from server.opening import RoomRequest, open_room
-from server.origin import origin_allowed
 from server.report import report
 from server.room import Room
 from server.seats import Seat
 from study.questionnaire import PAPER, AnswerError
-
-Body = TypeVar("Body")
 
 
 class AnswerRequest(msgspec.Struct, forbid_unknown_fields=True):
@@ -79,13 +77,13 @@ def _play_routes(host: Host) -> APIRouter:
         offered = [{"id": card.id, "name": card.name, "description": card.description} for card in cards]
         return {"agents": offered, "default": partner}
 
-    @router.post("/api/rooms", dependencies=[Depends(_own_page(host))])
+    @router.post("/api/rooms", dependencies=[Depends(own_page(host))])
     async def new_room(request: Request) -> dict[str, Any]:
-        if not host.settings.lobby and not host.is_admin(_bearer(request)):
+        if not host.settings.lobby and not host.is_admin(bearer(request)):
             raise ApiError(403, "study", "This server runs a study, which opens its rooms by itself.")
-        if not host.is_admin(_bearer(request)) and not host.gate.may_open_room(_address(request)):
+        if not host.is_admin(bearer(request)) and not host.gate.may_open_room(address_of(request)):
             raise ApiError(429, "too_many_rooms", "Too many rooms were opened from your address; wait a minute.")
-        return await open_room(host, await _body(request, RoomRequest))
+        return await open_room(host, await body_of(request, RoomRequest))
 
     @router.get("/api/rooms/{room_id}")
     async def room(room_id: str) -> dict[str, Any]:
@@ -126,7 +124,7 @@ def _answer_routes(host: Host) -> APIRouter:
     @router.post("/api/rooms/{room_id}/answers")
     async def save_answer(room_id: str, request: Request) -> dict[str, bool]:
         seat = _seat_of_token(host, room_id, request)
-        answer = await _body(request, AnswerRequest)
+        answer = await body_of(request, AnswerRequest)
         try:
             PAPER.check_answer(answer.question, answer.value, answer.text)
         except AnswerError as error:
@@ -149,10 +147,10 @@ def _answer_routes(host: Host) -> APIRouter:
 
 def _seat_of_token(host: Host, room_id: str, request: Request) -> Seat:
     room = _room(host, room_id)
-    address = _address(request)
+    address = address_of(request)
     if host.gate.locked(address, "seat"):
         raise ApiError(429, "locked", "Too many wrong keys from your address; wait a minute.")
-    seat = room.seating.seat_of_token(_bearer(request))
+    seat = room.seating.seat_of_token(bearer(request))
     if seat is None:
         host.gate.wrong_token(address, "seat")
         raise ApiError(401, "wrong_token", "This seat's key is not valid; reload the page of the game.")
@@ -163,9 +161,10 @@ def _seat_of_token(host: Host, room_id: str, request: Request) -> Seat:
 
 
 def _recording_routes(host: Host) -> APIRouter:
-    router = APIRouter()
+    blinded = [] if host.settings.lobby else [Depends(admin(host))]  # a recording says who the partner was
+    router = APIRouter(dependencies=blinded)
 
-    @router.get("/api/recordings", dependencies=[Depends(_admin(host))])
+    @router.get("/api/recordings", dependencies=[Depends(admin(host))])
     async def recordings() -> dict[str, Any]:
         return {"recordings": await host.archive.listing()}
 
@@ -200,7 +199,7 @@ def _recording_routes(host: Host) -> APIRouter:
 
 
 def _admin_routes(host: Host) -> APIRouter:
-    router = APIRouter(prefix="/api/admin", dependencies=[Depends(_admin(host))])
+    router = APIRouter(prefix="/api/admin", dependencies=[Depends(admin(host))])
 
     @router.get("/state")
     async def state() -> dict[str, Any]:
@@ -221,30 +220,7 @@ def _admin_routes(host: Host) -> APIRouter:
     return router
 
 
-def _admin(host: Host) -> Any:
-    async def check(request: Request) -> None:
-        address = _address(request)
-        if host.gate.locked(address, "admin"):
-            raise ApiError(429, "locked", "Too many wrong keys from your address; wait a minute.")
-        token = _bearer(request)
-        if not token:
-            raise ApiError(401, "no_token", "This needs the admin token that `movingout play` printed.")
-        if not host.is_admin(token):
-            host.gate.wrong_token(address, "admin")
-            raise ApiError(403, "wrong_token", "This is not the admin token that `movingout play` printed.")
-
-    return check
-
-
 # ---- shared ---------------------------------------------------------------------------------------------------
-
-
-def _own_page(host: Host) -> Any:
-    async def check(request: Request) -> None:
-        if not origin_allowed(request.scope["headers"], request.url.scheme, host.settings.origins):
-            raise ApiError(403, "origin", "This page may not talk to this server.")
-
-    return check
 
 
 def _room(host: Host, room_id: str) -> Room:
@@ -252,20 +228,3 @@ def _room(host: Host, room_id: str) -> Room:
     if room is None:
         raise ApiError(404, "no_room", "There is no such room (any more); open a new one from the start page.")
     return room
-
-
-def _bearer(request: Request) -> str:
-    scheme, _, token = request.headers.get("authorization", "").partition(" ")
-    return token.strip() if scheme.lower() == "bearer" else ""
-
-
-def _address(request: Request) -> str:
-    return request.client.host if request.client else ""
-
-
-async def _body(request: Request, kind: type[Body]) -> Body:
-    try:
-        body: Body = msgspec.json.decode(await request.body(), type=kind)
-        return body
-    except (msgspec.MsgspecError, RecursionError, UnicodeError) as error:
-        raise ApiError(422, "bad_request", f"the request is not understood: {error}") from None

@@ -27,7 +27,7 @@ class StaticModules(StaticFiles):
         return response
 
 
-def _page(name: str) -> FileResponse:
+def page(name: str) -> FileResponse:
     return FileResponse(WEB / name, headers=NO_CACHE)
 
 
@@ -38,35 +38,35 @@ def missing() -> FileResponse:
 
 @router.get("/")
 async def lobby() -> FileResponse:
-    return _page("index.html")
+    return page("index.html")
 
 
 @router.get("/play/{room}")
 @router.get("/watch/{room}")
 async def play(room: str) -> FileResponse:
-    return _page("play.html")
+    return page("play.html")
 
 
 @router.get("/practice")
 async def practice() -> FileResponse:
-    return _page("index.html")
+    return page("index.html")
 
 
 @router.get("/recordings")
 async def recordings() -> FileResponse:
-    return _page("recordings.html")
+    return page("recordings.html")
 
 
 @router.get("/replay/{episode}")
 async def replay(episode: str) -> FileResponse:
-    return _page("replay.html")
+    return page("replay.html")
 
 
 @router.get("/admin")
 async def admin() -> FileResponse:
-    return _page("admin.html")
+    return page("admin.html")
 
 
 @router.get("/favicon.ico")
 async def icon() -> FileResponse:
-    return _page("icon.svg")
+    return page("icon.svg")

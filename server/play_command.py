@@ -46,10 +46,10 @@ def run(args: argparse.Namespace) -> int:
     agent_card(settings.partner)
     if is_ghost(settings.partner):
         casting(settings.partner.removeprefix(f"{GHOST}:"))
-    _check_data(settings.data)
+    check_data(settings.data)
     listening = listen(settings.host, settings.port)
     settings = replace(settings, port=listening.getsockname()[1])
-    certificate = _certificate(settings) if settings.tls else None
+    certificate = certificate_for(settings) if settings.tls else None
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s", stream=sys.stderr)
     app = create_app(settings)
     links = _links(settings, app.state.host.admin_token)
@@ -79,7 +79,7 @@ def _settings(args: argparse.Namespace) -> Settings:
     )
 
 
-def _check_data(folder: Path) -> None:
+def check_data(folder: Path) -> None:
     """Make the folder and write a byte, so that a fault is told now and not after the first game."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -92,7 +92,8 @@ def _check_data(folder: Path) -> None:
         ) from None
 
 
-def _certificate(settings: Settings) -> Certificate:
+def certificate_for(settings: Settings) -> Certificate:
+    """Made at the first start. Raises BadDataFolder."""
     try:
         return certificate_in(settings.data / "tls", settings.host)
     except OSError as error:
@@ -101,22 +102,28 @@ def _certificate(settings: Settings) -> Certificate:
 
 def _links(settings: Settings, admin_token: str) -> str:
     """What to open, for the person who has just started the server."""
-    scheme = "https" if settings.tls else "http"
-    everywhere = settings.host in EVERYWHERE
-    hosts = ["localhost", *lan_addresses()] if everywhere else [settings.host]
-    bases = [f"{scheme}://{_bracketed(host)}:{settings.port}" for host in hosts]
+    bases = addresses(settings)
     lines = ["", "Moving Out Live is ready.", ""]
     lines += [f"  Play         {base}/" for base in bases]
     lines += [f"  Watch        {bases[0]}/watch/ROOM (every room shows its own link)"]
     lines += [f"  Recordings   {bases[0]}/recordings"]
     lines += [f"  Admin        {bases[0]}/admin", f"  Admin token  {admin_token}"]
     lines += [f"  Data         {settings.data.resolve()}", ""]
-    return "\n".join(lines + _hints(settings, everywhere))
+    return "\n".join(lines + hints(settings, "movingout play"))
 
 
-def _hints(settings: Settings, everywhere: bool) -> list[str]:
+def addresses(settings: Settings) -> list[str]:
+    """Where the server is found, this machine's own name first."""
+    scheme = "https" if settings.tls else "http"
+    hosts = ["localhost", *lan_addresses()] if settings.host in EVERYWHERE else [settings.host]
+    return [f"{scheme}://{_bracketed(host)}:{settings.port}" for host in hosts]
+
+
+def hints(settings: Settings, command: str) -> list[str]:
+    """What else whoever started it may want to know."""
+    everywhere = settings.host in EVERYWHERE
     if not everywhere and not settings.tls:
-        return ["Only this machine can connect. For others in the network: movingout play --host 0.0.0.0 --tls", ""]
+        return [f"Only this machine can connect. For others in the network: {command} --host 0.0.0.0 --tls", ""]
     if everywhere and not settings.tls:
         return ["On other machines gamepads need https: add --tls.", ""]
     return ["The certificate is self-signed: the browser asks once whether to trust it.", ""]

@@ -8,11 +8,12 @@ import json
 from collections.abc import AsyncIterator
 from typing import Any
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Request
 from fastapi.responses import StreamingResponse
 
 from server.agent_seat import AgentSeat
 from server.api_error import ApiError
+from server.callers import bearer
 from server.host import Host
 from server.room import Room
 
@@ -27,10 +28,12 @@ def routes(host: Host) -> APIRouter:
     open_streams: set[object] = set()
 
     @router.get("/api/rooms/{room_id}/thoughts")
-    async def thoughts(room_id: str) -> StreamingResponse:
+    async def thoughts(room_id: str, request: Request) -> StreamingResponse:
         room = host.directory.rooms.get(room_id)
         if room is None:
             raise ApiError(404, "no_room", "There is no such game. It may be over.")
+        if room.config.study and not host.is_admin(bearer(request)):
+            raise ApiError(403, "blinded", "What the partner thinks is not shown in a round of a study.")
         if len(open_streams) >= STREAMS:
             raise ApiError(503, "full", f"{STREAMS} people look into agents here already; try again later.")
         return StreamingResponse(stream(room), media_type="text/event-stream", headers={"cache-control": "no-store"})

@@ -22,7 +22,8 @@ from study.template import template_names, template_text
 _MOST_ORDERS = 12  # rows of the order table; --json has all
 
 
-def configure(parser: argparse.ArgumentParser) -> None:
+def configure(parser: argparse.ArgumentParser) -> "argparse._SubParsersAction[argparse.ArgumentParser]":
+    """Add the commands; what comes back takes further ones."""
     commands = parser.add_subparsers(dest="action", metavar="COMMAND", required=True, title="commands")
 
     new = commands.add_parser("new", help="write a commented study file to start from")
@@ -37,6 +38,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     check.add_argument("--json", action="store_true", help="one JSON document on standard output")
     check.set_defaults(perform=_check)
     data_command.configure(commands)
+    return commands
 
 
 def run(args: argparse.Namespace) -> int:

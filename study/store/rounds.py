@@ -31,7 +31,7 @@ class Seated:
 
     pid: str
     seat: int
-    device: str
+    device: str  # at the end of a round empty where nothing was pressed: then it stays what it was
     rtt_ms: float | None = None  # median
     idle_share: float | None = None
     hidden_s: float | None = None
@@ -71,7 +71,8 @@ class Rounds:
             connection.execute(change.values(**asdict(played), ended_ms=self._store.now()))
             for one in seated:
                 here = update(players).where(players.c.round == number, players.c.pid == one.pid)
-                connection.execute(here.values(**asdict(one)))
+                known = {name: value for name, value in asdict(one).items() if value not in (None, "")}
+                connection.execute(here.values(**known))
 
     def finished_steps(self, unit: int) -> frozenset[str]:
         """The keys of rounds that ran to their end and count."""
@@ -85,6 +86,12 @@ class Rounds:
         query = select(rounds.c.block, lasted.label("ms")).where(rounds.c.unit == unit, rounds.c.ended_ms.is_not(None))
         with self._store.database.read() as connection:
             return {row.block: row.ms / 1e3 for row in connection.execute(query.group_by(rounds.c.block))}
+
+    def newest_episodes(self) -> Mapping[int, str]:
+        """The recording of each unit's newest round."""
+        query = select(rounds.c.unit, rounds.c.episode).order_by(rounds.c.id)
+        with self._store.database.read() as connection:
+            return {row.unit: row.episode for row in connection.execute(query)}
 
     def open_episodes(self) -> Mapping[str, int]:
         """Recordings that were never closed, with their units: what a killed server leaves."""

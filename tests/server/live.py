@@ -7,12 +7,13 @@ import threading
 import time
 import urllib.error
 import urllib.request
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from fastapi import FastAPI
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
@@ -163,14 +164,20 @@ class Person:
 
 
 @contextmanager
-def serve(data: Path, limits: Limits | None = None, **settings: Any) -> Iterator[Live]:
+def serve(
+    data: Path,
+    limits: Limits | None = None,
+    app_of: Callable[[Settings], FastAPI] = create_app,
+    port: int = 0,
+    **settings: Any,
+) -> Iterator[Live]:
     """A server for one `with` block."""
-    listening = listen("127.0.0.1", 0)
+    listening = listen("127.0.0.1", port)
     port = listening.getsockname()[1]
     settings = {"countdown_s": 0.3, **settings}
     chosen = Settings(port=port, data=data, admin_token=ADMIN, limits=limits or Limits(cpu_share=9.0), **settings)
     started = threading.Event()
-    app = create_app(chosen)
+    app = app_of(chosen)
     server = game_server(app, chosen, None, on_ready=started.set)
     loops: list[asyncio.AbstractEventLoop] = []
 

@@ -1,0 +1,34 @@
+"""`movingout study`: what study/command.py offers, and serving a study. The server is imported only when it serves."""
+
+import argparse
+import importlib
+from pathlib import Path
+
+from study import command
+from study.command import run
+
+__all__ = ["configure", "run"]
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    commands = command.configure(parser)
+    serve = commands.add_parser("serve", help="run a study: links for participants, and the experimenter's screen")
+    add = serve.add_argument
+    add("file", type=Path, metavar="FILE", help="the study file")
+    add("--data", type=Path, default=Path("data"), metavar="DIR", help="where everything goes (default: data)")
+    add("--database", metavar="URL", help="postgresql://...; default: a file in DIR")
+    add("--identities", metavar="URL", help="the database of identities; default: a file in DIR")
+    add("--codes", action="store_true", help="let nobody in without a code that the experimenter hands out")
+    add("--host", default="127.0.0.1", help="address to serve (%(default)s); 0.0.0.0 for the whole network")
+    add("--port", type=int, default=8000, help="port to serve (%(default)s); 0 for any free one")
+    add("--tls", action="store_true", help="serve https with a self-signed certificate, for gamepads in the network")
+    add("--origin", action="append", default=[], metavar="URL", help="another page that may connect (repeatable)")
+    add("--proxy", action="append", default=[], metavar="ADDRESS", help="a reverse proxy to believe (repeatable)")
+    add("--agent-workers", type=int, default=1, metavar="N", help="processes for agents")
+    add("--speed", type=float, default=1.0, metavar="N", help="rehearse with bots N times as fast; people need 1")
+    serve.set_defaults(perform=_serve)
+
+
+def _serve(args: argparse.Namespace) -> int:
+    code: int = importlib.import_module("server.study.serving").serve(args)
+    return code

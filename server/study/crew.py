@@ -1,0 +1,63 @@
+"""Who plays together: one participant with agents, or two with each other; and the room they are in."""
+
+from dataclasses import dataclass, field
+
+from server.room import Room
+from server.study.guest import Guest
+from study.protocol import Step
+from study.store import Unit
+from study.store.rounds import Played, Seated
+
+FINISHED = ("delivered", "time")  # outcomes of rounds that count
+
+
+@dataclass(frozen=True, slots=True)
+class Game:
+    """A round or the practice in its room."""
+
+    room: Room
+    step: Step
+    keys: dict[str, str]  # pid to the key of the seat
+    seats: dict[str, int]  # pid to seat
+
+
+@dataclass(frozen=True, slots=True)
+class Over:
+    """A round or the practice that has ended, until the store knows of it."""
+
+    step: Step
+    episode: str
+    played: Played
+    seated: tuple[Seated, ...]
+
+    @property
+    def counts(self) -> bool:
+        return self.played.outcome in FINISHED
+
+
+@dataclass(eq=False)
+class Crew:
+    """A unit of the study."""
+
+    unit: Unit
+    guests: list[Guest]
+    ready: set[str] = field(default_factory=set)  # pids who want the round of their step to begin
+    ready_at: float = 0.0  # when the first of them said so
+    practised: set[str] = field(default_factory=set)  # pids who have practised enough
+    game: Game | None = None
+    over: Over | None = None
+    paused: bool = False
+    problem: str = ""  # why no round can begin now
+    episode: str = ""  # the recording of the newest round
+
+    def others(self, guest: Guest) -> list[Guest]:
+        return [other for other in self.guests if other is not guest]
+
+    def all_ready(self, step: Step) -> bool:
+        """Whether everybody is at this step and wants it to begin."""
+        return all(one.place.step == step.key and one.pid in self.ready for one in self.guests)
+
+    def seat_of(self, step: Step, guest: Guest) -> int:
+        """0 blue, 1 red: the second of a pair sits opposite the first."""
+        first = step.turn.seat if step.turn else 0
+        return (first + self.guests.index(guest)) % 2

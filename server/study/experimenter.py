@@ -1,0 +1,141 @@
+"""What the experimenter can do to a running study. Everything is kept in the audit or beside the data."""
+
+from collections.abc import Iterable
+from time import time
+from typing import Any
+
+import msgspec
+
+from server.study.crew import Crew
+from server.study.guest import Guest
+from server.study.reception import Reception
+from server.study.running import PAUSED, RunningStudy
+from study.errors import StudyError
+
+PAYMENT_COLUMNS = ("source", "id", "pid", "outcome", "code", "minutes", "amount", "currency", "data_kept")
+
+
+class Order(msgspec.Struct):
+    """The body of what the experimenter asks for: about whom, and why."""
+
+    pid: str | None = None
+    unit: int | None = None
+    episode: str | None = None
+    reason: str = ""
+    text: str = ""
+
+
+class Experimenter:
+    """The actions of the experimenter's screen."""
+
+    def __init__(self, running: RunningStudy, reception: Reception) -> None:
+        self._running = running
+        self._reception = reception
+
+    async def pause(self, order: Order) -> None:
+        """Stop the clock of one unit, or of everybody."""
+        await self._set_paused(order, True)
+
+    async def resume(self, order: Order) -> None:
+        await self._set_paused(order, False)
+
+    async def _set_paused(self, order: Order, paused: bool) -> None:
+        running = self._running
+        async with running.lock:
+            await self._audit("pause" if paused else "resume", order)
+            crews: Iterable[Crew]
+            if order.pid or order.unit is not None:
+                crews = [self._crew(order)]
+                for crew in crews:
+                    crew.paused = paused
+            else:
+                running.paused, crews = paused, running.crews.values()
+            for crew in crews:
+                self._hold(crew)
+            running.push(*running.guests.values())
+
+    def _hold(self, crew: Crew) -> None:
+        running = self._running
+        if crew.game is None:
+            return
+        if running.paused or crew.paused:
+            crew.game.room.hold(PAUSED, running.now())
+        else:
+            crew.game.room.release(running.now())
+
+    async def restart_round(self, order: Order) -> None:
+        """The running round does not count; it is played again from its map card."""
+        running = self._running
+        async with running.lock:
+            crew = self._crew(order)
+            if crew.game is None:
+                raise StudyError("no round is running there now")
+            await self._audit("restart-round", order)
+            crew.practised.clear()
+            running.playing.close(crew, "The experimenter starts this round again.")
+
+    async def kick(self, order: Order) -> None:
+        """The study ends for a participant, who gets a code."""
+        async with self._running.lock:
+            guest = self._guest(order)
+            await self._audit("kick", order)
+            await self._running.dismiss(guest, "withdrew")
+
+    async def invalid(self, order: Order) -> None:
+        """A round does not count."""
+        episode = order.episode or (self._crew(order).episode if order.pid or order.unit is not None else "")
+        await self._running.run(self._running.records.rounds.mark, episode, False, order.reason)
+
+    async def note(self, order: Order) -> None:
+        """Something to remember, of a participant or of the whole study."""
+        running, text = self._running, (order.text or order.reason).strip()
+        if not text:
+            raise StudyError("a note says something")
+        unit = order.unit if order.unit is not None else self._guest(order).place.unit if order.pid else None
+        await running.run(running.records.store.note, text, unit)
+        pids = [guest.pid for guest in running.guests.values() if unit is not None and guest.place.unit == unit]
+        running.notes.insert(0, {"at": time(), "text": text, "pid": " and ".join(pids) or order.pid})
+
+    async def open_next(self, order: Order) -> dict[str, str]:
+        """A code for whoever comes next, and the link with it."""
+        code = await self._reception.new_code()
+        await self._audit("open-next", order)
+        return {"code": code, "path": f"/study?code={code}"}
+
+    async def payments(self) -> list[dict[str, Any]]:
+        """One row for each who has a code: who they are where they were recruited, and what their time is worth."""
+        running = self._running
+        known = await running.run(running.records.identities.everybody)
+        await running.run(running.records.store.audit, "experimenter", "payments")
+        rows = []
+        for guest in running.guests.values():
+            if guest.place.code is None:
+                continue
+            source, external_id = known.get(guest.pid, ("", ""))
+            worth = running.worth(guest) or {"minutes": "", "amount": "", "currency": ""}
+            about = {"source": source, "id": external_id, "pid": guest.pid, "outcome": guest.place.outcome}
+            rows.append({**about, "code": guest.place.code, **worth, "data_kept": guest.place.keep is not False})
+        return rows
+
+    async def _audit(self, action: str, order: Order) -> None:
+        """The reason may say who it was: it goes beside the data, as a note, and not into the audit."""
+        running = self._running
+        unit = {} if order.unit is None else {"unit": order.unit}
+        await running.run(running.records.store.audit, "experimenter", action, order.pid or "", **unit)
+        if order.reason.strip():
+            reason = f"{action}: {order.reason.strip()}"
+            await self.note(Order(pid=order.pid, unit=order.unit, text=reason))
+
+    def _guest(self, order: Order) -> Guest:
+        guest = self._running.guests.get(order.pid or "")
+        if guest is None:
+            raise StudyError(f"there is no participant {order.pid!r} here")
+        return guest
+
+    def _crew(self, order: Order) -> Crew:
+        """Whom an order is about. Raises StudyError when they do not play (yet)."""
+        unit = self._guest(order).place.unit if order.pid else order.unit
+        crew = self._running.crews.get(-1 if unit is None else unit)
+        if crew is None:
+            raise StudyError("they have not come as far as the game, or have finished")
+        return crew

@@ -1,0 +1,324 @@
+"""A study that is being run: who is where, who plays with whom, and what happens by itself.
+
+Everything is in the store before anybody is told so; what is here can be made again from the store after a crash.
+One lock lets one thing happen at a time, so that the two of a pair cannot overtake each other.
+"""
+
+import asyncio
+import logging
+import secrets
+import time
+from collections.abc import Callable
+from typing import Any, ParamSpec, TypeVar
+
+from server.host import Host
+from server.study.alerts import Alerts
+from server.study.crew import Crew, Over
+from server.study.guest import Guest
+from server.study.playing import Playing
+from server.study.records import Records
+from server.study.waiting_room import WaitingRoom
+from study.allocation import assign
+from study.check import earned
+from study.definition import Outcome
+from study.errors import StoreError, StudyError
+from study.folder import StudyFolder
+from study.forgetting import withdraw
+from study.protocol import steps
+from study.store import Unit
+from study.store.store import Participant
+from study.store.tables import notes
+from study.way import LAST_ALONE, WAITING, blocks_over, following
+
+log = logging.getLogger(__name__)
+
+CODE_LETTERS = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789"
+CODE_LENGTH = 10
+LOOK_S = 1.0
+LATE_MS = 5.0
+SLOW_PARTNER_S = 300.0  # somebody who is there and lets a partner wait so long is worth an alert
+PAUSED = "The experimenter has paused the study. Please wait."
+
+Arguments = ParamSpec("Arguments")
+Result = TypeVar("Result")
+
+
+class RunningStudy:
+    """One study in one server. `start` and `stop` run inside the event loop, after and before the host's."""
+
+    def __init__(self, folder: StudyFolder, file_text: str, host: Host, needs_code: bool = False) -> None:
+        self.folder = folder
+        self.study = folder.study
+        self.host = host
+        self.needs_code = needs_code
+        self.alerts = Alerts()
+        self.records = Records(folder, file_text, self.alerts)
+        self.lock = asyncio.Lock()
+        self.waiting = WaitingRoom(self.study.pairing.wait_s)
+        self.guests: dict[str, Guest] = {}
+        self.crews: dict[int, Crew] = {}
+        self.notes: list[dict[str, Any]] = []  # the newest first
+        self.paused = False
+        self.playing = Playing(self.study, host, self.records, self.alerts, self.lock, self._played)
+        self._alone = steps(self.study, assign(self.study, 0))
+        self._removals: set[asyncio.Task[None]] = set()
+        self._watching: asyncio.Task[None] | None = None
+
+    # ---- from start to stop -----------------------------------------------------------------------------------
+
+    async def start(self) -> None:
+        """Bring everybody back to where they were."""
+        store = self.records.store
+        known = await self.run(self.records.identities.everybody)
+        for one in await self.run(store.everybody):
+            self.add(one, known.get(one.pid, ("", ""))[0])
+        self.notes = [self._note(row) for row in reversed(await self.run(store.rows, notes))]
+        newest = await self.run(self.records.rounds.newest_episodes)
+        for unit in await self.run(store.active_units):
+            self._add_crew(unit, [self.guests[pid] for pid in unit.pids], newest.get(unit.id, ""))
+        await self.playing.take_up(self.crews)
+        async with self.lock:
+            for crew in list(self.crews.values()):
+                await self._catch_up(crew)
+            for guest in self.guests.values():
+                if guest.place.step == WAITING and not guest.finished:
+                    self.waiting.enter(guest.pid, self.now(), guest.place.screen)
+                if guest.place.keep is False and guest.finished:
+                    self.remove_data(guest)
+        self._watching = asyncio.create_task(self._watch())
+
+    def _note(self, row: dict[str, Any]) -> dict[str, Any]:
+        pids = [pid for pid, guest in self.guests.items() if row["unit"] and guest.place.unit == row["unit"]]
+        return {"at": row["at_ms"] / 1e3, "text": row["text"], "pid": " and ".join(pids) or None}
+
+    async def stop(self) -> None:
+        if self._watching is not None:
+            self._watching.cancel()
+            await asyncio.gather(self._watching, return_exceptions=True)
+        await self.playing.finish()
+        await asyncio.gather(*self._removals, return_exceptions=True)
+        self.records.close()
+
+    def now(self) -> float:
+        """Seconds of a clock that never jumps."""
+        return time.monotonic()
+
+    async def run(self, work: Callable[Arguments, Result], *args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
+        """Ask the databases."""
+        return await self.records.run(work, *args, **kwargs)
+
+    def add(self, place: Participant, source: str) -> Guest:
+        """Somebody takes part from now on."""
+        guest = Guest(place, self._alone, heard_at=self.now(), since=self.now(), source=source)
+        self.guests[place.pid] = guest
+        return guest
+
+    def crew_of(self, guest: Guest) -> Crew | None:
+        return None if guest.place.unit is None else self.crews.get(guest.place.unit)
+
+    def stays(self, guest: Guest) -> bool:
+        """Whether the experimenter has paused this participant."""
+        crew = self.crew_of(guest)
+        return self.paused or (crew is not None and crew.paused)
+
+    def worth(self, guest: Guest) -> dict[str, Any] | None:
+        """What the time of somebody who has finished is paid; None where nothing is."""
+        pay, place = self.study.pay, guest.place
+        if pay is None or place.finished_ms is None:
+            return None
+        minutes = max(0, place.finished_ms - place.arrived_ms) / 60_000
+        return {"minutes": round(minutes, 1), "amount": earned(self.study, minutes), "currency": pay.currency}
+
+    def push(self, *guests: Guest) -> None:
+        """Tell open pages to look again."""
+        for guest in guests:
+            for push in list(guest.pushes):
+                push({"changed": True})
+
+    # ---- from step to step (the lock is held) -----------------------------------------------------------------
+
+    async def advance(self, guest: Guest) -> None:
+        """On to the step that follows."""
+        rounds, unit = self.records.rounds, guest.place.unit
+        over, played = frozenset[str](), frozenset[str]()
+        if unit is not None and any(block.limit_minutes for block in self.study.blocks):
+            over = blocks_over(self.study, await self.run(rounds.block_seconds, unit))
+            played = await self.run(rounds.finished_steps, unit)
+        step = following(guest.way, guest.place.step, over, played)
+        if step.kind == "code":
+            await self._finish(guest, "done")
+        else:
+            await self.move(guest, step.key)
+
+    async def move(self, guest: Guest, key: str) -> None:
+        await self.run(self.records.store.move, guest.pid, key)
+        await self.refresh(guest)
+
+    async def refresh(self, guest: Guest) -> None:
+        """Read again what the store says of them."""
+        before = guest.place.step
+        guest.place = await self.run(self.records.store.participant, guest.pid)
+        if guest.place.step != before:
+            guest.since = self.now()
+
+    async def _played(self, crew: Crew, over: Over) -> None:
+        """A round or the practice has ended; one that was broken off is begun again."""
+        practised = over.step.kind == "practice" and crew.practised >= {one.pid for one in crew.guests}
+        if over.counts or practised:
+            for guest in crew.guests:
+                if guest.place.step == over.step.key and not guest.finished:
+                    await self.advance(guest)
+        self.push(*crew.guests)
+
+    async def _catch_up(self, crew: Crew) -> None:
+        """After a crash: a round that was finished and not yet counted as such is."""
+        finished = await self.run(self.records.rounds.finished_steps, crew.unit.id)
+        for guest in crew.guests:
+            while not guest.finished and guest.place.step in finished:
+                await self.advance(guest)
+
+    # ---- pairs (the lock is held) -----------------------------------------------------------------------------
+
+    async def form(self, guests: list[Guest]) -> None:
+        """Give one or two a slot, and let them begin what depends on it."""
+        unit = await self.run(self.records.store.form_unit, [guest.pid for guest in guests])
+        for guest in guests:
+            await self.refresh(guest)
+            guest.way = steps(self.study, assign(self.study, unit.slot))
+            await self.move(guest, following(guest.way, LAST_ALONE).key)
+        self._add_crew(unit, guests)
+        if unit.slot >= self.study.units:
+            self.alerts.raise_("full", f"There are more participants than planned: slot {unit.slot + 1} was given.")
+        self.push(*guests)
+
+    def _add_crew(self, unit: Unit, guests: list[Guest], episode: str = "") -> None:
+        self.crews[unit.id] = Crew(unit, guests, episode=episode)
+        for guest in guests:
+            guest.way = steps(self.study, assign(self.study, unit.slot))
+
+    async def match(self) -> None:
+        """Pair those who wait, and let nobody wait for ever."""
+        now = self.now()
+        for guest in self.guests.values():
+            if guest.pushes and guest.present(now):
+                self.waiting.heard(guest.pid, now)
+        while (pair := self.waiting.pair(now)) is not None:
+            await self.form([self.guests[pid] for pid in pair])
+        for pid in self.waiting.over(now):
+            guest = self.guests[pid]
+            if self.study.pairing.otherwise == "agent" and guest.present(now):
+                await self.form([guest])
+            else:
+                await self._finish(guest, "no-partner")
+                self.push(guest)
+            self.waiting.leave(pid)
+
+    # ---- going (the lock is held) -----------------------------------------------------------------------------
+
+    async def dismiss(self, guest: Guest, outcome: Outcome, keep: bool = True) -> None:
+        """Somebody leaves before the end; a partner is free to go, and paid."""
+        if guest.finished:
+            return
+        if not keep:
+            await self.run(self.records.store.keep_data, guest.pid, False)
+        await self._finish(guest, outcome)
+        self.waiting.leave(guest.pid)
+        self.push(guest)
+        crew = self.crew_of(guest)
+        if crew is not None:
+            await self._part(crew)
+        if not keep:
+            self.remove_data(guest)
+
+    async def _part(self, crew: Crew) -> None:
+        """Somebody of them has left: nobody else is kept waiting for rounds that cannot be."""
+        self.playing.close(crew, "The round was ended, because somebody left the study.", "left")
+        for other in crew.guests:
+            if not other.finished and other.plays_on():
+                await self._finish(other, "partner-left")
+                self.push(other)
+
+    async def _finish(self, guest: Guest, outcome: Outcome) -> None:
+        """Give the one and only code."""
+        await self.run(self.records.store.finish, guest.pid, outcome, self._code(outcome))
+        await self.refresh(guest)
+
+    def _code(self, outcome: Outcome) -> str:
+        fixed = {} if self.study.codes == "unique" else self.study.codes
+        return fixed.get(outcome) or "".join(secrets.choice(CODE_LETTERS) for _ in range(CODE_LENGTH))
+
+    def remove_data(self, guest: Guest) -> None:
+        """Delete what they did, soon; a server that is killed before does it when it starts again."""
+        task = asyncio.create_task(self._withdraw(guest))
+        self._removals.add(task)
+        task.add_done_callback(self._removals.discard)
+
+    async def _withdraw(self, guest: Guest) -> None:
+        """Delete answers and recordings once the last recording is on the disk. The code stays, to be paid."""
+        await self.playing.finish()
+        await self.host.archive.settled()
+        try:
+            await self.run(withdraw, self.folder, self.records.store, guest.pid)
+        except StudyError as error:
+            self.alerts.raise_("deletion", f"The data of {guest.pid} could not be deleted: {error}")
+
+    # ---- by itself --------------------------------------------------------------------------------------------
+
+    async def _watch(self) -> None:
+        """Once a second, what time alone brings about."""
+        while True:
+            await asyncio.sleep(LOOK_S)
+            try:
+                async with self.lock:
+                    await self.look()
+            except StoreError as error:
+                log.warning("%s", error)  # the experimenter sees it; nobody moves until it is mended
+            except Exception:  # the study goes on, whatever went wrong with one of it
+                log.exception("looking after the study failed")
+                self.alerts.raise_("fault", "Something in the server failed; its log says what.")
+
+    async def look(self) -> None:
+        """One look. The lock is held."""
+        now = self.now()
+        for crew in list(self.crews.values()):
+            if all(guest.finished for guest in crew.guests) and crew.game is None and crew.over is None:
+                del self.crews[crew.unit.id]
+                continue
+            self._hear_players(crew, now)
+            await self._evict(crew, now)
+            self._notice(crew, now)
+        await self.playing.look_after(self.crews.values(), now)
+        await self.match()
+        full = self.host.full_disk()
+        if full:
+            self.alerts.raise_("disk", full)
+
+    def _hear_players(self, crew: Crew, now: float) -> None:
+        """Who sits in the game is present, though no page of the study is open."""
+        if crew.game is not None:
+            for guest in crew.guests:
+                if crew.game.room.seats[crew.game.seats[guest.pid]].client is not None:
+                    guest.heard_at = now
+
+    async def _evict(self, crew: Crew, now: float) -> None:
+        """Nobody waits for ever for a partner who is gone."""
+        if any(one.finished and one.place.outcome != "done" for one in crew.guests):
+            await self._part(crew)  # the server was killed, or the database refused, half-way through
+        absent = [one for one in crew.guests if not one.finished and self._gone(one, now)]
+        waiting = [one for one in crew.guests if not one.finished and one.plays_on() and one.present(now)]
+        if absent and waiting:
+            self.alerts.raise_("gone", f"{absent[0].pid} did not come back; {waiting[0].pid} was given a code.")
+            await self.dismiss(absent[0], "withdrew")
+
+    def _gone(self, guest: Guest, now: float) -> bool:
+        return not guest.present(now) and now - guest.heard_at > self.study.pairing.return_s
+
+    def _notice(self, crew: Crew, now: float) -> None:
+        """What the experimenter should know of a crew."""
+        if crew.ready and now - crew.ready_at > SLOW_PARTNER_S and not crew.problem:
+            waiting = ", ".join(sorted(crew.ready))
+            self.alerts.raise_("slow", f"{waiting} waits for a partner who is there, but does not come.")
+        room = crew.game.room if crew.game else None
+        if room is not None and room.phase == "playing" and not room.recording and not room.config.practice:
+            self.alerts.raise_("recording", f"A round of unit {crew.unit.id} is not recorded: "
+                               f"{room.round.recorder.problem}")  # fmt: skip

@@ -1,0 +1,106 @@
+"""Serving a study from the command line: refuse what cannot work, print the links, run until told to stop."""
+
+import argparse
+import asyncio
+import fcntl
+import logging
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import IO
+
+from fastapi import FastAPI
+
+from server.listening import game_server, listen
+from server.play_command import addresses, certificate_for, check_data, hints
+from server.settings import Limits, Settings
+from server.study.app import create_study_app
+from study.check import review
+from study.definition import Study
+from study.errors import StudyError
+from study.folder import StudyFolder
+from study.study_file import read_study
+
+SWITCH_S = 0.0005  # the database's thread lets a tick in within this time
+AT_ONE_ADDRESS = 1000  # a whole class sits behind one
+FASTEST = 50.0
+
+
+def serve(args: argparse.Namespace) -> int:
+    """The exit code. Raises MovingOutError in a sentence."""
+    study = read_study(args.file)
+    _refuse_missing(study, args.file)
+    settings = _settings(args)
+    check_data(settings.data)
+    folder = StudyFolder(study, settings.data, args.database, args.identities)
+    with _only_one(folder):
+        listening = listen(settings.host, settings.port)
+        settings = replace(settings, port=listening.getsockname()[1])
+        certificate = certificate_for(settings) if settings.tls else None
+        logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s", stream=sys.stderr)
+        app = create_study_app(settings, folder, args.file.read_text(encoding="utf-8"), args.codes)
+        code = asyncio.run(app.state.reception.new_code()) if args.codes else ""
+        links = _links(app, settings, folder, code)
+        sys.setswitchinterval(SWITCH_S)
+        server = game_server(app, settings, certificate, on_ready=lambda: print(links, flush=True))  # noqa: T201
+        server.run([listening])
+    return 0 if server.started else 1
+
+
+def _refuse_missing(study: Study, file: Path) -> None:
+    missing = review(study).missing
+    if missing:
+        raise StudyError(
+            "\n".join([*missing, f"the study cannot be run without it; see: movingout study check {file}"])
+        )
+
+
+def _settings(args: argparse.Namespace) -> Settings:
+    if not 0 < args.speed <= FASTEST:
+        raise StudyError(f"--speed goes from more than 0 to {FASTEST:g}, not {args.speed:g}")
+    limits = replace(
+        Limits(),
+        sockets_per_address=AT_ONE_ADDRESS,
+        waiting_per_address=AT_ONE_ADDRESS,
+        connections_per_address=2 * AT_ONE_ADDRESS,
+    )
+    return Settings(
+        host=args.host,
+        port=args.port,
+        data=args.data,
+        tls=args.tls,
+        origins=tuple(args.origin),
+        trusted_proxies=tuple(args.proxy),
+        agent_workers=args.agent_workers,
+        countdown_s=Settings().countdown_s / args.speed,
+        tick_s=Settings().tick_s / args.speed,
+        lobby=False,
+        limits=limits,
+    )
+
+
+def _only_one(folder: StudyFolder) -> IO[str]:
+    """A lock for as long as it is open: two servers would hand out the same places."""
+    folder.own.mkdir(parents=True, exist_ok=True)
+    lock = (folder.own / "serving.lock").open("w")
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        lock.close()
+        raise StudyError(
+            f"study {folder.study.id} is being served from {folder.data} already; stop that server first"
+        ) from None
+    return lock
+
+
+def _links(app: FastAPI, settings: Settings, folder: StudyFolder, code: str) -> str:
+    """What to open, for the person who has just started the server."""
+    bases, token = addresses(settings), app.state.host.admin_token
+    lines = ["", f"{folder.study.title.text()} ({folder.study.id}) is being served.", ""]
+    lines += [f"  Participants   {base}/study" for base in bases]
+    lines += (
+        [f"  First code     {code}  {bases[0]}/study?code={code} (the experimenter's page makes more)"] if code else []
+    )
+    lines += [f"  Experimenter   {bases[0]}/experimenter", f"  Token          {token}"]
+    lines += [f"  Data           {settings.data.resolve()}", ""]
+    return "\n".join(lines + hints(settings, "movingout study serve FILE"))

@@ -1,0 +1,253 @@
+"""A study that is really served, at several times the speed, and people who walk through it over HTTP and sockets."""
+
+import contextlib
+import json
+import time
+import urllib.request
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from websockets.exceptions import ConnectionClosed
+
+from server.frames import Bundle
+from server.study.app import create_study_app
+from server.study.dashboard import Dashboard
+from server.study.running import RunningStudy
+from server.study.views import Views
+from server.tokens import hash_token
+from study.folder import StudyFolder
+from study.study_file import parse_study
+from tests.server.live import ADMIN, WAIT_S, Live, Person, limits, serve
+
+SPEED = 20  # ticks of 5 ms
+
+SOLO = """
+format: 1
+id: solo
+title: {en: Playing with partners, de: Mit Partnern spielen}
+languages: [en, de]
+participants: 4
+consent:
+  version: "1"
+  text: {en: "# Consent\\n\\nWe record **how** you play.", de: "# Einwilligung\\n\\nWir zeichnen auf."}
+  boxes: [{id: adult, text: I am 18 or older., required: true}, {id: release, text: You may publish it.}]
+pay: {per_hour: 12}
+demographics: demographics
+practice: {map: Simple, limit_ticks: 20, agent: idle}
+partners: [{id: good, agent: idle}, {id: bad, agent: idle}]
+blocks:
+  - {id: play, partners: [good, bad], maps: [HandOff], limit_ticks: 20, after_partner: [movingout-paper-nine]}
+debrief: {text: "# Thank you"}
+"""
+PAIR = """
+format: 1
+id: pair
+title: Playing together
+participants: 4
+group: 2
+consent: {version: "1", text: We record how you play.}
+demographics: ""
+practice: {map: Simple, limit_ticks: 30}
+blocks: [{id: play, maps: [HandOff], limit_ticks: 20, rounds: 2}]
+pairing: {wait_s: 30, return_s: 5}
+"""
+
+
+@dataclass
+class Served:
+    """A running study."""
+
+    live: Live
+    running: RunningStudy
+    folder: StudyFolder
+
+    def ask(self, action: str, **order: Any) -> Any:
+        """What the experimenter asks for; it must be granted."""
+        status, answer = self.live.call(f"/api/experimenter/{action}", order, ADMIN)
+        assert status == 200, answer
+        return answer
+
+    def state(self) -> dict[str, Any]:
+        status, answer = self.live.call("/api/experimenter/state", token=ADMIN)
+        assert status == 200, answer
+        return dict(answer)
+
+    def row(self, pid: str) -> dict[str, Any]:
+        """A participant as the experimenter sees them, now and not a second ago."""
+        state = self.live.run(Dashboard(self.running, Views(self.running)).state)
+        return next(dict(row) for row in state["participants"] if row["pid"] == pid)
+
+    def alerts(self) -> list[str]:
+        """What the experimenter was told of, the newest first."""
+        return [alert["about"] for alert in self.running.alerts.to_json()]
+
+    def visitor(self, language: str = "en", beside: str = "", **parameters: str) -> "Visitor":
+        """Somebody who opens the link."""
+        status, answer = self.arrive(language, beside, **parameters)
+        assert status == 200, answer
+        return Visitor(self, answer["token"], answer["view"])
+
+    def arrive(self, language: str = "en", beside: str = "", **parameters: str) -> tuple[int, Any]:
+        body = {"parameters": parameters, "language": language, "beside": beside}
+        return self.live.call("/api/study/arrive", body)
+
+    def later(self, seconds: float) -> None:
+        """As if nobody had been heard of for so long."""
+
+        def age() -> None:
+            for guest in self.running.guests.values():
+                guest.heard_at -= seconds
+            for one in self.running.waiting.alive(float("-inf")):
+                one.since -= seconds
+                one.heard -= seconds
+
+        self.live.run(age)
+
+
+class Visitor:
+    """A participant's page."""
+
+    def __init__(self, served: Served, token: str, view: dict[str, Any]) -> None:
+        self.served = served
+        self.token = token
+        self.view = view
+
+    @property
+    def step(self) -> dict[str, Any]:
+        return dict(self.view["step"])
+
+    @property
+    def kind(self) -> str:
+        return str(self.view["step"]["kind"])
+
+    @property
+    def pid(self) -> str:
+        """What the page never gets to know."""
+        found = self.served.running.records.identities.of_session(hash_token(self.token).hex())
+        assert found is not None
+        return found
+
+    def call(self, path: str, body: object = None) -> tuple[int, Any]:
+        return self.served.live.call(f"/api/study/{path}", body, self.token)
+
+    def look(self, language: str = "") -> dict[str, Any]:
+        """Reload."""
+        return self._take(self.call("view" + (f"?lang={language}" if language else "")))
+
+    def next(self, **said: Any) -> dict[str, Any]:
+        return self._take(self.call("next", {"key": self.step["key"], **said}))
+
+    def stop(self, keep: bool) -> dict[str, Any]:
+        return self._take(self.call("stop", {"keep": keep}))
+
+    def decline(self) -> dict[str, Any]:
+        return self._take(self.call("decline", {}))
+
+    def answer(self, item: str, value: int = -1, text: str = "", key: str = "") -> tuple[int, Any]:
+        body = {"key": key or self.step["key"], "item": item, "value": value, "text": text, "elapsed_ms": 900.0}
+        return self.call("answer", {**body, "hidden_ms": 10.0})
+
+    def _take(self, answer: tuple[int, Any]) -> dict[str, Any]:
+        status, body = answer
+        assert status == 200, body
+        self.view = body["view"]
+        return dict(self.view)
+
+    # ---- walking ------------------------------------------------------------------------------------------------
+
+    def agree(self) -> None:
+        self.next(boxes=["adult"])
+
+    def fill_in(self) -> None:
+        """Answer everything that is asked on this screen."""
+        for item in self.step["items"]:
+            text = "fine" if item["kind"] == "text" else ""
+            value = {"likert7": 4, "tlx": 10, "choice": 0, "text": -1}[item["kind"]]
+            assert self.answer(item["id"], value, text) == (200, {"saved": True})
+        self.next()
+
+    def wait_until(self, reached: Callable[["Visitor"], bool]) -> None:
+        """Look again and again, as the page does after each push."""
+        deadline = time.monotonic() + WAIT_S
+        while not reached(self):
+            assert time.monotonic() < deadline, self.view
+            time.sleep(0.02)
+            self.look()
+
+    def player(self) -> Person:
+        """In the room of the round, ready."""
+        room = self.step["room"]
+        person = self.served.live.person(room["id"], mode="play", tokens=[room["token"]])
+        person.say(type="ready", seat=room["seat"], ready=True)
+        return person
+
+    def play(self) -> None:
+        """The whole round, up to the next screen."""
+        key = self.step["key"]
+        if self.step["state"] != "playing":
+            self.next()
+        self.wait_until(lambda one: one.step.get("state") == "playing" or one.step["key"] != key)
+        person = self.player()
+        with contextlib.suppress(ConnectionClosed):
+            while not any(told["type"] == "result" for told in person.told):
+                if isinstance(person.hear(), Bundle):
+                    person.push(self.step["room"]["seat"], heading=1.0)
+        person.connection.close()
+        self.wait_until(lambda one: one.step["key"] != key)
+
+    def do(self) -> None:
+        """Whatever this screen asks for."""
+        actions: dict[str, Callable[[], Any]] = {
+            "consent": self.agree,
+            "form": self.fill_in,
+            "questionnaire": self.fill_in,
+            "input-check": lambda: self.next(rtt_ms=8.0, device="keyboard"),
+            "practice": self.play,
+            "round": self.play,
+            "waiting": lambda: self.wait_until(lambda one: one.kind != "waiting"),
+            "debrief": lambda: self.next(keep=True),
+            "break": self.next,
+        }
+        actions[self.kind]()
+
+    def go_to(self, kind: str) -> "Visitor":
+        """As far as the first screen of a kind."""
+        while self.kind != kind:
+            self.do()
+        return self
+
+
+@contextmanager
+def served(
+    data: Path, text: str = SOLO, *, codes: bool = False, database: str | None = None, port: int = 0, **settings: Any
+) -> Iterator[Served]:
+    """A study for one `with` block; its data stay."""
+    folder = StudyFolder(parse_study(text), data, database)
+    options = {"lobby": False, "tick_s": 0.1 / SPEED, "countdown_s": 0.05, **settings}
+    made: list[RunningStudy] = []
+
+    def app_of(chosen: Any) -> Any:
+        app = create_study_app(chosen, folder, text, codes)
+        made.append(app.state.running)
+        return app
+
+    many = limits(sockets_per_address=500, waiting_per_address=500, wrong_tokens_per_minute=100_000)
+    with serve(data, many, app_of, port, **options) as live:
+        yield Served(live, made[0], folder)
+
+
+def events_of(visitor: Visitor, count: int) -> list[dict[str, Any]]:
+    """The next events of a participant's stream."""
+    request = urllib.request.Request(f"http://{visitor.served.live.address}/api/study/events")
+    request.add_header("Authorization", f"Bearer {visitor.token}")
+    found: list[dict[str, Any]] = []
+    with urllib.request.urlopen(request, timeout=WAIT_S) as stream:
+        for line in stream:
+            if line.startswith(b"data: "):
+                found.append(json.loads(line[6:]))
+            if len(found) == count:
+                return found
+    raise AssertionError(f"the stream ended after {found}")
