@@ -122,7 +122,7 @@ _INPUTS = _object(
 _EVENTS = _object(
     "something that happened",
     tick=_TICK,
-    kind=_string("start, grab, release, delivered, pause, drop, deadline_missed, end, ..."),
+    kind=_string("start, grab, release, delivered, collision, pause, drop, deadline_missed, end, ..."),
     seat=_SEAT,
     item=_integer("index into items, -1 none"),
     detail=_string("for people"),

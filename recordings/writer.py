@@ -17,6 +17,7 @@ from recordings.metadata import END, EPISODE_ID, header_metadata
 from recordings.reader import episode_of_journal
 from recordings.topics import CHANNELS, TICK_NS
 from recordings.versions import versions
+from world.contact import collision_speed
 from world.scoring import delivered_items
 from world.state import WorldState
 
@@ -30,12 +31,19 @@ class EpisodeWriter:
     """
 
     def __init__(
-        self, journal: Journal, header: EpisodeHeader, tick: int, sequence: int, clock: Callable[[], int] = time.time_ns
+        self,
+        journal: Journal,
+        header: EpisodeHeader,
+        last: WorldState,
+        sequence: int,
+        clock: Callable[[], int] = time.time_ns,
     ) -> None:
+        """`last` is the newest state in the journal, or the one that it is to begin with."""
         self._journal = journal
         self._started_ns = header.started_ns
         self._item_ids = [item.id for item in header.map.items]
-        self._tick = tick
+        self._last = last
+        self._tick = last.tick
         self._sequence = sequence
         self._clock = clock
         self._pending: list[bytes] = []
@@ -60,7 +68,7 @@ class EpisodeWriter:
         if (folder / f"{header.episode_id}.mcap").exists():
             raise RecordingError(f"{header.episode_id}.mcap exists already in {folder}; choose another episode id")
         journal = Journal.create(folder / f"{header.episode_id}{JOURNAL_SUFFIX}")
-        writer = cls(journal, header, tick=0, sequence=0, clock=clock)
+        writer = cls(journal, header, initial, sequence=0, clock=clock)
         try:
             writer._begin(header, initial, attachments or {}, versions() if software is None else software)
         except RecordingError:
@@ -80,7 +88,7 @@ class EpisodeWriter:
         except RecordingError:
             opened.close()
             raise
-        return cls(opened, episode.header, len(episode.ticks), 4 * len(data), clock), episode
+        return cls(opened, episode.header, episode.states[-1], 4 * len(data), clock), episode
 
     @property
     def path(self) -> Path:
@@ -102,16 +110,19 @@ class EpisodeWriter:
             self.flush()
 
     def tick(self, record: TickRecord) -> None:
-        """One tick and all that came before it. Ticks are consecutive."""
+        """One tick and all that came before it, with the collision that the states show. Ticks are consecutive."""
         number = record.state.tick
         if number != self._tick + 1:
             raise RecordingError(f"tick {number} cannot follow tick {self._tick}")
+        speed = collision_speed(self._last, record.state)
+        if speed > 0:
+            self.event(Event(number, "collision", detail=f"{speed:.2f} units/s"))
         self._add("/actions", number, payloads.finite(payloads.write_actions(record)))
         self._add(
             "/state", number, payloads.finite(payloads.write_state(record.state, record.delivered, self._item_ids))
         )
         self._add("/timing", number, payloads.finite(payloads.write_timing(record)))
-        self._tick = number
+        self._tick, self._last = number, record.state
         self.flush()
 
     def flush(self) -> None:

@@ -15,6 +15,7 @@ const WORDS = {
   release: (who, what) => `${who} lets the ${what} go`,
   delivered: (_, what) => `The ${what} is delivered`,
   undelivered: (_, what) => `The ${what} is out of the goal again`,
+  collision: () => "Blue and Red bump into each other",
   pause: () => "Paused",
   resume: () => "Play goes on",
   drop: (who) => `${who} lost the connection`,
@@ -30,7 +31,7 @@ function isTold({ kind }) {
 }
 
 /** Troubles that come many in a row: told once, with how often. */
-const REPEATED = new Set(["grab_failed", "deadline_missed", "agent_error", "tick_skipped"]);
+const REPEATED = new Set(["collision", "grab_failed", "deadline_missed", "agent_error", "tick_skipped"]);
 const SAME_TROUBLE_TICKS = 20;
 
 /** @typedef {ReplayEvent & {times: number, last: number}} ToldEvent `last`: tick of the last of them */

@@ -75,7 +75,12 @@ EVENTS = _columns(
     ("episode_id", "string", "", "joins the three tables"),
     ("tick", "int64", "tick", "when"),
     ("time_s", "float64", "s", "when, as time of play"),
-    ("kind", "string", "", "start, grab, grab_failed, release, delivered, pause, drop, deadline_missed, end, ..."),
+    (
+        "kind",
+        "string",
+        "",
+        "start, grab, grab_failed, release, delivered, collision, pause, drop, end, ...",
+    ),
     ("seat", "string", "", "blue, red, or empty when it concerns the room"),
     ("item", "int64", "", "index of the item, -1 for none"),
     ("detail", "string", "", "one line for people"),

@@ -137,4 +137,5 @@ def assert_holds(episode: Episode, played: Played, ticks: int | None = None) -> 
     assert plain(episode.ticks) == plain(played.ticks[:kept])
     assert list(episode.inputs) == played.inputs[:kept]
     assert list(episode.decisions) == played.decisions[:kept]
-    assert list(episode.events) == [event for event in played.events if event.tick <= kept]
+    told = [event for event in episode.events if event.kind != "collision"]  # which the writer sees by itself
+    assert told == [event for event in played.events if event.tick <= kept]

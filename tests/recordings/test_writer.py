@@ -37,6 +37,21 @@ def test_attachments_are_kept_beside_the_map(tmp_path: Path) -> None:
     assert episode.attachments["card-red.json"] == b'{"id":"bass"}'
 
 
+def test_the_robots_running_into_each_other_is_an_event_also_right_after_a_restart(tmp_path: Path) -> None:
+    start = header("HandOff")  # blue at (0, 0), red at (0, -1), in one lane
+    world = World(start.map)
+    writer = EpisodeWriter.create(tmp_path, start, world.state())
+    while not (events := read_episode(writer.path).events):
+        assert world.tick < 20
+        writer.abandon()
+        writer, _ = EpisodeWriter.resume(writer.path)
+        world.step([[1.0, np.pi, 0.0], [1.0, 0.0, 0.0]])
+        writer.tick(TickRecord(np.zeros((2, 3)), ("human", "human"), (-1, -1), world.state(), (False,) * 4, 0.0))
+    writer.abandon()
+    assert [(event.tick, event.kind, event.seat) for event in events] == [(world.tick, "collision", -1)]
+    assert events[0].detail.endswith(" units/s")
+
+
 def test_a_journal_goes_on_after_a_restart(tmp_path: Path) -> None:
     writer, played = begin(tmp_path)
     play(writer, played, 12)
