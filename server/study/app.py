@@ -29,13 +29,15 @@ NOT_SAVED = "This could not be saved at the moment. Nothing that was saved is lo
 FAULT = "Something went wrong on the server. Please try again; the experimenter has been told."
 
 
-def create_study_app(settings: Settings, folder: StudyFolder, file_text: str, needs_code: bool = False) -> FastAPI:
+def create_study_app(
+    settings: Settings, folder: StudyFolder, file_text: str, needs_code: bool = False, simulated: bool = False
+) -> FastAPI:
     """A server that runs one study; `app.state` has its `host`, `running` and `reception`.
 
     Raises StudyError when the databases cannot be used, or when the study is not what it began with.
     """
     host = Host(settings)
-    running = RunningStudy(folder, file_text, host, needs_code)
+    running = RunningStudy(folder, file_text, host, needs_code, simulated)
     reception, views = Reception(running), Views(running)
 
     @asynccontextmanager

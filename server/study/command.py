@@ -25,7 +25,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add("--origin", action="append", default=[], metavar="URL", help="another page that may connect (repeatable)")
     add("--proxy", action="append", default=[], metavar="ADDRESS", help="a reverse proxy to believe (repeatable)")
     add("--agent-workers", type=int, default=1, metavar="N", help="processes for agents")
-    add("--speed", type=float, default=1.0, metavar="N", help="rehearse with bots N times as fast; people need 1")
+    add(
+        "--rehearse", type=float, metavar="SPEED",
+        help="for simulated participants alone, SPEED times as fast as people play; the data are marked as simulated",
+    )  # fmt: skip
     serve.set_defaults(perform=_serve)
 
 

@@ -50,9 +50,13 @@ def routes(running: RunningStudy, reception: Reception, views: Views) -> APIRout
     @router.get("")
     async def study() -> dict[str, Any]:
         told = running.study
-        languages = list(told.languages)
-        title = told.title.text(languages[0])
-        return {"title": title, "languages": languages, "asks_code": running.needs_code, "group": told.group}
+        return {
+            "title": told.title.text(told.languages[0]),
+            "languages": list(told.languages),
+            "asks_code": running.needs_code,
+            "group": told.group,
+            "simulated": running.simulated,
+        }
 
     @router.post("/arrive", dependencies=[Depends(own_page(host))])
     async def arrive(request: Request) -> dict[str, Any]:

@@ -41,6 +41,7 @@ class Playing:
     def __init__(
         self,
         study: Study,
+        names: Mapping[str, str],
         host: Host,
         records: Records,
         alerts: Alerts,
@@ -48,6 +49,7 @@ class Playing:
         on_over: Callable[[Crew, Over], Awaitable[None]],
     ) -> None:
         self._study = study
+        self._names = names  # for recordings
         self._host = host
         self._records = records
         self._alerts = alerts
@@ -87,7 +89,7 @@ class Playing:
 
     async def _open(self, crew: Crew, step: Step) -> None:
         keys = {guest.pid: new_token() for guest in crew.guests}
-        names = {"study": self._study.id, "unit": str(crew.unit.id), "step": step.key}
+        names = {**self._names, "unit": str(crew.unit.id), "step": step.key}
         room = self._host.directory.open(self._config(step, names), self._seats(crew, step, keys))
         try:
             if step.turn is not None:

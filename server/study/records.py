@@ -19,14 +19,14 @@ Result = TypeVar("Result")
 class Records:
     """Opened once per run, with the study frozen. Raises StoreError, and StudyError for a study that has changed."""
 
-    def __init__(self, folder: StudyFolder, file_text: str, alerts: Alerts) -> None:
+    def __init__(self, folder: StudyFolder, file_text: str, alerts: Alerts, simulated: bool) -> None:
         self.store: Store = folder.open()
         self.identities: IdentityStore = folder.open_identities()
         self.rounds = Rounds(self.store)
         self._alerts = alerts
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="study-store")
         try:
-            self.store.freeze(folder.study.id, file_text, code_versions(), model_hashes(folder.study))
+            self.store.freeze(folder.study.id, file_text, code_versions(), model_hashes(folder.study), simulated)
         except StudyError:
             self.close()
             raise

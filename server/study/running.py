@@ -46,20 +46,24 @@ Result = TypeVar("Result")
 class RunningStudy:
     """One study in one server. `start` and `stop` run inside the event loop, after and before the host's."""
 
-    def __init__(self, folder: StudyFolder, file_text: str, host: Host, needs_code: bool = False) -> None:
+    def __init__(
+        self, folder: StudyFolder, file_text: str, host: Host, needs_code: bool = False, simulated: bool = False
+    ) -> None:
         self.folder = folder
         self.study = folder.study
         self.host = host
         self.needs_code = needs_code
+        self.simulated = simulated
         self.alerts = Alerts()
-        self.records = Records(folder, file_text, self.alerts)
+        self.records = Records(folder, file_text, self.alerts, simulated)
         self.lock = asyncio.Lock()
         self.waiting = WaitingRoom(self.study.pairing.wait_s)
         self.guests: dict[str, Guest] = {}
         self.crews: dict[int, Crew] = {}
         self.notes: list[dict[str, Any]] = []  # the newest first
         self.paused = False
-        self.playing = Playing(self.study, host, self.records, self.alerts, self.lock, self._played)
+        names = {"study": self.study.id, **({"simulated": "yes"} if simulated else {})}
+        self.playing = Playing(self.study, names, host, self.records, self.alerts, self.lock, self._played)
         self._alone = steps(self.study, assign(self.study, 0))
         self._removals: set[asyncio.Task[None]] = set()
         self._watching: asyncio.Task[None] | None = None

@@ -38,7 +38,9 @@ def serve(args: argparse.Namespace) -> int:
         settings = replace(settings, port=listening.getsockname()[1])
         certificate = certificate_for(settings) if settings.tls else None
         logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s", stream=sys.stderr)
-        app = create_study_app(settings, folder, args.file.read_text(encoding="utf-8"), args.codes)
+        app = create_study_app(
+            settings, folder, args.file.read_text(encoding="utf-8"), args.codes, args.rehearse is not None
+        )
         code = asyncio.run(app.state.reception.new_code()) if args.codes else ""
         links = _links(app, settings, folder, code)
         sys.setswitchinterval(SWITCH_S)
@@ -56,13 +58,16 @@ def _refuse_missing(study: Study, file: Path) -> None:
 
 
 def _settings(args: argparse.Namespace) -> Settings:
-    if not 0 < args.speed <= FASTEST:
-        raise StudyError(f"--speed goes from more than 0 to {FASTEST:g}, not {args.speed:g}")
+    speed: float = 1.0 if args.rehearse is None else args.rehearse
+    if not 0.1 <= speed <= FASTEST:
+        raise StudyError(f"--rehearse goes from 0.1 to {FASTEST:g} times the speed of people, not {speed:g}")
     limits = replace(
         Limits(),
         sockets_per_address=AT_ONE_ADDRESS,
         waiting_per_address=AT_ONE_ADDRESS,
         connections_per_address=2 * AT_ONE_ADDRESS,
+        messages_per_s=Limits().messages_per_s * max(1.0, speed),
+        message_burst=Limits().message_burst * max(1.0, speed),
     )
     return Settings(
         host=args.host,
@@ -72,8 +77,8 @@ def _settings(args: argparse.Namespace) -> Settings:
         origins=tuple(args.origin),
         trusted_proxies=tuple(args.proxy),
         agent_workers=args.agent_workers,
-        countdown_s=Settings().countdown_s / args.speed,
-        tick_s=Settings().tick_s / args.speed,
+        countdown_s=Settings().countdown_s / speed,
+        tick_s=Settings().tick_s / speed,
         lobby=False,
         limits=limits,
     )
@@ -95,8 +100,9 @@ def _only_one(folder: StudyFolder) -> IO[str]:
 
 def _links(app: FastAPI, settings: Settings, folder: StudyFolder, code: str) -> str:
     """What to open, for the person who has just started the server."""
+    kind = " for simulated participants alone" if app.state.running.simulated else ""
     bases, token = addresses(settings), app.state.host.admin_token
-    lines = ["", f"{folder.study.title.text()} ({folder.study.id}) is being served.", ""]
+    lines = ["", f"{folder.study.title.text()} ({folder.study.id}) is being served{kind}.", ""]
     lines += [f"  Participants   {base}/study" for base in bases]
     lines += (
         [f"  First code     {code}  {bases[0]}/study?code={code} (the experimenter's page makes more)"] if code else []

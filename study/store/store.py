@@ -33,6 +33,7 @@ class Frozen:
     file_sha256: str
     code: Mapping[str, str]
     models: Mapping[str, str]
+    simulated: bool  # whether the participants were programs
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,10 +74,13 @@ class Store:
 
     # ---- the study ------------------------------------------------------------------------------------------------
 
-    def freeze(self, id: str, file_text: str, code: Mapping[str, str], models: Mapping[str, str]) -> None:
+    def freeze(
+        self, id: str, file_text: str, code: Mapping[str, str], models: Mapping[str, str], simulated: bool = False
+    ) -> None:
         """Keep what the study is run with. Nothing may change once somebody has come; until then the newest counts.
 
         A newer code is allowed, because a fault may have to be mended in the middle of a study, and is audited.
+        What `simulated` participants do is never mixed with what people do.
         """
         digest = sha256(file_text.encode()).hexdigest()
         row: dict[str, Any] = {
@@ -84,6 +88,7 @@ class Store:
             "file_text": file_text,
             "file_sha256": digest,
             "models": json.dumps(dict(models)),
+            "simulated": simulated,
         }
         row |= {"code": json.dumps(dict(code)), "frozen_ms": self.now()}
         with self.database.write() as connection:
@@ -98,6 +103,12 @@ class Store:
             record(connection, self.now(), "server", "freeze", file_sha256=digest, models=dict(models))
 
     def _same(self, connection: Connection, known: Row[Any], row: Mapping[str, Any]) -> None:
+        if known.simulated != row["simulated"]:
+            kinds = ("simulated participants", "people") if known.simulated else ("people", "simulated participants")
+            raise StudyError(
+                f"this data folder holds what {kinds[0]} did, and {kinds[1]} must not be mixed with them; "
+                "choose another --data folder"
+            )
         for name, words in (("id", "its id"), ("file_sha256", "its file"), ("models", "a model")):
             if getattr(known, name) != row[name]:
                 raise StudyError(
@@ -113,7 +124,9 @@ class Store:
             row = connection.execute(select(study)).one_or_none()
         if row is None:
             raise StudyError("nothing was recorded here yet: the study has not been run in this --data folder")
-        return Frozen(row.id, row.file_text, row.file_sha256, json.loads(row.code), json.loads(row.models))
+        return Frozen(
+            row.id, row.file_text, row.file_sha256, json.loads(row.code), json.loads(row.models), row.simulated
+        )
 
     # ---- participants -----------------------------------------------------------------------------------------------
 

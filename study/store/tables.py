@@ -17,6 +17,7 @@ from sqlalchemy import (
     Table,
     Text,
     UniqueConstraint,
+    false,
     text,
 )
 
@@ -39,6 +40,7 @@ study = Table(
     Column("file_sha256", String(64), nullable=False, doc="its SHA-256"),
     Column("code", Text, nullable=False, doc="versions of the software, JSON"),
     Column("models", Text, nullable=False, doc="agent id to SHA-256 of its checkpoint, JSON"),
+    Column("simulated", Boolean, nullable=False, server_default=false(), doc="whether the participants were programs"),
     Column("salt", String(32), nullable=False, doc="of the hashes that stand for participants in the audit"),
 )
 units = Table(

@@ -71,6 +71,15 @@ def test_a_study_that_has_begun_keeps_its_file_and_its_models(place: Path | str)
     assert [row["action"] for row in store.rows(audit)] == ["freeze", "freeze", "arrive", "code"]
 
 
+def test_what_simulated_participants_did_is_never_mixed_with_what_people_did(place: Path | str) -> None:
+    store = open_store(place)
+    store.freeze("agent-survey", TEXT, {}, {"scripted": ""}, simulated=True)
+    assert store.frozen().simulated
+    store.arrive("P1", "en")
+    with pytest.raises(StudyError, match="holds what simulated participants did, and people must not be mixed"):
+        store.freeze("agent-survey", TEXT, {}, {"scripted": ""})
+
+
 def test_a_consent_is_kept_with_the_hash_of_the_shown_text(place: Path | str) -> None:
     store = open_store(place)
     agree(store, ["P1"])

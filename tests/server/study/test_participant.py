@@ -1,9 +1,9 @@
-"""A participant's way through a study that is really served: nothing before consent, one code, always the same place."""
+"""A participant's way through a study that is really served: nothing before consent, one code, the same place."""
 
 from pathlib import Path
 
 from recordings.index import list_recordings
-from study.store.tables import answers, consents, rounds
+from study.store.tables import answers, rounds
 from tests.server.study.support import served
 
 
