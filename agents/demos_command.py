@@ -9,7 +9,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import Progress
 
-from agents.corrections import lessons
+from agents.corrections import TEACHER, lessons
 from agents.demonstrations import Made, jobs, make_all, teach_all
 from agents.errors import DataError
 from agents.populations import PEOPLE, POPULATIONS, manifest, population
@@ -31,9 +31,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     generate.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     generate.add_argument("--out", type=Path, default=Path("data/demos"), help="folder for the recordings")
     generate.add_argument("--json", action="store_true")
-    label = actions.add_parser("label", help="let a learner play while an expert says what it would have done (DAgger)")
-    label.add_argument("--learner", default="scripted", help="agent id (default: the expert itself)")
-    label.add_argument("--expert", default="scripted", help="agent id of who labels")
+    label = actions.add_parser("label", help="let a learner and an expert take turns with the stick (DAgger)")
+    label.add_argument("--learner", default=TEACHER, help="agent id (default: the expert itself)")
+    label.add_argument("--expert", default=TEACHER, help=f"agent id of who is learned from (default {TEACHER})")
     label.add_argument("--population", choices=("A", "B", "AB"), default="AB", help="whose people are the partners")
     label.add_argument("--map", default="all", help="a map's name, several joined by commas, or all")
     label.add_argument("--challenge", type=int, choices=(1, 2), default=1)

@@ -2,9 +2,9 @@
 
     python -m bench.train_agents --data data --report docs/results.md
 
-1. an expert plays with the people of populations A and B, its hand slipping now and then: episodes and labels;
+1. an expert plays with the people of populations A and B, its hand slipping now and then;
 2. Diffusion Policy (flow, fast denoiser) learns from them;
-3. it plays with the same people while the expert labels (DAgger), and learns on; `--rounds` times;
+3. it takes turns with the expert beside the same people (DAgger), and learns on; `--rounds` times;
 4. the simulator of BASS learns from all these episodes; MLP and GRU learn from the same labels;
 5. everybody plays with the held-out people of population C, beside an idle partner and the scripted expert; the
    scores go into the cards and the tables into the report.
@@ -21,6 +21,7 @@ from pathlib import Path
 from agents.bass.agent import BassAgent
 from agents.catalogue import load_agent
 from agents.checkpoint import Card, Score, find_checkpoint, folder_name, rescored
+from agents.corrections import TEACHER
 from agents.dataset import read_trajectories, recording_files
 from agents.demonstrations import jobs, make_all
 from agents.populations import population
@@ -33,7 +34,7 @@ from server.cli import main as movingout
 DP, BASS = "dp@all", "bass@all"
 BASELINES = {"mlp@all": ("mlp", "MLP"), "gru@all": ("gru", "GRU")}
 CONTROL = "idle"
-PEOPLE = "scripted people A and B, labelled by the scripted expert; none of population C"
+PEOPLE = "a scripted expert beside scripted people of A and B; none of population C"
 
 
 def main() -> None:
@@ -75,7 +76,7 @@ def _parsed() -> argparse.Namespace:
 def _train_all(args: argparse.Namespace) -> None:
     labels = args.data / "labels"
     for number in range(args.rounds + 1):
-        learner, count = ("scripted", args.episodes) if number == 0 else (DP, max(args.episodes // 2, 1))
+        learner, count = (TEACHER, args.episodes) if number == 0 else (DP, max(args.episodes // 2, 1))
         _label(args, labels / f"round-{number}", learner, count, seed=number)
         _train_policy(args, labels, args.updates * (number + 1) + (args.last_updates if number == args.rounds else 0))
     _command(

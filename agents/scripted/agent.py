@@ -12,6 +12,7 @@ from agents.scripted.errand import Errand
 from agents.scripted.fetching import Carry, Fetch
 from agents.scripted.lifting import Lift
 from agents.scripted.situation import Situation
+from agents.scripted.storage import Looks
 from agents.scripted.style import Style, varied
 from agents.scripted.traffic import meeting_danger, partners_way, touching
 from agents.scripted.waiting import Aside, WalkTo
@@ -30,17 +31,24 @@ class ScriptedAgent:
 
     execute_rows = 1
 
-    def __init__(self, seed: int = 0, **habits: float) -> None:
-        """`habits` are fields of `Style` that shape a plan. Raises AgentError for another one."""
+    def __init__(self, seed: int = 0, slices: int = SLICES_PER_TICK, yields: bool = False, **habits: float) -> None:
+        """`slices` of thinking per tick: with a thousand it never stops to think, but now and then takes a second.
+
+        Who `yields` lets go of a heavy item at once when the partner holds another one, and helps with that.
+        `habits` are fields of `Style` that shape a plan. Raises AgentError for another one.
+        """
         self.style: Style = varied(seed, habits)
         self.seed = seed
+        self.slices = slices
+        self.yields = bool(yields)
         self.detail: dict[str, object] = {}
 
     def reset(self, episode: EpisodeInfo) -> None:
         """Begin an episode."""
         self._map = episode.map
         self._random = Random(f"{self.seed}/{episode.seed}/{episode.seat}")
-        self._chooser = Chooser(episode.map, self.style)
+        self._chooser = Chooser(episode.map, self.style, self.yields)
+        self._looks = Looks()
         self._errand: Errand | None = None
         self._trail: list[Floats] = []
         self._resting = False
@@ -51,7 +59,7 @@ class ScriptedAgent:
     def act(self, observation: Observation) -> ActionChunk:
         """One row; `detail` says what it is busy with."""
         still = not self._chooser.partner_is_active(observation.state.tick)
-        now = Situation(self._map, observation.state, observation.seat, still)
+        now = Situation(self._map, observation.state, observation.seat, still, self._looks)
         self._chooser.watch(now)
         command = self._command(now)
         self.detail = {"errand": type(self._errand).__name__ if self._errand else "", "item": self._item}
@@ -77,7 +85,7 @@ class ScriptedAgent:
             self._errand = self._chooser.next_errand(now, self._errand)
             if self._errand is None:
                 return REST
-            command = self._errand.step(now, danger, SLICES_PER_TICK)
+            command = self._errand.step(now, danger, self.slices)
             if command is not None:
                 return command
             self._chooser.ended(now, self._errand)

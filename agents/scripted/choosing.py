@@ -34,20 +34,22 @@ _WITHIN_REACH = 10  # cells
 class Chooser:
     """Chooses errands for one seat of one episode."""
 
-    def __init__(self, the_map: MapSpec, style: Style) -> None:
+    def __init__(self, the_map: MapSpec, style: Style, yields: bool = False) -> None:
         self.style = style
+        self._yields = yields
         self._relay = relay(the_map)
         self._hopeless: dict[int, int] = {}  # item: tick until which it is not looked at
         self._useless: dict[int, set[int]] = {}  # item: stands from which the hand did not reach it
         self._tidied: set[int] = set()
-        self._partner_moved = 0
+        self._partner_moved = -1  # nothing seen yet
         self._let_down = 0  # heavy items in a row at which nobody came
 
     # ---- what it learns ---------------------------------------------------------------------------------------
 
     def watch(self, now: Situation) -> None:
         """Note what the partner does."""
-        if float(np.hypot(*now.state.robot_velocities[1 - now.seat][:2])) > _MOVING:
+        moves = float(np.hypot(*now.state.robot_velocities[1 - now.seat][:2])) > _MOVING
+        if moves or self._partner_moved < 0:  # who is met for the first time is trusted to do something
             self._partner_moved = now.tick
         if now.mine >= 0:
             self._useless.pop(now.mine, None)
@@ -170,7 +172,7 @@ class Chooser:
         return self._hopeless.get(item, 0) <= now.tick
 
     def _lift(self, now: Situation, item: int) -> Lift:
-        return Lift(now, item, self.style.patience, frozenset(self._useless.get(item, ())))
+        return Lift(now, item, self.style.patience, frozenset(self._useless.get(item, ())), self._yields)
 
     def _fetch(self, now: Situation, item: int) -> Fetch:
         return Fetch(now, item, frozenset(self._useless.get(item, ())), self._meeting(now), self.style.detour)

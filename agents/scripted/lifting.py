@@ -88,12 +88,13 @@ def grips_beside_partner(now: Situation, item: int, mine: list[float]) -> list[G
 class Lift:
     """Taking one end of a heavy item, waiting for the partner at the other end, and carrying it together."""
 
-    def __init__(self, now: Situation, item: int, patience: int, useless: frozenset[int]) -> None:
+    def __init__(self, now: Situation, item: int, patience: int, useless: frozenset[int], yields: bool = False) -> None:
         self.item = item
         self.hopeless = False
         self.waited_in_vain = False
         self._useless = useless
         self._patience = patience
+        self._yields = yields
         self._waited = 0
         self._nearest = math.inf
         floor = now.ground(also=(item,))
@@ -158,8 +159,9 @@ class Lift:
         if gap < self._nearest - 0.02:
             self._nearest = gap
             self._waited = max(self._waited - 4, 0)
-        if self._waited > self._patience:
-            self.hopeless = self.waited_in_vain = True
+        outbid = self._yields and now.theirs >= 0 and now.is_heavy(now.theirs)
+        if self._waited > self._patience or outbid:
+            self.hopeless, self.waited_in_vain = True, not outbid
             return Command(0.0, 0.0, grasp=True)
         return REST
 
