@@ -1,9 +1,10 @@
-"""`movingout study`: what study/command.py offers, and serving a study. The server is imported only when it serves."""
+"""`movingout study`: what study/command.py offers, serving a study and simulating it, which are imported only then."""
 
 import argparse
 import importlib
 from pathlib import Path
 
+from server.study_bots import command as bots_command
 from study import command
 from study.command import run
 
@@ -30,6 +31,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="for simulated participants alone, SPEED times as fast as people play; the data are marked as simulated",
     )  # fmt: skip
     serve.set_defaults(perform=_serve)
+    bots_command.configure(commands)
 
 
 def _serve(args: argparse.Namespace) -> int:

@@ -98,8 +98,11 @@ class Journey:
     async def _ready(self, guest: Guest, step: Step, done: bool) -> None:
         """Ready for a round or for practice, or through with practising."""
         running, crew = self._running, self._running.crew_of(guest)
-        if crew is None or crew.over is not None:
+        if crew is None:
             return
+        await running.playing.write_down(crew)
+        if crew.over is not None or guest.place.step != step.key:
+            return  # the last one is not saved yet, or was this one
         if step.kind == "practice" and done:
             await self._practised(guest, step)
         elif crew.game is None:

@@ -1,5 +1,6 @@
 """A study that is really served, at several times the speed, and people who walk through it over HTTP and sockets."""
 
+import asyncio
 import contextlib
 import json
 import time
@@ -29,7 +30,7 @@ format: 1
 id: solo
 title: {en: Playing with partners, de: Mit Partnern spielen}
 languages: [en, de]
-participants: 4
+participants: 400
 consent:
   version: "1"
   text: {en: "# Consent\\n\\nWe record **how** you play.", de: "# Einwilligung\\n\\nWir zeichnen auf."}
@@ -46,7 +47,7 @@ PAIR = """
 format: 1
 id: pair
 title: Playing together
-participants: 4
+participants: 400
 group: 2
 consent: {version: "1", text: We record how you play.}
 demographics: ""
@@ -93,6 +94,15 @@ class Served:
     def arrive(self, language: str = "en", beside: str = "", **parameters: str) -> tuple[int, Any]:
         body = {"parameters": parameters, "language": language, "beside": beside}
         return self.live.call("/api/study/arrive", body)
+
+    def look(self) -> None:
+        """What the server does once a second, now."""
+
+        async def once() -> None:
+            async with self.running.lock:
+                await self.running.look()
+
+        asyncio.run_coroutine_threadsafe(once(), self.live.loop).result(WAIT_S)
 
     def later(self, seconds: float) -> None:
         """As if nobody had been heard of for so long."""

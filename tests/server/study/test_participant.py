@@ -1,32 +1,310 @@
 """A participant's way through a study that is really served: nothing before consent, one code, the same place."""
 
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from hashlib import sha256
 from pathlib import Path
 
+import pytest
+from websockets.exceptions import ConnectionClosed
+
 from recordings.index import list_recordings
-from study.store.tables import answers, rounds
-from tests.server.study.support import served
+from study.store.tables import answers, consents, counts, identities, participants, rounds
+from tests.server.live import Person
+from tests.server.study.support import SOLO, Served, Visitor, events_of, served
+
+WAY = [
+    "consent", "form", "input-check", "practice", "round", "questionnaire", "round", "questionnaire", "debrief", "code",
+]  # fmt: skip
 
 
-def test_from_the_link_to_the_code(tmp_path: Path) -> None:
+def test_from_the_link_to_the_code_a_reload_anywhere_returns_to_the_same_place(solo: Served) -> None:
+    visitor = solo.visitor(PROLIFIC_PID="whole-way", STUDY_ID="s1")
+    kinds = [visitor.kind]
+    while visitor.kind != "code":
+        visitor.do()
+        kinds.append(visitor.kind)
+        shown = dict(visitor.view)
+        assert visitor.look() == shown
+        visitor = solo.visitor(PROLIFIC_PID="whole-way")
+        assert visitor.view == shown, "the link brings them back, too"
+    assert kinds == WAY
+    step = visitor.step
+    minutes, amount = step["earned"].pop("minutes"), step["earned"].pop("amount")
+    assert amount == pytest.approx(0.2 * minutes, abs=0.02)
+    assert step == {
+        "key": "code", "kind": "code", "code": step["code"], "outcome": "done", "kept": True,
+        "completion_url": f"https://app.prolific.com/submissions/complete?cc={step['code']}",
+        "earned": {"currency": "USD"},
+    }  # fmt: skip
+    store = solo.running.records.store
+    unit = solo.running.guests[visitor.pid].place.unit
+    played = [row for row in store.rows(rounds) if row["unit"] == unit]
+    assert [(row["outcome"], row["ticks"], row["partner"]) for row in played] in (
+        [("time", 20, "good"), ("time", 20, "bad")],
+        [("time", 20, "bad"), ("time", 20, "good")],
+    )
+    assert len([row for row in store.rows(answers) if row["pid"] == visitor.pid]) == 7 + 2 * 10
+
+
+def test_every_finished_round_has_exactly_one_recording_and_nothing_says_who_it_was(tmp_path: Path) -> None:
     with served(tmp_path) as study:
-        visitor = study.visitor(PROLIFIC_PID="5f3c", STUDY_ID="s1")
-        kinds = [visitor.kind]
-        while visitor.kind != "code":
-            visitor.do()
-            kinds.append(visitor.kind)
-        assert kinds == [
-            "consent", "form", "input-check", "practice", "round", "questionnaire", "round", "questionnaire",
-            "debrief", "code",
-        ]  # fmt: skip
-        code = visitor.step["code"]
-        assert visitor.step == {
-            "key": "code", "kind": "code", "code": code, "outcome": "done", "kept": True,
-            "completion_url": f"https://app.prolific.com/submissions/complete?cc={code}",
-            "earned": {"minutes": visitor.step["earned"]["minutes"], "amount": visitor.step["earned"]["amount"],
-                       "currency": "USD"},
-        }  # fmt: skip
-        store = study.running.records.store
-        assert [(row["outcome"], row["ticks"]) for row in store.rows(rounds)] == [("time", 20)] * 2
-        assert len(store.rows(answers)) == 7 + 2 * 10
+        visitor = study.visitor(PROLIFIC_PID="5f3c-the-worker")
+        visitor.go_to("code")
+        pid, episodes = visitor.pid, {row["episode"] for row in study.running.records.store.rows(rounds)}
+        assert study.state()["server"]["recordings"] == 2
     found, damaged = list_recordings(tmp_path / "recordings")
-    assert (len(found), damaged) == (2, [])
+    assert ({one.id for one in found}, damaged) == (episodes, [])
+    assert all(pid in one.blue + one.red and one.study["study"] == "solo" for one in found)
+    for path in tmp_path.rglob("*"):
+        if path.is_file() and not path.name.startswith("identity"):
+            assert b"5f3c-the-worker" not in path.read_bytes(), path
+
+
+# ---- consent ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("key", ["form", "input-check", "practice", "play/1/HandOff-1", "debrief", "code"])
+def test_nothing_leads_past_the_consent(solo: Served, key: str) -> None:
+    visitor = solo.visitor()
+    before = len(solo.live.host.directory.rooms)
+    status, answer = visitor.call("next", {"key": key, "rtt_ms": 1, "keep": True, "done": True})
+    assert (status, answer["view"]["step"]["kind"]) == (200, "consent")
+    assert len(solo.live.host.directory.rooms) == before
+
+
+def test_no_answer_is_kept_before_the_consent(solo: Served) -> None:
+    visitor = solo.visitor()
+    status, answer = visitor.answer("age", 1, key="form")
+    assert (status, answer["error"]["message"]) == (409, "nothing is kept before the consent is given")
+
+
+def test_the_consent_is_kept_with_the_language_and_the_hash_of_the_shown_text(solo: Served) -> None:
+    visitor = solo.visitor("de")
+    assert "<h1>Einwilligung</h1>" in visitor.step["html"]
+    status, answer = visitor.call("next", {"key": "consent", "boxes": ["release"]})
+    assert (status, answer["error"]["code"]) == (422, "boxes")
+    visitor.next(boxes=["adult", "unknown"])
+    visitor.next(boxes=["adult"])
+    mine = [row for row in solo.running.records.store.rows(consents) if row["pid"] == visitor.pid]
+    text = solo.running.study.consent.text.text("de")
+    assert [(row["language"], row["sha256"], row["boxes"]) for row in mine] == [
+        ("de", sha256(text.encode()).hexdigest(), '["adult"]')
+    ]
+
+
+def test_who_declines_is_a_number_and_nothing_else(tmp_path: Path) -> None:
+    with served(tmp_path) as study:
+        visitor = study.visitor(PROLIFIC_PID="curious")
+        for _ in range(2):
+            visitor.decline()
+            assert (visitor.step["code"], visitor.step["outcome"]) == (None, "declined")
+        visitor.look()
+        store = study.running.records.store
+        assert (store.rows(participants), store.rows(counts)) == ([], [{"name": "declined", "number": 1}])
+        with study.running.records.identities._database.read() as connection:
+            assert connection.execute(identities.select()).all() == []
+        assert study.visitor(PROLIFIC_PID="curious").kind == "consent", "who changes their mind is welcome"
+
+
+# ---- exits --------------------------------------------------------------------------------------------------------
+
+
+def screened_out(visitor: Visitor) -> None:
+    visitor.go_to("input-check")
+    status, answer = visitor.call("next", {"key": "input-check", "rtt_ms": 400.0, "device": "keyboard"})
+    assert (status, answer["error"]["code"]) == (422, "slow")
+    visitor.stop(True)
+
+
+EXITS: list[tuple[str, Callable[[Visitor], object]]] = [
+    ("done", lambda one: one.go_to("code")),
+    ("withdrew", lambda one: one.stop(True)),
+    ("withdrew", lambda one: one.go_to("practice").stop(False)),
+    ("withdrew", lambda one: one.go_to("questionnaire").stop(True)),
+    ("screened-out", screened_out),
+]
+
+
+@pytest.mark.parametrize(("outcome", "leave"), EXITS)
+def test_every_exit_gives_exactly_one_code(solo: Served, outcome: str, leave: Callable[[Visitor], object]) -> None:
+    visitor = solo.visitor()
+    leave(visitor)
+    first = visitor.step
+    assert (first["outcome"], len(first["code"])) == (outcome, 10)
+    for again in (lambda: visitor.stop(True), lambda: visitor.stop(False), visitor.decline, visitor.look):
+        again()
+        assert (visitor.step["code"], visitor.step["outcome"]) == (first["code"], outcome)
+    codes = [row["code"] for row in solo.running.records.store.rows(participants) if row["code"]]
+    assert len(set(codes)) == len(codes)
+
+
+def test_who_withdraws_with_the_data_is_paid_and_leaves_nothing_behind(tmp_path: Path) -> None:
+    with served(tmp_path) as study:
+        visitor = study.visitor().go_to("questionnaire")
+        visitor.answer("teamwork", 5)
+        visitor.stop(False)
+        assert (visitor.step["kept"], bool(visitor.step["code"])) == (False, True)
+        pid, store = visitor.pid, study.running.records.store
+    found, _ = list_recordings(tmp_path / "recordings")
+    assert found == []
+    with served(tmp_path) as study:
+        store = study.running.records.store
+        assert (store.rows(rounds), store.rows(answers)) == ([], [])
+        assert [(row["pid"], row["outcome"]) for row in store.rows(participants)] == [(pid, "withdrew")]
+
+
+def test_data_are_deleted_too_when_somebody_says_so_after_the_debrief(solo: Served) -> None:
+    visitor = solo.visitor().go_to("debrief")
+    status, answer = visitor.call("next", {"key": "debrief"})
+    assert (status, answer["error"]["code"]) == (422, "keep")
+    visitor.next(keep=False)
+    assert (visitor.step["outcome"], visitor.step["kept"]) == ("done", False)
+    store = solo.running.records.store
+    visitor.wait_until(lambda one: not [row for row in store.rows(answers) if row["pid"] == one.pid])
+
+
+# ---- twice, and from elsewhere ------------------------------------------------------------------------------------
+
+
+def test_double_clicks_do_what_one_click_does(solo: Served) -> None:
+    visitor = solo.visitor()
+    for _ in range(4):
+        said = {"key": visitor.step["key"], "boxes": ["adult"], "rtt_ms": 3.0, "device": "touch"}
+        with ThreadPoolExecutor(3) as pool:
+            heard = [pool.submit(visitor.call, "next", said) for _ in range(3)]
+        assert {one.result()[0] for one in heard} == {200}
+        visitor.look()
+    assert visitor.kind == "practice"
+    mine = [row for row in solo.running.records.store.rows(consents) if row["pid"] == visitor.pid]
+    assert len(mine) == 1
+    assert len([room for room in solo.live.host.directory.rooms.values() if visitor.pid == room.seats[0].alias]) == 1
+
+
+def test_of_two_with_one_link_the_second_goes_on_and_the_first_is_told(solo: Served) -> None:
+    first = solo.visitor(PROLIFIC_PID="shared")
+    first.agree()
+    with ThreadPoolExecutor(1) as pool:
+        heard = pool.submit(events_of, first, 1)
+        while not solo.running.guests[first.pid].pushes:
+            pass
+        second = solo.visitor(PROLIFIC_PID="shared")
+        assert heard.result(20) == [{"changed": True}]
+    assert second.kind == "form"
+    assert first.look()["step"]["kind"] == "ended-elsewhere"
+    assert first.next()["step"]["kind"] == "ended-elsewhere"
+    assert first.answer("age", 1, key="form")[0] == 409
+    assert second.look()["step"]["kind"] == "form"
+    assert "duplicate" in solo.alerts()
+
+
+def test_a_code_lets_one_participant_in_and_brings_them_back_until_they_have_finished(tmp_path: Path) -> None:
+    with served(tmp_path, codes=True) as study:
+        assert study.live.call("/api/study")[1]["asks_code"] is True
+        for parameters, code in (({}, "code"), ({"code": "NOBODY"}, "code_unknown")):
+            status, answer = study.arrive(**parameters)
+            assert (status, answer["error"]["code"]) == (403, code)
+        code = study.ask("open-next")["code"]
+        visitor = study.visitor(code=f" {code.lower()} ")
+        visitor.agree()
+        pid = visitor.pid
+        again = study.visitor(code=code)
+        assert (again.kind, again.pid) == ("form", pid)
+        again.stop(True)
+        status, answer = study.arrive(code=code)
+        assert (status, answer["error"]["code"]) == (403, "code_used")
+        assert again.look()["step"]["outcome"] == "withdrew", "their own page still shows the code"
+
+
+def test_who_guesses_codes_has_to_wait(tmp_path: Path) -> None:
+    with served(tmp_path, codes=True) as study:
+        study.live.host.gate._limits = study.live.host.settings.limits.__class__()
+        found = [study.arrive(code=f"GUESS{number}")[1]["error"]["code"] for number in range(12)]
+    assert found[0] == "code_unknown" and found[-1] == "locked"
+
+
+def test_a_preview_and_a_foreign_secret_are_told_what_to_do(solo: Served) -> None:
+    status, answer = solo.arrive(assignmentId="ASSIGNMENT_ID_NOT_AVAILABLE", workerId="w")
+    assert (status, answer["error"]["code"]) == (403, "preview")
+    status, answer = solo.live.call("/api/study/view", token="made-up")
+    assert (status, answer["error"]["code"]) == (401, "no_participant")
+
+
+def test_a_study_that_has_everybody_it_needs_says_so(tmp_path: Path) -> None:
+    with served(tmp_path, SOLO.replace("participants: 400", "participants: 1")) as study:
+        first, late = study.visitor(), study.visitor()
+        late.go_to("practice")
+        assert "full" not in study.alerts(), "nobody holds the only slot yet"
+        first.go_to("practice")
+        assert "full" in study.alerts(), "one too many, and the experimenter knows"
+        first.go_to("code")
+        status, answer = study.arrive()
+        assert (status, answer["error"]["code"]) == (403, "study_full")
+
+
+# ---- on the way ---------------------------------------------------------------------------------------------------
+
+
+def test_the_language_is_the_participants_choice(solo: Served) -> None:
+    visitor = solo.visitor("fr")
+    assert (visitor.view["language"], visitor.view["languages"]) == ("en", ["en", "de"])
+    visitor.look("de")
+    assert (visitor.view["language"], visitor.view["study"]["title"]) == ("de", "Mit Partnern spielen")
+    visitor.look("fr")
+    assert visitor.look()["language"] == "de"
+
+
+def test_a_click_is_kept_at_once_and_shown_again(solo: Served) -> None:
+    visitor = solo.visitor().go_to("form")
+    assert visitor.answer("age", 2) == (200, {"saved": True})
+    assert visitor.look()["step"]["answers"] == {"age": {"value": 2, "text": ""}}
+    for item, value, status in (("age", 99, 422), ("nothing", 1, 422)):
+        assert visitor.answer(item, value)[0] == status
+    assert visitor.answer("age", 1, key="practice")[0] == 422
+    visitor.next()
+    assert visitor.answer("age", 3, key="form") == (200, {"saved": True}), "one that was on its way"
+    kept = [row for row in solo.running.records.store.rows(answers) if row["pid"] == visitor.pid]
+    assert [(row["value"], row["elapsed_ms"], row["hidden_ms"]) for row in kept] == [(2, 900.0, 10.0), (3, 900.0, 10.0)]
+
+
+def test_a_page_that_is_reloaded_in_a_round_comes_back_to_the_same_seat(solo: Served) -> None:
+    visitor = solo.visitor().go_to("round")
+    assert (visitor.step["state"], visitor.step["number"], visitor.step["of"]) == ("card", 1, 2)
+    visitor.next()
+    assert visitor.step["state"] == "playing"
+    first = visitor.player()
+    first.play(2, visitor.step["room"]["seat"])
+    visitor = Visitor(solo, visitor.token, visitor.look())
+    again = visitor.player()
+    assert again.welcome["seats"][0]["seat"] == visitor.step["room"]["seat"]
+    assert again.welcome["study"] is True
+    while not any(told["type"] == "result" for told in again.told):
+        again.hear()
+    visitor.wait_until(lambda one: one.kind == "questionnaire")
+
+
+def test_partners_are_letters_and_nobody_says_which_model_it_is(solo: Served) -> None:
+    visitor = solo.visitor().go_to("round")
+    visitor.next()
+    person = visitor.player()
+    person.play(1, visitor.step["room"]["seat"])
+    told = str([person.welcome, person.told, visitor.view, solo.row(visitor.pid)])
+    assert "good" not in told and "bad" not in told
+    assert visitor.step["partner_letter"] in ("A", "B") and f"Partner {visitor.step['partner_letter']}" in told
+    episode = next(one["episode"] for one in person.told if one["type"] == "round")
+    assert solo.live.call(f"/api/recordings/{episode}")[0] == 401
+    assert solo.live.call(f"/api/rooms/{visitor.step['room']['id']}/thoughts")[0] == 403
+
+
+def test_nobody_takes_a_seat_of_a_study_without_its_key(solo: Served) -> None:
+    visitor = solo.visitor().go_to("round")
+    visitor.next()
+    with pytest.raises(ConnectionClosed):
+        Person(solo.live.connect(), visitor.step["room"]["id"], mode="play", claim=1)
+
+
+def test_pages_and_texts_are_served_and_the_start_page_leads_to_the_study(solo: Served) -> None:
+    for path, part in (("/study", b"study.js"), ("/experimenter", b"experimenter.js"), ("/?lang=de", b"study.js")):
+        status, page = solo.live.call(path)
+        assert status == 200 and part in page, path
+    assert solo.live.call("/static/words/study.de.json")[0] == 200

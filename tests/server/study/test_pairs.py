@@ -1,0 +1,199 @@
+"""Pairs: a waiting room that cannot hang, two at one screen, and what becomes of who is left behind."""
+
+import threading
+from pathlib import Path
+
+from recordings.index import list_recordings
+from server import messages as m
+from study.store.tables import rounds
+from tests.server.live import Person
+from tests.server.study.support import PAIR, Served, Visitor, served
+
+
+def waiting(study: Served, count: int = 1) -> list[Visitor]:
+    return [study.visitor().go_to("waiting") for _ in range(count)]
+
+
+def paired(study: Served) -> tuple[Visitor, Visitor]:
+    """Two at the card of the practice."""
+    (first,) = waiting(study)
+    second = study.visitor().go_to("input-check")
+    second.do()
+    first.look()
+    assert (first.kind, second.kind) == ("practice", "practice")
+    return first, second
+
+
+def together(*visitors: Visitor) -> None:
+    """Both do the same at the same time."""
+    threads = [threading.Thread(target=visitor.do) for visitor in visitors]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(30)
+        assert not thread.is_alive()
+
+
+def test_two_browsers_find_each_other_and_play_to_the_end(pair: Served) -> None:
+    (first,) = waiting(pair)
+    assert (first.step["people"], first.step["wait_s"], first.step["otherwise"]) == (1, 30, "code")
+    second = pair.visitor().go_to("input-check")
+    second.do()
+    first.look()
+    assert {first.step["seat"], second.step["seat"]} == {0, 1}
+    assert (first.step["partner_letter"], first.step["state"]) == (None, "card")
+    first.next()
+    assert first.step["state"] == "waiting", "the round waits for both"
+    for _ in range(3):
+        together(first, second)
+    assert (first.step["outcome"], second.step["outcome"]) == ("done", "done")
+    assert first.step["code"] != second.step["code"]
+    unit = pair.running.guests[first.pid].place.unit
+    store = pair.running.records.store
+    assert [row["outcome"] for row in store.rows(rounds) if row["unit"] == unit] == ["time", "time"]
+
+
+def test_two_at_one_screen_are_a_pair_whoever_else_waits(pair: Served) -> None:
+    (stranger,) = waiting(pair)
+    first = pair.visitor().go_to("input-check")
+    second = pair.visitor(beside=first.token).go_to("input-check")
+    first.do()
+    assert first.kind == "waiting", "not with the stranger"
+    second.do()
+    first.look()
+    assert (first.kind, second.kind, stranger.look()["step"]["kind"]) == ("practice", "practice", "waiting")
+    assert pair.row(first.pid)["partner_pid"] == second.pid
+    stranger.stop(True)
+
+
+def test_two_at_one_screen_are_a_pair_after_a_restart_too(tmp_path: Path) -> None:
+    with served(tmp_path, PAIR) as study:
+        first = study.visitor().go_to("input-check")
+        second = study.visitor(beside=first.token).go_to("input-check")
+    with served(tmp_path, PAIR) as study:
+        (stranger,) = waiting(study)
+        first, second = Visitor(study, first.token, first.view), Visitor(study, second.token, second.view)
+        first.do()
+        second.do()
+        assert (first.look()["step"]["kind"], stranger.look()["step"]["kind"]) == ("practice", "waiting")
+
+
+def test_who_waits_too_long_gets_a_code(pair: Served) -> None:
+    (alone,) = waiting(pair)
+    pair.later(31)
+    pair.look()
+    alone.look()
+    assert (alone.step["outcome"], bool(alone.step["code"])) == ("no-partner", True)
+
+
+def test_who_waits_too_long_may_play_with_an_agent_instead(tmp_path: Path) -> None:
+    text = PAIR.replace("return_s: 5}", "return_s: 5, otherwise: agent, agent: idle}")
+    with served(tmp_path, text) as study:
+        (alone,) = waiting(study)
+        study.later(31)
+        alone.look()
+        study.look()
+        alone.look()
+        assert (alone.kind, alone.step["partner_letter"]) == ("practice", None)
+        alone.go_to("round")
+        assert alone.step["partner_letter"] == "A", "nobody is told that it is a person"
+        alone.go_to("code")
+        assert alone.step["outcome"] == "done"
+    found, _ = list_recordings(tmp_path / "recordings")
+    assert all("idle" in (one.blue + one.red) for one in found) and len(found) == 2
+
+
+def test_a_closed_page_is_not_paired(pair: Served) -> None:
+    (ghost,) = waiting(pair)
+    pair.later(25)
+    (second,) = waiting(pair)
+    assert second.kind == "waiting"
+    ghost.stop(True)
+    second.stop(True)
+
+
+def test_the_partner_of_who_leaves_is_free_to_go_and_paid(pair: Served) -> None:
+    first, second = paired(pair)
+    first.next()
+    second.next()
+    person = second.player()
+    first.stop(True)
+    second.look()
+    assert (first.step["outcome"], second.step["outcome"]) == ("withdrew", "partner-left")
+    assert first.step["code"] != second.step["code"]
+    code, _ = person.end()
+    assert code == m.CLOSE_ROOM_OVER
+
+
+def test_the_partner_of_who_does_not_come_back_is_not_kept_waiting(pair: Served) -> None:
+    first, second = paired(pair)
+    pair.later(26)
+    second.look()
+    pair.look()
+    second.look()
+    first.look()
+    assert (first.step["outcome"], second.step["outcome"]) == ("withdrew", "partner-left")
+    assert "gone" in pair.alerts()
+
+
+def test_when_both_are_away_nobody_is_sent_away(pair: Served) -> None:
+    first, second = paired(pair)
+    pair.later(600)
+    pair.look()
+    assert (first.look()["step"]["kind"], second.look()["step"]["kind"]) == ("practice", "practice")
+
+
+def test_who_has_only_questions_left_can_finish_without_the_partner(tmp_path: Path) -> None:
+    with served(tmp_path, PAIR + "at_end: [nasa-tlx]\n") as study:
+        first, second = paired(study)
+        for _ in range(3):
+            together(first, second)
+        assert first.kind == second.kind == "questionnaire"
+        first.stop(True)
+        second.go_to("code")
+        assert second.step["outcome"] == "done"
+
+
+def test_practice_ends_when_both_have_had_enough_and_a_round_can_be_begun_again(tmp_path: Path) -> None:
+    text = PAIR.replace("limit_ticks: 30", "limit_ticks: 3000").replace("limit_ticks: 20", "limit_ticks: 150")
+    with served(tmp_path, text) as study:
+        first, second = paired(study)
+        enough(first, second)
+        assert (second.kind, first.look()["step"]["kind"]) == ("round", "round")
+        begun_again(study, first, second)
+
+
+def enough(first: Visitor, second: Visitor) -> None:
+    """The first of two has practised enough, and then the second."""
+    players = both_play(first, second)
+    first.next(done=True)
+    assert first.step["state"] == "waiting"
+    players[0].connection.close()
+    seat = second.step["room"]["seat"]
+    tick = players[1].next_tick(seat)
+    assert players[1].next_tick(seat) > tick, "the other practises on"
+    second.look()
+    assert second.step["state"] == "playing"
+    second.next(done=True)
+
+
+def begun_again(study: Served, first: Visitor, second: Visitor) -> None:
+    """The experimenter restarts a round."""
+    key = first.step["key"]
+    both_play(first, second)
+    study.ask("restart-round", pid=first.pid, reason="the fire alarm")
+    for visitor in (first, second):
+        visitor.wait_until(lambda one: one.step["state"] == "card")
+    together(first, second)
+    mine = [row for row in study.running.records.store.rows(rounds) if row["step"] == key]
+    assert [(row["attempt"], row["outcome"]) for row in mine] == [(1, "stopped"), (2, "time")]
+    assert any("the fire alarm" in note["text"] for note in study.state()["notes"])
+
+
+def both_play(first: Visitor, second: Visitor) -> tuple[Person, Person]:
+    first.next()
+    second.next()
+    first.look()
+    players = first.player(), second.player()
+    players[0].wait_for("room", phase="playing")
+    return players

@@ -1,0 +1,40 @@
+"""Where participants wait for a partner, with a clock that the test turns."""
+
+from server.study.waiting_room import GHOST_S, WaitingRoom
+
+
+def test_who_came_first_is_paired_first() -> None:
+    room = WaitingRoom(300)
+    for second, pid in enumerate(("P1", "P2", "P3")):
+        room.enter(pid, float(second))
+    assert room.pair(3.0) == ("P1", "P2")
+    assert room.pair(3.0) is None and len(room) == 1
+
+
+def test_nobody_is_paired_with_a_closed_page() -> None:
+    room = WaitingRoom(300)
+    room.enter("P1", 0.0)
+    room.enter("P2", 0.0)
+    room.heard("P2", GHOST_S + 1)
+    assert room.pair(GHOST_S + 1) is None
+    room.heard("P1", GHOST_S + 2)
+    assert room.pair(GHOST_S + 2) == ("P1", "P2"), "the page is open again"
+
+
+def test_two_at_one_screen_wait_for_each_other_alone() -> None:
+    room = WaitingRoom(300)
+    room.enter("P1", 0.0, "a1")
+    room.enter("P2", 1.0)
+    assert room.pair(2.0) is None
+    room.enter("P3", 2.0, "a1")
+    assert room.pair(3.0) == ("P1", "P3")
+
+
+def test_nobody_waits_longer_than_was_said_and_coming_again_does_not_begin_anew() -> None:
+    room = WaitingRoom(300)
+    room.enter("P1", 0.0)
+    room.enter("P1", 200.0)
+    assert room.over(299.0) == []
+    assert (room.over(300.0), room.since("P1")) == (["P1"], 0.0)
+    room.leave("P1")
+    assert (room.over(300.0), room.since("P1")) == ([], None)
