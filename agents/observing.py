@@ -1,8 +1,10 @@
-"""Making the observation that an agent sees, the same in a live room, a match and training."""
+"""Making the observation that an agent sees, the same in a live room, a match and training; hearing what it says."""
+
+from collections.abc import Mapping
 
 import numpy as np
 
-from agents.base import Observation
+from agents.base import Agent, Observation
 from maps import MapSpec
 from world.observation import encode_state
 from world.state import Floats, WorldState
@@ -26,3 +28,9 @@ def start_state(map_spec: MapSpec) -> WorldState:
         held=np.array([-1, -1]),
         item_poses=np.array([[item.pose.x, item.pose.y, item.pose.angle] for item in map_spec.items]).reshape(-1, 3),
     )
+
+
+def said(agent: Agent) -> Mapping[str, object]:
+    """What the agent says about its last decision: attribute `detail`, a flat mapping, if it has one."""
+    detail = getattr(agent, "detail", None)
+    return detail if isinstance(detail, Mapping) else {}

@@ -10,14 +10,13 @@ import socket
 import sys
 import threading
 import time
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 from agents.base import Agent, EpisodeInfo
 from agents.blackboard import Blackboard
 from agents.catalogue import load_agent
 from agents.chunk import checked_chunk, rows_to_execute
-from agents.observing import observe, start_state
+from agents.observing import observe, said, start_state
 from agents.worker_messages import (
     Close,
     Failed,
@@ -102,7 +101,7 @@ class Desk:
             observation = observe(seat.episode.map, observed_state(question), seat.episode.seat, question.tick)
             chunk = checked_chunk(seat.agent.act(observation))
             execute = rows_to_execute(seat.agent, chunk)
-            detail = _detail(seat.agent)
+            detail = said(seat.agent)
         except Exception as error:  # noqa: BLE001 - the boundary around an agent
             return self._failed(seat, question, error)
         seat.failures = 0
@@ -125,12 +124,6 @@ def _warm(agent: Agent, episode: EpisodeInfo) -> Agent:
     agent.reset(episode)
     agent.act(observe(episode.map, start_state(episode.map), episode.seat))
     return agent
-
-
-def _detail(agent: Agent) -> Mapping[str, object]:
-    """What the agent says about its last decision: attribute `detail`, a flat mapping, if it has one."""
-    detail = getattr(agent, "detail", None)
-    return detail if isinstance(detail, Mapping) else {}
 
 
 def _sentence(error: Exception) -> str:

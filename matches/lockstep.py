@@ -15,6 +15,7 @@ import numpy as np
 
 from agents.base import Agent, EpisodeInfo
 from agents.catalogue import load_agent
+from agents.observing import said
 from agents.rollout import Watcher
 from maps.errors import MapError
 from matches.asking import ask
@@ -54,6 +55,11 @@ class LiveMatch:
     @property
     def over(self) -> bool:
         return self.state.tick >= self.match.ticks or self.world.score() == 1.0
+
+    def keep_decision(self, seat: Seat) -> None:
+        """Record what the agent says about the answer it has just given."""
+        if self.recorder is not None and (detail := said(seat.agent)):
+            self.recorder.decision(seat.episode.seat, self.state.tick + 1, detail)
 
     def advance(self) -> None:
         """One tick with the next row of each seat. Raises WorldError when the physics lost its numbers."""
@@ -142,7 +148,11 @@ class Lockstep:
     def _tick(self, playing: list[LiveMatch]) -> list[MatchResult]:
         """One tick of every match in the list, which keeps those that go on; the results of the others."""
         begun = time.process_time()
-        ask([seat for live in playing for seat in live.seats if not seat.rows], self._stopwatch)
+        asked = [(live, seat) for live in playing for seat in live.seats if not seat.rows]
+        ask([seat for _, seat in asked], self._stopwatch)
+        if self._record is not None:
+            for live, seat in asked:
+                live.keep_decision(seat)
         ended = [result for live in playing if (result := self._advance(live)) is not None]
         share = (time.process_time() - begun) / max(len(playing), 1)
         for live in playing:

@@ -1,19 +1,18 @@
 """A match as a recording: the same file that a live room writes, so that it replays, verifies and exports alike."""
 
+import contextlib
 import time
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from agents.catalogue import agent_card
-from agents.checkpoint import MODEL_ROOTS, find_checkpoint
-from agents.errors import AgentError
+from agents.provenance import cards, seat_info
 from matches.match import Match
-from recordings import EpisodeHeader, EpisodeWriter, Event, SeatInfo, TickRecord, finalise
+from recordings import AgentDecision, EpisodeHeader, EpisodeWriter, Event, TickRecord, finalise
 from recordings.episode import EventKind, Outcome
 from recordings.finished import SUFFIX
-from recordings.ghost import GHOST, ghost_name
 from recordings.journal import JOURNAL_SUFFIX
 from world.state import Floats, WorldState
 
@@ -30,7 +29,7 @@ class Recorder:
         header = EpisodeHeader(
             name, the_map, match.seed, match.ticks, (blue, red), time.time_ns(), "match", {"match": match.id}
         )
-        self._writer = EpisodeWriter.create(folder, header, initial)
+        self._writer = EpisodeWriter.create(folder, header, initial, cards(header.seats))
         self._writer.event(Event(0, "start"))
         self._held = [-1, -1]
         self._delivered = [False] * len(the_map.items)
@@ -45,6 +44,11 @@ class Recorder:
                 self._writer.event(Event(after.tick, "delivered" if now else "undelivered", -1, item))
         self._held, self._delivered = held, delivered
         self._writer.tick(TickRecord(actions, ("agent", "agent"), (-1, -1), after, tuple(delivered), 0.0))
+
+    def decision(self, seat: int, tick: int, detail: Mapping[str, object]) -> None:
+        """What an agent says about its answer for a tick; nothing when it cannot be written as JSON."""
+        with contextlib.suppress(TypeError):
+            self._writer.agent(AgentDecision(tick, seat, -1.0, False, detail))
 
     def close(self, outcome: Outcome, tick: int, seat: int = -1, detail: str = "") -> Path:
         """End and finalise the recording; returns its path."""
@@ -67,21 +71,3 @@ def hand_events(
         elif np.any(pressed[seat]):
             events.append(("grab_failed", seat, -1))
     return events
-
-
-def seat_info(agent_id: str) -> SeatInfo:
-    """How an agent is named in a recording."""
-    if agent_card(agent_id).kind == GHOST:
-        return SeatInfo(GHOST, ghost_name(agent_id))
-    return SeatInfo("agent", agent_id, fingerprint(agent_id))
-
-
-def fingerprint(agent_id: str) -> str:
-    """The checkpoint's SHA-256; empty for an agent without one."""
-    reference = agent_id.partition(":")[0]
-    if "@" not in reference:
-        return ""
-    try:
-        return find_checkpoint(reference, *MODEL_ROOTS).sha256
-    except AgentError:
-        return ""

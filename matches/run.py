@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from agents.catalogue import load_agent
+from agents.provenance import fingerprint
 from maps import map_names
 from matches.dispatch import Crew, dispatch
 from matches.errors import MatchError
@@ -17,7 +18,6 @@ from matches.lockstep import AGENT_LIMIT_S
 from matches.match import LIMIT_TICKS, Challenge, Match, MatchResult
 from matches.plan import Entry, entries, matches_of, missing_agents
 from matches.processes import LocalCrew
-from matches.recorder import fingerprint
 from matches.store import Shard, open_folder, read_head, read_results, write_whole
 from matches.table import Row, markdown, rows_of
 

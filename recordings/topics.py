@@ -130,7 +130,7 @@ _EVENTS = _object(
 _AGENT = _object(
     "one answer of an agent",
     tick=_TICK,
-    latency_ms=_number("observation to answer"),
+    latency_ms=_number("observation to answer, -1 unknown (a match does not wait)"),
     missed=_BOOLEAN,
     chosen=_integer("index into candidates, -1 none"),
     candidates=_array(CANDIDATE, "what it considered"),

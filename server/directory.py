@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from agents.provenance import cards
 from maps import MapSpec, load_map
 from maps.randomize import Split, randomize
 from recordings import EpisodeHeader, EpisodeWriter, RecordingError
@@ -103,7 +104,7 @@ class Directory:
 
     def open_recording(self, header: EpisodeHeader, initial: WorldState) -> Recorder:
         try:
-            return Recorder(EpisodeWriter.create(self._recordings, header, initial))
+            return Recorder(EpisodeWriter.create(self._recordings, header, initial, cards(header.seats)))
         except RecordingError as error:
             log.error("not recording: %s", error)
             return Recorder(None, str(error))

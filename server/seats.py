@@ -8,6 +8,7 @@ import unicodedata
 from dataclasses import dataclass, field
 from typing import Protocol
 
+from agents.provenance import fingerprint
 from maps import MapSpec
 from maps.spec import SEAT_COLOURS
 from recordings import SeatInfo
@@ -167,8 +168,10 @@ class Seat:
         """For the recording's header: a pseudonym for people, the id for agents."""
         if self.kind == "ghost":
             return SeatInfo(self.kind, ghost_name(self.agent_id))
+        if self.kind == "agent":
+            return SeatInfo(self.kind, self.agent_id, fingerprint(self.agent_id))
         if not self.taken_by_client:
-            return SeatInfo(self.kind, self.agent_id or "idle")
+            return SeatInfo(self.kind, "idle")
         return SeatInfo(self.kind, self.alias, device=self.controls.device)
 
 

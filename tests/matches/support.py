@@ -46,6 +46,22 @@ class Fleet(Wanderer):
         return [agent.act(seen) for agent, seen in zip(agents, observations, strict=True)]
 
 
+class Talker(Wanderer):
+    """Says when it was asked."""
+
+    def act(self, observation: Observation) -> ActionChunk:
+        self.detail: dict[str, object] = {"heard": observation.tick}
+        return super().act(observation)
+
+
+class Mumbler(Wanderer):
+    """Says what no file can hold."""
+
+    def act(self, observation: Observation) -> ActionChunk:
+        self.detail = {"self": self}
+        return super().act(observation)
+
+
 class Late(Wanderer):
     """Never comes to an end at tick 8, and swallows every exception."""
 

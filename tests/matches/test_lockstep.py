@@ -1,3 +1,4 @@
+import hashlib
 import time
 from pathlib import Path
 
@@ -76,6 +77,24 @@ def test_a_recorded_match_re_simulates_to_the_bit(tmp_path: Path) -> None:
     episode = read_episode(path)
     assert (episode.outcome, len(episode.ticks), episode.header.source) == ("time", 60, "match")
     assert [event.kind for event in episode.events][:: len(episode.events) - 1] == ["start", "end"]
+
+
+def test_a_recording_keeps_what_agents_say_about_each_answer_when_it_can_be_written(tmp_path: Path) -> None:
+    match = Match("DistancePriority", f"{HERE}:Talker", f"{HERE}:Mumbler", 4, ticks=12)
+    (result,) = Lockstep(record=tmp_path).play([match])
+    decisions = read_episode(Path(result.recording)).decisions
+    assert {decision.seat for decision in decisions} == {0}
+    assert [decision.tick for decision in decisions] == [1, 5, 9]  # chunks of four rows
+    assert [decision.detail for decision in decisions] == [{"heard": tick - 1} for tick in (1, 5, 9)]
+    assert {decision.latency_ms for decision in decisions} == {-1.0}
+
+
+def test_the_recording_of_a_trained_agent_has_its_card_and_hash(tmp_path: Path) -> None:
+    (result,) = Lockstep(record=tmp_path).play([Match("HandOff", "dp@all", "idle", 1, ticks=2)])
+    episode = read_episode(Path(result.recording))
+    card = episode.attachments["card-blue.json"]
+    assert episode.header.seats[0].checkpoint_sha256 == hashlib.sha256(card).hexdigest()
+    assert episode.attachments.keys() == {"map.json", "card-blue.json"}
 
 
 def test_the_recording_of_a_lost_match_says_who_lost_it(tmp_path: Path) -> None:
