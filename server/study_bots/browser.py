@@ -43,7 +43,7 @@ class StudyBrowser:
         return view
 
     async def view(self) -> View:
-        view: View = await self._ask("GET", "/api/study/view")
+        view: View = (await self._ask("GET", "/api/study/view"))["view"]
         return view
 
     async def next(self, key: str, **said: object) -> View:

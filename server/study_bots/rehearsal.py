@@ -73,7 +73,7 @@ class RehearsalServer:
         for line in process.stdout:
             if found := re.search(r"(https?://\S+?)/study\b", line):
                 base = base or found[1]
-            if found := re.search(r"Admin token\s+(\S+)", line):
+            if found := re.search(r"Token\s+(\S+)", line):
                 return Served(base, found[1])
         self._wait()
         raise SimulationError("the server for the rehearsal did not start; the lines above say why")
