@@ -244,7 +244,13 @@ def served(
         made.append(app.state.running)
         return app
 
-    many = limits(sockets_per_address=500, waiting_per_address=500, wrong_tokens_per_minute=100_000)
+    many = limits(
+        sockets_per_address=500,
+        waiting_per_address=500,
+        wrong_tokens_per_minute=100_000,
+        messages_per_s=60.0 * SPEED,
+        message_burst=60.0 * SPEED,
+    )
     with serve(data, many, app_of, port, **options) as live:
         yield Served(live, made[0], folder)
 

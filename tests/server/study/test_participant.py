@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from hashlib import sha256
 from pathlib import Path
 
@@ -132,8 +133,8 @@ def test_every_exit_gives_exactly_one_code(solo: Served, outcome: str, leave: Ca
     leave(visitor)
     first = visitor.step
     assert (first["outcome"], len(first["code"])) == (outcome, 10)
-    for again in (lambda: visitor.stop(True), lambda: visitor.stop(False), visitor.decline, visitor.look):
-        again()
+    for again in ("keep", "delete", "decline", "look"):
+        {"decline": visitor.decline, "look": visitor.look}.get(again, partial(visitor.stop, again == "keep"))()
         assert (visitor.step["code"], visitor.step["outcome"]) == (first["code"], outcome)
     codes = [row["code"] for row in solo.running.records.store.rows(participants) if row["code"]]
     assert len(set(codes)) == len(codes)
