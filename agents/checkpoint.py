@@ -88,6 +88,7 @@ class DynamicsSpec(_Strict):
     width: Annotated[int, Field(ge=4, le=2048)] = 128
     latent: Annotated[int, Field(ge=2, le=512)] = 32
     residual: bool = True  # decode the change of the state instead of the state
+    rigid: bool = False  # items move as one body with who holds them, instead of being predicted
 
 
 class Card(_Strict):

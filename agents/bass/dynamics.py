@@ -5,6 +5,9 @@
 The first autoencoder is of the present state; the second one of the next state or, with `residual`, of the change of
 the state, which spares it to redraw all that stays. Both and the step are trained together. `GruDynamics` is the
 paper's baseline for comparison.
+
+With `rigid`, networks predict robots and hands only: an item in a hand moves as one body with its holder (to 0.001 u
+in a tick of the engine, measured), one that nobody holds stays where it is, and neither needs learning.
 """
 
 import torch
@@ -18,6 +21,7 @@ from agents.bass.state_vector import (
     HELD_WIDTH,
     ITEMS_START,
     MOVING_WIDTH,
+    ROBOT_WIDTH,
 )
 from agents.checkpoint import DynamicsSpec
 from agents.policy_spec import Grasp
@@ -86,6 +90,16 @@ class Dynamics(nn.Module):
         """Normalised constants."""
         return ((constant - self.constant_mean) * self.constant_scale).clamp(-4.0, 4.0)
 
+    @property
+    def learned(self) -> slice:
+        """Which numbers of a state are predicted by the network."""
+        return slice(ITEMS_START if self.spec.rigid else MOVING_WIDTH)
+
+    def advance(self, state: Tensor, constant: Tensor, actions: Tensor) -> Tensor:
+        """The next moving state (B, 58), hands clear and items where hands bring them."""
+        after = tidied(self.step(state, constant, actions))
+        return carried(state, after) if self.spec.rigid else after
+
     def losses(self, state: Tensor, constant: Tensor, actions: Tensor, after: Tensor) -> dict[str, Tensor]:
         """Losses of single steps: states (B, 58), constants (B, 146), toggling actions (B, 8), next states (B, 58)."""
         raise NotImplementedError
@@ -117,7 +131,7 @@ class VaeDynamics(Dynamics):
         next_mean, next_variance = self.next.encode(target, of_map)
         now = _sampled(now_mean, now_variance)
         stepped = self.latent_step(torch.cat((now, actions), dim=-1))
-        prediction = F.smooth_l1_loss(self.next.decode(stepped, of_map), target)
+        prediction = F.smooth_l1_loss(self.next.decode(stepped, of_map)[:, self.learned], target[:, self.learned])
         reconstruction = F.mse_loss(self.now.decode(now, of_map), state) + F.smooth_l1_loss(
             self.next.decode(_sampled(next_mean, next_variance), of_map), target
         )
@@ -143,7 +157,7 @@ class GruDynamics(Dynamics):
         return state + predicted * self.scale if self.spec.residual else predicted
 
     def losses(self, state: Tensor, constant: Tensor, actions: Tensor, after: Tensor) -> dict[str, Tensor]:
-        error = (self.step(state, constant, actions) - after) / self.scale
+        error = ((self.step(state, constant, actions) - after) / self.scale)[:, self.learned]
         return {"loss": F.smooth_l1_loss(error, torch.zeros_like(error))}
 
 
@@ -171,7 +185,7 @@ class Rollout(nn.Module):
             motion, grasp = actions[:, tick, :, :3], actions[:, tick, :, 3]
             toggle = (grasp - holding(state)).abs() if self.levels else grasp
             both = torch.cat((motion, toggle[..., None]), dim=-1).flatten(1)
-            state = tidied(self.dynamics.step(state, constant, both))
+            state = self.dynamics.advance(state, constant, both)
             states.append(state)
         return torch.stack(states, dim=1)
 
@@ -187,3 +201,29 @@ def tidied(state: Tensor) -> Tensor:
     hands = state[:, HELD_START:ITEMS_START].reshape(-1, 2, HELD_WIDTH)
     sharp = (hands >= hands.max(dim=-1, keepdim=True).values).to(state.dtype)
     return torch.cat((state[:, :HELD_START], sharp.flatten(1), state[:, ITEMS_START:]), dim=1)
+
+
+def carried(before: Tensor, after: Tensor) -> Tensor:
+    """The states `after` (B, 58) with items (x, y, cos, sin) moved from where they were by who holds them all along.
+
+    Two holders count half each.
+    """
+    turns, shifts = _motions(before, after)  # (B, 2, 2, 2), (B, 2, 2)
+    hands = (before * after)[:, HELD_START:ITEMS_START].reshape(-1, 2, HELD_WIDTH)[:, :, :-1, None]  # (B, 2, 7, 1)
+    items = before[:, ITEMS_START:].reshape(-1, 1, HELD_WIDTH - 1, 4)
+    places = items[..., :2] @ turns.transpose(-1, -2) + shifts[:, :, None]  # (B, 2, 7, 2)
+    angles = items[..., 2:] @ turns.transpose(-1, -2)
+    moved = (hands * torch.cat((places, angles), dim=-1)).sum(dim=1)
+    holders = hands.sum(dim=1)  # (B, 7, 1)
+    placed = torch.where(holders > 0.5, moved / holders.clamp(min=1.0), items[:, 0])
+    return torch.cat((after[:, :ITEMS_START], placed.flatten(1)), dim=1)
+
+
+def _motions(before: Tensor, after: Tensor) -> tuple[Tensor, Tensor]:
+    """How each robot moved as a body: rotations (B, 2, 2, 2) and, in p -> R p + s, shifts (B, 2, 2)."""
+    here, there = (rows[:, :HELD_START].reshape(-1, 2, ROBOT_WIDTH) for rows in (before, after))
+    norm = torch.sqrt(there[..., 2] ** 2 + there[..., 3] ** 2).clamp(min=1e-3)
+    cos = (there[..., 2] * here[..., 2] + there[..., 3] * here[..., 3]) / norm
+    sin = (there[..., 3] * here[..., 2] - there[..., 2] * here[..., 3]) / norm
+    turns = torch.stack((torch.stack((cos, -sin), dim=-1), torch.stack((sin, cos), dim=-1)), dim=-2)
+    return turns, there[..., :2] - (turns @ here[..., :2, None])[..., 0]

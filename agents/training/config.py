@@ -93,6 +93,7 @@ class BassConfig(Optimisation):
     width: int = documented(384, "units per layer")
     latent: int = documented(96, "latent dimensions")
     residual: bool = documented(True, "predict the change of the state instead of the state")
+    rigid: bool = documented(True, "items move as one body with who holds them, instead of being predicted")
     own: int = documented(4, "own candidates")
     partner: int = documented(4, "guesses of the partner's chunk")
     combine: str = documented("product", "product (each with each) or independent (pairs)")
@@ -101,9 +102,8 @@ class BassConfig(Optimisation):
 
     def spec(self) -> DynamicsSpec:
         """The network's description."""
-        return DynamicsSpec.model_validate(
-            {"kind": self.dynamics, "width": self.width, "latent": self.latent, "residual": self.residual}
-        )
+        names = ("width", "latent", "residual", "rigid")
+        return DynamicsSpec.model_validate({"kind": self.dynamics, **{name: getattr(self, name) for name in names}})
 
     def selection(self) -> SelectionSpec:
         """How candidates are chosen."""
@@ -114,7 +114,9 @@ class BassConfig(Optimisation):
 def bass_preset(preset: str) -> BassConfig:
     """The paper's numbers, or ours for one simulator on all maps."""
     if preset == "paper":
-        return BassConfig(width=128, latent=32, residual=False, combine="independent", depth=4, epochs=1000, warmup=0)
+        return BassConfig(
+            width=128, latent=32, residual=False, rigid=False, combine="independent", depth=4, epochs=1000, warmup=0
+        )
     return BassConfig()
 
 
@@ -125,7 +127,7 @@ def add_fields(parser: argparse.ArgumentParser, config: type[Optimisation]) -> N
         group.add_argument(
             f"--{entry.name.replace('_', '-')}",
             dest=entry.name,
-            type=type(entry.default),
+            type=_yes_or_no if isinstance(entry.default, bool) else type(entry.default),
             default=argparse.SUPPRESS,
             help=str(entry.metadata["help"]).replace("%", "%%"),
         )
@@ -135,3 +137,9 @@ def overridden(config: ConfigT, args: argparse.Namespace) -> ConfigT:
     """`config` with what the command line says."""
     given = {entry.name: vars(args)[entry.name] for entry in dataclasses.fields(config) if entry.name in vars(args)}
     return dataclasses.replace(config, **given)
+
+
+def _yes_or_no(word: str) -> bool:
+    if word not in ("yes", "no"):
+        raise argparse.ArgumentTypeError(f"yes or no, not {word!r}")
+    return word == "yes"

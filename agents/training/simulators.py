@@ -81,7 +81,7 @@ def train_dynamics(config: BassConfig, data: Transitions, folder: Path) -> Dynam
     def validate(network: nn.Module) -> dict[str, float]:
         assert isinstance(network, Dynamics)
         state, of_map, actions, after = _batch(data, held_out)
-        error = network.step(state, of_map, actions) - after
+        error = network.advance(state, of_map, actions) - after
         return {"l2": float(error.norm(dim=1).mean()), "items": float(error[:, 30:].abs().max(dim=1).values.mean())}
 
     updates = -(-config.epochs * len(train) // config.batch) if config.epochs else config.updates

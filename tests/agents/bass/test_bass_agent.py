@@ -8,11 +8,13 @@ import torch
 
 from agents.base import EpisodeInfo
 from agents.bass.agent import BassAgent, engine_simulator
-from agents.bass.dynamics import Rollout, build_dynamics, holding
-from agents.bass.state_vector import moving, moving_arrays
+from agents.bass.dynamics import Rollout, build_dynamics, carried, holding
+from agents.bass.state_vector import ITEMS_START, moving, moving_arrays
 from agents.checkpoint import DynamicsSpec, find_checkpoint
 from agents.chunk import checked_chunk
 from agents.observing import observe
+from agents.rollout import rollout
+from agents.scripted import ScriptedAgent
 from agents.serving import Network, agent_of
 from agents.training.config import BassConfig
 from agents.training.simulators import export_dynamics, train_dynamics, transitions_of
@@ -24,10 +26,11 @@ from world import World
 TINY = ["--updates", "4", "--batch", "32", "--width", "16"]
 
 
-@pytest.mark.parametrize("kind", ["vae", "gru"])
-def test_an_exported_simulator_gives_the_numbers_of_the_trained_one(kind: str) -> None:
+@pytest.mark.parametrize(("kind", "rigid"), [("vae", False), ("gru", False), ("vae", True)])
+def test_an_exported_simulator_gives_the_numbers_of_the_trained_one(kind: str, rigid: bool) -> None:
     torch.manual_seed(0)
-    dynamics = build_dynamics(DynamicsSpec(kind=kind, width=16, latent=8)).eval()  # type: ignore[arg-type]
+    spec = DynamicsSpec(kind=kind, width=16, latent=8, rigid=rigid)  # type: ignore[arg-type]
+    dynamics = build_dynamics(spec).eval()
     random = np.random.default_rng(0)
     inputs = {
         "state": random.standard_normal((5, 58), dtype=np.float32),
@@ -66,6 +69,16 @@ def test_the_engines_word_on_a_chunk_is_what_then_happens() -> None:
     for row in chunk:
         world.step([[distance, np.arctan2(sin, cos), 0.0] for distance, cos, sin, _ in row])
     assert np.array_equal(predicted[-1], moving(world.state()))
+
+
+def test_what_hands_hold_goes_where_the_engine_carries_it_and_nothing_else_moves() -> None:
+    the_map = load_map("SingleRotation")  # one large item, carried by two
+    steps = list(rollout(the_map, (ScriptedAgent(), ScriptedAgent(seed=1)), 0, 80))
+    before, after = (np.array([moving(getattr(step, when)) for step in steps]) for when in ("before", "after"))
+    robots_only = np.concatenate((after[:, :ITEMS_START], before[:, ITEMS_START:]), axis=1)
+    found = carried(torch.from_numpy(before), torch.from_numpy(robots_only)).numpy()
+    assert np.abs(before - after)[:, ITEMS_START:].max() > 0.03
+    assert np.abs(found - after)[:, ITEMS_START:].max() < 0.01
 
 
 def test_hands_are_read_from_the_state() -> None:
