@@ -9,7 +9,7 @@ from agents.scripted.hauling import Haul, margins
 from agents.scripted.lattice import UNREACHED
 from agents.scripted.relay import Relay
 from agents.scripted.situation import Situation
-from agents.scripted.storage import Places, places
+from agents.scripted.storage import Places
 from agents.scripted.terrain import Terrain, with_robot
 from agents.scripted.thinking import Thinking, Thought, solve
 from agents.scripted.traffic import around, partners_way
@@ -25,7 +25,7 @@ _FAR_AHEAD = 150  # cells of the partner's way home that one had better not meet
 def look_around(now: Situation, ground: Terrain, item: int) -> Thought[Places]:
     """What the places for an item are worth, with everything else that is still to come."""
     spec = now.item(item)
-    return places(ground, circumradius(spec.shape, spec.scale), now.outlook(item))
+    return now.looks.places(ground, circumradius(spec.shape, spec.scale), now.outlook(item))
 
 
 class Fetch:

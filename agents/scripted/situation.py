@@ -1,12 +1,12 @@
 """What a scripted player sees before a tick, put into words that its plans use."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
-from agents.scripted.storage import Outlook
+from agents.scripted.storage import Looks, Outlook
 from agents.scripted.terrain import Placed, Terrain, terrain, with_robot
 from maps import ItemSpec, MapSpec
 from maps.shapes import circumradius
@@ -22,6 +22,7 @@ class Situation:
     state: WorldState
     seat: int
     partner_is_still: bool = False  # has not moved for long: better taken for a thing that stands there
+    looks: Looks = field(default_factory=Looks)  # the player's own, through all of an episode
 
     @property
     def tick(self) -> int:

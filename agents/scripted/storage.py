@@ -15,7 +15,7 @@ import numpy.typing as npt
 from agents.scripted.flood import Mask, flood, grown, standing_room, to_bits, to_mask
 from agents.scripted.lattice import UNREACHED, Cost, Field, Motion
 from agents.scripted.terrain import AXIS, CELL, CELLS, Terrain, terrain
-from agents.scripted.thinking import Thought
+from agents.scripted.thinking import Thinking, Thought
 from agents.scripted.walking import WALKER, grid_of
 from maps import MapSpec
 from maps.shapes import circumradius
@@ -38,7 +38,8 @@ _ON_SLOT = 0.06  # units from a slot that still are on it
 _PRECISION = 300.0  # quarter ticks per unit off the middle of a slot
 _OFF_SLOT = 220.0  # quarter ticks: the price of any other place
 _SLOT_ORDER = 3.0  # quarter ticks per quarter tick of depth: the deep slots first
-_REMEMBERED = 32  # looks
+_REMEMBERED = 32  # looks of all players
+_REMEMBERED_BY_ONE = 4
 _PLACES_PER_SLICE = 8
 _ARM = 8  # cells between a robot's centre and that of an item it puts down
 _ELBOWS = 0.1  # units of room that two robots want around what they put down
@@ -115,17 +116,47 @@ class Places:
     lost: npt.NDArray[np.int16]  # (n, CELLS, CELLS) besides, for a robot that then stands at a cell
 
 
-_known: OrderedDict[tuple[Terrain, float, Outlook], Places] = OrderedDict()
+Look = tuple[Terrain, float, Outlook]
+_known: OrderedDict[Look, Places] = OrderedDict()
 
 
-def places(ground: Terrain, radius: float, outlook: Outlook) -> Thought[Places]:
-    """Look into every place for a disc of this radius; what was looked into lately is remembered."""
-    key = (ground, round(radius, 3), outlook)
-    if key not in _known:
-        _known[key] = yield from _look_into(*key)
-        while len(_known) > _REMEMBERED:
-            _known.popitem(last=False)
-    return _known[key]
+class Looks:
+    """What one player looks into: what it looked into lately takes no time again.
+
+    The players of a process share what they find, not the time for it: how long one thinks follows from what it has
+    seen itself, so that an episode goes the same way in any company.
+    """
+
+    def __init__(self) -> None:
+        self._lately: list[Look] = []
+
+    def places(self, ground: Terrain, radius: float, outlook: Outlook) -> Thought[Places]:
+        """Look into every place for a disc of this radius."""
+        look = (ground, round(radius, 3), outlook)
+        if look in self._lately:
+            return _found(look)
+        if look in _known:
+            for _ in range(-(-len(_known[look].price) // _PLACES_PER_SLICE)):  # as many slices as `_look_into` takes
+                yield
+        else:
+            _keep(look, (yield from _look_into(*look)))
+        self._lately = [*self._lately, look][-_REMEMBERED_BY_ONE:]
+        return _found(look)
+
+
+def _found(look: Look) -> Places:
+    if look not in _known:  # forgotten, since the others looked into so much
+        thinking = Thinking(_look_into(*look))
+        while not thinking.done:
+            thinking.advance(_PLACES_PER_SLICE)
+        _keep(look, thinking.result)
+    return _known[look]
+
+
+def _keep(look: Look, found: Places) -> None:
+    _known[look] = found
+    while len(_known) > _REMEMBERED:
+        _known.popitem(last=False)
 
 
 def _look_into(ground: Terrain, radius: float, outlook: Outlook) -> Thought[Places]:

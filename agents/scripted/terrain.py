@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from weakref import WeakValueDictionary
 
 import numpy as np
 
@@ -22,13 +23,19 @@ _PRESSED, _PRESSED_PER_UNIT = 8.0, 1500.0  # quarter ticks: the price of touchin
 Placed = tuple[ItemSpec, float, float, float]  # an item standing at x, y, angle
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class Terrain:
     """The floor with everything that stands on it. `clearance[row, column]` is at x = AXIS[column], y = AXIS[row]."""
 
     map: MapSpec
     items: tuple[Placed, ...]
     clearance: Floats  # (CELLS, CELLS), negative inside walls and items
+
+
+# Whoever compares a terrain with its own one does so by identity, so the one that somebody still has is given again,
+# also when the caches below have forgotten it.
+_alive: WeakValueDictionary[tuple[MapSpec, tuple[Placed, ...]], Terrain] = WeakValueDictionary()
+_alive_with_robot: WeakValueDictionary[tuple[Terrain, float, float], Terrain] = WeakValueDictionary()
 
 
 def terrain(map_spec: MapSpec, items: tuple[Placed, ...]) -> Terrain:
@@ -40,12 +47,16 @@ def terrain(map_spec: MapSpec, items: tuple[Placed, ...]) -> Terrain:
 
 @lru_cache(maxsize=64)
 def _terrain(map_spec: MapSpec, items: tuple[Placed, ...]) -> Terrain:
+    known = _alive.get((map_spec, items))
+    if known is not None:
+        return known
     clearance = _walls(map_spec).copy()
     for placed in items:
         rows, columns, distance = _around(placed)
         window = clearance[rows, columns]
         np.minimum(window, distance, out=window)
-    return Terrain(map_spec, items, clearance)
+    ground = _alive[map_spec, items] = Terrain(map_spec, items, clearance)
+    return ground
 
 
 def with_robot(ground: Terrain, position: Floats) -> Terrain:
@@ -55,9 +66,14 @@ def with_robot(ground: Terrain, position: Floats) -> Terrain:
 
 @lru_cache(maxsize=64)
 def _with_robot(ground: Terrain, x: float, y: float) -> Terrain:
+    known = _alive_with_robot.get((ground, x, y))
+    if known is not None:
+        return known
     grid_x, grid_y = np.meshgrid(AXIS, AXIS)
     gap = np.hypot(grid_x - x, grid_y - y) - ROBOT_RADIUS
-    return Terrain(ground.map, ground.items, np.minimum(ground.clearance, gap))
+    crowded = Terrain(ground.map, ground.items, np.minimum(ground.clearance, gap))
+    _alive_with_robot[ground, x, y] = crowded
+    return crowded
 
 
 @lru_cache(maxsize=64)
