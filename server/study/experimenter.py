@@ -73,6 +73,7 @@ class Experimenter:
             await self._audit("restart-round", order)
             crew.practised.clear()
             running.playing.close(crew, "The experimenter starts this round again.")
+            await running.playing.write_down(crew)
 
     async def kick(self, order: Order) -> None:
         """The study ends for a participant, who gets a code."""
@@ -113,7 +114,7 @@ class Experimenter:
                 continue
             source, external_id = known.get(guest.pid, ("", ""))
             worth = running.worth(guest) or {"minutes": "", "amount": "", "currency": ""}
-            about = {"source": source, "id": external_id, "pid": guest.pid, "outcome": guest.place.outcome}
+            about = {"source": source, "id": _plain(external_id), "pid": guest.pid, "outcome": guest.place.outcome}
             rows.append({**about, "code": guest.place.code, **worth, "data_kept": guest.place.keep is not False})
         return rows
 
@@ -139,3 +140,8 @@ class Experimenter:
         if crew is None:
             raise StudyError("they have not come as far as the game, or have finished")
         return crew
+
+
+def _plain(text: str) -> str:
+    """What came in a link is no formula for a spreadsheet."""
+    return f"'{text}" if text[:1] in ("=", "+", "-", "@", "\t", "\r") else text

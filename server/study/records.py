@@ -21,15 +21,15 @@ class Records:
 
     def __init__(self, folder: StudyFolder, file_text: str, alerts: Alerts, simulated: bool) -> None:
         self.store: Store = folder.open()
-        self.identities: IdentityStore = folder.open_identities()
+        try:
+            self.store.freeze(folder.study.id, file_text, code_versions(), model_hashes(folder.study), simulated)
+            self.identities: IdentityStore = folder.open_identities()
+        except StudyError:
+            self.store.close()
+            raise
         self.rounds = Rounds(self.store)
         self._alerts = alerts
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="study-store")
-        try:
-            self.store.freeze(folder.study.id, file_text, code_versions(), model_hashes(folder.study), simulated)
-        except StudyError:
-            self.close()
-            raise
 
     async def run(self, work: Callable[Arguments, Result], *args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
         """Do it in the thread; the experimenter hears of a database that refuses."""

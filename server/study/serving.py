@@ -5,6 +5,7 @@ import asyncio
 import fcntl
 import logging
 import sys
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 from typing import IO
@@ -33,8 +34,7 @@ def serve(args: argparse.Namespace) -> int:
     settings = _settings(args)
     check_data(settings.data)
     folder = StudyFolder(study, settings.data, args.database, args.identities)
-    with _only_one(folder):
-        listening = listen(settings.host, settings.port)
+    with _only_one(folder), closing(listen(settings.host, settings.port)) as listening:
         settings = replace(settings, port=listening.getsockname()[1])
         certificate = certificate_for(settings) if settings.tls else None
         logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s", stream=sys.stderr)

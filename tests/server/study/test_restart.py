@@ -1,0 +1,127 @@
+"""A server that is killed or stopped in a study: everybody is where they were, and every round is there once."""
+
+import signal
+from pathlib import Path
+from typing import Any
+
+import pytest
+from sqlalchemy import update
+
+from recordings import verify
+from recordings.index import list_recordings
+from study.folder import StudyFolder
+from study.store.tables import answers, participants, rounds
+from study.study_file import parse_study
+from tests.server.study.program import program
+from tests.server.study.support import SOLO, Served, Visitor, served
+from tests.server.test_restart import free_port
+
+LONG = SOLO.replace("[HandOff], limit_ticks: 20", "[HandOff], limit_ticks: 120")
+
+
+def rows_of(data: Path, text: str, table: Any) -> list[dict[str, Any]]:
+    store = StudyFolder(parse_study(text), data).open()
+    try:
+        return store.rows(table)
+    finally:
+        store.close()
+
+
+def test_after_kill_9_everybody_is_where_they_were_and_the_round_goes_on(tmp_path: Path) -> None:
+    file, port = tmp_path / "study.yaml", free_port()
+    file.write_text(LONG, encoding="utf-8")
+    with program(file, tmp_path, port, "--rehearse", "5") as running:
+        study: Any = running
+        asking = _visitor(study, "asking").go_to("form")
+        asking.answer("age", 2)
+        player = _visitor(study, "playing").go_to("round")
+        player.next()
+        person = player.player()
+        seen = person.play(10, player.step["room"]["seat"])[-1]
+        running.process.send_signal(signal.SIGKILL)
+        running.process.wait(20)
+        running.live.hang_up()
+    with program(file, tmp_path, port, "--rehearse", "5") as running:
+        asking.served = player.served = running  # type: ignore[assignment]
+        assert asking.look()["step"]["answers"] == {"age": {"value": 2, "text": ""}}
+        assert _visitor(study, "asking").kind == "form", "and by the link"
+        assert player.look()["step"]["state"] == "playing"
+        again = player.player()
+        first = again.next_tick(player.step["room"]["seat"])
+        assert 2 <= seen - 1 <= first <= seen + 30, "the round goes on after the last recorded tick"
+        while not any(told["type"] == "result" for told in again.told):
+            again.hear()
+        player.wait_until(lambda one: one.kind == "questionnaire")
+        running.process.send_signal(signal.SIGTERM)
+        assert running.process.wait(30) == 0
+    assert [(row["outcome"], row["ticks"]) for row in rows_of(tmp_path, LONG, rounds)] == [("time", 120)]
+    (recording,), damaged = list_recordings(tmp_path / "recordings")
+    assert damaged == [] and verify(recording.path).identical
+    assert len(rows_of(tmp_path, LONG, answers)) == 8
+
+
+def _visitor(study: Any, name: str) -> Visitor:
+    status, answer = study.live.call("/api/study/arrive", {"parameters": {"PROLIFIC_PID": name}})
+    assert status == 200, answer
+    return Visitor(study, answer["token"], answer["view"])
+
+
+def forget_the_end(study: Served, visitor: Visitor, key: str) -> None:
+    """As a server leaves it that is killed between the last tick and its row."""
+    with study.running.records.store.database.write() as connection:
+        connection.execute(update(rounds).values(outcome=None, ended_ms=None, ticks=None, tcr=None))
+        connection.execute(update(participants).where(participants.c.pid == visitor.pid).values(step=key))
+
+
+def test_a_round_whose_end_was_not_written_down_is_taken_from_its_recording(tmp_path: Path) -> None:
+    with served(tmp_path) as study:
+        visitor = study.visitor().go_to("round")
+        key = visitor.step["key"]
+        visitor.play()
+        (before,) = study.running.records.store.rows(rounds)
+        forget_the_end(study, visitor, key)
+    with served(tmp_path) as study:
+        assert Visitor(study, visitor.token, {}).look()["step"]["kind"] == "questionnaire"
+        (after,) = study.running.records.store.rows(rounds)
+    for name in ("episode", "outcome", "ticks", "tcr", "nfd", "wt_s", "ac", "late_ms"):
+        assert (
+            after[name] == pytest.approx(before[name], abs=1e-6) if name == "late_ms" else after[name] == before[name]
+        )
+
+
+def test_a_round_that_never_had_a_tick_is_played_again(tmp_path: Path) -> None:
+    with served(tmp_path) as study:
+        visitor = study.visitor().go_to("round")
+        visitor.next()
+        room = visitor.step["room"]["id"]
+    with served(tmp_path) as study:
+        visitor = Visitor(study, visitor.token, visitor.view)
+        assert (visitor.look()["step"]["state"], room in study.live.host.directory.rooms) == ("card", False)
+        visitor.play()
+        assert visitor.kind == "questionnaire"
+        assert [(row["attempt"], row["outcome"]) for row in study.running.records.store.rows(rounds)] == [
+            (1, "interrupted"), (2, "time"),
+        ]  # fmt: skip
+
+
+def test_a_server_that_is_stopped_in_a_round_ends_it_and_plays_it_again(tmp_path: Path) -> None:
+    with served(tmp_path, LONG) as study:
+        visitor = study.visitor().go_to("round")
+        visitor.next()
+        visitor.player().play(3, visitor.step["room"]["seat"])
+    with served(tmp_path, LONG) as study:
+        visitor = Visitor(study, visitor.token, visitor.view)
+        assert visitor.look()["step"]["state"] == "card"
+        visitor.play()
+        outcomes = [row["outcome"] for row in study.running.records.store.rows(rounds)]
+    assert outcomes == ["stopped", "time"]
+    assert len(list_recordings(tmp_path / "recordings")[0]) == 2
+
+
+def test_who_has_a_code_keeps_it(tmp_path: Path) -> None:
+    with served(tmp_path) as study:
+        done = study.visitor()
+        done.stop(True)
+        code = done.step["code"]
+    with served(tmp_path) as study:
+        assert Visitor(study, done.token, {}).look()["step"]["code"] == code
