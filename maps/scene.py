@@ -1,7 +1,7 @@
 """What a picture of a map shows, as a list of plain shapes in arena units; it knows no file format and no pixels.
 
 `maps.picture` paints the list with Pillow, `maps.render` writes it as SVG. The proportions and colours are those of
-the browser (`web/render.js`, `web/style.css`), so that all pictures of the project look alike.
+the browser (`web/render.js`, `web/tokens.css`), so that all pictures of the project look alike.
 """
 
 import math

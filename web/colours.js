@@ -1,4 +1,4 @@
-// The colours and the font that style.css defines as custom properties, read once per theme for drawing on a canvas.
+// The colours and the font that tokens.css defines as custom properties, read once per theme for drawing on a canvas.
 
 const TOKENS = /** @type {const} */ ([
   "bg", "surface", "line", "ink", "ink-2", "blue", "blue-tint", "red", "red-tint", "item-small", "item-middle",

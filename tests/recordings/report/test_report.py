@@ -140,7 +140,7 @@ def test_the_page_asks_the_network_for_nothing_and_runs_no_script() -> None:
 
 def test_the_page_has_the_colours_of_the_product() -> None:
     own = (ROOT / "recordings" / "report" / "page.css").read_text(encoding="utf-8")
-    web = (ROOT / "web" / "style.css").read_text(encoding="utf-8")
+    web = (ROOT / "web" / "tokens.css").read_text(encoding="utf-8")
     tokens = re.compile(r"(--[\w-]+):\s*(#[0-9a-f]{6})")
     light, dark = (dict(tokens.findall(text)) for text in own.split("@media (prefers-color-scheme: dark)", 1))
     web_light, web_dark = web.split("@media (prefers-color-scheme: dark)", 1)

@@ -5,7 +5,7 @@ import { test } from "node:test";
 
 import { contrast } from "../colours.js";
 
-const CSS = readFileSync(new URL("../style.css", import.meta.url), "utf-8");
+const CSS = readFileSync(new URL("../tokens.css", import.meta.url), "utf-8");
 
 /** The custom properties of the rule with this selector. @param {string} selector */
 function tokens(selector) {
