@@ -43,9 +43,10 @@ def test_company_does_not_change_a_match(company: int) -> None:
     assert len({(result.nfd, result.wt_s) for result in alone}) > 1, "the seeds must differ, else this shows nothing"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pair", [("scripted", "scripted"), ("person:name=C01", "dp@all")])
 def test_what_shipped_agents_remember_of_other_matches_changes_nothing(pair: tuple[str, str]) -> None:
-    matches = [Match("DistancePriority", *pair, seed, ticks=50) for seed in range(3)]
+    matches = [Match("DistancePriority", *pair, seed, ticks=60) for seed in range(3)]
     together = _by_seed(list(Lockstep().play(matches)))
     assert together == [result for match in matches for result in Lockstep().play([match])]
 
