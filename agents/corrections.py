@@ -176,8 +176,9 @@ def _stretches(one: Correction) -> Iterator[tuple[int, int]]:
     """First tick and the one after the last of each run of taught ticks that is long enough."""
     resting = 0
     taught = one.taught.copy()
-    for tick, distance in enumerate(one.labels[:, 0]):
-        resting = resting + 1 if distance == 0.0 else 0
+    stays = np.diff(one.labels[:, 4], prepend=one.labels[:1, 4]) == 0.0  # letting go at last is no rest
+    for tick, rests in enumerate((one.labels[:, 0] == 0.0) & stays):
+        resting = resting + 1 if rests else 0
         taught[tick] &= resting <= LONGEST_REST
     edges = np.flatnonzero(np.diff(np.concatenate(([False], taught, [False])).astype(np.int8)))
     for begin, end in edges.reshape(-1, 2).tolist():

@@ -57,9 +57,14 @@ def test_who_rests_faces_where_it_faces() -> None:
     assert np.allclose(label, [0.0, np.cos(angle), np.sin(angle), 1.0, -1.0], atol=1e-6)
 
 
-def test_of_a_long_rest_only_the_beginning_is_learned() -> None:
-    windows = windows_of(correction_pieces([teach(_long(STILL, STILL), slips=False)], "aware-v1"))
+def test_of_a_long_rest_only_the_beginning_is_learned_and_that_it_ends() -> None:
+    rest = teach(_long(STILL, STILL), slips=False)
+    windows = windows_of(correction_pieces([rest], "aware-v1"))
     assert len(windows) == LONGEST_REST
+    rest.labels[100:, 4] = 1.0
+    windows = windows_of(correction_pieces([rest], "aware-v1"))
+    assert len(windows) == 2 * LONGEST_REST + 1
+    assert windows.targets[LONGEST_REST, 4] == 1.0
 
 
 def test_corrections_are_read_back_and_become_windows_of_the_learners_seat(tmp_path: Path) -> None:

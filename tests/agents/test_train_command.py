@@ -92,3 +92,9 @@ def test_chunks_become_rows_with_unit_headings_and_presses_that_follow_the_hand(
     assert np.allclose(rows, [[1.0, 0.6, 0.8, 1.0], [0.5, 1.0, 0.0, 1.0]])
     assert agent_rows(chunk, holding=True, levels=True)[:, 3].tolist() == [0.0, 1.0]
     assert agent_rows(chunk, holding=True, levels=False)[:, 3].tolist() == [1.0, 0.0]
+
+
+def test_what_is_yes_or_no_is_told_so(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["train", "bass", "somewhere", "--base", "dp@all", "--rigid", "False"])
+    assert "yes or no, not 'False'" in capsys.readouterr().err
