@@ -16,13 +16,16 @@ THEMES: tuple[Literal["light", "dark"], ...] = ("light", "dark")
 
 
 def violations(page: Page) -> list[str]:
-    """What axe finds wrong on the page as it stands, in both themes, one line each."""
+    """What axe finds wrong on the page as it stands, in both themes, one line each; and whether it is styled at all."""
     page.evaluate(AXE.read_text(encoding="utf-8") + "\n;0")
-    found = []
+    found, grounds = [], set[str]()
     for theme in THEMES:
         page.emulate_media(color_scheme=theme)
+        grounds.add(page.evaluate("getComputedStyle(document.body).backgroundColor"))
         rules: list[dict[str, Any]] = page.evaluate(RUN_AXE)
         found += [f"{theme}, {rule['id']}: {node['html'][:120]}" for rule in rules for node in rule["nodes"]]
+    if len(grounds) < len(THEMES):
+        found.append(f"{page.url} has the same ground in both themes: its style is missing")
     return found
 
 
