@@ -102,7 +102,7 @@ def _bar() -> Progress:
 def _words(crowd: Crowd) -> str:
     finished = sum(bool(diary.codes) for diary in crowd.diaries)
     rounds = sum(len(diary.rounds) for diary in crowd.diaries)
-    return f"{finished} of {crowd.plan.participants} participants have their code, {rounds} rounds seen to the end"
+    return f"{finished} of {crowd.plan.participants} finished, {rounds} rounds"
 
 
 def _say(args: argparse.Namespace, done: Rehearsed) -> None:

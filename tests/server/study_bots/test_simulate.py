@@ -1,0 +1,77 @@
+"""Rehearsals: simulated participants walk through whole studies at real servers, and nothing is lost on the way."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from server import cli
+from server.study_bots.checking import losses, read_kept
+from server.study_bots.crowd import Plan
+from server.study_bots.participant import Click
+from server.study_bots.simulating import Rehearsed, rehearse
+from study.folder import StudyFolder
+from study.study_file import read_study
+from tests.server.study_bots.support import agents_text, pairs_text
+
+
+def _file(folder: Path, text: str) -> Path:
+    path = folder / "study.yaml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def _chaos(folder: Path, text: str, plan: Plan, kills: int) -> Rehearsed:
+    done = rehearse(_file(folder, text), replace(plan, chaos=True, scripted=False), folder / "data", kills)
+    assert done.kept is not None
+    assert done.lost == []
+    assert all(len(diary.codes) == 1 for diary in done.diaries)
+    assert len(done.kept.participants) == plan.participants
+    return done
+
+
+def test_the_command_rehearses_a_study_and_prints_what_came_of_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, data = _file(tmp_path, agents_text()), tmp_path / "rehearsal"
+    command = ["study", "simulate", str(file), "--participants", "2", "--speed", "max", "--data", str(data), "--json"]
+    assert cli.main(command) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["participants"], told["outcomes"], told["codes"]) == (2, {"done": 2}, 2)
+    assert sum(told["rounds"].values()) == 2 * 4
+    assert told["answers"] == told["clicks"] == 2 * (7 + 2 * 10 + 6)
+    assert told["lost"] == []
+    assert cli.main(command) == 2, "a folder is never rehearsed in twice"
+    assert "exists already" in capsys.readouterr().err
+
+
+def test_pairs_find_each_other_and_nothing_is_lost_when_the_server_is_killed(tmp_path: Path) -> None:
+    done = _chaos(tmp_path, pairs_text(wait_s=10), Plan(4, speed=10, seed=3), kills=1)
+    assert done.kept is not None
+    units = {row["unit"] for row in done.kept.participants.values()}
+    assert len(units) >= 2
+
+
+def test_what_is_lost_is_found_and_said(tmp_path: Path) -> None:
+    file = _file(tmp_path, agents_text(ticks=10))
+    done = rehearse(file, Plan(1, speed=20, scripted=False), tmp_path / "data")
+    folder = StudyFolder(read_study(file), tmp_path / "data")
+    (diary,), kept = done.diaries, read_kept(folder)
+    assert losses(folder, kept, [diary]) == []
+    click, recording = diary.clicks[0], next((tmp_path / "data" / "recordings").glob("*.mcap"))
+    diary.clicks.append(Click(click.step, click.item, 99, ""))
+    diary.codes.add("ANOTHER")
+    diary.rounds.add("play/9/Simple-1")
+    recording.unlink()
+    found = "\n".join(losses(folder, kept, [diary]))
+    for words in ("the answer", "shown the codes", "the round play/9/Simple-1 is missing", "its recording is missing"):
+        assert words in found
+    assert len(found.splitlines()) == 4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("text", [pairs_text(wait_s=15), agents_text()], ids=["pairs", "agents"])
+def test_32_participants_with_faults_and_three_kills_lose_nothing(tmp_path: Path, text: str) -> None:
+    """Every finished round has one recording and one row, every answer clicked is there, one code each."""
+    _chaos(tmp_path, text, Plan(32, speed=10, seed=11, at_once=32), kills=3)
