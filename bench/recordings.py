@@ -23,9 +23,9 @@ from recordings import (
     InputSample,
     SeatInfo,
     TickRecord,
+    browser_replay,
     finalise,
     read_episode,
-    replay_frames,
     verify,
 )
 from recordings.exports import export
@@ -85,7 +85,7 @@ def measure(folder: Path, map_name: str, number: int) -> list[float]:
         finishing,
         cpu_seconds(lambda: read_episode(path)),
         EPISODE_S / cpu_seconds(lambda: verify(path)),
-        cpu_seconds(lambda: replay_frames(path, 20000.0, 32768 / np.pi)),
+        cpu_seconds(lambda: browser_replay(path, 20000.0, 32768 / np.pi)),
     ]
 
 

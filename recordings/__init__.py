@@ -12,7 +12,7 @@ from recordings.episode import (
 from recordings.errors import RecordingError
 from recordings.finished import Recovery, finalise, recover
 from recordings.reader import read_episode
-from recordings.replay import replay_frames
+from recordings.replay import browser_replay
 from recordings.verification import Divergence, Verification, verify
 from recordings.writer import EpisodeWriter
 
@@ -29,9 +29,9 @@ __all__ = [
     "SeatInfo",
     "TickRecord",
     "Verification",
+    "browser_replay",
     "finalise",
     "read_episode",
     "recover",
-    "replay_frames",
     "verify",
 ]

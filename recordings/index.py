@@ -56,9 +56,16 @@ class Filter:
         return " AND ".join(["summary != ''", *(text for text, _ in used)]), [value for _, value in used]
 
 
-def list_recordings(folder: Path, wanted: Filter | None = None) -> tuple[list[Summary], list[Unreadable]]:
-    """The wanted recordings of a folder, newest first, and the files in it that cannot be read."""
+def list_recordings(
+    folder: Path, wanted: Filter | None = None, *, running: bool = True
+) -> tuple[list[Summary], list[Unreadable]]:
+    """The wanted recordings of a folder, newest first, and the files in it that cannot be read.
+
+    Journals are read as far as they go, unless `running` is False.
+    """
     files, journals = _files(folder)
+    if not running:
+        journals = []
     try:
         return _look(folder / INDEX_NAME, folder, files, journals, wanted or Filter())
     except sqlite3.DatabaseError as error:  # an unwritable folder, a locked or broken index: the files are the truth

@@ -1,7 +1,7 @@
 """What lies in a folder: one line per recording, read from its metadata alone."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -35,7 +35,7 @@ class Summary:
     damage: str  # one sentence, empty for none
 
     def to_json(self) -> dict[str, Any]:
-        return {**asdict(self), "path": str(self.path)}
+        return {name: getattr(self, name) for name in self.__slots__} | {"path": str(self.path)}  # asdict copies deeply
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ ticks are interpolated from the recorded states instead, and the summary says so
 
 import math
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +18,7 @@ from recordings.episode import Episode
 from recordings.metadata import utc
 from recordings.reader import read_episode
 from recordings.verification import difference
+from recordings.viewer.candidates import candidates, made_in
 from world import World
 from world.state import Floats, WorldState
 
@@ -25,10 +26,16 @@ POSES_PER_TICK = 5
 POSE_SPACING_MS = 20
 
 
-def replay_frames(
-    path: Path, position_scale: float, angle_scale: float
-) -> tuple[dict[str, Any], npt.NDArray[np.int16]]:
-    """The summary (JSON) and the frames (1 + 5 T, 2 + N, 3) of x, y, angle as scaled int16; angles wrap.
+class BrowserReplay(NamedTuple):
+    """What a browser needs to show an episode again."""
+
+    summary: dict[str, Any]  # JSON
+    frames: npt.NDArray[np.int16]  # (1 + 5 T, 2 + N, 3) of scaled x, y, angle; angles wrap
+    thoughts: list[dict[str, Any]]  # JSON: what agents weighed, in order of ticks
+
+
+def browser_replay(path: Path, position_scale: float, angle_scale: float) -> BrowserReplay:
+    """A recording made ready for the browser.
 
     Takes about a second for a long episode: for a worker process. RecordingError when it cannot be read.
     """
@@ -37,7 +44,8 @@ def replay_frames(
     scaled = np.rint(poses * np.array([position_scale, position_scale, angle_scale]))
     scaled[..., :2] = np.clip(scaled[..., :2], -32768, 32767)
     frames = scaled.astype(np.int64).astype(np.int16)  # the cast wraps angles modulo one turn
-    return {**summary(episode), "exact": exact}, frames
+    weighed = thoughts(episode)
+    return BrowserReplay({**summary(episode), "exact": exact, "has_thoughts": bool(weighed)}, frames, weighed)
 
 
 def replay_poses(episode: Episode) -> tuple[Floats, bool]:
@@ -97,3 +105,24 @@ def summary(episode: Episode) -> dict[str, Any]:
         "metrics": result(episode),
         "curves": curves(episode),
     }
+
+
+def thoughts(episode: Episode) -> list[dict[str, Any]]:
+    """The decisions in which an agent named candidates: scores, ways, and where the chosen one was to bring items."""
+    states = episode.states
+    found = []
+    for decision in episode.decisions:
+        considered = candidates(decision, made_in(decision, states))
+        if considered:
+            chosen = next((index for index, one in enumerate(considered) if one.chosen), -1)
+            found.append(
+                {
+                    "seat": decision.seat,
+                    "tick": decision.tick,
+                    "chosen": chosen,
+                    "scores": [round(one.score, 4) for one in considered],
+                    "ways": [np.round(one.path, 4).tolist() for one in considered],
+                    "moves": np.round(considered[chosen].moves, 4).tolist() if chosen >= 0 else [],
+                }
+            )
+    return found

@@ -21,9 +21,10 @@ import orjson
 
 from maps import MapSpec, load_map
 from maps.randomize import Split, randomize
-from recordings import RecordingError, finalise, replay_frames
+from recordings import RecordingError, browser_replay, finalise
 from recordings.finished import recover_journal
-from recordings.listing import Unreadable, read_summary, recording_paths
+from recordings.index import list_recordings
+from recordings.listing import Summary
 from server import messages as m
 from server.ghosts import Casting, casting
 
@@ -40,6 +41,7 @@ class Replay(NamedTuple):
 
     summary: bytes  # JSON
     poses: bytes  # int16, little endian, (1 + 5 T, 2 + N, 3) with the wire's scales
+    thoughts: bytes  # JSON
 
 
 class Archive:
@@ -64,10 +66,10 @@ class Archive:
         """The same for a journal that somebody left behind; an unreadable one is moved aside."""
         self._begin(journal, recover_journal)
 
-    async def listing(self) -> list[dict[str, Any]]:
-        """One line per finished recording, newest first."""
-        rows: list[dict[str, Any]] = await self._run(_list, self.folder)
-        return rows
+    async def listing(self) -> bytes:
+        """{"recordings": one line per finished recording, newest first} as JSON: written where it delays no tick."""
+        document: bytes = await self._run(_list, self.folder)
+        return document
 
     async def replay(self, episode_id: str) -> Replay:
         """Raises RecordingError when there is no such recording or it cannot be read."""
@@ -152,24 +154,22 @@ def _variant(name: str, seed: int, split: Split) -> MapSpec:
     return randomize(load_map(name), seed, split)
 
 
-def _list(folder: Path) -> list[dict[str, Any]]:
-    rows = []
-    for path in recording_paths(folder):
-        if path.name.endswith(SUFFIX):
-            rows.append(_row(path))
-    return sorted(rows, key=lambda row: str(row["started"]), reverse=True)
+def _list(folder: Path) -> bytes:
+    found, unreadable = list_recordings(folder, running=False)
+    rows = [_row(entry) for entry in found]
+    rows += [
+        {"id": entry.path.name.removesuffix(SUFFIX), "started": "", "complete": False, "damage": entry.problem}
+        for entry in unreadable
+    ]
+    return orjson.dumps({"recordings": rows})
 
 
-def _row(path: Path) -> dict[str, Any]:
-    try:
-        row = read_summary(path).to_json()
-    except RecordingError as error:
-        problem = Unreadable(path, str(error)).problem
-        return {"id": path.name.removesuffix(SUFFIX), "started": "", "complete": False, "damage": problem}
+def _row(entry: Summary) -> dict[str, Any]:
+    row = entry.to_json()
     del row["path"]
     return row
 
 
-def _replay(path: Path) -> tuple[bytes, bytes]:
-    summary, frames = replay_frames(path, m.POSITION_SCALE, m.ANGLE_SCALE)
-    return orjson.dumps(summary), frames.astype("<i2").tobytes()
+def _replay(path: Path) -> tuple[bytes, bytes, bytes]:
+    summary, frames, thoughts = browser_replay(path, m.POSITION_SCALE, m.ANGLE_SCALE)
+    return orjson.dumps(summary), frames.astype("<i2").tobytes(), orjson.dumps({"thoughts": thoughts})

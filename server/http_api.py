@@ -15,6 +15,7 @@ from recordings import RecordingError
 from server import messages as m
 from server import pages
 from server.api_error import ApiError
+from server.archive import Replay
 from server.callers import address_of, admin, bearer, body_of, own_page
 from server.host import Host
 from server.opening import RoomRequest, open_room
@@ -165,24 +166,30 @@ def _recording_routes(host: Host) -> APIRouter:
     router = APIRouter(dependencies=blinded)
 
     @router.get("/api/recordings", dependencies=[Depends(admin(host))])
-    async def recordings() -> dict[str, Any]:
-        return {"recordings": await host.archive.listing()}
+    async def recordings() -> Response:
+        try:
+            document = await host.archive.listing()
+        except RecordingError as error:
+            raise ApiError(503, "no_recordings", str(error)) from None
+        return Response(document, media_type="application/json")
+
+    async def replay_of(episode_id: str) -> Replay:
+        try:
+            return await host.archive.replay(episode_id)
+        except RecordingError as error:
+            raise ApiError(404, "no_recording", str(error)) from None
 
     @router.get("/api/recordings/{episode_id}")
     async def recording(episode_id: str) -> Response:
-        try:
-            replay = await host.archive.replay(episode_id)
-        except RecordingError as error:
-            raise ApiError(404, "no_recording", str(error)) from None
-        return Response(replay.summary, media_type="application/json")
+        return Response((await replay_of(episode_id)).summary, media_type="application/json")
 
     @router.get("/api/recordings/{episode_id}/poses")
     async def poses(episode_id: str) -> Response:
-        try:
-            replay = await host.archive.replay(episode_id)
-        except RecordingError as error:
-            raise ApiError(404, "no_recording", str(error)) from None
-        return Response(replay.poses, media_type="application/octet-stream")
+        return Response((await replay_of(episode_id)).poses, media_type="application/octet-stream")
+
+    @router.get("/api/recordings/{episode_id}/thoughts")
+    async def thoughts(episode_id: str) -> Response:
+        return Response((await replay_of(episode_id)).thoughts, media_type="application/json")
 
     @router.get("/api/recordings/{episode_id}/file")
     async def file(episode_id: str) -> Response:

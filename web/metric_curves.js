@@ -1,7 +1,7 @@
 // @ts-check
 /*
- * The four measures over the time of an episode: a small curve each, the value at the shown tick beside it, and a
- * click leads to a tick. The scales and paths are pure; MetricCurves joins them with the page.
+ * The four measures over the time of an episode: a small curve each, the values at the shown tick and at the end beside
+ * it, and a click leads to a tick. The scales and paths are pure; MetricCurves joins them with the page.
  */
 
 import { el } from "./dom.js";
@@ -55,13 +55,14 @@ export class MetricCurves {
   /**
    * @param {HTMLElement} box
    * @param {Curves} curves
+   * @param {import("./replay_data.js").Summary["metrics"]} end how the episode ended
    * @param {(tick: number) => void} onSeek
    */
-  constructor(box, curves, onSeek) {
+  constructor(box, curves, end, onSeek) {
     this.curves = curves;
     this.ticks = curves.tcr.length;
     this.onSeek = onSeek;
-    box.replaceChildren(...measures({ tcr: 0, nfd: 0, wt_s: 0, ac: -1 }).map((measure) => this.#row(measure)));
+    box.replaceChildren(...measures(end).map((measure) => this.#row(measure)));
   }
 
   /** The values after `tick` and the place of the cursor. @param {number} tick */
@@ -76,7 +77,7 @@ export class MetricCurves {
   }
 
   /** @param {import("./result_words.js").Measure} measure */
-  #row({ id, name, short }) {
+  #row({ id, name, short, value: end }) {
     const field = FIELDS[/** @type {keyof typeof FIELDS} */ (id)];
     const values = this.curves[field];
     const cursor = shape("path", { class: "replay-curve-cursor" });
@@ -86,7 +87,7 @@ export class MetricCurves {
     chart.addEventListener("pointermove", (event) => event.buttons === 1 && this.#seek(chart, event));
     const value = el("span", { class: "replay-curve-value" });
     this.#rows.push({ field, id, value, cursor });
-    return el("div", { class: "replay-curve-row" }, el("span", {}, name, " ", el("span", { class: "small muted" }, short)), value, chart);
+    return el("div", { class: "replay-curve-row" }, el("span", {}, name, " ", el("span", { class: "small muted" }, short)), el("span", {}, value, el("span", { class: "muted" }, ` · ${end}`)), chart);
   }
 
   /** @param {SVGElement} chart @param {PointerEvent} event */

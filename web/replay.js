@@ -4,18 +4,21 @@
  * position in replay_player.js; this module joins them with the page.
  */
 
-import { ApiError, request, requestJson } from "./api.js";
+import { ApiError } from "./api.js";
 import { badge, byId, el, notice } from "./dom.js";
 import { eventTone, eventWords, tickTime, toldEvents } from "./event_words.js";
 import { offerGhosts } from "./ghost.js";
 import { MetricCurves } from "./metric_curves.js";
 import { context2d, drawScene, fitCanvas } from "./render.js";
-import { Replay, ReplayError, TICK_MS, linkedTick, tickAt } from "./replay_data.js";
+import { ReplayError, TICK_MS, linkedTick, tickAt } from "./replay_data.js";
 import { Player, SPEEDS, nextEventTick } from "./replay_player.js";
-import { headline, measures } from "./result_words.js";
+import { Show } from "./replay_show.js";
+import { ReplaySource, save } from "./replay_source.js";
+import { headline } from "./result_words.js";
 import { playingWords } from "./words.js";
 
 /** @typedef {import("./event_words.js").ToldEvent} ToldEvent */
+/** @typedef {import("./replay_data.js").Replay} Replay */
 
 const PLAY_ICON = "M6 3.5v13l11-6.5z";
 const PAUSE_ICON = "M5 3.5h4v13H5zM11 3.5h4v13h-4z";
@@ -29,14 +32,12 @@ const speedSelect = byId("speed", HTMLSelectElement);
 const playButton = byId("play", HTMLButtonElement);
 
 async function load() {
-  const id = decodeURIComponent(location.pathname.split("/").at(-1) ?? "");
-  const path = `/api/recordings/${encodeURIComponent(id)}`;
+  const source = new ReplaySource(decodeURIComponent(location.pathname.split("/").at(-1) ?? ""));
+  const ask = byId("ask", HTMLElement);
   try {
-    const [summary, poses] = await Promise.all([requestJson(path), request(`${path}/poses`)]);
-    const page = new ReplayPage(new Replay(summary, await poses.arrayBuffer()));
-    byId("download", HTMLAnchorElement).href = `${path}/file`;
-    offerGhosts(byId("ghosts", HTMLElement), id, summary.limit_ticks);
-    byId("loading", HTMLElement).hidden = true;
+    ask.hidden = false;
+    const page = new ReplayPage(await source.load(ask), source);
+    ask.hidden = byId("loading", HTMLElement).hidden = true;
     byId("replay", HTMLElement).hidden = false;
     page.start();
   } catch (error) {
@@ -48,16 +49,19 @@ async function load() {
 }
 
 class ReplayPage {
-  /** @param {Replay} replay */
-  constructor(replay) {
+  /** @param {Replay} replay @param {ReplaySource} source */
+  constructor(replay, source) {
     this.replay = replay;
+    this.source = source;
     this.player = new Player(replay.durationMs, TICK_MS);
     this.events = toldEvents(replay.summary.events);
     /** @type {Map<ToldEvent, HTMLElement>} */
     this.rows = new Map();
     /** @type {ToldEvent | undefined} */
     this.current = undefined;
-    this.curves = new MetricCurves(byId("curves", HTMLElement), replay.summary.curves, (tick) => this.seekTick(tick));
+    const { curves, metrics } = replay.summary;
+    this.curves = new MetricCurves(byId("curves", HTMLElement), curves, metrics, (tick) => this.seekTick(tick));
+    this.show = new Show(replay, () => source.thoughts(), () => this.refresh());
     this.frame = 0;
     this.lastMs = 0;
     this.addressTimer = 0;
@@ -65,6 +69,7 @@ class ReplayPage {
 
   start() {
     this.showFacts();
+    this.offerFile();
     this.showEvents();
     this.listen();
     this.player.seek((linkedTick(location.hash, this.replay.ticks) ?? 0) * TICK_MS);
@@ -78,9 +83,7 @@ class ReplayPage {
     byId("title", HTMLElement).textContent = summary.map.title;
     byId("when", HTMLElement).textContent = new Date(summary.started).toLocaleString("en-GB", { dateStyle: "medium", timeStyle: "short" });
     byId("state", HTMLElement).replaceChildren(...this.pills());
-    byId("measures", HTMLElement).replaceChildren(
-      ...measures(summary.metrics).flatMap(({ name, value, short }) => [el("dt", {}, name, " ", el("span", { class: "small" }, short)), el("dd", {}, value)]),
-    );
+    byId("id", HTMLElement).textContent = summary.id;
     this.seatWords = summary.seats.map(() => el("p", { class: "replay-seat-words" }));
     byId("seats", HTMLElement).replaceChildren(
       ...summary.seats.map((seat, index) =>
@@ -92,12 +95,26 @@ class ReplayPage {
     line.max = String(this.replay.ticks);
   }
 
+  /** A plain link where it can be one; a recording that needs a token is fetched and saved. */
+  offerFile() {
+    const link = byId("download", HTMLAnchorElement);
+    const { id, path, open } = this.source;
+    link.href = `${path}/file`;
+    byId("ghost", HTMLElement).hidden = !open;
+    if (open) return offerGhosts(byId("ghosts", HTMLElement), id, this.replay.summary.limit_ticks);
+    link.addEventListener("click", (event) => {
+      event.preventDefault();
+      const tell = (/** @type {string} */ words) => (byId("said", HTMLElement).textContent = words);
+      void this.source.file().then((content) => save(content, `${id}.mcap`), (error) => tell(error.message));
+    });
+  }
+
   pills() {
-    const { outcome, complete, exact } = this.replay.summary;
+    const { outcome, complete, exact, damage } = this.replay.summary;
     const tone = outcome === "delivered" ? "pill-ok" : outcome === "error" ? "pill-bad" : "";
     return [
       el("span", { class: `pill ${tone}` }, headline({ outcome })),
-      complete ? null : el("span", { class: "pill pill-attention" }, "cut off"),
+      complete ? null : el("span", { class: "pill pill-attention" }, damage ? "damaged" : "cut off"),
       exact === false ? el("span", { class: "pill pill-attention" }, "smoothed between ticks") : null,
     ].filter((pill) => pill !== null);
   }
@@ -137,7 +154,7 @@ class ReplayPage {
   /** @param {KeyboardEvent} event */
   press(event) {
     if (event.ctrlKey || event.metaKey || event.altKey || event.target instanceof HTMLSelectElement) return;
-    const onButton = event.target instanceof Element && event.target.closest("button, a, summary") !== null;
+    const onButton = event.target instanceof Element && event.target.closest("button, a, summary, input[type=checkbox]") !== null;
     const far = event.shiftKey ? SECOND : 1;
     /** @type {Record<string, () => void>} */
     const keys = {
@@ -150,6 +167,8 @@ class ReplayPage {
       "=": () => this.changeSpeed(1),
       Home: () => this.seekTick(0),
       End: () => this.seekTick(this.replay.ticks),
+      t: () => this.show.toggle("trails"),
+      a: () => this.show.toggle("thoughts"),
       ...(onButton ? {} : { " ": () => this.toggle() }),
     };
     const action = keys[event.key];
@@ -226,6 +245,7 @@ class ReplayPage {
     const view = this.replay.viewAt(this.player.timeMs);
     fitCanvas(canvas);
     drawScene(context2d(canvas), map, view);
+    this.show.draw(context2d(canvas), this.player.timeMs);
     this.drawLine(tick);
     this.drawWords(view);
     this.curves.show(tick);

@@ -21,6 +21,7 @@ import { ANGLE_SCALE, POSITION_SCALE } from "./messages.js";
  * @property {boolean} complete
  * @property {string} [damage]
  * @property {boolean} [exact] whether the poses were re-simulated bit for bit
+ * @property {boolean} [has_thoughts] whether an agent named what it weighed
  * @property {{colour: string, kind: string, name: string, device?: string}[]} seats
  * @property {number[][]} held per state, from 0 to `ticks`: item of blue and red, -1 none
  * @property {boolean[][]} delivered per tick, from 1 to `ticks`

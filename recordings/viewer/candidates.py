@@ -42,7 +42,7 @@ class Decisions:
         self._ticks: list[int] = []
         self._considered: list[list[Candidate]] = []
         for one in decisions:
-            found = candidates(one, states[min(one.tick, len(states) - 1)]) if one.seat == seat else []
+            found = candidates(one, made_in(one, states)) if one.seat == seat else []
             if found:
                 self._ticks.append(one.tick)
                 self._considered.append(found)
@@ -51,6 +51,11 @@ class Decisions:
         """What the newest decision up to `tick` considered; empty when there was none."""
         index = bisect.bisect_right(self._ticks, tick) - 1
         return self._considered[index] if index >= 0 else []
+
+
+def made_in(decision: AgentDecision, states: Sequence[WorldState]) -> WorldState:
+    """The state that a decision answers to: the one before its tick."""
+    return states[min(max(decision.tick - 1, 0), len(states) - 1)]
 
 
 def candidates(decision: AgentDecision, state: WorldState) -> list[Candidate]:

@@ -142,6 +142,20 @@ def test_a_click_on_a_curve_leads_to_that_tick(open_page: OpenPage, episode: Epi
     at_tick(page, TICKS // 2)
 
 
+def test_paths_and_what_agents_weighed_lie_over_the_arena_when_wanted(open_page: OpenPage, episode: Episode) -> None:
+    page = replay(open_page(f"/replay/{EPISODE}#tick=40"))
+    plain = page.locator("#arena").screenshot()
+    page.keyboard.press("t")
+    expect(page.get_by_label("paths of the last five seconds")).to_be_checked()
+    page.get_by_label("what agents weighed").check()
+    expect(page.locator("#weighed")).to_contain_text("Red at tick 40")
+    assert page.locator("#arena").screenshot() != plain
+    page.keyboard.press("a")
+    page.keyboard.press("t")
+    expect(page.locator("#weighed")).to_be_empty()
+    assert page.locator("#arena").screenshot() == plain
+
+
 def test_the_recording_can_be_downloaded(open_page: OpenPage, episode: Episode) -> None:
     page = replay(open_page(f"/replay/{EPISODE}"))
     with page.expect_download() as download:

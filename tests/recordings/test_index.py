@@ -64,6 +64,7 @@ def test_a_journal_is_listed_as_it_stands(folder: Path) -> None:
         play(writer, played, 1)
         (entry,) = [entry for entry in list_recordings(folder)[0] if entry.id == "running"]
         assert (entry.ticks, entry.outcome, entry.complete) == (ticks, "interrupted", False)
+    assert "running" not in {entry.id for entry in list_recordings(folder, running=False)[0]}
     writer.abandon()
 
 

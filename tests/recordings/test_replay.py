@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from recordings import EpisodeWriter, TickRecord, finalise, read_episode, replay_frames
+from recordings import EpisodeWriter, TickRecord, browser_replay, finalise, read_episode
 from recordings.replay import replay_poses
 from tests.recordings.support import header, record
 from world import World
@@ -17,7 +17,7 @@ POSITION, ANGLE = 20000.0, 32768 / math.pi
 
 def test_frames_are_the_sub_poses_of_the_world(tmp_path: Path) -> None:
     journal, played = record(tmp_path, ticks=20, map_name="AdaptiveAssist")
-    summary, frames = replay_frames(finalise(journal), POSITION, ANGLE)
+    summary, frames, _ = browser_replay(finalise(journal), POSITION, ANGLE)
     world = World(played.header.map)
     expected = [world.sub_poses()[-1:]]
     for tick in played.ticks:
@@ -34,7 +34,7 @@ def test_frames_are_the_sub_poses_of_the_world(tmp_path: Path) -> None:
 
 def test_the_summary_is_json_with_everything_but_the_poses(tmp_path: Path) -> None:
     journal, played = record(tmp_path, ticks=20)
-    summary, _ = replay_frames(journal, POSITION, ANGLE)
+    summary, _, _ = browser_replay(journal, POSITION, ANGLE)
     assert json.loads(json.dumps(summary)) == summary
     assert summary["map"]["name"] == "HandOff"
     assert summary["ticks"] == len(summary["delivered"]) == len(summary["held"]) - 1 == 20
@@ -45,6 +45,16 @@ def test_the_summary_is_json_with_everything_but_the_poses(tmp_path: Path) -> No
     for name, curve in summary["curves"].items():
         assert len(curve) == 20
         assert curve[-1] == summary["metrics"][name]
+
+
+def test_what_an_agent_weighed_is_told_beside_the_episode(tmp_path: Path) -> None:
+    journal, played = record(tmp_path, ticks=20)
+    summary, _, thoughts = browser_replay(journal, POSITION, ANGLE)
+    assert summary["has_thoughts"] is True
+    assert json.loads(json.dumps(thoughts)) == thoughts
+    assert [thought["tick"] for thought in thoughts] == [d.tick for d in played.decisions if d.detail]
+    expected = {"seat": 1, "tick": 1, "chosen": 0, "scores": [0.5], "ways": [[[0.0, 1.0], [0.1, 1.1]]], "moves": []}
+    assert thoughts[0] == expected
 
 
 def test_states_that_cannot_be_simulated_are_interpolated(tmp_path: Path) -> None:
