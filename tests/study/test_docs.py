@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from study import command
+from server.study import command
 from study.definition import Block, Study
 from study.template import template_names
 
