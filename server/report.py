@@ -45,7 +45,7 @@ def _room(room: Room) -> dict[str, Any]:
         "phase": room.phase,
         "reason": room.reason,
         "map": room.round.map.name,
-        "round": room.index + 1,
+        "round": room.series.index + 1,
         "rounds": len(room.config.maps),
         "tick": room.round.state.tick,
         "limit_ticks": room.round.limit_ticks,

@@ -33,10 +33,10 @@ def room_file(room: Room, saved: float) -> RoomFile:
         seats=[_seat_file(seat) for seat in room.seats],
         phase=room.phase,
         reason=room.reason,
-        index=room.index,
-        epoch=room.epoch,
+        index=room.series.index,
+        epoch=room.series.epoch,
         episode=room.round.episode_id if in_round else "",
-        results=room.results,
+        results=room.series.results,
     )
 
 
@@ -44,7 +44,7 @@ def restore_room(file: RoomFile, recordings: Path, services: Services, now: floa
     """The room as it was, paused if it was playing. Raises MapError or AgentError when it cannot be."""
     seats = [_seat(index, kept, now - file.config.resume_s) for index, kept in enumerate(file.seats)]
     room = Room(file.id, file.config, seats, services, now, index=file.index, epoch=file.epoch)
-    room.results = file.results
+    room.series.results = file.results
     if file.episode and _resume_round(room, recordings / f"{file.episode}{JOURNAL_SUFFIX}"):
         room.interrupted(now, RESTART_RESUME_S)
     elif file.phase in IN_ROUND:

@@ -16,10 +16,10 @@ from recordings.episode import Outcome
 from server import messages as m
 from server.frames import Beat
 from server.latching import ask_agents, latch
-from server.recorder import Recorder
-from server.round import Moment, Round
+from server.round import Moment
 from server.seating import Seating
 from server.seats import Listener, Seat
+from server.series import Series
 from server.services import RoomConfig, Services
 from world import WorldError
 
@@ -59,9 +59,6 @@ class Room:
         self.phase: m.Phase = "lobby"
         self.reason = ""
         self.until = 0.0  # when the countdown or the pause ends
-        self.index = index  # of the round in the series
-        self.epoch = epoch  # counts rounds, replays included
-        self.results: list[m.Result] = []
         self.missed_ticks = 0
         self.held = ""  # why the person who runs a study has stopped the clock, empty when nobody has
         self.seating = Seating(room_id, seats, services.new_token, services.new_id)
@@ -70,7 +67,8 @@ class Room:
         self._announced = now
         self._empty_since = now
         self._over_since = now
-        self.round = self._new_round()
+        self.series = Series(config, seats, services, index, epoch)
+        self.round = self.series.prepare()
 
     # ---- clients --------------------------------------------------------------------------------------------
 
@@ -86,10 +84,10 @@ class Room:
             f"/play/{self.id}", f"/watch/{self.id}", bool(self.config.study),
         )  # fmt: skip
         client.tell(welcome)
-        client.tell(self._round_message())
+        client.tell(self.series.message(self.round))
         client.tell(self.full_state())
-        if self.results and self.phase in ("round_over", "series_over"):
-            client.tell(self.results[-1])
+        if self.series.results and self.phase in ("round_over", "series_over"):
+            client.tell(self.series.results[-1])
         for grant in taken:
             self._returned(self.seats[grant.seat], now)
         self._announce(now)
@@ -114,7 +112,7 @@ class Room:
         self.phase, self.reason = "closed", message
         for client in list(self.seating.clients):
             client.dismiss(code, message)
-        self._free_agents()
+        self.series.free_agents()
 
     def interrupted(self, now: float, wait_s: float) -> None:
         """The server was killed in this round and is back: wait for the people to come back too."""
@@ -128,7 +126,7 @@ class Room:
             self.phase, self.reason = "lobby", "The server was restarted; this round begins anew."
         for client in list(self.seating.clients):
             client.dismiss(m.CLOSE_SHUTDOWN, "The server is being restarted; this page comes back by itself.")
-        self._free_agents()
+        self.series.free_agents()
 
     # ---- time -----------------------------------------------------------------------------------------------
 
@@ -168,7 +166,7 @@ class Room:
         if self.seating.clients:
             return
         if self.phase == "lobby" and now - self._empty_since >= AGENTS_WAIT_S:
-            self._free_agents()  # others may need them; they come back with the first client
+            self.series.free_agents()  # others may need them; they come back with the first client
         if now - self._empty_since >= EMPTY_S:
             self.close(m.CLOSE_ROOM_OVER, "Nobody was here for a while.")
 
@@ -201,35 +199,12 @@ class Room:
 
     # ---- from phase to phase --------------------------------------------------------------------------------
 
-    def _new_round(self) -> Round:
-        """The world of the coming round, with agents warming up for it."""
-        self.epoch += 1
-        seed = self.config.challenge2_seed
-        seed = None if seed is None else seed + self.index
-        the_map = self._services.load_map(self.config.maps[self.index], seed, self.config.split)
-        the_round = Round(the_map, self.config.round_ticks, self.epoch, self._services.new_id(), seed or 0)
-        self._free_agents()
-        self._seat_agents(the_round)
-        return the_round
-
-    def _seat_agents(self, the_round: Round) -> None:
-        """Every agent seat gets its player. Raises MovingOutError when no worker has time for another agent."""
-        for seat in self.seats:
-            if seat.kind in ("agent", "ghost") and seat.player is None:
-                seat.player = self._services.agents.open(
-                    seat.agent_id, the_round.map, seat.index, the_round.seed, the_round.limit_ticks
-                )
-
     def _call_agents(self) -> None:
         """Somebody is here: the agents are needed (again)."""
         try:
-            self._seat_agents(self.round)
+            self.series.seat_agents(self.round)
         except MovingOutError as error:  # other rooms have them all now
             self._enter("series_over", str(error))
-
-    def _free_agents(self) -> None:
-        for seat in self.seats:
-            seat.close_player()
 
     def _try_start(self, now: float) -> None:
         """Count down when everybody is ready for what comes next."""
@@ -256,15 +231,15 @@ class Room:
         again = any(seat.wants_again for seat in people)
         if self.phase == "series_over" and not again:
             return False
-        self.index += not again
+        self.series.index += not again
         for seat in self.seats:
             seat.wants_again = False
         try:
-            self.round = self._new_round()
+            self.round = self.series.prepare()
         except MovingOutError as error:  # no worker has time for the agent any more
             self._enter("series_over", str(error))
             return False
-        self._broadcast(self._round_message())
+        self._broadcast(self.series.message(self.round))
         self._broadcast(self.full_state())
         return True
 
@@ -278,35 +253,21 @@ class Room:
         if self.round.started:
             self.round.note("resume")
         else:
-            self.round.begin(self._open_recording())
+            self.series.begin(self.round)
         for seat in self.seats:
             seat.controls.release()
         self._enter("playing", "")
 
-    def _open_recording(self) -> Recorder:
-        if self.config.practice:
-            return Recorder(None)
-        blue, red = self.seats
-        header = self.round.header((blue.info(), red.info()), self._services.wall_ns(), self.config.study)
-        return self._services.open_recording(header, self.round.state)
-
     def _finish(self, outcome: Outcome, reason: str) -> None:
         """The round is over: tell the result, hand the recording on."""
         self._end_round(outcome)
-        more = self.index + 1 < len(self.config.maps)
         self._over_since = self._due
         for seat in self.seats:
             seat.ready = False
-        self._enter("round_over" if more and outcome in ("delivered", "time") else "series_over", reason)
+        self._enter("round_over" if self.series.more and outcome in ("delivered", "time") else "series_over", reason)
 
     def _end_round(self, outcome: Outcome) -> None:
-        result = self.round.result(self.index, outcome)
-        self.results.append(result)
-        self.round.finish(outcome)
-        journal = self.round.recorder.close(outcome)
-        if journal is not None:
-            self._services.archive(journal)
-        self._free_agents()
+        result = self.series.end(self.round, outcome)
         self._broadcast(result)
         self._services.ended(self.id, self.round.episode_id, result)
 
@@ -434,9 +395,6 @@ class Room:
     def full_state(self) -> m.FullState:
         shown_until = self._due + TICK_S if self.phase == "playing" else self._due
         return self.round.full_state(shown_until * 1e3)
-
-    def _round_message(self) -> m.Round:
-        return self.round.message(self.index, len(self.config.maps), self.config.practice)
 
     def _announce(self, now: float) -> None:
         self._announced = now
