@@ -12,6 +12,7 @@ from maps import MapSpec
 from maps.errors import MovingOutError
 from recordings import RecordingError
 from recordings.episode import Outcome
+from recordings.journal import JOURNAL_SUFFIX
 from server import messages as m
 from server.host import Host
 from server.room import Room
@@ -249,6 +250,9 @@ class Playing:
             played, rtt_ms, idle_share = await self._host.archive.read(episode, recovered)
         except RecordingError as error:
             log.warning("the round %s has no recording: %s", episode, error)
+            if (self._host.settings.recordings / f"{episode}{JOURNAL_SUFFIX}").exists():
+                self._alerts.raise_("recovery", f"The recording of the round {episode} cannot be finished: {error}")
+                return  # the row stays open, and the next start tries again
         else:
             seated = [
                 Seated(guest.pid, seat, guest.device or "keyboard", rtt_ms[seat], idle_share[seat])

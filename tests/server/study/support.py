@@ -236,7 +236,7 @@ def served(
 ) -> Iterator[Served]:
     """A study for one `with` block; its data stay."""
     folder = StudyFolder(parse_study(text), data, database)
-    options = {"lobby": False, "tick_s": 0.1 / SPEED, "countdown_s": 0.05, **settings}
+    options = {"lobby": False, "tick_s": 0.1 / SPEED, "countdown_s": 0.05, "agent_workers": 0, **settings}
     made: list[RunningStudy] = []
 
     def app_of(chosen: Any) -> Any:

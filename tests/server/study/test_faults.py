@@ -2,16 +2,33 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any
 
 import pytest
 
-from recordings.index import list_recordings
 from study.store.tables import answers, rounds
-from tests.server.study.support import SOLO, Served, served
+from tests.server.study.support import SOLO, Served, Visitor, served
 
 LONG = SOLO.replace("[HandOff], limit_ticks: 20", "[HandOff], limit_ticks: 60")
+
+
+@pytest.fixture(scope="module")
+def serving(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
+    with served(tmp_path_factory.mktemp("faults"), LONG) as running:
+        yield running
+
+
+@pytest.fixture
+def study(serving: Served) -> Iterator[Served]:
+    serving.running.alerts._alerts = []
+    yield serving
+    serving.live.hang_up()
+
+
+def rounds_of(study: Served, visitor: Visitor) -> list[str]:
+    """The outcomes of somebody's rounds."""
+    unit = study.running.guests[visitor.pid].place.unit
+    return [row["outcome"] for row in study.running.records.store.rows(rounds) if row["unit"] == unit]
 
 
 def pragma(study: Served, sentence: str) -> None:
@@ -30,111 +47,106 @@ def read_only(study: Served) -> Iterator[None]:
             connection.exec_driver_sql("PRAGMA query_only=OFF")
 
 
-def test_a_read_only_database_is_a_sentence_and_an_alert_and_what_is_tried_again_arrives(tmp_path: Path) -> None:
-    with served(tmp_path) as study:
-        visitor = study.visitor().go_to("form")
-        with read_only(study):
-            status, answer = visitor.answer("age", 1)
-            assert (status, answer["error"]["code"]) == (507, "not_saved")
-            assert str(tmp_path) not in answer["error"]["message"], "participants need no paths"
-            status, answer = visitor.call("next", {"key": "form"})
-            assert (status, answer["error"]["code"]) == (507, "not_saved")
-            assert visitor.look()["step"]["kind"] == "form"
-        (alert,) = [one for one in study.state()["alerts"] if one["about"] == "database"]
-        assert "readonly database; make the file and its folder writable" in alert["text"]
-        visitor.fill_in()
-        assert visitor.kind == "input-check"
-        assert len(study.running.records.store.rows(answers)) == 7
+def test_a_read_only_database_is_a_sentence_and_an_alert_and_what_is_tried_again_arrives(study: Served) -> None:
+    visitor = study.visitor().go_to("form")
+    with read_only(study):
+        status, answer = visitor.answer("age", 1)
+        assert (status, answer["error"]["code"]) == (507, "not_saved")
+        assert "/" not in answer["error"]["message"], "participants need no paths"
+        status, answer = visitor.call("next", {"key": "form"})
+        assert (status, answer["error"]["code"]) == (507, "not_saved")
+        assert visitor.look()["step"]["kind"] == "form"
+    (alert,) = [one for one in study.state()["alerts"] if one["about"] == "database"]
+    assert "readonly database; make the file and its folder writable" in alert["text"]
+    visitor.fill_in()
+    assert visitor.kind == "input-check"
+    kept = [row for row in study.running.records.store.rows(answers) if row["pid"] == visitor.pid]
+    assert len(kept) == 7
 
 
-def test_the_end_of_a_round_waits_for_the_database(tmp_path: Path) -> None:
-    with served(tmp_path, LONG) as study:
-        visitor = study.visitor().go_to("round")
+def test_the_end_of_a_round_waits_for_the_database(study: Served) -> None:
+    visitor = study.visitor().go_to("round")
+    visitor.next()
+    person = visitor.player()
+    person.next_tick(visitor.step["room"]["seat"])
+    with read_only(study):
+        while not any(told["type"] == "result" for told in person.told):
+            person.hear()
+        visitor.wait_until(lambda one: one.step["state"] == "over")
+        assert visitor.next()["step"]["state"] == "over", "and nobody is sent on before it is saved"
+    study.look()
+    assert visitor.look()["step"]["kind"] == "questionnaire"
+    assert rounds_of(study, visitor) == ["time"]
+
+
+def test_a_round_that_cannot_be_written_down_does_not_begin_until_it_can(study: Served) -> None:
+    visitor = study.visitor().go_to("round")
+    with read_only(study):
         visitor.next()
-        person = visitor.player()
-        person.next_tick(visitor.step["room"]["seat"])
-        with read_only(study):
-            while not any(told["type"] == "result" for told in person.told):
-                person.hear()
-            visitor.wait_until(lambda one: one.step["state"] == "over")
-            assert visitor.next()["step"]["state"] == "over", "and nobody is sent on before it is saved"
-        study.look()
-        assert visitor.look()["step"]["kind"] == "questionnaire"
-        assert [row["outcome"] for row in study.running.records.store.rows(rounds)] == ["time"]
-    assert len(list_recordings(tmp_path / "recordings")[0]) == 1
+        assert (visitor.step["state"], visitor.step["room"]) == ("waiting", None)
+        aliases = [room.seats[0].alias for room in study.live.host.directory.rooms.values() if not room.config.practice]
+        assert visitor.pid not in aliases
+    assert "room" in study.alerts()
+    study.look()
+    visitor.look()
+    assert visitor.step["state"] == "playing"
+    visitor.play()
+    assert visitor.kind == "questionnaire"
 
 
-def test_a_round_that_cannot_be_written_down_does_not_begin_until_it_can(tmp_path: Path) -> None:
-    with served(tmp_path) as study:
-        visitor = study.visitor().go_to("round")
-        with read_only(study):
-            visitor.next()
-            assert (visitor.step["state"], visitor.step["room"]) == ("waiting", None)
-            assert len(study.live.host.directory.rooms) <= 1, "only the practice that is being left"
-        assert "room" in study.alerts()
-        study.look()
-        visitor.look()
-        assert visitor.step["state"] == "playing"
-        visitor.play()
-        assert visitor.kind == "questionnaire"
+def test_a_full_database_keeps_what_was_confirmed(study: Served) -> None:
+    visitor = study.visitor().go_to("questionnaire")
+    with study.running.records.store.database.read() as connection:
+        pages = connection.exec_driver_sql("PRAGMA page_count").scalar_one()
+    pragma(study, f"PRAGMA max_page_count={pages + 20}")
+    statuses = [visitor.answer("comment", -1, "x" * 4000)[0] for _ in range(60)]
+    assert set(statuses) == {200, 507}
+    kept = [
+        row for row in study.running.records.store.rows(answers) if row["item"] == "comment" and row["text"][0] == "x"
+    ]
+    assert len(kept) == statuses.count(200)
+    assert "database" in study.alerts()
+    pragma(study, "PRAGMA max_page_count=1000000")
+    assert visitor.answer("comment", -1, "at last")[0] == 200
 
 
-def test_a_full_database_keeps_what_was_confirmed(tmp_path: Path) -> None:
-    with served(tmp_path) as study:
-        visitor = study.visitor().go_to("questionnaire")
-        with study.running.records.store.database.read() as connection:
-            pages = connection.exec_driver_sql("PRAGMA page_count").scalar_one()
-        pragma(study, f"PRAGMA max_page_count={pages + 20}")
-        statuses = [visitor.answer("comment", -1, "x" * 4000)[0] for _ in range(60)]
-        assert set(statuses) == {200, 507}
-        kept = [row for row in study.running.records.store.rows(answers) if row["item"] == "comment"]
-        assert len(kept) == statuses.count(200)
-        assert "database" in study.alerts()
-        pragma(study, "PRAGMA max_page_count=1000000")
-        assert visitor.answer("comment", -1, "at last")[0] == 200
+def test_a_full_disk_lets_no_round_begin_and_says_so(study: Served, monkeypatch: pytest.MonkeyPatch) -> None:
+    visitor = study.visitor().go_to("round")
+    monkeypatch.setattr(study.live.host, "full_disk", lambda: "The disk is full.")
+    visitor.next()
+    assert visitor.step["state"] == "waiting"
+    study.look()
+    assert {"room", "disk"} <= set(study.alerts())
+    monkeypatch.undo()
+    study.look()
+    assert visitor.look()["step"]["state"] == "playing"
 
 
-def test_a_full_disk_lets_no_round_begin_and_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    with served(tmp_path) as study:
-        visitor = study.visitor().go_to("round")
-        monkeypatch.setattr(study.live.host, "full_disk", lambda: "The disk is full.")
-        visitor.next()
-        assert visitor.step["state"] == "waiting"
-        study.look()
-        assert {"room", "disk"} <= set(study.alerts())
-        monkeypatch.undo()
-        study.look()
-        assert visitor.look()["step"]["state"] == "playing"
+def test_a_room_that_fails_is_opened_again(study: Served, monkeypatch: pytest.MonkeyPatch) -> None:
+    visitor = study.visitor().go_to("round")
+    visitor.next()
+    visitor.player().next_tick(visitor.step["room"]["seat"])
+    room = study.live.host.directory.rooms[visitor.step["room"]["id"]]
 
+    def fail(*_: Any) -> None:
+        raise ZeroDivisionError("a fault in the room")
 
-def test_a_room_that_fails_is_opened_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    with served(tmp_path, LONG) as study:
-        visitor = study.visitor().go_to("round")
-        visitor.next()
-        visitor.player().next_tick(visitor.step["room"]["seat"])
-        room = study.live.host.directory.rooms[visitor.step["room"]["id"]]
-
-        def fail(*_: Any) -> None:
-            raise ZeroDivisionError("a fault in the room")
-
-        monkeypatch.setattr(room, "_step", fail)
-        visitor.wait_until(lambda one: one.step["state"] == "card")
-        visitor.play()
-        assert visitor.kind == "questionnaire"
-        outcomes = [row["outcome"] for row in study.running.records.store.rows(rounds)]
-    assert outcomes == ["error", "time"]
+    monkeypatch.setattr(room, "_step", fail)
+    visitor.wait_until(lambda one: one.step["state"] == "card")
+    visitor.play()
+    assert visitor.kind == "questionnaire"
+    assert rounds_of(study, visitor) == ["error", "time"]
 
 
 def test_a_fault_in_the_server_is_a_sentence_and_not_a_stack_trace(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    study: Served, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    with served(tmp_path) as study:
-        visitor = study.visitor()
-        monkeypatch.setattr(study.running, "stays", lambda guest: 1 / 0)
-        status, answer = visitor.call("view")
-        assert (status, answer["error"]["code"]) == (500, "fault")
-        assert "Traceback" not in str(answer) and "Division" not in str(answer)
-        assert "fault" in study.alerts()
+    visitor = study.visitor()
+    monkeypatch.setattr(study.running, "stays", lambda guest: 1 / 0)
+    status, answer = visitor.call("view")
+    assert (status, answer["error"]["code"]) == (500, "fault")
+    assert "Traceback" not in str(answer) and "Division" not in str(answer)
+    assert "fault" in study.alerts()
 
 
 def test_what_is_no_request_is_told_what_is_wrong(solo: Served) -> None:
