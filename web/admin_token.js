@@ -7,6 +7,7 @@ import { ApiError, requestJson } from "./api.js";
 import { el, notice } from "./dom.js";
 
 const KEY = "movingout.admin";
+const NOT_THERE = 404; // no token would help
 
 function kept() {
   try {
@@ -29,7 +30,7 @@ function keep(token) {
  * What `path` answers to an admin, and the token that opened it; asks for the token until it is right.
  * @param {HTMLElement} container where to ask
  * @param {string} path
- * @returns {Promise<{token: string, document: any}>}
+ * @returns {Promise<{token: string, document: any}>} ApiError when there is nothing at `path`
  */
 export async function openWithToken(container, path) {
   let problem = "";
@@ -41,7 +42,7 @@ export async function openWithToken(container, path) {
       container.replaceChildren();
       return { token, document };
     } catch (error) {
-      if (!(error instanceof ApiError)) throw error;
+      if (!(error instanceof ApiError) || error.status === NOT_THERE) throw error;
       problem = error.message;
     }
   }

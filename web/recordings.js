@@ -4,8 +4,10 @@
  */
 
 import { openWithToken } from "./admin_token.js";
-import { badge, byId, el } from "./dom.js";
+import { ApiError, request } from "./api.js";
+import { badge, byId, el, notice } from "./dom.js";
 import { filterChoices, filterRecordings, mapTitle, playerName } from "./recordings_filter.js";
+import { save } from "./replay_source.js";
 import { duration, percent } from "./result_words.js";
 
 /** @typedef {import("./recordings_filter.js").Row} Row */
@@ -27,10 +29,12 @@ const FILTERS = /** @type {const} */ ([
 
 /** @type {Row[]} */
 let rows = [];
+let adminToken = "";
 let shown = AT_ONCE;
 
 async function load() {
-  const { document: answer } = await openWithToken(byId("ask", HTMLElement), "/api/recordings");
+  const { token, document: answer } = await openWithToken(byId("ask", HTMLElement), "/api/recordings");
+  adminToken = token;
   rows = answer.recordings;
   const choices = filterChoices(rows);
   byId("filters", HTMLFormElement).replaceChildren(...FILTERS.map((filter) => filterField(filter, choices[filter.key])));
@@ -83,9 +87,19 @@ function tableRow(row) {
       "td",
       { class: "actions" },
       el("a", { class: "button button-small", href: `/replay/${path}`, "aria-label": `Replay ${mapTitle(row.map)}, ${when(row.started)}` }, "Replay"),
-      el("a", { class: "button button-small", href: `/api/recordings/${path}/file`, download: `${row.id}.mcap`, "aria-label": `Download ${mapTitle(row.map)}, ${when(row.started)}` }, "Download"),
+      el("button", { type: "button", class: "button button-small", onclick: () => void download(row.id), "aria-label": `Download ${mapTitle(row.map)}, ${when(row.started)}` }, "Download"),
     ),
   );
+}
+
+/** A link could not carry the token that a study's server asks for. @param {string} id */
+async function download(id) {
+  try {
+    save(await (await request(`/api/recordings/${encodeURIComponent(id)}/file`, { token: adminToken })).blob(), `${id}.mcap`);
+  } catch (error) {
+    if (!(error instanceof ApiError)) throw error;
+    byId("ask", HTMLElement).replaceChildren(notice("bad", error.message));
+  }
 }
 
 /** @param {Row} row */

@@ -35,13 +35,13 @@ async function load() {
   const source = new ReplaySource(decodeURIComponent(location.pathname.split("/").at(-1) ?? ""));
   const ask = byId("ask", HTMLElement);
   try {
-    ask.hidden = false;
     const page = new ReplayPage(await source.load(ask), source);
     ask.hidden = byId("loading", HTMLElement).hidden = true;
     byId("replay", HTMLElement).hidden = false;
     page.start();
   } catch (error) {
     if (!(error instanceof ApiError) && !(error instanceof ReplayError)) throw error;
+    ask.hidden = true;
     const again = el("button", { type: "button", class: "button", onclick: () => location.reload() }, "Try again");
     const list = el("a", { class: "button", href: "/recordings" }, "All recordings");
     byId("loading", HTMLElement).replaceChildren(notice("bad", error.message), el("span", { class: "row replay-problem" }, again, list));

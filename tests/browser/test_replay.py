@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Page, Route, expect
 
 from recordings import Episode, finalise, read_episode
-from tests.browser.pages import complaining_page, overflow, violations
+from tests.browser.pages import admin_token, complaining_page, overflow, violations
 from tests.browser.support import PHONE, Server
 from tests.recordings.support import record
 from world.metrics import EpisodeMetrics
@@ -189,3 +189,30 @@ def test_an_unknown_recording_says_so_and_leads_on(browser: Browser, server: Ser
     with complaining_page(browser, server, "/replay/nothing-here") as page:
         expect(page.get_by_text("there is no such recording")).to_be_visible()
         expect(page.get_by_role("link", name="All recordings")).to_be_visible()
+
+
+def blinded(route: Route) -> None:
+    """As a server that runs a study: recordings are for the experimenter alone."""
+    if "authorization" in route.request.headers:
+        return route.continue_()
+    refusal = {"error": {"code": "wrong_token", "message": "The admin token is needed."}}
+    return route.fulfill(status=401, json=refusal)
+
+
+def test_where_recordings_are_for_the_experimenter_the_token_opens_and_saves_them(
+    browser: Browser, server: Server, episode: Episode
+) -> None:
+    with complaining_page(browser, server, "") as page:
+        page.route("**/api/recordings/**", blinded)
+        page.goto(f"/replay/{EPISODE}")
+        page.get_by_label("Admin token").fill(admin_token(server))
+        expect(page.get_by_text("Loading the replay")).to_be_hidden()
+        page.keyboard.press("Enter")
+        replay(page)
+        expect(page.get_by_text("Play with this recording")).to_be_hidden()
+        with page.expect_download() as download:
+            page.get_by_role("link", name="Download").click()
+        assert download.value.suggested_filename == f"{EPISODE}.mcap"
+        page.goto("/replay/nothing-here")
+        expect(page.get_by_text("The admin token is needed.")).to_have_count(0)
+        expect(page.get_by_text("there is no such recording")).to_be_visible()
