@@ -6,7 +6,8 @@ from pathlib import Path
 
 from study.definition import Study
 from study.errors import StudyError
-from study.store.identity import IdentityStore, now_ms
+from study.store.clock import now_ms
+from study.store.identity import IdentityStore
 from study.store.store import Store
 
 

@@ -35,7 +35,6 @@ log = logging.getLogger(__name__)
 CODE_LETTERS = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789"
 CODE_LENGTH = 10
 LOOK_S = 1.0
-LATE_MS = 5.0
 SLOW_PARTNER_S = 300.0  # somebody who is there and lets a partner wait so long is worth an alert
 PAUSED = "The experimenter has paused the study. Please wait."
 
@@ -323,6 +322,9 @@ class RunningStudy:
             waiting = ", ".join(sorted(crew.ready))
             self.alerts.raise_("slow", f"{waiting} waits for a partner who is there, but does not come.")
         room = crew.game.room if crew.game else None
+        for seat in room.seats if room else []:
+            if seat.agent_failure:
+                self.alerts.raise_("agent", f"Unit {crew.unit.id}: {seat.agent_failure}")
         if room is not None and room.phase == "playing" and not room.recording and not room.config.practice:
             self.alerts.raise_("recording", f"A round of unit {crew.unit.id} is not recorded: "
                                f"{room.round.recorder.problem}")  # fmt: skip

@@ -2,21 +2,17 @@
 
 import json
 import secrets
-import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from sqlalchemy import delete, insert, select, update
 
+from study.store.clock import now_ms
 from study.store.database import Database
 from study.store.tables import identities
 
 _ALPHABET = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789"  # nothing that is misread
 _PID_LENGTH = 6
-
-
-def now_ms() -> int:
-    return time.time_ns() // 1_000_000
 
 
 class IdentityStore:

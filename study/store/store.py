@@ -19,8 +19,8 @@ from study.allocation import next_slot
 from study.definition import Outcome
 from study.errors import StoreError, StudyError
 from study.store.audit import Actor, record
+from study.store.clock import now_ms
 from study.store.database import Database
-from study.store.identity import now_ms
 from study.store.tables import answers, consents, counts, metadata, notes, participants, study, units
 
 

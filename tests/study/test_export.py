@@ -12,7 +12,7 @@ from server.cli import main
 from study.errors import StudyError
 from study.export import Options, export_study
 from study.forgetting import DAY_MS, due, forget, purge
-from study.store.identity import now_ms
+from study.store.clock import now_ms
 from study.store.tables import audit, tombstones, units
 from tests.study.filled import fill, template
 from tests.study.support import Clock

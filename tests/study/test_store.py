@@ -4,6 +4,7 @@ import os
 import sqlite3
 import stat
 import threading
+import time
 from contextlib import closing
 from hashlib import sha256
 from pathlib import Path
@@ -14,6 +15,7 @@ from alembic.migration import MigrationContext
 
 from study.errors import StoreError, StudyError
 from study.store import IdentityStore, Store
+from study.store.clock import now_ms
 from study.store.database import Database
 from study.store.removal import clear
 from study.store.rounds import Played, Rounds, Seated
@@ -69,6 +71,14 @@ def test_a_study_that_has_begun_keeps_its_file_and_its_models(place: Path | str)
     store.freeze("agent-survey", TEXT + "# before anybody came\n", {"movingout": "mended"}, {"scripted": ""})
     assert store.frozen().code == {"movingout": "mended"}
     assert [row["action"] for row in store.rows(audit)] == ["freeze", "freeze", "arrive", "code"]
+
+
+def test_a_clock_that_is_put_right_does_not_make_a_session_longer(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = now_ms()
+    assert abs(before - time.time_ns() // 1_000_000) < 60_000
+    monkeypatch.setattr(time, "time_ns", lambda: 0)
+    monkeypatch.setattr(time, "time", lambda: 0.0)
+    assert 0 <= now_ms() - before < 60_000
 
 
 def test_what_simulated_participants_did_is_never_mixed_with_what_people_did(place: Path | str) -> None:
