@@ -4,11 +4,13 @@ import argparse
 import os
 import sys
 from collections.abc import Callable, Sequence
+from datetime import date
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from recordings import export_command, import_command
 from recordings.arguments import add_data, add_json, add_paths, expanded, print_json
+from recordings.episode import Outcome
 from recordings.errors import RecordingError
 from recordings.finished import Recovery, recover, recover_journal
 from recordings.index import Filter, list_recordings
@@ -31,9 +33,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     listing.add_argument("--map", help="only this map")
     listing.add_argument("--agent", help="only with this agent or participant in a seat (part of the name)")
     listing.add_argument("--study", help="only of this study")
-    listing.add_argument("--since", metavar="DATE", help="only from this day on (2026-11-20)")
-    listing.add_argument("--until", metavar="DATE", help="only up to and including this day")
-    listing.add_argument("--outcome", help="delivered, time, left, stopped, error or interrupted")
+    listing.add_argument("--since", type=_day, metavar="DATE", help="only from this day on (2026-11-20)")
+    listing.add_argument("--until", type=_day, metavar="DATE", help="only up to and including this day")
+    listing.add_argument("--outcome", choices=get_args(Outcome), metavar="HOW", help=", ".join(get_args(Outcome)))
     add_json(listing)
     listing.set_defaults(perform=_list)
 
@@ -84,7 +86,7 @@ def _list(args: argparse.Namespace) -> int:
     if nothing:
         print(f"Nothing has been recorded yet in {folder}. {_HOW_TO_RECORD}")
     else:
-        print(_table(found) if found else "no recordings that match")
+        print(_table(found) if found else _no_match(folder, wanted))
     for entry in unreadable:
         print(f"movingout: {entry.problem}", file=sys.stderr)
     return 0
@@ -93,6 +95,7 @@ def _list(args: argparse.Namespace) -> int:
 _HOW_TO_RECORD = """Two ways to change that:
   movingout play                                                            people play in the browser
   movingout match --blue scripted --red scripted --record data/recordings   agents play"""
+_NAMED = 20  # players named where none matches
 _HEADINGS = ("id", "started (UTC)", "map", "blue", "red", "time", "delivered", "TCR", "outcome")
 
 
@@ -101,6 +104,27 @@ def _table(entries: Sequence[Summary]) -> str:
     rows = [_HEADINGS, *map(_row, entries)]
     widths = [max(len(row[column]) for row in rows) for column in range(len(_HEADINGS))]
     return "\n".join("  ".join(map(str.ljust, row, widths)).rstrip() for row in rows)
+
+
+def _no_match(folder: Path, wanted: Filter) -> str:
+    """That nothing matches, and which names there are where one was asked for that there is not."""
+    entries, _ = list_recordings(folder)
+    maps = sorted({entry.map for entry in entries})
+    seats = sorted({seat for entry in entries for seat in (entry.blue, entry.red)})
+    hints = []
+    if wanted.map is not None and wanted.map not in maps:
+        hints.append(f"no map {wanted.map!r}; maps here: {', '.join(maps)}")
+    if wanted.agent is not None and not any(wanted.agent in seat for seat in seats):
+        hints.append(f"nobody named {wanted.agent!r}; here played: {', '.join(seats[:_NAMED])}")
+    return "\n  ".join(["no recordings that match", *hints])
+
+
+def _day(text: str) -> str:
+    """A day as it is compared with the start of recordings."""
+    try:
+        return date.fromisoformat(text).isoformat()
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"{text!r} is no day; write it like 2026-11-20") from error
 
 
 def _row(entry: Summary) -> tuple[str, ...]:
@@ -211,7 +235,8 @@ def _recover(args: argparse.Namespace) -> int:
         )
         return 0
     for entry in done:
-        print(f"{entry.journal.name}: {entry.ticks} ticks, {entry.note}")
+        made = f" -> {entry.recording.name}" if entry.recording else ""
+        print(f"{entry.journal.name}{made}: {entry.ticks} ticks, {entry.note}")
     if not done:
         print("nothing to recover")
     return 0

@@ -15,7 +15,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     formats = "; ".join(f"{name}: {chosen.help}" for name, chosen in FORMATS.items())
     parser.add_argument("--to", required=True, choices=FORMATS, metavar="FORMAT", help=formats)
     parser.add_argument("--out", required=True, type=Path, metavar="TARGET", help="a new file or folder")
-    parser.add_argument("--test-share", type=_share, default=0.0, help="of episodes for testing, split by participant")
+    parser.add_argument(
+        "--test-share", type=_share, metavar="SHARE", default=0.0, help="of episodes for testing, split by participant"
+    )
     parser.add_argument("--seed", type=int, default=0, help="of the split")
     parser.add_argument("--layout", choices=LAYOUTS, default="official-v1", help="of observations")
     parser.add_argument("--view", choices=VIEWS, default="ego", help="an episode per seat, or both seats in one")
@@ -40,12 +42,16 @@ def perform(args: argparse.Namespace) -> int:
         overlay=not args.no_overlay,
     )
     export(args.to, plan)
-    print(f"{len(plan.recordings)} recordings written to {args.out}")
+    count = len(plan.recordings)
+    print(f"{count} recording{'s' * (count != 1)} written to {args.out}")
     return 0
 
 
 def _share(text: str) -> float:
-    share = float(text)
+    try:
+        share = float(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"{text!r} is no share; write 0.2 for a fifth") from error
     if not 0 <= share < 1:
         raise argparse.ArgumentTypeError("a share is from 0 up to, but not including, 1")
     return share

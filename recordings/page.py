@@ -95,7 +95,8 @@ def _played(episode: Episode) -> str:
 
 def _seat_words(seat: SeatInfo, episode: Episode, index: int) -> str:
     silent = sum(tick.sources[index] == "neutral" for tick in episode.ticks)
-    words = [seat_title(seat.kind, seat.name), *([f"on {seat.device}"] if seat.device else [])]
+    weights = [f"(weights {seat.checkpoint_sha256[:12]})"] if seat.checkpoint_sha256 else []
+    words = [seat_title(seat.kind, seat.name), *weights, *([f"on {seat.device}"] if seat.device else [])]
     return " ".join(words) + (f", {silent} ticks without an answer" if silent else "")
 
 

@@ -14,13 +14,13 @@ from recordings.episode import Episode
 from recordings.errors import RecordingError
 from recordings.exports.plan import Plan
 from recordings.exports.target import building
-from recordings.listing import read_players
 from recordings.progress import over_processes
 from recordings.reader import read_episode
 from recordings.replay import POSES_PER_TICK, replay_poses
 
 TICK_S = 0.1
 _CAPTION = 0.075  # height of the caption, in sides of the picture
+_LETTERS = 14  # of a name on the caption
 
 Draw = Callable[[Path, "Film"], None]
 
@@ -69,9 +69,13 @@ class Film:
         middle, gap = self.side + bar / 2, bar * 0.3
         text = f"{header.map.title}  {time_s:4.1f} s  {delivered}/{len(header.map.items)}"
         draw.text((self.side / 2, middle), text, LIGHT.ink, font, anchor="mm")
-        draw.text((gap, middle), header.seats[0].name[:14], LIGHT.blue, font, anchor="lm")
-        draw.text((self.side - gap, middle), header.seats[1].name[:14], LIGHT.red, font, anchor="rm")
+        draw.text((gap, middle), _short(header.seats[0].name), LIGHT.blue, font, anchor="lm")
+        draw.text((self.side - gap, middle), _short(header.seats[1].name), LIGHT.red, font, anchor="rm")
         return canvas
+
+
+def _short(name: str) -> str:
+    return name if len(name) <= _LETTERS else f"{name[: _LETTERS - 1]}…"
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,15 +96,19 @@ class _Job:
 
 def write_films(plan: Plan, suffix: str, draw: Draw) -> None:
     """One recording into the file that was named; several, side by side on all cores, into a folder."""
-    if plan.speed <= 0 or plan.every_s <= 0 or not 64 <= plan.side <= 2048:
-        raise RecordingError("speed and the seconds between pictures must be above 0, the side 64 to 2048 pixels")
-    single = len(plan.recordings) == 1 and plan.target.suffix == suffix
+    if not (0.1 <= plan.speed <= 100 and 0.1 <= plan.every_s <= 3600 and 64 <= plan.side <= 2048):
+        raise RecordingError(
+            "a film is 0.1 to 100 times as fast, pictures are 0.1 to 3600 s apart, their side is 64 to 2048 pixels"
+        )
+    single = plan.target.suffix != ""
+    if single and (plan.target.suffix != suffix or len(plan.recordings) > 1):
+        raise RecordingError(f"{plan.target.name}: one recording becomes NAME{suffix}, several a folder without ending")
     with building(plan.target) as part:
         if not single:
             part.mkdir()
         jobs = [
-            _Job(path, part if single else part / f"{read_players(path).episode_id}{suffix}", draw, plan)
-            for path in plan.recordings
+            _Job(path, part if single else part / f"{players.episode_id}{suffix}", draw, plan)
+            for path, players in zip(plan.recordings, plan.players, strict=True)
         ]
         for _ in over_processes(_Job.run, jobs, os.cpu_count() or 1, "drawing"):
             pass

@@ -6,8 +6,9 @@ from functools import cached_property
 from pathlib import Path
 
 from recordings.episode import Episode
+from recordings.errors import RecordingError
 from recordings.exports.split import split
-from recordings.listing import read_players
+from recordings.listing import Players, read_players
 from recordings.progress import track
 from recordings.reader import read_episode
 
@@ -35,4 +36,22 @@ class Plan:
     @cached_property
     def splits(self) -> list[str]:
         """`train` or `test` per recording."""
-        return split([read_players(path) for path in self.recordings], self.test_share, self.seed)
+        return split(self.players, self.test_share, self.seed)
+
+    @cached_property
+    def players(self) -> list[Players]:
+        """Who played, per recording. RecordingError when one cannot be read, or when two are the same episode."""
+        found: dict[str, Path] = {}
+        players = []
+        for path in self.recordings:
+            try:
+                players.append(read_players(path))
+            except RecordingError as error:
+                raise RecordingError(f"{error}; leave it out to export the others") from error
+            episode_id = players[-1].episode_id
+            if episode_id in found:
+                raise RecordingError(
+                    f"{found[episode_id].name} and {path.name} are the same episode, {episode_id}; leave one out"
+                )
+            found[episode_id] = path
+        return players

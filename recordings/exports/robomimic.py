@@ -12,11 +12,14 @@ from recordings.exports.split import TRAIN
 from recordings.exports.target import building
 from recordings.exports.trajectories import Trajectory, action_names, trajectories
 
+SUFFIXES = ("", ".hdf5", ".h5")
 OBSERVATION = "state"  # the one low-dimensional modality
 
 
 def write(plan: Plan) -> None:
     """One .hdf5 file; test episodes are robomimic's `valid`."""
+    if plan.target.suffix not in SUFFIXES:
+        raise RecordingError(f"{plan.target.name}: a robomimic file ends in .hdf5")
     names: dict[str, list[str]] = {"train": [], "valid": []}
     total = 0
     with building(plan.target) as path, h5py.File(path, "w") as file:

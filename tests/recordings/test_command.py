@@ -51,6 +51,35 @@ def test_list_filters(data: Path, capsys: pytest.CaptureFixture[str], options: l
     assert set(ids(capsys)) == expected
 
 
+@pytest.mark.parametrize(
+    ("options", "hint"),
+    [
+        (["--map", "HandOf"], "no map 'HandOf'; maps here: HandOff, LeftRight"),
+        (["--agent", "basss"], "nobody named 'basss'; here played: agent bass@all, "),
+    ],
+)
+def test_a_filter_that_names_what_is_not_there_says_what_is(
+    data: Path, capsys: pytest.CaptureFixture[str], options: list[str], hint: str
+) -> None:
+    assert main(["recordings", "list", "--data", str(data), *options]) == 0
+    assert hint in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (["--since", "yesterday"], "'yesterday' is no day; write it like 2026-11-20"),
+        (["--outcome", "won"], "invalid choice: 'won' (choose from"),
+    ],
+)
+def test_a_filter_that_means_nothing_is_refused(
+    data: Path, capsys: pytest.CaptureFixture[str], options: list[str], sentence: str
+) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        main(["recordings", "list", "--data", str(data), *options])
+    assert sentence in capsys.readouterr().err
+
+
 def test_list_for_people_has_one_line_each_newest_first(data: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["recordings", "list", "--data", str(data)]) == 0
     lines = capsys.readouterr().out.splitlines()
@@ -161,6 +190,7 @@ def test_recover_finishes_what_was_left(tmp_path: Path, capsys: pytest.CaptureFi
     assert main(["recordings", "recover", "--data", str(tmp_path), "--json"]) == 0
     (entry,) = json.loads(capsys.readouterr().out)["journals"]
     assert (entry["ticks"], entry["note"]) == (4, "interrupted after tick 4")
+    assert Path(entry["recording"]).name == "episode.mcap"
     assert main(["recordings", "recover", "--data", str(tmp_path)]) == 0
     assert capsys.readouterr().out == "nothing to recover\n"
 

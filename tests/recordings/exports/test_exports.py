@@ -313,3 +313,33 @@ def test_wrong_requests_get_a_sentence(recordings: list[Path], tmp_path: Path) -
         made("csv", [], tmp_path / "x")
     with pytest.raises(RecordingError, match=r"unknown view 'both'; known: ego, joint"):
         made("robomimic", recordings, tmp_path / "x", view="both")
+
+
+@pytest.mark.parametrize(
+    ("name", "target", "options", "sentence"),
+    [
+        ("mp4", "x", {"speed": float("nan")}, "0.1 to 100 times as fast"),
+        ("png", "x", {"every_s": 0.0}, "0.1 to 3600 s apart"),
+        ("gif", "x.png", {}, "one recording becomes NAME.gif, several a folder"),
+        ("mp4", "x.mp4", {}, "one recording becomes NAME.mp4, several a folder"),
+        ("robomimic", "x.json", {}, "a robomimic file ends in .hdf5"),
+    ],
+)
+def test_a_target_or_number_that_fits_no_export_is_refused(
+    name: str, target: str, options: dict[str, float], sentence: str, recordings: list[Path], tmp_path: Path
+) -> None:
+    with pytest.raises(RecordingError, match=sentence):
+        made(name, recordings, tmp_path / target, **options)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["csv", "png"])
+def test_a_copy_or_a_torn_file_among_the_recordings_is_named(name: str, recordings: list[Path], tmp_path: Path) -> None:
+    copy, torn = tmp_path / "copy.mcap", tmp_path / "torn.mcap"
+    copy.write_bytes(recordings[0].read_bytes())
+    torn.write_bytes(recordings[0].read_bytes()[:-100])
+    with pytest.raises(RecordingError, match=r"first.mcap and copy.mcap are the same episode, first; leave one out"):
+        made(name, [*recordings, copy], tmp_path / "x")
+    with pytest.raises(RecordingError, match=r"torn.mcap is torn .*; leave it out to export the others"):
+        made(name, [*recordings, torn], tmp_path / "x")
+    assert not (tmp_path / "x").exists()
