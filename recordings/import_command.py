@@ -33,13 +33,15 @@ def perform(args: argparse.Namespace) -> int:
     """Exit code 1 when a trajectory was refused."""
     folder = args.out or args.data / "recordings"
     _make(folder)
-    sources = [source for file in find(args.paths) for source in read(file)]
+    found = [source for file in find(args.paths) for source in read(file)]
+    sources = list({source.id: source for source in reversed(found)}.values())[::-1]  # the first of equal ones
     convert = partial(import_source, folder=folder, salt=args.salt)
     reports = list(over_processes(convert, sources, args.workers, "importing"))
     if args.json:
-        print_json({"folder": str(folder), "trajectories": [report.to_json() for report in reports]})
+        trajectories = [report.to_json() for report in reports]
+        print_json({"folder": str(folder), "copies": len(found) - len(sources), "trajectories": trajectories})
     else:
-        print("\n".join(_page(reports, folder)))
+        print("\n".join(_page(reports, folder, len(found) - len(sources))))
     return int(any(report.problem for report in reports))
 
 
@@ -53,9 +55,10 @@ def _make(folder: Path) -> None:
         raise RecordingError(f"cannot write to {folder}; change its permissions, or choose another folder: --out DIR")
 
 
-def _page(reports: Sequence[Report], folder: Path) -> list[str]:
+def _page(reports: Sequence[Report], folder: Path, copies: int) -> list[str]:
     made = [report for report in reports if not report.problem]
     lines = [f"{len(made)} of {len(reports)} trajectories imported into {folder}"]
+    lines += [f"  copies: {copies} more, of trajectories that are among these, were left out"] if copies else []
     lines += [f"  refused: {r.file}, {r.place}: {r.problem}" for r in reports if r.problem]
     if not made:
         return lines

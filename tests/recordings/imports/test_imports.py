@@ -332,3 +332,14 @@ def test_the_command_imports_what_it_can_and_says_what_it_cannot(
     assert "1 of 1 trajectories imported" in capsys.readouterr().out
     assert main(["recordings", "import", str(tmp_path / "nothing.txt"), *options]) == 2
     assert "is none of .json" in capsys.readouterr().err
+
+
+def test_the_same_trajectory_twice_among_the_files_comes_in_once(
+    recorder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (recorder.parent / "copy.json").write_bytes(recorder.read_bytes())
+    options = ["--out", str(tmp_path / "out"), "--workers", "2"]
+    assert main(["recordings", "import", str(recorder.parent), *options]) == 0
+    out = capsys.readouterr().out
+    assert "1 of 1 trajectories imported" in out
+    assert "copies: 1 more" in out
