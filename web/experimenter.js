@@ -17,6 +17,7 @@ import { LiveStream } from "./live_stream.js";
 /** @typedef {{row: HTMLTableRowElement, cells: Map<string, HTMLElement>, watch: HTMLAnchorElement, data: ParticipantRow}} Shown */
 
 const PATH = "/api/experimenter/state";
+const WRONG_TOKEN = [401, 403];
 const STALE_MS = 3000; // news come each second; without any for so long the page asks
 const COLUMNS = ["Participant", "Where", "Plays", "Since", "Link", "Ticks", "Recording"];
 const CLASSES = /** @type {Record<string, string>} */ ({ Participant: "strong", Since: "nowrap", Where: "nowrap" });
@@ -56,6 +57,7 @@ class Dashboard {
     try {
       this.show(await requestJson(PATH, { token: this.token, signal: AbortSignal.timeout(STALE_MS) }));
     } catch (error) {
+      if (error instanceof ApiError && WRONG_TOKEN.includes(error.status)) location.reload(); // a new server: asks for its token
       this.#setLost(error instanceof ApiError ? error.message : "The server takes long to answer.");
     }
   }

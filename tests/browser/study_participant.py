@@ -13,9 +13,11 @@ SCREEN = "#study-screen"
 class KeyboardParticipant:
     """Goes through a study step by step; `seen` are the kinds of the screens in their order."""
 
-    def __init__(self, page: Page) -> None:
+    def __init__(self, page: Page, look: Callable[[str], None] = lambda kind: None) -> None:
+        """`look` is called with the kind of each screen before anything is done there."""
         self.page = page
         self.seen: list[str] = []
+        self._look = look
         self._ways: dict[str, Callable[[], None]] = {
             "consent": self._consent,
             "form": self._form,
@@ -23,7 +25,7 @@ class KeyboardParticipant:
             "input-check": self._input_check,
             "practice": self._practice,
             "round": self._round,
-            "break": lambda: self._button("Go on"),
+            "break": lambda: self.press("Go on"),
             "debrief": self._debrief,
         }
 
@@ -33,6 +35,7 @@ class KeyboardParticipant:
             self.page.wait_for_selector(f"{SCREEN}[data-kind] h1")
             kind = self.kind()
             self.seen.append(kind)
+            self._look(kind)
             if kind == until:
                 return
             before = self._identity()
@@ -64,7 +67,7 @@ class KeyboardParticipant:
             self.page.keyboard.press("Tab")
         raise AssertionError(f"the keyboard does not reach {selector}")
 
-    def _button(self, name: str) -> None:
+    def press(self, name: str) -> None:
         button = self.page.get_by_role("button", name=name, exact=True)
         expect(button).to_be_visible()
         button.evaluate("button => button.setAttribute('data-wanted', '')")
@@ -79,7 +82,7 @@ class KeyboardParticipant:
             self.tab_to("[data-box]")
             self.page.keyboard.press("Space")
             box.evaluate("box => box.removeAttribute('data-box')")
-        self._button("I agree")
+        self.press("I agree")
 
     def _form(self) -> None:
         for question in self.page.locator(".question").all():
@@ -93,7 +96,7 @@ class KeyboardParticipant:
             question.evaluate("one => one.removeAttribute('data-now')")
         where = self.page.locator(".study-head .muted").inner_text()
         last = self.page.get_by_role("button", name="Finish").count() > 0
-        self._button("Finish" if last else "Next")
+        self.press("Finish" if last else "Next")
         if not last:
             expect(self.page.locator(".study-head .muted")).not_to_have_text(where)
             self._form()
@@ -103,27 +106,27 @@ class KeyboardParticipant:
             self.page.keyboard.press(key)
         expect(self.page.get_by_text("Everything works.")).to_be_visible()
         expect(self.page.locator(".check-connection .pill")).to_contain_text("ms")
-        self._button("Go on")
+        self.press("Go on")
 
-    def _enter_game(self) -> None:
-        self._button("I am ready")
+    def enter_game(self) -> None:
+        self.press("I am ready")
         self.page.wait_for_url("**/play/*")
         wait_for(self.page, "game.phase === 'lobby' && game.status === 'open'")
 
     def _practice(self) -> None:
-        self._enter_game()
-        self._button("Enough practice")
+        self.enter_game()
+        self.press("Enough practice")
         self.page.wait_for_url("**/study")
 
     def _round(self) -> None:
-        self._enter_game()
-        self._button("I am ready")
+        self.enter_game()
+        self.press("I am ready")
         wait_for(self.page, "game.phase.endsWith('_over')", timeout_s=30)
-        self._button("Go on")
+        self.press("Go on")
         self.page.wait_for_url("**/study")
 
     def _debrief(self) -> None:
         if self.page.locator("input[name=keep]").count():
             self.tab_to("input[name=keep]")
             self.page.keyboard.press("Space")
-        self._button("Go on")
+        self.press("Go on")

@@ -86,10 +86,10 @@ def running_server(folder: Path, port: int = 0) -> Iterator[Server]:
             process.wait()
 
 
-def start_process(server: Server) -> subprocess.Popen[bytes]:
-    """The process of a server, once it answers."""
+def start_process(server: Server, *action: str) -> subprocess.Popen[bytes]:
+    """The process of a server, once it answers; `action` is "play" or, say, "study", "serve", FILE."""
     port = server.url.rpartition(":")[2]
-    command = [sys.executable, "-m", "server.cli", "play", "--port", port, "--data", str(server.data)]
+    command = [sys.executable, "-m", "server.cli", *(action or ("play",)), "--port", port, "--data", str(server.data)]
     with server.log.open("ab") as log:
         process = subprocess.Popen(
             command, stdout=log, stderr=subprocess.STDOUT, env={**os.environ, "PYTHONUNBUFFERED": "1"}
