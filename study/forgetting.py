@@ -10,7 +10,7 @@ from recordings.listing import Summary
 from study.definition import Study
 from study.errors import StudyError
 from study.folder import StudyFolder
-from study.store.removal import clear, episodes_of, remove, require
+from study.store.removal import episodes_of, remove, require
 from study.store.store import Participant, Store
 from study.store.tables import consents
 
@@ -39,15 +39,10 @@ class Due:
 def forget(folder: StudyFolder, store: Store, pid: str) -> Forgotten:
     """Remove a participant. What was killed half-way is finished by asking again: the row in the store goes last."""
     require(store, pid)
-    removed = _remove_recordings(folder.recordings, pid, set(episodes_of(store, pid)))
+    removed = remove_recordings(folder.recordings, pid, set(episodes_of(store, pid)))
     with closing(folder.open_identities()) as identities:
         known = identities.forget(pid) > 0
     return Forgotten(pid, remove(store, pid, removed), removed, known)
-
-
-def withdraw(folder: StudyFolder, store: Store, pid: str) -> int:
-    """Remove what a participant did, at their wish; the number of rows. May be asked for again."""
-    return clear(store, pid, _remove_recordings(folder.recordings, pid, set(episodes_of(store, pid))))
 
 
 def due(study: Study, store: Store) -> Due:
@@ -82,7 +77,7 @@ def _over(one: Participant, keep: str, now: int) -> bool:
     return now - since > int(keep[:-1]) * _DAYS[keep[-1]] * DAY_MS
 
 
-def _remove_recordings(folder: Path, pid: str, episodes: set[str]) -> int:
+def remove_recordings(folder: Path, pid: str, episodes: set[str]) -> int:
     """Delete the recordings of the rounds, and any other that names the participant (practice, a broken-off game)."""
     if not folder.is_dir():
         return 0

@@ -75,7 +75,7 @@ class Dashboard:
             "seat": crew.seat_of(step, guest) if crew and step and plays else None,
             "step": guest.place.step,
             "kind": "code" if guest.finished else step.kind if step else "waiting",
-            "title": _title(running, crew),
+            "title": crew.game.room.round.map.title if crew and crew.game else "",
             "position": {"done": guest.done(), "total": len(guest.way)},
             "round": {"number": rounds.index(step.key) + 1, "of": len(rounds)} if step and step.turn else None,
             "since_s": round(now - guest.since),
@@ -86,10 +86,6 @@ class Dashboard:
             "paused": running.stays(guest),
             **_game(guest, crew),
         }
-
-
-def _title(running: RunningStudy, crew: Crew | None) -> str:
-    return running.playing.map_of(crew.game.step).title if crew and crew.game else ""
 
 
 def _seated(guest: Guest, crew: Crew | None) -> bool:

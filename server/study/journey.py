@@ -52,6 +52,8 @@ class Journey:
     async def go_on(self, guest: Guest, said: Said) -> None:
         """The participant has done the step `said.key`; a step that is over already is left alone."""
         running = self._running
+        if guest.step is not None and said.key == guest.step.key:
+            await running.playing.prepare(guest.step)
         async with running.lock:
             step = guest.step
             if guest.finished or step is None or said.key != step.key or running.stays(guest):
@@ -92,7 +94,6 @@ class Journey:
             await running.form([guest])
         else:
             await running.move(guest, WAITING)
-            running.waiting.enter(guest.pid, running.now(), guest.place.screen)
             await running.match()
 
     async def _ready(self, guest: Guest, step: Step, done: bool) -> None:

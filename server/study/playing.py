@@ -196,14 +196,14 @@ class Playing:
 
     # ---- each second --------------------------------------------------------------------------------------------
 
-    async def look_after(self, crews: Collection[Crew], now: float) -> None:
+    async def look_after(self, crews: Collection[Crew], now: float, may_begin: bool) -> None:
         """Open and write down what could not be before; notice rooms that closed by themselves. The lock is held."""
         for crew in crews:
             if crew.game is not None and crew.game.room.phase in ("series_over", "closed"):
                 self._end(crew.game.room, crew.game.room.round.result(0, "stopped"))
             elif crew.over is not None:
                 await self.write_down(crew)
-            elif crew.problem and not crew.paused:
+            elif crew.problem and may_begin and not crew.paused:
                 await self._try_again(crew)
         for room, since in list(self._left):
             if not room.seating.clients or now - since > LEAVE_S:

@@ -80,16 +80,18 @@ class Reception:
 
     async def _seat_beside(self, first: Guest, second: Guest) -> None:
         """The two will play with each other, where neither has a partner yet."""
-        if first is second or any(one.place.unit is not None for one in (first, second)):
+        if (
+            first is second
+            or self._running.study.group < 2
+            or any(one.place.unit is not None for one in (first, second))
+        ):
             return
         running = self._running
         screen = first.place.screen or secrets.token_hex(4)
         await running.run(running.records.store.sit_together, [first.pid, second.pid], screen)
         for guest in (first, second):
             await running.refresh(guest)
-            if running.waiting.since(guest.pid) is not None:
-                running.waiting.leave(guest.pid)
-                running.waiting.enter(guest.pid, running.now(), screen)
+            running.waiting.leave(guest.pid)  # and enters again, to wait for the other alone
 
     async def _open_session(self, guest: Guest, token: str) -> None:
         digest = hash_token(token).hex()

@@ -23,9 +23,10 @@ from study.check import earned
 from study.definition import Outcome
 from study.errors import StoreError, StudyError
 from study.folder import StudyFolder
-from study.forgetting import withdraw
+from study.forgetting import remove_recordings
 from study.protocol import steps
 from study.store import Unit
+from study.store.removal import clear, episodes_of, has_deeds
 from study.store.store import Participant
 from study.store.tables import notes
 from study.way import LAST_ALONE, WAITING, blocks_over, following
@@ -77,17 +78,15 @@ class RunningStudy:
             self.add(one, known.get(one.pid, ("", ""))[0])
         self.notes = [self._note(row) for row in reversed(await self.run(store.rows, notes))]
         newest = await self.run(self.records.rounds.newest_episodes)
-        for unit in await self.run(store.active_units):
+        for unit in await self.run(store.units_on_their_way):
             self._add_crew(unit, [self.guests[pid] for pid in unit.pids], newest.get(unit.id, ""))
         await self.playing.take_up(self.crews)
         async with self.lock:
             for crew in list(self.crews.values()):
                 await self._catch_up(crew)
-            for guest in self.guests.values():
-                if guest.place.step == WAITING and not guest.finished:
-                    self.waiting.enter(guest.pid, self.now(), guest.place.screen)
-                if guest.place.keep is False and guest.finished:
-                    self.remove_data(guest)
+        for guest in self.guests.values():
+            if guest.place.keep is False and guest.finished:
+                self.remove_data(guest)
         self._watching = asyncio.create_task(self._watch())
 
     def _note(self, row: dict[str, Any]) -> dict[str, Any]:
@@ -185,11 +184,10 @@ class RunningStudy:
     async def form(self, guests: list[Guest]) -> None:
         """Give one or two a slot, and let them begin what depends on it."""
         unit = await self.run(self.records.store.form_unit, [guest.pid for guest in guests])
+        self._add_crew(unit, guests)
         for guest in guests:
             await self.refresh(guest)
-            guest.way = steps(self.study, assign(self.study, unit.slot))
-            await self.move(guest, following(guest.way, LAST_ALONE).key)
-        self._add_crew(unit, guests)
+        await self._bring_in(self.crews[unit.id])
         if unit.slot >= self.study.units:
             self.alerts.raise_("full", f"There are more participants than planned: slot {unit.slot + 1} was given.")
         self.push(*guests)
@@ -199,10 +197,18 @@ class RunningStudy:
         for guest in guests:
             guest.way = steps(self.study, assign(self.study, unit.slot))
 
+    async def _bring_in(self, crew: Crew) -> None:
+        """Nobody of a unit is left before its first step, also when a kill or the database came between."""
+        for guest in crew.guests:
+            if guest.place.step in (LAST_ALONE, WAITING) and not guest.finished:
+                await self.move(guest, following(guest.way, LAST_ALONE).key)
+
     async def match(self) -> None:
         """Pair those who wait, and let nobody wait for ever."""
         now = self.now()
         for guest in self.guests.values():
+            if guest.place.step == WAITING and guest.place.unit is None and not guest.finished:
+                self.waiting.enter(guest.pid, guest.since, guest.place.screen)
             if guest.pushes and guest.present(now):
                 self.waiting.heard(guest.pid, now)
         while (pair := self.waiting.pair(now)) is not None:
@@ -260,8 +266,12 @@ class RunningStudy:
         """Delete answers and recordings once the last recording is on the disk. The code stays, to be paid."""
         await self.playing.finish()
         await self.host.archive.settled()
+        store = self.records.store
         try:
-            await self.run(withdraw, self.folder, self.records.store, guest.pid)
+            if await self.run(has_deeds, store, guest.pid):
+                episodes = await self.run(episodes_of, store, guest.pid)
+                removed = await asyncio.to_thread(remove_recordings, self.folder.recordings, guest.pid, set(episodes))
+                await self.run(clear, store, guest.pid, removed)
         except StudyError as error:
             self.alerts.raise_("deletion", f"The data of {guest.pid} could not be deleted: {error}")
 
@@ -287,11 +297,13 @@ class RunningStudy:
             if all(guest.finished for guest in crew.guests) and crew.game is None and crew.over is None:
                 del self.crews[crew.unit.id]
                 continue
+            await self._bring_in(crew)
             self._hear_players(crew, now)
             await self._evict(crew, now)
             self._notice(crew, now)
-        await self.playing.look_after(self.crews.values(), now)
-        await self.match()
+        await self.playing.look_after(self.crews.values(), now, may_begin=not self.paused)
+        if not self.paused:
+            await self.match()
         full = self.host.full_disk()
         if full:
             self.alerts.raise_("disk", full)

@@ -1,5 +1,6 @@
 """What a participant's page gets to know: their step, and nothing that would tell who the partner is."""
 
+from functools import cache
 from typing import Any
 
 from markdown_it import MarkdownIt
@@ -19,6 +20,7 @@ PROLIFIC_ADDRESS = "https://app.prolific.com/submissions/complete?cc="
 AGENT_IN_PAIRS = "A"  # of the agent that sits in for a partner who never came
 
 _markdown = MarkdownIt("commonmark", {"html": False}).enable("table")
+_html = cache(_markdown.render)
 
 
 class Views:
@@ -76,14 +78,14 @@ class Views:
             return shown | await self._round(guest, step)
         if step.kind == "debrief" and running.study.debrief is not None:
             debrief = running.study.debrief
-            html = _markdown.render(debrief.text.text(guest.place.language))
+            html = _html(debrief.text.text(guest.place.language))
             return shown | {"html": html, "ask_to_keep": debrief.ask_to_keep}
         return shown | {"seconds": step.seconds}  # a break
 
     def _consent(self, language: str) -> View:
         consent = self._running.study.consent
         boxes = [{"id": box.id, "text": box.text.text(language), "required": box.required} for box in consent.boxes]
-        return {"version": consent.version, "html": _markdown.render(consent.text.text(language)), "boxes": boxes}
+        return {"version": consent.version, "html": _html(consent.text.text(language)), "boxes": boxes}
 
     async def _questions(self, guest: Guest, step: Step) -> View:
         running, study = self._running, self._running.study

@@ -33,6 +33,15 @@ def remove(store: Store, pid: str, recordings: int) -> int:
     return rows
 
 
+def has_deeds(store: Store, pid: str) -> bool:
+    """Whether there is still something that a participant did."""
+    unit = store.participant(pid).unit
+    mine = select(answers.c.id).where(answers.c.pid == pid)
+    played = select(rounds.c.id).where(rounds.c.unit == unit)
+    with store.database.read() as connection:
+        return any(connection.execute(query).first() is not None for query in (mine, played))
+
+
 def clear(store: Store, pid: str, recordings: int) -> int:
     """Remove what a participant did, as they wished; the number of rows.
 

@@ -237,22 +237,12 @@ class Store:
                 record(connection, self.now(), "server", "allocate", pid, unit=number, slot=row["slot"])
             return _unit(connection, number)
 
-    def active_units(self) -> tuple[Unit, ...]:
-        """Those who are on their way."""
+    def units_on_their_way(self) -> tuple[Unit, ...]:
+        """Those in which somebody has not finished, also where a partner has left."""
+        on_their_way = participants.c.unit.is_not(None) & participants.c.code.is_(None)
         with self.database.read() as connection:
-            numbers = connection.execute(select(units.c.id).where(units.c.state == "active").order_by(units.c.id))
-            return tuple(_unit(connection, number) for number in numbers.scalars())
-
-    def unit(self, number: int) -> Unit:
-        with self.database.read() as connection:
-            return _unit(connection, number)
-
-    def drop_unit(self, number: int, actor: Actor, reason: str) -> None:
-        """The unit will not finish: its slot is free for the next; what it recorded stays."""
-        with self.database.write() as connection:
-            _unit(connection, number)
-            connection.execute(update(units).where(units.c.id == number).values(state="dropped"))
-            record(connection, self.now(), actor, "drop", unit=number, reason=reason)
+            numbers = connection.execute(select(participants.c.unit).where(on_their_way).distinct()).scalars().all()
+            return tuple(_unit(connection, number) for number in sorted(numbers))
 
     # ---- answers and notes ---------------------------------------------------------------------------------------
 

@@ -17,7 +17,7 @@ from study.errors import StoreError, StudyError
 from study.store import IdentityStore, Store
 from study.store.clock import now_ms
 from study.store.database import Database
-from study.store.removal import clear
+from study.store.removal import clear, has_deeds
 from study.store.rounds import Played, Rounds, Seated
 from study.store.tables import (
     answers,
@@ -231,8 +231,9 @@ def test_after_a_restart_it_is_known_who_is_on_their_way(place: Path | str) -> N
     agree(store, ["P1", "P2", "P3", "P4"])
     pair, other = store.form_unit(["P1", "P2"]), store.form_unit(["P3", "P4"])
     store.finish("P3", "withdrew", "CODE-3")
-    assert store.active_units() == (pair,)
-    assert store.unit(other.id) == other
+    assert store.units_on_their_way() == (pair, other), "P4 is, though the partner has left"
+    store.finish("P4", "partner-left", "CODE-4")
+    assert store.units_on_their_way() == (pair,)
 
 
 def test_a_block_lasts_from_its_first_round_to_the_end_of_the_newest(place: Path | str) -> None:
@@ -266,7 +267,8 @@ def test_what_a_participant_did_goes_at_their_wish_and_the_code_stays(place: Pat
     for pid in ("P1", "P2"):
         store.answer(pid, "form", "demographics", "", "age", 2, "", 900.0, 100.0)
     store.finish("P1", "withdrew", "CODE-1")
-    assert clear(store, "P1", 1) == 3
+    assert has_deeds(store, "P1") and clear(store, "P1", 1) == 3
+    assert not has_deeds(store, "P1")
     assert (store.rows(rounds), [row["pid"] for row in store.rows(answers)]) == ([], ["P2"])
     assert store.participant("P1").code == "CODE-1" and len(store.rows(consents)) == 2
     assert clear(store, "P1", 0) == 0, "asking again changes nothing"
