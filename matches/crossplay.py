@@ -1,5 +1,6 @@
 """Cross-play: who does how well with whom, as matrices, and the worst matches with where to look in them."""
 
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -75,9 +76,15 @@ def _judged(column: dict[str, Estimate], measure: Measure) -> dict[str, Cell]:
 
 
 def worst_matches(run: GridRun) -> list[MatchResult]:
-    """The lost ones first, then those with the least delivered and the least brought nearer."""
-    order = sorted(run.results.values(), key=lambda one: (one.ending != "failed", one.tcr, one.nfd, one.match.id))
-    return order[:WORST]
+    """The lost ones first; then the worst of each pairing, the second worst of each, and so on."""
+    pairings = {entry.match: (entry.condition, entry.agent, entry.partner) for entry in run.plan}
+    ranks: Counter[tuple[str, str, str]] = Counter()
+    order: list[tuple[bool, int, MatchResult]] = []
+    for result in sorted(run.results.values(), key=lambda one: (one.tcr, one.nfd, one.match.id)):
+        pairing = pairings[result.match]
+        order.append((result.ending != "failed", ranks[pairing], result))
+        ranks[pairing] += 1
+    return [result for _, _, result in sorted(order, key=lambda one: one[:2])[:WORST]]
 
 
 def moments(run: GridRun, result: MatchResult) -> list[Moment]:

@@ -18,7 +18,7 @@ from matches.progress import bar
 from matches.run import GridRun, run_grid
 from matches.shipped import protocol_path
 from matches.store import GRID, read_results
-from matches.table import markdown
+from matches.table import ALL_MAPS, markdown
 from matches.workers import add_workers, crew_of, workers_of
 
 _PROBES = 4  # matches played for an estimate
@@ -46,11 +46,15 @@ def perform(args: argparse.Namespace) -> int:
     crew = crew_of(args)
     if args.dry_run:
         return _dry_run(grid, folder, workers_of(args), args.json)
-    with bar("matches") as progress:
-        run = run_grid(
-            grid, folder, workers=workers_of(args), record=args.record, shard=shard, crew=crew,
-            progress=progress,
-        )  # fmt: skip
+    try:
+        with bar("matches") as progress:
+            run = run_grid(
+                grid, folder, workers=workers_of(args), record=args.record, shard=shard, crew=crew,
+                progress=progress,
+            )  # fmt: skip
+    except KeyboardInterrupt:
+        print("movingout: stopped; what is finished is kept, the same command goes on from there", file=sys.stderr)
+        return 130
     notes = [write_parquet(run)]
     if args.html:
         write_page(run)
@@ -62,9 +66,11 @@ def _show(run: GridRun, args: argparse.Namespace, notes: list[str]) -> None:
     if args.json:
         print(json.dumps({**run.to_json(), "folder": str(run.folder), "notes": notes}, indent=2))
     else:
-        print(markdown(run.rows))
+        rows = [row for row in run.rows if row.map == ALL_MAPS] or run.rows
+        print(markdown(rows))
         files = "results.html, " if args.html else ""
-        print(f"{len(run.results)} matches in {run.folder}: {files}results.md, results.json, results-*.jsonl")
+        by_map = ", by map" if len(rows) < len(run.rows) else ""
+        print(f"{len(run.results)} matches in {run.folder}: {files}results.md{by_map}, results.json, results-*.jsonl")
     if run.missing:
         print(f"movingout: {run.missing} matches of other shards are not here yet", file=sys.stderr)
     for result in run.failures[:5]:

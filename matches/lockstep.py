@@ -27,7 +27,8 @@ from world import World, WorldError
 from world.metrics import EpisodeMetrics
 
 AGENT_LIMIT_S = 20.0
-COMPANY = 32  # matches that step together
+COMPANY = 32  # matches that step together when all their agents answer in batches
+FEW = 8  # others gain little from more company, and their results come sooner
 
 Loader = Callable[[str], Agent]
 
@@ -81,7 +82,7 @@ class LiveMatch:
         path = "" if self.recorder is None else str(self.recorder.close(ending, self.state.tick))
         return MatchResult(
             self.match, ending, self.state.tick, sum(flags), len(flags), metrics.tcr, metrics.nfd, metrics.wt_s,
-            metrics.ac, recording=path, cpu_s=self.cpu_s,
+            metrics.ac, self.metrics.waiting_share, recording=path, cpu_s=self.cpu_s,
         )  # fmt: skip
 
     def lose(self, seat: int, reason: str) -> MatchResult:
@@ -116,12 +117,17 @@ class Lockstep:
         playing: list[LiveMatch] = []
         while True:
             with self._stopwatch.running():
-                failed, begun = self._begin_some(islice(waiting, self._company - len(playing)))
+                failed, begun = self._begin_some(islice(waiting, self._room(playing)))
                 playing += begun
                 ended = self._tick(playing)
             yield from (*failed, *ended)
             if not (playing or failed or ended):
                 return
+
+    def _room(self, playing: list[LiveMatch]) -> int:
+        """How many matches more may begin."""
+        batched = bool(playing) and all(seat.in_batches for live in playing for seat in live.seats)
+        return max((self._company if batched else min(FEW, self._company)) - len(playing), 0)
 
     def _begin_some(self, matches: Iterable[Match]) -> tuple[list[MatchResult], list[LiveMatch]]:
         """Those that cannot begin, which are lost, and those that did."""

@@ -63,6 +63,7 @@ class MatchResult:
     nfd: float
     wt_s: float | None  # None for a failed match
     ac: float | None  # None also when nothing was carried together
+    waiting_share: float | None  # of the ticks, as the official code counts; None for a failed match
     failure: str = ""  # one sentence
     failed_seat: int = -1  # 0 blue, 1 red, -1 nobody in particular
     recording: str = field(default="", compare=False)
@@ -76,7 +77,7 @@ class MatchResult:
 
 def lost(match: Match, reason: str, *, seat: int = -1, tick: int = 0, recording: str = "") -> MatchResult:
     """The result of a match that could not be played to its end."""
-    return MatchResult(match, "failed", tick, 0, 0, 0.0, 0.0, None, None, reason, seat, recording)
+    return MatchResult(match, "failed", tick, 0, 0, 0.0, 0.0, None, None, None, reason, seat, recording)
 
 
 def match_to_json(match: Match) -> dict[str, Any]:

@@ -3,14 +3,17 @@
 from html import escape
 from importlib import resources
 from itertools import groupby
+from pathlib import Path
 from urllib.parse import quote
 
-from matches.crossplay import Cell, Matrix, matrix, moments, worst_matches
+from matches.crossplay import Cell, Matrix, Moment, matrix, moments, worst_matches
 from matches.match import MatchResult
 from matches.run import GridRun
 from matches.statistics import stars
 from matches.store import write_whole
 from matches.table import MEASURES, Row, html, words
+from recordings.finished import SUFFIX
+from recordings.report.command import SERVER
 
 _SHARE = 45  # % of colour in the best cell: dark ink stays readable on it
 
@@ -113,12 +116,13 @@ def _worst(run: GridRun) -> str:
     rows = "".join(_worst_row(run, result) for result in worst_matches(run))
     heads = "".join(f'<th scope="col" class="words">{head}</th>' for head in ("map", "blue", "red", "where to look"))
     hint = (
-        "Ticks count tenths of a second. A file opens with <code>movingout recordings view FILE</code>."
+        f"To open the replay at a tick, start <code>movingout play --data {escape(str(run.folder))}</code> first."
         if any(result.recording for result in run.results.values())
-        else "Play the grid with --record into another folder to have a recording of each match."
+        else "Play the grid with --record into another folder to see where to look in each match."
     )
     return (
-        f'<h2>Worst matches</h2><p class="quiet small">{hint}</p><div class="card scroll"><table><thead><tr>{heads}'
+        '<h2>Worst matches</h2><p class="quiet small">Those lost by a fault, then the worst of each pairing in turn. '
+        f'{hint}</p><div class="card scroll"><table><thead><tr>{heads}'
         '<th scope="col">seed</th><th scope="col">TCR</th><th scope="col">NFD</th></tr></thead>'
         f"<tbody>{rows}</tbody></table></div>"
     )
@@ -126,7 +130,7 @@ def _worst(run: GridRun) -> str:
 
 def _worst_row(run: GridRun, result: MatchResult) -> str:
     match = result.match
-    where = [f"tick {moment.tick}: {escape(moment.words)}" for moment in moments(run, result)]
+    where = [f"{_tick(result, moment)}: {escape(moment.words)}" for moment in moments(run, result)]
     if result.recording:
         where.insert(0, f'<a href="{quote(result.recording)}">{escape(result.recording.rpartition("/")[2])}</a>')
     cells = "".join(f'<td class="words">{escape(text)}</td>' for text in (match.map, match.blue, match.red))
@@ -134,6 +138,14 @@ def _worst_row(run: GridRun, result: MatchResult) -> str:
         f'<tr>{cells}<td class="where">{"<br>".join(where) or "–"}</td>'
         f"<td>{match.seed}</td><td>{result.tcr:.2f}</td><td>{result.nfd:.2f}</td></tr>"
     )
+
+
+def _tick(result: MatchResult, moment: Moment) -> str:
+    """The tick, as a link to the replay where there is one."""
+    if not result.recording:
+        return f"tick {moment.tick}"
+    episode = Path(result.recording).name.removesuffix(SUFFIX)
+    return f'<a href="{SERVER}/replay/{quote(episode, safe="")}#tick={moment.tick}">tick {moment.tick}</a>'
 
 
 def _table(run: GridRun) -> str:

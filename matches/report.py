@@ -14,8 +14,13 @@ CAUTION = (
     "Read with care. The paper's agents learned from people; ours learned from scripted people or are scripted "
     "themselves, on other hardware, with their own training. So the columns answer the same question in two different "
     "settings; equal numbers do not mean that a result was reproduced, and unequal ones do not mean that it was not. "
-    "The paper's waiting times are left out: they lie between 0 and 1, ours are seconds, as its formula says."
+    "In the rows of the paper called Play with Human its partners are humans, ours are scripted people. Its waiting "
+    "times lie between 0 and 1; they are laid beside the share of ticks that its code counts, not beside seconds."
 )
+
+
+WAITING = Measure("waiting_share", "WT [share]", False, lambda result: result.waiting_share)
+COMPARED = tuple(WAITING if measure.key == "wt_s" else measure for measure in MEASURES)
 
 
 class Line(NamedTuple):
@@ -27,6 +32,7 @@ class Line(NamedTuple):
     results: tuple[MatchResult, ...]
     table: str  # of the paper, empty for none
     against: "tuple[MatchResult, ...] | None"
+    against_table: str  # of the paper, of the condition that this one is against
 
     def ours(self, measure: Measure) -> Estimate:
         return _estimate(self.results, measure)
@@ -39,8 +45,17 @@ class Line(NamedTuple):
         if self.against is None:
             return None, None
         before, now = _estimate(self.against, measure), self.ours(measure)
-        percent = 100.0 * (now.mean - before.mean) / before.mean if before.mean and now.mean is not None else None
-        return percent, welch(before, now)
+        return _percent(before.mean, now.mean), welch(before, now)
+
+    def their_change(self, measure: Measure) -> float | None:
+        """The paper's change in %, from its means."""
+        before = paper_figures(self.against_table, self.challenge, self.label).get(measure.key)
+        now = self.theirs(measure)
+        return None if before is None or now is None else _percent(before.mean, now.mean)
+
+
+def _percent(before: float | None, now: float | None) -> float | None:
+    return 100.0 * (now - before) / before if before and now is not None else None
 
 
 def lines_of(run: GridRun) -> list[Line]:
@@ -51,10 +66,11 @@ def lines_of(run: GridRun) -> list[Line]:
         if result is not None:
             pooled[entry.condition, entry.match.challenge, entry.agent][result.match.id] = result
     found = {key: tuple(results.values()) for key, results in pooled.items()}
-    conditions = {condition.name: condition for condition in run.grid.all_conditions}
+    papers = {condition.name: condition.paper for condition in run.grid.all_conditions}
+    against = {condition.name: condition.against for condition in run.grid.all_conditions}
     return [
-        Line(name, challenge, label, results, conditions[name].paper,
-             found.get((conditions[name].against, challenge, label)))
+        Line(name, challenge, label, results, papers[name],
+             found.get((against[name], challenge, label)), papers.get(against[name], ""))
         for (name, challenge, label), results in sorted(found.items(), key=lambda item: item[0][1])
     ]  # fmt: skip
 
@@ -74,23 +90,21 @@ def json_report(runs: Sequence[GridRun]) -> dict[str, Any]:
 
 def _table(lines: Sequence[Line]) -> str:
     heads = ["condition", "challenge", "agent", "n"]
-    for measure in MEASURES:
-        heads += [f"{measure.heading} here", *(["paper"] if measure.key != "wt_s" else [])]
+    for measure in COMPARED:
+        heads += [f"{measure.heading} here", "paper"]
     rows = [heads, ["---"] * 3 + ["--:"] * (len(heads) - 3)]
     for line in lines:
         row = [line.condition, str(line.challenge), line.label, str(len(line.results))]
-        for measure in MEASURES:
-            row.append(words(line.ours(measure)) + _change_words(line, measure))
-            if measure.key != "wt_s":
-                row.append(_figure_words(line.theirs(measure)))
+        for measure in COMPARED:
+            row.append(words(line.ours(measure)) + _change_words(*line.change(measure)))
+            row.append(_figure_words(line.theirs(measure)) + _change_words(line.their_change(measure), None))
         rows.append(row)
     tables = sorted({line.table for line in lines if line.table})
     source = f"\n\nPaper: {', '.join(tables)}." if tables else "\n\nThe paper has no such table."
     return "\n".join("| " + " | ".join(row) + " |" for row in rows) + source
 
 
-def _change_words(line: Line, measure: Measure) -> str:
-    percent, p = line.change(measure)
+def _change_words(percent: float | None, p: float | None) -> str:
     return "" if percent is None else f" ({percent:+.1f} %{stars(p)})"
 
 
@@ -122,14 +136,14 @@ def _grid_json(run: GridRun) -> dict[str, Any]:
                 "challenge": line.challenge,
                 "agent": line.label,
                 "paper_table": line.table,
-                "ours": {measure.key: line.ours(measure).to_json() for measure in MEASURES},
+                "ours": {measure.key: line.ours(measure).to_json() for measure in (*MEASURES, WAITING)},
                 "paper": {
                     measure.key: figure._asdict()
-                    for measure in MEASURES
+                    for measure in COMPARED
                     if (figure := line.theirs(measure)) is not None
                 },
-                "change_percent": {measure.key: line.change(measure)[0] for measure in MEASURES},
-                "p": {measure.key: line.change(measure)[1] for measure in MEASURES},
+                "change_percent": {measure.key: line.change(measure)[0] for measure in COMPARED},
+                "p": {measure.key: line.change(measure)[1] for measure in COMPARED},
             }
             for line in lines_of(run)
         ],

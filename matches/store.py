@@ -18,6 +18,7 @@ from matches.match import MatchResult, result_from_json
 from recordings.versions import versions
 
 GRID = "grid.json"
+FORMAT = 2
 _EXACT = ("movingout", "pymunk")  # other versions may give other numbers
 
 
@@ -36,7 +37,7 @@ def write_whole(path: Path, text: str) -> None:
 def open_folder(folder: Path, grid: Grid, checkpoints: dict[str, str]) -> None:
     """Make the folder the grid's, or check that it is. Raises MatchError when it holds another grid's results."""
     mine = {
-        "format": 1,
+        "format": FORMAT,
         "sha256": grid.sha256,
         "grid": grid.model_dump(mode="json"),
         "versions": versions(),
@@ -71,8 +72,8 @@ def read_head(folder: Path) -> dict[str, Any]:
         raise MatchError(f"{folder} is no results folder: {GRID}: {error.strerror or error}") from error
     except ValueError as error:
         raise MatchError(f"{folder / GRID} is damaged: {error}") from error
-    if not isinstance(head, dict) or head.get("format") != 1 or not {"sha256", "grid", "versions"} <= head.keys():
-        raise MatchError(f"{folder / GRID} is not of format 1")
+    if not isinstance(head, dict) or head.get("format") != FORMAT or not {"sha256", "grid", "versions"} <= head.keys():
+        raise MatchError(f"{folder / GRID} is not of format {FORMAT}: another version wrote it; choose another folder")
     return head
 
 

@@ -88,6 +88,11 @@ class EpisodeMetrics:
             ac=float(np.mean(self._consistency)) if self._consistency else None,
         )
 
+    @property
+    def waiting_share(self) -> float:
+        """The official `waiting`: the share of ticks in which one holds a middle or large item and nobody helps."""
+        return self._official_waiting / self._ticks if self._ticks else 0.0
+
     def official(self) -> OfficialMetrics:
         """What the official code would report for the same ticks (1e-5 in the denominator is its own)."""
         poses = self._item_poses()
@@ -95,7 +100,7 @@ class EpisodeMetrics:
         return OfficialMetrics(
             score=float(delivered_items(self.map, poses).mean()),
             nfd=official_normalized_final_distance(self.map, poses),
-            waiting=self._official_waiting / self._ticks if self._ticks else 0.0,
+            waiting=self.waiting_share,
             consistency=sum(together) / (len(together) + 1e-5),
         )
 
