@@ -20,13 +20,17 @@ def configure(commands: Any) -> None:
     """Add the sub-commands to those of `movingout study`."""
     report = commands.add_parser("report", help="results: tables, figures and tests on one offline page, and CSV")
     _add_place(report)
-    report.add_argument("-o", "--out", type=Path, metavar="DIR", help="default: ID-report; never overwritten")
+    report.add_argument(
+        "-o", "--out", type=Path, metavar="DIR", help="default: ID-report, or ID-simulated-report; never overwritten"
+    )
     report.add_argument("--blinded", action="store_true", help="partners by letter, as participants saw them")
     report.set_defaults(perform=_report)
 
     export = commands.add_parser("export", help="tables, codebook, recordings and training set, in a new folder")
     _add_place(export)
-    export.add_argument("-o", "--out", type=Path, metavar="DIR", help="default: ID-export; never overwritten")
+    export.add_argument(
+        "-o", "--out", type=Path, metavar="DIR", help="default: ID-export, or ID-simulated-export; never overwritten"
+    )
     export.add_argument("--formats", nargs="+", choices=FORMATS, default=FORMATS, help="of the tables; default: all")
     export.add_argument("--test-share", type=_share, default=0.2, help="of the training set, by participants")
     export.add_argument("--no-training", action="store_true", help="tables only")
@@ -68,9 +72,9 @@ def _report(args: argparse.Namespace) -> int:
 
 def _export(args: argparse.Namespace) -> int:
     folder = _folder(args)
-    target = args.out or Path(f"{folder.study.id}-export")
     options = Options(tuple(args.formats), args.test_share, not args.no_training)
     with closing(folder.open_existing()) as store:
+        target = args.out or folder.output("export", store.frozen().simulated)
         done = export_study(folder, store, target, options)
     document = {"export": str(target), "rows": done.rows, "recordings": done.recordings}
     _say(args, {**document, "missing": done.missing, "warnings": done.warnings}, [

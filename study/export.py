@@ -68,12 +68,14 @@ def export_study(folder: StudyFolder, store: Store, target: Path, options: Optio
                 done.rows[name] = len(rows)
             (part / "study.yaml").write_text(frozen.file_text, encoding="utf-8")
             about: Row = {"study": frozen.id, "protocol": study.protocol, "file_sha256": frozen.file_sha256}
-            about |= {"code": frozen.code, "models": frozen.models}
+            about |= {"code": frozen.code, "models": frozen.models, "simulated": frozen.simulated}
             (part / "about.json").write_text(json.dumps(about, indent=2), encoding="utf-8")
             (part / "codebook.md").write_text(codebook(study, store), encoding="utf-8")
             _training(folder.recordings, part / "training", tables, options)
     except RecordingError as error:
         raise StudyError(str(error)) from error
+    if frozen.simulated:
+        done.warnings.append("the participants were simulated: this is the export of a rehearsal")
     store.audit("experimenter", "export", rows=sum(done.rows.values()), recordings=done.recordings)
     return done
 

@@ -28,6 +28,10 @@ class StudyFolder:
     def recordings(self) -> Path:
         return self.data / "recordings"
 
+    def output(self, what: str, simulated: bool) -> Path:
+        """Where a report or an export goes by itself; of a rehearsal under a name that says so."""
+        return Path(f"{self.study.id}-simulated-{what}" if simulated else f"{self.study.id}-{what}")
+
     def open(self, now: Callable[[], int] = now_ms) -> Store:
         """The store; it is made when it is new."""
         return Store(self.database or self.own / "study.sqlite", now)

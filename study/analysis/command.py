@@ -20,14 +20,15 @@ from study.store.store import Frozen
 
 def report(folder: StudyFolder, args: argparse.Namespace) -> int:
     """Write a folder with report.html and a CSV file per table."""
-    target: Path = args.out or Path(f"{folder.study.id}-report")
     with closing(folder.open_existing()) as store:
         frozen, results = store.frozen(), collect(folder.study, store)
+    target: Path = args.out or folder.output("report", frozen.simulated)
     name = _namer(folder.study, blinded=args.blinded)
     try:
         with building(target) as part:
             part.mkdir()
-            (part / "report.html").write_text(page(results, name, _about(folder.study, frozen)), encoding="utf-8")
+            text = page(results, name, _about(folder.study, frozen), frozen.simulated)
+            (part / "report.html").write_text(text, encoding="utf-8")
             for table in all_tables(results, name):
                 _write(part / f"{table.name}.csv", table)
     except RecordingError as error:

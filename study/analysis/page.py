@@ -28,9 +28,13 @@ def all_tables(results: Results, name: Namer) -> list[Table]:
     ]
 
 
-def page(results: Results, name: Namer, about: str) -> str:
-    """The whole page; `about` says what the study was run with."""
-    title = f"Results of {results.study.title.text()}"
+SIMULATED = "Rehearsal: the participants were simulated. Nothing here says anything about people."
+
+
+def page(results: Results, name: Namer, about: str, simulated: bool = False) -> str:
+    """The whole page; `about` says what the study was run with, `simulated` whether nobody real took part."""
+    title = f"{'Rehearsal: ' if simulated else ''}Results of {results.study.title.text()}"
+    warning = f'<p class="simulated" role="note">{SIMULATED}</p>\n' if simulated else ""
     by_name = {table.name: table for table in all_tables(results, name)}
     order = [
         _table(by_name["flow"]),
@@ -52,6 +56,7 @@ def page(results: Results, name: Namer, about: str) -> str:
         f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         f'<meta name="viewport" content="width=device-width, initial-scale=1">\n<title>{escape(title)}</title>\n'
         f"<style>\n{css}</style>\n</head>\n<body>\n<main>\n<header><h1>{escape(title)}</h1></header>\n"
+        + warning
         + "\n".join(order)
         + "\n</main>\n</body>\n</html>\n"
     )

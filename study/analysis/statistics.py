@@ -6,6 +6,7 @@ of a table is the better choice, and both are shown.
 """
 
 import math
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -15,6 +16,7 @@ from statsmodels.stats.meta_analysis import effectsize_smd
 from statsmodels.stats.multitest import multipletests
 
 CONFIDENCE = 0.95
+ROUNDING = 1e-12  # a smaller difference, as a share of the values, is none
 _Z = float(stats.norm.ppf(0.5 + CONFIDENCE / 2))
 
 
@@ -113,7 +115,11 @@ def trend(series: Sequence[Sequence[float]]) -> tuple[float, float | None] | Non
 def _independent(a: Sequence[float], b: Sequence[float]) -> tuple[float | None, float | None]:
     if min(len(a), len(b)) < 2 or not _varies(a, b):
         return None, None
-    found = stats.ttest_ind(a, b)
+    with warnings.catch_warnings():
+        warnings.filterwarnings(
+            "ignore", "Precision loss"
+        )  # one of the two may be constant: the pooled variance is not
+        found = stats.ttest_ind(a, b)
     return float(found.statistic), float(found.pvalue)
 
 
@@ -127,4 +133,5 @@ def _effect(a: Sequence[float], b: Sequence[float]) -> tuple[float | None, tuple
 
 
 def _varies(a: Sequence[float], b: Sequence[float]) -> bool:
-    return float(np.ptp(a)) > 0 or float(np.ptp(b)) > 0
+    """Whether the values of at least one differ by more than rounding."""
+    return any(float(np.ptp(values)) > ROUNDING * float(np.max(np.abs(values))) for values in (a, b))

@@ -79,3 +79,11 @@ def test_a_trend_is_the_mean_rank_correlation_with_the_position() -> None:
     found = trend([[1.0, 2.0, 3.0], [3.0, 2.0, 1.0], [1.0, 2.0, 3.0], [5.0, 5.0, 5.0], [1.0]])
     assert found is not None and found[0] == pytest.approx(1 / 3)
     assert trend([[1.0, 1.0, 1.0]]) is None
+
+
+def test_values_that_hardly_differ_are_not_tested_and_one_constant_partner_is() -> None:
+    same = {"a": 0.1 + 0.2, "b": 0.3, "c": 0.3}
+    found = compare("tcr", "x", "y", same, same)
+    assert found is not None and (found.t, found.t_p, found.g) == (None, None, None)
+    other = compare("tcr", "x", "y", {"a": 0.5, "b": 0.5, "c": 0.5}, {"a": 0.1, "b": 0.2, "c": 0.3})
+    assert other is not None and other.t == pytest.approx(3 * 3**0.5)  # 0.3 / sqrt((0.01 + 0) / 2 * 2 / 3)

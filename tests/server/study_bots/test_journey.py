@@ -1,0 +1,56 @@
+"""The way of an experimenter, as docs/study.md shows it: check, simulate, report, export, forget."""
+
+import csv
+import json
+from pathlib import Path
+
+import pytest
+
+from recordings.index import list_recordings
+from server.cli import main
+from server.study_bots.checking import read_kept
+from study.folder import StudyFolder
+from study.study_file import read_study
+from tests.server.study_bots.support import agents_text
+
+
+def _traces(folder: Path, *words: str) -> list[str]:
+    """Files below a folder in which one of the words stands."""
+    files = [path for path in folder.rglob("*") if path.is_file()]
+    return [path.name for path in files if any(word.encode() in path.read_bytes() for word in words)]
+
+
+def test_a_rehearsal_is_reported_exported_and_forgotten_and_always_says_that_it_is_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("study.yaml").write_text(agents_text(ticks=40), encoding="utf-8")
+    at = ["study.yaml", "--data", "rehearsal"]
+    assert main(["study", "check", "study.yaml"]) == 0
+    assert main(["study", "simulate", *at, "--participants", "2", "--speed", "max"]) == 0
+    assert "Nothing is missing" in capsys.readouterr().out
+    assert main(["study", "report", *at]) == 0
+    assert "the participants were simulated" in Path("short-agents-simulated-report/report.html").read_text("utf-8")
+    assert main(["study", "export", *at]) == 0
+    export = Path("short-agents-simulated-export")
+    assert json.loads((export / "about.json").read_text())["simulated"] is True
+    with (export / "participants.csv").open(encoding="utf-8", newline="") as stream:
+        pids = [row["pid"] for row in csv.DictReader(stream)]
+    assert len(pids) == 2
+    found, _ = list_recordings(Path("rehearsal/recordings"))
+    assert {one.study["simulated"] for one in found} == {"yes"}
+    forget_leaves_no_trace(pids)
+
+
+def forget_leaves_no_trace(pids: list[str]) -> None:
+    data = Path("rehearsal")
+    folder = StudyFolder(read_study(Path("study.yaml")), data)
+    kept = read_kept(folder)
+    names = {pid: name for name, pid in kept.pids.items()}
+    gone, stays = pids
+    code = kept.participants[gone]["code"]
+    assert len(_traces(data, gone)) > 4, "the test looks for the right word"
+    assert main(["study", "forget", "study.yaml", gone, "--data", "rehearsal"]) == 0
+    assert _traces(data, gone, names[gone], code) == []
+    assert len(_traces(data, stays)) > 4
+    assert list(read_kept(folder).participants) == [stays]
