@@ -82,7 +82,7 @@ class Grid(_Strict):
     agents: Annotated[list[AgentId | Contestant], Field(min_length=1)] | None = None
     partners: Annotated[list[AgentId], Field(min_length=1)] | Literal["self"] | None = None
     conditions: Annotated[list[Condition], Field(min_length=1)] | None = None
-    maps: Literal["all"] | Annotated[list[str], Field(min_length=1)] = "all"
+    maps: Literal["all"] | list[str] = "all"
     challenge: Challenge | Annotated[list[Challenge], Field(min_length=1, max_length=2)] = 1
     split: Literal["train", "evaluation"] = "evaluation"
     seeds: Annotated[int, Field(ge=1, le=MAX_SEEDS)] | Seeds = 20
@@ -100,7 +100,16 @@ class Grid(_Strict):
                 raise ValueError(str(error)) from error
         if isinstance(maps, list):
             _refuse_doubles(maps, "map")
+        if not maps:
+            raise ValueError("name at least one map, or write all")
         return maps
+
+    @field_validator("challenge")
+    @classmethod
+    def _once_each(cls, challenge: Challenge | list[Challenge]) -> Challenge | list[Challenge]:
+        if isinstance(challenge, list):
+            _refuse_doubles(challenge, "challenge")
+        return challenge
 
     @model_validator(mode="after")
     def _whole(self) -> "Grid":
@@ -111,7 +120,8 @@ class Grid(_Strict):
         names = [condition.name for condition in self.all_conditions]
         _refuse_doubles(names, "condition")
         for condition in self.all_conditions:
-            _refuse_doubles([one.model_dump_json() for one in condition.contestants], "agent")
+            pairs = [(one.agent, partner) for one in condition.contestants for partner in condition.partners_of(one)]
+            _refuse_doubles([f"{agent} with {partner}" for agent, partner in pairs], "the pair")
             if condition.paper and condition.paper not in paper_tables():
                 known = ", ".join(sorted(paper_tables()))
                 raise ValueError(f"paper {condition.paper!r} is no table here; known: {known}")

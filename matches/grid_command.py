@@ -86,7 +86,7 @@ def _dry_run(grid: Grid, folder: Path, workers: int, as_json: bool) -> int:
     matches = matches_of(entries(grid))
     finished = read_results(folder).keys() if (folder / GRID).exists() else ()
     todo = [match for match in matches if match.id not in finished]
-    seconds = None if missing else _seconds_per_match(grid) * len(todo) / workers
+    seconds = None if missing else _seconds_per_match(grid) * len(todo) / workers if todo else 0.0
     document: dict[str, Any] = {
         "grid": grid.name, "matches": len(matches), "finished": len(matches) - len(todo), "to_play": len(todo),
         "workers": workers, "estimated_s": seconds, "missing_agents": missing,
@@ -95,7 +95,7 @@ def _dry_run(grid: Grid, folder: Path, workers: int, as_json: bool) -> int:
         print(json.dumps(document, indent=2))
         return 0
     print(f"{grid.name}: {len(matches)} matches, {len(matches) - len(todo)} finished, {len(todo)} to play")
-    if seconds is not None:
+    if seconds:
         print(f"about {_span(seconds)} with {workers} worker(s) on this machine, from {_PROBES} short trials")
     for sentence in missing:
         print(f"not here: {sentence}")

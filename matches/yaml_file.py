@@ -30,6 +30,8 @@ def read_yaml(path: Path, model: type[Model]) -> Model:
         raise MatchError(f"{path} is no YAML: {' '.join(str(error).split())}") from error
     except (UnicodeDecodeError, RecursionError) as error:
         raise MatchError(f"{path} is no YAML text: {error}") from error
+    if not isinstance(document, dict):
+        raise MatchError(f"{path}: the file should have lines like 'name: ...', see docs/matches.md")
     try:
         return model.model_validate(document)
     except ValidationError as error:
