@@ -5,7 +5,6 @@ import os
 import signal
 import time
 from collections.abc import Awaitable, Callable
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -15,6 +14,7 @@ from agents.observing import start_state
 from maps import load_map
 from server.agent_seat import AgentAnswer, AgentPool, AgentSeat
 from tests.agents.support import HERE
+from tests.support import run
 from world.state import WorldState
 
 MAP = load_map("HandOff")
@@ -27,7 +27,7 @@ def state_at(tick: int) -> WorldState:
 
 
 def with_pool(scenario: Callable[[AgentPool], Awaitable[None]]) -> None:
-    async def run() -> None:
+    async def use() -> None:
         pool = AgentPool(workers=1)
         await pool.start()
         try:
@@ -35,8 +35,7 @@ def with_pool(scenario: Callable[[AgentPool], Awaitable[None]]) -> None:
         finally:
             await pool.close()
 
-    with ThreadPoolExecutor(1) as thread:  # browser tests in the same process leave a loop running in the main one
-        thread.submit(asyncio.run, run()).result()
+    run(use())
 
 
 async def until(condition: Callable[[], bool]) -> None:
