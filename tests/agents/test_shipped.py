@@ -27,7 +27,7 @@ def test_a_shipped_agent_says_how_good_it_is_beside_the_control(agent_id: str) -
     scores = read_checkpoint(FOLDERS[IDS.index(agent_id)]).card.scores
     assert all(score.n >= 20 and score.stderr > 0 for score in scores.values())
     control = scores["TCR of these people with an idle partner"]
-    assert scores["TCR with unseen scripted people"].mean > control.mean + control.stderr
+    assert scores["TCR with unseen scripted people"].mean > control.mean + 2 * control.stderr
     assert agent_id in {card.id for card in trained_cards()}
 
 
