@@ -1,6 +1,8 @@
 """Long work shows a bar on a terminal, on standard error; nothing when there is none to see it."""
 
+import contextlib
 import multiprocessing
+import signal
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from typing import TypeVar
@@ -10,6 +12,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 T = TypeVar("T")
 R = TypeVar("R")
+_LONGEST_SHARE = 4  # values handed to a process at once: how long Ctrl-C may take
 
 
 def track(values: Iterable[T], total: int, verb: str) -> Iterator[T]:
@@ -21,11 +24,26 @@ def track(values: Iterable[T], total: int, verb: str) -> Iterator[T]:
 
 
 def over_processes(function: Callable[[T], R], values: Sequence[T], workers: int, verb: str) -> Iterator[R]:
-    """The results in order, computed by several processes when there are several values."""
+    """The results in order, computed by several processes when there are several values.
+
+    Ctrl-C stops it when the values being worked on are done.
+    """
     if workers <= 1 or len(values) <= 1:
         yield from track(map(function, values), len(values), verb)
         return
     # spawn: a fork would copy the bar's thread in an unknown state
     with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:
-        share = max(len(values) // (8 * workers), 1)
-        yield from track(pool.map(function, values, chunksize=share), len(values), verb)
+        share = max(min(len(values) // (8 * workers), _LONGEST_SHARE), 1)
+        with _deaf_children():
+            results = pool.map(function, values, chunksize=share)
+        yield from track(results, len(values), verb)
+
+
+@contextlib.contextmanager
+def _deaf_children() -> Iterator[None]:
+    """Processes started in the block leave Ctrl-C to this one; else each would die with a traceback of its own."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # they inherit it; here it only comes later
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)

@@ -44,12 +44,12 @@ def main(argv: list[str] | None = None) -> int:
     if not arguments or arguments[0] not in COMMANDS:
         parser.parse_args(arguments or ["--help"])
         return 2
-    command = cast(CommandModule, importlib.import_module(COMMANDS[arguments[0]].module))
     sub_parser = argparse.ArgumentParser(
         prog=f"movingout {arguments[0]}", description=COMMANDS[arguments[0]].help.capitalize() + "."
     )
-    command.configure(sub_parser)
     try:
+        command = cast(CommandModule, importlib.import_module(COMMANDS[arguments[0]].module))
+        command.configure(sub_parser)
         return command.run(sub_parser.parse_args(arguments[1:]))
     except MovingOutError as error:
         print(f"movingout: {error}", file=sys.stderr)
