@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 
 _FOLDER = Path(__file__).parent
-MINUTES = ("world", "recordings", "server", "browser", "scripted", "matches")
+MINUTES = ("world", "recordings", "server", "study", "browser", "scripted", "matches")
 """What `make bench` runs: about a quarter of an hour altogether."""
 
 

@@ -1,0 +1,99 @@
+"""A study in its busiest hour: 16 participants at once in 8 rooms, the dashboard open.
+
+Lateness is the server's own measure, over SECONDS in which all rooms play. The participants are browsers' stand-ins
+in this process: each with its stream of news, its requests and its game; the dashboard reads its stream as the page
+does. The figures mean something only when nothing else runs: `canary` is how late a loop that does nothing wakes up.
+"""
+
+import asyncio
+import contextlib
+import json
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import httpx
+
+from bench.server import canary
+from server.study_bots.crowd import Crowd, Plan
+from server.study_bots.rehearsal import RehearsalServer, Served
+from study.template import template_text
+
+PAIRS = 8
+SECONDS = 30.0
+WARM_UP_S = 2.0
+P99_MS = 5.0
+START_LIMIT_S = 120.0
+CHANGES = {"limit_ticks: 500": "limit_ticks: 3000", "limit_ticks: 6000": "limit_ticks: 20"}  # long rounds, no practice
+
+
+def main() -> None:
+    print(f"canary: {json.dumps(canary())}")
+    text = template_text("collect")
+    for old, new in CHANGES.items():
+        text = text.replace(old, new)
+    with tempfile.TemporaryDirectory(prefix="movingout-bench-") as folder:
+        file = Path(folder) / "study.yaml"
+        file.write_text(text, encoding="utf-8")
+        with RehearsalServer(file, Path(folder) / "data", 1.0) as server:
+            _print(asyncio.run(_measure(server.served)))
+
+
+async def _measure(served: Served) -> dict[str, Any]:
+    crowd = Crowd(served.base, Plan(2 * PAIRS, scripted=False))
+    headers = {"Authorization": f"Bearer {served.admin_token}"}
+    async with httpx.AsyncClient(base_url=served.base, headers=headers, timeout=30.0) as http:
+        taking_part = asyncio.create_task(crowd.take_part())
+        watching = asyncio.create_task(_watch(http))
+        try:
+            await _until_all_play(http, taking_part)
+            await asyncio.sleep(WARM_UP_S)
+            await http.post("/api/admin/measurements/reset", json={})
+            before = await _state(http)
+            await asyncio.sleep(SECONDS)
+            after = await _state(http)
+        finally:
+            for task in (taking_part, watching):
+                task.cancel()
+                with contextlib.suppress(asyncio.CancelledError):
+                    await task
+    seconds = after["uptime_s"] - before["uptime_s"]
+    return {
+        "participants": 2 * PAIRS,
+        "rooms": PAIRS,
+        "seconds": round(seconds, 1),
+        "ticks": after["ticks"] - before["ticks"],
+        "missed_ticks": after["missed_ticks"] - before["missed_ticks"],
+        "late_ms": after["late_ms"],
+        "cpu_percent": round(100 * (after["cpu_seconds"] - before["cpu_seconds"]) / seconds, 1),
+        "rss_mb": after["rss_mb"],
+    }
+
+
+async def _watch(http: httpx.AsyncClient) -> None:
+    """The dashboard, as long as it is open."""
+    async with http.stream("GET", "/api/experimenter/live", timeout=None) as stream:
+        async for _ in stream.aiter_lines():
+            pass
+
+
+async def _until_all_play(http: httpx.AsyncClient, taking_part: "asyncio.Task[Any]") -> None:
+    async with asyncio.timeout(START_LIMIT_S):
+        while not taking_part.done():
+            rooms = (await _state(http))["rooms"]
+            if len(rooms) == PAIRS and all(room["phase"] == "playing" for room in rooms):
+                return
+            await asyncio.sleep(0.5)
+    await taking_part
+
+
+async def _state(http: httpx.AsyncClient) -> dict[str, Any]:
+    answer = await http.get("/api/admin/state")
+    state: dict[str, Any] = answer.raise_for_status().json()
+    return state
+
+
+def _print(result: dict[str, Any]) -> None:
+    reached = result["late_ms"]["p99"] < P99_MS and result["missed_ticks"] == 0
+    print(f"study: {'reached' if reached else 'NOT reached'} (p99 < {P99_MS:g} ms, none missed)")
+    print(f"  {json.dumps(result)}")
