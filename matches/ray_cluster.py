@@ -41,7 +41,7 @@ class RayCrew:
 
     def __init__(self, size: int, agent_limit_s: float, record: Path | None) -> None:
         self._ray = _ray()
-        self.size = size
+        self.size = min(size, cluster_processors())  # an actor without a processor would wait, and its job with it
         paths = [path or str(Path.cwd()) for path in (*sys.path, "")]
         self._settings = (paths, agent_limit_s, "" if record is None else str(record.resolve()))
         self._actors: dict[int, Any] = {}
