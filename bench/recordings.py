@@ -118,7 +118,10 @@ def write(writer: EpisodeWriter, ticks: list[TickRecord]) -> None:
     for tick in ticks:
         number = tick.state.tick
         for k in range(4):
-            writer.input(InputSample(number, k % 2, 2 * number + k, 100.25 * number, 0.73, -2.1, 3, "gamepad", 12.75))
+            move, heading, _ = tick.actions[k % 2].tolist()
+            writer.input(
+                InputSample(number, k % 2, 2 * number + k // 2, 100.25 * number, move, heading, 3, "gamepad", 12.75)
+            )
         if number % 5 == 0:
             writer.agent(AgentDecision(number, 1, 4.5, False, {"chosen": 3, "candidates": CANDIDATES}))
         writer.tick(tick)

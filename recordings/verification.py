@@ -1,11 +1,11 @@
-"""Does the record tell the truth? Re-simulates the recorded actions and demands equal bits after every tick."""
+"""Does the record tell the truth? Actions must be what the raw inputs say, and re-simulated lead to equal bits."""
 
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from recordings.episode import Episode
+from recordings.episode import Episode, InputSample
 from recordings.reader import read_episode
 from recordings.versions import why_not_exact
 from world import World
@@ -16,7 +16,7 @@ _FIELDS = ("robot_poses", "robot_velocities", "held", "item_poses")
 
 @dataclass(frozen=True, slots=True)
 class Divergence:
-    """The first value that a re-simulation does not reproduce."""
+    """The first value that the inputs do not say, or that a re-simulation does not reproduce."""
 
     tick: int
     field: str  # robot_poses[0, 1], delivered[2], ...
@@ -45,9 +45,37 @@ class Verification:
 def verify(path: Path) -> Verification:
     """Re-simulate a recording or a journal; RecordingError when it cannot be read."""
     episode = read_episode(path)
-    return Verification(
-        path, len(episode.ticks), first_divergence(episode), why_not_exact(episode.versions), episode.damage
-    )
+    found = [divergence for divergence in (first_unexplained(episode), first_divergence(episode)) if divergence]
+    first = min(found, key=lambda divergence: divergence.tick, default=None)
+    return Verification(path, len(episode.ticks), first, why_not_exact(episode.versions), episode.damage)
+
+
+def first_unexplained(episode: Episode) -> Divergence | None:
+    """Where an action is not what the raw input that it names says, if anywhere.
+
+    A stick that was let go is at rest, and so is one last heard of before play began, which is not recorded.
+    """
+    inputs = iter(episode.inputs)
+    waiting = next(inputs, None)
+    known: dict[tuple[int, int], InputSample] = {}  # by seat and sequence number, which begins anew after a reload
+    for tick in episode.ticks:
+        while waiting is not None and waiting.tick <= tick.state.tick:
+            known[waiting.seat, waiting.seq] = waiting
+            waiting = next(inputs, None)
+        for seat, (seq, action) in enumerate(zip(tick.input_seqs, tick.actions.tolist(), strict=True)):
+            said = known.get((seat, seq))
+            found = None if seq < 0 else _unexplained(f"actions[{seat}]", tick.state.tick, action, said)
+            if found is not None:
+                return found
+    return None
+
+
+def _unexplained(field: str, tick: int, action: list[float], said: InputSample | None) -> Divergence | None:
+    distance, heading, _ = action
+    if said is not None and heading != said.heading:
+        return Divergence(tick, f"{field}.heading", heading, said.heading)
+    move = 0.0 if said is None else said.move
+    return Divergence(tick, f"{field}.distance", distance, move) if distance not in (0.0, move) else None
 
 
 def first_divergence(episode: Episode) -> Divergence | None:

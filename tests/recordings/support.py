@@ -74,10 +74,11 @@ def play(writer: EpisodeWriter, played: Played, ticks: int) -> None:
 
 def play_tick(writer: EpisodeWriter, played: Played) -> None:
     number = played.world.tick + 1
-    sample = InputSample(number, 0, 2 * number, 16.7 * number, 0.25, -1.5, number % 256, "gamepad", 11.5)
     decision = AgentDecision(number, 1, 3.25, number % 7 == 0, detail(number))
     event = Event(number, "grab", seat=0, item=2, detail="said “null”")
     actions = random_actions(played.random)
+    move, heading, _ = actions[0].tolist()
+    sample = InputSample(number, 0, 2 * number, 16.7 * number, move, heading, number % 256, "gamepad", 11.5)
     played.world.step(actions)
     record = TickRecord(
         actions=actions,

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from recordings import Episode, EpisodeWriter, TickRecord, finalise, read_episode, verify
-from recordings.verification import first_divergence
+from recordings.verification import first_divergence, first_unexplained
 from recordings.versions import versions, why_not_exact
 from tests.recordings.support import record
+from world import World
 from world.state import WorldState
 
 
@@ -51,6 +52,36 @@ def test_the_smallest_change_of_a_position_is_named_with_tick_and_field(episode:
     assert str(found).startswith("tick 17, item_poses[1, 0]: recorded ")
 
 
+def test_an_action_that_its_input_does_not_say_is_named_though_the_states_follow_from_it(tmp_path: Path) -> None:
+    journal, played = record(tmp_path / "true", ticks=6, map_name="LeftRight")
+    forged = EpisodeWriter.create(tmp_path / "forged", played.header, World(played.header.map).state())
+    world = World(played.header.map)
+    for tick, sample in zip(read_episode(journal).ticks, played.inputs, strict=True):
+        actions = tick.actions.copy()
+        actions[0, 1] += 0.5 * (tick.state.tick == 4)
+        world.step(actions)
+        forged.input(sample)
+        forged.tick(replace(tick, actions=actions, state=world.state(), delivered=tuple(world.delivered().tolist())))
+    found = verify(finalise(forged.close("time"))).first_divergence
+    assert found is not None
+    assert (found.tick, found.field) == (4, "actions[0].heading")
+    assert found.recorded == found.simulated + 0.5
+
+
+def test_a_stick_let_go_or_last_heard_of_before_play_began_is_at_rest(episode: Episode) -> None:
+    def at_rest(record: TickRecord) -> TickRecord:
+        actions = record.actions.copy()
+        actions[0, 0] = 0.0
+        return replace(record, actions=actions)
+
+    assert first_unexplained(changed(episode, 1, at_rest)) is None
+    unheard = replace(episode, inputs=episode.inputs[1:])
+    assert first_unexplained(changed(unheard, 1, at_rest)) is None
+    found = first_unexplained(unheard)
+    assert found is not None
+    assert (found.tick, found.field, found.simulated) == (1, "actions[0].distance", 0.0)
+
+
 def test_a_changed_hold_is_named(episode: Episode) -> None:
     found = first_divergence(changed(episode, 4, lambda r: with_state(r, held=np.array([2, -1]))))
     assert found is not None
@@ -87,7 +118,9 @@ def test_a_changed_start_is_named(episode: Episode) -> None:
 
 def test_a_false_recording_on_disk_is_found(tmp_path: Path, episode: Episode) -> None:
     writer = EpisodeWriter.create(tmp_path, replace(episode.header, episode_id="false"), episode.initial)
-    for tick in changed(episode, 12, lambda r: with_state(r, robot_poses=r.state.robot_poses + 1e-9)).ticks:
+    false = changed(episode, 12, lambda r: with_state(r, robot_poses=r.state.robot_poses + 1e-9))
+    for sample, tick in zip(false.inputs, false.ticks, strict=True):
+        writer.input(sample)
         writer.tick(tick)
     verdict = verify(finalise(writer.close("time")))
     assert not verdict.identical
