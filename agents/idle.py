@@ -1,5 +1,7 @@
 """A partner that does nothing: the control condition of every comparison."""
 
+from collections.abc import Hashable, Sequence
+
 import numpy as np
 
 from agents.base import ActionChunk, EpisodeInfo, Observation
@@ -16,3 +18,13 @@ class IdleAgent:
     def act(self, observation: Observation) -> ActionChunk:
         """Return (1, 4): no motion."""
         return _STILL.copy()
+
+    @property
+    def batch_key(self) -> Hashable:
+        """All of them answer together (`agents.base.BatchAgent`)."""
+        return "idle"
+
+    @staticmethod
+    def act_many(agents: Sequence["IdleAgent"], observations: Sequence[Observation]) -> list[ActionChunk]:
+        """What each would answer."""
+        return [_STILL.copy() for _ in agents]

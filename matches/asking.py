@@ -24,11 +24,10 @@ def ask(seats: Sequence[Seat], stopwatch: Stopwatch) -> None:
     answers: list[Answer] = []
     groups: dict[Hashable, list[Seat]] = defaultdict(list)
     for seat in seats:
-        if seat.in_batches:
-            assert isinstance(seat.agent, BatchAgent)
-            groups[type(seat.agent), seat.agent.batch_key].append(seat)
-        else:
+        if seat.group is None:
             _ask_one(seat, answers, stopwatch)
+        else:
+            groups[seat.group].append(seat)
     for group in groups.values():
         _ask_together(group, answers, stopwatch)
     if not _hand_out_single_rows(answers):

@@ -110,23 +110,32 @@ class Lockstep:
         self._load = load
         self._stopwatch = Stopwatch(agent_limit_s, beat)
         self._free: dict[str, list[Agent]] = defaultdict(list)  # loaded agents that sit nowhere
+        self._cpu_s = 0.0  # the processor's clock when the last tick was over
 
     def play(self, matches: Iterable[Match]) -> Iterator[MatchResult]:
         """The results, in the order in which matches end. Raises RecordingError when a recording cannot be written."""
         waiting = iter(matches)
         playing: list[LiveMatch] = []
+        self._cpu_s = time.process_time()
         while True:
             with self._stopwatch.running():
-                failed, begun = self._begin_some(islice(waiting, self._room(playing)))
-                playing += begun
-                ended = self._tick(playing)
-            yield from (*failed, *ended)
-            if not (playing or failed or ended):
+                over = self._until_some_end(waiting, playing)
+            yield from over
+            if not (playing or over):
                 return
+
+    def _until_some_end(self, waiting: Iterator[Match], playing: list[LiveMatch]) -> list[MatchResult]:
+        """Play on until at least one match is over; no results when none is left."""
+        while True:
+            failed, begun = self._begin_some(islice(waiting, self._room(playing)))
+            playing += begun
+            over = [*failed, *self._tick(playing)]
+            if over or not playing:
+                return over
 
     def _room(self, playing: list[LiveMatch]) -> int:
         """How many matches more may begin."""
-        batched = bool(playing) and all(seat.in_batches for live in playing for seat in live.seats)
+        batched = bool(playing) and all(seat.group is not None for live in playing for seat in live.seats)
         return max((self._company if batched else min(FEW, self._company)) - len(playing), 0)
 
     def _begin_some(self, matches: Iterable[Match]) -> tuple[list[MatchResult], list[LiveMatch]]:
@@ -153,14 +162,14 @@ class Lockstep:
 
     def _tick(self, playing: list[LiveMatch]) -> list[MatchResult]:
         """One tick of every match in the list, which keeps those that go on; the results of the others."""
-        begun = time.process_time()
         asked = [(live, seat) for live in playing for seat in live.seats if not seat.rows]
         ask([seat for _, seat in asked], self._stopwatch)
         if self._record is not None:
             for live, seat in asked:
                 live.keep_decision(seat)
         ended = [result for live in playing if (result := self._advance(live)) is not None]
-        share = (time.process_time() - begun) / max(len(playing), 1)
+        now = time.process_time()
+        share, self._cpu_s = (now - self._cpu_s) / max(len(playing), 1), now
         for live in playing:
             live.cpu_s += share
         if ended:

@@ -1,5 +1,6 @@
 """A seat of a match: asks its agent when its chunk is used up, and hands out one row per tick."""
 
+from collections.abc import Hashable
 from types import TracebackType
 
 from agents.base import Agent, BatchAgent, EpisodeInfo, Observation
@@ -32,7 +33,8 @@ class Seat:
         self.state = state  # the world before the coming tick
         self.rows: list[WorldAction] = []  # still to be played
         self.fault: AgentFault | None = None
-        self.in_batches = isinstance(agent, BatchAgent)
+        # Who is asked together with it, None for nobody; here once, since to see what an agent can takes its time.
+        self.group: Hashable = (type(agent), agent.batch_key) if isinstance(agent, BatchAgent) else None
 
     def observation(self) -> Observation:
         return observe(self.episode.map, self.state, self.episode.seat)
