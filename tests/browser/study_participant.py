@@ -68,11 +68,15 @@ class KeyboardParticipant:
         raise AssertionError(f"the keyboard does not reach {selector}")
 
     def press(self, name: str) -> None:
+        """Press Tab until the button has the focus, then Enter; it may be drawn anew meanwhile."""
         button = self.page.get_by_role("button", name=name, exact=True)
         expect(button).to_be_visible()
-        button.evaluate("button => button.setAttribute('data-wanted', '')")
-        self.tab_to("[data-wanted]")
-        self.page.keyboard.press("Enter")
+        for _ in range(MOST_TABS):
+            if button.evaluate("button => button === document.activeElement"):
+                self.page.keyboard.press("Enter")
+                return
+            self.page.keyboard.press("Tab")
+        raise AssertionError(f"the keyboard does not reach {name!r}")
 
     # ---- screens ----------------------------------------------------------------------------------------------
 

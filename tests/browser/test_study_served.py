@@ -1,5 +1,7 @@
 """A whole study at a real server in real browsers: people with agents, people with people, the experimenter beside."""
 
+import csv
+import io
 from contextlib import closing
 from pathlib import Path
 
@@ -118,6 +120,8 @@ def test_a_pair_and_the_experimenter_who_pauses_restarts_and_kills_the_server(
             person.page.wait_for_url("**/study", timeout=60_000)  # the round goes on, ends, and the page leads back
             person.walk(until="round")
         stop_with_deletion(people, pictures)
+        bring_in_and_send_away(study, experimenter)
+        pay(experimenter)
         assert study.third_parties() == set()
         assert [one for one in study.complaints() if "403" not in one] == []  # the experimenter's old token
         assert_kept(study)
@@ -166,13 +170,44 @@ def stop_with_deletion(people: list[KeyboardParticipant], pictures: Path) -> Non
         one.screenshot(path=pictures / f"served-{name}.png", full_page=True)
 
 
+def bring_in_and_send_away(study: StudyServer, experimenter: Page) -> None:
+    """The next participant comes by the link that the experimenter opens, and has to leave again."""
+    experimenter.get_by_label("Admin token").fill(study.token)
+    experimenter.keyboard.press("Enter")
+    experimenter.get_by_role("button", name="Open next participant").click()
+    expect(experimenter.get_by_alt_text("QR code of the link")).to_be_visible()
+    link = experimenter.locator(".next-link").inner_text()
+    experimenter.get_by_role("button", name="Close").click()
+    third = study.page(link.removeprefix(study.server.url))
+    until(third, "consent")
+    assert "code=" not in third.url
+    act(
+        experimenter,
+        experimenter.locator("#participants tr:not([data-finished])"),
+        "End the study for them",
+        "a wrong person",
+    )
+    until(third, "code")
+
+
+def pay(experimenter: Page) -> None:
+    """Everybody who has a code is in the payments, by the id that they were recruited with."""
+    with experimenter.expect_download() as download:
+        experimenter.get_by_role("button", name="Download CSV").click()
+    rows = list(csv.DictReader(io.StringIO(download.value.path().read_text(encoding="utf-8"))))
+    assert [(row["source"], row["id"], row["outcome"]) for row in rows[:2]] == [
+        ("prolific", "person-1", "withdrew"),
+        ("prolific", "person-2", "partner-left"),
+    ]
+    assert all(row["code"] and row["currency"] == "USD" for row in rows[:2])
+
+
 def assert_kept(study: StudyServer) -> None:
     folder = StudyFolder(read_study(study.file), study.server.data)
     kept = read_kept(folder)
-    people = list(kept.participants.values())
-    assert sorted(one["outcome"] for one in people) == ["partner-left", "withdrew"]
+    people = [kept.participants[kept.pids[name]] for name in ("person-1", "person-2")]
+    assert [one["outcome"] for one in people] == ["withdrew", "partner-left"]
     assert len({one["code"] for one in people}) == 2
-    gone = next(one["pid"] for one in people if one["outcome"] == "withdrew")
-    assert all(answer["pid"] != gone for answer in kept.answers)
+    assert all(answer["pid"] != people[0]["pid"] for answer in kept.answers)
     with closing(folder.open_existing()) as store:
-        assert [note["text"] for note in store.rows(notes)] == ["A fire drill."]  # those about the pair went too
+        assert "A fire drill." in [note["text"] for note in store.rows(notes)]
