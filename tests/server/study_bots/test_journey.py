@@ -27,8 +27,15 @@ def test_a_rehearsal_is_reported_exported_and_forgotten_and_always_says_that_it_
     Path("study.yaml").write_text(agents_text(ticks=40), encoding="utf-8")
     at = ["study.yaml", "--data", "rehearsal"]
     assert main(["study", "check", "study.yaml"]) == 0
-    assert main(["study", "simulate", *at, "--participants", "2", "--speed", "max"]) == 0
-    assert "Nothing is missing" in capsys.readouterr().out
+    capsys.readouterr()
+    simulate = ["study", "simulate", *at, "--participants", "2", "--speed", "max"]
+    assert main([*simulate, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["participants"], told["outcomes"], told["codes"], told["lost"]) == (2, {"done": 2}, 2, [])
+    assert sum(told["rounds"].values()) == 2 * 4
+    assert told["answers"] == told["clicks"] == 2 * (7 + 2 * 10 + 6)
+    assert main(simulate) == 2, "a folder is never rehearsed in twice"
+    assert "exists already" in capsys.readouterr().err
     assert main(["study", "report", *at]) == 0
     assert "the participants were simulated" in Path("short-agents-simulated-report/report.html").read_text("utf-8")
     assert main(["study", "export", *at]) == 0

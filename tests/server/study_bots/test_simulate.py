@@ -1,12 +1,10 @@
 """Rehearsals: simulated participants walk through whole studies at real servers, and nothing is lost on the way."""
 
-import json
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from server import cli
 from server.study_bots.checking import losses, read_kept
 from server.study_bots.crowd import Plan
 from server.study_bots.participant import Click
@@ -29,21 +27,6 @@ def _chaos(folder: Path, text: str, plan: Plan, kills: int) -> Rehearsed:
     assert all(len(diary.codes) == 1 for diary in done.diaries)
     assert len(done.kept.participants) == plan.participants
     return done
-
-
-def test_the_command_rehearses_a_study_and_prints_what_came_of_it(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    file, data = _file(tmp_path, agents_text()), tmp_path / "rehearsal"
-    command = ["study", "simulate", str(file), "--participants", "2", "--speed", "max", "--data", str(data), "--json"]
-    assert cli.main(command) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert (told["participants"], told["outcomes"], told["codes"]) == (2, {"done": 2}, 2)
-    assert sum(told["rounds"].values()) == 2 * 4
-    assert told["answers"] == told["clicks"] == 2 * (7 + 2 * 10 + 6)
-    assert told["lost"] == []
-    assert cli.main(command) == 2, "a folder is never rehearsed in twice"
-    assert "exists already" in capsys.readouterr().err
 
 
 def test_pairs_find_each_other_and_nothing_is_lost_when_the_server_is_killed(tmp_path: Path) -> None:
