@@ -12,7 +12,7 @@ from pathlib import Path
 
 from agents.checkpoint import Card
 from bench.bass import PAPER, Numbers
-from bench.learning import Outcome, mean_error, table
+from bench.learning import Outcome, mean_error, shown, table
 from maps import map_names
 
 BEGIN, END = "<!-- measured: begin -->", "<!-- measured: end -->"
@@ -96,7 +96,7 @@ def _beside_paper(outcomes: Sequence[Outcome], agents: Sequence[str]) -> str:
         ours = [
             mean_error([v for one in mine if (v := getattr(one, name)) is not None]) for name in ("tcr", "nfd", "ac")
         ]
-        cells = [f"{mean:.3f} ± {error:.3f}" for mean, error in ours]
+        cells = [shown(*pair) for pair in ours]
         for paper in (PAPER_UNSEEN, PAPER_PEOPLE):
             cells += [f"{value:.3f}" for value in paper.get(agent, ())] or ["", "", ""]
         lines.append(f"| {agent} | " + " | ".join(cells) + " |")

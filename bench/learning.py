@@ -135,6 +135,11 @@ def mean_error(values: list[float]) -> tuple[float, float]:
     return float(np.mean(values)), float(np.std(values, ddof=1) / math.sqrt(len(values))) if len(values) > 1 else 0.0
 
 
+def shown(mean: float, error: float) -> str:
+    """Mean and standard error as a cell of a table; a dash where nothing was measured."""
+    return "–" if math.isnan(mean) else f"{mean:.3f} ± {error:.3f}"
+
+
 def table(outcomes: list[Outcome], agents: list[str], maps: list[str]) -> str:
     """Rows of agents: TCR and NFD over all maps, then TCR by map."""
     lines = ["| agent | TCR | NFD | WT [s] | AC | n | " + " | ".join(maps) + " |", "|---" * (6 + len(maps)) + "|"]
@@ -142,7 +147,7 @@ def table(outcomes: list[Outcome], agents: list[str], maps: list[str]) -> str:
         mine = [one for one in outcomes if one.run.agent == agent]
         tcr, nfd, waiting = (mean_error([getattr(one, name) for one in mine]) for name in ("tcr", "nfd", "wt_s"))
         consistency = mean_error([one.ac for one in mine if one.ac is not None])
-        cells = [f"{m:.3f} ± {e:.3f}" for m, e in (tcr, nfd, waiting, consistency)]
+        cells = [shown(*pair) for pair in (tcr, nfd, waiting, consistency)]
         by_map = [f"{mean_error([one.tcr for one in mine if one.run.map == name])[0]:.2f}" for name in maps]
         lines.append(f"| {agent} | " + " | ".join([*cells, str(len(mine)), *by_map]) + " |")
     return "\n".join(lines)
