@@ -1,0 +1,26 @@
+"""Whom simulated participants visit, and what they say when they cannot."""
+
+import asyncio
+from pathlib import Path
+
+import pytest
+
+from server.study_bots.browser import SimulationError
+from server.study_bots.crowd import Crowd, Plan
+from tests.server.study.support import served
+
+
+def _visit(base: str) -> None:
+    asyncio.run(Crowd(base, Plan(1, scripted=False)).take_part())
+
+
+def test_a_study_of_real_people_is_never_visited(tmp_path: Path) -> None:
+    with served(tmp_path) as study:
+        with pytest.raises(SimulationError, match="real participants"):
+            _visit(f"http://{study.live.address}")
+        assert study.state()["participants"] == []
+
+
+def test_where_nothing_is_served_it_is_said_so() -> None:
+    with pytest.raises(SimulationError, match="no study is served at http"):
+        _visit("http://127.0.0.1:9")
