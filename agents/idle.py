@@ -6,7 +6,7 @@ import numpy as np
 
 from agents.base import ActionChunk, EpisodeInfo, Observation
 
-_STILL = np.array([[0.0, 1.0, 0.0, 0.0]])
+_STILL = np.tile([0.0, 1.0, 0.0, 0.0], (10, 1))  # for a second: it has nothing to decide
 
 
 class IdleAgent:
@@ -16,7 +16,7 @@ class IdleAgent:
         """Nothing to prepare."""
 
     def act(self, observation: Observation) -> ActionChunk:
-        """Return (1, 4): no motion."""
+        """Return (10, 4): no motion."""
         return _STILL.copy()
 
     @property
