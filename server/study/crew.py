@@ -43,7 +43,6 @@ class Crew:
     guests: list[Guest]
     ready: set[str] = field(default_factory=set)  # pids who want the round of their step to begin
     ready_at: float = 0.0  # when the first of them said so
-    practised: set[str] = field(default_factory=set)  # pids who have practised enough
     game: Game | None = None
     over: Over | None = None
     paused: bool = False
@@ -53,9 +52,14 @@ class Crew:
     def others(self, guest: Guest) -> list[Guest]:
         return [other for other in self.guests if other is not guest]
 
+    def at(self, step: Step) -> list[Guest]:
+        """Who is at this step."""
+        return [one for one in self.guests if one.place.step == step.key]
+
     def all_ready(self, step: Step) -> bool:
-        """Whether everybody is at this step and wants it to begin."""
-        return all(one.place.step == step.key and one.pid in self.ready for one in self.guests)
+        """Whether everybody wants it to begin; a round needs all, practice those who have not had enough of it."""
+        here = self.at(step)
+        return all(one.pid in self.ready for one in here) and (step.kind == "practice" or len(here) == len(self.guests))
 
     def seat_of(self, step: Step, guest: Guest) -> int:
         """0 blue, 1 red: the second of a pair sits opposite the first."""

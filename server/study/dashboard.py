@@ -5,7 +5,7 @@ from typing import Any
 
 import orjson
 
-from server.study.crew import Crew
+from server.study.crew import Crew, Game
 from server.study.guest import Guest
 from server.study.running import RunningStudy
 from server.study.views import Views
@@ -88,13 +88,19 @@ class Dashboard:
         }
 
 
+def _playing(guest: Guest, crew: Crew | None) -> Game | None:
+    """The game that somebody is in."""
+    return crew.game if crew and crew.game and guest.pid in crew.game.seats else None
+
+
 def _seated(guest: Guest, crew: Crew | None) -> bool:
-    return bool(crew and crew.game and crew.game.room.seats[crew.game.seats[guest.pid]].client)
+    game = _playing(guest, crew)
+    return game is not None and game.room.seats[game.seats[guest.pid]].client is not None
 
 
 def _game(guest: Guest, crew: Crew | None) -> State:
     """What is only known of somebody who is in a room."""
-    game = crew.game if crew else None
+    game = _playing(guest, crew)
     if game is None:
         return {"room": None, "phase": "", "tick": None, "limit_ticks": None, "late_ms": None, "missed": None,
                 "recording": "", "rtt_ms": guest.rtt_ms}  # fmt: skip

@@ -71,7 +71,6 @@ class Experimenter:
             if crew.game is None:
                 raise StudyError("no round is running there now")
             await self._audit("restart-round", order)
-            crew.practised.clear()
             running.playing.close(crew, "The experimenter starts this round again.")
             await running.playing.write_down(crew)
 

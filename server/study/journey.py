@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import msgspec
 
+from server.study.crew import Crew
 from server.study.guest import Guest
 from server.study.running import RunningStudy
 from study.errors import StudyError
@@ -105,28 +106,25 @@ class Journey:
         if crew.over is not None or guest.place.step != step.key:
             return  # the last one is not saved yet, or was this one
         if step.kind == "practice" and done:
-            await self._practised(guest, step)
-        elif crew.game is None:
+            await self._practised(guest, crew, step)
+        elif crew.game is None or crew.game.step.key != step.key:
             crew.ready_at = crew.ready_at if crew.ready else running.now()
             crew.ready.add(guest.pid)
-            if crew.all_ready(step):
+            if crew.game is None and crew.all_ready(step):
                 await running.playing.open(crew, step)
         running.push(*crew.others(guest))
 
-    async def _practised(self, guest: Guest, step: Step) -> None:
-        """Practice ends for both of a pair when both have had enough; until then the other plays on alone."""
-        running, crew = self._running, self._running.crew_of(guest)
-        if crew is None:
+    async def _practised(self, guest: Guest, crew: Crew, step: Step) -> None:
+        """Enough practice for one; the other of a pair may play on alone."""
+        running = self._running
+        await running.advance(guest)
+        game = crew.game
+        if game is None or game.step.key != step.key:
             return
-        crew.practised.add(guest.pid)
-        if crew.practised >= {one.pid for one in crew.guests}:
+        if crew.at(step):
+            game.room.retire(game.room.seats[game.seats[guest.pid]], running.now())
+        else:
             running.playing.close(crew, "The practice is over.")
-            for one in crew.guests:
-                if one.place.step == step.key:
-                    await running.advance(one)
-        elif crew.game is not None:
-            room = crew.game.room
-            room.retire(room.seats[crew.game.seats[guest.pid]], running.now())
 
     async def _debriefed(self, guest: Guest, keep: bool | None) -> None:
         running = self._running

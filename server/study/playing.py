@@ -89,12 +89,12 @@ class Playing:
             self._alerts.raise_("room", f"Unit {crew.unit.id} cannot play yet: {crew.problem}")
 
     async def _open(self, crew: Crew, step: Step) -> None:
-        keys = {guest.pid: new_token() for guest in crew.guests}
+        keys = {guest.pid: new_token() for guest in crew.at(step)}
         names = {**self._names, "unit": str(crew.unit.id), "step": step.key}
         room = self._host.directory.open(self._config(step, names), self._seats(crew, step, keys))
         try:
             if step.turn is not None:
-                seated = [Seated(one.pid, crew.seat_of(step, one), one.device or "keyboard") for one in crew.guests]
+                seated = [Seated(one.pid, crew.seat_of(step, one), one.device or "keyboard") for one in crew.at(step)]
                 await self._records.run(self._records.rounds.begin, crew.unit, step, room.round.episode_id, seated)
         except MovingOutError:
             self._remove(room, "This round cannot begin.")
@@ -102,9 +102,9 @@ class Playing:
         self._enter(crew, room, step, keys)
 
     def _enter(self, crew: Crew, room: Room, step: Step, keys: dict[str, str]) -> None:
-        crew.game = Game(room, step, keys, {one.pid: crew.seat_of(step, one) for one in crew.guests})
+        crew.game = Game(room, step, keys, {one.pid: crew.seat_of(step, one) for one in crew.at(step)})
         crew.episode = room.round.episode_id if step.turn else crew.episode
-        crew.ready.clear()
+        crew.ready -= set(keys)
         self._crews[room.id] = crew
 
     def _config(self, step: Step, names: dict[str, str]) -> RoomConfig:
@@ -121,11 +121,16 @@ class Playing:
         )
 
     def _seats(self, crew: Crew, step: Step, keys: Mapping[str, str]) -> list[Seat]:
-        """Whoever plays, each with a key of their own; an agent where nobody else sits, named by its letter."""
+        """Whoever plays, each with a key of their own; an agent where nobody else sits, named by its letter.
+
+        A seat stands idle in practice when its owner has had enough of it.
+        """
         seats = {}
         for guest in crew.guests:
             index = crew.seat_of(step, guest)
-            seats[index] = Seat(index, "human", alias=guest.pid, key=hash_token(keys[guest.pid]))
+            key = keys.get(guest.pid)
+            human = Seat(index, "human", alias=guest.pid, key=hash_token(key)) if key else None
+            seats[index] = human or Seat(index, "idle", name="idle")
         for index in {0, 1} - set(seats):
             agent = self._agent(step)
             kind = "idle" if agent == "idle" else "agent"
@@ -211,11 +216,11 @@ class Playing:
                 self._remove(room, "This round is over.")
 
     async def _try_again(self, crew: Crew) -> None:
-        step = crew.guests[0].step
-        if crew.game is None and step is not None and crew.all_ready(step):
-            await self.open(crew, step)
-        else:
-            crew.problem = ""
+        crew.problem = ""
+        steps = [guest.step for guest in crew.guests if guest.pid in crew.ready]
+        ready = next((step for step in steps if step is not None and crew.all_ready(step)), None)
+        if crew.game is None and ready is not None:
+            await self.open(crew, ready)
 
     # ---- after a start of the server ----------------------------------------------------------------------------
 
@@ -238,8 +243,8 @@ class Playing:
                 await self._recover(episode, [crew for crew in crews.values() if crew.unit.id == unfinished[episode]])
 
     def _adopt(self, crew: Crew, room: Room, step: Step) -> None:
-        keys = {guest.pid: new_token() for guest in crew.guests}
-        for guest in crew.guests:
+        keys = {guest.pid: new_token() for guest in crew.at(step)}
+        for guest in crew.at(step):
             room.seats[crew.seat_of(step, guest)].key = hash_token(keys[guest.pid])
         self._enter(crew, room, step, keys)
 

@@ -165,11 +165,8 @@ class RunningStudy:
 
     async def _played(self, crew: Crew, over: Over) -> None:
         """A round or the practice has ended; one that was broken off is begun again."""
-        practised = over.step.kind == "practice" and crew.practised >= {one.pid for one in crew.guests}
-        if over.counts or practised:
-            for guest in crew.guests:
-                if guest.place.step == over.step.key and not guest.finished:
-                    await self.advance(guest)
+        for guest in crew.at(over.step) if over.counts else []:
+            await self.advance(guest)
         self.push(*crew.guests)
 
     async def _catch_up(self, crew: Crew) -> None:
@@ -311,9 +308,9 @@ class RunningStudy:
     def _hear_players(self, crew: Crew, now: float) -> None:
         """Who sits in the game is present, though no page of the study is open."""
         if crew.game is not None:
-            for guest in crew.guests:
-                if crew.game.room.seats[crew.game.seats[guest.pid]].client is not None:
-                    guest.heard_at = now
+            for pid, seat in crew.game.seats.items():
+                if crew.game.room.seats[seat].client is not None:
+                    self.guests[pid].heard_at = now
 
     async def _evict(self, crew: Crew, now: float) -> None:
         """Nobody waits for ever for a partner who is gone."""

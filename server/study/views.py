@@ -149,8 +149,8 @@ def _state(guest: Guest, crew: Crew | None, step: Step) -> View:
         return {"state": "card", "room": None}
     if crew.over is not None and crew.over.step.key == step.key:
         return {"state": "over", "room": None}
-    game, practised = crew.game, step.kind == "practice" and guest.pid in crew.practised
-    if game is not None and game.step.key == step.key and not practised:
+    game = crew.game
+    if game is not None and game.step.key == step.key:
         room = {"id": game.room.id, "token": game.keys[guest.pid], "seat": game.seats[guest.pid]}
         return {"state": "playing", "room": {**room, "path": f"/play/{game.room.id}"}}
-    return {"state": "waiting" if practised or guest.pid in crew.ready else "card", "room": None}
+    return {"state": "waiting" if guest.pid in crew.ready else "card", "room": None}
