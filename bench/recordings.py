@@ -140,7 +140,7 @@ def played(map_name: str, episode_id: str) -> tuple[EpisodeHeader, WorldState, l
         actions = np.column_stack([random.uniform(0.2, 1.0, 2), heading, random.random(2) < 0.05])
         world.step(actions)
         delivered = tuple(world.delivered().tolist())
-        ticks.append(TickRecord(actions, ("human", "agent"), (2 * number, -1), world.state(), delivered, 0.08))
+        ticks.append(TickRecord(actions, ("human", "agent"), (2 * world.tick, -1), world.state(), delivered, 0.08))
     return header, initial, ticks
 
 
