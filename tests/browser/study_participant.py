@@ -20,8 +20,8 @@ class KeyboardParticipant:
         self._look = look
         self._ways: dict[str, Callable[[], None]] = {
             "consent": self._consent,
-            "form": self._form,
-            "questionnaire": self._form,
+            "form": self.fill_in,
+            "questionnaire": self.fill_in,
             "input-check": self._input_check,
             "practice": self._practice,
             "round": self._round,
@@ -88,7 +88,7 @@ class KeyboardParticipant:
             box.evaluate("box => box.removeAttribute('data-box')")
         self.press("I agree")
 
-    def _form(self) -> None:
+    def fill_in(self) -> None:
         for question in self.page.locator(".question").all():
             question.evaluate("one => one.setAttribute('data-now', '')")
             if question.locator("textarea").count():
@@ -103,7 +103,7 @@ class KeyboardParticipant:
         self.press("Finish" if last else "Next")
         if not last:
             expect(self.page.locator(".study-head .muted")).not_to_have_text(where)
-            self._form()
+            self.fill_in()
 
     def _input_check(self) -> None:
         for key in ("KeyW", "KeyA", "KeyS", "KeyD", "Space"):

@@ -127,6 +127,56 @@ def test_a_pair_and_the_experimenter_who_pauses_restarts_and_kills_the_server(
         assert_kept(study)
 
 
+@pytest.mark.slow
+def test_two_at_one_screen_answer_alone_and_play_together(browser: Browser, tmp_path: Path, pictures: Path) -> None:
+    with served_study(tmp_path, pairs_text(ticks=20), browser) as study:
+        page = study.page("/study")
+        page.get_by_role("button", name="Begin").click()
+        until(page, "consent")
+        page.get_by_role("button", name="Add the second person").click()
+        page.get_by_role("button", name="Begin").click()
+        together = KeyboardParticipant(page)
+        for number in (1, 2):
+            expect(page.get_by_text(f"Person {number}: it is your turn")).to_be_visible()
+            together.walk(until="form")
+            together.fill_in()
+        until(page, "input-check")
+        for key in (
+            "KeyW",
+            "KeyA",
+            "KeyS",
+            "KeyD",
+            "Space",
+            "ArrowUp",
+            "ArrowLeft",
+            "ArrowDown",
+            "ArrowRight",
+            "Enter",
+        ):
+            page.keyboard.press(key)
+        together.press("Go on")
+        until(page, "practice")
+        enter([together])
+        together.press("Enough practice")
+        until(page, "round")
+        enter([together])
+        for still in (2, 1):
+            expect(page.get_by_role("button", name="I am ready")).to_have_count(still)
+            page.get_by_role("button", name="I am ready").first.click()
+        wait_for(page, "game.phase === 'playing'")
+        assert page.evaluate("window.__movingout.seats") == [0, 1]
+        page.screenshot(path=pictures / "served-two.png")
+        page.wait_for_url("**/study", timeout=60_000)
+        for number in (1, 2):
+            expect(page.get_by_text(f"Person {number}: it is your turn")).to_be_visible()
+            together.fill_in()
+        until(page, "round")
+        kept = read_kept(StudyFolder(read_study(study.file), study.server.data))
+        assert {row["unit"] for row in kept.participants.values()} == {1}
+        assert len(kept.answers) == 2 * (7 + 2)
+        assert study.complaints() == []
+
+
 def enter(people: list[KeyboardParticipant]) -> None:
     for person in people:
         person.press("I am ready")
