@@ -135,7 +135,7 @@ def played(map_name: str, episode_id: str) -> tuple[EpisodeHeader, WorldState, l
     seats = (SeatInfo("human", "P-1", device="gamepad"), SeatInfo("agent", "bass@all"))
     header = EpisodeHeader(episode_id, spec, 5, TICKS, seats, time.time_ns(), "live")
     initial, heading, ticks = world.state(), random.uniform(-np.pi, np.pi, 2), []
-    for number in range(TICKS):
+    for _ in range(TICKS):
         heading += random.normal(0.0, 0.3, 2)
         actions = np.column_stack([random.uniform(0.2, 1.0, 2), heading, random.random(2) < 0.05])
         world.step(actions)
