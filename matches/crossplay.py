@@ -76,11 +76,15 @@ def _judged(column: dict[str, Estimate], measure: Measure) -> dict[str, Cell]:
 
 
 def worst_matches(run: GridRun) -> list[MatchResult]:
-    """The lost ones first; then the worst of each pairing, the second worst of each, and so on."""
+    """The lost ones first; then the worst of each pairing, the second worst of each, and so on.
+
+    Matches with everything delivered are not among them.
+    """
     pairings = {entry.match: (entry.condition, entry.agent, entry.partner) for entry in run.plan}
     ranks: Counter[tuple[str, str, str]] = Counter()
     order: list[tuple[bool, int, MatchResult]] = []
-    for result in sorted(run.results.values(), key=lambda one: (one.tcr, one.nfd, one.match.id)):
+    bad = [result for result in run.results.values() if result.ending != "delivered"]
+    for result in sorted(bad, key=lambda one: (one.tcr, one.nfd, one.match.id)):
         pairing = pairings[result.match]
         order.append((result.ending != "failed", ranks[pairing], result))
         ranks[pairing] += 1

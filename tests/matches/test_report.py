@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from matches import GridRun, Match, MatchResult
-from matches.crossplay import matrix
+from matches.crossplay import matrix, worst_matches
 from matches.grid import Grid, read_grid
 from matches.match import lost
 from matches.page import page
@@ -82,6 +82,15 @@ def test_the_best_of_a_column_is_marked_and_the_others_tested_against_it() -> No
     p = found.cells["idle", "idle"].p
     assert p is not None and p < 0.001
     assert [found.strength(found.cells[agent, "idle"].estimate) for agent in ("idle", "scripted")] == [0.0, 1.0]
+
+
+def test_the_worst_of_each_pairing_come_in_turn_after_the_lost_ones() -> None:
+    grid = small_grid(agents=["idle", "scripted"], partners=["idle"], seeds=2, maps=["HandOff"])
+    run = _run(grid, [0.1, 0.2, 1.0, 0.9])
+    fault = next(match for match in run.results if match.seats == ("idle", "idle") and match.seed == 1)
+    run.results[fault] = lost(fault, "it raised", seat=0)
+    worst = worst_matches(run)
+    assert [(one.ending, one.tcr) for one in worst] == [("failed", 0.0), ("time", 0.9), ("time", 0.1)]
 
 
 def test_the_page_shows_everything_escaped_and_loads_nothing() -> None:
