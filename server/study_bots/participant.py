@@ -59,7 +59,6 @@ class Participant:
         self._opinions = Opinions(random)
         self._device = random.choice(("keyboard", "gamepad"))
         self._news = asyncio.Event()
-        self._practised: set[str] = set()  # keys of the steps
 
     async def take_part(self, languages: list[str]) -> Diary:
         """From the link to the completion code."""
@@ -162,7 +161,7 @@ class Participant:
 
     async def _play(self, step: dict[str, Any]) -> View:
         state, room = step["state"], step["room"]
-        if state == "waiting" or (room is None and state == "playing") or step["key"] in self._practised:
+        if state == "waiting" or (state == "playing" and room is None):
             return await self._wait(step)
         if state != "playing":
             return await self._next(step["key"])
@@ -171,7 +170,6 @@ class Participant:
         enough = self._random.randint(*PRACTICE_TICKS) if practice else 0
         over = await player.play(lambda: self._faults.happens(self._faults.drops), enough)
         if player.had_enough:
-            self._practised.add(step["key"])
             return await self._next(step["key"], done=True)
         if player.outcome in PLAYED and not practice:
             self.diary.rounds.add(step["key"])
