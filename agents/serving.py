@@ -228,5 +228,5 @@ def trained_agent(
 ) -> PolicyAgent:
     """The agent `agent_id` from the user's models or from those that come with the project, with its options."""
     options = {"simulator": simulator, "partner": partner, "sampling": sampling, "score": score}
-    variant = {name: value for name, value in options.items() if value}
+    variant = {name: str(value) for name, value in options.items() if value}  # `sampling=4` comes as a number
     return agent_of(find_checkpoint(agent_id, *MODEL_ROOTS), execute, **variant)

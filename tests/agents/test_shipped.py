@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from agents.bass.agent import BassAgent
+from agents.bass.selection import pairs_of
 from agents.catalogue import load_agent, trained_cards
 from agents.checkpoint import SHIPPED, checkpoint_folders, read_checkpoint
 from agents.idle import IdleAgent
@@ -37,3 +39,10 @@ def test_a_shipped_agent_plays_a_map_it_never_saw(agent_id: str, the_map: MapSpe
     steps = list(rollout(the_map, (load_agent(agent_id), IdleAgent()), seed=1, ticks=25))
     actions = np.array([step.actions for step in steps])
     assert np.isfinite(actions).all() and np.abs(actions[:, 0, 0]).max() > 0.1
+
+
+@pytest.mark.parametrize(("sampling", "pairs"), [("4", 4), ("2x2", 4), ("4x4", 16)])
+def test_a_sampling_is_chosen_in_the_id_as_the_documentation_says(sampling: str, pairs: int) -> None:
+    agent = load_agent(f"bass@all:sampling={sampling}")
+    assert isinstance(agent, BassAgent)
+    assert len(pairs_of(agent.selection)) == pairs
