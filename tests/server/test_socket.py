@@ -148,8 +148,12 @@ def test_a_partner_from_the_catalogue_plays(live: Live) -> None:
     room = live.open_room("here", "scripted")
     blue = live.person(room["room"], tokens=[room["tokens"][0]])
     start((blue, 0))
-    first = blue.play(15) and blue.bundles[0].poses[0, 1]
-    assert abs(blue.bundles[-1].poses[-1, 1] - first).max() > 0.05, "red has moved"
+    for _ in range(10):  # on a busy machine it may think a while before it goes
+        blue.play(15)
+        moved = abs(blue.bundles[-1].poses[-1, 1] - blue.bundles[0].poses[0, 1]).max()
+        if moved > 0.05:
+            break
+    assert moved > 0.05, "red has moved"
 
 
 def test_a_stop_says_goodbye_and_finalises_everything(tmp_path: Path) -> None:
