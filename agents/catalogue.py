@@ -144,7 +144,7 @@ def _parse(agent_id: str) -> tuple[str, dict[str, OptionValue]]:
         return head, _parse_options(agent_id, rest)
     attribute, _, options = rest.partition(":")
     if not attribute.isidentifier() or not all(part.isidentifier() for part in head.split(".")):
-        known = ", ".join([*_CATALOGUE, *(card.id for card in trained_cards())])
+        known = ", ".join(dict.fromkeys([*_CATALOGUE, *(card.id for card in trained_cards())]))
         raise AgentError(f"unknown agent {agent_id!r}; known: {known}, or package.module:Factory for your own")
     return f"{head}:{attribute}", _parse_options(agent_id, options)
 

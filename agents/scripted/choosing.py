@@ -58,7 +58,7 @@ class Chooser:
 
     def partner_is_active(self, tick: int) -> bool:
         """Whether the partner has moved lately."""
-        return tick - self._partner_moved < IDLE_AFTER
+        return self._partner_moved < 0 or tick - self._partner_moved < IDLE_AFTER
 
     def ended(self, now: Situation, errand: Errand) -> None:
         """Note how an errand went."""

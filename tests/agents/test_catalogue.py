@@ -22,7 +22,7 @@ def test_options_reach_a_factory_of_the_user_with_their_types() -> None:
 @pytest.mark.parametrize(
     ("agent_id", "sentence"),
     [
-        ("scriptet", "unknown agent 'scriptet'; known: scripted, person, idle, or package.module:Factory"),
+        ("scriptet", "unknown agent 'scriptet'; known: scripted, person, idle, bass@all, dp@all"),
         ("a b:c", "unknown agent"),
         ("no_such_module:Factory", "cannot import 'no_such_module'"),
         (f"{HERE}:Missing", "has no factory 'Missing'"),
