@@ -10,6 +10,8 @@ import numpy.typing as npt
 from maps import MapSpec
 from world.state import WorldState
 
+THREADS = 1  # of the processor that an agent decides on: the others run rooms and other agents
+
 ActionChunk = npt.NDArray[np.float64]
 """(H, 4) with H >= 1: distance in [-1, 1], cos, sin of the heading, grasp toggle {0, 1}; row 0 is the coming tick."""
 

@@ -10,7 +10,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from agents.base import ActionChunk, Agent, EpisodeInfo, Observation
+from agents.base import THREADS, ActionChunk, Agent, EpisodeInfo, Observation
 from agents.catalogue import AgentCard, agent_card, agent_cards, load_agent
 from agents.chunk import rows_to_execute
 from agents.errors import AgentError
@@ -45,7 +45,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _list(arguments: argparse.Namespace) -> int:
     cards = agent_cards()
     if arguments.json:
-        print(json.dumps([_document(card) for card in cards]))
+        print(json.dumps({"agents": [_document(card) for card in cards]}))
         return 0
     table = Table("agent", "kind", "maps", "scores", "what it does", box=None, header_style="dim", pad_edge=False)
     for card in cards:
@@ -91,14 +91,9 @@ def _probe(arguments: argparse.Namespace) -> int:
     p50, p99 = np.percentile(timed.decisions_ms, (50, 99)).tolist()
     holds = p99 < TICK_MS
     if arguments.json:
-        figures = {
-            "decisions": len(timed.decisions_ms),
-            "ticks": ticks,
-            "p50_ms": p50,
-            "p99_ms": p99,
-            "holds_10_hz": holds,
-        }
-        print(json.dumps({"agent": arguments.agent, "map": arguments.map, **figures}))
+        decision_ms = {"p50": p50, "p99": p99, "n": len(timed.decisions_ms)}
+        document = {"id": arguments.agent, "map": arguments.map, "ticks": ticks, "decision_ms": decision_ms}
+        print(json.dumps({**document, "threads": THREADS, "holds_10hz": holds}))
     else:
         verdict = "holds 10 Hz on this machine" if holds else "too slow for 10 Hz on this machine"
         print(f"{arguments.agent} on {arguments.map}: {len(timed.decisions_ms)} decisions in {ticks} ticks, ", end="")

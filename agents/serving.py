@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 import onnxruntime
 
-from agents.base import ActionChunk, EpisodeInfo, Observation
+from agents.base import THREADS, ActionChunk, EpisodeInfo, Observation
 from agents.checkpoint import MODEL_ROOTS, Checkpoint, find_checkpoint
 from agents.errors import AgentError, CheckpointError
 from agents.features import FeatureEncoder, feature_encoder
@@ -29,8 +29,8 @@ class Network:
 
     def __init__(self, data: bytes) -> None:
         options = onnxruntime.SessionOptions()
-        options.intra_op_num_threads = 1
-        options.inter_op_num_threads = 1
+        options.intra_op_num_threads = THREADS
+        options.inter_op_num_threads = THREADS
         options.log_severity_level = 3
         try:
             self._session = onnxruntime.InferenceSession(data, options, providers=["CPUExecutionProvider"])

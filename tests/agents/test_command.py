@@ -13,7 +13,7 @@ def test_the_list_has_every_agent(capsys: pytest.CaptureFixture[str]) -> None:
     printed = capsys.readouterr().out
     assert all(card.id in printed for card in agent_cards())
     assert main(["agents", "list", "--json"]) == 0
-    assert [card["id"] for card in json.loads(capsys.readouterr().out)] == [card.id for card in agent_cards()]
+    assert [card["id"] for card in json.loads(capsys.readouterr().out)["agents"]] == [card.id for card in agent_cards()]
 
 
 def test_one_agent_is_shown_and_an_unknown_one_is_answered_with_those_there_are(
@@ -28,6 +28,6 @@ def test_one_agent_is_shown_and_an_unknown_one_is_answered_with_those_there_are(
 def test_a_probe_times_the_decisions(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["agents", "probe", "idle", "--ticks", "5", "--json"]) == 0
     probe = json.loads(capsys.readouterr().out)
-    assert probe["ticks"] == 5
-    assert 1 <= probe["decisions"] <= 5
-    assert 0 <= probe["p50_ms"] <= probe["p99_ms"]
+    assert (probe["id"], probe["ticks"], probe["threads"], probe["holds_10hz"]) == ("idle", 5, 1, True)
+    assert 1 <= probe["decision_ms"]["n"] <= 5
+    assert 0 <= probe["decision_ms"]["p50"] <= probe["decision_ms"]["p99"]
