@@ -14,7 +14,6 @@ from server.study_bots.pilot import ScriptedPilot, state_of
 from server.study_bots.player import Player
 from server.tokens import hash_token
 from tests.server.live import serve
-from tests.support import run
 from world import World
 
 
@@ -62,7 +61,7 @@ def test_a_scripted_person_plays_a_round_to_its_end_also_over_a_connection_that_
             second = Player(f"ws://{live.address}", room["room"], "key", ScriptedPilot("A01", 1), device)
             return await second.play(lambda: False), second.outcome
 
-        assert run(play()) in ((True, "time"), (True, "delivered"))
+        assert asyncio.run(play()) in ((True, "time"), (True, "delivered"))
         asyncio.run_coroutine_threadsafe(live.host.archive.settled(), live.loop).result(20)
     found, broken = list_recordings(tmp_path / "recordings")
     assert broken == []
