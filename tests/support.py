@@ -1,17 +1,9 @@
-"""What tests of several folders share: where the reference data of the official environment lies,
-and a loop for what is asynchronous.
-"""
+"""What tests of several folders share: where the reference data of the official environment lies."""
 
-import asyncio
 import os
-from collections.abc import Coroutine
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any, TypeVar
 
 import pytest
-
-Result = TypeVar("Result")
 
 ROOT = Path(__file__).resolve().parent.parent
 REFERENCE = ROOT.parent / "shared" / "reference"
@@ -29,9 +21,3 @@ def reference(name: str) -> Path:
             pytest.fail(f"{sentence}, but CI=true asks for it")
         pytest.skip(sentence)
     return path
-
-
-def run(scenario: Coroutine[Any, Any, Result]) -> Result:
-    """What a coroutine returns; in a thread, since browser tests leave a running loop in the main one."""
-    with ThreadPoolExecutor(1) as thread:
-        return thread.submit(asyncio.run, scenario).result()

@@ -14,7 +14,6 @@ from agents.observing import start_state
 from maps import load_map
 from server.agent_seat import AgentAnswer, AgentPool, AgentSeat
 from tests.agents.support import HERE
-from tests.support import run
 from world.state import WorldState
 
 MAP = load_map("HandOff")
@@ -35,7 +34,7 @@ def with_pool(scenario: Callable[[AgentPool], Awaitable[None]]) -> None:
         finally:
             await pool.close()
 
-    run(use())
+    asyncio.run(use())
 
 
 async def until(condition: Callable[[], bool]) -> None:
