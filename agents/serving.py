@@ -15,6 +15,7 @@ import onnxruntime
 
 from agents.base import THREADS, ActionChunk, EpisodeInfo, Observation
 from agents.checkpoint import MODEL_ROOTS, Checkpoint, find_checkpoint
+from agents.device import providers
 from agents.errors import AgentError, CheckpointError
 from agents.features import FeatureEncoder, feature_encoder
 from agents.hold import toggles
@@ -25,15 +26,16 @@ Singles = npt.NDArray[np.float32]
 
 
 class Network:
-    """An ONNX graph that runs on one thread."""
+    """An ONNX graph that runs on one thread, or on a GPU (agents.device)."""
 
     def __init__(self, data: bytes) -> None:
         options = onnxruntime.SessionOptions()
         options.intra_op_num_threads = THREADS
         options.inter_op_num_threads = THREADS
         options.log_severity_level = 3
+        where = providers()
         try:
-            self._session = onnxruntime.InferenceSession(data, options, providers=["CPUExecutionProvider"])
+            self._session = onnxruntime.InferenceSession(data, options, providers=where)
         except Exception as error:  # onnxruntime has no common base of its own errors
             raise CheckpointError(f"onnxruntime cannot load this network: {error}"[:300]) from error
         self._inputs = [argument.name for argument in self._session.get_inputs()]
