@@ -1,4 +1,4 @@
-"""For all tests: one thread for numerical libraries, since tests run side by side; no loop left over from a browser."""
+"""For all tests: one thread for numerical libraries, since tests run side by side, but one browser at a time."""
 
 import asyncio
 import os
@@ -7,6 +7,12 @@ from collections.abc import Iterator
 import pytest
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+
+def pytest_itemcollected(item: pytest.Item) -> None:
+    """Files stay together (`--dist loadgroup`), and all that drive a browser: two at once are too slow to play."""
+    folder = item.path.parent.name
+    item.add_marker(pytest.mark.xdist_group("browser" if folder == "browser" else item.nodeid.partition("::")[0]))
 
 
 @pytest.fixture(autouse=True)

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from playwright.sync_api import Browser, ConsoleMessage, Page, Playwright
+from playwright.sync_api import Browser, ConsoleMessage, Page, Playwright, expect
 
 from tests.browser.install import find_chromium
 
@@ -144,11 +144,14 @@ def wait_for(page: Page, expression: str, timeout_s: float = 15.0) -> None:
 def start(*pages: Page, tap: bool = False) -> None:
     """Everybody says that they are ready; the 3-2-1 runs."""
     for page in pages:
-        button = page.get_by_role("button", name="I am ready").first
+        buttons = page.get_by_role("button", name="I am ready")
+        buttons.first.wait_for()
+        waiting = buttons.count()
         if tap:
-            button.tap()
+            buttons.first.tap()
         else:
-            button.click()
+            buttons.first.click()
+        expect(buttons).to_have_count(waiting - 1)  # two at one screen are not the same one twice
     for page in pages:
         wait_for(page, "game.phase === 'playing'")
 
