@@ -15,7 +15,7 @@ play: .venv/serve ## serve the game and print its links
 venv: .venv/dev ## prepare the environment with everything for development
 
 test: .venv/dev .venv/browser .venv/node ## every test but the long ones (minutes)
-	$(BIN)/pytest -n 2 --dist loadgroup -m "not slow" $(ARGS)
+	$(BIN)/pytest -n 2 --dist loadfile -m "not slow" $(ARGS)
 
 test-slow: .venv/dev .venv/browser .venv/node ## the long tests: fuzzing, endurance, load
 	$(BIN)/pytest -m slow $(ARGS)

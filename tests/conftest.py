@@ -3,16 +3,25 @@
 import asyncio
 import os
 from collections.abc import Iterator
+from typing import Any
 
 import pytest
+from xdist.scheduler import LoadScopeScheduling
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 
-def pytest_itemcollected(item: pytest.Item) -> None:
-    """Files stay together (`--dist loadgroup`), and all that drive a browser: two at once are too slow to play."""
-    folder = item.path.parent.name
-    item.add_marker(pytest.mark.xdist_group("browser" if folder == "browser" else item.nodeid.partition("::")[0]))
+class OneBrowserAtATime(LoadScopeScheduling):  # type: ignore[misc]  # xdist has no types
+    """Files stay together, and so do all that drive a browser: two at once are too slow to play."""
+
+    def _split_scope(self, nodeid: str) -> str:
+        path = nodeid.partition("::")[0]
+        return "tests/browser" if path.startswith("tests/browser/") else path
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> LoadScopeScheduling:
+    return OneBrowserAtATime(config, log)
 
 
 @pytest.fixture(autouse=True)
