@@ -28,6 +28,11 @@ class StudyFolder:
     def recordings(self) -> Path:
         return self.data / "recordings"
 
+    @property
+    def rooms(self) -> Path:
+        """What the server keeps of its rooms between two starts."""
+        return self.data / "rooms"
+
     def output(self, what: str, simulated: bool) -> Path:
         """Where a report or an export goes by itself; of a rehearsal under a name that says so."""
         return Path(f"{self.study.id}-simulated-{what}" if simulated else f"{self.study.id}-{what}")

@@ -40,6 +40,7 @@ def forget(folder: StudyFolder, store: Store, pid: str) -> Forgotten:
     """Remove a participant. What was killed half-way is finished by asking again: the row in the store goes last."""
     require(store, pid)
     removed = remove_recordings(folder.recordings, pid, set(episodes_of(store, pid)))
+    remove_rooms(folder.rooms, pid)
     with closing(folder.open_identities()) as identities:
         known = identities.forget(pid) > 0
     return Forgotten(pid, remove(store, pid, removed), removed, known)
@@ -98,6 +99,16 @@ def remove_recordings(folder: Path, pid: str, episodes: set[str]) -> int:
     except OSError as error:
         raise StudyError(f"cannot delete {error.filename}: {error.strerror or error}") from None
     return len(paths)
+
+
+def remove_rooms(folder: Path, pid: str) -> None:
+    """Delete what a stopped server keeps of the rooms that name the participant."""
+    try:
+        for path in folder.glob("*.json"):
+            if pid.encode() in path.read_bytes():
+                path.unlink()
+    except OSError as error:
+        raise StudyError(f"cannot delete {error.filename}: {error.strerror or error}") from None
 
 
 def _names(pid: str, recording: Summary) -> bool:

@@ -107,10 +107,14 @@ def test_forgetting_leaves_no_trace_of_the_participant_in_any_file(tmp_path: Pat
     store.note(f"{gone} felt unwell", unit=1)
     damaged = place.recordings / "practice.mcap.journal.unreadable"
     damaged.write_bytes(b"\x00" + gone.encode())
+    place.rooms.mkdir()
+    for pid in (gone, stays):  # of a server that was stopped
+        (place.rooms / f"{pid == gone}.json").write_text(f'{{"seats": [{{"alias": "{pid}"}}]}}', encoding="utf-8")
     assert len(traces(tmp_path, gone)) > 4
     done = forget(place, store, gone)
     assert (done.recordings, done.identity) == (3, True) and done.rows > 10
     assert traces(tmp_path, gone, "worker-0000") == []
+    assert [path.name for path in place.rooms.iterdir()] == ["False.json"]
     assert traces(tmp_path, stays) and len(list(place.recordings.glob("*.mcap"))) == 2
     (stone,) = store.rows(tombstones)
     assert (stone["rows"], stone["recordings"]) == (done.rows, 3)
