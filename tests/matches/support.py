@@ -1,6 +1,7 @@
 """Small agents and grids for tests of matches; workers load them as `tests.matches.support:Name`."""
 
 import contextlib
+import ctypes
 import os
 import signal
 import time
@@ -94,12 +95,12 @@ class Slow(Wanderer):
 
 
 class Deaf(Wanderer):
-    """Hangs with all signals blocked, as code outside of Python does."""
+    """Hangs outside of Python: no signal handler gets its turn, whichever thread of the process the signal reaches."""
 
     def act(self, observation: Observation) -> ActionChunk:
         signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGALRM})
-        while True:
-            time.sleep(1.0)
+        ctypes.PyDLL(None).sleep(1000)
+        raise AssertionError("was not ended")
 
 
 def small_grid(**changes: object) -> Grid:

@@ -88,7 +88,7 @@ def test_an_agent_that_takes_its_process_along_loses_only_its_matches(tmp_path: 
 
 @pytest.mark.slow
 def test_a_worker_that_hangs_where_no_alarm_reaches_is_replaced(tmp_path: Path) -> None:
-    grid = small_grid(agents=[f"{HERE}:Deaf"], partners=["idle"], maps=["HandOff"], seeds=1, agent_limit_s=0.1)
+    grid = small_grid(agents=[f"{HERE}:Deaf"], partners=["idle"], maps=["HandOff"], seeds=1, agent_limit_s=1.0)
 
     def impatient(size: int, limit_s: float, record: Path | None) -> LocalCrew:
         return LocalCrew(size, limit_s, record, grace_s=4.0)
