@@ -1,10 +1,16 @@
-"""From a trained network to the one ONNX graph that plays: normalisation, whole sampler and all."""
+"""From a trained network to the one ONNX graph that plays: normalisation, whole sampler and all.
+
+Weights are stored in half precision and computed with in single precision, so that a checkpoint is half as large.
+"""
 
 import tempfile
 import warnings
 from pathlib import Path
 
+import numpy as np
+import onnx
 import torch
+from onnx import helper, numpy_helper
 from torch import Tensor, nn
 
 from agents.onnx_guard import check_onnx
@@ -12,6 +18,7 @@ from agents.policies.policy import Policy
 from agents.policy_spec import ACTION_WIDTH
 
 OPSET = 17
+LARGE = 1024  # numbers: smaller tensors (biases, normalisation) keep their full precision
 
 
 def export_policy(policy: Policy) -> bytes:
@@ -34,6 +41,36 @@ def export(module: nn.Module, example: tuple[Tensor, ...], inputs: list[str], ou
             module, example, path, input_names=inputs, output_names=outputs, dynamic_axes=free,
             opset_version=OPSET, dynamo=False,
         )  # fmt: skip
-        data = path.read_bytes()
+        data = _halved(path.read_bytes())
     check_onnx(data)
     return data
+
+
+def halved_weights(module: nn.Module) -> dict[str, Tensor]:
+    """The parameters and buffers of a module, large ones in half precision, to be stored beside its ONNX."""
+    return {
+        name: (tensor.half() if _is_halved(tensor.dtype == torch.float32, tensor.numel()) else tensor).contiguous()
+        for name, tensor in module.state_dict().items()
+    }
+
+
+def _is_halved(single: bool, numbers: int) -> bool:
+    return single and numbers >= LARGE
+
+
+def _halved(data: bytes) -> bytes:
+    """The model with its large weights stored as float16, each cast back where it was; onnxruntime does it at load."""
+    model = onnx.load_from_string(data)
+    casts = []
+    for tensor in model.graph.initializer:
+        values = numpy_helper.to_array(tensor)
+        if not _is_halved(values.dtype == np.float32, values.size):
+            continue
+        name = tensor.name
+        tensor.CopyFrom(numpy_helper.from_array(values.astype(np.float16), f"{name}.half"))
+        casts.append(helper.make_node("Cast", [tensor.name], [name], to=onnx.TensorProto.FLOAT))
+    nodes = [*casts, *model.graph.node]
+    del model.graph.node[:]
+    model.graph.node.extend(nodes)
+    halved: bytes = model.SerializeToString()
+    return halved

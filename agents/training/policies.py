@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import torch
 from safetensors.torch import save
-from torch import Tensor, nn
+from torch import nn
 
 from agents.checkpoint import Checkpoint, write_checkpoint
 from agents.dataset import Indices, Windows
-from agents.policies.export import export_policy
+from agents.policies.export import export_policy, halved_weights
 from agents.policies.policy import MOTION, Policy, build_policy
 from agents.training.config import PolicyConfig
 from agents.training.loop import Losses, Task, fit
@@ -104,5 +104,5 @@ def save_policy(
         },
         "scores": {},
     }
-    tensors: dict[str, Tensor] = {key: value.contiguous() for key, value in policy.state_dict().items()}
-    return write_checkpoint(folder, card, {"policy.onnx": export_policy(policy), "policy.safetensors": save(tensors)})
+    files = {"policy.onnx": export_policy(policy), "policy.safetensors": save(halved_weights(policy))}
+    return write_checkpoint(folder, card, files)  # type: ignore[arg-type]

@@ -13,7 +13,7 @@ from agents.bass.dynamics import Dynamics, Rollout, build_dynamics
 from agents.bass.state_vector import CONSTANT_WIDTH, MOVING_WIDTH, constant, moving_arrays
 from agents.checkpoint import Checkpoint, write_checkpoint
 from agents.dataset import Indices, Singles, Trajectory
-from agents.policies.export import export
+from agents.policies.export import export, halved_weights
 from agents.policy_spec import Grasp
 from agents.training.config import BassConfig
 from agents.training.loop import Losses, Task, fit
@@ -120,10 +120,9 @@ def save_bass(
             "created": datetime.datetime.now(datetime.UTC).date().isoformat(),
         },
     }
-    tensors = {key: value.contiguous() for key, value in dynamics.state_dict().items()}
     files = {
         "policy.onnx": base.read("policy.onnx"),
         "dynamics.onnx": export_dynamics(dynamics, config.depth, policy.grasp),
-        "dynamics.safetensors": save(tensors),
+        "dynamics.safetensors": save(halved_weights(dynamics)),
     }
     return write_checkpoint(folder, card, files)  # type: ignore[arg-type]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import torch
 
-from agents.policies.export import export_policy
+from agents.policies.export import export_policy, halved_weights
 from agents.policies.policy import build_policy
 from agents.policies.processes import Diffusion, Flow
 from agents.serving import PolicyNetwork
@@ -26,12 +26,19 @@ def test_an_exported_policy_gives_the_numbers_of_the_trained_one(variant: dict[s
     spec = tiny_spec(**variant)
     policy = build_policy(spec).eval()
     policy.fit_normaliser(torch.randn(spec.features), torch.rand(spec.features))
+    policy.load_state_dict(halved_weights(policy))  # as they are stored
     served = PolicyNetwork(spec, export_policy(policy))
     seen = np.random.default_rng(1).standard_normal((3, 2, spec.features), dtype=np.float32)
     noise = np.random.default_rng(7).standard_normal((3, max(spec.noise_rows, 1), 8, 5), dtype=np.float32)
     with torch.inference_mode():
         expected = policy(torch.from_numpy(seen), torch.from_numpy(noise)).numpy()
     assert np.allclose(served.sample(seen, np.random.default_rng(7)), expected, atol=1e-4)
+
+
+def test_large_weights_are_stored_in_half_precision() -> None:
+    policy = build_policy(tiny_spec(kind="mlp", width=512))
+    numbers = sum(parameter.numel() for parameter in policy.parameters())
+    assert len(export_policy(policy)) < 2.1 * numbers
 
 
 def _ideal_denoiser(target: torch.Tensor, process: Flow | Diffusion):  # type: ignore[no-untyped-def]
