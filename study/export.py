@@ -21,16 +21,16 @@ from recordings.exports.plan import Plan
 from recordings.exports.target import building
 from recordings.listing import path_of
 from study.allocation import assign
-from study.codebook import codebook
+from study.codebook import MADE, codebook
 from study.definition import Study
 from study.errors import StudyError
 from study.folder import StudyFolder
 from study.questionnaire import NO_ANSWER
 from study.store.store import Store
+from study.store.tables import exported
 
 FORMATS = ("csv", "parquet", "json")
 FEW = 5  # a group of people smaller than this may be recognised
-_HIDDEN = {"participants": ("code",), "study": ("salt",)}  # codes lead to who was paid, the salt to who was forgotten
 Row = dict[str, Any]
 
 
@@ -64,7 +64,7 @@ def export_study(folder: StudyFolder, store: Store, target: Path, options: Optio
         with building(target) as part:
             part.mkdir()
             for name, rows in tables.items():
-                _write(part, name, rows, _columns(store, name, rows), options.formats)
+                _write(part, name, rows, _columns(store, name), options.formats)
                 done.rows[name] = len(rows)
             (part / "study.yaml").write_text(frozen.file_text, encoding="utf-8")
             about: Row = {"study": frozen.id, "protocol": study.protocol, "file_sha256": frozen.file_sha256}
@@ -86,8 +86,8 @@ def export_study(folder: StudyFolder, store: Store, target: Path, options: Optio
 def _tables(study: Study, store: Store) -> dict[str, list[Row]]:
     tables = {}
     for name, table in store.tables().items():
-        hidden = _HIDDEN.get(name, ())
-        tables[name] = [{key: row[key] for key in row if key not in hidden} for row in store.rows(table)]
+        names = [column.name for column in exported(table)]
+        tables[name] = [{key: row[key] for key in names} for row in store.rows(table)]
     _mark_newest(tables["answers"])
     tables["allocation"] = list(_allocation(study, tables["units"]))
     return tables
@@ -135,14 +135,13 @@ def _manifest(folder: Path, rounds: Iterable[Row], done: Exported) -> list[Row]:
     return manifest
 
 
-def _columns(store: Store, name: str, rows: Sequence[Row]) -> dict[str, type]:
+def _columns(store: Store, name: str) -> dict[str, type]:
     """The columns of a table with their types, also where it has no rows."""
     table: Table | None = store.tables().get(name)
-    if table is None:
-        return {key: _plain_type(rows, key) for key in (rows[0] if rows else {})}
-    hidden = _HIDDEN.get(name, ())
-    known = {column.name: _type(column) for column in table.columns if column.name not in hidden}
-    return {**known, "counts": bool} if name == "answers" else known
+    kept = exported(table) if table is not None else []
+    return {column.name: _type(column) for column in kept} | {
+        column: made.kind for column, made in MADE.get(name, {}).items()
+    }
 
 
 def _type(column: Column[Any]) -> type:
@@ -151,10 +150,6 @@ def _type(column: Column[Any]) -> type:
     if isinstance(column.type, Integer | BigInteger):
         return int
     return float if isinstance(column.type, Float) else str
-
-
-def _plain_type(rows: Sequence[Row], key: str) -> type:
-    return next((type(row[key]) for row in rows if row[key] is not None), str)
 
 
 # ---- files ------------------------------------------------------------------------------------------------------
@@ -168,7 +163,7 @@ def _write(folder: Path, name: str, rows: Sequence[Row], columns: dict[str, type
             writer.writerows(rows)
     if "json" in formats:
         (folder / f"{name}.json").write_text(json.dumps(rows, indent=1, ensure_ascii=False), encoding="utf-8")
-    if "parquet" in formats and columns:
+    if "parquet" in formats:
         _write_parquet(folder / f"{name}.parquet", rows, columns)
 
 

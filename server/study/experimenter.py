@@ -1,6 +1,5 @@
 """What the experimenter can do to a running study. Everything is kept in the audit or beside the data."""
 
-from collections.abc import Iterable
 from time import time
 from typing import Any
 
@@ -9,7 +8,7 @@ import msgspec
 from server.study.crew import Crew
 from server.study.guest import Guest
 from server.study.reception import Reception
-from server.study.running import PAUSED, RunningStudy
+from server.study.running import RunningStudy
 from study.errors import StudyError
 
 PAYMENT_COLUMNS = ("source", "id", "pid", "outcome", "code", "minutes", "amount", "currency", "data_kept")
@@ -43,25 +42,7 @@ class Experimenter:
         running = self._running
         async with running.lock:
             await self._audit("pause" if paused else "resume", order)
-            crews: Iterable[Crew]
-            if order.pid or order.unit is not None:
-                crews = [self._crew(order)]
-                for crew in crews:
-                    crew.paused = paused
-            else:
-                running.paused, crews = paused, running.crews.values()
-            for crew in crews:
-                self._hold(crew)
-            running.push(*running.guests.values())
-
-    def _hold(self, crew: Crew) -> None:
-        running = self._running
-        if crew.game is None:
-            return
-        if running.paused or crew.paused:
-            crew.game.room.hold(PAUSED, running.now())
-        else:
-            crew.game.room.release(running.now())
+            await running.pause(paused, self._crew(order) if order.pid or order.unit is not None else None)
 
     async def restart_round(self, order: Order) -> None:
         """The running round does not count; it is played again from its map card."""

@@ -76,11 +76,13 @@ class RunningStudy:
         known = await self.run(self.records.identities.everybody)
         for one in await self.run(store.everybody):
             self.add(one, known.get(one.pid, ("", ""))[0])
+        self.paused = await self.run(store.paused)
         self.notes = [self._note(row) for row in reversed(await self.run(store.rows, notes))]
         newest = await self.run(self.records.rounds.newest_episodes)
         for unit in await self.run(store.units_on_their_way):
             self._add_crew(unit, [self.guests[pid] for pid in unit.pids], newest.get(unit.id, ""))
         await self.playing.take_up(self.crews)
+        self._hold_rooms()
         async with self.lock:
             for crew in list(self.crews.values()):
                 await self._catch_up(crew)
@@ -137,6 +139,34 @@ class RunningStudy:
             for push in list(guest.pushes):
                 push({"changed": True})
 
+    # ---- pausing (the lock is held) ---------------------------------------------------------------------------
+
+    async def pause(self, paused: bool, crew: Crew | None = None) -> None:
+        """Stop the clock of a crew or of everybody, or let it go on; a restart of the server changes nothing."""
+        await self.run(self.records.store.pause, paused, None if crew is None else crew.unit.id)
+        if crew is None:
+            self.paused = paused
+        else:
+            crew.paused = paused
+        self._hold_rooms()
+        if not paused:
+            self._begin_waits_anew(crew)
+        self.push(*self.guests.values())
+
+    def _begin_waits_anew(self, crew: Crew | None) -> None:
+        """A pause does not count: nobody who went away meanwhile is gone, nobody has waited too long."""
+        for guest in self.guests.values() if crew is None else crew.guests:
+            guest.heard_at = self.now()
+        self.waiting.begin_anew(self.now())
+
+    def _hold_rooms(self) -> None:
+        for crew in self.crews.values():
+            room, still = crew.game and crew.game.room, self.paused or crew.paused
+            if room and still and not room.held:
+                room.hold(PAUSED, self.now())
+            elif room and room.held and not still:
+                room.release(self.now())
+
     # ---- from step to step (the lock is held) -----------------------------------------------------------------
 
     async def advance(self, guest: Guest) -> None:
@@ -190,7 +220,7 @@ class RunningStudy:
         self.push(*guests)
 
     def _add_crew(self, unit: Unit, guests: list[Guest], episode: str = "") -> None:
-        self.crews[unit.id] = Crew(unit, guests, episode=episode)
+        self.crews[unit.id] = Crew(unit, guests, paused=unit.paused, episode=episode)
         for guest in guests:
             guest.way = steps(self.study, assign(self.study, unit.slot))
 
@@ -296,7 +326,8 @@ class RunningStudy:
                 continue
             await self._bring_in(crew)
             self._hear_players(crew, now)
-            await self._evict(crew, now)
+            if not (self.paused or crew.paused):
+                await self._evict(crew, now)
             self._notice(crew, now)
         await self.playing.look_after(self.crews.values(), now, may_begin=not self.paused)
         if not self.paused:

@@ -29,6 +29,11 @@ class WaitingRoom:
         """Begin to wait; who waits already goes on waiting."""
         self._waiting.setdefault(pid, Waiting(pid, now, now, screen))
 
+    def begin_anew(self, now: float) -> None:
+        """Nobody has waited so far: a pause does not count."""
+        for one in self._waiting.values():
+            one.since = now
+
     def leave(self, pid: str) -> None:
         self._waiting.pop(pid, None)
 

@@ -43,6 +43,7 @@ class Unit:
     id: int
     slot: int
     pids: tuple[str, ...]
+    paused: bool  # by the experimenter
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,6 +129,17 @@ class Store:
             row.id, row.file_text, row.file_sha256, json.loads(row.code), json.loads(row.models), row.simulated
         )
 
+    def pause(self, paused: bool, unit: int | None = None) -> None:
+        """The experimenter stops the clock of a unit, or of everybody, or lets it go on."""
+        change = update(study) if unit is None else update(units).where(units.c.id == unit)
+        with self.database.write() as connection:
+            connection.execute(change.values(paused=paused))
+
+    def paused(self) -> bool:
+        """Whether the experimenter has stopped everybody's clock."""
+        with self.database.read() as connection:
+            return bool(connection.execute(select(study.c.paused)).scalar_one())
+
     # ---- participants -----------------------------------------------------------------------------------------------
 
     def arrive(self, pid: str, language: str, step: str = "consent") -> Participant:
@@ -206,9 +218,6 @@ class Store:
     def keep_data(self, pid: str, keep: bool) -> None:
         """The answer to "may we keep your data?"."""
         self._change(pid, keep=keep)
-
-    def paid(self, pid: str) -> None:
-        self._change(pid, paid_ms=self.now())
 
     def _change(self, pid: str, **values: object) -> None:
         with self.database.write() as connection:
@@ -318,7 +327,7 @@ def _unit(connection: Connection, number: int) -> Unit:
     if row is None:
         raise StoreError(f"there is no unit {number}")
     members = select(participants.c.pid).where(participants.c.unit == number).order_by(participants.c.member)
-    return Unit(row.id, row.slot, tuple(connection.execute(members).scalars()))
+    return Unit(row.id, row.slot, tuple(connection.execute(members).scalars()), row.paused)
 
 
 def _settle(connection: Connection, number: int) -> None:

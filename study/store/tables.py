@@ -4,6 +4,8 @@
 somebody leaves nothing to remove there.
 """
 
+from typing import Any
+
 from sqlalchemy import (
     BigInteger,
     Boolean,
@@ -31,6 +33,14 @@ metadata = MetaData(
 )
 identity_metadata = MetaData(naming_convention=metadata.naming_convention)
 
+_INSIDE = {"exported": False}  # of columns that no export holds
+
+
+def exported(table: Table) -> list[Column[Any]]:
+    """The columns that may leave the database."""
+    return [column for column in table.columns if column.info.get("exported", True)]
+
+
 study = Table(
     "study",
     metadata,
@@ -41,7 +51,8 @@ study = Table(
     Column("code", Text, nullable=False, doc="versions of the software, JSON"),
     Column("models", Text, nullable=False, doc="agent id to SHA-256 of its checkpoint, JSON"),
     Column("simulated", Boolean, nullable=False, server_default=false(), doc="whether the participants were programs"),
-    Column("salt", String(32), nullable=False, doc="of the hashes that stand for participants in the audit"),
+    Column("salt", String(32), nullable=False, info=_INSIDE, doc="of the hashes in the audit; leads to who left"),
+    Column("paused", Boolean, nullable=False, server_default=false(), info=_INSIDE, doc="by the experimenter, for all"),
 )
 units = Table(
     "units",
@@ -50,6 +61,7 @@ units = Table(
     Column("slot", Integer, nullable=False, doc="slot of the allocation, from 0"),
     Column("state", String(8), nullable=False, doc="active, done or dropped; a dropped slot is given again"),
     Column("formed_ms", BigInteger, nullable=False, doc="when it began"),
+    Column("paused", Boolean, nullable=False, server_default=false(), info=_INSIDE, doc="by the experimenter"),
 )
 Index(
     "uq_units_held_slot",
@@ -69,9 +81,8 @@ participants = Table(
     Column("arrived_ms", BigInteger, nullable=False, doc="first seen"),
     Column("finished_ms", BigInteger, doc="when the code was given"),
     Column("outcome", String(16), doc="done, partner-left, no-partner, withdrew or screened-out"),
-    Column("code", String(40), doc="completion code"),
+    Column("code", String(40), info=_INSIDE, doc="completion code; leads to who was paid"),
     Column("keep", Boolean, doc="whether the data may be kept, asked at the debrief or at Stop"),
-    Column("paid_ms", BigInteger, doc="when the payment was noted"),
     Column("screen", String(16), nullable=False, server_default="", doc="the same for two who share one screen"),
 )
 consents = Table(

@@ -51,8 +51,11 @@ def test_the_codebook_explains_every_column_of_every_table_and_every_question(tm
     place, store, _ = fill(tmp_path, study, text, 1)
     export_study(place, store, tmp_path / "out", Options(("csv",)))
     book = (tmp_path / "out" / "codebook.md").read_text(encoding="utf-8")
+    parts = {part.partition("\n")[0]: part for part in book.split("\n## ")}
     for file in (tmp_path / "out").glob("*.csv"):
-        assert f"## {file.stem}\n" in book, file
+        header = file.read_text(encoding="utf-8").partition("\n")[0].strip().split(",")
+        explained = [line.split(" | ")[0][2:] for line in parts[file.stem].splitlines() if line.startswith("| ")]
+        assert explained[1:] == header, file
     for item in study.questionnaire("about-partner").items:
         assert f"| {item.id} |" in book and item.text in book
     assert "(Perfect to Failure)" in book

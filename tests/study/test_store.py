@@ -236,6 +236,21 @@ def test_after_a_restart_it_is_known_who_is_on_their_way(place: Path | str) -> N
     assert store.units_on_their_way() == (pair,)
 
 
+def test_what_is_paused_stays_so_until_it_is_let_go_on(place: Path | str) -> None:
+    store = open_store(place)
+    agree(store, ["P1", "P2"])
+    first, second = (store.form_unit([pid]) for pid in ("P1", "P2"))
+    assert (store.paused(), first.paused, second.paused) == (False, False, False)
+    store.pause(True)
+    store.pause(True, second.id)
+    store.close()
+    store = open_store(place)
+    assert (store.paused(), [unit.paused for unit in store.units_on_their_way()]) == (True, [False, True])
+    store.pause(False)
+    store.pause(False, second.id)
+    assert (store.paused(), [unit.paused for unit in store.units_on_their_way()]) == (False, [False, False])
+
+
 def test_a_block_lasts_from_its_first_round_to_the_end_of_the_newest(place: Path | str) -> None:
     clock = Clock()
     store = open_store(place, clock)

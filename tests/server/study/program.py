@@ -1,11 +1,13 @@
 """`movingout study serve` in a process of its own, which may be killed."""
 
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from tests.server.live import Live
 
@@ -17,6 +19,24 @@ class Program:
     process: "subprocess.Popen[str]"
     live: Live
     printed: str
+
+    @property
+    def token(self) -> str:
+        """The experimenter's."""
+        found = re.search(r"Token\s+(\S+)", self.printed)
+        assert found, self.printed
+        return found[1]
+
+    def ask(self, action: str, **order: Any) -> None:
+        """What the experimenter asks for; it must be granted."""
+        status, answer = self.live.call(f"/api/experimenter/{action}", order, self.token)
+        assert status == 200, answer
+
+    def state(self) -> dict[str, Any]:
+        """The experimenter's screen, at most a second old."""
+        status, answer = self.live.call("/api/experimenter/state", token=self.token)
+        assert status == 200, answer
+        return dict(answer)
 
 
 @contextmanager

@@ -143,6 +143,18 @@ def test_when_both_are_away_nobody_is_sent_away(pair: Served) -> None:
     assert (first.look()["step"]["kind"], second.look()["step"]["kind"]) == ("practice", "practice")
 
 
+def test_nobody_is_sent_away_in_a_pause_and_the_wait_begins_anew_after_it(pair: Served) -> None:
+    first, second = paired(pair)
+    pair.ask("pause", pid=first.pid)
+    pair.later(600)
+    second.look()
+    pair.look()
+    pair.ask("resume", pid=first.pid)
+    second.look()
+    pair.look()
+    assert (first.look()["step"]["kind"], second.look()["step"]["kind"]) == ("practice", "practice")
+
+
 def test_who_has_only_questions_left_can_finish_without_the_partner(tmp_path: Path) -> None:
     with served(tmp_path, PAIR + "at_end: [nasa-tlx]\n") as study:
         first, second = paired(study)

@@ -60,6 +60,34 @@ def test_after_kill_9_everybody_is_where_they_were_and_the_round_goes_on(tmp_pat
     assert len(rows_of(tmp_path, LONG, answers)) == 8
 
 
+def test_what_was_paused_is_paused_after_kill_9_until_the_experimenter_lets_it_go_on(tmp_path: Path) -> None:
+    file, port = tmp_path / "study.yaml", free_port()
+    file.write_text(LONG, encoding="utf-8")
+    with program(file, tmp_path, port, "--rehearse", "5") as running:
+        study: Any = running
+        resting, player = _visitor(study, "resting").go_to("practice"), _visitor(study, "playing").go_to("round")
+        player.next()
+        seat = player.step["room"]["seat"]
+        player.player().play(3, seat)
+        (unit,) = {row["unit"] for row in running.state()["participants"] if row["step"] == resting.step["key"]}
+        running.ask("pause", unit=unit)
+        running.ask("pause")
+        running.process.send_signal(signal.SIGKILL)
+        running.process.wait(20)
+        running.live.hang_up()
+    with program(file, tmp_path, port, "--rehearse", "5") as running:
+        resting.served = player.served = running  # type: ignore[assignment]
+        assert running.state()["paused"]
+        assert resting.look()["step"]["kind"] == player.look()["step"]["kind"] == "paused"
+        (row,) = [row for row in running.state()["participants"] if row["room"]]
+        assert (row["phase"], row["paused"]) == ("paused", True)
+        running.ask("resume")
+        assert (resting.look()["step"]["kind"], player.look()["step"]["state"]) == ("paused", "playing")
+        assert player.player().next_tick(seat) >= 2, "the round goes on where it was"
+        running.ask("resume", unit=unit)
+        assert resting.look()["step"]["kind"] == "practice"
+
+
 def _visitor(study: Any, name: str) -> Visitor:
     status, answer = study.live.call("/api/study/arrive", {"parameters": {"PROLIFIC_PID": name}})
     assert status == 200, answer

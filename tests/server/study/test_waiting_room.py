@@ -38,3 +38,10 @@ def test_nobody_waits_longer_than_was_said_and_coming_again_does_not_begin_anew(
     assert (room.over(300.0), room.since("P1")) == (["P1"], 0.0)
     room.leave("P1")
     assert (room.over(300.0), room.since("P1")) == ([], None)
+
+
+def test_who_waited_through_a_pause_waits_anew() -> None:
+    room = WaitingRoom(300)
+    room.enter("P1", 0.0)
+    room.begin_anew(400.0)
+    assert (room.over(699.0), room.over(700.0)) == ([], ["P1"])
