@@ -10,6 +10,7 @@ from pathlib import Path
 from agents.catalogue import agent_card
 from maps.errors import MovingOutError
 from recordings.ghost import GHOST, is_ghost
+from server.admin_token import NAME, kept_token
 from server.app import create_app
 from server.ghosts import casting
 from server.listening import game_server, listen
@@ -48,7 +49,7 @@ def run(args: argparse.Namespace) -> int:
         casting(settings.partner.removeprefix(f"{GHOST}:"))
     check_data(settings.data)
     listening = listen(settings.host, settings.port)
-    settings = replace(settings, port=listening.getsockname()[1])
+    settings = replace(with_kept_token(settings), port=listening.getsockname()[1])
     certificate = certificate_for(settings) if settings.tls else None
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s", stream=sys.stderr)
     app = create_app(settings)
@@ -98,6 +99,14 @@ def certificate_for(settings: Settings) -> Certificate:
         return certificate_in(settings.data / "tls", settings.host)
     except OSError as error:
         raise BadDataFolder(f"cannot keep the certificate in {settings.data / 'tls'} ({error.strerror})") from None
+
+
+def with_kept_token(settings: Settings) -> Settings:
+    """With the admin token of the data folder. Raises BadDataFolder."""
+    try:
+        return replace(settings, admin_token=kept_token(settings.data))
+    except OSError as error:
+        raise BadDataFolder(f"cannot keep the admin token in {settings.data / NAME} ({error.strerror})") from None
 
 
 def _links(settings: Settings, admin_token: str) -> str:

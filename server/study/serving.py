@@ -13,7 +13,7 @@ from typing import IO
 from fastapi import FastAPI
 
 from server.listening import game_server, listen
-from server.play_command import addresses, certificate_for, check_data, hints
+from server.play_command import addresses, certificate_for, check_data, hints, with_kept_token
 from server.settings import Limits, Settings
 from server.study.app import create_study_app
 from study.check import review
@@ -35,7 +35,7 @@ def serve(args: argparse.Namespace) -> int:
     check_data(settings.data)
     folder = StudyFolder(study, settings.data, args.database, args.identities)
     with _only_one(folder), closing(listen(settings.host, settings.port)) as listening:
-        settings = replace(settings, port=listening.getsockname()[1])
+        settings = replace(with_kept_token(settings), port=listening.getsockname()[1])
         certificate = certificate_for(settings) if settings.tls else None
         logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s", stream=sys.stderr)
         app = create_study_app(

@@ -186,10 +186,12 @@ def test_journals_that_others_left_behind_are_finished_at_start_up(tmp_path: Pat
         running.process.send_signal(signal.SIGKILL)
         running.process.wait(20)
         running.live.hang_up()
+    token = running.admin_token
     (tmp_path / "rooms" / f"{room}.json").unlink()
     (journal,) = (tmp_path / "recordings").glob("*.journal")
     episode_id = journal.name.removesuffix(".mcap.journal")
     with program(tmp_path, port) as running:
+        assert running.admin_token == token, "links and open pages outlive a restart"
         _, summary = running.live.call(f"/api/recordings/{episode_id}")
     assert (summary["outcome"], summary["complete"]) == ("interrupted", False)
     assert summary["ticks"] >= 3

@@ -146,7 +146,7 @@ def _routes(live: Live) -> list[object]:
     return found
 
 
-def test_3_the_admin_token_is_made_new_each_start_and_loopback_is_the_default() -> None:
+def test_3_a_server_that_is_given_no_admin_token_makes_one_and_loopback_is_the_default() -> None:
     assert Settings().host == "127.0.0.1"
     first, second = Host(Settings()), Host(Settings())
     assert first.admin_token != second.admin_token and len(first.admin_token) >= 20

@@ -72,12 +72,14 @@ def test_what_was_paused_is_paused_after_kill_9_until_the_experimenter_lets_it_g
         (unit,) = {row["unit"] for row in running.state()["participants"] if row["step"] == resting.step["key"]}
         running.ask("pause", unit=unit)
         running.ask("pause")
+        token = running.token
         running.process.send_signal(signal.SIGKILL)
         running.process.wait(20)
         running.live.hang_up()
     with program(file, tmp_path, port, "--rehearse", "5") as running:
         resting.served = player.served = running  # type: ignore[assignment]
         assert running.state()["paused"]
+        assert running.token == token, "the experimenter's page works on"
         assert resting.look()["step"]["kind"] == player.look()["step"]["kind"] == "paused"
         (row,) = [row for row in running.state()["participants"] if row["room"]]
         assert (row["phase"], row["paused"]) == ("paused", True)
