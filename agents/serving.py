@@ -77,6 +77,34 @@ class PolicyNetwork:
         return chunks
 
 
+@dataclass(frozen=True, slots=True)
+class View:
+    """A state as a seat sees it."""
+
+    encoder: FeatureEncoder
+    seat: int
+    state: WorldState
+
+
+def encoded(views: Sequence[View]) -> list[Singles]:
+    """The features (D,) of each view, encoded together where map and seat are the same."""
+    groups: dict[tuple[FeatureEncoder, int], list[int]] = {}
+    for index, view in enumerate(views):
+        groups.setdefault((view.encoder, view.seat), []).append(index)
+    features: dict[int, Singles] = {}
+    for (encoder, seat), group in groups.items():
+        states = [views[index].state for index in group]
+        rows = encoder.encode_arrays(
+            np.stack([state.robot_poses for state in states]),
+            np.stack([state.robot_velocities for state in states]),
+            np.stack([state.held for state in states]),
+            np.stack([state.item_poses for state in states]),
+            seat,
+        )  # (B, D)
+        features |= zip(group, rows.astype(np.float32), strict=True)
+    return [features[index] for index in range(len(views))]
+
+
 @dataclass(slots=True)
 class Plan:
     """A chosen chunk and the tick of its first row."""
@@ -151,21 +179,10 @@ class PolicyAgent:
 
     @staticmethod
     def remember_many(seen: Sequence[tuple["PolicyAgent", Observation]]) -> None:
-        """Take in what each sees, encoded together where map and seat are the same."""
-        groups: dict[tuple[FeatureEncoder, int], list[tuple[PolicyAgent, WorldState]]] = {}
-        for agent, observation in seen:
-            groups.setdefault((agent.encoder, agent.episode.seat), []).append((agent, observation.state))
-        for (encoder, seat), group in groups.items():
-            states = [state for _, state in group]
-            rows = encoder.encode_arrays(
-                np.stack([state.robot_poses for state in states]),
-                np.stack([state.robot_velocities for state in states]),
-                np.stack([state.held for state in states]),
-                np.stack([state.item_poses for state in states]),
-                seat,
-            )  # (B, D)
-            for (agent, _), features in zip(group, rows.astype(np.float32), strict=True):
-                agent._keep(features)
+        """Take in what each sees."""
+        views = [View(agent.encoder, agent.episode.seat, observation.state) for agent, observation in seen]
+        for (agent, _), features in zip(seen, encoded(views), strict=True):
+            agent._keep(features)
 
     def _is_due(self, observation: Observation) -> bool:
         """Whether it is time to decide anew; forgets what was said of the last decision."""
@@ -179,7 +196,7 @@ class PolicyAgent:
         return self._world_rows(rest, holding=bool(observation.state.held[observation.seat] >= 0))
 
     def _remember(self, observation: Observation) -> None:
-        self._keep(self.encoder.encode(observation.state, self.episode.seat).astype(np.float32))
+        self.remember_many([(self, observation)])
 
     def _keep(self, features: Singles) -> None:
         self._history = [*self._history[1 - self.spec.obs_horizon :], features] if self._history else [features]

@@ -1,5 +1,7 @@
 """The process in which agents think: one thread, earliest deadline first, no knowledge of rooms or browsers.
 
+Questions that wait at the same time for agents with the same networks are answered in one batch.
+
 Started by `server.agent_process` as `python -m agents.worker SOCKET_FD BOARD_FD`; ends when the socket closes.
 """
 
@@ -10,9 +12,10 @@ import socket
 import sys
 import threading
 import time
+from collections.abc import Hashable
 from dataclasses import dataclass
 
-from agents.base import Agent, EpisodeInfo
+from agents.base import ActionChunk, Agent, BatchAgent, EpisodeInfo, Observation
 from agents.blackboard import Blackboard
 from agents.catalogue import load_agent
 from agents.chunk import checked_chunk, rows_to_execute
@@ -35,6 +38,7 @@ from agents.worker_messages import (
 
 IDLE_WAIT_S = 0.5  # how often an idle worker says that it lives
 GIVE_UP_AFTER = 20  # failures in a row after which a seat is not asked again
+MAX_BATCH = 8  # questions answered together: more would let the first of them wait for too long
 
 
 @dataclass(slots=True)
@@ -74,14 +78,31 @@ class Desk:
                     self._spare.setdefault(seat.agent_id, []).append(seat.agent)
         return None
 
-    def answer_next(self, now: float) -> FromWorker:
-        """Answer the question with the earliest deadline (there is one: see `busy`)."""
+    def answer_next(self, now: float) -> list[FromWorker]:
+        """Answer the question with the earliest deadline (there is one: see `busy`), and those that go with it."""
         question = min(self._questions.values(), key=lambda waiting: waiting.deadline)
-        del self._questions[question.key]
         if now > question.deadline:
-            return Skipped(question.key, question.tick)
+            del self._questions[question.key]
+            return [Skipped(question.key, question.tick)]
+        asked = self._together(question, now)
+        for one in asked:
+            del self._questions[one.key]
         self._board.write("deciding", question.key)
-        return self._decide(self._seats[question.key], question)
+        if len(asked) > 1 and (answers := self._decide_together(asked)) is not None:
+            return answers
+        return [self._decide(self._seats[one.key], one) for one in asked]
+
+    def _together(self, question: Observe, now: float) -> list[Observe]:
+        """The question and others, in time, that agents with the same networks answer; earliest deadlines first."""
+        group = _group(self._seats[question.key].agent)
+        if group is None:
+            return [question]
+        others = [
+            other
+            for other in self._questions.values()
+            if other is not question and now <= other.deadline and _group(self._seats[other.key].agent) == group
+        ]
+        return [question, *sorted(others, key=lambda other: other.deadline)[: MAX_BATCH - 1]]
 
     def _open(self, message: Open) -> FromWorker:
         self._board.write("loading", message.key)
@@ -98,14 +119,27 @@ class Desk:
     def _decide(self, seat: _Seat, question: Observe) -> FromWorker:
         begun = time.perf_counter()
         try:
-            observation = observe(seat.episode.map, observed_state(question), seat.episode.seat, question.tick)
-            chunk = checked_chunk(seat.agent.act(observation))
-            execute = rows_to_execute(seat.agent, chunk)
-            detail = said(seat.agent)
+            chunk = checked_chunk(seat.agent.act(_seen(seat, question)))
+            return _answer(seat, question, chunk, begun)
         except Exception as error:  # noqa: BLE001 - the boundary around an agent
             return self._failed(seat, question, error)
-        seat.failures = 0
-        return answer_message(question.key, question.tick, chunk, execute, (time.perf_counter() - begun) * 1e3, detail)
+
+    def _decide_together(self, asked: list[Observe]) -> list[FromWorker] | None:
+        """All answers from one call; None when it failed, so that each is asked alone and the culprit is found."""
+        begun = time.perf_counter()
+        seats = [self._seats[question.key] for question in asked]
+        first = seats[0].agent
+        assert isinstance(first, BatchAgent)
+        try:
+            observations = [_seen(seat, question) for seat, question in zip(seats, asked, strict=True)]
+            given = first.act_many([seat.agent for seat in seats], observations)
+            chunks = [checked_chunk(chunk) for chunk in given]
+            return [
+                _answer(seat, question, chunk, begun)
+                for seat, question, chunk in zip(seats, asked, chunks, strict=True)
+            ]
+        except Exception:  # noqa: BLE001 - the boundary around an agent
+            return None
 
     def _failed(self, seat: _Seat, question: Observe, error: Exception) -> Failed:
         seat.failures += 1
@@ -117,6 +151,22 @@ class Desk:
         if fatal:
             del self._seats[question.key]
         return Failed(question.key, question.tick, _sentence(error), fatal)
+
+
+def _group(agent: Agent) -> Hashable:
+    """What agents that answer together have in common; None for one that answers alone."""
+    return (type(agent), agent.batch_key) if isinstance(agent, BatchAgent) else None
+
+
+def _seen(seat: _Seat, question: Observe) -> Observation:
+    return observe(seat.episode.map, observed_state(question), seat.episode.seat, question.tick)
+
+
+def _answer(seat: _Seat, question: Observe, chunk: ActionChunk, begun: float) -> FromWorker:
+    """The message with a checked chunk; the agent has been asked at `begun`."""
+    execute, detail = rows_to_execute(seat.agent, chunk), said(seat.agent)
+    seat.failures = 0
+    return answer_message(question.key, question.tick, chunk, execute, (time.perf_counter() - begun) * 1e3, detail)
 
 
 def _warm(agent: Agent, episode: EpisodeInfo) -> Agent:
@@ -147,7 +197,8 @@ def serve(link: socket.socket, board: Blackboard) -> None:
                 if reply is not None:
                     link.sendall(frame(reply))
         elif desk.busy:
-            link.sendall(frame(desk.answer_next(time.monotonic())))
+            for answer in desk.answer_next(time.monotonic()):
+                link.sendall(frame(answer))
 
 
 def main(arguments: list[str]) -> None:

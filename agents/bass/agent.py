@@ -1,16 +1,17 @@
 """BASS at play: candidates for oneself and guesses of the partner, simulated together, the best one played."""
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
+from functools import lru_cache
 
 import numpy as np
 
 from agents.base import EpisodeInfo, Observation
-from agents.bass.selection import Choice, Simulator, choose
+from agents.bass.selection import Choice, Simulator, joint_chunks, judged
 from agents.bass.state_vector import constant, item_places, moving
 from agents.checkpoint import Checkpoint, SelectionSpec
 from agents.errors import AgentError, CheckpointError
 from agents.policy_spec import PolicySpec
-from agents.serving import Network, PolicyAgent, PolicyNetwork, Singles
+from agents.serving import Network, PolicyAgent, PolicyNetwork, Singles, View, encoded
 from world import World
 from world.physics import Snapshot
 from world.state import Floats, WorldState
@@ -32,61 +33,80 @@ class BassAgent(PolicyAgent):
         self._partner_history = []
         self._constant = constant(episode.map).astype(np.float32)
 
-    def _remember(self, observation: Observation) -> None:
-        super()._remember(observation)
-        seen = self.encoder.encode(observation.state, 1 - self.episode.seat).astype(np.float32)
-        self._partner_history = [*self._partner_history, seen][-self.spec.obs_horizon :]
+    @property
+    def batch_key(self) -> Hashable:
+        """Agents with one network and one simulator that choose in the same way decide together."""
+        return id(self.network), id(self.dynamics), self.selection
 
     def decide(self, state: WorldState, history: Singles) -> Singles:
         """Sample, simulate, select; what was weighed is left in `detail`."""
-        own, partner = self._candidates(history)
-        numbers = acting(np.concatenate((own, partner)))
-        choice = choose(
-            self.episode.map, self.episode.seat, numbers[: len(own)], numbers[len(own) :], self.simulator(state),
-            self.selection,
-        )  # fmt: skip
-        self.detail = self._told(own, choice)
-        chosen: Singles = own[choice.index]
-        return chosen
+        chunk: Singles = self.decide_many([self], [state], history[None])[0]
+        return chunk
 
     @staticmethod
     def remember_many(seen: Sequence[tuple[PolicyAgent, Observation]]) -> None:
-        """Each for itself: it looks through the partner's eyes too."""
-        for agent, observation in seen:
-            agent._remember(observation)
+        """Take in what each sees, and what its partner sees."""
+        bass = [(agent, observation.state) for agent, observation in seen if isinstance(agent, BassAgent)]
+        own = [View(agent.encoder, agent.episode.seat, state) for agent, state in bass]
+        theirs = [View(agent.encoder, 1 - agent.episode.seat, state) for agent, state in bass]
+        features = encoded([*own, *theirs])
+        for (agent, _), mine, partners in zip(bass, features, features[len(bass) :], strict=False):
+            agent._keep(mine)
+            agent._partner_history = [*agent._partner_history, partners][-agent.spec.obs_horizon :]
 
     @staticmethod
     def decide_many(
         agents: Sequence["PolicyAgent"], states: Sequence[WorldState], histories: Singles
     ) -> Sequence[Singles]:
-        """Each for itself: a decision is a batch already."""
-        return [agent.decide(state, history) for agent, state, history in zip(agents, states, histories, strict=True)]
+        """What `decide` of each chooses: all candidates sampled in one batch, all rollouts simulated in another."""
+        bass = [agent for agent in agents if isinstance(agent, BassAgent)]
+        candidates = _candidates(bass, histories)
+        joints = [
+            joint_chunks(agent.episode.seat, acting(own), acting(agent._guesses(partner)), agent.selection)
+            for agent, (own, partner) in zip(bass, candidates, strict=True)
+        ]
+        predicted = type(bass[0]).simulate_many(bass, states, joints)
+        return [
+            agent._chosen(own, judged(agent.episode.map, joint, rollouts, agent.selection))
+            for agent, (own, _), joint, rollouts in zip(bass, candidates, joints, predicted, strict=True)
+        ]
+
+    @staticmethod
+    def simulate_many(
+        agents: Sequence["BassAgent"], states: Sequence[WorldState], joints: Sequence[Floats]
+    ) -> Sequence[Floats]:
+        """What the learned simulator of all these agents says of each one's joint chunks, in one batch."""
+        counts = [len(joint) for joint in joints]
+        starts = np.stack([moving(state) for state in states]).astype(np.float32)
+        constants = np.stack([agent._constant for agent in agents])
+        predicted: Floats = agents[0].dynamics(
+            state=np.repeat(starts, counts, axis=0),
+            constant=np.repeat(constants, counts, axis=0),
+            actions=np.concatenate(joints).astype(np.float32),
+        )[0]
+        return np.split(predicted, np.cumsum(counts)[:-1])
 
     def simulator(self, state: WorldState) -> Simulator:
         """The learned simulator, started in a state."""
-        start = moving(state).astype(np.float32)
+        return lambda joint: self.simulate_many([self], [state], [joint])[0]
 
-        def simulate(joint: Floats) -> Floats:
-            count = len(joint)
-            predicted: Floats = self.dynamics(
-                state=np.broadcast_to(start, (count, len(start))),
-                constant=np.broadcast_to(self._constant, (count, len(self._constant))),
-                actions=joint.astype(np.float32),
-            )[0]
-            return predicted
-
-        return simulate
-
-    def _candidates(self, history: Singles) -> tuple[Singles, Singles]:
-        """Chunks (own, H, 5) and (partner, H, 5): the same policy, for the partner in the partner's place."""
+    def _views(self, history: Singles) -> Singles:
+        """(own + partner, To, D): one's own view for each own candidate, the partner's for each guess."""
         missing = self.spec.obs_horizon - len(self._partner_history)
         theirs = np.stack([self._partner_history[0]] * missing + self._partner_history)
         counts = self.selection.own, self.selection.partner
-        batch = np.concatenate(
+        return np.concatenate(
             [np.repeat(seen[None], n, axis=0) for seen, n in zip((history, theirs), counts, strict=True)]
         )
-        chunks = self.network.sample(batch, self.random)
-        return chunks[: counts[0]], chunks[counts[0] :]
+
+    def _guesses(self, partner: Singles) -> Singles:
+        """What the partner is expected to do (partner, H, 5): what oneself would in its place."""
+        return partner
+
+    def _chosen(self, own: Singles, choice: Choice) -> Singles:
+        self.detail = self._told(own, choice)
+        chunk: Singles = own[choice.index]
+        return chunk
 
     def _told(self, own: Singles, choice: Choice) -> dict[str, object]:
         """Candidates, their scores and where the items would end, for the recording and the spectators."""
@@ -111,13 +131,25 @@ def acting(chunks: Singles) -> Floats:
     return acting
 
 
+def _candidates(agents: Sequence[BassAgent], histories: Singles) -> list[tuple[Singles, Singles]]:
+    """Of each agent its own chunks (own, H, 5) and the partner's (partner, H, 5), all sampled in one batch.
+
+    The partner's come from the same policy in the partner's place.
+    """
+    views = [agent._views(history) for agent, history in zip(agents, histories, strict=True)]
+    noise = [agent.network.noise(len(view), agent.random) for agent, view in zip(agents, views, strict=True)]
+    chunks = agents[0].network.run(np.concatenate(views), np.concatenate(noise))
+    each = np.split(chunks, np.cumsum([len(view) for view in views])[:-1])
+    return [
+        (mine[: agent.selection.own], mine[agent.selection.own :]) for agent, mine in zip(agents, each, strict=True)
+    ]
+
+
 class RandomPartnerBassAgent(BassAgent):
     """The ablation: the partner is expected to do anything (paper, "Effect of Random Partner Actions")."""
 
-    def _candidates(self, history: Singles) -> tuple[Singles, Singles]:
-        own, partner = super()._candidates(history)
-        guesses = self.random.uniform(-1.0, 1.0, partner.shape).astype(np.float32)
-        return own, guesses
+    def _guesses(self, partner: Singles) -> Singles:
+        return self.random.uniform(-1.0, 1.0, partner.shape).astype(np.float32)
 
 
 class OracleBassAgent(BassAgent):
@@ -131,12 +163,20 @@ class OracleBassAgent(BassAgent):
         """Take notice of the world that is played in; called once per episode, before the first tick."""
         self._watched = world
 
+    @staticmethod
+    def simulate_many(
+        agents: Sequence[BassAgent], states: Sequence[WorldState], joints: Sequence[Floats]
+    ) -> Sequence[Floats]:
+        """What the engine says, each from its own world."""
+        return [agent.simulator(state)(joint) for agent, state, joint in zip(agents, states, joints, strict=True)]
+
     def simulator(self, state: WorldState) -> Simulator:
         """The engine, started at this very moment."""
         if self._watched is None:
             if state.tick > 0:
                 raise AgentError("simulator=oracle needs the world itself; use it in headless matches only")
-            return super().simulator(state)  # the warm-up decision of a worker
+            learned = BassAgent.simulate_many  # the warm-up decision of a worker
+            return lambda joint: learned([self], [state], [joint])[0]
         return engine_simulator(self._watched.snapshot(), levels=self.spec.grasp == "hold")
 
 
@@ -159,6 +199,12 @@ def _engine_rollout(moment: Snapshot, chunk: Floats, levels: bool) -> Floats:
         world.step(np.column_stack((distance, np.arctan2(sin, cos), press)))
         rows.append(moving(world.state()))
     return np.array(rows)
+
+
+@lru_cache(maxsize=4)
+def _dynamics_network(data: bytes) -> Network:
+    """One simulator for all agents of a process that have it."""
+    return Network(data)
 
 
 SAMPLINGS = {
@@ -197,5 +243,5 @@ def bass_agent(
         raise AgentError(f"{card.id}: score is nfd or nfd+ac, not {score}")
     changes = {**SAMPLINGS.get(sampling, {}), **({"score": score} if score else {})}
     selection = card.selection.model_copy(update=changes)
-    dynamics = Network(checkpoint.read("dynamics.onnx"))
+    dynamics = _dynamics_network(checkpoint.read("dynamics.onnx"))
     return variants[simulator, partner](card.policy, network, dynamics, selection, execute)

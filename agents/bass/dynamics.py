@@ -206,24 +206,30 @@ def tidied(state: Tensor) -> Tensor:
 def carried(before: Tensor, after: Tensor) -> Tensor:
     """The states `after` (B, 58) with items (x, y, cos, sin) moved from where they were by who holds them all along.
 
-    Two holders count half each.
+    A rotation and a shift are linear, so that of two holders the mean of their motions counts.
     """
-    turns, shifts = _motions(before, after)  # (B, 2, 2, 2), (B, 2, 2)
-    hands = (before * after)[:, HELD_START:ITEMS_START].reshape(-1, 2, HELD_WIDTH)[:, :, :-1, None]  # (B, 2, 7, 1)
-    items = before[:, ITEMS_START:].reshape(-1, 1, HELD_WIDTH - 1, 4)
-    places = items[..., :2] @ turns.transpose(-1, -2) + shifts[:, :, None]  # (B, 2, 7, 2)
-    angles = items[..., 2:] @ turns.transpose(-1, -2)
-    moved = (hands * torch.cat((places, angles), dim=-1)).sum(dim=1)
-    holders = hands.sum(dim=1)  # (B, 7, 1)
-    placed = torch.where(holders > 0.5, moved / holders.clamp(min=1.0), items[:, 0])
+    hands = (before * after)[:, HELD_START:ITEMS_START].reshape(-1, 2, HELD_WIDTH)[:, :, :-1].transpose(1, 2)
+    holders = hands.sum(dim=2, keepdim=True)  # (B, 7, 1)
+    motion = (hands @ _motions(before, after)) / holders.clamp(min=1.0)  # (B, 7, 4)
+    cos, sin = motion[..., :1] + (1.0 - holders).clamp(min=0.0), motion[..., 1:2]
+    items = before[:, ITEMS_START:].reshape(-1, HELD_WIDTH - 1, 4)
+    shift = torch.cat((motion[..., 2:], torch.zeros_like(motion[..., 2:])), dim=-1)  # angles do not shift
+    placed = cos * items + sin * _turned(items) + shift
     return torch.cat((after[:, :ITEMS_START], placed.flatten(1)), dim=1)
 
 
-def _motions(before: Tensor, after: Tensor) -> tuple[Tensor, Tensor]:
-    """How each robot moved as a body: rotations (B, 2, 2, 2) and, in p -> R p + s, shifts (B, 2, 2)."""
-    here, there = (rows[:, :HELD_START].reshape(-1, 2, ROBOT_WIDTH) for rows in (before, after))
-    norm = torch.sqrt(there[..., 2] ** 2 + there[..., 3] ** 2).clamp(min=1e-3)
-    cos = (there[..., 2] * here[..., 2] + there[..., 3] * here[..., 3]) / norm
-    sin = (there[..., 3] * here[..., 2] - there[..., 2] * here[..., 3]) / norm
-    turns = torch.stack((torch.stack((cos, -sin), dim=-1), torch.stack((sin, cos), dim=-1)), dim=-2)
-    return turns, there[..., :2] - (turns @ here[..., :2, None])[..., 0]
+def _motions(before: Tensor, after: Tensor) -> Tensor:
+    """How each robot moved as a body, (B, 2, 4): cos, sin of its turn and, in p -> R p + s, its shift x, y."""
+    here, there = (rows[:, :HELD_START].reshape(-1, 2, ROBOT_WIDTH)[..., :4] for rows in (before, after))
+    turned = _turned(here)
+    facing = there[..., 2:] / (there[..., 2:] ** 2).sum(dim=-1, keepdim=True).sqrt().clamp(min=1e-3)
+    cos = (facing * here[..., 2:]).sum(dim=-1, keepdim=True)
+    sin = (facing * turned[..., 2:]).sum(dim=-1, keepdim=True)
+    shift = there[..., :2] - cos * here[..., :2] - sin * turned[..., :2]
+    return torch.cat((cos, sin, shift), dim=-1)
+
+
+def _turned(vectors: Tensor) -> Tensor:
+    """Two vectors x, y, u, v (..., 4), each turned by a right angle: -y, x, -v, u."""
+    x, y, u, v = vectors.chunk(4, dim=-1)
+    return torch.cat((-y, x, -v, u), dim=-1)

@@ -46,18 +46,29 @@ def pairs_of(spec: SelectionSpec) -> npt.NDArray[np.intp]:
 def choose(
     map_spec: MapSpec, seat: int, own: Floats, partner: Floats, simulate: Simulator, spec: SelectionSpec
 ) -> Choice:
-    """Choose among own chunks (own, H, 4), given guesses of the partner's (partner, H, 4).
+    """Choose among own chunks (own, H, 4), given guesses of the partner's (partner, H, 4)."""
+    joint = joint_chunks(seat, own, partner, spec)
+    return judged(map_spec, joint, simulate(joint), spec)
+
+
+def joint_chunks(seat: int, own: Floats, partner: Floats, spec: SelectionSpec) -> Floats:
+    """(R, depth, 2, 4) what is to be simulated, in seat order: own chunks (own, H, 4) with the partner's."""
+    pairs = pairs_of(spec)
+    joint = np.empty((len(pairs), spec.depth, 2, own.shape[-1]))
+    joint[:, :, seat] = own[pairs[:, 0], : spec.depth]
+    joint[:, :, 1 - seat] = partner[pairs[:, 1], : spec.depth]
+    return joint
+
+
+def judged(map_spec: MapSpec, joint: Floats, predicted: Floats, spec: SelectionSpec) -> Choice:
+    """The choice, given what a simulator says (R, depth, 58) of the joint chunks (R, depth, 2, 4).
 
     A candidate's score is its mean over the partner's candidates that it is simulated with; the first of equals wins,
     so that where nothing tells them apart the choice is the policy's own sample.
     """
     pairs = pairs_of(spec)
-    joint = np.empty((len(pairs), spec.depth, 2, own.shape[-1]))
-    joint[:, :, seat] = own[pairs[:, 0], : spec.depth]
-    joint[:, :, 1 - seat] = partner[pairs[:, 1], : spec.depth]
-    predicted = simulate(joint)
     each = score(map_spec, joint, predicted, spec)
-    scores = np.array([each[pairs[:, 0] == candidate].mean() for candidate in range(len(own))])
+    scores = np.array([each[pairs[:, 0] == candidate].mean() for candidate in range(spec.own)])
     return Choice(int(scores.argmax()), scores, predicted, pairs)
 
 

@@ -2,14 +2,45 @@ import numpy as np
 import pytest
 
 from agents.base import BatchAgent, EpisodeInfo
+from agents.bass.agent import BassAgent
+from agents.bass.dynamics import build_dynamics
+from agents.checkpoint import DynamicsSpec, SelectionSpec
 from agents.observing import observe
 from agents.policies.export import export_policy
 from agents.policies.policy import build_policy
-from agents.serving import PolicyAgent, PolicyNetwork
+from agents.serving import Network, PolicyAgent, PolicyNetwork
+from agents.training.simulators import export_dynamics
 from maps import load_map
 from tests.agents.learning import random_walk, states_of, tiny_spec
 
 torch = pytest.importorskip("torch")
+
+
+def _bass_agents(count: int) -> list[BassAgent]:
+    spec, shape = tiny_spec(width=64), DynamicsSpec(width=64, latent=16, rigid=True)
+    network = PolicyNetwork(spec, export_policy(build_policy(spec)))
+    dynamics = Network(export_dynamics(build_dynamics(shape), 8, spec.grasp))
+    return [BassAgent(spec, network, dynamics, SelectionSpec()) for _ in range(count)]
+
+
+def test_bass_agents_asked_together_choose_to_the_bit_what_each_chooses_alone() -> None:
+    torch.manual_seed(0)
+    agents = _bass_agents(10)
+    together, alone = agents[:5], agents[5:]
+    places = [load_map(name) for name in ("HandOff", "HandOff", "DistancePriority", "DistancePriority", "HandOff")]
+    for group in (together, alone):
+        for seed, (agent, the_map) in enumerate(zip(group, places, strict=True)):
+            agent.reset(EpisodeInfo(the_map, seed % 2, seed, 100))
+    walks = {the_map: states_of(the_map, random_walk(5, seed=1)) for the_map in places}
+    for states in zip(*(walks[the_map] for the_map in places), strict=True):
+        seen = [
+            observe(the_map, state, agent.episode.seat)
+            for the_map, state, agent in zip(places, states, together, strict=True)
+        ]
+        answers = BassAgent.act_many(together, seen)
+        for answer, agent, mate, observation in zip(answers, alone, together, seen, strict=True):
+            assert np.array_equal(answer, agent.act(observation))
+            assert agent.detail == mate.detail
 
 
 @pytest.mark.parametrize("shape", [{"kind": "dp", "width": 256, "depth": 2}, {"kind": "gru", "obs_horizon": 3}])

@@ -13,6 +13,7 @@ from agents.bass.state_vector import ITEMS_START, moving, moving_arrays
 from agents.checkpoint import DynamicsSpec, find_checkpoint
 from agents.chunk import checked_chunk
 from agents.observing import observe
+from agents.policies.export import halved_weights
 from agents.rollout import rollout
 from agents.scripted import ScriptedAgent
 from agents.serving import Network, agent_of
@@ -31,6 +32,7 @@ def test_an_exported_simulator_gives_the_numbers_of_the_trained_one(kind: str, r
     torch.manual_seed(0)
     spec = DynamicsSpec(kind=kind, width=16, latent=8, rigid=rigid)  # type: ignore[arg-type]
     dynamics = build_dynamics(spec).eval()
+    dynamics.load_state_dict(halved_weights(dynamics))  # as they are stored
     random = np.random.default_rng(0)
     inputs = {
         "state": random.standard_normal((5, 58), dtype=np.float32),

@@ -1,0 +1,103 @@
+"""The desk of an agent worker: who is answered when, and together with whom."""
+
+import os
+from collections.abc import Hashable, Sequence
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+from agents.base import ActionChunk, Observation
+from agents.blackboard import Blackboard
+from agents.observing import start_state
+from agents.worker import MAX_BATCH, Desk
+from agents.worker_messages import Answer, Failed, FromWorker, Observe, Open, Opened, Skipped, observe_message
+from maps import load_map
+from tests.agents.support import Forward
+
+MAP = load_map("HandOff")
+HERE = __name__
+
+
+class Chorus(Forward):
+    """Answers in batches and remembers how many there were; with `out_of_tune` no batch works."""
+
+    sizes: ClassVar[list[int]] = []
+
+    def __init__(self, out_of_tune: bool = False, alone: bool = True) -> None:
+        super().__init__()
+        self._out_of_tune = out_of_tune
+        self._alone = alone
+
+    @property
+    def batch_key(self) -> Hashable:
+        return "chorus"
+
+    @staticmethod
+    def act_many(agents: Sequence["Chorus"], observations: Sequence[Observation]) -> list[ActionChunk]:
+        Chorus.sizes.append(len(agents))
+        if any(agent._out_of_tune for agent in agents):
+            raise ValueError("somebody is out of tune")
+        return [np.array([[0.5, 1.0, 0.0, 0.0]]) for _ in agents]
+
+    def act(self, observation: Observation) -> ActionChunk:
+        if not self._alone and observation.tick > 0:
+            raise ValueError("I do not sing alone")
+        return super().act(observation)
+
+
+@pytest.fixture
+def desk() -> Desk:
+    Chorus.sizes.clear()
+    descriptor = os.memfd_create("board")
+    return Desk(Blackboard(descriptor))
+
+
+def _open(desk: Desk, key: int, agent_id: str) -> None:
+    assert isinstance(desk.take(Open(key, agent_id, MAP, 0, 0, 100)), Opened)
+
+
+def _ask(desk: Desk, key: int, deadline: float = 10.0) -> None:
+    message = observe_message(key, 1, deadline, start_state(MAP))
+    assert isinstance(message, Observe)
+    desk.take(message)
+
+
+def _keys(answers: list[FromWorker]) -> list[int]:
+    assert all(isinstance(answer, Answer) for answer in answers)
+    return [answer.key for answer in answers]
+
+
+def test_questions_for_agents_that_go_together_are_answered_in_one_batch(desk: Desk) -> None:
+    for key in range(4):
+        _open(desk, key, f"{HERE}:Chorus" if key < 3 else "idle")
+        _ask(desk, key, deadline=10.0 - key)
+    assert _keys(desk.answer_next(0.0)) == [3]  # idle, whose deadline is first
+    assert _keys(desk.answer_next(0.0)) == [2, 1, 0]
+    assert Chorus.sizes == [3] and not desk.busy
+
+
+def test_a_batch_is_small_enough_not_to_keep_its_first_waiting(desk: Desk) -> None:
+    for key in range(MAX_BATCH + 2):
+        _open(desk, key, f"{HERE}:Chorus")
+        _ask(desk, key, deadline=float(key + 1))
+    assert _keys(desk.answer_next(0.0)) == list(range(MAX_BATCH))
+    assert _keys(desk.answer_next(0.0)) == [MAX_BATCH, MAX_BATCH + 1]
+
+
+def test_who_is_too_late_is_told_so_and_not_taken_along(desk: Desk) -> None:
+    for key, deadline in enumerate((1.0, 5.0, 6.0)):
+        _open(desk, key, f"{HERE}:Chorus")
+        _ask(desk, key, deadline)
+    assert desk.answer_next(2.0) == [Skipped(0, 1)]
+    assert _keys(desk.answer_next(2.0)) == [1, 2]
+
+
+def test_in_a_batch_that_fails_each_is_asked_alone_and_only_the_culprit_fails(desk: Desk) -> None:
+    _open(desk, 0, f"{HERE}:Chorus")
+    _open(desk, 1, f"{HERE}:Chorus:out_of_tune=true,alone=false")
+    for key in (0, 1):
+        _ask(desk, key)
+    answer, failed = desk.answer_next(0.0)
+    assert isinstance(answer, Answer) and answer.key == 0
+    assert isinstance(failed, Failed) and failed.key == 1 and failed.reason == "ValueError: I do not sing alone"
