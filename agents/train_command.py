@@ -47,13 +47,14 @@ def configure(parser: argparse.ArgumentParser) -> None:
         sub.add_argument("--preset", choices=PRESETS, default="fast", help="the paper's numbers or ours (default fast)")
         if kind == "bass":
             sub.add_argument("--base", required=True, help="id of the policy whose candidates are chosen among")
+            sub.add_argument("--simulator", default="", help="id of a BASS agent whose simulator to take; trains none")
         add_fields(sub, BassConfig if kind == "bass" else PolicyConfig)
 
 
 def _common(parser: argparse.ArgumentParser, default_id: str) -> None:
     parser.add_argument(
         "recordings",
-        nargs="+",
+        nargs="*",
         type=Path,
         help="recordings (*.mcap), expert's labels (*.corrections.npz) or folders of them",
     )
@@ -67,15 +68,14 @@ def _common(parser: argparse.ArgumentParser, default_id: str) -> None:
 def run(args: argparse.Namespace) -> int:
     """Train, export, write DATA/models/<id>."""
     _require_torch()
-    material = _material(args.recordings)
-    checkpoint = _bass(args, material) if args.kind == "bass" else _policy(args, material)
+    checkpoint = _bass(args) if args.kind == "bass" else _policy(args, _material(args.recordings))
+    training = checkpoint.card.training
     if args.json:
-        training = checkpoint.card.training.model_dump()
-        print(json.dumps({"id": args.id, "folder": str(checkpoint.folder), **training}))
+        print(json.dumps({"id": args.id, "folder": str(checkpoint.folder), **training.model_dump()}))
     else:
         runs = _run_folder(args)
         print(
-            f"{args.id}: trained on {len(material.files)} episodes, in {checkpoint.folder}; tensorboard --logdir {runs}"
+            f"{args.id}: trained on {training.episodes} episodes, in {checkpoint.folder}; tensorboard --logdir {runs}"
         )
     return 0
 
@@ -95,9 +95,12 @@ class _Material:
 
 
 def _material(places: list[Path]) -> _Material:
+    """Read everything there. Raises DataError when there is nothing."""
     from agents.corrections import SUFFIX, load_correction
     from agents.dataset import read_trajectories, recording_files
 
+    if not places:
+        raise DataError("name recordings to learn from, or folders of them; `movingout demos label` makes some")
     files = recording_files(places, (".mcap", SUFFIX))
     labelled = [file for file in files if file.name.endswith(SUFFIX)]
     recordings = [file for file in files if file not in labelled]
@@ -142,17 +145,23 @@ def _recombined(walks: list["Trajectory"], config: PolicyConfig, spec: PolicySpe
         yield walk.participants[seat], walk.features(seat, spec.layout), walk.targets(seat, spec.grasp)
 
 
-def _bass(args: argparse.Namespace, material: _Material) -> Checkpoint:
-    from agents.training.simulators import save_bass, train_dynamics, transitions_of
+def _bass(args: argparse.Namespace) -> Checkpoint:
+    from agents.training.simulators import exported, save_bass, simulator_of, train_dynamics, transitions_of
 
     config = overridden(bass_preset(args.preset), args)
-    base = find_checkpoint(args.base, args.data / "models", SHIPPED)
-    _write_config(args, config)
-    dynamics = train_dynamics(config, transitions_of(material.episodes), _run_folder(args))
+    roots = args.data / "models", SHIPPED
+    base = find_checkpoint(args.base, *roots)
+    grasp = base.card.policy.grasp
+    if args.simulator:
+        simulator = simulator_of(find_checkpoint(args.simulator, *roots), config.depth, grasp)
+    else:
+        _write_config(args, config)
+        dynamics = train_dynamics(config, transitions_of(_material(args.recordings).episodes), _run_folder(args))
+        simulator = exported(dynamics, config.depth, grasp)
     name = args.name or f"BASS {args.id.rpartition('@')[2]}"
     description = f"{base.card.name} with simulation and selection: {config.own} x {config.partner} candidates."
     folder = args.data / "models" / folder_name(args.id)
-    return save_bass(folder, args.id, base, dynamics, config, name, description)
+    return save_bass(folder, args.id, base, simulator, config, name, description)
 
 
 def _run_folder(args: argparse.Namespace) -> Path:

@@ -11,8 +11,9 @@ from torch import Tensor, nn
 
 from agents.bass.dynamics import Dynamics, Rollout, build_dynamics
 from agents.bass.state_vector import CONSTANT_WIDTH, MOVING_WIDTH, constant, moving_arrays
-from agents.checkpoint import Checkpoint, write_checkpoint
+from agents.checkpoint import Checkpoint, DynamicsSpec, write_checkpoint
 from agents.dataset import Indices, Singles, Trajectory
+from agents.errors import CheckpointError
 from agents.policies.export import export, halved_weights
 from agents.policy_spec import Grasp
 from agents.training.config import BassConfig
@@ -102,18 +103,44 @@ def export_dynamics(dynamics: Dynamics, depth: int, grasp: Grasp) -> bytes:
     return export(Rollout(dynamics, depth, grasp), example, ["state", "constant", "actions"], ["states"])
 
 
+@dataclass(frozen=True, slots=True)
+class Simulator:
+    """A trained simulator as it lies in a checkpoint."""
+
+    spec: DynamicsSpec
+    onnx: bytes
+    weights: bytes  # safetensors
+
+
+def exported(dynamics: Dynamics, depth: int, grasp: Grasp) -> Simulator:
+    """The files of a trained simulator."""
+    return Simulator(dynamics.spec, export_dynamics(dynamics, depth, grasp), save(halved_weights(dynamics)))
+
+
+def simulator_of(checkpoint: Checkpoint, depth: int, grasp: Grasp) -> Simulator:
+    """The simulator of another BASS agent. Raises CheckpointError when it is none, or one for other chunks."""
+    card = checkpoint.card
+    if card.dynamics is None or card.selection is None:
+        raise CheckpointError(f"{card.id} has no simulator; name an agent of kind bass")
+    if (card.selection.depth, card.policy.grasp) != (depth, grasp):
+        raise CheckpointError(
+            f"the simulator of {card.id} is for {card.selection.depth} ticks and grasp {card.policy.grasp}, "
+            f"not for {depth} and {grasp}"
+        )
+    return Simulator(card.dynamics, checkpoint.read("dynamics.onnx"), checkpoint.read("dynamics.safetensors"))
+
+
 def save_bass(
-    folder: Path, agent_id: str, base: Checkpoint, dynamics: Dynamics, config: BassConfig, name: str, description: str
+    folder: Path, agent_id: str, base: Checkpoint, simulator: Simulator, config: BassConfig, name: str, description: str
 ) -> Checkpoint:
     """Write the checkpoint of a BASS agent: the base policy's network and the simulator."""
-    policy = base.card.policy
     card = {
         **base.card.model_dump(exclude={"files", "scores"}),
         "id": agent_id,
         "name": name,
         "description": description,
         "kind": "bass",
-        "dynamics": dynamics.spec.model_dump(),
+        "dynamics": simulator.spec.model_dump(),
         "selection": config.selection().model_dump(),
         "training": {
             **base.card.training.model_dump(),
@@ -122,7 +149,7 @@ def save_bass(
     }
     files = {
         "policy.onnx": base.read("policy.onnx"),
-        "dynamics.onnx": export_dynamics(dynamics, config.depth, policy.grasp),
-        "dynamics.safetensors": save(halved_weights(dynamics)),
+        "dynamics.onnx": simulator.onnx,
+        "dynamics.safetensors": simulator.weights,
     }
     return write_checkpoint(folder, card, files)  # type: ignore[arg-type]

@@ -108,3 +108,21 @@ def test_a_bass_agent_is_trained_on_top_of_a_policy_and_tells_what_it_weighed(tm
     agent.reset(EpisodeInfo(world.map, 1, 5, 100))
     again = agent.act(observe(world.map, world.state(), 1))
     assert np.array_equal(chunk, again)
+
+
+def test_a_simulator_serves_another_policy_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    recorded(tmp_path / "rec", "e0", ticks=20, seed=0)
+    common = [str(tmp_path / "rec"), "--data", str(tmp_path), *TINY]
+    for kind in ("dp", "gru"):
+        assert main(["train", kind, *common, "--id", f"{kind}@tiny", "--horizon", "8", "--depth", "1"]) == 0
+    assert main(["train", "bass", *common, "--id", "bass@tiny", "--base", "dp@tiny", "--latent", "4"]) == 0
+    other = ["train", "bass", "--data", str(tmp_path), "--id", "bass-gru@tiny", "--base", "gru@tiny"]
+    assert main([*other, "--simulator", "bass@tiny"]) == 0
+    first, second = (find_checkpoint(name, tmp_path / "models") for name in ("bass@tiny", "bass-gru@tiny"))
+    assert first.read("dynamics.onnx") == second.read("dynamics.onnx")
+    assert second.read("policy.onnx") == find_checkpoint("gru@tiny", tmp_path / "models").read("policy.onnx")
+    capsys.readouterr()
+    assert main([*other, "--simulator", "dp@tiny"]) == 2
+    assert "dp@tiny has no simulator" in capsys.readouterr().err
+    assert main(other) == 2
+    assert "name recordings to learn from" in capsys.readouterr().err
