@@ -35,24 +35,34 @@ def write_report(path: Path, measured: str) -> None:
 
 
 def measured_part(
-    outcomes: Sequence[Outcome], agents: Sequence[str], cards: Mapping[str, Card], numbers: Numbers | None
+    outcomes: Mapping[str, Sequence[Outcome]],
+    labels: Mapping[str, str],
+    cards: Mapping[str, Card],
+    numbers: Numbers | None,
 ) -> str:
-    """Everything between the marks. `cards` are those of the trained agents among `agents`."""
+    """Everything between the marks.
+
+    `outcomes` by what the partners are, the people never trained with first; `labels` names the learned agents as the
+    paper does, `cards` are theirs.
+    """
     today = datetime.datetime.now(datetime.UTC).date().isoformat()
-    ticks = max(one.run.ticks for one in outcomes)
+    unseen = next(iter(outcomes.values()))
+    agents = list(dict.fromkeys(one.run.agent for one in unseen))
     parts = [
         f"Measured on {today}, {platform.machine()}, {os.cpu_count()} cores, by `python -m bench.train_agents`.",
-        f"Partners are the scripted people of population C, never trained on; {ticks} ticks, all maps alike; errors "
-        "are standard errors over episodes. `idle` is the control: what these people reach alone; `scripted` is the "
-        "expert that the others learned from.",
-        "## With unseen partners",
-        table(list(outcomes), list(agents), list(map_names())),
+        f"Partners are scripted people; {unseen[0].run.ticks} ticks, all maps alike; errors are standard errors over "
+        "episodes. `idle` is the control: what these people reach alone; `scripted` is the expert that the others "
+        "learned from.",
+    ]
+    for partners, played in outcomes.items():
+        parts += [f"## With {partners}", table(list(played), agents, list(map_names()))]
+    parts += [
         "## Beside the paper (Challenge 1)",
-        _beside_paper(outcomes, agents),
-        "Their partners were policies and people, ours are scripted people: the columns show the order of methods, not "
-        "who is better.",
-        "## BASS against its base policy",
-        "\n".join(f"- {line}" for line in verdicts(outcomes)),
+        _beside_paper(unseen, agents, labels),
+        "Their partners were policies and people, ours are scripted people of C: the columns show the order of "
+        "methods, not who is better.",
+        "## Against the aim, and against the base policy",
+        "\n".join(f"- {line}" for line in verdicts(unseen)),
         *(["## The parts of BASS", _parts(numbers)] if numbers else []),
         "## What was trained",
         _trained(cards),
@@ -88,9 +98,10 @@ def gains(outcomes: Sequence[Outcome], one: str, other: str, metric: str) -> lis
     return [mine[key] - theirs[key] for key in mine if key in theirs]
 
 
-def _beside_paper(outcomes: Sequence[Outcome], agents: Sequence[str]) -> str:
-    head = "| agent | ours: TCR | NFD | AC | paper, unseen AI: TCR | NFD | AC | paper, people: TCR | NFD | AC |"
-    lines = [head, "|---" * 10 + "|"]
+def _beside_paper(outcomes: Sequence[Outcome], agents: Sequence[str], labels: Mapping[str, str]) -> str:
+    of = "TCR | NFD | AC"
+    head = f"| agent | as in the paper | ours: {of} | paper, unseen AI: {of} | paper, people: {of} |"
+    lines = [head, "|---" * 11 + "|"]
     for agent in agents:
         mine = [one for one in outcomes if one.run.agent == agent]
         ours = [
@@ -99,7 +110,7 @@ def _beside_paper(outcomes: Sequence[Outcome], agents: Sequence[str]) -> str:
         cells = [shown(*pair) for pair in ours]
         for paper in (PAPER_UNSEEN, PAPER_PEOPLE):
             cells += [f"{value:.3f}" for value in paper.get(agent, ())] or ["", "", ""]
-        lines.append(f"| {agent} | " + " | ".join(cells) + " |")
+        lines.append(f"| {agent} | {labels.get(agent, '')} | " + " | ".join(cells) + " |")
     return "\n".join(lines)
 
 

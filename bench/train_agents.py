@@ -5,9 +5,10 @@
 1. an expert plays with the people of populations A and B, its hand slipping now and then;
 2. Diffusion Policy (flow, fast denoiser) learns from them;
 3. it takes turns with the expert beside the same people (DAgger), and learns on; `--rounds` times;
-4. the simulator of BASS learns from all these episodes; MLP and GRU learn from the same labels;
-5. everybody plays with the held-out people of population C, beside an idle partner and the scripted expert; the
-   scores go into the cards and the tables into the report.
+4. the simulator of BASS learns from all these episodes; MLP, GRU and Diffusion Policy with augmentation from the same
+   labels;
+5. everybody plays with the people of A and B, and with those of population C whom nobody was trained with, beside an
+   idle partner and the scripted expert; the scores with C go into the cards and the tables into the report.
 
 Stopped and started again it goes on where it was; finished evaluation episodes are in DATA/evaluation.jsonl.
 """
@@ -20,7 +21,7 @@ from pathlib import Path
 
 from agents.bass.agent import BassAgent
 from agents.catalogue import load_agent
-from agents.checkpoint import Card, Score, find_checkpoint, folder_name, rescored
+from agents.checkpoint import SHIPPED, Card, Score, find_checkpoint, folder_name, rescored
 from agents.corrections import TEACHER
 from agents.dataset import read_trajectories, recording_files
 from agents.demonstrations import jobs, make_all
@@ -31,10 +32,20 @@ from bench.learning import Outcome, mean_error, play_all, runs
 from maps import load_map, map_names
 from server.cli import main as movingout
 
-DP, BASS = "dp@all", "bass@all"
-BASELINES = {"mlp@all": ("mlp", "MLP"), "gru@all": ("gru", "GRU")}
-CONTROL = "idle"
+DP, AUGMENTED, BASS = "dp@all", "dp-augmented@all", "bass@all"
+MLP, GRU = "mlp@all", "gru@all"
+BASE = DP  # of `bass@all`: the better of the two diffusion policies with people of B, see docs/results.md
+LEARNERS = {
+    BASS: "DP/BASS",
+    AUGMENTED: "DP with augmentation",
+    DP: "DP",
+    GRU: "GRU",
+    MLP: "MLP",
+}
+SCRIPTED, CONTROL = "scripted", "idle"
 PEOPLE = "a scripted expert beside scripted people of A and B; none of population C"
+POSE_NOISE = 0.002  # paper, "Perturbing the Partner's Pose"
+GROUPS = {"C": "people of C, never trained with", "AB": "people of A and B, trained with"}
 
 
 def main() -> None:
@@ -42,16 +53,33 @@ def main() -> None:
     args = _parsed()
     if not args.only_evaluate:
         _train_all(args)
-    trained = [BASS, DP, *(BASELINES if args.baselines else ())]
-    agents = [*trained, "scripted", CONTROL]
-    people = [person.agent_id for person in population("C")]
-    todo = runs(agents, people, list(map_names()), args.runs, args.ticks)
-    outcomes = play_all(todo, args.workers, args.data / "evaluation.jsonl")
+    outcomes = _played(args)
     cards: dict[str, Card] = {}
-    for agent_id in trained:
-        checkpoint = find_checkpoint(agent_id, args.data / "models")
-        cards[agent_id] = rescored(checkpoint, scores(outcomes, agent_id)).card
-    write_report(args.report, measured_part(outcomes, agents, cards, _parts_of_bass(args)))
+    for agent_id in LEARNERS:
+        checkpoint = find_checkpoint(agent_id, *_roots(args))
+        cards[agent_id] = rescored(checkpoint, scores(outcomes["C"], agent_id)).card
+    numbers = None if args.no_parts else _parts_of_bass(args)
+    by_partners = {GROUPS[group]: played for group, played in outcomes.items()}
+    write_report(args.report, measured_part(by_partners, LEARNERS, cards, numbers))
+
+
+def _played(args: argparse.Namespace) -> dict[str, list[Outcome]]:
+    """All episodes by group of partners; those that every agent has played come first, so that a part is fair."""
+    agents = [*LEARNERS, SCRIPTED, CONTROL]
+    todo = {group: runs(agents, _people(group), list(map_names()), args.runs, args.ticks) for group in GROUPS}
+    in_turn = sorted((run for group in todo.values() for run in group), key=lambda run: run.seed)
+    done = {one.run: one for one in play_all(in_turn, args.workers, args.data / "evaluation.jsonl")}
+    return {group: [done[run] for run in made] for group, made in todo.items()}
+
+
+def _people(group: str) -> list[str]:
+    """The agent ids of the people of some populations, taken in turn."""
+    populations = [population(name) for name in group]
+    return [person.agent_id for people in zip(*populations, strict=True) for person in people]
+
+
+def _roots(args: argparse.Namespace) -> tuple[Path, ...]:
+    return args.data / "models", SHIPPED
 
 
 def _parsed() -> argparse.Namespace:
@@ -64,7 +92,7 @@ def _parsed() -> argparse.Namespace:
     parser.add_argument("--width", type=int, default=384)
     parser.add_argument("--simulator-updates", type=int, default=8000)
     parser.add_argument("--baseline-updates", type=int, default=4000)
-    parser.add_argument("--no-baselines", dest="baselines", action="store_false", help="leave out MLP and GRU")
+    parser.add_argument("--no-parts", action="store_true", help="leave out the section on the parts of BASS")
     parser.add_argument("--only-evaluate", action="store_true", help="what is trained is good enough")
     parser.add_argument("--runs", type=int, default=10, help="evaluation episodes per map and agent")
     parser.add_argument("--ticks", type=int, default=500)
@@ -79,15 +107,18 @@ def _train_all(args: argparse.Namespace) -> None:
         learner, count = (TEACHER, args.episodes) if number == 0 else (DP, max(args.episodes // 2, 1))
         _label(args, labels / f"round-{number}", learner, count, seed=number)
         _train_policy(args, labels, args.updates * (number + 1) + (args.last_updates if number == args.rounds else 0))
-    _command(
-        "train", "bass", labels, "--id", BASS, "--base", DP, "--data", args.data,
-        "--updates", args.simulator_updates, "--name", "BASS",
-    )  # fmt: skip
-    for agent_id, (kind, name) in BASELINES.items() if args.baselines else ():
-        _command(
-            "train", kind, labels, "--id", agent_id, "--data", args.data, "--updates", args.baseline_updates,
-            "--population", PEOPLE, "--name", name,
-        )  # fmt: skip
+    learn = "--data", args.data, "--population", PEOPLE
+    total = args.updates * (args.rounds + 1) + args.last_updates
+    _train(args, AUGMENTED, "dp", labels, *learn, "--pose-noise", POSE_NOISE, "--updates", total, "--width", args.width)
+    for kind, agent_id in (("mlp", MLP), ("gru", GRU)):
+        _train(args, agent_id, kind, labels, *learn, "--updates", args.baseline_updates)
+    _train(args, BASS, "bass", labels, "--base", BASE, "--data", args.data, "--updates", args.simulator_updates)
+
+
+def _train(args: argparse.Namespace, agent_id: str, kind: str, *words: object) -> None:
+    """Train an agent that is not there yet."""
+    if not (args.data / "models" / folder_name(agent_id)).exists():
+        _command("train", kind, *words, "--id", agent_id, "--name", LEARNERS[agent_id])
 
 
 def _label(args: argparse.Namespace, folder: Path, learner: str, episodes: int, seed: int) -> None:

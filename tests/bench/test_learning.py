@@ -49,10 +49,11 @@ def test_the_report_replaces_what_was_measured_and_keeps_the_words_around_it(tmp
     page = tmp_path / "results.md"
     page.write_text(f"before\n{BEGIN}\nold\n{END}\nafter\n")
     outcomes = [_outcome("bass@all", 0.5), _outcome("dp@all", 0.25)]
-    write_report(page, measured_part(outcomes, ["bass@all", "dp@all"], {}, None))
+    write_report(page, measured_part({"strangers": outcomes, "friends": outcomes[1:]}, {"dp@all": "DP"}, {}, None))
     text = page.read_text()
     assert text.startswith("before\n") and text.endswith("after\n") and "old" not in text
-    assert "0.301" in text and "never trained on" in text
+    assert "0.301" in text and "## With strangers" in text and "## With friends" in text
+    assert "| dp@all | DP | 0.250 ± 0.000 |" in text
 
 
 def test_a_missed_target_is_said_by_how_much() -> None:
