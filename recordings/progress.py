@@ -1,14 +1,14 @@
 """Long work shows a bar on a terminal, on standard error; nothing when there is none to see it."""
 
 import contextlib
-import multiprocessing
 import signal
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from typing import TypeVar
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from recordings.processes import pool
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -31,17 +31,16 @@ def over_processes(function: Callable[[T], R], values: Sequence[T], workers: int
     if workers <= 1 or len(values) <= 1:
         yield from track(map(function, values), len(values), verb)
         return
-    # spawn: a fork would copy the bar's thread in an unknown state
-    with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:
+    with pool(workers) as processes:
         share = max(min(len(values) // (8 * workers), _LONGEST_SHARE), 1)
         with _deaf_children():
-            results = pool.map(function, values, chunksize=share)
+            results = processes.map(function, values, chunksize=share)
         yield from track(results, len(values), verb)
 
 
 @contextlib.contextmanager
 def _deaf_children() -> Iterator[None]:
-    """Processes started in the block leave Ctrl-C to this one; else each would die with a traceback of its own."""
+    """Processes started in the block leave Ctrl-C to this one, also while they start and before they can say so."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # they inherit it; here it only comes later
     try:
         yield

@@ -6,13 +6,9 @@ Knows no room. Ids are unguessable, so one recording needs no token; a path is n
 
 import asyncio
 import logging
-import multiprocessing
-import os
 import re
-import signal
 from collections import OrderedDict
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
@@ -25,6 +21,7 @@ from recordings import RecordingError, browser_replay, finalise
 from recordings.finished import recover_journal
 from recordings.index import list_recordings
 from recordings.listing import Summary
+from recordings.processes import pool
 from server import messages as m
 from server.ghosts import Casting, casting
 
@@ -34,6 +31,7 @@ log = logging.getLogger(__name__)
 _ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,79}")
 SUFFIX = ".mcap"
 CACHED_REPLAYS = 8
+NICE = 10  # ticks come first
 
 
 class Replay(NamedTuple):
@@ -49,7 +47,7 @@ class Archive:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self._executor = _new_executor()
+        self._executor = pool(1, NICE)
         self._pending: dict[str, asyncio.Task[None]] = {}  # by journal name
         self._replays: OrderedDict[str, Replay] = OrderedDict()
 
@@ -135,19 +133,8 @@ class Archive:
             return await loop.run_in_executor(self._executor, work, *arguments)
         except BrokenProcessPool:
             log.error("the process for recordings died; starting another one")
-            self._executor = _new_executor()
+            self._executor = pool(1, NICE)
             return await loop.run_in_executor(self._executor, work, *arguments)
-
-
-def _new_executor() -> ProcessPoolExecutor:
-    return ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn"), initializer=_be_nice)
-
-
-def _be_nice() -> None:
-    """Ticks come first; and Ctrl-C is the server's business."""
-
-    os.nice(10)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _variant(name: str, seed: int, split: Split) -> MapSpec:

@@ -1,0 +1,32 @@
+"""Processes for slow work do what they are given, and end with the one that they work for, however that ends."""
+
+import os
+import signal
+import subprocess
+import sys
+
+from recordings.processes import pool
+
+KILLED_AT_WORK = """
+import os, signal
+from recordings.processes import pool
+
+if __name__ == "__main__":
+    print(pool(1).submit(os.getpid).result(), flush=True)
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_work_is_done_in_another_process_that_gives_way() -> None:
+    with pool(1, nice=3) as processes:
+        assert processes.submit(os.getpid).result() != os.getpid()
+        assert processes.submit(os.nice, 0).result() == min(os.nice(0) + 3, 19)
+
+
+def test_after_kill_9_no_worker_is_left_behind() -> None:
+    command = [sys.executable, "-c", KILLED_AT_WORK]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as killed:
+        assert killed.stdout is not None
+        worker = int(killed.stdout.readline())
+        said, _ = killed.communicate(timeout=60)  # up to the end of the pipe, which a living worker would keep open
+        assert (said, killed.returncode) == ("", -signal.SIGKILL) and worker != killed.pid
