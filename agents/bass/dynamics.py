@@ -125,8 +125,7 @@ class VaeDynamics(Dynamics):
         return state + predicted * self.scale if self.spec.residual else predicted
 
     def losses(self, state: Tensor, constant: Tensor, actions: Tensor, after: Tensor) -> dict[str, Tensor]:
-        of_map = self.of_map(constant)
-        target = (after - state) / self.scale if self.spec.residual else after
+        of_map, target = self.of_map(constant), self.target(state, after)
         now_mean, now_variance = self.now.encode(state, of_map)
         next_mean, next_variance = self.next.encode(target, of_map)
         now = _sampled(now_mean, now_variance)
@@ -139,6 +138,24 @@ class VaeDynamics(Dynamics):
         divergence = _divergence(now_mean, now_variance) + _divergence(next_mean, next_variance)
         loss = prediction + RECONSTRUCTION_WEIGHT * reconstruction + LATENT_WEIGHT * latent + KL_WEIGHT * divergence
         return {"loss": loss, "prediction": prediction, "reconstruction": reconstruction, "latent": latent}
+
+    def target(self, state: Tensor, after: Tensor) -> Tensor:
+        """What the second autoencoder is of: the next state (B, 58), or its scaled change."""
+        return (after - state) / self.scale if self.spec.residual else after
+
+    def autoencoding(self, autoencoder: AutoEncoder, rows: Tensor, constant: Tensor) -> Tensor:
+        """The loss of one autoencoder alone on what it is of (B, 58)."""
+        of_map = self.of_map(constant)
+        mean, variance = autoencoder.encode(rows, of_map)
+        rebuilt = autoencoder.decode(_sampled(mean, variance), of_map)
+        return F.smooth_l1_loss(rebuilt, rows) + KL_WEIGHT * _divergence(mean, variance)
+
+    def stepping(self, state: Tensor, constant: Tensor, actions: Tensor, after: Tensor) -> Tensor:
+        """The loss of the step between the latent spaces alone."""
+        of_map = self.of_map(constant)
+        now, _ = self.now.encode(state, of_map)
+        then, _ = self.next.encode(self.target(state, after), of_map)
+        return F.mse_loss(self.latent_step(torch.cat((now, actions), dim=-1)), then)
 
 
 class GruDynamics(Dynamics):

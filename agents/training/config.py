@@ -94,6 +94,7 @@ class BassConfig(Optimisation):
     latent: int = documented(96, "latent dimensions")
     residual: bool = documented(True, "predict the change of the state instead of the state")
     rigid: bool = documented(True, "items move as one body with who holds them, instead of being predicted")
+    order: str = documented("joint", "joint, fine-tuned (second autoencoder from the first) or separate; see the paper")
     own: int = documented(4, "own candidates")
     partner: int = documented(4, "guesses of the partner's chunk")
     combine: str = documented("product", "product (each with each) or independent (pairs)")

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import torch
 from safetensors.torch import save
-from torch import Tensor, nn
+from torch import nn
 
 from agents.bass.dynamics import Dynamics, Rollout, build_dynamics
 from agents.bass.state_vector import CONSTANT_WIDTH, MOVING_WIDTH, constant, moving_arrays
@@ -18,6 +18,7 @@ from agents.policies.export import export, halved_weights
 from agents.policy_spec import Grasp
 from agents.training.config import BassConfig
 from agents.training.loop import Losses, Task, fit
+from agents.training.stages import Batch, Stage, stages
 from maps import MapSpec
 
 VALIDATION_ROWS = 8192
@@ -65,7 +66,10 @@ def action_rows(walk: Trajectory) -> np.ndarray[tuple[int, ...], np.dtype[np.flo
 
 
 def train_dynamics(config: BassConfig, data: Transitions, folder: Path) -> Dynamics:
-    """Fit the simulator; curves and resume file go to `folder`. Every tenth episode is kept for validation."""
+    """Fit the simulator; curves and resume files go to `folder`. Every tenth episode is kept for validation.
+
+    An order of several stages (`training.stages`) shares the updates among them. Raises DataError for a wrong order.
+    """
     torch.manual_seed(config.seed)
     dynamics = build_dynamics(config.spec())
     dynamics.fit_normaliser(torch.from_numpy(data.after - data.before), torch.from_numpy(data.constants[data.maps]))
@@ -74,11 +78,6 @@ def train_dynamics(config: BassConfig, data: Transitions, folder: Path) -> Dynam
     train = np.flatnonzero(~out)
     held_out = random.permutation(np.flatnonzero(out) if out.any() else train)[:VALIDATION_ROWS]
 
-    def losses(network: nn.Module) -> Losses:
-        assert isinstance(network, Dynamics)
-        state, of_map, actions, after = _batch(data, random.choice(train, config.batch))
-        return network.losses(state, of_map, actions, after)
-
     def validate(network: nn.Module) -> dict[str, float]:
         assert isinstance(network, Dynamics)
         state, of_map, actions, after = _batch(data, held_out)
@@ -86,12 +85,21 @@ def train_dynamics(config: BassConfig, data: Transitions, folder: Path) -> Dynam
         return {"l2": float(error.norm(dim=1).mean()), "items": float(error[:, 30:].abs().max(dim=1).values.mean())}
 
     updates = -(-config.epochs * len(train) // config.batch) if config.epochs else config.updates
-    trained = fit(Task(dynamics, losses, validate, updates), config, folder)
-    assert isinstance(trained, Dynamics)
-    return trained.cpu()
+    fits = stages(dynamics, config.order)
+    for stage in fits:
+
+        def losses(network: nn.Module, stage: Stage = stage) -> Losses:
+            assert isinstance(network, Dynamics)
+            return stage.losses(network, _batch(data, random.choice(train, config.batch)))
+
+        stage.prepare(dynamics)
+        trained = fit(Task(dynamics, losses, validate, -(-updates // len(fits))), config, folder / stage.name)
+        assert isinstance(trained, Dynamics)
+        dynamics = trained.cpu().requires_grad_(True)
+    return dynamics.requires_grad_(False)
 
 
-def _batch(data: Transitions, rows: Indices) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+def _batch(data: Transitions, rows: Indices) -> Batch:
     arrays = data.before[rows], data.constants[data.maps[rows]], data.actions[rows], data.after[rows]
     before, constants, actions, after = (torch.from_numpy(array) for array in arrays)
     return before, constants, actions, after

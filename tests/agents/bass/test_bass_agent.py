@@ -12,6 +12,7 @@ from agents.bass.dynamics import Rollout, build_dynamics, carried, holding
 from agents.bass.state_vector import ITEMS_START, moving, moving_arrays
 from agents.checkpoint import DynamicsSpec, find_checkpoint
 from agents.chunk import checked_chunk
+from agents.errors import DataError
 from agents.observing import observe
 from agents.policies.export import halved_weights
 from agents.rollout import rollout
@@ -59,6 +60,28 @@ def test_the_simulator_learns_to_be_better_than_saying_that_nothing_moves(kind: 
     learned = np.abs(predicted - data.after[rows])[:, places].mean()
     nothing = np.abs(data.before[rows] - data.after[rows])[:, places].mean()
     assert learned < 0.8 * nothing
+
+
+@pytest.mark.parametrize(("order", "residual"), [("fine-tuned", False), ("separate", True)])
+def test_a_simulator_fitted_part_by_part_learns_too(order: str, residual: bool, tmp_path: Path) -> None:
+    data = transitions_of([walked("DistancePriority", ticks=60, seed=seed) for seed in range(6)])
+    config = BassConfig(
+        width=64, latent=16, updates=600, batch=128, rate=3e-3, warmup=20, ema=0.98, order=order, residual=residual
+    )
+    untrained = build_dynamics(config.spec())
+    dynamics = train_dynamics(config, data, tmp_path)
+    arrays = [torch.from_numpy(array) for array in (data.before, data.constants[data.maps], data.actions, data.after)]
+    with torch.inference_mode():
+        errors = [(one.step(*arrays[:3]) - arrays[3]).abs().mean() for one in (dynamics, untrained)]
+    assert errors[0] < 0.5 * errors[1]
+    assert (tmp_path / "step" / "resume.safetensors").exists()
+
+
+def test_an_order_that_cannot_be_is_refused(tmp_path: Path) -> None:
+    data = transitions_of([walked("DistancePriority", ticks=5)])
+    for wrong in ({"order": "backwards"}, {"order": "separate", "dynamics": "gru"}, {"order": "fine-tuned"}):
+        with pytest.raises(DataError, match="--order"):
+            train_dynamics(BassConfig(width=16, latent=4, updates=1, **wrong), data, tmp_path)  # type: ignore[arg-type]
 
 
 def test_the_engines_word_on_a_chunk_is_what_then_happens() -> None:

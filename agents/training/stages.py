@@ -1,0 +1,75 @@
+"""In which order the parts of the learned simulator are fitted (paper, "BASS Details").
+
+`joint` fits everything together, `fine-tuned` begins the second autoencoder where the first has ended, `separate`
+fits both alone; with the last two the step between the latent spaces comes at the end, the autoencoders frozen.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from torch import Tensor
+
+from agents.bass.dynamics import Dynamics, VaeDynamics
+from agents.errors import DataError
+from agents.training.loop import Losses
+
+Batch = tuple[Tensor, Tensor, Tensor, Tensor]
+"""States (B, 58), constants (B, 146), actions (B, 8), next states (B, 58)."""
+ORDERS = ("joint", "fine-tuned", "separate")
+
+
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """One fit: the losses of a batch, and what happens to the network before."""
+
+    name: str  # of its folder; "" for the run folder itself
+    losses: Callable[[Dynamics, Batch], Losses]
+    prepare: Callable[[Dynamics], None] = lambda dynamics: None
+
+
+def stages(dynamics: Dynamics, order: str) -> tuple[Stage, ...]:
+    """The fits of an order, one after the other. Raises DataError for an order that the simulator cannot have."""
+    joint = Stage("", lambda network, batch: network.losses(*batch))
+    if order == "joint":
+        return (joint,)
+    if order not in ORDERS:
+        raise DataError(f"--order is one of {', '.join(ORDERS)}, not {order}")
+    if not isinstance(dynamics, VaeDynamics):
+        raise DataError(f"--order {order} is for autoencoders; --dynamics gru has none")
+    step = Stage("step", lambda network, batch: {"loss": _vae(network).stepping(*batch)}, _freeze)
+    if order == "separate":
+        return Stage("autoencoders", _both), step
+    if dynamics.spec.residual:
+        raise DataError("--order fine-tuned needs --residual no: a change is not what the first autoencoder knows")
+    return Stage("first", _first), Stage("second", _second, _begin_second), step
+
+
+def _first(network: Dynamics, batch: Batch) -> Losses:
+    state, constant, _, _ = batch
+    return {"loss": _vae(network).autoencoding(_vae(network).now, state, constant)}
+
+
+def _second(network: Dynamics, batch: Batch) -> Losses:
+    state, constant, _, after = batch
+    vae = _vae(network)
+    return {"loss": vae.autoencoding(vae.next, vae.target(state, after), constant)}
+
+
+def _both(network: Dynamics, batch: Batch) -> Losses:
+    first, second = _first(network, batch)["loss"], _second(network, batch)["loss"]
+    return {"loss": first + second, "first": first, "second": second}
+
+
+def _begin_second(network: Dynamics) -> None:
+    vae = _vae(network)
+    vae.next.load_state_dict(vae.now.state_dict())
+
+
+def _freeze(network: Dynamics) -> None:
+    for autoencoder in (_vae(network).now, _vae(network).next):
+        autoencoder.requires_grad_(False)
+
+
+def _vae(network: Dynamics) -> VaeDynamics:
+    assert isinstance(network, VaeDynamics)
+    return network
