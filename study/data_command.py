@@ -3,6 +3,7 @@
 import argparse
 import importlib
 import json
+import sys
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ from study.errors import StudyError
 from study.export import FORMATS, Options, export_study
 from study.folder import StudyFolder
 from study.forgetting import due, forget, purge
+from study.store import Store
 from study.study_file import read_study
 
 _DATA = Path("data")
@@ -38,7 +40,7 @@ def configure(commands: Any) -> None:
 
     forgetting = commands.add_parser("forget", help="remove a participant's answers, identity and recordings")
     _add_place(forgetting)
-    forgetting.add_argument("pid", metavar="PID", help="the participant's code, such as P7KXM2Q")
+    forgetting.add_argument("pid", metavar="PID", help="pseudonym, such as P7KXM2Q, or completion code")
     forgetting.set_defaults(perform=_forget)
 
     purging = commands.add_parser("purge", help="remove what the study's retention says; only lists it without --apply")
@@ -59,6 +61,14 @@ def _folder(args: argparse.Namespace) -> StudyFolder:
     return StudyFolder(read_study(args.file), args.data, args.database, args.identities)
 
 
+def as_begun(folder: StudyFolder, store: Store, file: Path) -> StudyFolder:
+    """With the study that the data were recorded with; says so where the file has changed since."""
+    begun = folder.as_begun(store, file.parent)
+    if begun.study != folder.study:
+        print(f"warning: {file} has changed since the study began; it is read as it was then", file=sys.stderr)
+    return begun
+
+
 def _report(args: argparse.Namespace) -> int:
     try:
         analysis = importlib.import_module("study.analysis.command")  # statistics take seconds to import
@@ -74,6 +84,7 @@ def _export(args: argparse.Namespace) -> int:
     folder = _folder(args)
     options = Options(tuple(args.formats), args.test_share, not args.no_training)
     with closing(folder.open_existing()) as store:
+        folder = as_begun(folder, store, args.file)
         target = args.out or folder.output("export", store.frozen().simulated)
         done = export_study(folder, store, target, options)
     document = {"export": str(target), "rows": done.rows, "recordings": done.recordings}

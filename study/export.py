@@ -126,7 +126,8 @@ def _manifest(folder: Path, rounds: Iterable[Row], done: Exported) -> list[Row]:
         try:
             path = path_of(folder, row["episode"])
         except RecordingError:
-            done.missing.append(row["episode"])
+            if row["ticks"] != 0:  # else the server was killed before the first tick
+                done.missing.append(row["episode"])
             continue
         with path.open("rb") as stream:
             digest = file_digest(stream, "sha256").hexdigest()

@@ -1,7 +1,7 @@
 """Where the data of a study lie: two databases of its own, and the recordings of all."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from study.definition import Study
@@ -9,6 +9,7 @@ from study.errors import StudyError
 from study.store.clock import now_ms
 from study.store.identity import IdentityStore
 from study.store.store import Store
+from study.study_file import parse_study
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +44,13 @@ class StudyFolder:
 
     def open_identities(self, now: Callable[[], int] = now_ms) -> IdentityStore:
         return IdentityStore(self.identities or self.own / "identity.sqlite", now)
+
+    def as_begun(self, store: Store, beside: Path) -> "StudyFolder":
+        """With the study that the data were recorded with, whatever its file says by now.
+
+        Texts that the study has in files of their own are read `beside` it. Raises StudyError.
+        """
+        return replace(self, study=parse_study(store.frozen().file_text, "the study as it began", beside))
 
     def open_existing(self, now: Callable[[], int] = now_ms) -> Store:
         """The store of a study that was run; StudyError when it never was."""

@@ -10,7 +10,7 @@ from recordings.listing import Summary
 from study.definition import Study
 from study.errors import StudyError
 from study.folder import StudyFolder
-from study.store.removal import episodes_of, remove, require
+from study.store.removal import episodes_of, meant, remove
 from study.store.store import Participant, Store
 from study.store.tables import consents
 
@@ -36,9 +36,12 @@ class Due:
     trials: tuple[str, ...]  # everything
 
 
-def forget(folder: StudyFolder, store: Store, pid: str) -> Forgotten:
-    """Remove a participant. What was killed half-way is finished by asking again: the row in the store goes last."""
-    require(store, pid)
+def forget(folder: StudyFolder, store: Store, name: str) -> Forgotten:
+    """Remove a participant, named by pseudonym or completion code.
+
+    What was killed half-way is finished by asking again: the row in the store goes last.
+    """
+    pid = meant(store, name)
     removed = remove_recordings(folder.recordings, pid, set(episodes_of(store, pid)))
     remove_rooms(folder.rooms, pid)
     with closing(folder.open_identities()) as identities:

@@ -29,6 +29,7 @@ class Plan:
     chaos: bool = False
     scripted: bool = True  # whether scripted people play, else circles are driven
     run: str = ""  # so that two rehearsals have different participants
+    group: int = 1  # how many of them play together
 
 
 @dataclass

@@ -66,7 +66,7 @@ def _plan(args: argparse.Namespace, study: Study) -> Plan:
     if people < 1 or people % study.group:
         raise SimulationError(f"--participants is {'even' if study.group == 2 else 'one or more'}, not {people}")
     at_once = max(args.at_once, study.group)
-    return Plan(people, args.speed, args.seed, at_once, args.chaos, run=f"{datetime.now():%H%M%S}")
+    return Plan(people, args.speed, args.seed, at_once, args.chaos, run=f"{datetime.now():%H%M%S}", group=study.group)
 
 
 def _watched(crowd: Crowd, kills: int = 0, server: RehearsalServer | None = None) -> Sequence[Diary]:
@@ -101,7 +101,7 @@ def _bar() -> Progress:
 
 def _words(crowd: Crowd) -> str:
     finished = sum(bool(diary.codes) for diary in crowd.diaries)
-    rounds = sum(len(diary.rounds) for diary in crowd.diaries)
+    rounds = sum(len(diary.rounds) for diary in crowd.diaries) // crowd.plan.group
     return f"{finished} of {crowd.plan.participants} finished, {rounds} rounds"
 
 

@@ -12,6 +12,7 @@ from study.allocation import letters
 from study.analysis.page import all_tables, page
 from study.analysis.results import Results, collect
 from study.analysis.tables import Namer, Table
+from study.data_command import as_begun
 from study.definition import Study
 from study.errors import StudyError
 from study.folder import StudyFolder
@@ -21,6 +22,7 @@ from study.store.store import Frozen
 def report(folder: StudyFolder, args: argparse.Namespace) -> int:
     """Write a folder with report.html and a CSV file per table."""
     with closing(folder.open_existing()) as store:
+        folder = as_begun(folder, store, args.file)
         frozen, results = store.frozen(), collect(folder.study, store)
     target: Path = args.out or folder.output("report", frozen.simulated)
     name = _namer(folder.study, blinded=args.blinded)

@@ -86,8 +86,16 @@ def _remove(connection: Connection, table: Table, condition: ColumnElement[bool]
     return int(connection.execute(delete(table).where(condition)).rowcount)
 
 
-def require(store: Store, pid: str) -> None:
-    """StudyError, with what is known, unless there is such a participant."""
-    if forgotten(store, pid):
-        raise StudyError(f"{pid} was forgotten already; the tombstone says so")
-    store.participant(pid)
+def meant(store: Store, name: str) -> str:
+    """The pseudonym of whom a pseudonym or a completion code means. StudyError unless that is exactly one.
+
+    Participants know their code alone.
+    """
+    if forgotten(store, name):
+        raise StudyError(f"{name} was forgotten already; the tombstone says so")
+    with store.database.read() as connection:
+        query = select(participants.c.pid).where(or_(participants.c.pid == name, participants.c.code == name))
+        found = connection.execute(query).scalars().all()
+    if len(found) > 1:
+        raise StudyError(f"{len(found)} participants were given the code {name!r}; payments.csv says which is whose")
+    return str(found[0]) if found else store.participant(name).pid

@@ -13,7 +13,8 @@ from study.errors import StudyError
 from study.export import Options, export_study
 from study.forgetting import DAY_MS, due, forget, purge
 from study.store.clock import now_ms
-from study.store.tables import audit, tombstones, units
+from study.store.rounds import Played, Rounds
+from study.store.tables import audit, rounds, tombstones, units
 from tests.study.filled import fill, template
 from tests.study.support import Clock
 
@@ -89,6 +90,29 @@ def test_a_recording_that_is_gone_is_reported_and_the_export_is_made(tmp_path: P
     assert len(export_study(place, store, tmp_path / "out", Options()).missing) == 2
 
 
+def test_a_round_that_never_had_a_tick_misses_no_recording(tmp_path: Path) -> None:
+    study, text = template("agent_survey", **SHORT)
+    place, store, _ = fill(tmp_path, study, text, 1)
+    Rounds(store).end(store.rows(rounds)[0]["episode"], Played("interrupted", 0, 0.0, 0.0, 0.0, None))
+    assert export_study(place, store, tmp_path / "out", Options(("csv",))).missing == [store.rows(rounds)[1]["episode"]]
+
+
+def test_what_was_recorded_is_read_with_the_study_as_it_began(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    study, text = template("agent_survey", **SHORT)
+    fill(tmp_path / "data", study, text, 1, clock=now_ms)
+    file = tmp_path / "study.yaml"
+    command = ["study", "export", str(file), "--data", str(tmp_path / "data"), "--formats", "csv", "-o"]
+    file.write_text(f"# a remark\n{text}", encoding="utf-8")
+    assert main([*command, str(tmp_path / "same")]) == 0
+    assert "has changed" not in capsys.readouterr().err
+    file.write_text(text.replace("[HandOff]", "[FourCorners, HandOff]"), encoding="utf-8")
+    assert main([*command, str(tmp_path / "changed")]) == 0
+    assert "has changed since the study began; it is read as it was then" in capsys.readouterr().err
+    assert {row["map"] for row in read_csv(tmp_path / "changed" / "allocation.csv")} == {"HandOff"}
+
+
 def test_answers_that_few_people_share_are_pointed_out(tmp_path: Path) -> None:
     study, text = template("human_study")
     place, store, _ = fill(tmp_path, study, text, 1)
@@ -133,6 +157,16 @@ def test_the_slot_of_who_is_forgotten_is_given_again_and_a_second_wish_is_answer
         forget(place, store, gone)
     with pytest.raises(StudyError, match="there is no participant 'PXXXXXX'"):
         forget(place, store, "PXXXXXX")
+
+
+def test_who_knows_the_completion_code_alone_is_forgotten_by_that(tmp_path: Path) -> None:
+    study, text = template("agent_survey", **SHORT)
+    place, store, (gone, _) = fill(tmp_path, study, text, 2)
+    assert forget(place, store, "CODE-1-0").pid == gone
+    store.arrive("P3", "en")
+    store.finish("P3", "done", "CODE-2-0")
+    with pytest.raises(StudyError, match="2 participants were given the code 'CODE-2-0'"):
+        forget(place, store, "CODE-2-0")
 
 
 def test_the_games_of_a_pair_go_for_both_and_the_partners_answers_stay(tmp_path: Path) -> None:
