@@ -13,10 +13,11 @@ from maps import MapError, load_map, map_names
 from maps.randomize import Split
 from study.instruments import instrument, instrument_names
 from study.questionnaire import KINDS, Item, Kind, Questionnaire
-from study.words import DEFAULT, Language, Words
+from study.words import DEFAULT, Language, Words, shaped
 
-Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]{0,47}$")]
-Code = Annotated[str, Field(pattern=r"^[A-Za-z0-9-]{4,40}$")]
+Name = Annotated[str, shaped(r"[a-z0-9][a-z0-9-]{0,47}", "small letters, digits and hyphens, at most 48")]
+Code = Annotated[str, shaped(r"[A-Za-z0-9-]{4,40}", "4 to 40 letters, digits and hyphens")]
+Period = Annotated[str, shaped(r"[1-9]\d{0,4}[dy]|forever", "days or years such as 30d or 3y, or forever")]
 Outcome = Literal["done", "partner-left", "no-partner", "withdrew", "screened-out"]
 Seats = Literal["blue", "red", "alternate", "both"]
 Order = Literal["fixed", "balanced", "random"]
@@ -53,7 +54,7 @@ class Consent(Strict):
 class Pay(Strict):
     """What an hour is paid, pro-rated by minutes."""
 
-    currency: Annotated[str, Field(pattern=r"^[A-Z]{3}$")] = "USD"
+    currency: Annotated[str, shaped(r"[A-Z]{3}", "three capital letters such as USD")] = "USD"
     per_hour: Annotated[float, Field(ge=0, allow_inf_nan=False)]
     maximum: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
 
@@ -78,7 +79,7 @@ class Partner(Strict):
 class ItemSpec(Strict):
     """A question of one's own."""
 
-    id: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,39}$")]
+    id: Annotated[str, shaped(r"[a-z][a-z0-9_]{0,39}", "a small letter, then small letters, digits and _, at most 40")]
     kind: Kind
     text: Words
     label: str = ""
@@ -187,9 +188,9 @@ class Gate(Strict):
 class Retention(Strict):
     """How long each kind of data is kept after a participant has finished: 30d, 3y or forever."""
 
-    identity: Annotated[str, Field(pattern=r"^([1-9]\d{0,4}[dy]|forever)$")] = "30d"
-    trials: Annotated[str, Field(pattern=r"^([1-9]\d{0,4}[dy]|forever)$")] = "5y"
-    released: Annotated[str, Field(pattern=r"^([1-9]\d{0,4}[dy]|forever)$")] = "forever"  # who ticked `release`
+    identity: Period = "30d"
+    trials: Period = "5y"
+    released: Period = "forever"  # who ticked `release`
 
 
 class Debrief(Strict):

@@ -1,11 +1,25 @@
 """Text that participants read, in one or several languages."""
 
+import re
 from typing import Annotated, Any
 
-from pydantic import ConfigDict, Field, RootModel, model_validator
+from pydantic import AfterValidator, ConfigDict, Field, RootModel, model_validator
 
 DEFAULT = "en"
-Language = Annotated[str, Field(pattern=r"^[a-z]{2,3}(-[A-Z]{2})?$")]
+
+
+def shaped(pattern: str, meaning: str) -> AfterValidator:
+    """A text of this shape; `meaning` tells people what is right."""
+
+    def check(text: str) -> str:
+        if not re.fullmatch(pattern, text):
+            raise ValueError(f"should be {meaning}")
+        return text
+
+    return AfterValidator(check)
+
+
+Language = Annotated[str, shaped(r"[a-z]{2,3}(-[A-Z]{2})?", "a language such as en, de or pt-BR")]
 _Text = Annotated[str, Field(min_length=1, max_length=100_000)]
 
 
@@ -17,6 +31,8 @@ class Words(RootModel[dict[Language, _Text]]):
     @model_validator(mode="before")
     @classmethod
     def _plain(cls, value: Any) -> Any:
+        if not isinstance(value, str | dict):
+            raise ValueError("should be a text, or one per language: {en: ..., de: ...}")
         return {DEFAULT: value} if isinstance(value, str) else value
 
     def text(self, language: str = DEFAULT) -> str:
