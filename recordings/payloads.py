@@ -3,6 +3,7 @@
 Floats are written with the shortest text that reads back to the same 64 bits.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -159,10 +160,18 @@ def read_event(payload: Payload) -> Event:
 
 
 def write_agent(decision: AgentDecision) -> bytes:
-    """`chosen` and well-formed `candidates` get fields of their own; whatever else an agent says is kept as JSON."""
+    """What viewers draw and plot gets fields of its own; whatever else an agent says is kept as JSON.
+
+    Fields of their own: `chosen`; `candidates` of the schema's form; `scores`, or else the candidates' own.
+    """
     rest = dict(decision.detail)
-    chosen = rest.pop("chosen", -1) if isinstance(rest.get("chosen"), int) else -1
-    candidates = rest.pop("candidates", []) if _are_candidates(rest.get("candidates")) else []
+    chosen, candidates = _index(rest.get("chosen")), _candidates(rest.get("candidates"))
+    for name, found in (("chosen", chosen >= 0), ("candidates", candidates)):
+        if found:
+            del rest[name]
+    scores = _scores([one["score"] for one in candidates] if candidates else rest.get("scores"))
+    if scores and not candidates:
+        del rest["scores"]
     return orjson.dumps(
         {
             "tick": decision.tick,
@@ -171,21 +180,47 @@ def write_agent(decision: AgentDecision) -> bytes:
             "chosen": chosen,
             "candidates": candidates,
             "detail": orjson.dumps(rest, option=orjson.OPT_SERIALIZE_NUMPY).decode() if rest else "",
+            **_scored(scores, chosen),
         },
         option=orjson.OPT_SERIALIZE_NUMPY,
     )
 
 
-def _are_candidates(value: object) -> bool:
-    return isinstance(value, list | tuple) and all(
-        isinstance(entry, Mapping) and entry.keys() == CANDIDATE["properties"].keys() for entry in value
-    )
+def _index(value: object) -> int:
+    return value if type(value) is int and value >= 0 else -1
+
+
+def _candidates(value: object) -> Sequence[Payload]:
+    """Those of the schema's form; none where one of them is not."""
+    if not isinstance(value, list | tuple):
+        return []
+    described = all(isinstance(one, Mapping) and one.keys() == CANDIDATE["properties"].keys() for one in value)
+    return value if described else []
+
+
+def _scores(value: object) -> list[float]:
+    """The scores of candidates; empty where that is no list of finite numbers."""
+    told = value.tolist() if isinstance(value, np.ndarray) else value
+    if not isinstance(told, list | tuple) or not all(type(one) in (int, float) and math.isfinite(one) for one in told):
+        return []
+    return list(told)
+
+
+def _scored(scores: Sequence[float], chosen: int) -> Payload:
+    """The fields that plot, where anything was scored."""
+    if not scores:
+        return {}
+    own = {"chosen_score": scores[chosen]} if 0 <= chosen < len(scores) else {}
+    return {**own, "best_score": max(scores), "mean_score": sum(scores) / len(scores), "scores": scores}
 
 
 def read_agent(payload: Payload, seat: int) -> AgentDecision:
+    """Files that were made before scores had fields of their own have them in `detail`."""
     detail: dict[str, object] = orjson.loads(payload["detail"]) if payload["detail"] else {}
     if payload["chosen"] != -1:
         detail["chosen"] = payload["chosen"]
     if payload["candidates"]:
         detail["candidates"] = payload["candidates"]
+    elif payload.get("scores"):
+        detail["scores"] = payload["scores"]
     return AgentDecision(payload["tick"], seat, payload["latency_ms"], payload["missed"], detail)

@@ -25,6 +25,11 @@ def _object(about: str, /, **properties: Schema) -> Schema:
     return {"type": "object", "description": about, "properties": properties, "required": list(properties)}
 
 
+def _with_optional(schema: Schema, /, **properties: Schema) -> Schema:
+    """An object with fields that are left out where they do not apply, so that nothing wrong is plotted."""
+    return {**schema, "properties": {**schema["properties"], **properties}}
+
+
 def _array(of: Schema, description: str) -> Schema:
     return {"type": "array", "items": of, "description": description}
 
@@ -127,14 +132,20 @@ _EVENTS = _object(
     item=_integer("index into items, -1 none"),
     detail=_string("for people"),
 )
-_AGENT = _object(
-    "one answer of an agent",
-    tick=_TICK,
-    latency_ms=_number("observation to answer, -1 unknown (a match does not wait)"),
-    missed=_BOOLEAN,
-    chosen=_integer("index into candidates, -1 none"),
-    candidates=_array(CANDIDATE, "what it considered"),
-    detail=_string("anything else, as JSON"),
+_AGENT = _with_optional(
+    _object(
+        "one answer of an agent; scores are left out where it told none",
+        tick=_TICK,
+        latency_ms=_number("observation to answer, -1 unknown (a match does not wait)"),
+        missed=_BOOLEAN,
+        chosen=_integer("index into scores and candidates, -1 none"),
+        candidates=_array(CANDIDATE, "what it considered"),
+        detail=_string("anything else, as JSON"),
+    ),
+    chosen_score=_number("of the candidate that it plays"),
+    best_score=_number("the highest of all candidates"),
+    mean_score=_number("over all candidates"),
+    scores=_array(_number(""), "of every candidate, higher is better"),
 )
 _TIMING = _object(
     "how punctual the tick was", tick=_TICK, late_ms=_number("start after its due time"), blue=_NETWORK, red=_NETWORK

@@ -1,8 +1,10 @@
 """The schemas: flat enough for strict viewers, and true of what is written."""
 
+import math
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import orjson
 import pytest
 from jsonschema import Draft202012Validator
@@ -78,9 +80,44 @@ def test_every_map_obeys_the_map_schema() -> None:
         {"chosen": 2, "candidates": [{"score": 1.5, "terms": [], "x": [0.5], "y": [0.25]}]},
         {"chosen": "left", "candidates": [{"score": 1.5}], "why": {"nested": [1, [2]]}},
         {"error": "boom"},
+        {"chosen": 1, "scores": [-0.5, 0.25], "candidates": [[[1.0, 0.0, 1.0]], [[0.5, 1.0, 0.0]]]},
+        {"chosen": 0, "scores": "high", "candidates": [{"score": 1, "terms": [], "x": [], "y": []}]},
+        {"chosen": True, "scores": [True, [0.5]]},
+        {"chosen": 5, "scores": [1, 2.5]},
+        {"chosen": -1, "scores": []},
     ],
 )
 def test_whatever_an_agent_says_comes_back(detail: dict[str, object]) -> None:
     payload = orjson.loads(write_agent(AgentDecision(3, 1, 2.5, True, detail)))
     Draft202012Validator(JOURNAL_TOPICS[5].schema).validate(payload)
     assert read_agent(payload, 1) == AgentDecision(3, 1, 2.5, True, detail)
+
+
+@pytest.mark.parametrize(
+    "detail",
+    [
+        {"chosen": 1, "scores": [-1.0, 2.0, 0.5], "candidates": [[[1.0, 0.0, 1.0]]] * 3},
+        {"chosen": 1, "scores": np.array([-1.0, 2.0, 0.5])},
+        {"chosen": 1, "candidates": [{"score": score, "terms": [], "x": [], "y": []} for score in (-1.0, 2.0, 0.5)]},
+    ],
+)
+def test_what_was_scored_can_be_plotted(detail: dict[str, object]) -> None:
+    payload = orjson.loads(write_agent(AgentDecision(3, 1, 2.5, False, detail)))
+    plotted = {name: payload[name] for name in ("latency_ms", "chosen_score", "best_score", "mean_score", "scores")}
+    assert plotted == {
+        "latency_ms": 2.5, "chosen_score": 2.0, "best_score": 2.0, "mean_score": 0.5, "scores": [-1.0, 2.0, 0.5],
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("detail", [{}, {"scores": [0.5, math.nan]}, {"scores": ["high"]}, {"chosen": 0}])
+def test_where_nothing_was_scored_nothing_is_plotted(detail: dict[str, object]) -> None:
+    payload = orjson.loads(write_agent(AgentDecision(3, 1, 2.5, False, detail)))
+    assert not {"chosen_score", "best_score", "mean_score", "scores"} & payload.keys()
+
+
+def test_a_decision_that_was_recorded_before_scores_had_a_field_still_reads() -> None:
+    old = {"tick": 3, "latency_ms": 2.5, "missed": False, "chosen": 1, "candidates": []}
+    detail = {"scores": [0.1, 0.2], "candidates": [[[1.0, 0.0, 1.0]]] * 2}
+    read = read_agent({**old, "detail": orjson.dumps(detail).decode()}, 0)
+    assert read.detail == {**detail, "chosen": 1}
+    Draft202012Validator(JOURNAL_TOPICS[5].schema).validate({**old, "detail": ""})
