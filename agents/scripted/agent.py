@@ -11,8 +11,8 @@ from agents.scripted.driving import REST, Command
 from agents.scripted.errand import Errand
 from agents.scripted.fetching import Carry, Fetch
 from agents.scripted.lifting import Lift
+from agents.scripted.places import Looks
 from agents.scripted.situation import Situation
-from agents.scripted.storage import Looks
 from agents.scripted.style import Style, varied
 from agents.scripted.traffic import meeting_danger, partners_way, touching
 from agents.scripted.waiting import Aside, WalkTo

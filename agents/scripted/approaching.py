@@ -3,12 +3,13 @@
 import math
 
 from agents.scripted.driving import Command, Danger, best_move, drive, turn_to
+from agents.scripted.flood import Mask
 from agents.scripted.geometry import heading_of, wrap
 from agents.scripted.grasping import HEADINGS, stands, within_reach
 from agents.scripted.lattice import UNREACHED
 from agents.scripted.situation import Situation
 from agents.scripted.terrain import Terrain, sample
-from agents.scripted.walking import Mask, Way, cost_at, walk_field
+from agents.scripted.walking import cost_at, walk_lengths, way_to
 from maps.spec import ROBOT_RADIUS
 from world.state import Floats
 
@@ -23,11 +24,11 @@ def walk_costs(
 
     `useless` are stands from which the hand did not reach the item, against expectation.
     """
-    field = walk_field(ground, [(float(position[0]), float(position[1]))])
+    lengths = walk_lengths(ground, [(float(position[0]), float(position[1]))])
     poses, useful = stands(now.item(item), now.item_pose(item))
     room = sample(ground.clearance, poses[:, 0], poses[:, 1]) >= ROBOT_RADIUS - 0.006
     return [
-        cost_at(field, x, y) if fits and number not in useless else float(UNREACHED)
+        cost_at(lengths, x, y) if fits and number not in useless else float(UNREACHED)
         for number, ((x, y, _), fits) in enumerate(zip(poses.tolist(), room & useful, strict=True))
     ]
 
@@ -39,7 +40,7 @@ class Approach:
         self.item = item
         self.target = target
         self.ground = ground
-        self.way = Way(ground, [(float(target[0]), float(target[1]))], shunned)
+        self.way = way_to(ground, [(float(target[0]), float(target[1]))], shunned)
 
     def step(self, now: Situation, danger: Danger) -> Command:
         """The next command; with a grasp as soon as the hand reaches the item."""

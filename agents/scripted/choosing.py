@@ -16,7 +16,7 @@ from agents.scripted.style import Style
 from agents.scripted.terrain import Terrain, cell_of
 from agents.scripted.traffic import gap_to, in_goal, partners_way, way_out
 from agents.scripted.waiting import Aside, WalkTo
-from agents.scripted.walking import grid_of, walk_field
+from agents.scripted.walking import walk_lengths
 from maps import MapSpec
 from world.state import Floats
 
@@ -208,7 +208,7 @@ class Chooser:
 
 def _costs_to(ground: Terrain, position: Floats, poses: list[Floats]) -> list[float]:
     """Quarter ticks on foot to within reach of each pose."""
-    grid = grid_of(walk_field(ground, [(float(position[0]), float(position[1]))]))
+    grid = walk_lengths(ground, [(float(position[0]), float(position[1]))])
     costs = []
     for pose in poses:
         row, column = cell_of(float(pose[0]), float(pose[1]))

@@ -10,12 +10,11 @@ from agents.scripted.fetching import look_around
 from agents.scripted.geometry import Disc, covering_discs, half_extents, wrap
 from agents.scripted.grasping import stands
 from agents.scripted.hauling import margins
-from agents.scripted.lattice import UNREACHED, Field, nearest_value, values
+from agents.scripted.lattice import SLIDER, UNREACHED, Field, nearest_value, values
+from agents.scripted.places import Places, place_costs
 from agents.scripted.situation import Situation
-from agents.scripted.storage import Places, place_costs
 from agents.scripted.terrain import Terrain, squeeze
 from agents.scripted.thinking import Thinking, Thought, solve
-from agents.scripted.walking import WALKER
 from maps import ItemSpec
 from maps.spec import ROBOT_RADIUS
 from world.scoring import goal_boxes, is_delivered
@@ -41,25 +40,25 @@ class DragWay:
         self._discs: list[Disc] = [(cos * x - sin * y, sin * x + cos * y, r) for x, y, r in covering_discs(item)]
         self._discs.append((*holder, ROBOT_RADIUS))
         self._ground = ground
-        self.field = Field(ground, self._discs, WALKER, margin)
+        self.field = Field(ground, self._discs, SLIDER, margin)
         extents = np.array([half_extents(item, self.angle)])
-        self.places = place_costs(ground, WALKER, (0.0, 0.0), extents, [holder], look)
+        self.places = place_costs(ground, SLIDER, (0.0, 0.0), extents, [holder], look)
         self.places[~self.field.free] = UNREACHED
         self.field.seed(self.places)
 
     def cost(self, item_pose: Floats) -> float:
         """Quarter ticks at full speed from an item pose."""
-        return float(values(self.field.cost, WALKER, self._body(item_pose)[None])[0])
+        return float(values(self.field.cost, SLIDER, self._body(item_pose)[None])[0])
 
     def heading(self, item_pose: Floats) -> float:
         """The heading that leads on."""
         moves = self._body(item_pose) + _STEPS
-        costs = values(self.field.cost, WALKER, moves) + squeeze(self._ground, self._discs, moves)
+        costs = values(self.field.cost, SLIDER, moves) + squeeze(self._ground, self._discs, moves)
         return float(_DIRECTIONS[int(np.argmin(costs))])
 
     def is_there(self, item_pose: Floats) -> bool:
         """Whether the item is where it should lie."""
-        return nearest_value(self.places, WALKER, self._body(item_pose)) <= self.cost(item_pose) + _SETTLED
+        return nearest_value(self.places, SLIDER, self._body(item_pose)) <= self.cost(item_pose) + _SETTLED
 
     def _body(self, item_pose: Floats) -> Floats:
         return np.array([item_pose[0], item_pose[1], 0.0])

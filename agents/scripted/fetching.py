@@ -7,9 +7,9 @@ from agents.scripted.driving import REST, Command, Danger
 from agents.scripted.grasping import GAP, in_frame, stands
 from agents.scripted.hauling import Haul, margins
 from agents.scripted.lattice import UNREACHED
+from agents.scripted.places import Places
 from agents.scripted.relay import Relay
 from agents.scripted.situation import Situation
-from agents.scripted.storage import Places
 from agents.scripted.terrain import Terrain, with_robot
 from agents.scripted.thinking import Thinking, Thought, solve
 from agents.scripted.traffic import around, partners_way
@@ -105,9 +105,10 @@ class Fetch:
     def _think(self, now: Situation) -> Thought[tuple[Haul, Floats] | None]:
         spec, item_pose = now.item(self.item), now.item_pose(self.item)
         poses, _ = stands(spec, item_pose)
-        costs = walk_costs(now, self._ground, now.pose, self.item, self._useless)
+        walks = np.array(walk_costs(now, self._ground, now.pose, self.item, self._useless))
+        reachable = walks < UNREACHED
         yield
-        if min(costs) >= UNREACHED:
+        if not reachable.any():
             return None
         offset = (0.0, ROBOT_RADIUS + GAP + spec.scale, 0.0)
         best: tuple[float, Haul, Floats] | None = None
@@ -116,12 +117,11 @@ class Fetch:
         for margin in margins(now.map):
             haul = Haul(ground, spec, offset, look, margin, self.meeting)
             yield
-            reachable = [(cost, pose) for cost, pose in zip(costs, poses, strict=True) if cost < UNREACHED]
-            yield from solve(haul.field, lambda: min(cost + haul.cost(pose) for cost, pose in reachable))  # noqa: B023
-            totals = [cost + haul.cost(pose) for cost, pose in zip(costs, poses, strict=True)]
+            yield from solve(haul.field, lambda: float((walks + haul.costs_at(poses))[reachable].min()))  # noqa: B023
+            totals = walks + haul.costs_at(poses)
             number = int(np.argmin(totals))
             if best is None or totals[number] < best[0] - WORTH_SQUEEZING:
-                best = (totals[number], haul, poses[number])
+                best = (float(totals[number]), haul, poses[number])
             if best[0] < HONEST:
                 break
         return best[1:] if best is not None and best[0] < UNREACHED else None

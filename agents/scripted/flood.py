@@ -1,11 +1,19 @@
-"""Which parts of the floor hang together, very fast: the floor as one long integer, one bit per grid point."""
+"""Which parts of the floor hang together and how far it is over it, very fast: the floor as one long integer.
+
+One bit per grid point. A few operations on integers move a whole front of points, where arrays take many.
+"""
 
 import numpy as np
 import numpy.typing as npt
 
+from agents.scripted.lattice import UNREACHED, Cost
 from agents.scripted.terrain import CELLS, Terrain
 
+STRAIGHT, DIAGONAL = 2, 3  # quarter ticks that a step to a neighbouring grid point takes
+_SURCHARGE = 3  # quarter ticks besides from a point that is shunned
 _WIDTH = CELLS + 1  # one empty column keeps the rows apart
+_BYTES = (CELLS * _WIDTH + 7) // 8
+_DEAREST = DIAGONAL + _SURCHARGE
 Mask = npt.NDArray[np.bool_]
 
 
@@ -18,10 +26,15 @@ def to_bits(mask: Mask) -> int:
 
 def to_mask(bits: int) -> Mask:
     """The (CELLS, CELLS) mask of an integer."""
-    size = CELLS * _WIDTH
-    raw = np.frombuffer(bits.to_bytes((size + 7) // 8, "little"), dtype=np.uint8)
-    flat = np.unpackbits(raw, bitorder="little", count=size)
-    return flat.reshape(CELLS, _WIDTH)[:, :CELLS].astype(np.bool_)
+    mask: Mask = _unpacked([bits])[0].view(np.bool_)
+    return mask
+
+
+def _unpacked(planes: list[int]) -> npt.NDArray[np.uint8]:
+    """(planes, CELLS, CELLS) of zeros and ones."""
+    raw = np.frombuffer(b"".join(bits.to_bytes(_BYTES, "little") for bits in planes), dtype=np.uint8)
+    flat = np.unpackbits(raw.reshape(len(planes), _BYTES), axis=1, bitorder="little", count=CELLS * _WIDTH)
+    return np.ascontiguousarray(flat.reshape(len(planes), CELLS, _WIDTH)[..., :CELLS])
 
 
 def flood(start: int, free: int) -> int:
@@ -33,6 +46,49 @@ def flood(start: int, free: int) -> int:
         if wider == reached:
             return reached
         reached = wider
+
+
+def lengths(starts: int, free: int, shunned: int = 0) -> Cost:
+    """(CELLS, CELLS) quarter ticks over free points to the nearest of `starts`, those from `shunned` points dearer."""
+    left = free
+    pending = [0] * (_DEAREST + 1)  # a ring: the points that may be so and so far
+    pending[0] = starts
+    planes: list[int] = []  # of the lengths, written as binary numbers
+    length = last = 0
+    while length <= last:
+        front = pending[length % len(pending)] & left
+        pending[length % len(pending)] = 0
+        if front:
+            left ^= front
+            last = length + _DEAREST
+            _note(planes, length, front)
+            beside = front << 1 | front >> 1
+            _put_off(pending, length + STRAIGHT, beside | front << _WIDTH | front >> _WIDTH, shunned)
+            _put_off(pending, length + DIAGONAL, beside << _WIDTH | beside >> _WIDTH, shunned)
+        length += 1
+    found = np.zeros((CELLS, CELLS), dtype=np.int16)
+    for place, digits in enumerate(_unpacked(planes) if planes else ()):
+        found += digits.astype(np.int16) << place
+    return np.where(to_mask(free ^ left), found, np.int16(UNREACHED))
+
+
+def _note(planes: list[int], length: int, front: int) -> None:
+    """Write a length at the points of a front."""
+    place = 0
+    while length:
+        if place == len(planes):
+            planes.append(0)
+        if length & 1:
+            planes[place] |= front
+        length >>= 1
+        place += 1
+
+
+def _put_off(pending: list[int], length: int, points: int, shunned: int) -> None:
+    if shunned:
+        pending[(length + _SURCHARGE) % len(pending)] |= points & shunned
+        points &= ~shunned
+    pending[length % len(pending)] |= points
 
 
 def grown(bits: int, cells: int) -> int:

@@ -7,8 +7,9 @@ import numpy as np
 from agents.scripted.driving import HORIZON, Command, Danger, best_move
 from agents.scripted.geometry import Disc, covering_discs, half_extents
 from agents.scripted.lattice import CARRIER, UNIT_PER_TICK, UNREACHED, Cost, Field, nearest_value, values
+from agents.scripted.places import Places, place_costs
 from agents.scripted.relay import Relay, meeting_costs
-from agents.scripted.storage import Places, place_costs, storage
+from agents.scripted.storage import storage
 from agents.scripted.terrain import Terrain, squeeze
 from agents.scripted.thinking import LEVELS_PER_SLICE
 from maps import ItemSpec, MapSpec
@@ -39,11 +40,15 @@ class Body:
 
     def cost(self, pose: Floats) -> float:
         """Quarter ticks from a robot pose (3,)."""
-        return float(values(self.field.cost, CARRIER, pose[None])[0])
+        return float(self.costs_at(pose[None])[0])
+
+    def costs_at(self, poses: Floats) -> Floats:
+        """(M,) likewise from robot poses (M, 3)."""
+        return values(self.field.cost, CARRIER, poses)
 
     def costs(self, moves: Floats) -> Floats:
         """(K,) for short moves (K, HORIZON, 3)."""
-        left = values(self.field.cost, CARRIER, moves.reshape(-1, 3)).reshape(moves.shape[:2])
+        left = self.costs_at(moves.reshape(-1, 3)).reshape(moves.shape[:2])
         through = (left + _TICKS).max(axis=1)  # a way through something is as dear as its worst pose
         pressed = squeeze(self.ground, self.discs, moves).max(axis=1)
         return np.asarray(0.5 * (left[:, -1] + through) + pressed)

@@ -1,8 +1,9 @@
 """Cost-to-go over poses: how many quarter ticks a rigid body needs from any (x, y, heading) to its goal.
 
 A body is a set of discs about a reference point. `CARRIER` moves like a robot (ahead, back, turn); `PAIR` like two
-robots holding one item between them (any direction, slow turns). The search runs backwards from all goal poses at
-once, in buckets of equal cost, and can be cut into slices so that no decision takes long.
+robots holding one item between them (any direction, slow turns), `SLIDER` likewise without turns. The search runs
+backwards from all goal poses at once, in buckets of equal cost, and can be cut into slices so that no decision takes
+long.
 """
 
 import math
@@ -20,6 +21,7 @@ from world.state import Floats
 
 UNIT_PER_TICK = 4  # costs are in quarter ticks: one tick drives 0.06
 UNREACHED = 30000
+_NEIGHBOURS = np.arange(-1, 3)  # of a point, per axis
 _SPREAD = 16  # buckets in the ring: above the dearest move
 
 Cost = npt.NDArray[np.int16]
@@ -51,15 +53,10 @@ def _carrier() -> Motion:
     return Motion(headings, tuple(tuple(row) for row in table))
 
 
-def _pair() -> Motion:
-    headings = 32
-    slides = [(dx, dy, 0, 2 if dx == 0 or dy == 0 else 3) for dx in (-1, 0, 1) for dy in (-1, 0, 1) if dx or dy]
-    row = (*slides, (0, 0, 1, 4), (0, 0, -1, 4))
-    return Motion(headings, (row,) * headings)
-
-
+_SLIDES = tuple((dx, dy, 0, 2 if dx == 0 or dy == 0 else 3) for dx in (-1, 0, 1) for dy in (-1, 0, 1) if dx or dy)
+SLIDER = Motion(1, (_SLIDES,))
 CARRIER = _carrier()
-PAIR = _pair()
+PAIR = Motion(32, ((*_SLIDES, (0, 0, 1, 4), (0, 0, -1, 4)),) * 32)
 
 
 class Field:
@@ -70,19 +67,17 @@ class Field:
         ground: Terrain,
         discs: Sequence[Disc],
         motion: Motion,
-        margin: float = 0.004,
-        surcharge: Cost | None = None,
+        margin: float,
     ) -> None:
-        """`surcharge` (flat like the poses, small numbers) is paid besides for each move from a pose."""
+        """`discs` in the body's frame keep a `margin` [u] from everything."""
         self.motion = motion
-        self._surcharge = surcharge
-        self._free = _free_poses(ground, discs, motion.headings, margin)
-        self.cost: Cost = np.full(self._free.size, UNREACHED, dtype=np.int16)
+        self._free = _free_poses(ground, tuple(discs), motion.headings, margin)
         self._bar: Cost = np.where(self._free, np.int16(UNREACHED), np.int16(-1))  # the cost to beat at each pose
+        self.cost: Cost = np.full(self._free.size, UNREACHED, dtype=np.int16)  # after the last `search`
         self._buckets: list[list[Index]] = [[] for _ in range(_SPREAD)]
         self._later: dict[int, list[Index]] = {}
         self.level = 0  # every cheaper pose is settled
-        self._tag = np.zeros(self._free.size, dtype=np.int64)
+        self._tag = np.empty(self._free.size, dtype=np.int32)
         self.done = False
 
     @property
@@ -109,15 +104,17 @@ class Field:
         """Go on for this many levels of cost."""
         for _ in range(levels):
             if self.done:
-                return
+                break
             self._expand_level()
+        np.copyto(self.cost, self._bar, where=self._free)
 
     def _expand_level(self) -> None:
-        waiting = self._buckets[self.level % _SPREAD] + self._later.pop(self.level, [])
-        self._buckets[self.level % _SPREAD] = []
+        bucket = self.level % _SPREAD
+        waiting = self._buckets[bucket] + self._later.pop(self.level, [])
+        self._buckets[bucket] = []
         if waiting:
-            frontier = np.concatenate(waiting)
-            frontier = self._distinct(frontier[self.cost[frontier] == self.level])
+            frontier = waiting[0] if len(waiting) == 1 else np.concatenate(waiting)
+            frontier = self._distinct(frontier[self._bar.take(frontier) == self.level])
             if frontier.size:
                 self._relax(frontier)
         elif not self._later and not any(self._buckets):
@@ -125,40 +122,43 @@ class Field:
         self.level += 1
 
     def _relax(self, frontier: Index) -> None:
-        offsets, prices = _predecessors(self.motion)
-        heading = frontier // (CELLS * CELLS)
-        before = (frontier[:, None] + offsets.take(heading, axis=0)).ravel()  # (poses x moves,)
-        cost = (prices.take(heading, axis=0) + np.int16(self.level)).ravel()
-        if self._surcharge is not None:
-            cost = cost + self._surcharge.take(before)
-        better = self._bar.take(before) > cost
-        before, cost = before[better], cost[better]
-        for value in sorted(set(cost.tolist()), reverse=True):  # the cheapest last: it stays
-            group = before[cost == value]
-            self._bar[group] = value
-            self.cost[group] = value
-            self._buckets[value % _SPREAD].append(group)
+        heading = frontier // (CELLS * CELLS) if self.motion.headings > 1 else frontier
+        for price, offsets in _predecessors(self.motion):  # the cheapest last: it stays
+            cost = self.level + price
+            before = offsets.take(heading, axis=1) + frontier if offsets.shape[1] > 1 else offsets + frontier
+            better = before[self._bar.take(before) > cost]
+            if better.size:
+                self._bar[better] = cost
+                self._buckets[cost % _SPREAD].append(better)
 
     def _distinct(self, indices: Index) -> Index:
-        self._tag[indices] = np.arange(indices.size)
-        return np.asarray(indices[self._tag[indices] == np.arange(indices.size)])
+        order = np.arange(indices.size, dtype=np.int32)
+        self._tag[indices] = order
+        return np.asarray(indices[self._tag.take(indices) == order])
 
 
 @lru_cache(maxsize=4)
-def _predecessors(motion: Motion) -> tuple[Index, Cost]:
-    """Flat offsets (headings, moves) from a pose to where each move came from, and what the moves cost."""
+def _predecessors(motion: Motion) -> tuple[tuple[int, Index], ...]:
+    """Prices, the highest first, with flat offsets (moves, headings) from a pose to where such moves came from.
+
+    A move that a heading does not have has the offset 0; where all headings have the same ones they are (moves, 1).
+    """
     plane = CELLS * CELLS
-    offsets = np.zeros((motion.headings, len(motion.moves[0])), dtype=np.int64)
-    prices = np.zeros(offsets.shape, dtype=np.int16)
-    for heading, row in enumerate(motion.moves):
-        for number, (dx, dy, turn, cost) in enumerate(row):
-            before = (heading - turn) % motion.headings
-            offsets[heading, number] = (before - heading) * plane - (dy * CELLS + dx)
-            prices[heading, number] = cost
-    return offsets, prices
+    table = []
+    for price in sorted({cost for row in motion.moves for *_, cost in row}, reverse=True):
+        offsets = np.zeros((len(motion.moves[0]), motion.headings), dtype=np.int64)
+        for heading, row in enumerate(motion.moves):
+            for number, (dx, dy, turn, cost) in enumerate(row):
+                if cost == price:
+                    before = (heading - turn) % motion.headings
+                    offsets[number, heading] = (before - heading) * plane - (dy * CELLS + dx)
+        offsets = offsets[offsets.any(axis=1)]
+        table.append((price, offsets[:, :1] if (offsets == offsets[:, :1]).all() else offsets))
+    return tuple(table)
 
 
-def _free_poses(ground: Terrain, discs: Sequence[Disc], headings: int, margin: float) -> npt.NDArray[np.bool_]:
+@lru_cache(maxsize=16)
+def _free_poses(ground: Terrain, discs: tuple[Disc, ...], headings: int, margin: float) -> npt.NDArray[np.bool_]:
     """Flat over (heading, row, column): whether every disc keeps its radius and the margin from everything."""
     free = np.ones((headings, CELLS, CELLS), dtype=np.bool_)
     longest = max(math.hypot(x, y) for x, y, _ in discs)
@@ -191,19 +191,24 @@ def values(costs: Cost, motion: Motion, poses: Floats) -> Floats:
 
     Poses from which nothing reached lies within two cells and headings have the value UNREACHED.
     """
-    step = 2 * math.pi / motion.headings
     u = (poses[:, 0] + ARENA_HALF) / CELL
     v = (poses[:, 1] + ARENA_HALF) / CELL
-    w = poses[:, 2] / step
-    near = np.arange(-1, 3) if motion.headings > 1 else np.zeros(1, dtype=np.int64)
-    i = np.clip(np.floor(u).astype(np.int64)[:, None] + np.arange(-1, 3), 0, CELLS - 1)
-    j = np.clip(np.floor(v).astype(np.int64)[:, None] + np.arange(-1, 3), 0, CELLS - 1)
-    k = np.floor(w).astype(np.int64)[:, None] + near
-    flat = (k % motion.headings)[:, :, None, None] * (CELLS * CELLS) + j[:, None, :, None] * CELLS + i[:, None, None, :]
-    gap = np.hypot((v[:, None] - j)[:, :, None], (u[:, None] - i)[:, None, :])[:, None]
-    turn = np.abs(w[:, None] - k)[:, :, None, None] if motion.headings > 1 else np.zeros(1)
-    total = costs.reshape(-1)[flat] + _detour(gap, 2.2, 14.0) + _detour(turn, 3.0, 8.0)
-    return np.asarray(total.reshape(len(poses), -1).min(axis=1))
+    i = _within_floor(np.floor(u).astype(np.int64)[:, None] + _NEIGHBOURS)
+    j = _within_floor(np.floor(v).astype(np.int64)[:, None] + _NEIGHBOURS)
+    cells = j[:, :, None] * CELLS + i[:, None, :]
+    gap = np.hypot((v[:, None] - j)[:, :, None], (u[:, None] - i)[:, None, :])
+    off = _detour(gap, 2.2, 14.0)  # (M, 4, 4)
+    if motion.headings == 1:
+        return np.asarray((costs[cells] + off).reshape(len(poses), -1).min(axis=1))
+    w = poses[:, 2] / (2 * math.pi / motion.headings)
+    k = np.floor(w).astype(np.int64)[:, None] + _NEIGHBOURS
+    poses_near = (k % motion.headings * (CELLS * CELLS))[:, :, None, None] + cells[:, None]
+    best = (costs.take(poses_near) + off[:, None]).reshape(len(poses), len(_NEIGHBOURS), -1).min(axis=2)
+    return np.asarray((best + _detour(np.abs(w[:, None] - k), 3.0, 8.0)).min(axis=1))
+
+
+def _within_floor(indices: Index) -> Index:
+    return np.minimum(np.maximum(indices, 0), CELLS - 1)
 
 
 def nearest_value(costs: Cost, motion: Motion, pose: Floats) -> float:

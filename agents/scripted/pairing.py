@@ -13,7 +13,7 @@ from agents.scripted.driving import STRIDE, Command
 from agents.scripted.geometry import Disc, covering_discs, half_extents, heading_of, wrap
 from agents.scripted.hauling import LINGER, Progress
 from agents.scripted.lattice import PAIR, UNIT_PER_TICK, UNREACHED, Cost, Field, nearest_value, values
-from agents.scripted.storage import Places, place_costs
+from agents.scripted.places import Places, place_costs
 from agents.scripted.terrain import Terrain, squeeze
 from agents.scripted.thinking import LEVELS_PER_SLICE
 from maps import ItemSpec

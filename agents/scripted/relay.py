@@ -8,11 +8,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from agents.scripted.flood import Mask, flood, standing_room, to_bits
-from agents.scripted.lattice import UNREACHED, Cost, Field, Motion
-from agents.scripted.storage import Point, cells, moved, storage
+from agents.scripted.flood import Mask, flood, lengths, standing_room, to_bits
+from agents.scripted.lattice import UNREACHED, Cost, Motion
+from agents.scripted.outlook import Point
+from agents.scripted.storage import cells, moved, storage
 from agents.scripted.terrain import AXIS, CELLS, Terrain, cell_of, terrain
-from agents.scripted.walking import WALKER, Way, grid_of
+from agents.scripted.walking import way_to
 from maps import MapSpec
 from maps.spec import ROBOT_RADIUS
 from world.state import Floats
@@ -67,10 +68,7 @@ def meeting_costs(plan: Relay, motion: Motion, offset: Point) -> Cost:
 def relay(map_spec: MapSpec) -> Relay:
     """What a map is like in this respect, judged from where its first small item starts."""
     bare = terrain(map_spec, ())
-    field = Field(bare, ((0.0, 0.0, 0.06),), WALKER, margin=0.0)
-    field.seed(np.where(storage(map_spec).inside, 0, UNREACHED).astype(np.int16)[None])
-    field.search(4000)
-    way_home = grid_of(field).astype(np.float64)
+    way_home = lengths(to_bits(storage(map_spec).inside), standing_room(bare, 0.06)).astype(np.float64)
     small = next((item for item in map_spec.items if item.size == "small"), None)
     if small is None:
         return Relay(False, np.zeros((CELLS, CELLS), dtype=np.bool_), way_home, 0.0)
@@ -90,7 +88,7 @@ def _bottlenecks(bare: Terrain, start: Point) -> tuple[Floats, Mask]:
     if not len(rows):
         return np.empty((0, 2)), np.empty(0, dtype=np.bool_)
     middle = len(rows) // 2
-    path = Way(bare, [(float(AXIS[columns[middle]]), float(AXIS[rows[middle]]))]).path(*start, 400)
+    path = way_to(bare, [(float(AXIS[columns[middle]]), float(AXIS[rows[middle]]))]).path(*start, 400)
     x, y = np.meshgrid(AXIS, AXIS)
     home = np.zeros((CELLS, CELLS), dtype=np.bool_)
     home[cell_of(float(path[0, 0]), float(path[0, 1]))] = True

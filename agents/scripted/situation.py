@@ -6,7 +6,8 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from agents.scripted.storage import Looks, Outlook
+from agents.scripted.outlook import Outlook
+from agents.scripted.places import Looks
 from agents.scripted.terrain import Placed, Terrain, terrain, with_robot
 from maps import ItemSpec, MapSpec
 from maps.shapes import circumradius

@@ -13,7 +13,7 @@ from agents.scripted.lattice import CARRIER, UNREACHED
 from agents.scripted.situation import Situation
 from agents.scripted.storage import storage
 from agents.scripted.terrain import AXIS, CELLS, Terrain, cell_of, sample, with_robot
-from agents.scripted.walking import Way
+from agents.scripted.walking import Way, way_to
 from maps import MapSpec
 from maps.spec import ROBOT_RADIUS
 from world.state import Floats
@@ -109,12 +109,12 @@ def way_out(now: Situation, lane: Mask, target: int) -> Floats | None:
 def _way_home(ground: Terrain) -> Way:
     near = to_mask(grown(to_bits(storage(ground.map).inside), 3)) & (ground.clearance > ROBOT_RADIUS)
     rows, columns = np.nonzero(near)
-    return Way(ground, [(float(AXIS[c]), float(AXIS[r])) for r, c in zip(rows[::7], columns[::7], strict=True)])
+    return way_to(ground, [(float(AXIS[c]), float(AXIS[r])) for r, c in zip(rows[::7], columns[::7], strict=True)])
 
 
 @lru_cache(maxsize=32)
 def _way_to(ground: Terrain, x: float, y: float) -> Way:
-    return Way(ground, [(x, y)])
+    return way_to(ground, [(x, y)])
 
 
 @lru_cache(maxsize=64)

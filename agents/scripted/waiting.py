@@ -8,7 +8,7 @@ from agents.scripted.lattice import UNREACHED
 from agents.scripted.situation import Situation
 from agents.scripted.thinking import Thinking, Thought, solve
 from agents.scripted.traffic import aside
-from agents.scripted.walking import Way
+from agents.scripted.walking import way_to
 from world.state import Floats
 
 
@@ -20,7 +20,7 @@ class WalkTo:
 
     def __init__(self, now: Situation, place: tuple[float, float], until: int) -> None:
         self.until = until
-        self._way = Way(now.ground(), [place])
+        self._way = way_to(now.ground(), [place])
 
     def step(self, now: Situation, danger: Danger, slices: int) -> Command | None:
         """Over after its time."""

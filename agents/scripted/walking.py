@@ -1,46 +1,60 @@
-"""Walking with empty hands: distance fields over the floor and a driver that follows them."""
+"""Walking with empty hands: lengths of ways over the floor, and where to turn to from everywhere."""
 
 import math
+from collections.abc import Iterable, Sequence
+from functools import lru_cache
 
 import numpy as np
-import numpy.typing as npt
 
-from agents.scripted.driving import Command, best_move
-from agents.scripted.lattice import UNREACHED, Field, Motion
+from agents.scripted.flood import Mask, lengths, standing_room, to_bits
+from agents.scripted.lattice import UNREACHED, Cost
 from agents.scripted.terrain import AXIS, CELL, CELLS, Terrain, cell_of
 from maps.spec import ROBOT_RADIUS
 from world.state import Floats
 
-WALKER = Motion(
-    1, (tuple((dx, dy, 0, 2 if dx == 0 or dy == 0 else 3) for dx in (-1, 0, 1) for dy in (-1, 0, 1) if dx or dy),)
-)
-ROBOT = ((0.0, 0.0, ROBOT_RADIUS),)
+_MARGIN = 0.004  # units kept from everything
 _LOOK_AHEAD = 3  # doublings: the direction at a cell looks 2**3 cells down the way
 _TURN_COST = 9.0  # quarter ticks per radian off the way
-_SHUNNED = 3  # quarter ticks besides
+_HALF = 0.49  # of a cell: a point nearer than this to a grid point is nearest to that one
 
-Mask = npt.NDArray[np.bool_]
+Point = tuple[float, float]
+Cell = tuple[int, int]
 
 
-def walk_field(ground: Terrain, targets: list[tuple[float, float]], shunned: Mask | None = None) -> Field:
-    """Cost-to-go on foot to the nearest of `targets` (those inside obstacles are moved to the nearest free cell).
+def walk_lengths(ground: Terrain, targets: Sequence[Point], shunned: Mask | None = None) -> Cost:
+    """(CELLS, CELLS) quarter ticks on foot to the nearest of `targets`; UNREACHED where there is no way.
 
-    Steps on `shunned` cells (CELLS, CELLS) count more than double.
+    Those inside obstacles are moved to the nearest free cell. Steps from `shunned` cells (CELLS, CELLS) count more
+    than double.
     """
-    surcharge = None if shunned is None else np.where(shunned.ravel(), _SHUNNED, 0).astype(np.int16)
-    field = Field(ground, ROBOT, WALKER, surcharge=surcharge)
-    costs = np.full((1, CELLS, CELLS), UNREACHED, dtype=np.int16)
-    for x, y in targets:
-        row, column = nearest_free(field.free[0], x, y, within=9)
-        costs[0, row, column] = 0
-    field.seed(costs)
-    field.search(4000)
-    return field
+    cells = _standing_cells(ground, targets)
+    if shunned is None:
+        return _lengths(ground, cells)
+    return lengths(_bits_of(cells), standing_room(ground, ROBOT_RADIUS + _MARGIN), to_bits(shunned))
 
 
-def nearest_free(free: npt.NDArray[np.bool_], x: float, y: float, within: int = 5) -> tuple[int, int]:
+def _standing_cells(ground: Terrain, targets: Sequence[Point]) -> frozenset[Cell]:
+    free = ground.clearance >= ROBOT_RADIUS + _MARGIN
+    return frozenset(nearest_free(free, x, y, within=9) for x, y in targets)
+
+
+def _bits_of(cells: Iterable[Cell]) -> int:
+    mask = np.zeros((CELLS, CELLS), dtype=np.bool_)
+    for cell in cells:
+        mask[cell] = True
+    return to_bits(mask)
+
+
+@lru_cache(maxsize=64)
+def _lengths(ground: Terrain, cells: frozenset[Cell]) -> Cost:
+    return lengths(_bits_of(cells), standing_room(ground, ROBOT_RADIUS + _MARGIN))
+
+
+def nearest_free(free: Mask, x: float, y: float, within: int = 5) -> Cell:
     """Row and column of the free cell nearest to (x, y), or of (x, y) itself when there is none near."""
     row, column = cell_of(x, y)
+    if free[row, column] and abs(AXIS[row] - y) < _HALF * CELL and abs(AXIS[column] - x) < _HALF * CELL:
+        return row, column
     rows, columns = slice(max(row - within, 0), row + within + 1), slice(max(column - within, 0), column + within + 1)
     found = np.argwhere(free[rows, columns])
     if not len(found):
@@ -51,28 +65,23 @@ def nearest_free(free: npt.NDArray[np.bool_], x: float, y: float, within: int = 
     return int(best[0]), int(best[1])
 
 
-def grid_of(field: Field) -> npt.NDArray[np.int16]:
-    """A walker's field as (rows, columns)."""
-    return field.cost.reshape(CELLS, CELLS)
-
-
-def cost_at(field: Field, x: float, y: float) -> float:
+def cost_at(lengths_there: Cost, x: float, y: float) -> float:
     """Quarter ticks from (x, y); UNREACHED when there is no way."""
-    row, column = nearest_free(grid_of(field) < UNREACHED, x, y, within=4)
-    return float(grid_of(field)[row, column])
+    return float(lengths_there[nearest_free(lengths_there < UNREACHED, x, y, within=4)])
 
 
 class Way:
-    """A walking field with the direction to take at each cell."""
+    """The way on foot to some place, from anywhere, with the direction to take at each cell."""
 
-    def __init__(self, ground: Terrain, targets: list[tuple[float, float]], shunned: Mask | None = None) -> None:
-        self.field = walk_field(ground, targets, shunned)
-        self._smooth = np.minimum(grid_of(self.field).astype(np.float64), 2000.0)
+    def __init__(self, there: Cost) -> None:
+        """`there` (CELLS, CELLS) are the lengths of the way."""
+        self.lengths = there
+        self._smooth = np.minimum(there.astype(np.float64), 2000.0)
         self._heading, self._near = _headings(_filled(self._smooth))
 
     def cost(self, x: float, y: float) -> float:
         """Quarter ticks from (x, y) to the target; UNREACHED when there is no way."""
-        return cost_at(self.field, x, y)
+        return cost_at(self.lengths, x, y)
 
     def costs(self, moves: Floats) -> Floats:
         """(K,) for short moves (K, HORIZON, 3): what is left at their end, turning included."""
@@ -101,6 +110,18 @@ class Way:
         return np.stack([AXIS[indices[:, 1]], AXIS[indices[:, 0]]], axis=1)
 
 
+def way_to(ground: Terrain, targets: Sequence[Point], shunned: Mask | None = None) -> Way:
+    """The way to the nearest of `targets`; see `walk_lengths`."""
+    if shunned is None:
+        return _way(ground, _standing_cells(ground, targets))
+    return Way(walk_lengths(ground, targets, shunned))
+
+
+@lru_cache(maxsize=64)
+def _way(ground: Terrain, cells: frozenset[Cell]) -> Way:
+    return Way(_lengths(ground, cells))
+
+
 def _filled(cost: Floats) -> Floats:
     """Costs also a little way into obstacles, where contact may press a robot: the way out of there first."""
     for _ in range(3):
@@ -121,7 +142,7 @@ def _values(grid: Floats, poses: Floats) -> Floats:
     return np.asarray(total.reshape(len(poses), -1).min(axis=1))
 
 
-def _headings(cost: Floats) -> tuple[Floats, npt.NDArray[np.bool_]]:
+def _headings(cost: Floats) -> tuple[Floats, Mask]:
     """For each cell the heading of the way ahead, and whether the target is so near that it does not matter."""
     padded = np.pad(cost, 1, constant_values=1e9)
     shifts = [(dy, dx) for dy in (-1, 0, 1) for dx in (-1, 0, 1)]
@@ -136,9 +157,3 @@ def _headings(cost: Floats) -> tuple[Floats, npt.NDArray[np.bool_]]:
     dy = (following // CELLS - here // CELLS).astype(np.float64)
     near = (np.hypot(dx, dy) < 1.5).reshape(CELLS, CELLS)
     return np.arctan2(-dx, dy).reshape(CELLS, CELLS), near
-
-
-def walk(way: Way, pose: Floats, danger: Floats | None = None) -> Command:
-    """The next command of a robot at `pose` (3,) on its way."""
-    command, _ = best_move(pose, way.costs)
-    return command

@@ -1,7 +1,7 @@
 import gc
 
+from agents.scripted.places import Looks, Places
 from agents.scripted.situation import Situation
-from agents.scripted.storage import Looks, Places
 from agents.scripted.terrain import terrain, with_robot
 from agents.scripted.thinking import Thinking
 from maps import load_map
