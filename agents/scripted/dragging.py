@@ -10,8 +10,9 @@ from agents.scripted.fetching import look_around
 from agents.scripted.geometry import Disc, covering_discs, half_extents, wrap
 from agents.scripted.grasping import stands
 from agents.scripted.hauling import margins
-from agents.scripted.lattice import SLIDER, UNREACHED, Field, nearest_value, values
+from agents.scripted.lattice import SLIDER, UNREACHED, nearest_value, values
 from agents.scripted.places import Places, place_costs
+from agents.scripted.searching import Field, Search
 from agents.scripted.situation import Situation
 from agents.scripted.terrain import Terrain, squeeze
 from agents.scripted.thinking import Thinking, Thought, solve
@@ -40,11 +41,11 @@ class DragWay:
         self._discs: list[Disc] = [(cos * x - sin * y, sin * x + cos * y, r) for x, y, r in covering_discs(item)]
         self._discs.append((*holder, ROBOT_RADIUS))
         self._ground = ground
-        self.field = Field(ground, self._discs, SLIDER, margin)
         extents = np.array([half_extents(item, self.angle)])
-        self.places = place_costs(ground, SLIDER, (0.0, 0.0), extents, [holder], look)
-        self.places[~self.field.free] = UNREACHED
-        self.field.seed(self.places)
+        starts = place_costs(ground, SLIDER, (0.0, 0.0), extents, [holder], look)
+        search = Search(ground, self._discs, SLIDER, margin, starts)
+        self.field = Field(search)
+        self.places = search.starts
 
     def cost(self, item_pose: Floats) -> float:
         """Quarter ticks at full speed from an item pose."""

@@ -1,17 +1,19 @@
 """Carrying alone: the robot and the item ahead of it are one rigid body that drives like a robot."""
 
 import math
+from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 
 from agents.scripted.driving import HORIZON, Command, Danger, best_move
 from agents.scripted.geometry import Disc, covering_discs, half_extents
-from agents.scripted.lattice import CARRIER, UNIT_PER_TICK, UNREACHED, Cost, Field, nearest_value, values
+from agents.scripted.lattice import CARRIER, UNIT_PER_TICK, UNREACHED, nearest_value, values
 from agents.scripted.places import Places, place_costs
 from agents.scripted.relay import Relay, meeting_costs
+from agents.scripted.searching import Field, Search
 from agents.scripted.storage import storage
 from agents.scripted.terrain import Terrain, squeeze
-from agents.scripted.thinking import LEVELS_PER_SLICE
 from maps import ItemSpec, MapSpec
 from maps.spec import ROBOT_RADIUS
 from world.scoring import goal_boxes, is_delivered
@@ -30,13 +32,16 @@ def margins(map_spec: MapSpec) -> tuple[float, float]:
     return (0.02 if not crowding else 0.01 if crowding < 2.0 else 0.005), 0.003
 
 
+Offset = tuple[float, float, float]  # an item's pose in the robot's frame
+
+
 class Body:
     """A robot, with or without an item ahead, on its way over a terrain."""
 
-    def __init__(self, ground: Terrain, discs: list[Disc], margin: float) -> None:
+    def __init__(self, ground: Terrain, discs: Sequence[Disc], search: Search) -> None:
         self.ground = ground
         self.discs = discs
-        self.field = Field(ground, discs, CARRIER, margin)
+        self.field = Field(search)
 
     def cost(self, pose: Floats) -> float:
         """Quarter ticks from a robot pose (3,)."""
@@ -56,7 +61,7 @@ class Body:
     def look_farther(self, pose: Floats) -> None:
         """Search on a little when the robot was pushed out of what is known."""
         if not self.field.done and self.cost(pose) >= UNREACHED:
-            self.field.search(LEVELS_PER_SLICE)
+            self.field.search()
 
     def move(self, pose: Floats, danger: Danger) -> Command:
         """The next command of a robot at `pose` (3,)."""
@@ -71,7 +76,7 @@ class Haul(Body):
         self,
         ground: Terrain,
         item: ItemSpec,
-        offset: tuple[float, float, float],
+        offset: Offset,
         look: Places,
         margin: float,
         meeting: Relay | None = None,
@@ -81,19 +86,12 @@ class Haul(Body):
         `look` says what the places in the goal regions are worth. With `meeting` it goes to the
         meeting place instead of a goal region.
         """
-        super().__init__(ground, [(0.0, 0.0, ROBOT_RADIUS), *carried_discs(item, offset)], margin)
+        search = _search(ground, item, offset, look, margin, meeting)
+        super().__init__(ground, _discs(item, offset), search)
         self.item = item
         self._goals = goal_boxes(ground.map)
         self.meeting = meeting
-        x, y, phase = offset
-        if meeting is None:
-            angles = np.arange(CARRIER.headings) * 2 * np.pi / CARRIER.headings
-            extents = np.array([half_extents(item, float(angle) + phase) for angle in angles])
-            self._places: Cost = place_costs(ground, CARRIER, (x, y), extents, [(0.0, 0.0)], look)
-        else:
-            self._places = meeting_costs(meeting, CARRIER, (x, y))
-        self._places[~self.field.free] = UNREACHED
-        self.field.seed(self._places)
+        self._places = search.starts
         self._progress = Progress()
 
     def drive(self, pose: Floats, item_pose: Floats, danger: Danger) -> Command:
@@ -114,6 +112,25 @@ class Haul(Body):
         return loss <= _SETTLED or (stays and loss <= _NEARLY) or ticks >= _FED_UP
 
 
+@lru_cache(maxsize=8)
+def _search(
+    ground: Terrain, item: ItemSpec, offset: Offset, look: Places, margin: float, meeting: Relay | None
+) -> Search:
+    x, y, phase = offset
+    if meeting is None:
+        angles = np.arange(CARRIER.headings) * 2 * np.pi / CARRIER.headings
+        extents = np.array([half_extents(item, float(angle) + phase) for angle in angles])
+        starts = place_costs(ground, CARRIER, (x, y), extents, [(0.0, 0.0)], look)
+    else:
+        starts = meeting_costs(meeting, CARRIER, (x, y))
+    return Search(ground, _discs(item, offset), CARRIER, margin, starts)
+
+
+def _discs(item: ItemSpec, offset: Offset) -> list[Disc]:
+    """The robot and the item ahead."""
+    return [(0.0, 0.0, ROBOT_RADIUS), *carried_discs(item, offset)]
+
+
 class Progress:
     """Since when a cost-to-go does not fall any more."""
 
@@ -130,7 +147,7 @@ class Progress:
         return self._ticks
 
 
-def carried_discs(item: ItemSpec, offset: tuple[float, float, float]) -> list[Disc]:
+def carried_discs(item: ItemSpec, offset: Offset) -> list[Disc]:
     """The discs of an item whose pose in the robot's frame is `offset`."""
     x, y, phase = offset
     cos, sin = math.cos(phase), math.sin(phase)

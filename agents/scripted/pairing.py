@@ -5,6 +5,7 @@ is the item's centre; its heading is how far the item has turned since both hand
 """
 
 import math
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -12,10 +13,10 @@ import numpy as np
 from agents.scripted.driving import STRIDE, Command
 from agents.scripted.geometry import Disc, covering_discs, half_extents, heading_of, wrap
 from agents.scripted.hauling import LINGER, Progress
-from agents.scripted.lattice import PAIR, UNIT_PER_TICK, UNREACHED, Cost, Field, nearest_value, values
+from agents.scripted.lattice import PAIR, UNIT_PER_TICK, UNREACHED, nearest_value, values
 from agents.scripted.places import Places, place_costs
+from agents.scripted.searching import Field, Search
 from agents.scripted.terrain import Terrain, squeeze
-from agents.scripted.thinking import LEVELS_PER_SLICE
 from maps import ItemSpec
 from maps.spec import ROBOT_RADIUS
 from world.constants import TOGETHER_TURN_DIVISOR
@@ -73,13 +74,9 @@ class PairHaul:
         self._goals = goal_boxes(ground.map)
         self._ground = ground
         self._discs = _discs(item, item_pose, robots)
-        self.field = Field(ground, self._discs, PAIR, margin)
-        turns = self._origin_angle + np.arange(PAIR.headings) * 2 * np.pi / PAIR.headings
-        extents = np.array([half_extents(item, float(angle)) for angle in turns])
-        holders = [(x, y) for x, y, _ in self._discs[-2:]]
-        self._places: Cost = place_costs(ground, PAIR, (0.0, 0.0), extents, holders, look)
-        self._places[~self.field.free] = UNREACHED
-        self.field.seed(self._places)
+        search = _search(ground, item, self._origin_angle, self._discs, look, margin)
+        self.field = Field(search)
+        self._places = search.starts
         self._progress = Progress()
 
     def cost(self, item_pose: Floats) -> float:
@@ -91,7 +88,7 @@ class PairHaul:
         body = self._body(item_pose)
         left = float(values(self.field.cost, PAIR, body[None])[0])
         if left >= UNREACHED and not self.field.done:
-            self.field.search(LEVELS_PER_SLICE)
+            self.field.search()
         settled = (
             self._progress.idle_ticks(left) >= LINGER or nearest_value(self._places, PAIR, body) <= left + _SETTLED
         )
@@ -111,12 +108,23 @@ class PairHaul:
         return np.array([item_pose[0], item_pose[1], item_pose[2] - self._origin_angle])
 
 
-def _discs(item: ItemSpec, item_pose: Floats, robots: Floats) -> list[Disc]:
+@lru_cache(maxsize=8)
+def _search(
+    ground: Terrain, item: ItemSpec, angle: float, discs: tuple[Disc, ...], look: Places, margin: float
+) -> Search:
+    """`angle` is the item's while the body's heading is 0; the last two discs are the holders."""
+    turns = angle + np.arange(PAIR.headings) * 2 * np.pi / PAIR.headings
+    extents = np.array([half_extents(item, float(turn)) for turn in turns])
+    holders = [(x, y) for x, y, _ in discs[-2:]]
+    return Search(ground, discs, PAIR, margin, place_costs(ground, PAIR, (0.0, 0.0), extents, holders, look))
+
+
+def _discs(item: ItemSpec, item_pose: Floats, robots: Floats) -> tuple[Disc, ...]:
     cos, sin = math.cos(item_pose[2]), math.sin(item_pose[2])
     discs = [(cos * x - sin * y, sin * x + cos * y, radius) for x, y, radius in covering_discs(item)]
     for robot in robots:
         discs.append((float(robot[0] - item_pose[0]), float(robot[1] - item_pose[1]), ROBOT_RADIUS))
-    return discs
+    return tuple(discs)
 
 
 def commands(twist: Twist, item_pose: Floats, robots: Floats) -> tuple[Command, Command]:

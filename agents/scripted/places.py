@@ -144,7 +144,7 @@ def place_costs(
     robots: list[Point],
     look: Places,
 ) -> Cost:
-    """Start costs (headings, CELLS, CELLS) of putting an item down, for `Field.seed`.
+    """Start costs (headings, CELLS, CELLS) of putting an item down, for a `Search`.
 
     `offset` is the item's centre and `robots` are the robots' in the frame of the body's reference point; `extents`
     (headings, 2) are half the width and height of its bounding box. Poses that do not deliver it are UNREACHED.

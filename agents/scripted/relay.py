@@ -50,7 +50,7 @@ class Relay:
 
 
 def meeting_costs(plan: Relay, motion: Motion, offset: Point) -> Cost:
-    """Start costs (headings, CELLS, CELLS) of putting an item down at the meeting place, for `Field.seed`.
+    """Start costs (headings, CELLS, CELLS) of putting an item down at the meeting place, for a `Search`.
 
     `offset` is the item's centre in the robot's frame. The robot must stand on the far side of it, not on the way home.
     """

@@ -6,13 +6,12 @@ Slices are counted, never timed: the same states give the same actions on any ma
 from collections.abc import Callable, Generator
 from typing import Generic, TypeVar
 
-from agents.scripted.lattice import Field
+from agents.scripted.searching import Field
 
 T = TypeVar("T")
 Thought = Generator[None, None, T]
 
 BEYOND = 60  # quarter ticks of cost-to-go beyond the start, for whoever is pushed off the way
-LEVELS_PER_SLICE = 64  # of a cost-to-go search: a few milliseconds
 
 
 class Thinking(Generic[T]):
@@ -43,5 +42,5 @@ class Thinking(Generic[T]):
 def solve(field: Field, known: Callable[[], float]) -> Thought[None]:
     """Search a field until what is `known` of the wanted cost cannot get better, and a little farther."""
     while not field.done and field.level < known() + BEYOND:
-        field.search(LEVELS_PER_SLICE)
+        field.search()
         yield

@@ -10,6 +10,7 @@ from agents.scripted.flood import Mask, grown, to_bits, to_mask
 from agents.scripted.grasping import in_frame
 from agents.scripted.hauling import Body, carried_discs
 from agents.scripted.lattice import CARRIER, UNREACHED
+from agents.scripted.searching import Search
 from agents.scripted.situation import Situation
 from agents.scripted.storage import storage
 from agents.scripted.terrain import AXIS, CELLS, Terrain, cell_of, sample, with_robot
@@ -21,6 +22,7 @@ from world.state import Floats
 _APART = 2 * ROBOT_RADIUS + 0.02
 _TOUCHING = 0.09  # units between two bodies below which they are in each other's way
 _CLEAR = 0.29  # units between the own centre and the partner's way when standing aside
+_MARGIN = 0.004  # units to keep from everything while standing aside
 _SOON = 25  # cells of the own way that are looked at
 _SWING = 0.17  # units more than that which a partner with an item likes to have for its turns
 _CRAMPED = 80  # quarter ticks of walking that it is worth to leave it this room
@@ -145,7 +147,7 @@ def aside(now: Situation, way: Floats) -> Body:
     discs = [(0.0, 0.0, ROBOT_RADIUS)]
     if now.mine >= 0:
         discs += carried_discs(now.item(now.mine), in_frame(now.pose, now.item_pose(now.mine)))
-    body = Body(with_robot(now.ground(), now.partner), discs, 0.004)
+    ground = with_robot(now.ground(), now.partner)
     carrying = now.theirs >= 0 and not in_goal(now.map)[cell_of(float(now.partner[0]), float(now.partner[1]))]
     x, y = np.meshgrid(AXIS, AXIS)
     clear = gap_to(way, x, y)
@@ -161,5 +163,4 @@ def aside(now: Situation, way: Floats) -> Body:
             free &= sample(clear, at_x, at_y) >= ROBOT_RADIUS + radius + 0.03
         costs[heading][free] = _CRAMPED if carrying else 0
         costs[heading][free & roomy] = 0
-    body.field.seed(costs)
-    return body
+    return Body(ground, discs, Search(ground, discs, CARRIER, _MARGIN, costs))
