@@ -12,7 +12,7 @@ from recordings import export_command, import_command
 from recordings.arguments import add_data, add_json, add_paths, expanded, print_json
 from recordings.episode import Outcome
 from recordings.errors import RecordingError
-from recordings.finished import Recovery, recover, recover_journal
+from recordings.finished import SUFFIX, Recovery, recover, recover_journal
 from recordings.index import Filter, list_recordings
 from recordings.journal import JOURNAL_SUFFIX
 from recordings.listing import Summary, path_of, recording_paths
@@ -20,6 +20,7 @@ from recordings.page import info_json, info_page
 from recordings.progress import over_processes
 from recordings.reader import read_episode
 from recordings.report import command as report_command
+from recordings.salvage import recover_recording
 from recordings.verification import Verification, verify
 from recordings.viewer import command as viewer_command
 
@@ -51,7 +52,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_json(check)
     check.set_defaults(perform=_verify)
 
-    rescue = commands.add_parser("recover", help="finish what a crash left behind")
+    rescue = commands.add_parser("recover", help="finish what a crash left behind, save what is whole of a torn file")
     rescue.add_argument("paths", nargs="*", type=Path, metavar="FILE|DIR", help="default: DATA/recordings")
     add_data(rescue)
     add_json(rescue)
@@ -207,18 +208,22 @@ def _verdict_json(path: Path, verdict: Verification | str) -> dict[str, Any]:
 # ---- recover -----------------------------------------------------------------------------------------------
 
 
-def _journal(path: Path) -> Path:
-    """RecordingError for a file that is no journal by name: recovering moves what it cannot read aside."""
-    if path.is_file() and not path.name.endswith(JOURNAL_SUFFIX):
-        raise RecordingError(f"{path.name} is no journal (*{JOURNAL_SUFFIX}), so there is nothing to recover from it")
-    return path
+def _recovered(path: Path) -> list[Recovery]:
+    """What became of a folder's journals, of a journal or of a finished file; RecordingError for other files."""
+    if path.is_dir():
+        return recover(path)
+    if path.name.endswith(JOURNAL_SUFFIX):
+        return [recover_journal(path)]
+    if path.exists() and not path.name.endswith(SUFFIX):
+        raise RecordingError(f"{path.name} is neither a recording (*{SUFFIX}) nor a journal (*{JOURNAL_SUFFIX})")
+    return [recover_recording(path)]
 
 
 def _recover(args: argparse.Namespace) -> int:
     done: list[Recovery] = []
     usual = args.data / "recordings"
     for path in args.paths or ([usual] if usual.exists() else []):
-        done += recover(path) if path.is_dir() else [recover_journal(_journal(path))]
+        done += _recovered(path)
     if args.json:
         print_json(
             {
@@ -235,7 +240,7 @@ def _recover(args: argparse.Namespace) -> int:
         )
         return 0
     for entry in done:
-        made = f" -> {entry.recording.name}" if entry.recording else ""
+        made = f" -> {entry.recording.name}" if entry.recording not in (None, entry.journal) else ""
         print(f"{entry.journal.name}{made}: {entry.ticks} ticks, {entry.note}")
     if not done:
         print("nothing to recover")

@@ -148,9 +148,9 @@ def _put_away(journal: Path, damaged: bool) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Recovery:
-    """What became of one leftover journal."""
+    """What became of one leftover journal, or of a torn recording."""
 
-    journal: Path
+    journal: Path  # or the recording
     recording: Path | None  # None when there was nothing to keep or it is in use
     ticks: int
     note: str  # one sentence

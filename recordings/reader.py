@@ -17,9 +17,9 @@ from recordings.episode import AgentDecision, Episode, Event, InputSample, Outco
 from recordings.errors import RecordingError, UnreadableError, cannot
 from recordings.journal import JOURNAL_SUFFIX, PROFILE, scan
 from recordings.metadata import END, RECORDING, SOFTWARE, Entries, episode_record, header_of
-from recordings.records import FOOTER, MAGIC, Message, Record, records_of
+from recordings.records import DATA_END, FOOTER, MAGIC, Message, Record, records_of
 
-_DATA_END = struct.Struct("<BQI")  # opcode, length, crc
+_RESCUE = "copy it again from where it was recorded, or save what is whole: movingout recordings recover FILE"
 UNREADABLE = (McapError, struct.error, ValueError, KeyError, TypeError, IndexError, OverflowError, MemoryError)
 
 
@@ -58,17 +58,17 @@ def check_file(data: bytes, name: str) -> None:
         raise UnreadableError(f"{name} is not an MCAP file")
     if header_profile(data) != PROFILE:
         raise UnreadableError(f"{name} is an MCAP file, but not a Moving Out recording")
-    if not data.endswith(MAGIC) or len(data) < 2 * len(MAGIC) + FOOTER.size + _DATA_END.size:
-        raise UnreadableError(f"{name} is torn: its end is missing; copy it again from where it was recorded")
+    if not data.endswith(MAGIC) or len(data) < 2 * len(MAGIC) + FOOTER.size + DATA_END.size:
+        raise UnreadableError(f"{name} is torn: its end is missing; {_RESCUE}")
     foot = len(data) - len(MAGIC) - FOOTER.size
     opcode, length, summary, _, summary_crc = FOOTER.unpack_from(data, foot)
-    end = summary - _DATA_END.size
-    if (opcode, length) != (0x02, 20) or not len(MAGIC) < end <= foot - _DATA_END.size:
-        raise UnreadableError(f"{name} is damaged: its footer changed after it was written")
-    if _DATA_END.unpack_from(data, end) != (0x0F, 4, zlib.crc32(data[:end])):
-        raise UnreadableError(f"{name} is damaged: bytes of its data changed after they were written")
+    end = summary - DATA_END.size
+    if (opcode, length) != (0x02, 20) or not len(MAGIC) < end <= foot - DATA_END.size:
+        raise UnreadableError(f"{name} is damaged: its footer changed after it was written; {_RESCUE}")
+    if DATA_END.unpack_from(data, end) != (0x0F, 4, zlib.crc32(data[:end])):
+        raise UnreadableError(f"{name} is damaged: bytes of its data changed after they were written; {_RESCUE}")
     if zlib.crc32(data[summary : len(data) - len(MAGIC) - 4]) != summary_crc:
-        raise UnreadableError(f"{name} is damaged: bytes of its index changed after they were written")
+        raise UnreadableError(f"{name} is damaged: bytes of its index changed after they were written; {_RESCUE}")
 
 
 def header_profile(data: bytes) -> str:

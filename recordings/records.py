@@ -6,6 +6,7 @@ Trusts the bytes: callers check sums first (`reader.check_file`, `journal.scan`)
 
 import io
 import struct
+import zlib
 from collections.abc import Iterator
 from typing import BinaryIO, NamedTuple, TypeVar
 
@@ -16,6 +17,7 @@ from mcap.records import Attachment, Channel, Chunk, Header, Metadata, MetadataI
 MAGIC = b"\x89MCAP0\r\n"
 MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time; then the payload
 _RECORD = struct.Struct("<BQ")  # opcode, length
+DATA_END = struct.Struct("<BQI")  # opcode, length, crc
 FOOTER = struct.Struct("<BQQQI")  # opcode, length, summary start, summary offset start, crc
 _FOOTER, _METADATA_INDEX, _SUMMARY_OFFSET = 0x02, 0x0D, 0x0E
 _HEADER, _CHANNEL, _MESSAGE, _CHUNK, _ATTACHMENT, _METADATA, _DATA_END = 0x01, 0x04, 0x05, 0x06, 0x09, 0x0C, 0x0F
@@ -37,25 +39,49 @@ class Message(NamedTuple):
 Record = Header | Channel | Message | Attachment | Metadata
 
 
-def records_of(data: bytes) -> Iterator[Record]:
-    """The records of a file or journal up to its data end; a journal ends where its bytes end."""
-    yield from _walk(data, len(MAGIC))
+def records_of(data: bytes, checked: bool = False) -> Iterator[Record]:
+    """The records of a file or journal up to its data end; a journal ends where its bytes end.
+
+    `checked` is for finished files whose checksum does not hold: it ends at the first chunk or attachment whose own one
+    does not hold either, and believes no message outside of a chunk.
+    """
+    yield from _walk(data, len(MAGIC), checked)
 
 
-def _walk(data: bytes, position: int) -> Iterator[Record]:
+def data_holds(data: bytes) -> bool:
+    """Whether everything up to the data end is as it was written; what follows there is only an index."""
+    position = len(MAGIC)
+    while position + _RECORD.size <= len(data):
+        opcode, length = _RECORD.unpack_from(data, position)
+        if opcode == _DATA_END:
+            return data[position : position + DATA_END.size] == DATA_END.pack(_DATA_END, 4, zlib.crc32(data[:position]))
+        position += _RECORD.size + length
+    return False
+
+
+def _walk(data: bytes, position: int, checked: bool) -> Iterator[Record]:
     while position + _RECORD.size <= len(data):
         opcode, length = _RECORD.unpack_from(data, position)
         start, position = position + _RECORD.size, position + _RECORD.size + length
         if opcode == _DATA_END or position > len(data):
             return
-        if opcode == _MESSAGE:
+        if checked and opcode == _ATTACHMENT and data[position - 4 : position] != _crc(data[start : position - 4]):
+            return
+        if opcode == _MESSAGE and not checked:
             channel, sequence, log_time, publish_time = MESSAGE.unpack_from(data, start)
             yield Message(channel, sequence, log_time, publish_time, data[start + MESSAGE.size : position])
         elif opcode == _CHUNK:
             chunk = Chunk.read(_stream(data[start:position]))
-            yield from _walk(zstandard.decompress(chunk.data, chunk.uncompressed_size), 0)
+            contents = zstandard.decompress(chunk.data, chunk.uncompressed_size)
+            if checked and zlib.crc32(contents) != chunk.uncompressed_crc:
+                return
+            yield from _walk(contents, 0, False)
         elif opcode in _READERS:
             yield _READERS[opcode].read(_stream(data[start:position]))
+
+
+def _crc(content: bytes) -> bytes:
+    return zlib.crc32(content).to_bytes(4, "little")
 
 
 def metadata_in(stream: BinaryIO) -> dict[str, dict[str, str]]:

@@ -170,17 +170,33 @@ def test_verify_exits_with_2_on_what_it_cannot_read(tmp_path: Path, capsys: pyte
     assert "x.mcap is not an MCAP file" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("name", ["whole.mcap", "foreign.mcap", "notes.txt"])
-def test_recover_leaves_alone_what_is_no_journal(tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str) -> None:
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [("foreign.mcap", "is not an MCAP file"), ("notes.txt", "is neither a recording (*.mcap) nor a journal")],
+)
+def test_recover_leaves_alone_what_is_not_ours(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, reason: str
+) -> None:
     path = tmp_path / name
-    if name == "whole.mcap":
-        finalise(record(tmp_path, ticks=3)[0]).rename(path)
-    else:
-        path.write_bytes(b"not ours")
-    before = path.read_bytes()
+    path.write_bytes(b"not ours")
     assert main(["recordings", "recover", str(path)]) == 2
-    assert "is no journal" in capsys.readouterr().err
-    assert [entry.name for entry in tmp_path.iterdir()] == [name] and path.read_bytes() == before
+    assert reason in capsys.readouterr().err
+    assert [entry.name for entry in tmp_path.iterdir()] == [name] and path.read_bytes() == b"not ours"
+
+
+def test_recover_saves_a_torn_recording_and_leaves_a_whole_one_alone(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = finalise(record(tmp_path, ticks=60)[0])
+    whole = path.read_bytes()
+    assert main(["recordings", "recover", str(path)]) == 0
+    assert capsys.readouterr().out == "episode.mcap: 60 ticks, whole; left as it is\n" and path.read_bytes() == whole
+    path.write_bytes(whole[: len(whole) // 2])
+    assert main(["recordings", "verify", str(path)]) == 2
+    assert "save what is whole: movingout recordings recover FILE" in capsys.readouterr().out
+    assert main(["recordings", "recover", str(path)]) == 0
+    assert "saved from a torn or damaged file up to tick" in capsys.readouterr().out
+    assert main(["recordings", "verify", str(path)]) == 0
 
 
 def test_recover_finishes_what_was_left(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
