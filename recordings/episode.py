@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -43,8 +43,7 @@ class EpisodeHeader:
     study: Mapping[str, str] = field(default_factory=dict)  # pseudonymous ids only
 
 
-@dataclass(frozen=True, slots=True)
-class InputSample:
+class InputSample(NamedTuple):
     """A raw input as it arrived from a client."""
 
     tick: int  # the tick that was being prepared
@@ -58,8 +57,7 @@ class InputSample:
     rtt_ms: float
 
 
-@dataclass(frozen=True, slots=True)
-class TickRecord:
+class TickRecord(NamedTuple):
     """One step: the actions that made it and the state after it."""
 
     actions: Floats  # (2, 3) exactly what World.step got

@@ -97,16 +97,24 @@ def _floats(rows: list[tuple[float, float, float]]) -> Floats:
 
 
 def write_actions(record: TickRecord) -> bytes:
-    blue, red = (
-        {"distance": row[0], "heading": row[1], "grasp": row[2], "source": source, "input_seq": seq}
-        for row, source, seq in zip(record.actions.tolist(), record.sources, record.input_seqs, strict=True)
-    )
+    blue, red = map(_action, record.actions.tolist(), record.sources, record.input_seqs)
     return encode({"tick": record.state.tick, "blue": blue, "red": red})
 
 
+def _action(row: Sequence[float], source: str, seq: int) -> Payload:
+    return {"distance": row[0], "heading": row[1], "grasp": row[2], "source": source, "input_seq": seq}
+
+
 def write_timing(record: TickRecord) -> bytes:
-    blue, red = ({"slack_ms": slack, "rtt_ms": rtt} for slack, rtt in zip(record.slack_ms, record.rtt_ms, strict=True))
-    return encode({"tick": record.state.tick, "late_ms": record.late_ms, "blue": blue, "red": red})
+    (blue_slack, red_slack), (blue_rtt, red_rtt) = record.slack_ms, record.rtt_ms
+    return encode(
+        {
+            "tick": record.state.tick,
+            "late_ms": record.late_ms,
+            "blue": {"slack_ms": blue_slack, "rtt_ms": blue_rtt},
+            "red": {"slack_ms": red_slack, "rtt_ms": red_rtt},
+        }
+    )
 
 
 def read_tick(state: Payload, actions: Payload, timing: Payload) -> TickRecord:

@@ -16,9 +16,9 @@ class Bucket:
 
     def take(self, now: float) -> bool:
         """Take one; False when there is none left."""
-        self._left = min(self.burst, self._left + (now - self._at) * self.per_s)
-        self._at = now
-        if self._left < 1.0:
-            return False
-        self._left -= 1.0
-        return True
+        left = self._left + (now - self._at) * self.per_s
+        if left > self.burst:
+            left = self.burst
+        enough = left >= 1.0
+        self._left, self._at = left - enough, now
+        return enough

@@ -21,10 +21,10 @@ RTT_SAMPLES = 16
 class Client:
     """One connection of a browser or a program.
 
-    `write` sends a binary frame at once or answers False; `wake` is called when something waits to be sent.
+    `write` sends a frame at once or answers False; `wake` is called when something waits to be sent.
     """
 
-    def __init__(self, write: Callable[[bytes], bool], wake: Callable[[], None]) -> None:
+    def __init__(self, write: Callable[[str | bytes], bool], wake: Callable[[], None]) -> None:
         self.acknowledges = True  # spectators need not
         self.goodbye: tuple[int, str] | None = None
         self.lost = False  # to be cut off without a word
@@ -43,7 +43,9 @@ class Client:
     # ---- called by the room ---------------------------------------------------------------------------------
 
     def tell(self, message: m.ServerMessage, text: str = "") -> None:
-        self.push(text or msgspec.json.encode(message).decode())
+        text = text or msgspec.json.encode(message).decode()
+        if self._bundle is not None or not self._send_now(text, 0.0):
+            self.push(text)
 
     def show(self, tick: int, frame: bytes, now: float) -> None:
         if self._too_slow(now):
@@ -104,7 +106,7 @@ class Client:
         bundle, self._bundle = self._bundle, None
         return bundle
 
-    def _send_now(self, frame: bytes, now: float) -> bool:
+    def _send_now(self, frame: str | bytes, now: float) -> bool:
         """Straight to the connection, unless something is waiting that has to go first."""
         if self._control or not self._write(frame):
             self.blocked_since = self.blocked_since or now

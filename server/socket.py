@@ -28,6 +28,7 @@ from server.settings import Limits, Settings
 log = logging.getLogger(__name__)
 
 Parsed = TypeVar("Parsed")
+Said = TypeVar("Said")
 Message = MutableMapping[str, Any]
 Receive = Callable[[], Awaitable[Message]]
 Send = Callable[[Message], Awaitable[None]]
@@ -43,7 +44,7 @@ class Wire(Protocol):
     on_binary: Callable[[bytes], bool] | None  # gets every small binary message; False: nobody listens any more
     on_writable: Callable[[], None] | None
 
-    def write_binary(self, payload: bytes) -> bool: ...
+    def write(self, message: str | bytes) -> bool: ...
 
     def abort(self) -> None: ...
 
@@ -120,7 +121,7 @@ class Conversation:
         self._confirmed = False
         self._bucket = Bucket(self._limits.messages_per_s, self._limits.message_burst, time.monotonic())
         self._hangup: Hangup | None = None  # from the short way, where nobody catches it
-        self.client = Client(wire.write_binary, self._wake.set)
+        self.client = Client(wire.write, self._wake.set)
 
     async def send_all(self, send: Send) -> None:
         """Write what the client's queue gives until somebody says goodbye."""
@@ -233,20 +234,20 @@ class Conversation:
             self.client.answer(Pong(frame.client_ms, now * 1e3).encode())
             return
         self._confirm()
-        self._attempt(lambda room: requests.submit(room, self.client, frame, now))
+        self._attempt(requests.submit, frame, now)
 
     def _hear_control(self, text: str) -> None:
         now = time.monotonic()
         self._take_one(now)
         self._confirm()
         message = _parse(_decode_control, text)
-        self._attempt(lambda room: requests.handle(room, self.client, message, now))
+        self._attempt(requests.handle, message, now)
 
-    def _attempt(self, request: Callable[[Room], None]) -> None:
+    def _attempt(self, request: Callable[[Room, Client, Said, float], None], said: Said, now: float) -> None:
         if self._room is None:
             return
         try:
-            request(self._room)
+            request(self._room, self.client, said, now)
         except WrongRequest as error:
             self.client.tell(m.Problem(error.code, str(error)))
 

@@ -30,7 +30,7 @@ def changed(episode: Episode, tick: int, change: Callable[[TickRecord], TickReco
 def with_state(record: TickRecord, **fields: object) -> TickRecord:
     names = ("tick", "robot_poses", "robot_velocities", "held", "item_poses")
     values = {name: getattr(record.state, name) for name in names} | fields
-    return replace(record, state=WorldState(**values))
+    return record._replace(state=WorldState(**values))
 
 
 def test_a_true_recording_is_identical_finished_or_not(tmp_path: Path) -> None:
@@ -61,7 +61,7 @@ def test_an_action_that_its_input_does_not_say_is_named_though_the_states_follow
         actions[0, 1] += 0.5 * (tick.state.tick == 4)
         world.step(actions)
         forged.input(sample)
-        forged.tick(replace(tick, actions=actions, state=world.state(), delivered=tuple(world.delivered().tolist())))
+        forged.tick(tick._replace(actions=actions, state=world.state(), delivered=tuple(world.delivered().tolist())))
     found = verify(finalise(forged.close("time"))).first_divergence
     assert found is not None
     assert (found.tick, found.field) == (4, "actions[0].heading")
@@ -72,7 +72,7 @@ def test_a_stick_let_go_or_last_heard_of_before_play_began_is_at_rest(episode: E
     def at_rest(record: TickRecord) -> TickRecord:
         actions = record.actions.copy()
         actions[0, 0] = 0.0
-        return replace(record, actions=actions)
+        return record._replace(actions=actions)
 
     assert first_unexplained(changed(episode, 1, at_rest)) is None
     unheard = replace(episode, inputs=episode.inputs[1:])
@@ -89,7 +89,7 @@ def test_a_changed_hold_is_named(episode: Episode) -> None:
 
 
 def test_a_changed_delivery_is_named(episode: Episode) -> None:
-    found = first_divergence(changed(episode, 9, lambda r: replace(r, delivered=(True, False, False))))
+    found = first_divergence(changed(episode, 9, lambda r: r._replace(delivered=(True, False, False))))
     assert found is not None
     assert (found.tick, found.field, found.recorded, found.simulated) == (9, "delivered[0]", 1.0, 0.0)
 
@@ -98,7 +98,7 @@ def test_a_changed_action_shows_in_the_state_after_it(episode: Episode) -> None:
     def turn(record: TickRecord) -> TickRecord:
         actions = record.actions.copy()
         actions[0] = (1.0, actions[0, 1] + 1.0, 0.0)
-        return replace(record, actions=actions)
+        return record._replace(actions=actions)
 
     found = first_divergence(changed(episode, 6, turn))
     assert found is not None

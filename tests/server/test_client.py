@@ -12,10 +12,10 @@ class Line:
 
     def __init__(self) -> None:
         self.blocked = False
-        self.written: list[bytes] = []
+        self.written: list[str | bytes] = []
         self.client = Client(self.write, lambda: None)
 
-    def write(self, frame: bytes) -> bool:
+    def write(self, frame: str | bytes) -> bool:
         if not self.blocked:
             self.written.append(frame)
         return not self.blocked
@@ -116,8 +116,23 @@ def test_the_round_trip_is_the_shortest_of_late() -> None:
     assert round(line.client.rtt_ms) == 40
 
 
+def test_a_control_message_goes_straight_to_the_connection_unless_something_waits_that_has_to_go_first() -> None:
+    line = Line()
+    line.client.tell(m.Problem("now", "at once"))
+    line.blocked = True
+    line.client.show(1, b"last tick", 0.1)
+    line.blocked = False
+    line.client.tell(m.Problem("over", "the result"))
+    (told,) = line.written
+    assert isinstance(told, str) and "at once" in told
+    bundle, result = line.flush()
+    assert bundle == b"last tick"
+    assert isinstance(result, str) and "the result" in result
+
+
 def test_too_many_waiting_control_messages_cut_the_client_off() -> None:
     line = Line()
+    line.blocked = True
     for _ in range(CONTROL_LIMIT):
         line.client.tell(m.Problem("x", "y"))
     assert not line.client.lost
