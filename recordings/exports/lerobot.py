@@ -5,8 +5,10 @@ pandas frame indexed by the task's text), meta/episodes and data as parquet in c
 how loading in the real library was checked.
 """
 
+import contextlib
 import json
-from collections.abc import Sequence
+from collections import defaultdict
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -17,49 +19,137 @@ import pyarrow.parquet as pq
 from recordings.errors import RecordingError
 from recordings.exports.plan import Plan
 from recordings.exports.split import TEST, TRAIN
+from recordings.exports.statistics import Moments, statistics, streamed
 from recordings.exports.target import building
-from recordings.exports.trajectories import Singles, Trajectory, action_names, trajectories
+from recordings.exports.trajectories import Trajectory, action_names, trajectories
 from world.observation import LAYOUTS
 
 FPS = 10
-_PLACE = "chunk-000/file-000.parquet"
-_QUANTILES = (0.01, 0.10, 0.50, 0.90, 0.99)
+FILE_BYTES = 100_000_000
+FILES_PER_CHUNK = 1000
+ROWS_AT_ONCE = 100  # rows about episodes, each of some 20 KB of statistics
+FRAMES_AT_ONCE = 4096  # when frames are read again
 
 
 def write(plan: Plan) -> None:
-    """A dataset folder. Training episodes come first, since a LeRobot split is a range of episodes."""
-    found = [
-        t for episode, part in plan.episodes("exporting") for t in trajectories(episode, part, plan.view, plan.layout)
-    ]
-    if not found:
-        raise RecordingError("no ticks in these recordings, so there is nothing to train on")
-    found.sort(key=lambda trajectory: trajectory.split != TRAIN)
-    tasks = sorted({trajectory.task for trajectory in found})
-    frames = _frames(found, tasks)
+    """A dataset folder. Training episodes come first, since a LeRobot split is a range of episodes.
+
+    One trajectory at a time is in memory, however many recordings there are.
+    """
     with building(plan.target) as folder:
-        _write_table(folder / "data" / _PLACE, _data(found, frames, plan))
-        _write_table(folder / "meta" / "episodes" / _PLACE, _episodes(found, frames))
-        _write_table(folder / "meta" / "tasks.parquet", _tasks(tasks))
-        _write_json(folder / "meta" / "info.json", _info(found, tasks, plan))
-        _write_json(folder / "meta" / "stats.json", _stats(frames))
+        with _Dataset(folder, plan) as dataset:
+            for episode, part in plan.episodes("exporting", training_first=True):
+                for trajectory in trajectories(episode, part, plan.view, plan.layout):
+                    dataset.add(trajectory)
+        if not dataset.episodes:
+            raise RecordingError("no ticks in these recordings, so there is nothing to train on")
+        _write_json(folder / "meta" / "stats.json", streamed(dataset.moments, dataset.stored()))
+        _write_json(folder / "meta" / "info.json", _info(dataset, plan))
+        pq.write_table(_tasks(list(dataset.tasks)), folder / "meta" / "tasks.parquet", compression="zstd")
 
 
-def _frames(found: Sequence[Trajectory], tasks: list[str]) -> dict[str, Any]:
-    """Every feature as one array over all frames."""
-    lengths = [len(trajectory.actions) for trajectory in found]
-    steps = np.concatenate([np.arange(length) for length in lengths])
-    numbers = np.repeat(np.arange(len(found)), lengths)
-    return {
-        "observation.state": np.concatenate([trajectory.observations[:-1] for trajectory in found]),
-        "action": np.concatenate([trajectory.actions for trajectory in found]),
-        "next.reward": np.concatenate([trajectory.rewards for trajectory in found]),
-        "next.done": np.concatenate([trajectory.dones for trajectory in found]),
-        "timestamp": (steps / FPS).astype(np.float32),
-        "frame_index": steps,
-        "episode_index": numbers,
-        "index": np.arange(len(steps)),
-        "task_index": np.repeat([tasks.index(trajectory.task) for trajectory in found], lengths),
-    }
+class _Dataset(contextlib.ExitStack):
+    """The tables of a data set while they are written, and what has to be known of them all."""
+
+    def __init__(self, folder: Path, plan: Plan) -> None:
+        super().__init__()
+        self.episodes = self.frames = self.training = 0
+        self.tasks: dict[str, int] = {}  # text to number, in order of appearance
+        self.moments: defaultdict[str, Moments] = defaultdict(Moments)  # by feature
+        self._features = _features(plan)
+        self._data = self.enter_context(_Table(folder / "data"))
+        self._about = self.enter_context(_Table(folder / "meta" / "episodes"))
+        self._rows: list[dict[str, Any]] = []  # of `_about`, waiting to be written
+        self.callback(self._write_rows)
+
+    def add(self, trajectory: Trajectory) -> None:
+        frames = self._frames_of(trajectory)
+        chunk, file = self._data.write(_data(frames, self._features))
+        length = len(trajectory.actions)
+        self._rows.append(
+            {
+                "episode_index": self.episodes,
+                "tasks": [trajectory.task],
+                "length": length,
+                "data/chunk_index": chunk,
+                "data/file_index": file,
+                "dataset_from_index": self.frames,
+                "dataset_to_index": self.frames + length,
+                "recording": trajectory.episode_id,
+                "seat": trajectory.seat,
+                **{
+                    f"stats/{name}/{key}": value
+                    for name, values in frames.items()
+                    for key, value in statistics(values).items()
+                },
+            }
+        )
+        for name, values in frames.items():
+            self.moments[name].add(values)
+        self.episodes += 1
+        self.frames += length
+        self.training += trajectory.split == TRAIN
+        if len(self._rows) == ROWS_AT_ONCE:
+            self._write_rows()
+
+    def stored(self) -> Iterator[dict[str, Any]]:
+        """The frames again, some at a time, as arrays by feature; after the end."""
+        for path in self._data.paths:
+            with pq.ParquetFile(path) as file:
+                for batch in file.iter_batches(FRAMES_AT_ONCE):
+                    yield {name: _array(batch.column(name), batch.num_rows) for name in self._features}
+
+    def _frames_of(self, trajectory: Trajectory) -> dict[str, Any]:
+        """Every feature as one array over the frames of an episode."""
+        steps = np.arange(len(trajectory.actions))
+        task = self.tasks.setdefault(trajectory.task, len(self.tasks))
+        return {
+            "observation.state": trajectory.observations[:-1],
+            "action": trajectory.actions,
+            "next.reward": trajectory.rewards,
+            "next.done": trajectory.dones,
+            "timestamp": (steps / FPS).astype(np.float32),
+            "frame_index": steps,
+            "episode_index": np.full_like(steps, self.episodes),
+            "index": self.frames + steps,
+            "task_index": np.full_like(steps, task),
+        }
+
+    def _write_rows(self) -> None:
+        if self._rows:
+            chunk, file = self._about.place()
+            own = {"meta/episodes/chunk_index": chunk, "meta/episodes/file_index": file}
+            self._about.write(pa.Table.from_pylist([{**row, **own} for row in self._rows]))
+            self._rows.clear()
+
+
+class _Table(contextlib.ExitStack):
+    """A table that grows, in files of about FILE_BYTES: chunk-000/file-000.parquet and so on."""
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__()
+        self.paths: list[Path] = []
+        self._folder = folder
+        self._writer: Any = None
+        self._sink: Any = None
+
+    def place(self) -> tuple[int, int]:
+        """The chunk and the file that the next rows go to."""
+        full = self._sink is None or self._sink.tell() >= FILE_BYTES
+        return divmod(len(self.paths) if full else len(self.paths) - 1, FILES_PER_CHUNK)
+
+    def write(self, rows: Any) -> tuple[int, int]:
+        """Add rows; where they went."""
+        chunk, file = self.place()
+        path = self._folder / f"chunk-{chunk:03d}" / f"file-{file:03d}.parquet"
+        if path not in self.paths[-1:]:
+            self.close()
+            path.parent.mkdir(parents=True, exist_ok=True)
+            self._sink = self.enter_context(path.open("wb"))
+            self._writer = self.enter_context(pq.ParquetWriter(self._sink, rows.schema, compression="zstd"))
+            self.paths.append(path)
+        self._writer.write_table(rows)
+        return chunk, file
 
 
 def _features(plan: Plan) -> dict[str, Any]:
@@ -81,11 +171,10 @@ def _features(plan: Plan) -> dict[str, Any]:
     }
 
 
-def _data(found: Sequence[Trajectory], frames: dict[str, Any], plan: Plan) -> Any:
+def _data(frames: dict[str, Any], features: dict[str, Any]) -> Any:
     columns, hints = {}, {}
-    for name, feature in _features(plan).items():
-        values, length = frames[name], feature["shape"][0]
-        dtype = feature["dtype"]
+    for name, feature in features.items():
+        values, length, dtype = frames[name], feature["shape"][0], feature["dtype"]
         if values.ndim == 2:
             columns[name] = pa.FixedSizeListArray.from_arrays(pa.array(values.ravel()), length)
             hints[name] = {"feature": {"dtype": dtype, "_type": "Value"}, "length": length, "_type": "Sequence"}
@@ -95,27 +184,11 @@ def _data(found: Sequence[Trajectory], frames: dict[str, Any], plan: Plan) -> An
     return pa.table(columns).replace_schema_metadata({"huggingface": json.dumps({"info": {"features": hints}})})
 
 
-def _episodes(found: Sequence[Trajectory], frames: dict[str, Any]) -> Any:
-    ends = np.cumsum([len(trajectory.actions) for trajectory in found]).tolist()
-    rows = []
-    for number, (trajectory, start, end) in enumerate(zip(found, [0, *ends], ends, strict=False)):
-        row: dict[str, Any] = {
-            "episode_index": number,
-            "tasks": [trajectory.task],
-            "length": end - start,
-            "data/chunk_index": 0,
-            "data/file_index": 0,
-            "dataset_from_index": start,
-            "dataset_to_index": end,
-            "meta/episodes/chunk_index": 0,
-            "meta/episodes/file_index": 0,
-            "recording": trajectory.episode_id,
-            "seat": trajectory.seat,
-        }
-        for name, values in frames.items():
-            row |= {f"stats/{name}/{key}": value for key, value in _statistics(values[start:end]).items()}
-        rows.append(row)
-    return pa.Table.from_pylist(rows)
+def _array(column: Any, length: int) -> Any:
+    """A column as it was written: (T,) or (T, D)."""
+    if pa.types.is_fixed_size_list(column.type):
+        return column.flatten().to_numpy().reshape(length, -1)
+    return column.to_numpy(zero_copy_only=False)
 
 
 def _tasks(tasks: list[str]) -> Any:
@@ -136,47 +209,23 @@ def _tasks(tasks: list[str]) -> Any:
     return pa.table({"task_index": number, index: text}).replace_schema_metadata({"pandas": json.dumps(pandas)})
 
 
-def _info(found: Sequence[Trajectory], tasks: list[str], plan: Plan) -> dict[str, Any]:
-    training = sum(trajectory.split == TRAIN for trajectory in found)
-    splits = {TRAIN: f"0:{training}", TEST: f"{training}:{len(found)}"}
+def _info(dataset: _Dataset, plan: Plan) -> dict[str, Any]:
+    splits = {TRAIN: f"0:{dataset.training}", TEST: f"{dataset.training}:{dataset.episodes}"}
     return {
         "codebase_version": "v3.0",
         "robot_type": "moving_out",
-        "total_episodes": len(found),
-        "total_frames": sum(len(trajectory.actions) for trajectory in found),
-        "total_tasks": len(tasks),
-        "chunks_size": 1000,
-        "data_files_size_in_mb": 100,
+        "total_episodes": dataset.episodes,
+        "total_frames": dataset.frames,
+        "total_tasks": len(dataset.tasks),
+        "chunks_size": FILES_PER_CHUNK,
+        "data_files_size_in_mb": FILE_BYTES // 1_000_000,
         "video_files_size_in_mb": 200,
         "fps": FPS,
-        "splits": splits if training < len(found) else {TRAIN: splits[TRAIN]},
+        "splits": splits if dataset.training < dataset.episodes else {TRAIN: splits[TRAIN]},
         "data_path": "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet",
         "video_path": None,
         "features": _features(plan),
     }
-
-
-def _stats(frames: dict[str, Any]) -> dict[str, Any]:
-    return {name: _statistics(values) for name, values in frames.items()}
-
-
-def _statistics(values: Singles) -> dict[str, list[float] | list[int]]:
-    """Per number of a feature: min, max, mean, standard deviation, quantiles; and how many frames."""
-    rows = values.reshape(len(values), -1).astype(np.float64)
-    quantiles = {f"q{round(q * 100):02d}": np.quantile(rows, q, axis=0).tolist() for q in _QUANTILES}
-    return {
-        "min": rows.min(axis=0).tolist(),
-        "max": rows.max(axis=0).tolist(),
-        "mean": rows.mean(axis=0).tolist(),
-        "std": rows.std(axis=0).tolist(),
-        "count": [len(rows)],
-        **quantiles,
-    }
-
-
-def _write_table(path: Path, table: Any) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    pq.write_table(table, path, compression="zstd")
 
 
 def _write_json(path: Path, document: dict[str, Any]) -> None:

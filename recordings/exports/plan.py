@@ -7,7 +7,7 @@ from pathlib import Path
 
 from recordings.episode import Episode
 from recordings.errors import RecordingError
-from recordings.exports.split import split
+from recordings.exports.split import TRAIN, split
 from recordings.listing import Players, read_players
 from recordings.progress import track
 from recordings.reader import read_episode
@@ -28,9 +28,12 @@ class Plan:
     every_s: float = 5.0  # seconds between the pictures of a strip
     overlay: bool = True  # names, time and deliveries on pictures
 
-    def episodes(self, verb: str) -> Iterator[tuple[Episode, str]]:
+    def episodes(self, verb: str, training_first: bool = False) -> Iterator[tuple[Episode, str]]:
         """Each episode with its split, one after the other, with a bar on a terminal."""
-        for path, part in track(zip(self.recordings, self.splits, strict=True), len(self.recordings), verb):
+        pairs = list(zip(self.recordings, self.splits, strict=True))
+        if training_first:
+            pairs.sort(key=lambda pair: pair[1] != TRAIN)
+        for path, part in track(pairs, len(pairs), verb):
             yield read_episode(path), part
 
     @cached_property

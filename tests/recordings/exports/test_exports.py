@@ -16,7 +16,7 @@ from PIL import Image
 
 from maps import load_map
 from recordings import Episode, RecordingError, SeatInfo, finalise, read_episode
-from recordings.exports import FORMATS, export, lerobot
+from recordings.exports import FORMATS, export
 from recordings.exports.plan import Plan
 from recordings.exports.tables import TABLES
 from tests.recordings.support import record
@@ -183,7 +183,7 @@ def test_the_joint_view_has_one_episode_with_both_actions(
     info = json.loads((folder / "meta" / "info.json").read_text())
     assert info["features"]["action"]["names"][4] == "red_distance"
     assert info["features"]["observation.state"]["shape"] == [169]
-    data = pq.read_table(folder / "data" / lerobot._PLACE)
+    data = pq.read_table(folder / "data" / "chunk-000" / "file-000.parquet")
     expected = to_policy(episode.actions).reshape(TICKS, 8).astype(np.float32)
     assert np.array_equal(np.array(data["action"].to_pylist(), dtype=np.float32), expected)
 

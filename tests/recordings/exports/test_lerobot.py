@@ -1,0 +1,95 @@
+"""A LeRobot data set of any size: one trajectory at a time is in memory, and files stay of a bounded size."""
+
+import gc
+import json
+import weakref
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+from recordings import finalise
+from recordings.exports import export, lerobot
+from recordings.exports.plan import Plan
+from recordings.exports.statistics import statistics
+from recordings.exports.trajectories import Trajectory, trajectories
+from tests.recordings.support import record
+
+EPISODES, TICKS = 7, 5
+
+
+@pytest.fixture(scope="module")
+def recordings(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    folder = tmp_path_factory.mktemp("recordings")
+    return [
+        finalise(record(folder, TICKS, episode_id=f"e{number}", seed=number, map_name=map_name)[0])
+        for number, map_name in zip(range(EPISODES), ["HandOff", "LeftRight"] * EPISODES, strict=False)
+    ]
+
+
+def rows_of(folder: Path) -> list[dict[str, Any]]:
+    """All files of a table, one after the other."""
+    return [row for path in sorted(folder.rglob("*.parquet")) for row in pq.read_table(path).to_pylist()]
+
+
+def test_no_more_than_the_episode_at_hand_and_the_one_before_are_in_memory(
+    recordings: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: list[weakref.ref[Any]] = []
+    alive: list[int] = []
+
+    def watched(*arguments: Any) -> Iterator[Trajectory]:
+        for trajectory in trajectories(*arguments):
+            gc.collect()
+            alive.append(sum(one() is not None for one in seen))
+            seen.append(weakref.ref(trajectory.observations))
+            yield trajectory
+
+    monkeypatch.setattr(lerobot, "trajectories", watched)
+    export("lerobot", Plan(recordings, tmp_path / "dataset"))
+    assert len(alive) == 2 * EPISODES and max(alive) <= 2
+
+
+def test_a_file_that_is_full_is_followed_by_another_and_episodes_say_where_they_are(
+    recordings: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(lerobot, "FILE_BYTES", 1)
+    monkeypatch.setattr(lerobot, "FILES_PER_CHUNK", 3)
+    monkeypatch.setattr(lerobot, "ROWS_AT_ONCE", 4)
+    folder = tmp_path / "dataset"
+    export("lerobot", Plan(recordings, folder))
+    episodes = rows_of(folder / "meta" / "episodes")
+    assert [row["episode_index"] for row in episodes] == list(range(2 * EPISODES))
+    for row in episodes:
+        place = f"chunk-{row['data/chunk_index']:03d}/file-{row['data/file_index']:03d}.parquet"
+        frames = pq.read_table(folder / "data" / place)
+        assert set(frames["episode_index"].to_pylist()) == {row["episode_index"]}
+        about = f"chunk-{row['meta/episodes/chunk_index']:03d}/file-{row['meta/episodes/file_index']:03d}.parquet"
+        assert row["episode_index"] in pq.read_table(folder / "meta" / "episodes" / about)["episode_index"].to_pylist()
+    assert len(list((folder / "data").rglob("*.parquet"))) == 2 * EPISODES
+    assert len(list((folder / "meta" / "episodes").rglob("*.parquet"))) == 4
+
+
+def test_the_statistics_are_those_of_all_frames(recordings: list[Path], tmp_path: Path) -> None:
+    folder = tmp_path / "dataset"
+    export("lerobot", Plan(recordings, folder))
+    told = json.loads((folder / "meta" / "stats.json").read_text())
+    frames = rows_of(folder / "data")
+    for name in json.loads((folder / "meta" / "info.json").read_text())["features"]:
+        whole = statistics(np.array([row[name] for row in frames]))
+        for key in ("min", "max", "mean", "std", "count"):
+            np.testing.assert_allclose(told[name][key], whole[key], rtol=1e-6, atol=1e-9, err_msg=f"{name} {key}")
+    assert told["frame_index"]["q50"] == [2.0] and told["next.done"]["q99"] == [0.0]
+
+
+def test_tasks_are_numbered_as_they_appear(recordings: list[Path], tmp_path: Path) -> None:
+    folder = tmp_path / "dataset"
+    export("lerobot", Plan(recordings, folder))
+    tasks = pq.read_table(folder / "meta" / "tasks.parquet").to_pylist()
+    assert [row["task_index"] for row in tasks] == [0, 1]
+    numbers = {row["episode_index"]: row["task_index"] for row in rows_of(folder / "data")}
+    for row in rows_of(folder / "meta" / "episodes"):
+        assert tasks[numbers[row["episode_index"]]]["__index_level_0__"] == row["tasks"][0]
