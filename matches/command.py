@@ -62,9 +62,10 @@ def _pair(args: argparse.Namespace) -> int:
         print(json.dumps(document, indent=2))
     else:
         print(_table(args.blue, args.red, rows_of(plan, found)))
-    for line in failure_lines(results):
+    lost = failure_lines(results)
+    for line in lost:
         print(f"movingout: {line}", file=sys.stderr)
-    return 0
+    return 1 if lost else 0  # a pair was asked for, and did not play; a grid counts such matches and goes on
 
 
 def _plan(args: argparse.Namespace) -> list[Entry]:

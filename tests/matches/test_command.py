@@ -3,8 +3,10 @@ from pathlib import Path
 
 import pytest
 
+from recordings import finalise
 from server.cli import main
 from tests.matches.support import HERE, written
+from tests.recordings.support import record
 
 GRID = f'name: tiny\nagents: ["{HERE}:Wanderer"]\npartners: [idle]\nmaps: [DistancePriority]\nseeds: 2\nticks: 30\n'
 
@@ -43,6 +45,33 @@ def test_wrong_use_is_answered_in_a_sentence(
     assert main(["match", *arguments]) == 2
     captured = capsys.readouterr()
     assert message in captured.err and captured.out == ""
+
+
+def test_a_match_that_an_agent_could_not_play_is_told_in_a_sentence_and_by_the_exit_code(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    ghost = f"ghost:{finalise(record(tmp_path, ticks=5, map_name='HandOff')[0])}#red"
+    arguments = ["match", "--blue", "idle", "--red", ghost, "--ticks", "10", "--workers", "1", "--json", "--map"]
+    assert main([*arguments, "HandOff"]) == 0
+    assert json.loads(capsys.readouterr().out)["failures"] == []
+    assert main([*arguments, "HandOff,LeftRight"]) == 1
+    captured = capsys.readouterr()
+    (failure,) = json.loads(captured.out)["failures"]
+    assert (failure["map"], failure["seat"]) == ("LeftRight", 1)
+    assert captured.err.count("movingout: ") == 1
+    assert "LeftRight, seed 0: lost: " in captured.err and "recorded on HandOff, not on LeftRight" in captured.err
+
+
+def test_a_grid_goes_on_without_what_an_agent_has_lost(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    ghost = f"ghost:{finalise(record(tmp_path, ticks=5, map_name='HandOff')[0])}#red"
+    grid = f'name: ghosts\nagents: [idle]\npartners: ["{ghost}"]\nmaps: [LeftRight, HandOff]\n'
+    grid += "seats: blue\nseeds: 1\nticks: 9\n"
+    out = tmp_path / "out"
+    assert main(["match", "grid", str(written(tmp_path, grid)), "--out", str(out), "--workers", "1", "--json"]) == 0
+    captured = capsys.readouterr()
+    document = json.loads(captured.out)
+    assert (document["matches"], document["missing"], len(document["failures"])) == (2, 0, 1)
+    assert "recorded on HandOff, not on LeftRight" in captured.err
 
 
 def test_a_dry_run_counts_and_estimates_and_plays_nothing(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
