@@ -53,8 +53,7 @@ class Bundle(NamedTuple):
         count, bodies, _ = self.poses.shape
         head = m.BUNDLE_HEAD.pack(
             m.BUNDLE, self.flags, self.epoch, self.tick, self.time_ms, *self.seqs,
-            *(min(65535, max(0, round(slack * m.SLACK_SCALE))) for slack in self.slack_ms),
-            *self.held, _mask(self.delivered), bodies, count, len(self.events),
+            *map(_wire_slack, self.slack_ms), *self.held, _mask(self.delivered), bodies, count, len(self.events),
         )  # fmt: skip
         events = b"".join(m.BUNDLE_EVENT.pack(*event) for event in self.events)
         return head + encode_poses(self.poses) + events
@@ -197,6 +196,10 @@ def _unpack(layout: struct.Struct, kind: int, frame: bytes) -> tuple[Any, ...]:
     if len(frame) != layout.size or frame[0] != kind:
         raise FrameError(f"a frame of type {kind} has {layout.size} bytes")
     return layout.unpack(frame)[1:]
+
+
+def _wire_slack(slack_ms: float) -> int:
+    return min(65535, round(slack_ms * m.SLACK_SCALE)) if slack_ms > 0.0 else 0
 
 
 def _mask(flags: tuple[bool, ...]) -> int:

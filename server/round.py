@@ -198,5 +198,5 @@ class Round:
         events, self._pending = tuple(self._pending), []
         return Bundle(
             flags, self.epoch, self.state.tick, moment.due * 1e3, (max(0, blue.seq), max(0, red.seq)),
-            (max(0.0, blue.slack_ms), max(0.0, red.slack_ms)), (held_blue, held_red), self.delivered, poses, events,
+            (blue.slack_ms, red.slack_ms), (held_blue, held_red), self.delivered, poses, events,
         ).encode()  # fmt: skip

@@ -64,7 +64,7 @@ class World:
         self._log = array("d")
         self._failed = False
         self._held = [-1, -1]
-        self._velocities = [0.0] * 6
+        self._velocities = array("d", bytes(6 * 8))  # of blue and red: vx, vy, angular
         self._delivered = [False] * len(self.map.items)
         self._delivery_stale = set(range(len(self.map.items)))  # indices of items to look at again
         # Poses of blue, red and the items, three numbers a row: of the last tick, and as it goes on.
@@ -103,13 +103,8 @@ class World:
     def state(self) -> WorldState:
         """The world after the last tick, as copies."""
         poses = np.array(self._poses).reshape(-1, 3)
-        return WorldState(
-            tick=self.tick,
-            robot_poses=poses[:_ITEMS],
-            robot_velocities=np.array(self._velocities).reshape(2, 3),
-            held=np.array(self._held, dtype=np.int64),
-            item_poses=poses[_ITEMS:],
-        )
+        velocities = np.array(self._velocities).reshape(2, 3)
+        return WorldState(self.tick, poses[:_ITEMS], velocities, np.array(self._held, dtype=np.int64), poses[_ITEMS:])
 
     def delivered(self) -> npt.NDArray[np.bool_]:
         """(N,) which items are delivered now (see world.scoring)."""
@@ -201,7 +196,7 @@ class World:
     def _finish(self, samples: "array[float]") -> None:
         """Take over the finished tick, unless the engine has lost its numbers."""
         self._read_poses(self._moving)
-        velocities = [*_velocity(self._handles[_BLUE]), *_velocity(self._handles[_RED])]
+        velocities = array("d", _velocity(self._handles[_BLUE]) + _velocity(self._handles[_RED]))
         if not math.isfinite(sum(self._live) + sum(velocities)):
             self._failed = True
             raise WorldError(_lost_numbers(self.tick + 1, self._live))
