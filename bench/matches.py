@@ -22,6 +22,7 @@ from world import World
 MAP = "DistancePriority"
 ROUNDS = 20  # short ones: what else the machine does then weighs on both sides alike
 TICKS = 200
+BASS_TICKS, BASS_COMPANY = 40, 8
 SPEC = {
     "kind": "dp", "layout": "aware-v1", "obs_horizon": 2, "horizon": 8, "execute": 4, "width": 512, "depth": 3,
 }  # fmt: skip
@@ -40,7 +41,7 @@ def main() -> None:
         _row("scripted", 2 * TICKS / lockstep_seconds(Lockstep(), scripted)),
     ]
     network = random_network()
-    rows += [_row(name, rate) for name, rate in policy_rates(network).items()]
+    rows += [_row(name, rate) for name, rate in {**policy_rates(network), **bass_rates()}.items()]
     print_table(f"Matches on {MAP}, pairs of one agent, per core", ["agent", "ticks/s", "matches of 500 ticks/s"], rows)
     print(f"idle pairs: {statistics.median(ratios):.2f} of the bare World.step rate (to reach: 0.70)")
     alone, together = network_seconds(network)
@@ -88,6 +89,18 @@ def policy_rates(network: PolicyNetwork) -> dict[str, float]:
     alone = lockstep_seconds(Lockstep(company=1, load=load), matches[:8]) * len(matches) / 8
     together = lockstep_seconds(Lockstep(load=load), matches)
     return {"dp, one match at a time": ticks / alone, f"dp, {COMPANY} matches together": ticks / together}
+
+
+def bass_rates() -> dict[str, float]:
+    """The same of pairs of the shipped BASS agent, each decision a batch of candidates already."""
+    matches = [Match(MAP, "bass@all", "bass@all", seed, ticks=BASS_TICKS) for seed in range(BASS_COMPANY)]
+    ticks = len(matches) * BASS_TICKS
+    alone = lockstep_seconds(Lockstep(company=1), matches)
+    together = lockstep_seconds(Lockstep(company=BASS_COMPANY), matches)
+    return {
+        "bass@all, one match at a time": ticks / alone,
+        f"bass@all, {BASS_COMPANY} matches together": ticks / together,
+    }
 
 
 def network_seconds(network: PolicyNetwork) -> tuple[float, float]:
