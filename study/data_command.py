@@ -4,7 +4,7 @@ import argparse
 import importlib
 import json
 import sys
-from contextlib import closing
+from contextlib import closing, nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -99,7 +99,7 @@ def _export(args: argparse.Namespace) -> int:
 
 def _forget(args: argparse.Namespace) -> int:
     folder = _folder(args)
-    with closing(folder.open_existing()) as store:
+    with closing(folder.open_existing()) as store, folder.alone():
         done = forget(folder, store, args.pid)
     document = {"pid": done.pid, "rows": done.rows, "recordings": done.recordings, "identity": done.identity}
     sentence = f"forgot {done.pid}: {done.rows} rows, {done.recordings} recordings, identity: "
@@ -112,7 +112,7 @@ def _forget(args: argparse.Namespace) -> int:
 
 def _purge(args: argparse.Namespace) -> int:
     folder = _folder(args)
-    with closing(folder.open_existing()) as store:
+    with closing(folder.open_existing()) as store, folder.alone() if args.apply else nullcontext():
         found = purge(folder, store) if args.apply else due(folder.study, store)
     document = {"applied": args.apply, "identities": list(found.identities), "participants": list(found.trials)}
     verb = "removed" if args.apply else "due"

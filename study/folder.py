@@ -1,6 +1,8 @@
 """Where the data of a study lie: two databases of its own, and the recordings of all."""
 
-from collections.abc import Callable
+import fcntl
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -44,6 +46,26 @@ class StudyFolder:
 
     def open_identities(self, now: Callable[[], int] = now_ms) -> IdentityStore:
         return IdentityStore(self.identities or self.own / "identity.sqlite", now)
+
+    @contextmanager
+    def alone(self) -> Iterator[None]:
+        """Nobody else serves this study meanwhile, or removes anything of it.
+
+        Two servers would hand out the same places, and a server remembers whom somebody removes behind its back.
+        Raises StudyError.
+        """
+        try:
+            self.own.mkdir(parents=True, exist_ok=True)
+            lock = (self.own / "serving.lock").open("w")
+        except OSError as error:
+            raise StudyError(f"cannot write to {self.own}: {error.strerror or error}") from None
+        with lock:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                words = f"study {self.study.id} is being served from {self.data}; stop that server first"
+                raise StudyError(words) from None
+            yield
 
     def as_begun(self, store: Store, beside: Path) -> "StudyFolder":
         """With the study that the data were recorded with, whatever its file says by now.

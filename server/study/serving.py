@@ -2,13 +2,11 @@
 
 import argparse
 import asyncio
-import fcntl
 import logging
 import sys
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
-from typing import IO
 
 from fastapi import FastAPI
 
@@ -34,7 +32,7 @@ def serve(args: argparse.Namespace) -> int:
     settings = _settings(args)
     check_data(settings.data)
     folder = StudyFolder(study, settings.data, args.database, args.identities)
-    with _only_one(folder), closing(listen(settings.host, settings.port)) as listening:
+    with folder.alone(), closing(listen(settings.host, settings.port)) as listening:
         settings = replace(with_kept_token(settings), port=listening.getsockname()[1])
         certificate = certificate_for(settings) if settings.tls else None
         logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s", stream=sys.stderr)
@@ -82,20 +80,6 @@ def _settings(args: argparse.Namespace) -> Settings:
         lobby=False,
         limits=limits,
     )
-
-
-def _only_one(folder: StudyFolder) -> IO[str]:
-    """A lock for as long as it is open: two servers would hand out the same places."""
-    folder.own.mkdir(parents=True, exist_ok=True)
-    lock = (folder.own / "serving.lock").open("w")
-    try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        lock.close()
-        raise StudyError(
-            f"study {folder.study.id} is being served from {folder.data} already; stop that server first"
-        ) from None
-    return lock
 
 
 def _links(app: FastAPI, settings: Settings, folder: StudyFolder, code: str) -> str:

@@ -194,6 +194,23 @@ def test_purging_removes_identities_first_and_everything_later_unless_it_was_rel
     assert [one.pid for one in store.everybody()] == [released]
 
 
+def test_nobody_is_removed_behind_the_back_of_a_server_that_runs(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    study, text = template("agent_survey", **SHORT)
+    folder, store, (pid,) = fill(tmp_path / "data", study, text, 1, clock=now_ms)
+    file = tmp_path / "study.yaml"
+    file.write_text(text, encoding="utf-8")
+    place = [str(file), "--data", str(tmp_path / "data")]
+    with folder.alone():
+        for arguments in (["forget", *place, pid], ["purge", *place, "--apply"]):
+            assert main(["study", *arguments]) == 2
+            assert "study agent-survey is being served from" in capsys.readouterr().err
+        assert main(["study", "purge", *place]) == 0
+    assert store.participant(pid).pid == pid
+    assert main(["study", "forget", *place, pid]) == 0
+
+
 def test_the_commands_say_what_they_did(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     study, text = template("agent_survey", **SHORT)
     _, _, (pid, _) = fill(tmp_path / "data", study, text, 2, clock=now_ms)
