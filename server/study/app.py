@@ -13,6 +13,7 @@ from server.app import assemble
 from server.host import Host
 from server.settings import Settings
 from server.study import experimenter_api, participant_api
+from server.study.caretaker import Caretaker
 from server.study.dashboard import Dashboard
 from server.study.experimenter import Experimenter
 from server.study.journey import WrongAnswer
@@ -32,20 +33,22 @@ FAULT = "Something went wrong on the server. Please try again; the experimenter 
 def create_study_app(
     settings: Settings, folder: StudyFolder, file_text: str, needs_code: bool = False, simulated: bool = False
 ) -> FastAPI:
-    """A server that runs one study; `app.state` has its `host`, `running` and `reception`.
+    """A server that runs one study; `app.state` has its `host`, `running`, `caretaker` and `reception`.
 
     Raises StudyError when the databases cannot be used, or when the study is not what it began with.
     """
     host = Host(settings)
     running = RunningStudy(folder, file_text, host, needs_code, simulated)
-    reception, views = Reception(running), Views(running)
+    caretaker, reception, views = Caretaker(running), Reception(running), Views(running)
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         await host.start()
         await running.start()
+        caretaker.start()
         yield
         await host.suspend()
+        await caretaker.stop()
         await running.stop()
         await host.stop()
 
@@ -56,7 +59,7 @@ def create_study_app(
         participant_api.routes(running, reception, views),
         experimenter_api.routes(running, Experimenter(running, reception), Dashboard(running, views)),
     )
-    app.state.running, app.state.reception = running, reception
+    app.state.running, app.state.caretaker, app.state.reception = running, caretaker, reception
     _tell_errors(app, running)
     return app
 

@@ -1,4 +1,4 @@
-"""A study that is being run: who is where, who plays with whom, and what happens by itself.
+"""A study that is being run: who is where, and who plays with whom.
 
 Everything is in the store before anybody is told so; what is here can be made again from the store after a crash.
 One lock lets one thing happen at a time, so that the two of a pair cannot overtake each other.
@@ -21,7 +21,7 @@ from server.study.waiting_room import WaitingRoom
 from study.allocation import assign
 from study.check import earned
 from study.definition import Outcome
-from study.errors import StoreError, StudyError
+from study.errors import StudyError
 from study.folder import StudyFolder
 from study.forgetting import remove_recordings
 from study.protocol import steps
@@ -35,8 +35,6 @@ log = logging.getLogger(__name__)
 
 CODE_LETTERS = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789"
 CODE_LENGTH = 10
-LOOK_S = 1.0
-SLOW_PARTNER_S = 300.0  # somebody who is there and lets a partner wait so long is worth an alert
 PAUSED = "The experimenter has paused the study. Please wait."
 
 Arguments = ParamSpec("Arguments")
@@ -66,7 +64,6 @@ class RunningStudy:
         self.playing = Playing(self.study, names, host, self.records, self.alerts, self.lock, self._played)
         self._alone = steps(self.study, assign(self.study, 0))
         self._removals: set[asyncio.Task[None]] = set()
-        self._watching: asyncio.Task[None] | None = None
 
     # ---- from start to stop -----------------------------------------------------------------------------------
 
@@ -89,16 +86,12 @@ class RunningStudy:
         for guest in self.guests.values():
             if guest.place.keep is False and guest.finished:
                 self.remove_data(guest)
-        self._watching = asyncio.create_task(self._watch())
 
     def _note(self, row: dict[str, Any]) -> dict[str, Any]:
         pids = [pid for pid, guest in self.guests.items() if row["unit"] and guest.place.unit == row["unit"]]
         return {"at": row["at_ms"] / 1e3, "text": row["text"], "pid": " and ".join(pids) or None}
 
     async def stop(self) -> None:
-        if self._watching is not None:
-            self._watching.cancel()
-            await asyncio.gather(self._watching, return_exceptions=True)
         await self.playing.finish()
         await asyncio.gather(*self._removals, return_exceptions=True)
         self.records.close()
@@ -214,7 +207,7 @@ class RunningStudy:
         self._add_crew(unit, guests)
         for guest in guests:
             await self.refresh(guest)
-        await self._bring_in(self.crews[unit.id])
+        await self.bring_in(self.crews[unit.id])
         if unit.slot >= self.study.units:
             self.alerts.raise_("full", f"There are more participants than planned: slot {unit.slot + 1} was given.")
         self.push(*guests)
@@ -224,7 +217,7 @@ class RunningStudy:
         for guest in guests:
             guest.way = steps(self.study, assign(self.study, unit.slot))
 
-    async def _bring_in(self, crew: Crew) -> None:
+    async def bring_in(self, crew: Crew) -> None:
         """Nobody of a unit is left before its first step, also when a kill or the database came between."""
         for guest in crew.guests:
             if guest.place.step in (LAST_ALONE, WAITING) and not guest.finished:
@@ -262,11 +255,11 @@ class RunningStudy:
         self.push(guest)
         crew = self.crew_of(guest)
         if crew is not None:
-            await self._part(crew)
+            await self.part(crew)
         if not keep:
             self.remove_data(guest)
 
-    async def _part(self, crew: Crew) -> None:
+    async def part(self, crew: Crew) -> None:
         """Somebody of them has left: nobody else is kept waiting for rounds that cannot be."""
         self.playing.close(crew, "The round was ended, because somebody left the study.", "left")
         for other in crew.guests:
@@ -301,70 +294,3 @@ class RunningStudy:
                 await self.run(clear, store, guest.pid, removed)
         except StudyError as error:
             self.alerts.raise_("deletion", f"The data of {guest.pid} could not be deleted: {error}")
-
-    # ---- by itself --------------------------------------------------------------------------------------------
-
-    async def _watch(self) -> None:
-        """Once a second, what time alone brings about."""
-        while True:
-            await asyncio.sleep(LOOK_S)
-            try:
-                async with self.lock:
-                    await self.look()
-            except StoreError as error:
-                log.warning("%s", error)  # the experimenter sees it; nobody moves until it is mended
-            except Exception:  # the study goes on, whatever went wrong with one of it
-                log.exception("looking after the study failed")
-                self.alerts.raise_("fault", "Something in the server failed; its log says what.")
-
-    async def look(self) -> None:
-        """One look. The lock is held."""
-        now = self.now()
-        for crew in list(self.crews.values()):
-            if all(guest.finished for guest in crew.guests) and crew.game is None and crew.over is None:
-                del self.crews[crew.unit.id]
-                continue
-            await self._bring_in(crew)
-            self._hear_players(crew, now)
-            if not (self.paused or crew.paused):
-                await self._evict(crew, now)
-            self._notice(crew, now)
-        await self.playing.look_after(self.crews.values(), now, may_begin=not self.paused)
-        if not self.paused:
-            await self.match()
-        full = self.host.full_disk()
-        if full:
-            self.alerts.raise_("disk", full)
-
-    def _hear_players(self, crew: Crew, now: float) -> None:
-        """Who sits in the game is present, though no page of the study is open."""
-        if crew.game is not None:
-            for pid, seat in crew.game.seats.items():
-                if crew.game.room.seats[seat].client is not None:
-                    self.guests[pid].heard_at = now
-
-    async def _evict(self, crew: Crew, now: float) -> None:
-        """Nobody waits for ever for a partner who is gone."""
-        if any(one.finished and one.place.outcome != "done" for one in crew.guests):
-            await self._part(crew)  # the server was killed, or the database refused, half-way through
-        absent = [one for one in crew.guests if not one.finished and self._gone(one, now)]
-        waiting = [one for one in crew.guests if not one.finished and one.plays_on() and one.present(now)]
-        if absent and waiting:
-            self.alerts.raise_("gone", f"{absent[0].pid} did not come back; {waiting[0].pid} was given a code.")
-            await self.dismiss(absent[0], "withdrew")
-
-    def _gone(self, guest: Guest, now: float) -> bool:
-        return not guest.present(now) and now - guest.heard_at > self.study.pairing.return_s
-
-    def _notice(self, crew: Crew, now: float) -> None:
-        """What the experimenter should know of a crew."""
-        if crew.ready and now - crew.ready_at > SLOW_PARTNER_S and not crew.problem:
-            waiting = ", ".join(sorted(crew.ready))
-            self.alerts.raise_("slow", f"{waiting} waits for a partner who is there, but does not come.")
-        room = crew.game.room if crew.game else None
-        for seat in room.seats if room else []:
-            if seat.agent_failure:
-                self.alerts.raise_("agent", f"Unit {crew.unit.id}: {seat.agent_failure}")
-        if room is not None and room.phase == "playing" and not room.recording and not room.config.practice:
-            self.alerts.raise_("recording", f"A round of unit {crew.unit.id} is not recorded: "
-                               f"{room.round.recorder.problem}")  # fmt: skip

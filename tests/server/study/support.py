@@ -15,6 +15,7 @@ from websockets.exceptions import ConnectionClosed
 
 from server.frames import Bundle
 from server.study.app import create_study_app
+from server.study.caretaker import Caretaker
 from server.study.dashboard import Dashboard
 from server.study.running import RunningStudy
 from server.study.views import Views
@@ -63,6 +64,7 @@ class Served:
 
     live: Live
     running: RunningStudy
+    caretaker: Caretaker
     folder: StudyFolder
 
     def ask(self, action: str, **order: Any) -> Any:
@@ -100,7 +102,7 @@ class Served:
 
         async def once() -> None:
             async with self.running.lock:
-                await self.running.look()
+                await self.caretaker.look()
 
         asyncio.run_coroutine_threadsafe(once(), self.live.loop).result(WAIT_S)
 
@@ -237,11 +239,11 @@ def served(
     """A study for one `with` block; its data stay."""
     folder = StudyFolder(parse_study(text), data, database)
     options = {"lobby": False, "tick_s": 0.1 / SPEED, "countdown_s": 0.05, "agent_workers": 0, **settings}
-    made: list[RunningStudy] = []
+    made: list[Any] = []
 
     def app_of(chosen: Any) -> Any:
         app = create_study_app(chosen, folder, text, codes)
-        made.append(app.state.running)
+        made.append(app.state)
         return app
 
     many = limits(
@@ -252,7 +254,7 @@ def served(
         message_burst=60.0 * SPEED,
     )
     with serve(data, many, app_of, port, **options) as live:
-        yield Served(live, made[0], folder)
+        yield Served(live, made[0].running, made[0].caretaker, folder)
 
 
 def events_of(visitor: Visitor, count: int) -> list[dict[str, Any]]:
