@@ -53,19 +53,20 @@ def main() -> None:
     args = _parsed()
     if not args.only_evaluate:
         _train_all(args)
-    outcomes = _played(args)
+    without = set(args.without.split(","))
+    learners = {agent_id: label for agent_id, label in LEARNERS.items() if agent_id not in without}
+    outcomes = _played(args, [*learners, SCRIPTED, CONTROL])
     cards: dict[str, Card] = {}
-    for agent_id in LEARNERS:
-        checkpoint = find_checkpoint(agent_id, *_roots(args))
+    for agent_id in learners:
+        checkpoint = find_checkpoint(agent_id, args.data / "models", SHIPPED)
         cards[agent_id] = rescored(checkpoint, scores(outcomes["C"], agent_id)).card
     numbers = None if args.no_parts else _parts_of_bass(args)
     by_partners = {GROUPS[group]: played for group, played in outcomes.items()}
-    write_report(args.report, measured_part(by_partners, LEARNERS, cards, numbers))
+    write_report(args.report, measured_part(by_partners, learners, cards, numbers))
 
 
-def _played(args: argparse.Namespace) -> dict[str, list[Outcome]]:
-    """All episodes by group of partners; those that every agent has played come first, so that a part is fair."""
-    agents = [*LEARNERS, SCRIPTED, CONTROL]
+def _played(args: argparse.Namespace, agents: list[str]) -> dict[str, list[Outcome]]:
+    """All episodes by group of partners; each agent plays its first before any plays its second."""
     todo = {group: runs(agents, _people(group), list(map_names()), args.runs, args.ticks) for group in GROUPS}
     in_turn = sorted((run for group in todo.values() for run in group), key=lambda run: run.seed)
     done = {one.run: one for one in play_all(in_turn, args.workers, args.data / "evaluation.jsonl")}
@@ -78,10 +79,6 @@ def _people(group: str) -> list[str]:
     return [person.agent_id for people in zip(*populations, strict=True) for person in people]
 
 
-def _roots(args: argparse.Namespace) -> tuple[Path, ...]:
-    return args.data / "models", SHIPPED
-
-
 def _parsed() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, default=Path("data"), help="only ./data is seen by the worker processes")
@@ -92,6 +89,7 @@ def _parsed() -> argparse.Namespace:
     parser.add_argument("--width", type=int, default=384)
     parser.add_argument("--simulator-updates", type=int, default=8000)
     parser.add_argument("--baseline-updates", type=int, default=4000)
+    parser.add_argument("--without", default="", help="agents to leave out of the tables, joined by commas")
     parser.add_argument("--no-parts", action="store_true", help="leave out the section on the parts of BASS")
     parser.add_argument("--only-evaluate", action="store_true", help="what is trained is good enough")
     parser.add_argument("--runs", type=int, default=10, help="evaluation episodes per map and agent")
