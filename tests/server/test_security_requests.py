@@ -1,0 +1,199 @@
+"""The threat table, slow and many requests, and what files and pages give away. Numbers are its rows."""
+
+import http.client
+import json
+import re
+import socket
+import time
+import urllib.request
+from pathlib import Path
+
+import pytest
+from websockets.exceptions import InvalidStatus
+
+from server import messages as m
+from server.headers import content_security_policy
+from server.pages import WEB
+from tests.server.live import Live, limits, raw_socket, serve
+from tests.server.threats import close_code, player
+
+# ---- 9, 10 slow and many --------------------------------------------------------------------------------------
+
+
+def test_9_a_request_that_trickles_is_dropped_and_others_are_served(tmp_path: Path) -> None:
+    with serve(tmp_path, limits(header_s=1.0, join_s=1.0)) as live:
+        tricklers = [raw_socket(live) for _ in range(100)]
+        for client in tricklers[:50]:
+            client.sendall(b"GET / HTTP/1.1\r\nHost: x\r\nX-Slow: ")
+        started = time.monotonic()
+        player(live)
+        assert time.monotonic() - started < 5
+        for client in tricklers:
+            client.settimeout(10)
+            assert _ends(client)
+            client.close()
+
+
+def test_9_a_body_that_trickles_is_dropped(tmp_path: Path) -> None:
+    with serve(tmp_path, limits(header_s=1.0)) as live, raw_socket(live) as client:
+        client.sendall(b"POST /api/rooms HTTP/1.1\r\nHost: x\r\nContent-Length: 100\r\n\r\n{")
+        client.settimeout(10)
+        assert _ends(client)
+
+
+def test_9_an_idle_connection_that_was_served_before_does_not_stay_for_ever(tmp_path: Path) -> None:
+    with serve(tmp_path, limits(header_s=1.0)) as live, raw_socket(live) as client:
+        client.sendall(b"GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n")
+        assert client.recv(2000).startswith(b"HTTP/1.1 200")
+        client.sendall(b"GET /hea")
+        client.settimeout(10)
+        assert _ends(client)
+
+
+def _ends(client: socket.socket) -> bool:
+    try:
+        while client.recv(1000):
+            pass
+    except ConnectionError:
+        pass
+    return True
+
+
+def test_10_sockets_that_never_join_are_closed_and_limited(tmp_path: Path) -> None:
+    with serve(tmp_path, limits(join_s=1.5, waiting_per_address=5)) as live:
+        waiting = [live.connect() for _ in range(5)]
+        with pytest.raises(InvalidStatus) as refused:
+            live.connect()
+        assert refused.value.response.status_code == 503
+        assert b"have not joined" in refused.value.response.body
+        assert [close_code(each) for each in waiting] == [m.CLOSE_BAD_MESSAGE] * 5
+        player(live)
+
+
+def test_10_sockets_are_limited_per_address_and_in_all(tmp_path: Path) -> None:
+    with serve(tmp_path, limits(sockets_per_address=2)) as live:
+        for _ in range(2):
+            player(live)
+        with pytest.raises(InvalidStatus, match="503"):
+            live.connect()
+    with serve(tmp_path, limits(sockets=1)) as live:
+        player(live)
+        with pytest.raises(InvalidStatus, match="503"):
+            live.connect()
+
+
+def test_10_connections_per_address_are_limited(tmp_path: Path) -> None:
+    with serve(tmp_path, limits(connections_per_address=3)) as live:
+        held = [raw_socket(live) for _ in range(3)]
+        time.sleep(0.1)
+        with raw_socket(live) as one_more:
+            assert _ends(one_more)
+        for client in held:
+            client.close()
+
+
+def test_10_rooms_are_limited_with_a_sentence(tmp_path: Path) -> None:
+    with serve(tmp_path, limits(rooms=2)) as live:
+        for _ in range(2):
+            live.open_room("here", "idle")
+        status, answer = live.call("/api/rooms", {"maps": ["Simple"], "seats": [{"kind": "here"}, {"kind": "link"}]})
+        assert (status, answer["error"]["code"]) == (503, "full")
+        assert "All 2 rooms" in answer["error"]["message"]
+
+
+def test_10_a_busy_processor_opens_no_more_rooms(tmp_path: Path) -> None:
+    with serve(tmp_path, limits(cpu_share=0.7)) as live:
+        live.host.cpu_share = 0.9
+        status, answer = live.call("/api/rooms", {"maps": ["Simple"], "seats": [{"kind": "here"}, {"kind": "link"}]})
+        assert status == 503 and "busy" in answer["error"]["message"]
+
+
+# ---- 12 files -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "..%2f..%2fetc%2fpasswd", "%2e%2e%2f%2e%2e%2fsecret", "%252e%252e%252fsecret", "%2fetc%2fpasswd", "secret%00",
+        "..%5csecret", "C:%5csecret", "link", "CON", ".hidden", "x" * 300, "secret.mcap",
+    ],
+)  # fmt: skip
+def test_12_no_name_leads_out_of_the_recordings(live: Live, name: str) -> None:
+    folder = live.host.settings.recordings
+    (folder.parent / "secret.mcap").write_bytes(b"secret")
+    link = folder / "link.mcap"
+    if not link.is_symlink():
+        link.symlink_to(folder.parent / "secret.mcap")
+    for path in (f"/api/recordings/{name}/file", f"/api/recordings/{name}", f"/api/recordings/{name}/poses"):
+        status, content = live.call(path)
+        assert status == 404 and b"secret" not in json.dumps(content).encode().replace(name.encode(), b"")
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "/static/../pyproject.toml",
+        "/static/%2e%2e/pyproject.toml",
+        "/static/__init__.py",
+        "/static/jsconfig.json",
+        "/static/tests/render.test.js",
+        "/static/",
+    ],
+)
+def test_12_only_what_pages_are_made_of_is_served(live: Live, path: str) -> None:
+    assert live.call(path)[0] == 404
+
+
+def test_12_a_recording_is_sent_as_an_attachment(live: Live) -> None:
+    room = live.open_room("here", "idle", limit_ticks=10)
+    person = live.person(room["room"], tokens=[room["tokens"][0]])
+    person.say(type="ready", seat=0)
+    recording = person.wait_for("result")["recording"]
+    with urllib.request.urlopen(f"http://{live.address}/api/recordings/{recording}/file") as answer:
+        assert answer.headers["content-disposition"] == f'attachment; filename="{recording}.mcap"'
+        assert answer.headers["x-content-type-options"] == "nosniff"
+
+
+# ---- 13 pages -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "/",
+        "/play/x",
+        "/watch/x",
+        "/practice",
+        "/replay/x",
+        "/api/maps",
+        "/nothing",
+        "/static/messages.js",
+        "/api/admin/state",
+    ],
+)
+def test_13_every_answer_carries_the_security_headers(live: Live, path: str) -> None:
+    connection = http.client.HTTPConnection("127.0.0.1", live.port, timeout=20)
+    connection.request("GET", path)
+    answer = connection.getresponse()
+    answer.read()
+    connection.close()
+    headers = {name.lower(): value for name, value in answer.getheaders()}
+    assert headers["x-content-type-options"] == "nosniff"
+    assert headers["referrer-policy"] == "same-origin"
+    policy = headers["content-security-policy"]
+    for part in ("default-src 'self'", "object-src 'none'", "base-uri 'none'", "frame-ancestors 'none'"):
+        assert part in policy
+    assert "unsafe" not in policy
+    assert "server" not in headers
+
+
+def test_13_no_page_holds_inline_script_or_style() -> None:
+    for page in WEB.glob("*.html"):
+        text = page.read_text()
+        assert not re.search(r"<script(?![^>]*\bsrc=)", text), page.name
+        assert not re.search(r"<style|\sstyle=|\son[a-z]+=|javascript:", text), page.name
+
+
+def test_13_a_strange_host_does_not_get_into_the_policy() -> None:
+    assert "evil" not in content_security_policy("x; script-src evil")
+    assert "ws://[::1]:8000" in content_security_policy("[::1]:8000")
