@@ -34,97 +34,105 @@ class StopRequest(msgspec.Struct):
 
 
 def routes(running: RunningStudy, reception: Reception, views: Views) -> APIRouter:
+    api = ParticipantApi(running, reception, views)
     router = APIRouter(prefix="/api/study")
-    journey, host = Journey(running), running.host
+    for path, get in (("", api.study), ("/view", api.view), ("/events", api.events)):
+        router.add_api_route(path, get, methods=["GET"])
+    for path, post in (("/next", api.next), ("/answer", api.answer), ("/decline", api.decline), ("/stop", api.stop)):
+        router.add_api_route(path, post, methods=["POST"])
+    router.add_api_route("/arrive", api.arrive, methods=["POST"], dependencies=[Depends(own_page(running.host))])
+    return router
 
-    async def guest_of(request: Request) -> Guest | None:
-        """Who asks; None for a page whose place was taken over by another one."""
-        known = await reception.of_token(bearer(request))
-        if known is None:
-            raise ApiError(401, "no_participant", "This page is not known (any more); open your link again.")
-        return None if known == "elsewhere" else known
 
-    async def shown(guest: Guest | None) -> View:
-        return views.elsewhere() if guest is None else await views.view(guest)
+class ParticipantApi:
+    """What a participant's page may ask for."""
 
-    @router.get("")
-    async def study() -> dict[str, Any]:
-        told = running.study
+    def __init__(self, running: RunningStudy, reception: Reception, views: Views) -> None:
+        self._running = running
+        self._reception = reception
+        self._views = views
+        self._journey = Journey(running)
+
+    async def study(self) -> dict[str, Any]:
+        told = self._running.study
         return {
             "title": told.title.text(told.languages[0]),
             "languages": list(told.languages),
-            "asks_code": running.needs_code,
+            "asks_code": self._running.needs_code,
             "group": told.group,
-            "simulated": running.simulated,
+            "simulated": self._running.simulated,
         }
 
-    @router.post("/arrive", dependencies=[Depends(own_page(host))])
-    async def arrive(request: Request) -> dict[str, Any]:
+    async def arrive(self, request: Request) -> dict[str, Any]:
+        gate, running = self._running.host.gate, self._running
         wanted, address = await body_of(request, ArriveRequest), address_of(request)
-        if host.gate.locked(address, "seat"):
+        if gate.locked(address, "seat"):
             raise ApiError(429, "locked", "Too many wrong codes from your address; wait a minute.")
         try:
             arrival = read_arrival(wanted.parameters, running.needs_code)
-            token, guest = await reception.arrive(arrival, wanted.language, wanted.beside)
+            token, guest = await self._reception.arrive(arrival, wanted.language, wanted.beside)
         except NotWelcome as error:
             if error.code == "code_unknown":
-                host.gate.wrong_token(address, "seat")
+                gate.wrong_token(address, "seat")
             raise ApiError(403, error.code, str(error)) from None
-        return {"token": token, "view": await views.view(guest)}
+        return {"token": token, "view": await self._views.view(guest)}
 
-    @router.get("/view")
-    async def view(request: Request, lang: str = "") -> dict[str, View]:
-        guest = await guest_of(request)
+    async def view(self, request: Request, lang: str = "") -> dict[str, View]:
+        guest = await self._guest(request)
         if guest is not None and lang:
-            await journey.speak(guest, lang)
-        return {"view": await shown(guest)}
+            await self._journey.speak(guest, lang)
+        return await self._shown(guest)
 
-    @router.post("/next")
-    async def go_on(request: Request) -> dict[str, View]:
-        guest, said = await guest_of(request), await body_of(request, Said)
+    async def next(self, request: Request) -> dict[str, View]:
+        guest, said = await self._guest(request), await body_of(request, Said)
         if guest is not None:
-            await journey.go_on(guest, said)
-        return {"view": await shown(guest)}
+            await self._journey.go_on(guest, said)
+        return await self._shown(guest)
 
-    @router.post("/answer")
-    async def answer(request: Request) -> dict[str, bool]:
-        guest, click = await guest_of(request), await body_of(request, Click)
+    async def answer(self, request: Request) -> dict[str, bool]:
+        guest, click = await self._guest(request), await body_of(request, Click)
         if guest is None:
             raise ApiError(409, "elsewhere", "The study was opened in another window; go on there.")
-        await journey.answer(guest, click)
+        await self._journey.answer(guest, click)
         return {"saved": True}
 
-    @router.post("/decline")
-    async def decline(request: Request) -> dict[str, View]:
-        guest = await guest_of(request)
+    async def decline(self, request: Request) -> dict[str, View]:
+        guest = await self._guest(request)
         if guest is not None:
-            await journey.decline(guest)
-        return {"view": await shown(guest)}
+            await self._journey.decline(guest)
+        return await self._shown(guest)
 
-    @router.post("/stop")
-    async def stop(request: Request) -> dict[str, View]:
-        guest, wanted = await guest_of(request), await body_of(request, StopRequest)
+    async def stop(self, request: Request) -> dict[str, View]:
+        guest, wanted = await self._guest(request), await body_of(request, StopRequest)
         if guest is not None:
-            await journey.stop(guest, wanted.keep)
-        return {"view": await shown(guest)}
+            await self._journey.stop(guest, wanted.keep)
+        return await self._shown(guest)
 
-    @router.get("/events")
-    async def events(request: Request) -> StreamingResponse:
-        guest = await guest_of(request)
+    async def events(self, request: Request) -> StreamingResponse:
+        """The participant's news, for as long as the page is open."""
+        guest, host = await self._guest(request), self._running.host
         queue: asyncio.Queue[str] = asyncio.Queue()
         if guest is None:
-            queue.put_nowait(orjson.dumps({"view": views.elsewhere()}).decode())
+            queue.put_nowait(orjson.dumps({"view": self._views.elsewhere()}).decode())
             return event_stream(queued(host, queue, lambda: None))
 
         def push(news: dict[str, Any]) -> None:
             queue.put_nowait(orjson.dumps(news).decode())
 
         def close() -> None:
-            guest.heard_at = running.now()
+            guest.heard_at = self._running.now()
             if push in guest.pushes:
                 guest.pushes.remove(push)
 
         guest.pushes.append(push)
         return event_stream(queued(host, queue, close))
 
-    return router
+    async def _guest(self, request: Request) -> Guest | None:
+        """Who asks; None for a page whose place was taken over by another one."""
+        known = await self._reception.of_token(bearer(request))
+        if known is None:
+            raise ApiError(401, "no_participant", "This page is not known (any more); open your link again.")
+        return None if known == "elsewhere" else known
+
+    async def _shown(self, guest: Guest | None) -> dict[str, View]:
+        return {"view": self._views.elsewhere() if guest is None else await self._views.view(guest)}
