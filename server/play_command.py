@@ -19,6 +19,7 @@ from server.tls import Certificate, certificate_in, lan_addresses
 
 DEFAULTS = Settings()
 EVERYWHERE = ("0.0.0.0", "::")
+MOST_COUNTDOWN_S = 60.0
 
 
 class BadDataFolder(MovingOutError):
@@ -34,6 +35,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add("--tls", action="store_true", help="serve https with a self-signed certificate, for gamepads in the network")
     add("--origin", action="append", default=[], metavar="URL", help="another page that may connect (repeatable)")
     add("--proxy", action="append", default=[], metavar="ADDRESS", help="a reverse proxy to believe (repeatable)")
+    add(
+        "--countdown", type=_seconds, default=DEFAULTS.countdown_s, metavar="S",
+        help="seconds from \"everybody is ready\" to the first tick (%(default)s)",
+    )  # fmt: skip
     add("--agent-workers", type=int, default=DEFAULTS.agent_workers, metavar="N", help="processes for agents")
     add("--max-rooms", type=int, default=DEFAULTS.limits.rooms, metavar="N", help="rooms at the same time")
     add(
@@ -76,8 +81,16 @@ def _settings(args: argparse.Namespace) -> Settings:
         origins=tuple(args.origin),
         trusted_proxies=tuple(args.proxy),
         agent_workers=args.agent_workers,
+        countdown_s=args.countdown,
         limits=limits,
     )
+
+
+def _seconds(text: str) -> float:
+    seconds = float(text)
+    if not 0.0 <= seconds <= MOST_COUNTDOWN_S:
+        raise argparse.ArgumentTypeError(f"from 0 to {MOST_COUNTDOWN_S:g} seconds are possible, not {text}")
+    return seconds
 
 
 def check_data(folder: Path) -> None:

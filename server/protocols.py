@@ -12,6 +12,11 @@ from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIO
 from server.settings import Limits
 from server.socket import WIRE
 
+try:
+    from websockets.speedups import apply_mask
+except ImportError:  # a platform without the compiled part
+    from websockets.utils import apply_mask
+
 PINGS_PER_S = 5.0
 PING_BURST = 50.0
 AFTER_CLOSE_BYTES = 16 * 1024
@@ -111,13 +116,14 @@ class GameWebSocketProtocol(WebSocketsSansIOProtocol):
             self.transport.abort()
             return
         if self.on_binary is not None and not self._rest and _is_small_binary(data):
-            self.on_binary(_unmasked(data, 0, len(data)))
+            self.on_binary(apply_mask(data[6:], data[2:6]))
             return
         buffer = self._rest + data if self._rest else data
         at = 0
         while (end := _frame_end(buffer, at, self.config.ws_max_size)) and not self.transport.is_closing():
             if buffer[at] == FINAL_BINARY and MASKED <= buffer[at + 1] < MASKED + LONG and self.on_binary is not None:
-                if not self.on_binary(_unmasked(buffer, at, end)) and len(buffer) - end > AFTER_CLOSE_BYTES:
+                heard = self.on_binary(apply_mask(buffer[at + 6 : end], buffer[at + 2 : at + 6]))
+                if not heard and len(buffer) - end > AFTER_CLOSE_BYTES:
                     self.transport.abort()
             else:
                 super().data_received(buffer[at:end])
@@ -179,11 +185,3 @@ def _frame_end(buffer: bytes, at: int, most: int) -> int:
     head += 4 if buffer[at + 1] & MASKED else 0
     end = at + head + (0 if length > most else length)
     return end if end <= len(buffer) else 0
-
-
-def _unmasked(buffer: bytes, at: int, end: int) -> bytes:
-    """The payload of a small masked frame (RFC 6455, section 5.3)."""
-    mask, start = buffer[at + 2 : at + 6], at + 6
-    size = end - start
-    key = int.from_bytes((mask * (size // 4 + 1))[:size], "big")
-    return (int.from_bytes(buffer[start:end], "big") ^ key).to_bytes(size, "big")

@@ -89,7 +89,8 @@ def running_server(folder: Path, port: int = 0) -> Iterator[Server]:
 def start_process(server: Server, *action: str) -> subprocess.Popen[bytes]:
     """The process of a server, once it answers; `action` is "play" or, say, "study", "serve", FILE."""
     port = server.url.rpartition(":")[2]
-    command = [sys.executable, "-m", "server.cli", *(action or ("play",)), "--port", port, "--data", str(server.data)]
+    action = action or ("play", "--countdown", "1")
+    command = [sys.executable, "-m", "server.cli", *action, "--port", port, "--data", str(server.data)]
     with server.log.open("ab") as log:
         process = subprocess.Popen(
             command, stdout=log, stderr=subprocess.STDOUT, env={**os.environ, "PYTHONUNBUFFERED": "1"}

@@ -20,10 +20,11 @@ from websockets.sync.client import connect
 
 from recordings import read_episode, verify
 from server import messages as m
+from server.cli import main
 from server.listening import listen
 from tests.server.live import Live, Person
 
-COMMAND = [sys.executable, "-m", "server.cli", "play"]
+COMMAND = [sys.executable, "-m", "server.cli", "play", "--countdown", "0.3"]
 
 
 @dataclass
@@ -225,6 +226,13 @@ def test_a_data_folder_that_cannot_be_written_is_told(tmp_path: Path) -> None:
 
 def test_an_unknown_partner_is_told_with_the_known_ones(tmp_path: Path) -> None:
     assert "known: scripted" in refused("--partner", "skripted", "--data", str(tmp_path))
+
+
+@pytest.mark.parametrize("seconds", ["-1", "61", "nan"])
+def test_a_countdown_that_makes_no_sense_is_told(seconds: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        main(["play", "--countdown", seconds])
+    assert "from 0 to 60 seconds are possible" in capsys.readouterr().err
 
 
 def test_accepted_connections_have_small_buffers() -> None:
