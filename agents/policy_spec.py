@@ -32,6 +32,7 @@ class PolicySpec(BaseModel):
     process: Literal["flow", "ddim", "ddpm"] = "flow"
     train_steps: Annotated[int, Field(ge=1, le=1000)] = 36
     sample_steps: Annotated[int, Field(ge=1, le=1000)] = 4
+    restless: Annotated[float, Field(ge=1.0, le=4.0)] = 1.0  # dp: noise is so many times as wide at a standstill
 
     @property
     def features(self) -> int:

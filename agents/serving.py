@@ -2,8 +2,12 @@
 
 A policy agent is asked every tick and decides every `execute` ticks; between decisions it plays the rest of its plan,
 while the grasp follows what its hand really does.
+
+A policy without memory that has come to a standstill decides the same again and again. With `restless` above 1 its
+noise is wider then, until it moves: it tries what it would rarely do.
 """
 
+from collections import deque
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -20,9 +24,11 @@ from agents.errors import AgentError, CheckpointError
 from agents.features import FeatureEncoder, feature_encoder
 from agents.hold import toggles
 from agents.policy_spec import ACTION_WIDTH, PolicySpec
-from world.state import WorldState
+from world.state import Floats, WorldState
 
 Singles = npt.NDArray[np.float32]
+STANDSTILL_TICKS = 20
+STANDSTILL = 0.06  # [u] who keeps within this of where it is now, for so long, stands still
 
 
 class Network:
@@ -125,6 +131,7 @@ class PolicyAgent:
         self.execute = min(execute or spec.execute, spec.horizon)
         self.detail: dict[str, object] = {}
         self._history: list[Singles] = []
+        self._trail: deque[Floats] = deque(maxlen=STANDSTILL_TICKS)
         self._plan: Plan | None = None
 
     def reset(self, episode: EpisodeInfo) -> None:
@@ -133,6 +140,7 @@ class PolicyAgent:
         self.encoder: FeatureEncoder = feature_encoder(episode.map, self.spec.layout)
         self.random = np.random.default_rng([episode.seed, episode.seat])
         self._history = []
+        self._trail.clear()
         self._plan = None
         self.detail = {}
 
@@ -166,15 +174,26 @@ class PolicyAgent:
 
     def decide(self, state: WorldState, history: Singles) -> Singles:
         """Choose a chunk (H, 5) for observations (To, D)."""
-        chunk: Singles = self.network.sample(history[None], self.random)[0]
+        chunk: Singles = self.network.run(history[None], self.noise(1))[0]
         return chunk
+
+    def noise(self, count: int) -> Singles:
+        """(count, rows, H, 5) for decisions now."""
+        drawn = self.network.noise(count, self.random)
+        return drawn * np.float32(self.spec.restless) if self._stands_still() else drawn
+
+    def _stands_still(self) -> bool:
+        trail = np.array(self._trail)
+        return len(trail) == STANDSTILL_TICKS and bool(
+            np.linalg.norm(trail - trail[-1], axis=1).max(initial=0.0) < STANDSTILL
+        )
 
     @staticmethod
     def decide_many(
         agents: Sequence["PolicyAgent"], states: Sequence[WorldState], histories: Singles
     ) -> Sequence[Singles]:
         """What `decide` of each would choose, for observations (B, To, D)."""
-        noise = np.concatenate([agent.network.noise(1, agent.random) for agent in agents])
+        noise = np.concatenate([agent.noise(1) for agent in agents])
         return list(agents[0].network.run(histories, noise))
 
     @staticmethod
@@ -185,7 +204,8 @@ class PolicyAgent:
             agent._keep(features)
 
     def _is_due(self, observation: Observation) -> bool:
-        """Whether it is time to decide anew; forgets what was said of the last decision."""
+        """Whether it is time to decide anew; notes where one stands, forgets what was said of the last decision."""
+        self._trail.append(observation.state.robot_poses[self.episode.seat, :2].copy())
         self.detail = {}
         return self._plan is None or not 0 <= observation.tick - self._plan.tick < self.execute
 

@@ -99,6 +99,10 @@ class BassAgent(PolicyAgent):
             [np.repeat(seen[None], n, axis=0) for seen, n in zip((history, theirs), counts, strict=True)]
         )
 
+    def _noises(self) -> tuple[Singles, Singles]:
+        """For the own candidates, and for the guesses: the partner is not thought to be restless."""
+        return self.noise(self.selection.own), self.network.noise(self.selection.partner, self.random)
+
     def _guesses(self, partner: Singles) -> Singles:
         """What the partner is expected to do (partner, H, 5): what oneself would in its place."""
         return partner
@@ -137,7 +141,7 @@ def _candidates(agents: Sequence[BassAgent], histories: Singles) -> list[tuple[S
     The partner's come from the same policy in the partner's place.
     """
     views = [agent._views(history) for agent, history in zip(agents, histories, strict=True)]
-    noise = [agent.network.noise(len(view), agent.random) for agent, view in zip(agents, views, strict=True)]
+    noise = [part for agent in agents for part in agent._noises()]
     chunks = agents[0].network.run(np.concatenate(views), np.concatenate(noise))
     each = np.split(chunks, np.cumsum([len(view) for view in views])[:-1])
     return [
@@ -147,6 +151,10 @@ def _candidates(agents: Sequence[BassAgent], histories: Singles) -> list[tuple[S
 
 class RandomPartnerBassAgent(BassAgent):
     """The ablation: the partner is expected to do anything (paper, "Effect of Random Partner Actions")."""
+
+    def _noises(self) -> tuple[Singles, Singles]:
+        """For the own candidates, and for the guesses: the partner is not thought to be restless."""
+        return self.noise(self.selection.own), self.network.noise(self.selection.partner, self.random)
 
     def _guesses(self, partner: Singles) -> Singles:
         return self.random.uniform(-1.0, 1.0, partner.shape).astype(np.float32)

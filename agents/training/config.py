@@ -53,6 +53,7 @@ class PolicyConfig(Optimisation):
     process: str = documented("flow", "dp only: flow, ddim or ddpm")
     train_steps: int = documented(36, "dp only: diffusion steps in training (ddim, ddpm)")
     sample_steps: int = documented(4, "dp only: steps of one decision")
+    restless: float = documented(1.0, "dp only: noise of a decision is so many times as wide at a standstill of 2 s")
     pose_noise: float = documented(0.0, "augmentation: standard deviation of noise on the partner's pose; paper 0.002")
     recombine: float = documented(0.0, "augmentation: recombined stretches to add, as a share of the recorded windows")
     grasp_weight: float = documented(1.0, "weight of the grasp's numbers in the loss")

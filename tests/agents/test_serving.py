@@ -1,5 +1,6 @@
 """Trained agents at play."""
 
+import dataclasses
 import subprocess
 import sys
 
@@ -52,3 +53,20 @@ def test_ticks_that_were_missed_make_it_decide_anew() -> None:
     state = start_state(the_map)
     agent.act(observe(the_map, state, 0, 0))
     assert len(agent.act(observe(the_map, state, 0, 17))) == 8
+
+
+def test_noise_is_wider_after_two_seconds_on_the_spot_and_until_it_moves() -> None:
+    agent = _agent(restless=2.0, obs_horizon=1)
+    the_map = load_map("HandOff")
+    here = start_state(the_map)
+    poses = here.robot_poses.copy()
+    poses[0, 0] += 0.1
+    there = dataclasses.replace(here, robot_poses=poses)
+    widths = []
+    for tick, state in enumerate([here] * 25 + [there]):
+        agent.act(observe(the_map, state, 0, tick))
+        plain = np.random.default_rng()
+        plain.bit_generator.state = agent.random.bit_generator.state
+        widths.append(float(np.median(agent.noise(1) / agent.network.noise(1, plain))))
+        agent.random.bit_generator.state = plain.bit_generator.state
+    assert widths == [1.0] * 19 + [2.0] * 6 + [1.0]
