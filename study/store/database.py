@@ -26,7 +26,7 @@ class Database:
         self._writer = self._engine.execution_options(begin="BEGIN IMMEDIATE")  # SQLite: no upgrade can fail later
         try:
             with self.write() as connection:
-                command.upgrade(_alembic(kind, connection), "head")
+                command.upgrade(alembic_config(kind, connection), "head")
         except BaseException:
             self.close()
             raise
@@ -129,7 +129,8 @@ def _url_engine(url: str) -> Engine:
         raise StoreError("PostgreSQL needs psycopg; install it: pip install 'moving-out-live[postgres]'") from None
 
 
-def _alembic(kind: Kind, connection: Connection) -> Config:
+def alembic_config(kind: Kind, connection: Connection) -> Config:
+    """The migrations of a kind of database, to run on this connection."""
     config = Config()
     config.set_main_option("script_location", str(_MIGRATIONS))
     config.set_main_option("version_locations", str(_MIGRATIONS / kind))

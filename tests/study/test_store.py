@@ -10,13 +10,15 @@ from hashlib import sha256
 from pathlib import Path
 
 import pytest
+from alembic import command
 from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
+from sqlalchemy import create_engine
 
 from study.errors import StoreError, StudyError
-from study.store import IdentityStore, Store
+from study.store import IdentityStore, Store, Unit
 from study.store.clock import now_ms
-from study.store.database import Database
+from study.store.database import Database, alembic_config
 from study.store.removal import clear, has_deeds
 from study.store.rounds import Played, Rounds, Seated
 from study.store.tables import (
@@ -46,6 +48,25 @@ def test_the_identities_have_their_own_file_that_nobody_else_reads(tmp_path: Pat
     with closing(Database(tmp_path / "identity.sqlite", "identity")) as database, database.read() as connection:
         assert compare_metadata(MigrationContext.configure(connection), identity_metadata) == []
     assert stat.S_IMODE((tmp_path / "identity.sqlite").stat().st_mode) == 0o600
+
+
+def test_a_database_of_an_older_version_is_brought_forward_with_its_rows(tmp_path: Path) -> None:
+    path = tmp_path / "study.sqlite"
+    engine = create_engine(f"sqlite:///{path}")
+    with engine.begin() as connection:
+        command.upgrade(alembic_config("main", connection), "0002")
+        for statement in (
+            "INSERT INTO study VALUES ('pilot', 1, '', '', '{}', '{}', 'salt', 0)",
+            "INSERT INTO units VALUES (1, 0, 'active', 1)",
+            "INSERT INTO participants (pid, unit, member, language, step, arrived_ms, paid_ms)"
+            " VALUES ('P1', 1, 0, 'en', 'form', 7, 9)",
+        ):
+            connection.exec_driver_sql(statement)
+    engine.dispose()
+    with closing(Store(path)) as store:
+        assert store.frozen().id == "pilot" and not store.paused()
+        assert [(one.pid, one.step, one.arrived_ms) for one in store.everybody()] == [("P1", "form", 7)]
+        assert store.units_on_their_way() == (Unit(1, 0, ("P1",), paused=False),)
 
 
 def test_a_store_that_is_opened_again_holds_everything(place: Path | str) -> None:
