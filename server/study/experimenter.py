@@ -41,8 +41,9 @@ class Experimenter:
     async def _set_paused(self, order: Order, paused: bool) -> None:
         running = self._running
         async with running.lock:
+            crew = self._crew(order) if order.pid or order.unit is not None else None
             await self._audit("pause" if paused else "resume", order)
-            await running.pause(paused, self._crew(order) if order.pid or order.unit is not None else None)
+            await running.pause(paused, crew)
 
     async def restart_round(self, order: Order) -> None:
         """The running round does not count; it is played again from its map card."""
@@ -64,7 +65,9 @@ class Experimenter:
 
     async def invalid(self, order: Order) -> None:
         """A round does not count."""
-        episode = order.episode or (self._crew(order).episode if order.pid or order.unit is not None else "")
+        episode = order.episode or self._crew(order).episode
+        if not episode:
+            raise StudyError("they have not played a round yet")
         await self._running.run(self._running.records.rounds.mark, episode, False, order.reason)
 
     async def note(self, order: Order) -> None:
@@ -73,8 +76,10 @@ class Experimenter:
         if not text:
             raise StudyError("a note says something")
         unit = order.unit if order.unit is not None else self._guest(order).place.unit if order.pid else None
-        await running.run(running.records.store.note, text, unit)
         pids = [guest.pid for guest in running.guests.values() if unit is not None and guest.place.unit == unit]
+        if order.unit is not None and not pids:
+            raise StudyError(f"there is no unit {order.unit} here")
+        await running.run(running.records.store.note, text, unit)
         running.notes.insert(0, {"at": time(), "text": text, "pid": " and ".join(pids) or order.pid})
 
     async def open_next(self, order: Order) -> dict[str, str]:

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from study.store.tables import audit, rounds
+from study.store.tables import audit, notes, rounds
 from tests.server.live import ADMIN, WAIT_S
 from tests.server.study.support import SOLO, Served, Visitor, served
 
@@ -124,6 +124,31 @@ def test_a_round_is_marked_invalid_and_the_reason_kept(long: Served) -> None:
     assert row["valid"] is False
     status, answer = long.live.call("/api/experimenter/invalid", {"episode": "none"}, ADMIN)
     assert (status, answer["error"]["message"]) == (409, "there is no round with the recording 'none'")
+
+
+@pytest.mark.parametrize(
+    ("action", "order", "status"),
+    [
+        ("pause", {"unit": 10**12}, 409), ("pause", {"pid": "PXXXXXX", "reason": "why not"}, 409),
+        ("pause", {"unit": "first"}, 422), ("pause", {"unit": 10**40}, 409), ("resume", {"unit": -1}, 409),
+        ("note", {"text": "about nobody", "unit": 10**12}, 409), ("note", {"text": 5}, 422), ("invalid", {}, 409),
+        ("restart-round", {}, 409), ("kick", {"pid": ""}, 409), ("open-next", [], 422),
+    ],
+)  # fmt: skip
+def test_an_order_about_nobody_is_refused_and_leaves_no_trace(
+    solo: Served, action: str, order: object, status: int
+) -> None:
+    before = [len(solo.running.records.store.rows(table)) for table in (audit, notes)]
+    found, answer = solo.live.call(f"/api/experimenter/{action}", order, ADMIN)
+    assert (found, bool(answer["error"]["message"])) == (status, True)
+    assert [len(solo.running.records.store.rows(table)) for table in (audit, notes)] == before
+    assert "database" not in solo.alerts() and not solo.running.paused
+
+
+def test_a_round_that_was_never_played_cannot_be_marked(solo: Served) -> None:
+    visitor = solo.visitor().go_to("practice")
+    status, answer = solo.live.call("/api/experimenter/invalid", {"pid": visitor.pid}, ADMIN)
+    assert (status, answer["error"]["message"]) == (409, "they have not played a round yet")
 
 
 def test_who_is_kicked_gets_a_code(long: Served) -> None:
