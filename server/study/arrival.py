@@ -8,6 +8,7 @@ from study.errors import StudyError
 
 PROLIFIC, MTURK, CODE, LINK = "prolific", "mturk", "code", "link"
 PREVIEW = "ASSIGNMENT_ID_NOT_AVAILABLE"  # what MTurk sends while somebody only looks
+UNFILLED = "{{%"  # Prolific's {{%PROLIFIC_PID%}} as it stands in a link that was copied by hand
 MOST_LETTERS = 200  # of a parameter
 KEPT = ("STUDY_ID", "SESSION_ID", "assignmentId", "hitId")  # to find an assignment again when paying
 
@@ -18,7 +19,6 @@ class Arrival(NamedTuple):
     source: str
     external_id: str
     parameters: Mapping[str, str]
-    screen: str  # the same for two people who share one screen, else empty
 
 
 class NotWelcome(StudyError):
@@ -29,21 +29,24 @@ class NotWelcome(StudyError):
         self.code = code
 
 
-def read_arrival(given: Mapping[str, str], needs_code: bool) -> Arrival:
+def read_arrival(link: Mapping[str, str], needs_code: bool) -> Arrival:
     """Raises NotWelcome when the link cannot be a participant's."""
-    if any(len(value) > MOST_LETTERS for value in given.values()):
+    given = {name: value.strip() for name, value in link.items()}
+    if any(len(value) > MOST_LETTERS or value.startswith(UNFILLED) for value in given.values()):
         raise NotWelcome("link", "This link is not complete. Please open it again from where you got it.")
-    kept = {name: given[name] for name in KEPT if given.get(name)}
-    screen = given.get("screen", "")
-    if given.get("PROLIFIC_PID"):
-        return Arrival(PROLIFIC, given["PROLIFIC_PID"], kept, screen)
     if given.get("assignmentId") == PREVIEW:
         raise NotWelcome("preview", "This is a preview. Please accept the task first, then open it again.")
-    if given.get("workerId"):
-        return Arrival(MTURK, given["workerId"], kept, screen)
-    code = given.get("code", "").strip().upper()
-    if code:
-        return Arrival(CODE, code, kept, screen)
-    if needs_code:
+    source, external_id = _person(given, needs_code)
+    return Arrival(source, external_id, {name: given[name] for name in KEPT if given.get(name)})
+
+
+def _person(given: Mapping[str, str], needs_code: bool) -> tuple[str, str]:
+    """Where they come from, and their id there. Where a code is needed, nothing else lets anybody in."""
+    code = given.get("code", "").upper()
+    if needs_code and not code:
         raise NotWelcome("code", "Please type the code that you were given.")
-    return Arrival(LINK, secrets.token_urlsafe(16), kept, screen)
+    if not needs_code and given.get("PROLIFIC_PID"):
+        return PROLIFIC, given["PROLIFIC_PID"]
+    if not needs_code and given.get("workerId"):
+        return MTURK, given["workerId"]
+    return (CODE, code) if code else (LINK, secrets.token_urlsafe(16))

@@ -25,7 +25,7 @@ def long(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
 
 def playing(study: Served) -> Visitor:
     """Somebody in the middle of a round."""
-    visitor = study.visitor(workerId="w").go_to("round") if study.running.needs_code else study.visitor().go_to("round")
+    visitor = study.visitor().go_to("round")
     visitor.next()
     visitor.player().next_tick(visitor.step["room"]["seat"])
     return visitor

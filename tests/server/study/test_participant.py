@@ -202,7 +202,10 @@ def test_of_two_with_one_link_the_second_goes_on_and_the_first_is_told(solo: Ser
 def test_a_code_lets_one_participant_in_and_brings_them_back_until_they_have_finished(tmp_path: Path) -> None:
     with served(tmp_path, codes=True) as study:
         assert study.live.call("/api/study")[1]["asks_code"] is True
-        for parameters, code in (({}, "code"), ({"code": "NOBODY"}, "code_unknown")):
+        for parameters, code in (
+            ({}, "code"), ({"code": "NOBODY"}, "code_unknown"), ({"PROLIFIC_PID": "made-up"}, "code"),
+            ({"workerId": "made-up"}, "code"), ({"code": " "}, "code"),
+        ):  # fmt: skip
             status, answer = study.arrive(**parameters)
             assert (status, answer["error"]["code"]) == (403, code)
         code = study.ask("open-next")["code"]
@@ -222,6 +225,17 @@ def test_who_guesses_codes_has_to_wait(tmp_path: Path) -> None:
         study.live.host.gate._limits = study.live.host.settings.limits.__class__()
         found = [study.arrive(code=f"GUESS{number}")[1]["error"]["code"] for number in range(12)]
     assert found[0] == "code_unknown" and found[-1] == "locked"
+
+
+@pytest.mark.parametrize(
+    "parameters", [{"PROLIFIC_PID": "{{%PROLIFIC_PID%}}"}, {"PROLIFIC_PID": "5f3c", "STUDY_ID": "{{%STUDY_ID%}}"},
+                   {"workerId": "w" * 201}],
+)  # fmt: skip
+def test_a_link_that_the_platform_did_not_fill_in_makes_nobody_the_same_participant(
+    solo: Served, parameters: dict[str, str]
+) -> None:
+    status, answer = solo.arrive(**parameters)
+    assert (status, answer["error"]["code"]) == (403, "link")
 
 
 def test_a_preview_and_a_foreign_secret_are_told_what_to_do(solo: Served) -> None:
