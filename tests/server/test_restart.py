@@ -129,7 +129,7 @@ def kill_and_return(tmp_path: Path, kills: list[int], limit_ticks: int) -> None:
 
 
 def test_after_kill_9_the_same_people_play_on_where_they_were(tmp_path: Path) -> None:
-    kill_and_return(tmp_path, [7], limit_ticks=45)
+    kill_and_return(tmp_path, [7], limit_ticks=20)
 
 
 @pytest.mark.slow
