@@ -44,6 +44,7 @@ LEARNERS = {
 }
 SCRIPTED, CONTROL = "scripted", "idle"
 PEOPLE = "a scripted expert beside scripted people of A and B; none of population C"
+EVENT_WEIGHT = 4  # in the last updates: the hand changes in one window of ten, and everything hangs on when
 POSE_NOISE = 0.002  # paper, "Perturbing the Partner's Pose"
 GROUPS = {"C": "people of C, never trained with", "AB": "people of A and B, trained with"}
 
@@ -104,7 +105,8 @@ def _train_all(args: argparse.Namespace) -> None:
     for number in range(args.rounds + 1):
         learner, count = (TEACHER, args.episodes) if number == 0 else (DP, max(args.episodes // 2, 1))
         _label(args, labels / f"round-{number}", learner, count, seed=number)
-        _train_policy(args, labels, args.updates * (number + 1) + (args.last_updates if number == args.rounds else 0))
+        _train_policy(args, labels, args.updates * (number + 1))
+    _train_policy(args, labels, args.updates * (args.rounds + 1) + args.last_updates, "--event-weight", EVENT_WEIGHT)
     learn = "--data", args.data, "--population", PEOPLE
     total = args.updates * (args.rounds + 1) + args.last_updates
     _train(args, AUGMENTED, "dp", labels, *learn, "--pose-noise", POSE_NOISE, "--updates", total, "--width", args.width)
@@ -129,14 +131,14 @@ def _label(args: argparse.Namespace, folder: Path, learner: str, episodes: int, 
     (folder / "done").touch()
 
 
-def _train_policy(args: argparse.Namespace, labels: Path, total: int) -> None:
+def _train_policy(args: argparse.Namespace, labels: Path, total: int, *words: object) -> None:
     """Go on to `total` updates with all labels there are; nothing to do when the card says as many."""
     folder = args.data / "models" / folder_name(DP)
     if folder.exists() and find_checkpoint(DP, args.data / "models").card.training.updates >= total:
         return
     _command(
         "train", "dp", labels, "--id", DP, "--data", args.data, "--updates", total, "--width", args.width,
-        "--population", PEOPLE, "--name", "Diffusion Policy",
+        "--population", PEOPLE, "--name", "Diffusion Policy", *words,
     )  # fmt: skip
 
 

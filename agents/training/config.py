@@ -56,6 +56,7 @@ class PolicyConfig(Optimisation):
     restless: float = documented(1.0, "dp only: noise of a decision is so many times as wide at a standstill of 2 s")
     pose_noise: float = documented(0.0, "augmentation: standard deviation of noise on the partner's pose; paper 0.002")
     recombine: float = documented(0.0, "augmentation: recombined stretches to add, as a share of the recorded windows")
+    event_weight: int = documented(1, "how often windows are drawn in which the hand is about to change, others once")
     grasp_weight: float = documented(1.0, "weight of the grasp's numbers in the loss")
 
     def spec(self, kind: str) -> PolicySpec:
@@ -71,7 +72,7 @@ _PAPER = {
 _POLICY_PRESETS: dict[tuple[str, str], dict[str, Any]] = {
     ("mlp", "fast"): {"width": 512},
     ("gru", "fast"): {"width": 256, "obs_horizon": 4, "horizon": 4, "depth": 2},
-    ("dp", "fast"): {},
+    ("dp", "fast"): {"restless": 2.0},
     ("mlp", "paper"): {**_PAPER, "width": 2048},
     ("gru", "paper"): {**_PAPER, "width": 2048, "horizon": 4},
     ("dp", "paper"): {

@@ -6,12 +6,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 import torch
 from safetensors.torch import save
 from torch import nn
 
 from agents.checkpoint import Checkpoint, write_checkpoint
 from agents.dataset import Indices, Windows
+from agents.errors import DataError
 from agents.policies.export import export_policy, halved_weights
 from agents.policies.policy import MOTION, Policy, build_policy
 from agents.training.config import PolicyConfig
@@ -20,6 +22,8 @@ from agents.training.noise import noisy_partner
 
 NORMALISER_ROWS = 200_000  # rows from which mean and deviation are estimated
 VALIDATION_ROWS = 4096
+SOON = 4  # ticks
+HOLDS = 4  # index of one's own hand, +1 or -1, in every observation layout
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +37,12 @@ class Provenance:
 
 
 def train_policy(kind: str, config: PolicyConfig, windows: Windows, folder: Path) -> Policy:
-    """Fit `mlp`, `gru` or `dp` to windows; curves and resume file go to `folder`."""
+    """Fit `mlp`, `gru` or `dp` to windows; curves and resume file go to `folder`.
+
+    Raises DataError for an event weight beside grasps that are no levels.
+    """
+    if config.event_weight > 1 and config.grasp != "hold":
+        raise DataError("--event-weight goes by hold levels; train with --grasp hold")
     torch.manual_seed(config.seed)
     policy = build_policy(config.spec(kind))
     _fit_normaliser(policy, windows)
@@ -41,6 +50,8 @@ def train_policy(kind: str, config: PolicyConfig, windows: Windows, folder: Path
     random = np.random.default_rng(config.seed)
     if config.window_share < 1.0:
         train = random.choice(train, max(int(config.window_share * len(train)), 1), replace=False)
+    if config.event_weight > 1:
+        train = np.concatenate([train, *[train[hand_changes(windows, train)]] * (config.event_weight - 1)])
     held_out = random.permutation(held_out if len(held_out) else train)[:VALIDATION_ROWS]
     updates = math.ceil(config.epochs * len(train) / config.batch) if config.epochs else config.updates
 
@@ -58,6 +69,13 @@ def train_policy(kind: str, config: PolicyConfig, windows: Windows, folder: Path
     trained = fit(Task(policy, losses, validate, updates), config, folder)
     assert isinstance(trained, Policy)
     return trained.cpu()
+
+
+def hand_changes(windows: Windows, rows: Indices) -> npt.NDArray[np.bool_]:
+    """(B,) whether the hand is to change within the next ticks of each row; its targets are levels."""
+    wanted = windows.chunks(rows, SOON)[..., 4] > 0
+    changes: npt.NDArray[np.bool_] = (wanted != (windows.features[rows, HOLDS] > 0)[:, None]).any(axis=1)
+    return changes
 
 
 def _losses(network: nn.Module, config: PolicyConfig, windows: Windows, rows: Indices, augment: bool = False) -> Losses:
