@@ -92,8 +92,8 @@ class BassConfig(Optimisation):
     """The simulator of BASS and how candidates are chosen with it."""
 
     dynamics: str = documented("vae", "vae (the paper's two autoencoders) or gru (its baseline)")
-    width: int = documented(384, "units per layer")
-    latent: int = documented(96, "latent dimensions")
+    width: int = documented(192, "units per layer")
+    latent: int = documented(64, "latent dimensions")
     residual: bool = documented(True, "predict the change of the state instead of the state")
     rigid: bool = documented(True, "items move as one body with who holds them, instead of being predicted")
     order: str = documented("joint", "joint, fine-tuned (second autoencoder from the first) or separate; see the paper")
