@@ -35,10 +35,8 @@ export function recruitmentParameters(query) {
  */
 export function arrivalScreen(words, { title, asksCode, second, problem, given, arrive, cancel }) {
   const box = problemBox();
-  const { code: linked, ...platform } = given;
-  const needsCode = asksCode && Object.keys(platform).length === 0;
   complain(box, problem);
-  const input = el("input", { id: "code", class: "input code-input", autocomplete: "off", autocapitalize: "characters", spellcheck: "false", maxlength: 64, value: linked, "aria-describedby": "code-help" });
+  const input = el("input", { id: "code", class: "input code-input", autocomplete: "off", autocapitalize: "characters", spellcheck: "false", maxlength: 64, value: given.code, "aria-describedby": "code-help" });
   const field = el(
     "div",
     { class: "field" },
@@ -48,12 +46,12 @@ export function arrivalScreen(words, { title, asksCode, second, problem, given, 
   );
   const begin = el("button", { type: "submit", class: "button button-primary" }, words.say("arrival.begin"));
   const back = cancel && el("button", { type: "button", class: "button", onclick: cancel }, words.say("page.cancel"));
-  const form = el("form", { class: "stack", novalidate: true }, box, needsCode ? field : null, el("div", { class: "row" }, begin, back));
+  const form = el("form", { class: "stack", novalidate: true }, box, asksCode ? field : null, el("div", { class: "row" }, begin, back));
   form.addEventListener("submit", (event) => {
     event.preventDefault();
     const code = input.value.trim();
-    if (!needsCode) return void attempt(words, begin, box, () => arrive(given));
-    if (code) return void attempt(words, begin, box, () => arrive({ code }));
+    if (!asksCode) return void attempt(words, begin, box, () => arrive(given));
+    if (code) return void attempt(words, begin, box, () => arrive({ ...given, code }));
     complain(box, words.say("arrival.codeMissing"));
     input.focus();
   });

@@ -61,19 +61,23 @@ class Reception:
 
     async def _pid(self, arrival: Arrival) -> str:
         identities = self._running.records.identities
-        if arrival.source != CODE:
-            pid, _ = await self._running.run(identities.pid, arrival.source, arrival.external_id, arrival.parameters)
-            return pid
-        known = await self._running.run(identities.known, CODE, arrival.external_id)
-        if known is None:
+        known = await self._running.run(identities.known, arrival.source, arrival.external_id)
+        if known is not None:
+            return known
+        if arrival.source == CODE:
             raise NotWelcome("code_unknown", "This code is not known. Please check it, or ask the experimenter.")
-        return known
+        self._refuse_when_full()  # before anything is kept of them
+        pid, _ = await self._running.run(identities.pid, arrival.source, arrival.external_id, arrival.parameters)
+        return pid
+
+    def _refuse_when_full(self) -> None:
+        done = sum(guest.place.outcome == "done" for guest in self._running.guests.values())
+        if done >= self._running.study.participants:
+            raise NotWelcome("study_full", "This study has as many participants as it needs. Thank you for coming!")
 
     async def _welcome(self, pid: str, source: str, language: str) -> Guest:
         running = self._running
-        done = sum(guest.place.outcome == "done" for guest in running.guests.values())
-        if done >= running.study.participants:
-            raise NotWelcome("study_full", "This study has as many participants as it needs. Thank you for coming!")
+        self._refuse_when_full()
         offered = running.study.languages
         chosen = language if language in offered else offered[0]
         return running.add(await running.run(running.records.store.arrive, pid, chosen), source)

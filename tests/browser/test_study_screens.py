@@ -60,7 +60,7 @@ def test_every_screen_is_accessible_fits_a_phone_comes_back_after_a_reload_and_a
 
 
 def test_arriving_by_a_platforms_link_takes_its_parameters_and_leaves_none_in_the_address(open_page: OpenPage) -> None:
-    study = FakeStudy(coming=[FakePerson([fake.consent()])])
+    study = FakeStudy(coming=[FakePerson([fake.consent()])], asks_code=False)
     page = open_page("/healthz")
     study.open(page, "?PROLIFIC_PID=5f00&STUDY_ID=s1&SESSION_ID=x9")
     heading(page, "Taking part in a research study")
@@ -72,7 +72,7 @@ def test_arriving_by_a_platforms_link_takes_its_parameters_and_leaves_none_in_th
 
 
 def test_a_platforms_link_that_fails_for_now_is_tried_again_with_all_it_says(browser: Browser, server: Server) -> None:
-    study = FakeStudy(coming=[FakePerson([fake.consent()])])
+    study = FakeStudy(coming=[FakePerson([fake.consent()])], asks_code=False)
     study.refusals[""] = (503, "starting", "")
     with complaining_page(browser, server, "/healthz") as page:
         study.open(page, "?PROLIFIC_PID=5f00")

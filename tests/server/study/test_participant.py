@@ -253,8 +253,10 @@ def test_a_study_that_has_everybody_it_needs_says_so(tmp_path: Path) -> None:
         first.go_to("practice")
         assert "full" in study.alerts(), "one too many, and the experimenter knows"
         first.go_to("code")
-        status, answer = study.arrive()
+        status, answer = study.arrive(PROLIFIC_PID="too-late")
         assert (status, answer["error"]["code"]) == (403, "study_full")
+        known = study.running.records.identities.known
+        assert known("prolific", "too-late") is None, "nothing is kept of who was turned away"
 
 
 # ---- on the way ---------------------------------------------------------------------------------------------------
