@@ -100,7 +100,7 @@ def test_a_typed_code_is_needed_and_a_wrong_one_is_explained(browser: Browser, s
         assert violations(page) == []
         press(page, "Tab", "Enter")
         expect(page.get_by_role("alert")).to_contain_text("Please type your code")
-        study.refusals["/arrive"] = (404, "unknown_code", "server words")
+        study.refusals["/arrive"] = (403, "code_unknown", "server words")
         page.keyboard.type("WRONG")
         press(page, "Enter")
         expect(page.get_by_role("alert")).to_contain_text("This code is not known here")

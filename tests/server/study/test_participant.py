@@ -1,5 +1,7 @@
 """A participant's way through a study that is really served: nothing before consent, one code, the same place."""
 
+import json
+import re
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
@@ -9,7 +11,9 @@ from pathlib import Path
 import pytest
 from websockets.exceptions import ConnectionClosed
 
+import server.study
 from recordings.index import list_recordings
+from server import pages
 from study.store.tables import answers, consents, counts, identities, participants, rounds
 from tests.server.live import Person
 from tests.server.study.support import SOLO, Served, Visitor, events_of, served
@@ -257,6 +261,16 @@ def test_a_study_that_has_everybody_it_needs_says_so(tmp_path: Path) -> None:
         assert (status, answer["error"]["code"]) == (403, "study_full")
         known = study.running.records.identities.known
         assert known("prolific", "too-late") is None, "nothing is kept of who was turned away"
+
+
+@pytest.mark.parametrize("language", ["en", "de"])
+def test_whatever_a_participant_is_refused_for_the_page_has_words_for_it(language: str) -> None:
+    sources = Path(server.study.__path__[0]).glob("*.py")
+    refusal = re.compile(r'(?:NotWelcome\(|WrongAnswer\(|ApiError\(\d+, |guest\.refused = )"(\w+)"')
+    codes = {code for source in sources for code in refusal.findall(source.read_text(encoding="utf-8"))}
+    words = json.loads((pages.WEB / "words" / f"study.{language}.json").read_text(encoding="utf-8"))
+    assert {"code", "code_unknown", "boxes", "locked", "slow"} <= codes
+    assert {f"error.{code}" for code in codes} <= words.keys()
 
 
 # ---- on the way ---------------------------------------------------------------------------------------------------
