@@ -21,6 +21,7 @@ from maps import MapSpec
 from world.state import Floats
 
 HOPELESS_FOR = 40  # ticks after which a hopeless item is looked at again
+HANDED_OVER_FOR = 80  # ticks for which an item is left to the partner
 WAIT_ASIDE = 25  # ticks
 WAIT_FOR_THINGS = 5  # ticks between two looks whether something has been handed over
 IDLE_AFTER = 60  # ticks without motion after which a partner is not counted on
@@ -62,6 +63,8 @@ class Chooser:
 
     def ended(self, now: Situation, errand: Errand) -> None:
         """Note how an errand went."""
+        if isinstance(errand, Aside) and errand.handed_over >= 0:
+            self._hopeless[errand.handed_over] = now.tick + HANDED_OVER_FOR
         if errand.hopeless:
             self._hopeless[errand.item] = now.tick + HOPELESS_FOR
             self._useless.pop(errand.item, None)
@@ -105,7 +108,7 @@ class Chooser:
         if now.tick % LOOK_EVERY == 0 and self.partner_is_active(now.tick) and not self._relay.locked:
             way = way_out(now, self._relay.last_lane, self.their_item(now, item))
             if way is not None:
-                return Aside(now, way, now.tick, self._partner_leaves)
+                return Aside(now, way, now.tick, self._partner_leaves, hands_over=bool(now.waiting))
         return errand
 
     def _choose(self, now: Situation) -> Errand | None:

@@ -114,7 +114,7 @@ class Drag:
 
     def _think_way(self, now: Situation) -> Thought[DragWay]:
         ground = now.ground()
-        look = yield from look_around(now, ground, self.item)
+        look = yield from look_around(now, self.item)
         item_pose = now.item_pose(self.item)
         for margin in margins(now.map):
             way = DragWay(ground, now.item(self.item), item_pose, now.pose, look, margin)
@@ -129,7 +129,7 @@ class Drag:
         poses, _ = stands(spec, item_pose)
         costs = walk_costs(now, self._ground, now.pose, self.item)
         ground = now.ground((self.item,))
-        look = yield from look_around(now, ground, self.item)
+        look = yield from look_around(now, self.item)
         best: tuple[float, Floats] | None = None
         for number in np.argsort(costs)[:: max(len(costs) // (2 * _TRIES), 1)][:_TRIES].tolist():
             if costs[number] >= UNREACHED:

@@ -22,10 +22,10 @@ WORTH_SQUEEZING = 100.0  # quarter ticks that a way with hardly any room must sa
 _FAR_AHEAD = 150  # cells of the partner's way home that one had better not meet it on
 
 
-def look_around(now: Situation, ground: Terrain, item: int) -> Thought[Places]:
+def look_around(now: Situation, item: int) -> Thought[Places]:
     """What the places for an item are worth, with everything else that is still to come."""
     spec = now.item(item)
-    return now.looks.places(ground, circumradius(spec.shape, spec.scale), now.outlook(item))
+    return now.looks.places(now.lasting_ground(item), circumradius(spec.shape, spec.scale), now.outlook(item))
 
 
 class Fetch:
@@ -113,7 +113,7 @@ class Fetch:
         offset = (0.0, ROBOT_RADIUS + GAP + spec.scale, 0.0)
         best: tuple[float, Haul, Floats] | None = None
         ground = now.ground((self.item,))
-        look = yield from look_around(now, ground, self.item)
+        look = yield from look_around(now, self.item)
         for margin in margins(now.map):
             haul = Haul(ground, spec, offset, look, margin, self.meeting)
             yield
@@ -161,7 +161,7 @@ class Carry:
     def _think(self, now: Situation, ground: Terrain) -> Thought[Haul]:
         offset = in_frame(now.pose, now.item_pose(self.item))
         best: tuple[float, Haul] | None = None
-        look = yield from look_around(now, ground, self.item)
+        look = yield from look_around(now, self.item)
         for margin in margins(now.map):
             haul = Haul(ground, now.item(self.item), offset, look, margin, self.meeting)
             yield

@@ -6,9 +6,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from agents.scripted.driving import HORIZON, Command, Danger, best_move
-from agents.scripted.geometry import Disc, covering_discs, half_extents
-from agents.scripted.lattice import CARRIER, UNIT_PER_TICK, UNREACHED, nearest_value, values
+from agents.scripted.driving import HORIZON, STRIDE, Command, Danger, best_move, drive, short_moves, turn_to
+from agents.scripted.geometry import Disc, covering_discs, forward, half_extents, wrap
+from agents.scripted.lattice import CARRIER, UNIT_PER_TICK, UNREACHED, lattice_pose, nearest_value, next_pose, values
 from agents.scripted.places import Places, place_costs
 from agents.scripted.relay import Relay, meeting_costs
 from agents.scripted.searching import Field, Search
@@ -23,13 +23,17 @@ _SETTLED = 2.0  # quarter ticks: a place this much worse than the best one still
 LINGER = 6  # ticks without getting nearer after which a place that is nearly the best is good enough
 _NEARLY = 25.0  # quarter ticks: that near
 _FED_UP = 25  # ticks without getting nearer after which any place in a goal region is good enough
+_CRAMMED = 2.0  # crowding of a store from which on items must lie exactly where they were planned to lie
+_HESITANT = 3  # ticks without getting nearer after which the plan is followed step by step
+_ADJUSTMENTS = 8  # ticks at most for putting an item down exactly
+_ASKEW, _OFF = 0.03, 0.006  # rad and units that are exact enough
 _TICKS = UNIT_PER_TICK * np.arange(1, HORIZON + 1)
 
 
 def margins(map_spec: MapSpec) -> tuple[float, float]:
     """Units to keep from everything: where there is room, and where there is none."""
     crowding = storage(map_spec).crowding
-    return (0.02 if not crowding else 0.01 if crowding < 2.0 else 0.005), 0.003
+    return (0.02 if not crowding else 0.01 if crowding < _CRAMMED else 0.005), 0.003
 
 
 Offset = tuple[float, float, float]  # an item's pose in the robot's frame
@@ -93,23 +97,54 @@ class Haul(Body):
         self.meeting = meeting
         self._places = search.starts
         self._progress = Progress()
+        store = storage(ground.map)
+        self._must_be_exact = meeting is None and len(store.slots) > 0 and store.crowding >= _CRAMMED
+        self._aim: tuple[float, float, float] | None = None
+        self._adjustments = 0
 
     def drive(self, pose: Floats, item_pose: Floats, danger: Danger) -> Command:
         """The next command of a robot at `pose` (3,) that holds the item; lets go where it should lie."""
         self.look_farther(pose)
         there = self.meeting is not None or is_delivered(self.item, tuple(item_pose.tolist()), self._goals)
         command, _ = best_move(pose, lambda moves: self.costs(moves) + danger(moves))
-        if there and self._good_enough(pose, command):
-            return Command(0.0, 0.0, grasp=True)
+        left = self.cost(pose)
+        ticks = self._progress.idle_ticks(left)
+        if there and self._good_enough(pose, left, ticks, command):
+            return self._adjusted(pose) or Command(0.0, 0.0, grasp=True)
+        if ticks >= _HESITANT and left < UNREACHED and not danger(short_moves(pose)).any():
+            return self._next_step(pose) or command
         return command
 
-    def _good_enough(self, pose: Floats, command: Command) -> bool:
+    def _next_step(self, pose: Floats) -> Command | None:
+        """Exactly what the plan says, where there is so little room that moves which look good lead nowhere."""
+        return _towards(pose, next_pose(self.field.cost, CARRIER, pose))
+
+    def _adjusted(self, pose: Floats) -> Command | None:
+        """A small move to where exactly the item was to be put down, where that matters; None when it lies well."""
+        if self._aim is None and self._must_be_exact:
+            self._aim = lattice_pose(CARRIER, pose)
+        if self._aim is None or self._adjustments == _ADJUSTMENTS:
+            return None
+        self._adjustments += 1
+        return _towards(pose, self._aim)
+
+    def _good_enough(self, pose: Floats, left: float, ticks: int, command: Command) -> bool:
         """Whether this is the place: the best one, or one nearly as good where nothing gets on any more."""
-        left = self.cost(pose)
         loss = nearest_value(self._places, CARRIER, pose) - left
-        ticks = self._progress.idle_ticks(left)
         stays = ticks >= LINGER or command.distance == 0.0
-        return loss <= _SETTLED or (stays and loss <= _NEARLY) or ticks >= _FED_UP
+        if self._aim is not None:
+            return True
+        return (left < UNREACHED and loss <= _SETTLED) or (stays and loss <= _NEARLY) or ticks >= _FED_UP
+
+
+def _towards(pose: Floats, target: tuple[float, float, float]) -> Command | None:
+    """First turn, then go ahead or back; None for a robot that can do no more that way."""
+    x, y, heading = target
+    if abs(wrap(heading - float(pose[2]))) > _ASKEW:
+        return turn_to(heading)
+    dx, dy = forward(heading)
+    ahead = dx * (x - float(pose[0])) + dy * (y - float(pose[1]))
+    return drive(heading, min(max(ahead / STRIDE, -1.0), 1.0)) if abs(ahead) > _OFF else None
 
 
 @lru_cache(maxsize=8)

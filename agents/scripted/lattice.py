@@ -10,12 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from agents.scripted.terrain import CELL, CELLS
+from agents.scripted.terrain import AXIS, CELL, CELLS, cell_of
 from maps.spec import ARENA_HALF
 from world.state import Floats
 
 UNIT_PER_TICK = 4  # costs are in quarter ticks: one tick drives 0.06
 UNREACHED = 30000
+_AROUND = np.arange(-1, 2)
 _NEIGHBOURS = np.arange(-1, 3)  # of a point, per axis
 
 Cost = npt.NDArray[np.int16]
@@ -84,6 +85,35 @@ def nearest_value(costs: Cost, motion: Motion, pose: Floats) -> float:
     row = min(max(round((float(pose[1]) + ARENA_HALF) / CELL), 0), CELLS - 1)
     heading = round(float(pose[2]) / (2 * math.pi / motion.headings)) % motion.headings
     return float(costs.reshape(motion.headings, CELLS, CELLS)[heading, row, column])
+
+
+def lattice_pose(motion: Motion, pose: Floats) -> tuple[float, float, float]:
+    """The lattice pose nearest to a pose (3,)."""
+    step = 2 * math.pi / motion.headings
+    row, column = cell_of(float(pose[0]), float(pose[1]))
+    return float(AXIS[column]), float(AXIS[row]), round(float(pose[2]) / step) * step
+
+
+def next_pose(costs: Cost, motion: Motion, pose: Floats) -> tuple[float, float, float]:
+    """Where the way goes from the reached lattice pose nearest to a pose (3,); that one at the end of the way."""
+    step = 2 * math.pi / motion.headings
+    grid = costs.reshape(motion.headings, CELLS, CELLS)
+    row, column = cell_of(float(pose[0]), float(pose[1]))
+    heading = round(float(pose[2]) / step)
+    rows, columns = np.clip(row + _AROUND, 0, CELLS - 1), np.clip(column + _AROUND, 0, CELLS - 1)
+    headings = heading + _AROUND
+    off = np.hypot(AXIS[rows, None] - pose[1], AXIS[columns] - pose[0]) / CELL
+    turn = np.abs(headings * step - pose[2]) / step
+    near = grid[np.ix_(headings % motion.headings, rows, columns)]
+    total = near + _detour(off, 2.2, 14.0) + _detour(turn, 3.0, 8.0)[:, None, None]
+    k, j, i = np.unravel_index(int(np.argmin(total)), total.shape)
+    heading, row, column = int(headings[k]), int(rows[j]), int(columns[i])
+    best = (float(near[k, j, i]), column, row, heading)
+    for dx, dy, turned, cost in motion.moves[heading % motion.headings]:
+        there = (heading + turned) % motion.headings, row + dy, column + dx
+        if 0 <= there[1] < CELLS and 0 <= there[2] < CELLS and grid[there] + cost <= best[0]:
+            best = (float(grid[there]), there[2], there[1], heading + turned)
+    return float(AXIS[best[1]]), float(AXIS[best[2]]), best[3] * step
 
 
 def _detour(distance: Floats, near: float, far: float) -> Floats:

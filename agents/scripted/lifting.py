@@ -175,7 +175,7 @@ class Lift:
         return self._way.result.drive(now.item_pose(self.item), now.robots)[now.seat]
 
     def _think_way(self, now: Situation) -> Thought[PairHaul]:
-        look = yield from look_around(now, now.ground(), self.item)
+        look = yield from look_around(now, self.item)
         for margin in (pairing.EASY, pairing.TIGHT):
             haul = PairHaul(now.ground(), now.item(self.item), now.item_pose(self.item), now.robots, look, margin)
             yield
@@ -201,7 +201,7 @@ class Lift:
         yield
         best: tuple[float, Grips] | None = None
         varied = unlike(options)
-        look = yield from look_around(now, self._bare, self.item)
+        look = yield from look_around(now, self.item)
         for margin, tried in ((pairing.EASY, varied), (pairing.TIGHT, varied[:2])):
             for grips in tried:
                 haul = PairHaul(self._bare, spec, item_pose, grips.robots, look, margin)

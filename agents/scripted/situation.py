@@ -97,14 +97,21 @@ class Situation:
 
         A partner that stands still stands there too.
         """
-        skipped = {self.mine, self.theirs, *without} - set(also)
+        ground = self._floor({self.mine, self.theirs, *without} - set(also))
+        return with_robot(ground, self.partner) if self.partner_is_still else ground
+
+    def lasting_ground(self, without: int) -> Terrain:
+        """The terrain as it will be: small items that wait are going to be taken away, `without` is in a hand."""
+        smalls = (item for item in self.waiting if not self.is_heavy(item))
+        return self._floor({self.mine, self.theirs, without, *smalls})
+
+    def _floor(self, skipped: set[int]) -> Terrain:
         placed: list[Placed] = []
         for index, item in enumerate(self.map.items):
             if index not in skipped:
                 x, y, angle = self.state.item_poses[index].tolist()
                 placed.append((item, x, y, angle))
-        ground = terrain(self.map, tuple(placed))
-        return with_robot(ground, self.partner) if self.partner_is_still else ground
+        return terrain(self.map, tuple(placed))
 
 
 def _point(pose: Floats) -> tuple[float, float]:

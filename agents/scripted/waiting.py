@@ -38,10 +38,20 @@ class Aside:
     hopeless = False
 
     def __init__(
-        self, now: Situation, way: Floats, until: int, needed: Callable[[Situation], bool] | None = None
+        self,
+        now: Situation,
+        way: Floats,
+        until: int,
+        needed: Callable[[Situation], bool] | None = None,
+        hands_over: bool = False,
     ) -> None:
-        """It lasts until a tick, or as long as it is `needed` where that can be said."""
+        """It lasts until a tick, or as long as it is `needed` where that can be said.
+
+        Who `hands_over` puts down there what it holds, for the partner to take home.
+        """
         self.until = until
+        self.handed_over = -1
+        self._hands_over = hands_over
         self._needed = needed
         self._held = now.mine
         self._body: Thinking[Body] = Thinking(self._think(now, way))
@@ -57,6 +67,9 @@ class Aside:
         here = body.cost(now.pose)
         if here >= UNREACHED:
             return None
+        if here < 1.5 and self._hands_over and now.mine >= 0:
+            self.handed_over = now.mine
+            return Command(0.0, 0.0, grasp=True)
         if here < 1.5:
             return REST
         return body.move(now.pose, danger)
