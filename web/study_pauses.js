@@ -84,10 +84,8 @@ export function breakScreen({ words, step, next }) {
 }
 
 /** @param {Context} context @returns {Screen} */
-export function pausedScreen({ words, step }) {
-  const message = el("p", {}, step.message ?? "");
-  const root = card(heading(words.say("paused.title")), el("p", { class: "lead" }, words.say("paused.lead")), message);
-  return { root, update: (news) => void (message.textContent = news.message ?? "") };
+export function pausedScreen({ words }) {
+  return { root: card(heading(words.say("paused.title")), el("p", { class: "lead" }, words.say("paused.lead"))) };
 }
 
 /** @param {Context} context @returns {Screen} */

@@ -51,7 +51,6 @@ import { requestJson } from "./api.js";
  * @property {boolean | null} [kept]
  * @property {string | null} [completion_url]
  * @property {Earned | null} [earned]
- * @property {string} [message]
  */
 /**
  * @typedef {object} View

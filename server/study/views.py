@@ -9,7 +9,7 @@ from maps import map_to_json
 from server.study.arrival import PROLIFIC
 from server.study.crew import Crew
 from server.study.guest import Guest
-from server.study.running import PAUSED, RunningStudy
+from server.study.running import RunningStudy
 from study.allocation import letters
 from study.definition import Outcome
 from study.protocol import Step
@@ -63,7 +63,7 @@ class Views:
         if guest.finished:
             return self._code(guest)
         if running.stays(guest):
-            return {"key": "paused", "kind": "paused", "message": PAUSED}
+            return {"key": "paused", "kind": "paused"}
         if step is None:
             return self._waiting(guest)
         shown: View = {"key": step.key, "kind": step.kind}

@@ -82,7 +82,7 @@ def every_screen() -> dict[str, Step]:
         "round-over": play("over"),
         "waiting": waiting(),
         "break": {"key": "break", "kind": "break", "seconds": 120},
-        "paused": {"key": "paused", "kind": "paused", "message": "Back in a few minutes."},
+        "paused": {"key": "paused", "kind": "paused"},
         "debrief": debrief(),
         "code": code(completion_url="https://example.org/complete"),
         "code-declined": code("declined", code=None, earned=None),
