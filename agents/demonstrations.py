@@ -1,10 +1,9 @@
 """Episodes of scripted pairs, written as live play is: one MCAP file each, in parallel processes."""
 
-import multiprocessing
 import re
 import time
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -15,6 +14,7 @@ from agents.populations import Participant
 from agents.rollout import rollout
 from maps import MapSpec
 from recordings import EpisodeHeader, EpisodeWriter, SeatInfo, TickRecord, finalise
+from recordings.processes import pool
 from world.metrics import EpisodeMetrics, task_completion_rate
 from world.scoring import delivered_items
 
@@ -116,6 +116,6 @@ def _in_processes(calls: Sequence[Callable[[], Made]], workers: int) -> Iterator
     if workers == 1:
         yield from (call() for call in calls)
         return
-    with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:
-        for future in as_completed([pool.submit(call) for call in calls]):
+    with pool(workers) as processes:
+        for future in as_completed([processes.submit(call) for call in calls]):
             yield future.result()

@@ -10,10 +10,9 @@ import argparse
 import hashlib
 import json
 import math
-import multiprocessing
 import os
 import time
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from dataclasses import asdict, dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -27,6 +26,7 @@ from agents.checkpoint import MODEL_ROOTS, find_checkpoint
 from agents.populations import POPULATIONS, population
 from agents.rollout import rollout
 from maps import load_map, map_names
+from recordings.processes import pool
 from world.metrics import EpisodeMetrics
 
 PARTNER_STRIDE = 7  # from map to map, so that different people come first
@@ -86,11 +86,11 @@ def play_all(todo: list[Run], workers: int, log: Path | None = None) -> list[Out
     known = _logged(log) if log is not None else {}
     done = {run: known[key] for run in todo if (key := _key(run)) in known}
     with (
-        ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool,
+        pool(workers) as processes,
         Progress(console=Console(stderr=True)) as progress,
     ):
         bar = progress.add_task("episodes", total=len(todo), completed=len(done))
-        for future in as_completed([pool.submit(play, run) for run in todo if run not in done]):
+        for future in as_completed([processes.submit(play, run) for run in todo if run not in done]):
             outcome = future.result()
             done[outcome.run] = outcome
             if log is not None:
