@@ -31,6 +31,7 @@ class Person:
         self.style: Style = participant(name).style
         self._plan = ScriptedAgent(seed=seed)
         self._plan.style = replace(self.style, speed=1.0, delay=0, noise=0.0, hesitation=0.0)
+        self._plan.foresees = False
         self._name = name
         self._seed = seed
 

@@ -41,6 +41,7 @@ class ScriptedAgent:
         self.seed = seed
         self.slices = slices
         self.yields = bool(yields)
+        self.foresees = True  # as an expert does
         self.detail: dict[str, object] = {}
 
     def reset(self, episode: EpisodeInfo) -> None:
@@ -59,7 +60,7 @@ class ScriptedAgent:
     def act(self, observation: Observation) -> ActionChunk:
         """One row; `detail` says what it is busy with."""
         still = not self._chooser.partner_is_active(observation.state.tick)
-        now = Situation(self._map, observation.state, observation.seat, still, self._looks)
+        now = Situation(self._map, observation.state, observation.seat, still, self.foresees, self._looks)
         self._chooser.watch(now)
         command = self._command(now)
         self.detail = {"errand": type(self._errand).__name__ if self._errand else "", "item": self._item}

@@ -108,7 +108,7 @@ class Chooser:
         if now.tick % LOOK_EVERY == 0 and self.partner_is_active(now.tick) and not self._relay.locked:
             way = way_out(now, self._relay.last_lane, self.their_item(now, item))
             if way is not None:
-                return Aside(now, way, now.tick, self._partner_leaves, hands_over=bool(now.waiting))
+                return Aside(now, way, now.tick, self._partner_leaves, hands_over=now.foresees and bool(now.waiting))
         return errand
 
     def _choose(self, now: Situation) -> Errand | None:

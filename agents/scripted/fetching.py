@@ -152,7 +152,7 @@ class Carry:
                 self._haul, self._thinking = self._thinking.result, None
         if self._haul is None:
             return REST
-        return self._haul.drive(now.pose, now.item_pose(self.item), danger)
+        return self._haul.drive(now.pose, now.item_pose(self.item), danger, now.foresees)
 
     def go_around(self, now: Situation) -> None:
         """Plan anew with the partner as something that stands there."""

@@ -12,7 +12,7 @@ from agents.scripted.lattice import CARRIER, UNIT_PER_TICK, UNREACHED, lattice_p
 from agents.scripted.places import Places, place_costs
 from agents.scripted.relay import Relay, meeting_costs
 from agents.scripted.searching import Field, Search
-from agents.scripted.storage import storage
+from agents.scripted.storage import CRAMMED, storage
 from agents.scripted.terrain import Terrain, squeeze
 from maps import ItemSpec, MapSpec
 from maps.spec import ROBOT_RADIUS
@@ -23,17 +23,17 @@ _SETTLED = 2.0  # quarter ticks: a place this much worse than the best one still
 LINGER = 6  # ticks without getting nearer after which a place that is nearly the best is good enough
 _NEARLY = 25.0  # quarter ticks: that near
 _FED_UP = 25  # ticks without getting nearer after which any place in a goal region is good enough
-_CRAMMED = 2.0  # crowding of a store from which on items must lie exactly where they were planned to lie
 _HESITANT = 3  # ticks without getting nearer after which the plan is followed step by step
-_ADJUSTMENTS = 8  # ticks at most for putting an item down exactly
+_ADJUSTMENTS = 8  # ticks at most for that, and for putting an item down exactly
 _ASKEW, _OFF = 0.03, 0.006  # rad and units that are exact enough
+_ROUGHLY = 0.1  # rad that are exact enough on the way: a hand that is not steady never gets nearer
 _TICKS = UNIT_PER_TICK * np.arange(1, HORIZON + 1)
 
 
 def margins(map_spec: MapSpec) -> tuple[float, float]:
     """Units to keep from everything: where there is room, and where there is none."""
     crowding = storage(map_spec).crowding
-    return (0.02 if not crowding else 0.01 if crowding < _CRAMMED else 0.005), 0.003
+    return (0.02 if not crowding else 0.01 if crowding < CRAMMED else 0.005), 0.003
 
 
 Offset = tuple[float, float, float]  # an item's pose in the robot's frame
@@ -98,26 +98,34 @@ class Haul(Body):
         self._places = search.starts
         self._progress = Progress()
         store = storage(ground.map)
-        self._must_be_exact = meeting is None and len(store.slots) > 0 and store.crowding >= _CRAMMED
+        self._must_be_exact = meeting is None and len(store.slots) > 0 and store.crowding >= CRAMMED
         self._aim: tuple[float, float, float] | None = None
         self._adjustments = 0
 
-    def drive(self, pose: Floats, item_pose: Floats, danger: Danger) -> Command:
-        """The next command of a robot at `pose` (3,) that holds the item; lets go where it should lie."""
+    def drive(self, pose: Floats, item_pose: Floats, danger: Danger, steady: bool) -> Command:
+        """The next command of a robot at `pose` (3,) that holds the item; lets go where it should lie.
+
+        A `steady` hand can follow the plan step by step and put things down exactly.
+        """
         self.look_farther(pose)
         there = self.meeting is not None or is_delivered(self.item, tuple(item_pose.tolist()), self._goals)
         command, _ = best_move(pose, lambda moves: self.costs(moves) + danger(moves))
         left = self.cost(pose)
-        ticks = self._progress.idle_ticks(left)
+        ticks = self._progress.idle_ticks(left) if there or steady else 0
         if there and self._good_enough(pose, left, ticks, command):
-            return self._adjusted(pose) or Command(0.0, 0.0, grasp=True)
-        if ticks >= _HESITANT and left < UNREACHED and not danger(short_moves(pose)).any():
+            return (self._adjusted(pose) if steady else None) or Command(0.0, 0.0, grasp=True)
+        if (
+            steady
+            and _HESITANT <= ticks < _HESITANT + _ADJUSTMENTS
+            and left < UNREACHED
+            and not danger(short_moves(pose)).any()
+        ):
             return self._next_step(pose) or command
         return command
 
     def _next_step(self, pose: Floats) -> Command | None:
         """Exactly what the plan says, where there is so little room that moves which look good lead nowhere."""
-        return _towards(pose, next_pose(self.field.cost, CARRIER, pose))
+        return _towards(pose, next_pose(self.field.cost, CARRIER, pose), _ROUGHLY)
 
     def _adjusted(self, pose: Floats) -> Command | None:
         """A small move to where exactly the item was to be put down, where that matters; None when it lies well."""
@@ -126,7 +134,7 @@ class Haul(Body):
         if self._aim is None or self._adjustments == _ADJUSTMENTS:
             return None
         self._adjustments += 1
-        return _towards(pose, self._aim)
+        return _towards(pose, self._aim, _ASKEW)
 
     def _good_enough(self, pose: Floats, left: float, ticks: int, command: Command) -> bool:
         """Whether this is the place: the best one, or one nearly as good where nothing gets on any more."""
@@ -134,13 +142,13 @@ class Haul(Body):
         stays = ticks >= LINGER or command.distance == 0.0
         if self._aim is not None:
             return True
-        return (left < UNREACHED and loss <= _SETTLED) or (stays and loss <= _NEARLY) or ticks >= _FED_UP
+        return loss <= _SETTLED or (stays and loss <= _NEARLY) or ticks >= _FED_UP
 
 
-def _towards(pose: Floats, target: tuple[float, float, float]) -> Command | None:
-    """First turn, then go ahead or back; None for a robot that can do no more that way."""
+def _towards(pose: Floats, target: tuple[float, float, float], askew: float) -> Command | None:
+    """First turn to within `askew` rad, then go ahead or back; None for a robot that can do no more that way."""
     x, y, heading = target
-    if abs(wrap(heading - float(pose[2]))) > _ASKEW:
+    if abs(wrap(heading - float(pose[2]))) > askew:
         return turn_to(heading)
     dx, dy = forward(heading)
     ahead = dx * (x - float(pose[0])) + dy * (y - float(pose[1]))

@@ -14,7 +14,7 @@ from agents.scripted.flood import grown, standing_room, to_mask
 from agents.scripted.lattice import UNREACHED, Cost, Motion
 from agents.scripted.outlook import Division, Outlook, Point, around
 from agents.scripted.packing import Packing
-from agents.scripted.storage import INSET, cells, moved, storage
+from agents.scripted.storage import CRAMMED, INSET, cells, moved, storage
 from agents.scripted.terrain import AXIS, CELLS, Terrain
 from agents.scripted.thinking import Thinking, Thought
 from maps.spec import ROBOT_RADIUS
@@ -27,8 +27,8 @@ _EAGER = 1.3  # quarter ticks per quarter tick of depth, where room is scarce
 _COMPACT = 60.0  # quarter ticks per unit of free space around a place
 _ON_SLOT = 0.06  # units from a slot that still are on it
 _PRECISION = 300.0  # quarter ticks per unit off the middle of a slot
-_OFF_SLOT = 420.0  # quarter ticks: the price of any other place
-_SLOT_ORDER = 10.0  # quarter ticks per quarter tick of depth: the deep slots first
+_OFF_SLOT = 220.0, 420.0  # quarter ticks: the price of any other place; where everything must fit exactly
+_SLOT_ORDER = 3.0, 10.0  # quarter ticks per quarter tick of depth: the deep slots first; likewise
 _OUT_OF_REACH = 150  # quarter ticks for each item that nobody would reach any more
 _SHUT_IN = 600  # quarter ticks: the robot could not get out again
 _REMEMBERED = 32  # looks of all players
@@ -177,8 +177,9 @@ def _preference(ground: Terrain, item: tuple[Cells, Cells], points: Floats) -> F
     if len(store.slots):
         gaps = np.hypot(*(points[:, None, :] - store.slots).transpose(2, 0, 1))
         depths = store.depth[cells(store.slots[:, 0], store.slots[:, 1])]
-        order = _SLOT_ORDER * (depths.max() - depths)[gaps.argmin(axis=1)]
+        crammed = store.crowding >= CRAMMED
+        order = _SLOT_ORDER[crammed] * (depths.max() - depths)[gaps.argmin(axis=1)]
         off = gaps.min(axis=1)
-        return np.asarray(np.where(off <= _ON_SLOT, order + _PRECISION * off, _OFF_SLOT))
+        return np.asarray(np.where(off <= _ON_SLOT, order + _PRECISION * off, _OFF_SLOT[crammed]))
     shallow = _EAGER * (store.depth.max() - store.depth[item])
     return np.asarray(store.crowding * (shallow + _COMPACT * np.clip(ground.clearance[item], 0.0, 0.3)))

@@ -23,6 +23,7 @@ class Situation:
     state: WorldState
     seat: int
     partner_is_still: bool = False  # has not moved for long: better taken for a thing that stands there
+    foresees: bool = True  # plans with what will have been taken away by then, not only with what lies there now
     looks: Looks = field(default_factory=Looks)  # the player's own, through all of an episode
 
     @property
@@ -102,6 +103,8 @@ class Situation:
 
     def lasting_ground(self, without: int) -> Terrain:
         """The terrain as it will be: small items that wait are going to be taken away, `without` is in a hand."""
+        if not self.foresees:
+            return self.ground((without,))
         smalls = (item for item in self.waiting if not self.is_heavy(item))
         return self._floor({self.mine, self.theirs, without, *smalls})
 

@@ -19,6 +19,7 @@ Cells = npt.NDArray[np.int64]
 
 INSET = 0.012  # an item is put down this far inside the region that counts
 _ROOMY = 0.16  # share of the goal regions that the items cover, below which any place will do
+CRAMMED = 2.0  # crowding from which on items must lie exactly where they were planned to lie
 _DENSE = 0.25  # share from which on places matter ever more
 
 
