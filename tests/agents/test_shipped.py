@@ -14,7 +14,8 @@ from maps.randomize import randomize
 
 FOLDERS = list(checkpoint_folders(SHIPPED))
 IDS = [read_checkpoint(folder).card.id for folder in FOLDERS]
-MAX_BYTES = 20_000_000  # of one agent's folder
+MAX_BYTES = 8_000_000  # of one agent's folder
+BASELINES = ("mlp@all", "gru@all")  # the paper's, for comparison: they need not help
 UNSEEN = [load_map("Simple"), randomize(load_map("HandOff"), 12)]
 
 
@@ -29,7 +30,8 @@ def test_a_shipped_agent_says_how_good_it_is_beside_the_control(agent_id: str) -
     scores = read_checkpoint(FOLDERS[IDS.index(agent_id)]).card.scores
     assert all(score.n >= 20 and score.stderr > 0 for score in scores.values())
     control = scores["TCR of these people with an idle partner"]
-    assert scores["TCR with unseen scripted people"].mean > control.mean + 2 * control.stderr
+    helps = scores["TCR with unseen scripted people"].mean > control.mean + 2 * control.stderr
+    assert helps or agent_id in BASELINES
     assert agent_id in {card.id for card in trained_cards()}
 
 
