@@ -168,11 +168,11 @@ def correction_pieces(corrections: Iterable[Correction], layout: str) -> Iterato
     """The stretches in which the expert acted, in the learners' seats."""
     for one in corrections:
         features = one.trajectory.features(one.seat, layout)
-        for begin, end in _stretches(one):
+        for begin, end in taught_stretches(one):
             yield one.trajectory.participants[one.seat], features[begin:end], one.labels[begin:end]
 
 
-def _stretches(one: Correction) -> Iterator[tuple[int, int]]:
+def taught_stretches(one: Correction) -> Iterator[tuple[int, int]]:
     """First tick and the one after the last of each run of taught ticks that is long enough."""
     resting = 0
     taught = one.taught.copy()

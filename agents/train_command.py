@@ -118,7 +118,7 @@ def _policy(args: argparse.Namespace, material: _Material) -> Checkpoint:
         raise DataError("an expert's labels say which hold level it wants; train with --grasp hold")
     recorded = trajectory_pieces(material.trajectories, spec.layout, spec.grasp)
     labelled = correction_pieces(material.corrections, spec.layout)
-    extra = _recombined(material.trajectories, config, spec) if config.recombine else iter(())
+    extra = _recombined(material, config, spec) if config.recombine else iter(())
     windows = windows_of(chain(recorded, labelled, extra))
     source = Provenance(
         data_sha256=data_hash(material.files),
@@ -134,15 +134,23 @@ def _policy(args: argparse.Namespace, material: _Material) -> Checkpoint:
     return save_policy(folder, args.id, policy, config, windows, source, args.preset, name, description)
 
 
-def _recombined(walks: list["Trajectory"], config: PolicyConfig, spec: PolicySpec) -> "Iterator[Piece]":
+def _recombined(material: _Material, config: PolicyConfig, spec: PolicySpec) -> "Iterator[Piece]":
     """The paper's recombination: as many ticks more as `config.recombine` says, each piece confirmed by the engine."""
-    from agents.bass.recombination import LENGTH, augmentation
+    from agents.bass.recombination import LENGTH, Part, augmentation
+    from agents.corrections import taught_stretches
 
-    ticks = sum(walk.ticks for walk in walks)
-    found, report = augmentation(walks, round(config.recombine * 2 * ticks / LENGTH), config.seed)
+    parts = [
+        Part(walk, seat, walk.targets(seat, spec.grasp), ((0, walk.ticks),))
+        for walk in material.trajectories
+        for seat in (0, 1)
+    ]
+    parts += [Part(one.trajectory, one.seat, one.labels, tuple(taught_stretches(one))) for one in material.corrections]
+    count = round(config.recombine * sum(part.ticks for part in parts) / LENGTH)
+    found, report = augmentation(parts, count, config.seed)
     print(f"recombination: {report.valid} of {report.tried} pieces valid ({report.share:.1%})", file=sys.stderr)
-    for walk, seat in found:
-        yield walk.participants[seat], walk.features(seat, spec.layout), walk.targets(seat, spec.grasp)
+    for piece, walk in found:
+        seat = piece.own.seat
+        yield walk.participants[seat], walk.features(seat, spec.layout), piece.targets
 
 
 def _bass(args: argparse.Namespace) -> Checkpoint:

@@ -1,4 +1,4 @@
-"""New episodes' pieces from pairs of episodes: one's own motion from the first, the partner's from the second.
+"""New pieces of episodes from pairs of them: one's own motion from the first, the partner's from the second.
 
 Paper, "Recombination of Sub-Trajectories": where an agent begins and ends a stretch in the same places in two
 episodes of a map, what its partner does in one of them also fits the other. Two places are the same when they lie in
@@ -9,34 +9,57 @@ in each other's way.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
 from typing import Literal
 
 import numpy as np
 
 from agents.bass.restaging import restage
-from agents.dataset import Trajectory
+from agents.dataset import Indices, Singles, Trajectory
 from agents.hold import toggles
+from maps import MapSpec
 from maps.spec import ARENA_HALF
+from recordings.progress import track
 from world.distance import CELL, PAPER_CELLS
 from world.errors import WorldError
-from world.state import Floats, Ints, WorldState
+from world.state import Floats, WorldState
 
 LENGTH = 8  # ticks of a piece
 TOLERANCE = 0.06  # [u] how far the engine may end from the pieces' own ends: joints are made anew
 HEADINGS = 8
+TRIES = 8  # per wanted piece
 Matching = Literal["both ends", "one end"]
 """`both ends` is the paper's multi-agent rule; `one end` its single-agent ablation."""
 
 
-@dataclass(frozen=True, slots=True)
-class Piece:
-    """A stretch of `own` from tick `start` with the partner of `other` from tick `other_start`."""
+@dataclass(frozen=True, slots=True, eq=False)
+class Part:
+    """What is to be learned of an episode: what one seat did, in some stretches."""
 
-    own: int
+    walk: Trajectory
+    seat: int
+    targets: Singles  # (T, 5)
+    stretches: tuple[tuple[int, int], ...]  # first tick and the one after the last
+
+    @property
+    def ticks(self) -> int:
+        """In all stretches."""
+        return sum(end - begin for begin, end in self.stretches)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Piece:
+    """LENGTH ticks of `own` from `start`, beside the partner that `other` had from `other_start`."""
+
+    own: Part
     start: int
-    other: int
+    other: Trajectory
     other_start: int
-    seat: int  # whose motion is kept
+
+    @property
+    def targets(self) -> Singles:
+        """(LENGTH, 5), as they were: one's own motion is kept."""
+        return self.own.targets[self.start : self.start + LENGTH]
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,23 +74,27 @@ class Report:
         return self.valid / self.tried if self.tried else 0.0
 
 
-def find_pieces(walks: Sequence[Trajectory], seat: int, matching: Matching = "both ends") -> Iterator[Piece]:
-    """All pieces of LENGTH ticks among episodes of the same map, in the order of the first episode."""
-    keys = [_places(walk, seat) for walk in walks]
-    where: dict[tuple[object, ...], list[tuple[int, int]]] = {}
-    for index, walk in enumerate(walks):
-        for start in range(walk.ticks - LENGTH + 1):
-            where.setdefault((walk.map, *_key(keys[index], start, matching)), []).append((index, start))
-    for index, walk in enumerate(walks):
-        for start in range(walk.ticks - LENGTH + 1):
-            for other, other_start in where[(walk.map, *_key(keys[index], start, matching))]:
-                if other != index:
-                    yield Piece(index, start, other, other_start, seat)
+def draw_pieces(parts: Sequence[Part], seed: int, matching: Matching = "both ends") -> Iterator[Piece]:
+    """Each tick of the parts at which a piece may begin, in random order, with one match of those in other episodes.
+
+    Ticks without a match are left out. The partner may be from any tick of the other episode, learned from or not.
+    """
+    random = np.random.default_rng(seed)
+    index = _Index(list(dict.fromkeys(part.walk for part in parts)), matching)
+    starts = [
+        (part, start) for part in parts for begin, end in part.stretches for start in range(begin, end - LENGTH + 1)
+    ]
+    for number in random.permutation(len(starts)):
+        part, start = starts[number]
+        others, ticks = index.matches(part.walk, part.seat, start)
+        if len(others):
+            drawn = random.integers(len(others))
+            yield Piece(part, start, index.walks[others[drawn]], int(ticks[drawn]))
 
 
-def recombined(walks: Sequence[Trajectory], piece: Piece) -> Trajectory | None:
+def recombined(piece: Piece) -> Trajectory | None:
     """The piece as an episode of LENGTH ticks, played by the engine; None when it is not valid."""
-    own, other, seat = walks[piece.own], walks[piece.other], piece.seat
+    own, other, seat = piece.own.walk, piece.other, piece.own.seat
     mine, theirs = slice(piece.start, piece.start + LENGTH), slice(piece.other_start, piece.other_start + LENGTH)
     first = _mixed_state(own, piece.start, other, piece.other_start, seat)
     if first is None:
@@ -100,38 +127,65 @@ def recombined(walks: Sequence[Trajectory], piece: Piece) -> Trajectory | None:
 
 
 def augmentation(
-    walks: Sequence[Trajectory], count: int, seed: int, matching: Matching = "both ends"
-) -> tuple[list[tuple[Trajectory, int]], Report]:
-    """Up to `count` valid pieces as (trajectory, seat whose motion is to be learned), drawn at random, and the report.
+    parts: Sequence[Part], count: int, seed: int, matching: Matching = "both ends"
+) -> tuple[list[tuple[Piece, Trajectory]], Report]:
+    """Up to `count` valid pieces, drawn at random, as the engine played them, and the report.
 
     Pieces in which the partner does what it did anyway (both stretches end where they began) are as good as others.
     """
-    random = np.random.default_rng(seed)
-    pieces = [piece for seat in (0, 1) for piece in find_pieces(walks, seat, matching)]
-    found: list[tuple[Trajectory, int]] = []
     tried = 0
-    for index in random.permutation(len(pieces)):
-        if len(found) == count:
-            break
-        tried += 1
-        piece = pieces[index]
-        walk = recombined(walks, piece)
-        if walk is not None:
-            found.append((walk, piece.seat))
+
+    def valid() -> Iterator[tuple[Piece, Trajectory]]:
+        nonlocal tried
+        for piece in islice(draw_pieces(parts, seed, matching), TRIES * count):
+            tried += 1
+            walk = recombined(piece)
+            if walk is not None:
+                yield piece, walk
+
+    found = list(track(islice(valid(), count), count, "recombining"))
     return found, Report(tried, len(found))
 
 
-def _places(walk: Trajectory, seat: int) -> Ints:
-    """(T + 1, 4) column, row, heading eighth, held item of a seat."""
+class _Index:
+    """Where both seats of all episodes begin and end each stretch of LENGTH ticks: one number per place, sorted."""
+
+    def __init__(self, walks: list[Trajectory], matching: Matching) -> None:
+        self.walks = walks
+        self._numbers = {walk: number for number, walk in enumerate(walks)}
+        maps: dict[MapSpec, int] = {}
+        items = max((walk.item_poses.shape[1] for walk in walks), default=0)
+        self._keys: dict[tuple[int, int], Indices] = {}
+        for number, walk in enumerate(walks):
+            for seat in (0, 1):
+                group = 2 * maps.setdefault(walk.map, len(maps)) + seat
+                self._keys[number, seat] = _keys(walk, seat, group, items, matching)
+        lengths = [len(keys) for keys in self._keys.values()]
+        keys = np.concatenate([np.empty(0, np.int64), *self._keys.values()])
+        order = np.argsort(keys, kind="stable")
+        self._sorted = keys[order]
+        self._walks = np.repeat([number for number, _ in self._keys], lengths)[order]
+        self._ticks = np.concatenate([np.empty(0, np.int64), *map(np.arange, lengths)])[order]
+
+    def matches(self, walk: Trajectory, seat: int, start: int) -> tuple[Indices, Indices]:
+        """Numbers of other episodes (M,) and ticks there (M,) where the seat does the same way as here."""
+        number = self._numbers[walk]
+        key = self._keys[number, seat][start]
+        rows = slice(*(int(np.searchsorted(self._sorted, key, side)) for side in ("left", "right")))
+        others = self._walks[rows] != number
+        return self._walks[rows][others], self._ticks[rows][others]
+
+
+def _keys(walk: Trajectory, seat: int, group: int, items: int, matching: Matching) -> Indices:
+    """(T + 1 - LENGTH,) one number per stretch, the same for the same group and places."""
     poses = walk.robot_poses[:, seat]
-    cells = np.clip(np.floor((poses[:, :2] + ARENA_HALF) / CELL), 0, PAPER_CELLS - 1)
-    eighths = np.round(poses[:, 2] / (2 * np.pi / HEADINGS)) % HEADINGS
-    return np.column_stack((cells, eighths, walk.held[:, seat])).astype(np.int64)
-
-
-def _key(places: Ints, start: int, matching: Matching) -> tuple[object, ...]:
-    begin, end = tuple(places[start]), tuple(places[start + LENGTH])
-    return (begin, end) if matching == "both ends" else (begin,)
+    cells = np.clip(np.floor((poses[:, :2] + ARENA_HALF) / CELL), 0, PAPER_CELLS - 1).astype(np.int64)
+    eighths = np.round(poses[:, 2] / (2 * np.pi / HEADINGS)).astype(np.int64) % HEADINGS
+    sizes = PAPER_CELLS, PAPER_CELLS, HEADINGS, items + 1
+    places = np.ravel_multi_index((*cells.T, eighths, walk.held[:, seat] + 1), sizes)
+    begins, ends = places[:-LENGTH], places[LENGTH:] if matching == "both ends" else 0
+    count = int(np.prod(sizes))
+    return np.asarray((group * count + begins) * count + ends, dtype=np.int64)
 
 
 def _mixed_state(own: Trajectory, tick: int, other: Trajectory, other_tick: int, seat: int) -> WorldState | None:
@@ -160,9 +214,9 @@ def _mixed_state(own: Trajectory, tick: int, other: Trajectory, other_tick: int,
 
 
 def _played(own: Trajectory, first: WorldState, actions: Floats) -> list[WorldState]:
-    """The states of a piece; the first is as staged."""
+    """The states of a piece; the first is as staged, but with the velocities it had: the engine begins at rest."""
     world = restage(own.map, first)
-    states = [world.state()]
+    states = [replace(world.state(), robot_velocities=first.robot_velocities)]
     for action in actions:
         world.step(action)
         states.append(world.state())

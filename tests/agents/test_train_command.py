@@ -7,13 +7,16 @@ import numpy as np
 import pytest
 
 from agents.base import EpisodeInfo
+from agents.bass.recombination import LENGTH
 from agents.checkpoint import find_checkpoint
 from agents.chunk import checked_chunk
+from agents.corrections import Lesson, save_correction, teach
 from agents.observing import observe
 from agents.serving import agent_of, agent_rows
 from maps import load_map
 from server.cli import main
 from tests.agents.learning import recorded
+from tests.agents.support import HERE
 from world import World
 
 TINY = ["--updates", "6", "--batch", "32", "--width", "16", "--depth", "1", "--evaluate-every", "3"]
@@ -56,6 +59,18 @@ def test_augmentation_adds_windows_that_the_engine_confirmed(
     captured = capsys.readouterr()
     assert "pieces valid" in captured.err
     assert json.loads(captured.out)["windows"] >= 180
+
+
+def test_an_experts_labels_are_augmented_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    ahead = f"{HERE}:Forward:distance=0.2"
+    for number in range(2):
+        lesson = Lesson(load_map("FourCorners"), ahead, ahead, (f"p{number}", "idle"), 1, seed=number, ticks=30)
+        save_correction(tmp_path / f"{number}.corrections.npz", teach(lesson, slips=False))
+    command = ["train", "mlp", str(tmp_path), "--id", "mlp@more", "--data", str(tmp_path), *TINY, "--json"]
+    assert main([*command, "--recombine", "0.5"]) == 0
+    captured = capsys.readouterr()
+    assert "4 of 4 pieces valid" in captured.err
+    assert json.loads(captured.out)["windows"] == 2 * 30 + 4 * LENGTH
 
 
 def test_an_interrupted_training_goes_on_where_it_was(recordings: Path, tmp_path: Path) -> None:

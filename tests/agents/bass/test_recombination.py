@@ -1,11 +1,12 @@
 """Pieces of two episodes put together, and the engine's word on them."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from agents.bass.recombination import LENGTH, Piece, augmentation, find_pieces, recombined
+from agents.bass.recombination import LENGTH, Part, Piece, augmentation, draw_pieces, recombined
 from agents.bass.restaging import restage
 from agents.dataset import Trajectory
 from maps import load_map
@@ -22,25 +23,48 @@ def _straight(blue: float, red: float, ticks: int = 20) -> Trajectory:
     return trajectory_of_actions(the_map, actions)
 
 
+def _part(walk: Trajectory, seat: int = 0, *stretches: tuple[int, int]) -> Part:
+    """What the seat did is to be learned; in all ticks, if no stretches are given."""
+    return Part(walk, seat, walk.targets(seat, "hold"), stretches or ((0, walk.ticks),))
+
+
 def test_a_piece_keeps_ones_own_motion_and_takes_the_partners_from_the_other_episode() -> None:
     walks = [_straight(0.2, 0.1), _straight(0.2, -0.1)]
-    piece = Piece(own=0, start=2, other=1, other_start=2, seat=0)
-    walk = recombined(walks, piece)
+    walk = recombined(Piece(_part(walks[0]), 2, walks[1], 2))
     assert walk is not None and walk.ticks == LENGTH
     assert np.allclose(walk.robot_poses[:, 0], walks[0].robot_poses[2 : 3 + LENGTH, 0], atol=0.02)
     assert np.allclose(walk.robot_poses[:, 1], walks[1].robot_poses[2 : 3 + LENGTH, 1], atol=0.02)
     assert np.array_equal(walk.actions[:, 0], walks[0].actions[2 : 2 + LENGTH, 0])
     assert np.array_equal(walk.actions[:, 1], walks[1].actions[2 : 2 + LENGTH, 1])
+    assert np.array_equal(walk.robot_velocities[0, 0], walks[0].robot_velocities[2, 0])
+    assert np.array_equal(walk.robot_velocities[0, 1], walks[1].robot_velocities[2, 1])
+
+
+def _starts(pieces: Iterable[Piece]) -> set[int]:
+    return {piece.start for piece in pieces}
 
 
 def test_pieces_are_found_only_where_both_ends_match() -> None:
     slow, fast = _straight(0.2, 0.1), _straight(0.9, 0.1)
-    assert not any(piece.seat == 0 for piece in find_pieces([slow, fast], 0) if piece.start == 0)
-    same = list(find_pieces([slow, _straight(0.2, -0.1)], 0))
-    assert Piece(0, 5, 1, 5, 0) in same
-    assert all(piece.own != piece.other for piece in same)
-    single = list(find_pieces([slow, fast], 0, "one end"))
-    assert Piece(0, 0, 1, 0, 0) in single
+    assert 0 not in _starts(draw_pieces([_part(slow), _part(fast)], seed=1))
+    assert 0 in _starts(draw_pieces([_part(slow), _part(fast)], 1, "one end"))
+    same = list(draw_pieces([_part(slow), _part(_straight(0.2, -0.1))], seed=1))
+    assert len(same) == 2 * (slow.ticks - LENGTH + 1)
+    assert all(piece.own.walk is not piece.other for piece in same)
+
+
+def test_a_match_may_be_at_any_tick_and_in_whichever_seat_the_other_episode_is_learned() -> None:
+    own, other = _straight(0.2, 0.1), _straight(0.2, -0.1, ticks=30)
+    parts = [_part(own, 0, (3, 12)), _part(other, 1, (0, 4))]
+    pieces = list(draw_pieces(parts, seed=1))
+    assert _starts(pieces) == {3, 4} and all(piece.other is other for piece in pieces)
+    assert all(np.array_equal(piece.targets, own.targets(0, "hold")[3:][:LENGTH]) for piece in pieces)
+
+
+def test_episodes_of_different_maps_are_not_put_together() -> None:
+    walk = _straight(0.2, 0.1)
+    elsewhere = replace(walk, map=replace(walk.map, items=walk.map.items[::-1]))
+    assert not list(draw_pieces([_part(walk), _part(elsewhere)], seed=1))
 
 
 def test_the_engine_refuses_a_partner_who_stands_where_one_drives() -> None:
@@ -49,15 +73,23 @@ def test_the_engine_refuses_a_partner_who_stands_where_one_drives() -> None:
     ahead = walks[0].robot_poses[2, 0]
     blocked[:, 1, :2] = ahead[:2] + 0.2 * np.array([-np.sin(ahead[2]), np.cos(ahead[2])])
     walks[1] = replace(walks[1], robot_poses=blocked)
-    fast = [replace(walk, actions=walk.actions * (5, 1, 1)) for walk in walks]
-    assert recombined(fast, Piece(0, 2, 1, 2, 0)) is None
+    own, other = (replace(walk, actions=walk.actions * (5, 1, 1)) for walk in walks)
+    assert recombined(Piece(_part(own), 2, other, 2)) is None
 
 
-def test_augmentation_reports_how_many_pieces_were_valid() -> None:
-    walks = [_straight(0.2, speed) for speed in (0.1, 0.05, -0.1)]
-    found, report = augmentation(walks, count=10, seed=1)
+def test_augmentation_reports_how_many_pieces_were_valid_and_finds_the_same_from_the_same_seed() -> None:
+    parts = [_part(_straight(0.2, speed), seat) for speed in (0.1, 0.05, -0.1) for seat in (0, 1)]
+    found, report = augmentation(parts, count=10, seed=1)
     assert len(found) == report.valid == 10
     assert report.share > 0.9
+    again, other = (augmentation(parts, count=10, seed=seed)[0] for seed in (1, 2))
+    assert [piece.start for piece, _ in again] == [piece.start for piece, _ in found]
+    assert [piece.start for piece, _ in other] != [piece.start for piece, _ in found]
+
+
+def test_augmentation_gives_up_where_nothing_matches() -> None:
+    found, report = augmentation([_part(_straight(0.2, 0.1))], count=10, seed=1)
+    assert not found and report.tried == 0 and report.share == 0.0
 
 
 def test_a_restaged_world_goes_on_nearly_as_the_real_one() -> None:
