@@ -7,13 +7,14 @@ actions were chosen. Where the official code computes something else under the s
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
 
 from maps import MapSpec
 from maps.spec import Size
-from world.distance import official_distances, paper_distances
+from world.distance import Distances, official_distances, paper_distances
 from world.scoring import delivered_items, goal_boxes, is_delivered
 from world.state import Floats, WorldState
 
@@ -136,14 +137,20 @@ def normalized_final_distance(map_spec: MapSpec, item_poses: Floats) -> Floats:
     d is the breadth-first distance from the item's centre to the nearest goal region on the 48 x 48 grid. An item
     without a way counts as the farthest place of the map that has one. All at home from the start is 1.
     """
-    distances = paper_distances(map_spec)
-    initial = np.array([(item.pose.x, item.pose.y) for item in map_spec.items])
-    before = np.minimum(distances.to_goal(initial), distances.farthest).sum()
-    after = np.minimum(distances.to_goal(item_poses[..., :2]), distances.farthest).sum(axis=-1)
+    distances, farthest, before = _to_be_carried(map_spec)
+    after = np.minimum(distances.to_goal(item_poses[..., :2]), farthest).sum(axis=-1)
     if before == 0.0:
         return np.where(after == 0.0, 1.0, 0.0)
     nfd: Floats = 1.0 - after / before
     return nfd
+
+
+@lru_cache(maxsize=256)
+def _to_be_carried(map_spec: MapSpec) -> tuple[Distances, float, float]:
+    """The distances of a map, the farthest of them, and that of all items together at the beginning."""
+    distances = paper_distances(map_spec)
+    initial = np.array([(item.pose.x, item.pose.y) for item in map_spec.items])
+    return distances, distances.farthest, np.minimum(distances.to_goal(initial), distances.farthest).sum()
 
 
 def tick_consistency(robot_poses: Floats, actions: Floats) -> float | None:

@@ -28,8 +28,12 @@ def delivered_items(map_spec: MapSpec, item_poses: Floats) -> npt.NDArray[np.boo
 
 def is_delivered(item: ItemSpec, pose: tuple[float, ...], goals: tuple[Box, ...]) -> bool:
     """Whether one item in one pose (x, y, angle) lies within one of the goal boxes."""
+    x, y, _ = pose
+    around = [g for g in goals if g[0] <= x <= g[2] and g[1] <= y <= g[3]]  # what holds the box holds its centre
+    if not around:
+        return False
     left, bottom, right, top = bounding_box(item, pose)
-    return any(g[0] <= left and g[1] <= bottom and g[2] >= right and g[3] >= top for g in goals)
+    return any(g[0] <= left and g[1] <= bottom and g[2] >= right and g[3] >= top for g in around)
 
 
 def bounding_box(item: ItemSpec, pose: tuple[float, ...]) -> Box:

@@ -12,7 +12,7 @@ from agents.scripted.errand import Errand
 from agents.scripted.fetching import Carry, Fetch
 from agents.scripted.lifting import Lift
 from agents.scripted.places import Looks
-from agents.scripted.situation import Situation
+from agents.scripted.situation import Floors, Situation
 from agents.scripted.style import Style, varied
 from agents.scripted.traffic import meeting_danger, partners_way, touching
 from agents.scripted.waiting import Aside, WalkTo
@@ -50,6 +50,7 @@ class ScriptedAgent:
         self._random = Random(f"{self.seed}/{episode.seed}/{episode.seat}")
         self._chooser = Chooser(episode.map, self.style, self.yields)
         self._looks = Looks()
+        self._floors: Floors = {}
         self._errand: Errand | None = None
         self._trail: list[Floats] = []
         self._resting = False
@@ -60,7 +61,7 @@ class ScriptedAgent:
     def act(self, observation: Observation) -> ActionChunk:
         """One row; `detail` says what it is busy with."""
         still = not self._chooser.partner_is_active(observation.state.tick)
-        now = Situation(self._map, observation.state, observation.seat, still, self.foresees, self._looks)
+        now = Situation(self._map, observation.state, observation.seat, still, self.foresees, self._looks, self._floors)
         self._chooser.watch(now)
         command = self._command(now)
         self.detail = {"errand": type(self._errand).__name__ if self._errand else "", "item": self._item}

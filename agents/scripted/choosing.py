@@ -14,7 +14,7 @@ from agents.scripted.relay import Relay, relay
 from agents.scripted.situation import Situation
 from agents.scripted.style import Style
 from agents.scripted.terrain import Terrain, cell_of
-from agents.scripted.traffic import gap_to, in_goal, partners_way, way_out
+from agents.scripted.traffic import in_goal, partners_way, way_out
 from agents.scripted.waiting import Aside, WalkTo
 from agents.scripted.walking import walk_lengths
 from maps import MapSpec
@@ -167,7 +167,7 @@ class Chooser:
         """Nothing to do: stay, but out of the partner's way."""
         way = partners_way(now, self.their_item(now, -1), _WHOLE_WAY)
         in_the_way = bool(in_goal(now.map)[cell_of(float(now.pose[0]), float(now.pose[1]))])
-        if in_the_way or float(gap_to(way, now.pose[0:1], now.pose[1:2])[0]) < OUT_OF_THE_WAY:
+        if in_the_way or float(np.hypot(*(way[::3] - now.pose[:2]).T).min()) < OUT_OF_THE_WAY:
             return Aside(now, way, now.tick + WAIT_ASIDE)
         return None
 

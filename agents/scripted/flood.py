@@ -48,6 +48,33 @@ def flood(start: int, free: int) -> int:
         reached = wider
 
 
+def pieces(start: int, free: int) -> list[int]:
+    """All free points that hang together with points of `start`, by what hangs together."""
+    found: list[int] = []
+    start &= free
+    while start:
+        found.append(flood(start & -start, free))
+        start &= ~found[-1]
+    return found
+
+
+def flood_around(hole: int, start: int, whole: int) -> int:
+    """`flood(start, whole & ~hole)`, sooner, for a `whole` that hangs together.
+
+    Where what is left hangs together all around the hole, every way through it can be replaced by one around it.
+    """
+    left = whole & ~hole
+    start &= left
+    cut = whole & hole
+    if not cut or not start:
+        return left if start else 0
+    rim = grown(cut, 1) & left
+    ring = grown(rim, 2) & left
+    if rim & ~flood(rim & -rim, ring):
+        return flood(start, left)
+    return left
+
+
 def lengths(starts: int, free: int, shunned: int = 0) -> Cost:
     """(CELLS, CELLS) quarter ticks over free points to the nearest of `starts`, those from `shunned` points dearer."""
     left = free

@@ -17,7 +17,7 @@ from world.state import Floats
 UNIT_PER_TICK = 4  # costs are in quarter ticks: one tick drives 0.06
 UNREACHED = 30000
 _AROUND = np.arange(-1, 2)
-_NEIGHBOURS = np.arange(-1, 3)  # of a point, per axis
+_NEIGHBOURS = np.arange(-1, 3)[:, None]  # of a point, per axis
 
 Cost = npt.NDArray[np.int16]
 Index = npt.NDArray[np.int64]
@@ -61,18 +61,17 @@ def values(costs: Cost, motion: Motion, poses: Floats) -> Floats:
     """
     u = (poses[:, 0] + ARENA_HALF) / CELL
     v = (poses[:, 1] + ARENA_HALF) / CELL
-    i = _within_floor(np.floor(u).astype(np.int64)[:, None] + _NEIGHBOURS)
-    j = _within_floor(np.floor(v).astype(np.int64)[:, None] + _NEIGHBOURS)
-    cells = j[:, :, None] * CELLS + i[:, None, :]
-    gap = np.hypot((v[:, None] - j)[:, :, None], (u[:, None] - i)[:, None, :])
-    off = _detour(gap, 2.2, 14.0)  # (M, 4, 4)
+    i = _within_floor(np.floor(u).astype(np.int64) + _NEIGHBOURS)  # (4, M): the poses last, so that they lie together
+    j = _within_floor(np.floor(v).astype(np.int64) + _NEIGHBOURS)
+    cells = (j * CELLS)[:, None] + i  # (4, 4, M)
+    off = _detour(np.hypot((v - j)[:, None], u - i), 2.2, 14.0)
     if motion.headings == 1:
-        return np.asarray((costs[cells] + off).reshape(len(poses), -1).min(axis=1))
+        return np.asarray((costs.take(cells) + off).reshape(-1, len(poses)).min(axis=0))
     w = poses[:, 2] / (2 * math.pi / motion.headings)
-    k = np.floor(w).astype(np.int64)[:, None] + _NEIGHBOURS
-    poses_near = (k % motion.headings * (CELLS * CELLS))[:, :, None, None] + cells[:, None]
-    best = (costs.take(poses_near) + off[:, None]).reshape(len(poses), len(_NEIGHBOURS), -1).min(axis=2)
-    return np.asarray((best + _detour(np.abs(w[:, None] - k), 3.0, 8.0)).min(axis=1))
+    k = np.floor(w).astype(np.int64) + _NEIGHBOURS
+    poses_near = (k % motion.headings * (CELLS * CELLS))[:, None, None] + cells  # (4, 4, 4, M)
+    best = (costs.take(poses_near) + off).reshape(len(_NEIGHBOURS), -1, len(poses)).min(axis=1)
+    return np.asarray((best + _detour(np.abs(w - k), 3.0, 8.0)).min(axis=0))
 
 
 def _within_floor(indices: Index) -> Index:

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -38,14 +39,24 @@ def grips_for_both(now: Situation, item: int, mine: list[float], theirs: list[fl
     poses, _ = stands(now.item(item), now.item_pose(item))
     blue_costs, red_costs = (mine, theirs) if now.seat == 0 else (theirs, mine)
     options = []
-    for blue, red in itertools.product(range(len(poses)), repeat=2):
+    for blue, red, sideways, tightness in _pairs(poses.tobytes()):
         slower, quicker = sorted((blue_costs[blue], red_costs[red]))[::-1]
+        if slower < UNREACHED:
+            options.append((round(slower + 0.2 * quicker + sideways + tightness), blue, red))
+    return [Grips(float(score), poses[[blue, red]]) for score, blue, red in sorted(options)]
+
+
+@lru_cache(maxsize=64)
+def _pairs(stands_beside: bytes) -> list[tuple[int, int, float, float]]:
+    """Blue's and red's number of stands (n, 3) that both can take at once, and the price of that pair in two parts."""
+    poses = np.frombuffer(stands_beside).reshape(-1, 3)
+    pairs = []
+    for blue, red in itertools.product(range(len(poses)), repeat=2):
         apart = abs(wrap(float(poses[blue, 2] - poses[red, 2])))
         gap = math.dist(poses[blue, :2], poses[red, :2])
-        if slower < UNREACHED and gap > APART:
-            score = round(slower + 0.2 * quicker + SIDEWAYS * (math.pi - apart) + _tightness(gap))
-            options.append((score, blue, red))
-    return [Grips(float(score), np.stack([poses[blue], poses[red]])) for score, blue, red in sorted(options)]
+        if gap > APART:
+            pairs.append((blue, red, SIDEWAYS * (math.pi - apart), _tightness(gap)))
+    return pairs
 
 
 def unlike(options: list[Grips], most: int = 6) -> list[Grips]:

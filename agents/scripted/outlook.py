@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from agents.scripted.flood import Mask, flood, grown, to_bits, to_mask
+from agents.scripted.flood import Mask, flood, flood_around, grown, to_bits, to_mask
 from agents.scripted.terrain import AXIS, CELLS
 
 Point = tuple[float, float]
@@ -27,10 +27,33 @@ class Outlook(NamedTuple):
 class Division:
     """How the floor is divided: its parts with an item beside them, and what the partner reaches of it."""
 
-    def __init__(self, free: int, outlook: Outlook) -> None:
+    def __init__(self, free: int, outlook: Outlook, hole: int = 0, whole: "Division | None" = None) -> None:
+        """Of the floor `free`; of what a hole leaves of it, where `whole` is the division of the floor without one."""
         self._outlook = outlook
-        self.parts = _parts(free, outlook)
-        self._partners = 0 if outlook.partner is None else self._around_partner(free, outlook.partner)
+        self._hole = hole
+        self._known = whole.pieces if whole is not None else []
+        self.pieces: list[int] = []  # all that hangs together as far as it was looked at
+        self.parts = self._parts(free & ~hole)
+        self._partners = 0 if outlook.partner is None else self._around_partner(free & ~hole, outlook.partner)
+
+    def _flood(self, start: int, free: int) -> int:
+        """The piece of the floor that hangs together with the lowest point of `start`."""
+        start &= -start
+        piece = next((flood_around(self._hole, start, known) for known in self._known if known & start), 0)
+        self.pieces.append(piece or flood(start, free))
+        return self.pieces[-1]
+
+    def _parts(self, free: int) -> list[int]:
+        """The separate parts of the floor that have an item beside them."""
+        parts: list[int] = []
+        for x, y in (*self._outlook.small, *self._outlook.heavy):
+            beside = around(x, y, _BESIDE) & free
+            for part in parts:
+                beside &= ~part
+            while beside:
+                parts.append(self._flood(beside, free))
+                beside &= ~parts[-1]
+        return parts
 
     def _around_partner(self, free: int, partner: Point) -> int:
         """The floor that hangs together with the partner's place."""
@@ -39,7 +62,11 @@ class Division:
             if start & part:
                 reached |= part
                 start &= ~part
-        return reached | flood(start, free)
+        while start:
+            piece = self._flood(start, free)
+            reached |= piece
+            start &= ~piece
+        return reached
 
     @property
     def partner_gets_about(self) -> bool:
@@ -65,20 +92,6 @@ class Division:
             beside = around(x, y, _BESIDE)
             missed += not (beside & part and beside & theirs)
         return missed
-
-
-def _parts(free: int, outlook: Outlook) -> list[int]:
-    """The separate parts of the floor that have an item beside them."""
-    parts: list[int] = []
-    for x, y in (*outlook.small, *outlook.heavy):
-        beside = around(x, y, _BESIDE) & free
-        for part in parts:
-            beside &= ~part
-        while beside:
-            part = flood(beside & -beside, free)
-            parts.append(part)
-            beside &= ~part
-    return parts
 
 
 @lru_cache(maxsize=4096)

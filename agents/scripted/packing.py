@@ -3,7 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
-from agents.scripted.flood import Mask, flood, standing_room, to_mask
+from agents.scripted.flood import Mask, flood_around, pieces, standing_room, to_mask
 from agents.scripted.outlook import Outlook, around
 from agents.scripted.storage import storage, within_goals
 from agents.scripted.terrain import AXIS, Terrain
@@ -48,21 +48,23 @@ class Packing:
                 missing += 1
         return missing, max(choice, 0)
 
-    def _ways(self, ground: Terrain, size: float) -> tuple[float, int, int]:
-        """How much room a heavy item's way can have now, the floor with that room, and where the way starts."""
+    def _ways(self, ground: Terrain, size: float) -> tuple[float, list[int], int]:
+        """How much room a heavy item's way can have now, the floor with that room in pieces, where the way starts."""
         start = 0
         for point in self._heavy:
             start |= around(*point, 2 * size + 0.2)  # the item itself still stands there
         for abreast in _ABREAST:
             wide = standing_room(ground, size + abreast)
-            if (to_mask(flood(start & wide, wide))[self._cells] & self._fits[size]).any():
-                return abreast, wide, start & wide
-        return 0.0, 0, 0
+            floor = pieces(start, wide)
+            if any((to_mask(piece)[self._cells] & self._fits[size]).any() for piece in floor):
+                return abreast, floor, start
+        return 0.0, [], 0
 
     def _carried(self, x: float, y: float, radius: float, size: float) -> npt.NDArray[np.bool_]:
         """(n,) which cells a heavy item still gets to with a disc at (x, y)."""
-        abreast, wide, start = self._wide[size]
-        if not wide:
+        abreast, floor, start = self._wide[size]
+        if not floor:
             return np.ones(self._x.shape, dtype=np.bool_)
-        left = wide & ~around(x, y, radius + size + abreast)
-        return to_mask(flood(start & left, left))[self._cells]
+        hole = around(x, y, radius + size + abreast)
+        left = sum(flood_around(hole, start, piece) for piece in floor)  # pieces have nothing in common
+        return to_mask(left)[self._cells]

@@ -29,6 +29,7 @@ _LOOK = 3  # ticks that a try lasts
 _TICKS = UNIT_PER_TICK * np.arange(1, _LOOK + 1)
 _SPIN_PER_TICK = 0.16  # rad that two robots turn an item in a tick at most
 _LETTING_GO = Command(0.0, 0.0, grasp=True)
+_FOUND = 8  # twists remembered: the partner asks in the same tick
 
 
 class Twist(NamedTuple):
@@ -51,6 +52,7 @@ def _make_twists() -> Floats:
 
 _TWISTS = _make_twists()
 _STEPS = np.arange(1, _LOOK + 1)[None, :, None]
+_found: dict[tuple[Search, int, bytes], Twist] = {}  # by the search, how far it was followed, and the pose
 
 
 class PairHaul:
@@ -74,9 +76,9 @@ class PairHaul:
         self._goals = goal_boxes(ground.map)
         self._ground = ground
         self._discs = _discs(item, item_pose, robots)
-        search = _search(ground, item, self._origin_angle, self._discs, look, margin)
-        self.field = Field(search)
-        self._places = search.starts
+        self._search = _search(ground, item, self._origin_angle, self._discs, look, margin)
+        self.field = Field(self._search)
+        self._places = self._search.starts
         self._progress = Progress()
 
     def cost(self, item_pose: Floats) -> float:
@@ -97,6 +99,15 @@ class PairHaul:
         return commands(self._best_twist(body), item_pose, robots)
 
     def _best_twist(self, body: Floats) -> Twist:
+        """What both holders find; whoever asks second is told what the first one found."""
+        asked = (self._search, self.field.level, body.tobytes())
+        if asked not in _found:
+            if len(_found) >= _FOUND:
+                _found.clear()
+            _found[asked] = self._look_for_twist(body)
+        return _found[asked]
+
+    def _look_for_twist(self, body: Floats) -> Twist:
         moves = body + _TWISTS[:, None, :] * _STEPS
         left = values(self.field.cost, PAIR, moves.reshape(-1, 3)).reshape(moves.shape[:2])
         through = (left + _TICKS).max(axis=1)
@@ -108,7 +119,7 @@ class PairHaul:
         return np.array([item_pose[0], item_pose[1], item_pose[2] - self._origin_angle])
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=48)
 def _search(
     ground: Terrain, item: ItemSpec, angle: float, discs: tuple[Disc, ...], look: Places, margin: float
 ) -> Search:

@@ -106,7 +106,7 @@ def _look_into(ground: Terrain, radius: float, outlook: Outlook) -> Thought[Plac
     misfits, choice = np.zeros(len(centres)), np.zeros(len(centres))
     packing = None if len(storage(ground.map).slots) else Packing(ground, outlook)
     for place, (x, y) in enumerate(centres.tolist()):
-        left = Division(free & ~around(x, y, radius + ROBOT_RADIUS), outlook)
+        left = Division(free, outlook, around(x, y, radius + ROBOT_RADIUS), whole)
         lost[place] = _lost(left, outlook, before)
         if whole.partner_gets_about and not left.partner_gets_about:
             lost[place] += _SHUT_IN // 2
@@ -154,11 +154,12 @@ def place_costs(
     inside = np.zeros((motion.headings, CELLS, CELLS), dtype=np.bool_)
     for left, bottom, right, top in goal_boxes(ground.map):
         wide, high = extents[:, 0, None, None] + INSET, extents[:, 1, None, None] + INSET
-        inside |= (x > left + wide) & (x < right - wide) & (y > bottom + high) & (y < top - high)
+        inside |= ((x > left + wide) & (x < right - wide)) & ((y > bottom + high) & (y < top - high))
     heading, row, column = np.nonzero(inside)
-    item = cells(x[heading, 0, column], y[heading, row, 0])
+    item_x, item_y = x[heading, 0, column], y[heading, row, 0]
+    item = cells(item_x, item_y)
     number = look.number[item]
-    where_item = np.stack([x[heading, 0, column], y[heading, row, 0]], axis=1)
+    where_item = np.stack([item_x, item_y], axis=1)
     cost = _preference(ground, item, where_item) + look.price[number]
     for robot in robots:
         rx, ry = moved(robot, angles)

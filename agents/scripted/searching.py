@@ -39,7 +39,7 @@ class Search:
 
         `starts` (headings, CELLS, CELLS) says where to go: start costs, UNREACHED where it is no goal.
         """
-        self.motion = motion
+        self._predecessors = _predecessors(motion)
         free = _free_poses(ground, tuple(discs), motion.headings, margin)
         self.starts: Cost = np.where(free, starts.ravel(), np.int16(UNREACHED))
         self._bar: Cost = np.where(free, self.starts, np.int16(-1))  # the cost to beat at each pose
@@ -89,8 +89,8 @@ class Search:
         self._level += 1
 
     def _relax(self, frontier: Index) -> None:
-        heading = frontier // (CELLS * CELLS) if self.motion.headings > 1 else frontier
-        for price, offsets in _predecessors(self.motion):  # the cheapest last: it stays
+        heading = frontier // (CELLS * CELLS)
+        for price, offsets in self._predecessors:  # the cheapest last: it stays
             cost = self._level + price
             before = offsets.take(heading, axis=1) + frontier if offsets.shape[1] > 1 else offsets + frontier
             better = before[self._bar.take(before) > cost]
@@ -143,7 +143,7 @@ def _predecessors(motion: Motion) -> tuple[tuple[int, Index], ...]:
     return tuple(table)
 
 
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=48)
 def _free_poses(ground: Terrain, discs: tuple[Disc, ...], headings: int, margin: float) -> npt.NDArray[np.bool_]:
     """Flat over (heading, row, column): whether every disc keeps its radius and the margin from everything."""
     free = np.ones((headings, CELLS, CELLS), dtype=np.bool_)

@@ -8,11 +8,14 @@ import numpy.typing as npt
 
 from agents.scripted.outlook import Outlook
 from agents.scripted.places import Looks
-from agents.scripted.terrain import Placed, Terrain, terrain, with_robot
+from agents.scripted.terrain import Terrain, terrain, with_robot
 from maps import ItemSpec, MapSpec
 from maps.shapes import circumradius
 from world.scoring import delivered_items
 from world.state import Floats, WorldState
+
+Floors = dict[tuple[frozenset[int], bytes], Terrain]  # by the items left out and the poses of the others
+_FLOORS = 16  # remembered: most stay as they are for many ticks
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,6 +28,7 @@ class Situation:
     partner_is_still: bool = False  # has not moved for long: better taken for a thing that stands there
     foresees: bool = True  # plans with what will have been taken away by then, not only with what lies there now
     looks: Looks = field(default_factory=Looks)  # the player's own, through all of an episode
+    floors: Floors = field(default_factory=dict)  # likewise
 
     @property
     def tick(self) -> int:
@@ -109,12 +113,16 @@ class Situation:
         return self._floor({self.mine, self.theirs, without, *smalls})
 
     def _floor(self, skipped: set[int]) -> Terrain:
-        placed: list[Placed] = []
-        for index, item in enumerate(self.map.items):
-            if index not in skipped:
-                x, y, angle = self.state.item_poses[index].tolist()
-                placed.append((item, x, y, angle))
-        return terrain(self.map, tuple(placed))
+        standing = [index for index in range(len(self.map.items)) if index not in skipped]
+        poses = self.state.item_poses[standing]
+        key = (frozenset(skipped), poses.tobytes())
+        if key not in self.floors:
+            if len(self.floors) >= _FLOORS:
+                self.floors.clear()
+            items = (self.map.items[index] for index in standing)
+            placed = [(item, x, y, angle) for item, (x, y, angle) in zip(items, poses.tolist(), strict=True)]
+            self.floors[key] = terrain(self.map, tuple(placed))
+        return self.floors[key]
 
 
 def _point(pose: Floats) -> tuple[float, float]:

@@ -89,4 +89,4 @@ def moved(offset: Point, angles: Floats) -> tuple[Floats, Floats]:
 def cells(x: Floats, y: Floats) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
     rows = np.rint((y - AXIS[0]) / CELL).astype(np.int64)
     columns = np.rint((x - AXIS[0]) / CELL).astype(np.int64)
-    return np.clip(rows, 0, CELLS - 1), np.clip(columns, 0, CELLS - 1)
+    return np.minimum(np.maximum(rows, 0), CELLS - 1), np.minimum(np.maximum(columns, 0), CELLS - 1)

@@ -104,27 +104,26 @@ def _around(placed: Placed) -> tuple[slice, slice, Floats]:
 
 def sample(grid: Floats, x: Floats, y: Floats) -> Floats:
     """Bilinear interpolation of a (CELLS, CELLS) grid at any points; outside the arena the edge goes on."""
-    u = np.clip((x + ARENA_HALF) / CELL, 0.0, CELLS - 1.001)
-    v = np.clip((y + ARENA_HALF) / CELL, 0.0, CELLS - 1.001)
+    u = np.minimum(np.maximum((x + ARENA_HALF) / CELL, 0.0), CELLS - 1.001)
+    v = np.minimum(np.maximum((y + ARENA_HALF) / CELL, 0.0), CELLS - 1.001)
     i, j = u.astype(np.intp), v.astype(np.intp)
     a, b = u - i, v - j
+    at, left, below, values = j * CELLS + i, 1 - a, 1 - b, grid.ravel()
     return np.asarray(
-        grid[j, i] * (1 - a) * (1 - b)
-        + grid[j, i + 1] * a * (1 - b)
-        + grid[j + 1, i] * (1 - a) * b
-        + grid[j + 1, i + 1] * a * b
+        values.take(at) * left * below
+        + values.take(at + 1) * a * below
+        + values.take(at + CELLS) * left * b
+        + values.take(at + CELLS + 1) * a * b
     )
 
 
 def squeeze(ground: Terrain, discs: Sequence[Disc], poses: Floats) -> Floats:
     """(...,) for poses (..., 3) of a body made of discs: by how much it would overlap something, as a cost."""
     cos, sin = np.cos(poses[..., 2]), np.sin(poses[..., 2])
-    total = np.zeros(poses.shape[:-1])
-    for x, y, radius in discs:
-        clearance = sample(ground.clearance, poses[..., 0] + cos * x - sin * y, poses[..., 1] + sin * x + cos * y)
-        overlap = radius + _TOUCH - clearance
-        total = np.maximum(total, np.where(overlap > 0, _PRESSED + overlap * _PRESSED_PER_UNIT, 0.0))
-    return total
+    x, y, radius = np.array(discs).T.reshape(3, -1, *(1 for _ in cos.shape))  # each (discs, 1, ...)
+    clearance = sample(ground.clearance, poses[..., 0] + cos * x - sin * y, poses[..., 1] + sin * x + cos * y)
+    overlap = radius + _TOUCH - clearance
+    return np.asarray(np.where(overlap > 0, _PRESSED + overlap * _PRESSED_PER_UNIT, 0.0).max(axis=0))
 
 
 def cell_of(x: float, y: float) -> tuple[int, int]:

@@ -5,7 +5,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from agents.scripted.driving import HORIZON, Danger
+from agents.scripted.driving import HORIZON, STRIDE, Danger, no_danger
 from agents.scripted.flood import Mask, grown, to_bits, to_mask
 from agents.scripted.grasping import in_frame
 from agents.scripted.hauling import Body, carried_discs
@@ -31,7 +31,7 @@ _MEETING_PRICE = 600.0  # quarter ticks per unit of overlap with the partner
 
 
 def meeting_danger(now: Situation) -> Danger:
-    """The price of moves that end too near to the partner or to what it carries, if it goes on as it does."""
+    """The price of short moves that come too near to the partner or to what it carries, if it goes on as it does."""
     steps = np.arange(1, HORIZON + 1)
     velocity = now.state.robot_velocities[1 - now.seat][:2] * 0.1
     circles = [(now.partner[:2], ROBOT_RADIUS)]
@@ -40,6 +40,10 @@ def meeting_danger(now: Situation) -> Danger:
     own = [(0.0, 0.0, ROBOT_RADIUS)]
     if now.mine >= 0:
         own += carried_discs(now.item(now.mine), in_frame(now.pose, now.item_pose(now.mine)))
+    longest = HORIZON * (STRIDE + float(np.hypot(*velocity)))  # way of both
+    widest = max(math.hypot(x, y) + radius for x, y, radius in own) + 0.03
+    if all(float(np.hypot(*(centre - now.pose[:2]))) > longest + widest + radius for centre, radius in circles):
+        return no_danger
 
     def danger(moves: Floats) -> Floats:
         worst = np.zeros(moves.shape[:2])

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Sequence
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from world.state import Floats
 _MARGIN = 0.004  # units kept from everything
 _LOOK_AHEAD = 3  # doublings: the direction at a cell looks 2**3 cells down the way
 _TURN_COST = 9.0  # quarter ticks per radian off the way
+_NEIGHBOURS = np.arange(-1, 3)[:, None]  # of a point, per axis
 _HALF = 0.49  # of a cell: a point nearer than this to a grid point is nearest to that one
 
 Point = tuple[float, float]
@@ -77,7 +78,11 @@ class Way:
         """`there` (CELLS, CELLS) are the lengths of the way."""
         self.lengths = there
         self._smooth = np.minimum(there.astype(np.float64), 2000.0)
-        self._heading, self._near = _headings(_filled(self._smooth))
+
+    @cached_property
+    def _ahead(self) -> tuple[Floats, Mask]:
+        """(CELLS, CELLS) where to turn to, and where that does not matter."""
+        return _headings(_filled(self._smooth))
 
     def cost(self, x: float, y: float) -> float:
         """Quarter ticks from (x, y) to the target; UNREACHED when there is no way."""
@@ -87,10 +92,12 @@ class Way:
         """(K,) for short moves (K, HORIZON, 3): what is left at their end, turning included."""
         ends = moves[:, -1]
         left = _values(self._smooth, ends)
-        rows = np.clip(np.rint((ends[:, 1] - AXIS[0]) / CELL).astype(np.int64), 0, CELLS - 1)
-        columns = np.clip(np.rint((ends[:, 0] - AXIS[0]) / CELL).astype(np.int64), 0, CELLS - 1)
-        off = np.abs((ends[:, 2] - self._heading[rows, columns] + math.pi) % (2 * math.pi) - math.pi)
-        return left + np.where(self._near[rows, columns], 0.0, off * _TURN_COST)
+        nearest = np.rint((ends[:, :2] - AXIS[0]) / CELL).astype(np.int64)
+        columns, rows = np.minimum(np.maximum(nearest, 0), CELLS - 1).T
+        cells = rows * CELLS + columns
+        heading, near = self._ahead
+        off = np.abs((ends[:, 2] - heading.take(cells) + math.pi) % (2 * math.pi) - math.pi)
+        return left + np.where(near.take(cells), 0.0, off * _TURN_COST)
 
     def path(self, x: float, y: float, length: int) -> Floats:
         """(n <= length, 2) the cells on the way from (x, y)."""
@@ -135,11 +142,11 @@ def _filled(cost: Floats) -> Floats:
 
 def _values(grid: Floats, poses: Floats) -> Floats:
     u, v = (poses[:, 0] - AXIS[0]) / CELL, (poses[:, 1] - AXIS[0]) / CELL
-    i = np.clip(np.floor(u).astype(np.int64)[:, None] + np.arange(-1, 3), 0, CELLS - 1)
-    j = np.clip(np.floor(v).astype(np.int64)[:, None] + np.arange(-1, 3), 0, CELLS - 1)
-    gap = np.hypot((v[:, None] - j)[:, :, None], (u[:, None] - i)[:, None, :]) * 2.0
-    total = grid[j[:, :, None], i[:, None, :]] + gap
-    return np.asarray(total.reshape(len(poses), -1).min(axis=1))
+    i = np.minimum(np.maximum(np.floor(u).astype(np.int64) + _NEIGHBOURS, 0), CELLS - 1)  # (4, M)
+    j = np.minimum(np.maximum(np.floor(v).astype(np.int64) + _NEIGHBOURS, 0), CELLS - 1)
+    gap = np.hypot((v - j)[:, None], u - i) * 2.0  # (4, 4, M)
+    total = grid.take((j * CELLS)[:, None] + i) + gap
+    return np.asarray(total.reshape(-1, len(poses)).min(axis=0))
 
 
 def _headings(cost: Floats) -> tuple[Floats, Mask]:

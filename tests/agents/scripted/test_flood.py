@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from agents.scripted.flood import flood, lengths, to_bits, to_mask
+from agents.scripted.flood import flood, flood_around, lengths, to_bits, to_mask
 from agents.scripted.lattice import UNREACHED
 from agents.scripted.terrain import CELLS
 
@@ -61,3 +61,14 @@ def test_a_room_without_a_door_is_not_reached() -> None:
 
 def test_masks_survive_being_written_as_an_integer() -> None:
     assert np.array_equal(to_mask(to_bits(_floor())), _floor())
+
+
+@pytest.mark.parametrize(("row", "column"), [(70, 40), (75, 40), (40, 38), (40, 20), (3, 65), (20, 62), (74, 44)])
+@pytest.mark.parametrize("size", [1, 4, 8])
+def test_around_a_hole_as_much_hangs_together_as_a_plain_flood_finds(row: int, column: int, size: int) -> None:
+    whole = flood(_one(START), to_bits(_floor()))
+    mask = np.zeros((CELLS, CELLS), dtype=np.bool_)
+    mask[row - size : row + size, column - size : column + size] = True
+    hole = to_bits(mask)
+    for start in (_one(START), _one((60, 70)), _one((row, column)), _one(START) | _one((60, 70))):
+        assert flood_around(hole, start, whole) == flood(start & ~hole, whole & ~hole)
