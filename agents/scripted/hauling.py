@@ -155,7 +155,7 @@ def _towards(pose: Floats, target: tuple[float, float, float], askew: float) -> 
     return drive(heading, min(max(ahead / STRIDE, -1.0), 1.0)) if abs(ahead) > _OFF else None
 
 
-@lru_cache(maxsize=48)
+@lru_cache(maxsize=32)
 def _search(
     ground: Terrain, item: ItemSpec, offset: Offset, look: Places, margin: float, meeting: Relay | None
 ) -> Search:

@@ -119,7 +119,7 @@ class PairHaul:
         return np.array([item_pose[0], item_pose[1], item_pose[2] - self._origin_angle])
 
 
-@lru_cache(maxsize=48)
+@lru_cache(maxsize=32)
 def _search(
     ground: Terrain, item: ItemSpec, angle: float, discs: tuple[Disc, ...], look: Places, margin: float
 ) -> Search:

@@ -25,7 +25,7 @@ _rank = np.empty(32 * CELLS * CELLS, dtype=np.int32)  # scratch of `_distinct`, 
 class _Slice(NamedTuple):
     """What a slice of searching has changed."""
 
-    poses: Index
+    poses: npt.NDArray[np.int32]  # half of the room: they are kept for long
     costs: Cost
     level: int
     done: bool
@@ -49,7 +49,7 @@ class Search:
         self._slices: list[_Slice] = []
         self._level = self._put_off_starts()  # every cheaper pose is settled
         self._done = not self._later
-        self.start = _Slice(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int16), self._level, self._done)
+        self.start = _Slice(np.empty(0, dtype=np.int32), np.empty(0, dtype=np.int16), self._level, self._done)
 
     def slice(self, number: int) -> _Slice:
         """What slice `number`, from 0 on, changes."""
@@ -67,13 +67,13 @@ class Search:
         return min(self._later, default=0)
 
     def _search(self) -> _Slice:
-        self._pushed = []
         for _ in range(LEVELS_PER_SLICE):
             if self._done:
                 break
             self._expand_level()
         poses = np.concatenate([np.empty(0, dtype=np.int64), *self._pushed])
-        return _Slice(poses, self._bar.take(poses), self._level, self._done)
+        self._pushed = []
+        return _Slice(poses.astype(np.int32), self._bar.take(poses), self._level, self._done)
 
     def _expand_level(self) -> None:
         bucket = self._level % _SPREAD
