@@ -4,6 +4,7 @@
                     policy.onnx           what plays (onnxruntime)
                     policy.safetensors    the same weights, to train on from
                     dynamics.onnx ...     for BASS: the simulator
+                    value.onnx ...        for BASS with `score` value: what will come of a state
 
 The card names every file with its size and SHA-256; whatever does not match is refused. There are no pickles.
 Folders are found by listing, never by joining a path from what somebody typed.
@@ -30,7 +31,14 @@ CARD = "card.json"
 MAX_CARD_BYTES = 1 << 20
 MAX_FILE_BYTES = 256 << 20
 FileName = Literal[
-    "policy.onnx", "policy.safetensors", "dynamics.onnx", "dynamics.safetensors", "metrics.json", "config.json"
+    "policy.onnx",
+    "policy.safetensors",
+    "dynamics.onnx",
+    "dynamics.safetensors",
+    "value.onnx",
+    "value.safetensors",
+    "metrics.json",
+    "config.json",
 ]
 
 _Line = Annotated[str, Field(max_length=400)]
@@ -77,7 +85,7 @@ class SelectionSpec(_Strict):
     own: Annotated[int, Field(ge=1, le=16)] = 4
     partner: Annotated[int, Field(ge=1, le=16)] = 4
     combine: Literal["independent", "product"] = "product"
-    score: Literal["nfd", "nfd+ac"] = "nfd"
+    score: Literal["nfd", "nfd+ac", "value"] = "nfd"  # value: what is done, and what a network says will follow
     depth: Annotated[int, Field(ge=1, le=32)] = 8  # ticks to simulate
 
 
@@ -89,6 +97,13 @@ class DynamicsSpec(_Strict):
     latent: Annotated[int, Field(ge=2, le=512)] = 32
     residual: bool = True  # decode the change of the state instead of the state
     rigid: bool = False  # items move as one body with who holds them, instead of being predicted
+
+
+class ValueSpec(_Strict):
+    """What the value network of BASS says: the progress that is still to come, less the later it comes."""
+
+    width: Annotated[int, Field(ge=4, le=2048)] = 256
+    discount: Annotated[float, Field(gt=0.0, lt=1.0)] = 0.98  # per tick
 
 
 class Card(_Strict):
@@ -103,6 +118,7 @@ class Card(_Strict):
     policy: PolicySpec
     dynamics: DynamicsSpec | None = None
     selection: SelectionSpec | None = None
+    value: ValueSpec | None = None
     training: Training
     scores: dict[Annotated[str, Field(max_length=60)], Score] = {}
     files: Annotated[tuple[FileEntry, ...], Field(min_length=1, max_length=8)]

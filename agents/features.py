@@ -74,6 +74,13 @@ class FeatureEncoder:
         slots[:, :count] = items
         return np.concatenate((base, partner, slots.reshape(ticks, -1)), axis=1)
 
+    @staticmethod
+    def delivered(rows: Floats) -> Floats:
+        """(B, 7) whether each item is delivered, 1 or 0, out of rows (B, D) of `aware-v1`."""
+        items = rows[:, _MAP_SIZE + _PARTNER_WIDTH :].reshape(-1, ITEM_SLOTS, _ITEM_WIDTH)
+        flags: Floats = items[..., 1]
+        return flags
+
     def _relations(self, robot_poses: Floats, held: Ints, item_poses: Floats, seat: int) -> tuple[Floats, Floats]:
         """The partner's (T, 4) and the items' (T, N, 15) numbers of `aware-v1`."""
         ways = navigation(self._map)

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
     from agents.corrections import Correction
     from agents.dataset import Piece, Trajectory
+    from agents.training.simulators import Simulator
+    from agents.training.values import ValueFiles
 
 KINDS = {
     "mlp": "the paper's MLP",
@@ -48,6 +50,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         if kind == "bass":
             sub.add_argument("--base", required=True, help="id of the policy whose candidates are chosen among")
             sub.add_argument("--simulator", default="", help="id of a BASS agent whose simulator to take; trains none")
+            sub.add_argument("--value", default="", help="id of a BASS agent whose value network to take; trains none")
         add_fields(sub, BassConfig if kind == "bass" else PolicyConfig)
 
 
@@ -154,22 +157,44 @@ def _recombined(material: _Material, config: PolicyConfig, spec: PolicySpec) -> 
 
 
 def _bass(args: argparse.Namespace) -> Checkpoint:
-    from agents.training.simulators import exported, save_bass, simulator_of, train_dynamics, transitions_of
+    from agents.training.simulators import save_bass
 
     config = overridden(bass_preset(args.preset), args)
-    roots = args.data / "models", SHIPPED
-    base = find_checkpoint(args.base, *roots)
+    config.selection()  # refused before hours of training, not after
+    base = find_checkpoint(args.base, args.data / "models", SHIPPED)
+    trains = not args.simulator or (config.score == "value" and not args.value)
+    episodes = _material(args.recordings).episodes if trains else []
+    _write_config(args, config)
+    simulator = _simulator(args, config, base, episodes)
+    value = _value(args, config, episodes) if config.score == "value" else None
+    name = args.name or f"BASS {args.id.rpartition('@')[2]}"
+    by = "what is done by then and expected to follow" if value else config.score.upper()
+    description = (
+        f"{base.card.name} with simulation and selection: of {config.own} candidates, each simulated with "
+        f"{config.partner} guesses of the partner's, the best by {by}."
+    )
+    folder = args.data / "models" / folder_name(args.id)
+    return save_bass(folder, args.id, base, simulator, value, config, name, description)
+
+
+def _simulator(
+    args: argparse.Namespace, config: BassConfig, base: Checkpoint, episodes: list["Trajectory"]
+) -> "Simulator":
+    from agents.training.simulators import exported, simulator_of, train_dynamics, transitions_of
+
     grasp = base.card.policy.grasp
     if args.simulator:
-        simulator = simulator_of(find_checkpoint(args.simulator, *roots), config.depth, grasp)
-    else:
-        _write_config(args, config)
-        dynamics = train_dynamics(config, transitions_of(_material(args.recordings).episodes), _run_folder(args))
-        simulator = exported(dynamics, config.depth, grasp)
-    name = args.name or f"BASS {args.id.rpartition('@')[2]}"
-    description = f"{base.card.name} with simulation and selection: {config.own} x {config.partner} candidates."
-    folder = args.data / "models" / folder_name(args.id)
-    return save_bass(folder, args.id, base, simulator, config, name, description)
+        return simulator_of(find_checkpoint(args.simulator, args.data / "models", SHIPPED), config.depth, grasp)
+    return exported(train_dynamics(config, transitions_of(episodes), _run_folder(args)), config.depth, grasp)
+
+
+def _value(args: argparse.Namespace, config: BassConfig, episodes: list["Trajectory"]) -> "ValueFiles":
+    from agents.training.values import exported_value, returns_of, train_value, value_of
+
+    if args.value:
+        return value_of(find_checkpoint(args.value, args.data / "models", SHIPPED))
+    returns = returns_of(episodes, config.discount)
+    return exported_value(train_value(config, returns, _run_folder(args) / "value"))
 
 
 def _run_folder(args: argparse.Namespace) -> Path:

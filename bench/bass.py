@@ -81,9 +81,9 @@ def _moment(agent: BassAgent, walk: Trajectory, world: World, tick: int) -> list
     mine = _samples(agent, walk, state, seat=0)
     actual = joint[0, 0, 1, :3]
     error = float(np.linalg.norm(theirs[:, 0, :3].mean(axis=0) - actual)) / max(float(np.linalg.norm(actual)), 1e-6)
-    learned = choose(walk.map, 0, mine, theirs, agent.simulator(state), agent.selection)
+    learned = choose(agent.judge, 0, mine, theirs, agent.simulator(state), agent.selection)
     truth = engine_simulator(world.snapshot(), levels=agent.spec.grasp == "hold")
-    oracle = choose(walk.map, 0, mine, theirs, truth, agent.selection)
+    oracle = choose(agent.judge, 0, mine, theirs, truth, agent.selection)
     return [
         float(np.linalg.norm(predicted - after)),
         float(np.linalg.norm(moving(state) - after)),

@@ -6,8 +6,10 @@ from functools import lru_cache
 import numpy as np
 
 from agents.base import EpisodeInfo, Observation
+from agents.bass.judging import judge
 from agents.bass.selection import Choice, Simulator, joint_chunks, judged
 from agents.bass.state_vector import constant, item_places, moving
+from agents.bass.value import Value
 from agents.checkpoint import Checkpoint, SelectionSpec
 from agents.errors import AgentError, CheckpointError
 from agents.policy_spec import PolicySpec
@@ -21,17 +23,20 @@ class BassAgent(PolicyAgent):
     """Any base policy with simulation and selection on top."""
 
     def __init__(
-        self, spec: PolicySpec, network: PolicyNetwork, dynamics: Network, selection: SelectionSpec, execute: int = 0
-    ) -> None:
+        self, spec: PolicySpec, network: PolicyNetwork, dynamics: Network, selection: SelectionSpec, execute: int = 0,
+        value: Value | None = None,
+    ) -> None:  # fmt: skip
         super().__init__(spec, network, execute)
         self.dynamics = dynamics
         self.selection = selection
+        self.value = value
         self._partner_history: list[Singles] = []
 
     def reset(self, episode: EpisodeInfo) -> None:
         super().reset(episode)
         self._partner_history = []
         self._constant = constant(episode.map).astype(np.float32)
+        self.judge = judge(episode.map, episode.seat, self.selection, self.value)
 
     @property
     def batch_key(self) -> Hashable:
@@ -67,7 +72,7 @@ class BassAgent(PolicyAgent):
         ]
         predicted = type(bass[0]).simulate_many(bass, states, joints)
         return [
-            agent._chosen(own, judged(agent.episode.map, joint, rollouts, agent.selection))
+            agent._chosen(own, judged(agent.judge, joint, rollouts, agent.selection))
             for agent, (own, _), joint, rollouts in zip(bass, candidates, joints, predicted, strict=True)
         ]
 
@@ -209,9 +214,9 @@ def _engine_rollout(moment: Snapshot, chunk: Floats, levels: bool) -> Floats:
     return np.array(rows)
 
 
-@lru_cache(maxsize=4)
-def _dynamics_network(data: bytes) -> Network:
-    """One simulator for all agents of a process that have it."""
+@lru_cache(maxsize=8)
+def _shared_network(data: bytes) -> Network:
+    """One simulator, and one value network, for all agents of a process that have it."""
     return Network(data)
 
 
@@ -219,6 +224,7 @@ SAMPLINGS = {
     "4": {"own": 4, "partner": 4, "combine": "independent"},
     "2x2": {"own": 2, "partner": 2, "combine": "product"},
     "4x4": {"own": 4, "partner": 4, "combine": "product"},
+    "8x2": {"own": 8, "partner": 2, "combine": "product"},
 }
 
 
@@ -228,8 +234,8 @@ def bass_agent(
 ) -> BassAgent:  # fmt: skip
     """The agent of a checkpoint of kind bass.
 
-    Options for experiments: `simulator` learned or oracle, `partner` policy or random, `sampling` 4, 2x2 or 4x4,
-    `score` nfd or nfd+ac; what is not given is as in the card.
+    Options for experiments: `simulator` learned or oracle, `partner` policy or random, `sampling` 4, 2x2, 4x4 or 8x2,
+    `score` nfd, nfd+ac or value; what is not given is as in the card.
     """
     card = checkpoint.card
     if card.dynamics is None or card.selection is None:
@@ -247,9 +253,12 @@ def bass_agent(
         )
     if sampling and sampling not in SAMPLINGS:
         raise AgentError(f"{card.id}: sampling is one of {', '.join(SAMPLINGS)}, not {sampling}")
-    if score not in ("", "nfd", "nfd+ac"):
-        raise AgentError(f"{card.id}: score is nfd or nfd+ac, not {score}")
+    if score not in ("", "nfd", "nfd+ac", "value"):
+        raise AgentError(f"{card.id}: score is nfd, nfd+ac or value, not {score}")
+    if score == "value" and card.value is None:
+        raise AgentError(f"{card.id} has no value network; train it with --score value, or use score=nfd")
     changes = {**SAMPLINGS.get(sampling, {}), **({"score": score} if score else {})}
     selection = card.selection.model_copy(update=changes)
-    dynamics = _dynamics_network(checkpoint.read("dynamics.onnx"))
-    return variants[simulator, partner](card.policy, network, dynamics, selection, execute)
+    dynamics = _shared_network(checkpoint.read("dynamics.onnx"))
+    value = Value(card.value, _shared_network(checkpoint.read("value.onnx"))) if card.value else None
+    return variants[simulator, partner](card.policy, network, dynamics, selection, execute, value)

@@ -1,6 +1,6 @@
 """Choosing among candidate chunks by what a simulator says will come of them (paper, "Action Selection").
 
-Knows neither networks nor worlds: chunks and predicted states are arrays, the simulator is an argument.
+Knows neither networks nor worlds: chunks and predicted states are arrays, the simulator and the judge are arguments.
 """
 
 from collections.abc import Callable
@@ -9,13 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from agents.bass.state_vector import item_places, robot_places
+from agents.bass.judging import Judge
 from agents.checkpoint import SelectionSpec
-from maps import MapSpec
-from world.metrics import normalized_final_distance
 from world.state import Floats
-
-AC_WEIGHT = 0.05  # of action consistency beside NFD; the paper does not say which it used
 
 Simulator = Callable[[Floats], Floats]
 """Joint chunks (R, depth, 2, 4) in seat order to predicted moving states (R, depth, 58)."""
@@ -43,12 +39,10 @@ def pairs_of(spec: SelectionSpec) -> npt.NDArray[np.intp]:
     return np.stack((own.ravel(), partner.ravel()), axis=1)
 
 
-def choose(
-    map_spec: MapSpec, seat: int, own: Floats, partner: Floats, simulate: Simulator, spec: SelectionSpec
-) -> Choice:
+def choose(judge: Judge, seat: int, own: Floats, partner: Floats, simulate: Simulator, spec: SelectionSpec) -> Choice:
     """Choose among own chunks (own, H, 4), given guesses of the partner's (partner, H, 4)."""
     joint = joint_chunks(seat, own, partner, spec)
-    return judged(map_spec, joint, simulate(joint), spec)
+    return judged(judge, joint, simulate(joint), spec)
 
 
 def joint_chunks(seat: int, own: Floats, partner: Floats, spec: SelectionSpec) -> Floats:
@@ -60,33 +54,13 @@ def joint_chunks(seat: int, own: Floats, partner: Floats, spec: SelectionSpec) -
     return joint
 
 
-def judged(map_spec: MapSpec, joint: Floats, predicted: Floats, spec: SelectionSpec) -> Choice:
+def judged(judge: Judge, joint: Floats, predicted: Floats, spec: SelectionSpec) -> Choice:
     """The choice, given what a simulator says (R, depth, 58) of the joint chunks (R, depth, 2, 4).
 
     A candidate's score is its mean over the partner's candidates that it is simulated with; the first of equals wins,
     so that where nothing tells them apart the choice is the policy's own sample.
     """
     pairs = pairs_of(spec)
-    each = score(map_spec, joint, predicted, spec)
+    each = judge(joint, predicted)
     scores = np.array([each[pairs[:, 0] == candidate].mean() for candidate in range(spec.own)])
     return Choice(int(scores.argmax()), scores, predicted, pairs)
-
-
-def score(map_spec: MapSpec, joint: Floats, predicted: Floats, spec: SelectionSpec) -> Floats:
-    """(R,) NFD of the last predicted states (paper), and with `nfd+ac` the agents' pulling together."""
-    nfd = normalized_final_distance(map_spec, item_places(predicted[:, -1], len(map_spec.items)))
-    if spec.score == "nfd":
-        return nfd
-    return nfd + AC_WEIGHT * _consistency(joint, predicted)
-
-
-def _consistency(joint: Floats, predicted: Floats) -> Floats:
-    """(R,) mean over ticks of |(f1 + f2) . d| / (|f1| + |f2|), f the pushes and d the line between the robots."""
-    pushes = joint[..., 0:1] * np.stack((-joint[..., 2], joint[..., 1]), axis=-1)  # (R, depth, 2, 2)
-    places = robot_places(predicted)
-    line = places[:, :, 1] - places[:, :, 0]
-    line /= np.maximum(np.linalg.norm(line, axis=-1, keepdims=True), 1e-6)
-    along = np.abs((pushes.sum(axis=2) * line).sum(axis=-1))
-    total = np.linalg.norm(pushes, axis=-1).sum(axis=-1)
-    consistency: Floats = (along / np.maximum(total, 1e-6)).mean(axis=-1)
-    return consistency

@@ -64,6 +64,20 @@ def moving_arrays(robot_poses: Floats, robot_velocities: Floats, held: Ints, ite
     return np.concatenate([part.reshape(ticks, -1) for part in (robots, hands, items)], axis=1)
 
 
+def states_of(rows: Floats, count: int) -> tuple[Floats, Floats, Ints, Floats]:
+    """What `moving_arrays` made rows (T, 58) of, for a map of `count` items: poses, velocities, held, item poses."""
+    robots = rows[:, :HELD_START].reshape(-1, 2, ROBOT_WIDTH)
+    items = rows[:, ITEMS_START:].reshape(-1, ITEM_SLOTS, 4)[:, :count]
+    held = rows[:, HELD_START:ITEMS_START].reshape(-1, 2, HELD_WIDTH).argmax(axis=-1)
+    velocities = robots[..., 4:] * (1.0, 1.0, TURN_UNIT)
+    return _poses(robots), velocities, np.where(held == ITEM_SLOTS, -1, held), _poses(items)
+
+
+def _poses(rows: Floats) -> Floats:
+    """x, y, cos, sin, ... to x, y, angle."""
+    return np.concatenate((rows[..., :2], np.arctan2(rows[..., 3:4], rows[..., 2:3])), axis=-1)
+
+
 def item_places(rows: Floats, count: int) -> Floats:
     """x, y (..., N, 2) of the first `count` items in moving rows (..., 58)."""
     items = rows[..., ITEMS_START:].reshape(*rows.shape[:-1], ITEM_SLOTS, 4)

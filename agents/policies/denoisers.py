@@ -27,8 +27,10 @@ class TimeEmbedding(nn.Module):
         return torch.cat((angles.sin(), angles.cos()), dim=1)
 
 
-class _ResidualBlock(nn.Module):
-    def __init__(self, width: int, dropout: float) -> None:
+class ResidualBlock(nn.Module):
+    """Adds to a vector (B, W) what two layers make of it."""
+
+    def __init__(self, width: int, dropout: float = 0.0) -> None:
         super().__init__()
         self.layers = nn.Sequential(
             nn.LayerNorm(width),
@@ -55,12 +57,12 @@ class ResMlpDenoiser(nn.Module):
         self.observe = nn.Sequential(
             nn.Linear(spec.features * spec.obs_horizon, spec.width),
             nn.SiLU(),
-            _ResidualBlock(spec.width, spec.dropout),
+            ResidualBlock(spec.width, spec.dropout),
         )
         self.time = TimeEmbedding()
         self.of_time = nn.Sequential(nn.Linear(TIME_WIDTH, spec.width), nn.SiLU(), nn.Linear(spec.width, spec.width))
         self.of_chunk = nn.Linear(flat, spec.width)
-        self.blocks = nn.ModuleList([_ResidualBlock(spec.width, spec.dropout) for _ in range(spec.depth)])
+        self.blocks = nn.ModuleList([ResidualBlock(spec.width, spec.dropout) for _ in range(spec.depth)])
         self.out = nn.Sequential(nn.LayerNorm(spec.width), nn.Linear(spec.width, flat))
 
     def condition(self, observation: Tensor) -> Tensor:

@@ -97,11 +97,14 @@ class BassConfig(Optimisation):
     residual: bool = documented(True, "predict the change of the state instead of the state")
     rigid: bool = documented(True, "items move as one body with who holds them, instead of being predicted")
     order: str = documented("joint", "joint, fine-tuned (second autoencoder from the first) or separate; see the paper")
-    own: int = documented(4, "own candidates")
-    partner: int = documented(4, "guesses of the partner's chunk")
+    own: int = documented(8, "own candidates")
+    partner: int = documented(2, "guesses of the partner's chunk")
     combine: str = documented("product", "product (each with each) or independent (pairs)")
-    score: str = documented("nfd", "nfd or nfd+ac")
+    score: str = documented("value", "nfd, nfd+ac, or value: what is done and what is expected to follow")
     depth: int = documented(8, "ticks simulated")
+    value_width: int = documented(256, "score value: units per layer of the value network")
+    value_updates: int = documented(800, "score value: gradient steps of the value network")
+    discount: float = documented(0.98, "score value: what progress is worth a tick later")
 
     def spec(self) -> DynamicsSpec:
         """The network's description."""
@@ -118,7 +121,17 @@ def bass_preset(preset: str) -> BassConfig:
     """The paper's numbers, or ours for one simulator on all maps."""
     if preset == "paper":
         return BassConfig(
-            width=128, latent=32, residual=False, rigid=False, combine="independent", depth=4, epochs=1000, warmup=0
+            width=128,
+            latent=32,
+            residual=False,
+            rigid=False,
+            own=4,
+            partner=4,
+            combine="independent",
+            score="nfd",
+            depth=4,
+            epochs=1000,
+            warmup=0,
         )
     return BassConfig()
 

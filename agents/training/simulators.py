@@ -19,6 +19,7 @@ from agents.policy_spec import Grasp
 from agents.training.config import BassConfig
 from agents.training.loop import Losses, Task, fit
 from agents.training.stages import Batch, Stage, stages
+from agents.training.values import ValueFiles
 from maps import MapSpec
 
 VALIDATION_ROWS = 8192
@@ -139,9 +140,10 @@ def simulator_of(checkpoint: Checkpoint, depth: int, grasp: Grasp) -> Simulator:
 
 
 def save_bass(
-    folder: Path, agent_id: str, base: Checkpoint, simulator: Simulator, config: BassConfig, name: str, description: str
-) -> Checkpoint:
-    """Write the checkpoint of a BASS agent: the base policy's network and the simulator."""
+    folder: Path, agent_id: str, base: Checkpoint, simulator: Simulator, value: ValueFiles | None, config: BassConfig,
+    name: str, description: str,
+) -> Checkpoint:  # fmt: skip
+    """Write the checkpoint of a BASS agent: the base policy's network, the simulator and, if it has one, the value."""
     card = {
         **base.card.model_dump(exclude={"files", "scores"}),
         "id": agent_id,
@@ -150,6 +152,7 @@ def save_bass(
         "kind": "bass",
         "dynamics": simulator.spec.model_dump(),
         "selection": config.selection().model_dump(),
+        "value": value.spec.model_dump() if value else None,
         "training": {
             **base.card.training.model_dump(),
             "created": datetime.datetime.now(datetime.UTC).date().isoformat(),
@@ -160,4 +163,6 @@ def save_bass(
         "dynamics.onnx": simulator.onnx,
         "dynamics.safetensors": simulator.weights,
     }
+    if value:
+        files |= {"value.onnx": value.onnx, "value.safetensors": value.weights}
     return write_checkpoint(folder, card, files)  # type: ignore[arg-type]

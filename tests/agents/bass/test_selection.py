@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from agents.bass.judging import judge
 from agents.bass.selection import choose, pairs_of
 from agents.bass.state_vector import ITEMS_START, item_places, moving, moving_arrays, robot_places
 from agents.checkpoint import SelectionSpec
@@ -34,7 +35,9 @@ def _item_follows_both(joint: Floats) -> Floats:
 @pytest.mark.parametrize("seat", [0, 1])
 def test_the_candidate_that_brings_the_items_nearest_to_the_goal_is_chosen(seat: int) -> None:
     spec = SelectionSpec(own=3, partner=2, combine="product", depth=4)
-    choice = choose(MAP, seat, _chunks([-1.0, 1.0, 0.2]), _chunks([0.5, 1.0]), _item_follows_both, spec)
+    choice = choose(
+        judge(MAP, seat, spec), seat, _chunks([-1.0, 1.0, 0.2]), _chunks([0.5, 1.0]), _item_follows_both, spec
+    )
     assert choice.index == 1
     assert choice.scores[1] > choice.scores[2] > choice.scores[0]
     assert choice.predicted.shape == (6, 4, 58)
@@ -42,13 +45,20 @@ def test_the_candidate_that_brings_the_items_nearest_to_the_goal_is_chosen(seat:
 
 def test_what_the_partner_is_expected_to_do_decides() -> None:
     spec = SelectionSpec(own=2, partner=2, combine="product", depth=4)
-    assert choose(MAP, 0, _chunks([-1.0, 1.0]), _chunks([-1.0, -1.0]), _item_follows_both, spec).index == 0
+    assert (
+        choose(judge(MAP, 0, spec), 0, _chunks([-1.0, 1.0]), _chunks([-1.0, -1.0]), _item_follows_both, spec).index == 0
+    )
 
 
 def test_where_nothing_tells_candidates_apart_the_first_is_taken() -> None:
     spec = SelectionSpec(own=4, partner=4, depth=8)
     choice = choose(
-        MAP, 0, _chunks([0.1, 0.2, 0.3, 0.4]), _chunks([0.0] * 4), lambda joint: np.tile(START, (16, 8, 1)), spec
+        judge(MAP, 0, spec),
+        0,
+        _chunks([0.1, 0.2, 0.3, 0.4]),
+        _chunks([0.0] * 4),
+        lambda joint: np.tile(START, (16, 8, 1)),
+        spec,
     )
     assert choice.index == 0 and np.ptp(choice.scores) == 0
 
@@ -65,7 +75,7 @@ def test_pulling_together_counts_with_the_second_score() -> None:
     own[0, :, 1:3] = -1.0, 0.0  # against the partner's push
     still = np.tile(START, (2, 8, 1))
     still[..., 7:9] = still[..., 0:2] + (0.0, 0.4)  # red stands above blue, both push along that line
-    choice = choose(MAP, 0, own, _chunks([1.0]), lambda joint: still, spec)
+    choice = choose(judge(MAP, 0, spec), 0, own, _chunks([1.0]), lambda joint: still, spec)
     assert choice.index == 1
 
 

@@ -1,0 +1,54 @@
+"""What simulated futures are worth: the paper's scores, or a learned value."""
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+
+from agents.bass.state_vector import item_places, robot_places
+from agents.bass.value import Value
+from agents.checkpoint import SelectionSpec
+from agents.errors import AgentError
+from maps import MapSpec
+from world.metrics import normalized_final_distance
+from world.state import Floats
+
+AC_WEIGHT = 0.05  # of action consistency beside NFD; the paper does not say which it used
+
+Judge = Callable[[Floats, Floats], Floats]
+"""Joint chunks (R, depth, 2, 4) and the states (R, depth, 58) that they lead to, to scores (R,)."""
+
+
+def judge(map_spec: MapSpec, seat: int, spec: SelectionSpec, value: Value | None = None) -> Judge:
+    """The judge that a selection asks for. Raises AgentError when it asks for a value and there is none."""
+    if spec.score == "value":
+        if value is None:
+            raise AgentError("this agent has no value network to choose by; use score=nfd or nfd+ac")
+        return partial(_by_value, map_spec, seat, value)
+    return partial(_by_distance if spec.score == "nfd" else _by_distance_and_consistency, map_spec)
+
+
+def _by_distance(map_spec: MapSpec, joint: Floats, predicted: Floats) -> Floats:
+    """(R,) NFD of the last states (paper, "Action Selection")."""
+    return normalized_final_distance(map_spec, item_places(predicted[:, -1], len(map_spec.items)))
+
+
+def _by_distance_and_consistency(map_spec: MapSpec, joint: Floats, predicted: Floats) -> Floats:
+    """(R,) the same, and the agents' pulling together."""
+    return _by_distance(map_spec, joint, predicted) + AC_WEIGHT * _consistency(joint, predicted)
+
+
+def _by_value(map_spec: MapSpec, seat: int, value: Value, joint: Floats, predicted: Floats) -> Floats:
+    return value.outlook(map_spec, seat, predicted[:, -1], joint.shape[1])
+
+
+def _consistency(joint: Floats, predicted: Floats) -> Floats:
+    """(R,) mean over ticks of |(f1 + f2) . d| / (|f1| + |f2|), f the pushes and d the line between the robots."""
+    pushes = joint[..., 0:1] * np.stack((-joint[..., 2], joint[..., 1]), axis=-1)  # (R, depth, 2, 2)
+    places = robot_places(predicted)
+    line = places[:, :, 1] - places[:, :, 0]
+    line /= np.maximum(np.linalg.norm(line, axis=-1, keepdims=True), 1e-6)
+    along = np.abs((pushes.sum(axis=2) * line).sum(axis=-1))
+    total = np.linalg.norm(pushes, axis=-1).sum(axis=-1)
+    consistency: Floats = (along / np.maximum(total, 1e-6)).mean(axis=-1)
+    return consistency

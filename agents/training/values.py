@@ -1,0 +1,161 @@
+"""Training the value network of BASS from episodes, see `agents.bass.value`."""
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import torch
+from safetensors.torch import save
+from torch import Tensor, nn
+
+from agents.bass.value import LAYOUT, progress
+from agents.checkpoint import Checkpoint, ValueSpec
+from agents.dataset import Indices, Singles, Trajectory
+from agents.errors import CheckpointError, DataError
+from agents.features import LAYOUT_SIZES, feature_encoder
+from agents.policies.denoisers import ResidualBlock
+from agents.policies.export import export, halved_weights
+from agents.training.config import BassConfig
+from agents.training.loop import Losses, Task, fit
+from world.state import Floats
+
+TAIL = 60  # ticks at the end of an episode that time has cut off: what would have followed is not known
+VALIDATION_ROWS = 16384
+RETURN_UNIT = 0.1  # brings returns to about 1
+NOISE = 0.02  # on normalised features
+DECAY = 1e-2
+_BOUND = 5.0  # standard deviations: what is farther out was hardly ever seen
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Returns:
+    """States of many episodes as both seats saw them, and the discounted progress that followed."""
+
+    features: npt.NDArray[np.float16]  # (M, D); half precision, because a million rows are kept
+    returns: Singles  # (M,)
+    episodes: Indices  # (M,) number of the episode
+
+
+def returns_of(trajectories: Sequence[Trajectory], discount: float) -> Returns:
+    """Every state of the episodes from which the end, or `TAIL` ticks at least, is known.
+
+    Raises DataError when there is none.
+    """
+    features, returns, episodes = [], [], []
+    for number, walk in enumerate(trajectories):
+        seen = [walk.features(seat, LAYOUT) for seat in (0, 1)]
+        done = _progress(walk)
+        rows = slice(0, walk.ticks if done[-1] == 1.0 else max(walk.ticks - TAIL, 0))
+        follows = discounted(np.diff(done), discount)[rows].astype(np.float32)
+        features += [view[rows].astype(np.float16) for view in seen]
+        returns += [follows, follows]
+        episodes.append(np.full(2 * len(follows), number))
+    if not sum(map(len, returns)):
+        raise DataError(
+            f"no episode is long enough to learn a value from; it takes more than {TAIL} ticks; or train with --score nfd"
+        )
+    return Returns(np.concatenate(features), np.concatenate(returns), np.concatenate(episodes))
+
+
+def _progress(walk: Trajectory) -> Floats:
+    """(T + 1,) of an episode; 1 exactly when all is delivered."""
+    encoder = feature_encoder(walk.map, LAYOUT)
+    rows = encoder.encode_arrays(walk.robot_poses, walk.robot_velocities, walk.held, walk.item_poses, 0)
+    delivered = encoder.delivered(rows)
+    done = progress(walk.map, walk.item_poses, delivered)
+    return np.where(delivered.sum(axis=1) == len(walk.map.items), 1.0, done)
+
+
+def discounted(gains: Floats, discount: float) -> Floats:
+    """(T,) sums over k of discount ** k * gains[t + k]."""
+    sums = np.zeros(len(gains))
+    follows = 0.0
+    for tick in range(len(gains) - 1, -1, -1):
+        follows = sums[tick] = gains[tick] + discount * follows
+    return sums
+
+
+class ValueNetwork(nn.Module):
+    """Features (B, D) to discounted progress (B,)."""
+
+    mean: Tensor
+    deviation: Tensor
+
+    def __init__(self, spec: ValueSpec) -> None:
+        super().__init__()
+        size = LAYOUT_SIZES[LAYOUT]
+        self.spec = spec
+        self.register_buffer("mean", torch.zeros(size))
+        self.register_buffer("deviation", torch.ones(size))
+        self.layers = nn.Sequential(
+            nn.Linear(size, spec.width),
+            nn.SiLU(),
+            ResidualBlock(spec.width),
+            ResidualBlock(spec.width),
+            nn.LayerNorm(spec.width),
+            nn.Linear(spec.width, 1),
+        )
+
+    def forward(self, features: Tensor) -> Tensor:
+        normal = ((features - self.mean) / self.deviation).clamp(-_BOUND, _BOUND)
+        if self.training:
+            normal = normal + NOISE * torch.randn_like(normal)
+        value: Tensor = self.layers(normal)[:, 0] * RETURN_UNIT
+        return value
+
+
+def train_value(config: BassConfig, data: Returns, folder: Path) -> ValueNetwork:
+    """Fit the value to returns; curves and resume file go to `folder`. Every tenth episode is kept for validation."""
+    torch.manual_seed(config.seed)
+    network = ValueNetwork(ValueSpec(width=config.value_width, discount=config.discount))
+    sample = data.features[::7].astype(np.float32)
+    network.mean.copy_(torch.from_numpy(sample.mean(axis=0)))
+    network.deviation.copy_(torch.from_numpy(np.maximum(sample.std(axis=0), 1e-2)))
+    random = np.random.default_rng(config.seed)
+    out = data.episodes % 10 == 9
+    train = np.flatnonzero(~out)
+    held_out = random.permutation(np.flatnonzero(out) if out.any() else train)[:VALIDATION_ROWS]
+
+    def errors(value: nn.Module, rows: Indices) -> tuple[Tensor, Tensor]:
+        device = network.mean.device
+        features = torch.from_numpy(data.features[rows].astype(np.float32)).to(device)
+        returns = torch.from_numpy(data.returns[rows]).to(device)
+        return (value(features) - returns) / RETURN_UNIT, returns / RETURN_UNIT
+
+    def losses(value: nn.Module) -> Losses:
+        error, _ = errors(value, random.choice(train, config.batch))
+        return {"loss": error.square().mean()}
+
+    def validate(value: nn.Module) -> dict[str, float]:
+        error, returns = errors(value, held_out)
+        return {"explained": 1.0 - float(error.square().mean() / returns.var())}
+
+    how = dataclasses.replace(config, decay=DECAY)
+    trained = fit(Task(network, losses, validate, config.value_updates), how, folder)
+    assert isinstance(trained, ValueNetwork)
+    return trained.cpu()
+
+
+@dataclass(frozen=True, slots=True)
+class ValueFiles:
+    """A trained value network as it lies in a checkpoint."""
+
+    spec: ValueSpec
+    onnx: bytes
+    weights: bytes  # safetensors
+
+
+def value_of(checkpoint: Checkpoint) -> ValueFiles:
+    """The value network of another BASS agent. Raises CheckpointError when it has none."""
+    if checkpoint.card.value is None:
+        raise CheckpointError(f"{checkpoint.card.id} has no value network; name an agent trained with --score value")
+    return ValueFiles(checkpoint.card.value, checkpoint.read("value.onnx"), checkpoint.read("value.safetensors"))
+
+
+def exported_value(network: ValueNetwork) -> ValueFiles:
+    """The files of a trained value network."""
+    data = export(network, (torch.zeros(2, len(network.mean)),), ["features"], ["value"])
+    return ValueFiles(network.spec, data, save(halved_weights(network)))
