@@ -54,9 +54,7 @@ def returns_of(trajectories: Sequence[Trajectory], discount: float) -> Returns:
         returns += [follows, follows]
         episodes.append(np.full(2 * len(follows), number))
     if not sum(map(len, returns)):
-        raise DataError(
-            f"no episode is long enough to learn a value from; it takes more than {TAIL} ticks; or train with --score nfd"
-        )
+        raise DataError(f"no episode is long enough to learn a value from; {TAIL} ticks or fewer; use --score nfd")
     return Returns(np.concatenate(features), np.concatenate(returns), np.concatenate(episodes))
 
 
