@@ -11,19 +11,13 @@ from dataclasses import asdict
 from pathlib import Path
 
 from agents.checkpoint import Card
+from bench._roster import BASS, COMPARED, PAPER_PEOPLE, PAPER_SEEN, PAPER_UNSEEN
 from bench.bass import PAPER, Numbers
 from bench.learning import Outcome, mean_error, shown, table
 from maps import map_names
 
 BEGIN, END = "<!-- measured: begin -->", "<!-- measured: end -->"
 TARGET_TCR = 0.65
-PAPER_UNSEEN = {  # the paper's Challenge 1, unseen behaviours: TCR, NFD, AC
-    "mlp@all": (0.1433, 0.2413, 0.7729),
-    "gru@all": (0.1638, 0.2453, 0.7830),
-    "dp@all": (0.2563, 0.4589, 0.7854),
-    "bass@all": (0.3010, 0.5197, 0.8099),
-}
-PAPER_PEOPLE = {"dp@all": (0.3855, 0.5547, 0.8054), "bass@all": (0.6512, 0.7053, 0.9124)}  # with real people
 
 
 def write_report(path: Path, measured: str) -> None:
@@ -71,21 +65,37 @@ def measured_part(
 
 
 def verdicts(outcomes: Sequence[Outcome]) -> list[str]:
-    """What was aimed at, and by how much it was reached or missed."""
-    lines = []
-    tcr, error = mean_error([one.tcr for one in outcomes if one.run.agent == "bass@all"])
+    """What was aimed at, by how much it was reached or missed, and who is ahead of whom."""
+    tcr, error = mean_error([one.tcr for one in outcomes if one.run.agent == BASS])
     reached = "reached" if tcr >= TARGET_TCR else f"missed by {TARGET_TCR - tcr:.3f}"
-    lines.append(f"`bass@all` TCR {tcr:.3f} ± {error:.3f}; aimed at {TARGET_TCR}: {reached}.")
-    for name in ("tcr", "nfd"):
-        mean, error = mean_error(gains(outcomes, "bass@all", "dp@all", name))
-        lines.append(
-            f"{name.upper()} of BASS minus DP, the same partner, map, seat and seed: {mean:+.3f} ± {error:.3f}."
-        )
+    lines = [f"`{BASS}` TCR {tcr:.3f} ± {error:.3f}; aimed at {TARGET_TCR}: {reached}."]
+    played = {one.run.agent for one in outcomes}
+    for one, other in COMPARED:
+        if {one, other} <= played:
+            lines += [_comparison(outcomes, one, other, name) for name in ("tcr", "nfd")]
     return lines
+
+
+def _comparison(outcomes: Sequence[Outcome], one: str, other: str, metric: str) -> str:
+    """One sentence; the difference is over the episodes that both played, `apart` of the means of these."""
+    mean, error = mean_error(gains(outcomes, one, other, metric))
+    pairs = [mean_error(values) for values in shared(outcomes, one, other, metric)]
+    apart = abs(pairs[0][0] - pairs[1][0]) > pairs[0][1] + pairs[1][1]
+    overlap = "the means are farther apart than their standard errors" if apart else "within the standard errors"
+    return (
+        f"{metric.upper()} of `{one}` minus `{other}`, the same partner, map, seat and seed: {mean:+.3f} ± {error:.3f} "
+        f"(n = {len(gains(outcomes, one, other, metric))}; {overlap})."
+    )
 
 
 def gains(outcomes: Sequence[Outcome], one: str, other: str, metric: str) -> list[float]:
     """Differences of a metric between two agents over the episodes that both played."""
+    mine, theirs = shared(outcomes, one, other, metric)
+    return [a - b for a, b in zip(mine, theirs, strict=True)]
+
+
+def shared(outcomes: Sequence[Outcome], one: str, other: str, metric: str) -> tuple[list[float], list[float]]:
+    """The metric of two agents in the episodes that both played, in the same order."""
 
     def of(agent: str) -> dict[tuple[object, ...], float]:
         return {
@@ -95,20 +105,22 @@ def gains(outcomes: Sequence[Outcome], one: str, other: str, metric: str) -> lis
         }
 
     mine, theirs = of(one), of(other)
-    return [mine[key] - theirs[key] for key in mine if key in theirs]
+    both = [key for key in mine if key in theirs]
+    return [mine[key] for key in both], [theirs[key] for key in both]
 
 
 def _beside_paper(outcomes: Sequence[Outcome], agents: Sequence[str], labels: Mapping[str, str]) -> str:
     of = "TCR | NFD | AC"
-    head = f"| agent | as in the paper | ours: {of} | paper, unseen AI: {of} | paper, people: {of} |"
-    lines = [head, "|---" * 11 + "|"]
+    papers = {"seen AI": PAPER_SEEN, "unseen AI": PAPER_UNSEEN, "people": PAPER_PEOPLE}
+    head = f"| agent | as in the paper | ours: {of} | " + " | ".join(f"paper, {with_}: {of}" for with_ in papers) + " |"
+    lines = [head, "|---" * (5 + 3 * len(papers)) + "|"]
     for agent in agents:
         mine = [one for one in outcomes if one.run.agent == agent]
         ours = [
             mean_error([v for one in mine if (v := getattr(one, name)) is not None]) for name in ("tcr", "nfd", "ac")
         ]
         cells = [shown(*pair) for pair in ours]
-        for paper in (PAPER_UNSEEN, PAPER_PEOPLE):
+        for paper in papers.values():
             cells += [f"{value:.3f}" for value in paper.get(agent, ())] or ["", "", ""]
         lines.append(f"| {agent} | {labels.get(agent, '')} | " + " | ".join(cells) + " |")
     return "\n".join(lines)

@@ -99,6 +99,12 @@ def play_all(todo: list[Run], workers: int, log: Path | None = None) -> list[Out
     return [done[run] for run in todo]
 
 
+def finished(todo: list[Run], log: Path) -> list[Outcome]:
+    """The outcomes of those episodes that the log knows."""
+    known = _logged(log)
+    return [known[key] for run in todo if (key := _key(run)) in known]
+
+
 @lru_cache
 def _version(agent_id: str) -> str:
     """What a trained agent consists of; a log is of no use for another one of the same name."""
