@@ -129,7 +129,7 @@ def train_value(config: BassConfig, data: Returns, folder: Path) -> ValueNetwork
 
     def validate(value: nn.Module) -> dict[str, float]:
         error, returns = errors(value, held_out)
-        return {"explained": 1.0 - float(error.square().mean() / returns.var())}
+        return {"explained": 1.0 - float(error.square().mean() / returns.var().clamp(min=1e-6))}
 
     how = dataclasses.replace(config, decay=DECAY)
     trained = fit(Task(network, losses, validate, config.value_updates), how, folder)

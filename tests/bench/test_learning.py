@@ -52,13 +52,20 @@ def test_the_report_replaces_what_was_measured_and_keeps_the_words_around_it(tmp
     write_report(page, measured_part({"strangers": outcomes, "friends": outcomes[1:]}, {"dp@all": "DP"}, {}, None))
     text = page.read_text()
     assert text.startswith("before\n") and text.endswith("after\n") and "old" not in text
-    assert "0.301" in text and "## With strangers" in text and "## With friends" in text
+    assert "0.256" in text and "## With strangers" in text and "## With friends" in text
     assert "| dp@all | DP | 0.250 ± 0.000 |" in text
 
 
 def test_a_missed_target_is_said_by_how_much() -> None:
     lines = verdicts([_outcome("bass@all", 0.5), _outcome("dp@all", 0.25)])
-    assert "missed by 0.150" in lines[0] and "+0.250" in lines[1]
+    assert "missed by 0.150" in lines[0]
+    assert "+0.250" in lines[1] and "farther apart" in lines[1] and len(lines) == 3
+
+
+def test_a_lead_within_the_errors_is_called_so() -> None:
+    outcomes = [_outcome("bass@all", tcr, name) for tcr, name in ((0.4, "HandOff"), (0.8, "LeftRight"))]
+    outcomes += [_outcome("dp@all", tcr, name) for tcr, name in ((0.3, "HandOff"), (0.7, "LeftRight"))]
+    assert "within the standard errors" in verdicts(outcomes)[1]
 
 
 def test_agents_are_compared_over_the_episodes_that_both_played() -> None:
@@ -69,6 +76,7 @@ def test_agents_are_compared_over_the_episodes_that_both_played() -> None:
 def test_a_stopped_evaluation_goes_on_from_its_log(tmp_path: Path) -> None:
     log, run = tmp_path / "log.jsonl", Run("idle", "idle", "SingleRotation", 0, 1, 3)
     learning._log(log, Outcome(run, 0.75, 0.5, 1.0, None, 0.1))
+    assert [one.tcr for one in learning.finished([run, Run("idle", "idle", "HandOff", 0, 1, 3)], log)] == [0.75]
     again = play_all([run], 1, log)
     assert [one.tcr for one in again] == [0.75]
 

@@ -115,19 +115,20 @@ def test_hands_are_read_from_the_state() -> None:
 
 def test_a_bass_agent_is_trained_on_top_of_a_policy_and_tells_what_it_weighed(tmp_path: Path) -> None:
     for number in range(2):
-        recorded(tmp_path / "rec", f"e{number}", ticks=20, seed=number)
+        recorded(tmp_path / "rec", f"e{number}", ticks=70, seed=number)
     common = [str(tmp_path / "rec"), "--data", str(tmp_path), *TINY]
     assert main(["train", "dp", *common, "--id", "dp@tiny", "--depth", "1"]) == 0
-    assert main(["train", "bass", *common, "--id", "bass@tiny", "--base", "dp@tiny", "--latent", "4"]) == 0
+    bass = ["train", "bass", *common, "--id", "bass@tiny", "--base", "dp@tiny", "--latent", "4"]
+    assert main([*bass, "--value-updates", "4", "--value-width", "16"]) == 0
     agent = agent_of(find_checkpoint("bass@tiny", tmp_path / "models"))
     assert isinstance(agent, BassAgent)
     world = World(load_map("HandOff"))
     agent.reset(EpisodeInfo(world.map, 1, 5, 100))
     chunk = checked_chunk(agent.act(observe(world.map, world.state(), 1)))
     assert len(chunk) == 8
-    assert agent.detail["chosen"] in range(4)
-    assert np.array(agent.detail["scores"]).shape == (4,)
-    assert np.array(agent.detail["items"]).shape == (4, len(world.map.items), 2)
+    assert agent.detail["chosen"] in range(8)
+    assert np.array(agent.detail["scores"]).shape == (8,)
+    assert np.array(agent.detail["items"]).shape == (8, len(world.map.items), 2)
     agent.reset(EpisodeInfo(world.map, 1, 5, 100))
     again = agent.act(observe(world.map, world.state(), 1))
     assert np.array_equal(chunk, again)
@@ -138,8 +139,12 @@ def test_a_simulator_serves_another_policy_too(tmp_path: Path, capsys: pytest.Ca
     common = [str(tmp_path / "rec"), "--data", str(tmp_path), *TINY]
     for kind in ("dp", "gru"):
         assert main(["train", kind, *common, "--id", f"{kind}@tiny", "--horizon", "8", "--depth", "1"]) == 0
-    assert main(["train", "bass", *common, "--id", "bass@tiny", "--base", "dp@tiny", "--latent", "4"]) == 0
-    other = ["train", "bass", "--data", str(tmp_path), "--id", "bass-gru@tiny", "--base", "gru@tiny"]
+    by_distance = "--score", "nfd"
+    bass = ["train", "bass", *common, "--id", "bass@tiny", "--base", "dp@tiny", "--latent", "4"]
+    assert main(bass) == 2
+    assert "use --score nfd" in capsys.readouterr().err  # too short to learn a value from
+    assert main([*bass, *by_distance]) == 0
+    other = ["train", "bass", "--data", str(tmp_path), "--id", "bass-gru@tiny", "--base", "gru@tiny", *by_distance]
     assert main([*other, "--simulator", "bass@tiny"]) == 0
     first, second = (find_checkpoint(name, tmp_path / "models") for name in ("bass@tiny", "bass-gru@tiny"))
     assert first.read("dynamics.onnx") == second.read("dynamics.onnx")

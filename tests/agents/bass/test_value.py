@@ -1,0 +1,73 @@
+"""Choosing by what is done and what will follow."""
+
+import numpy as np
+import pytest
+
+from agents.bass.judging import judge
+from agents.bass.selection import judged
+from agents.bass.state_vector import moving_arrays, states_of
+from agents.bass.value import Value, progress
+from agents.checkpoint import SelectionSpec, ValueSpec
+from agents.errors import AgentError
+from maps import load_map
+from tests.agents.learning import walked
+from world.metrics import normalized_final_distance, task_completion_rate
+from world.state import Floats
+
+MAP = load_map("DistancePriority")
+COUNT = len(MAP.items)
+
+
+class _Constant:
+    """A network that expects the same of every state."""
+
+    def __init__(self, value: float) -> None:
+        self.value = value
+
+    def __call__(self, features: Floats) -> list[Floats]:
+        assert features.dtype == np.float32
+        return [np.full(len(features), self.value)]
+
+
+def test_states_come_back_from_the_rows_that_simulators_use() -> None:
+    walk = walked("DistancePriority", ticks=30, seed=3)
+    arrays = (walk.robot_poses, walk.robot_velocities, walk.held, walk.item_poses)
+    poses, velocities, held, items = states_of(moving_arrays(*arrays), COUNT)
+    assert np.allclose(poses[..., :2], walk.robot_poses[..., :2]) and np.allclose(velocities, walk.robot_velocities)
+    assert np.array_equal(held, walk.held)
+    for angles, expected in ((poses[..., 2], walk.robot_poses[..., 2]), (items[..., 2], walk.item_poses[..., 2])):
+        assert np.allclose(np.cos(angles), np.cos(expected)) and np.allclose(np.sin(angles), np.sin(expected))
+    assert np.allclose(items[..., :2], walk.item_poses[..., :2])
+
+
+def test_progress_is_the_mean_of_distance_and_completion() -> None:
+    walk = walked("DistancePriority", ticks=3)
+    delivered = np.zeros((4, 7))
+    delivered[2, 0] = 1.0
+    done = progress(MAP, walk.item_poses, delivered)
+    nfd = normalized_final_distance(MAP, walk.item_poses)
+    assert np.allclose(done[[0, 1, 3]], nfd[[0, 1, 3]] / 2)
+    tcr = task_completion_rate(MAP, delivered[2, :COUNT].astype(bool))
+    assert tcr > 0 and done[2] == pytest.approx((nfd[2] + tcr) / 2)
+
+
+def test_what_follows_counts_less_the_deeper_the_simulation() -> None:
+    walk = walked("DistancePriority", ticks=5)
+    rows = moving_arrays(walk.robot_poses, walk.robot_velocities, walk.held, walk.item_poses)
+    nothing, much = (Value(ValueSpec(discount=0.9), _Constant(value)) for value in (0.0, 1.0))  # type: ignore[arg-type]
+    for depth in (2, 8):
+        gained = much.outlook(MAP, 0, rows, depth) - nothing.outlook(MAP, 0, rows, depth)
+        assert np.allclose(gained, 0.9**depth)
+
+
+def test_choosing_by_a_value_that_is_not_there_is_refused() -> None:
+    with pytest.raises(AgentError, match="no value network"):
+        judge(MAP, 0, SelectionSpec(score="value"))
+
+
+@pytest.mark.parametrize(("margin", "expected"), [(0.0, 2), (0.15, 2), (0.25, 0)])
+def test_the_own_sample_is_played_unless_another_is_better_by_the_margin(margin: float, expected: int) -> None:
+    spec = SelectionSpec(own=3, partner=1, margin=margin)
+    joint, predicted = np.zeros((3, 8, 2, 4)), np.zeros((3, 8, 58))
+    choice = judged(lambda joint, predicted: np.array([0.3, 0.1, 0.5]), joint, predicted, spec)
+    assert choice.index == expected

@@ -1,0 +1,59 @@
+"""What a value is learned from, and that it is learned."""
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from agents.checkpoint import SHIPPED, find_checkpoint
+from agents.errors import CheckpointError, DataError
+from agents.serving import Network
+from agents.training.config import BassConfig
+from agents.training.values import TAIL, Returns, discounted, exported_value, returns_of, train_value, value_of
+from maps import load_map
+from tests.agents.learning import walked
+
+
+def test_later_progress_is_worth_less() -> None:
+    assert discounted(np.array([0.0, 0.0, 1.0]), 0.5).tolist() == [0.25, 0.5, 1.0]
+
+
+def test_states_near_an_end_that_time_made_are_left_out() -> None:
+    short, long = (walked("HandOff", ticks=ticks) for ticks in (TAIL, TAIL + 5))
+    data = returns_of([long, short], 0.98)
+    assert len(data.returns) == 2 * 5 and set(data.episodes.tolist()) == {0}
+    with pytest.raises(DataError, match="60 ticks or fewer"):
+        returns_of([short], 0.98)
+
+
+def test_an_episode_in_which_all_was_delivered_counts_to_its_end() -> None:
+    walk = walked("SingleRotation", ticks=20)
+    the_map = load_map("SingleRotation")
+    goal = the_map.goals[0]
+    items = walk.item_poses.copy()
+    items[-1, 0, :2] = (goal.left + goal.right) / 2, (goal.bottom + goal.top) / 2
+    data = returns_of([dataclasses.replace(walk, item_poses=items)], 0.5)
+    assert len(data.returns) == 2 * 20
+    assert data.returns[19] > 0.4  # half of the way and all of the completion, in the last tick
+    assert data.returns[18] == pytest.approx(data.returns[19] / 2, abs=0.05)
+
+
+def test_a_value_tells_what_follows_and_is_exported_as_trained(tmp_path: Path) -> None:
+    random = np.random.default_rng(0)
+    features = random.standard_normal((4000, 278)).astype(np.float16)
+    data = Returns(features, 0.1 * features[:, 3].astype(np.float32), np.arange(4000) // 100)
+    config = BassConfig(value_width=16, value_updates=300, batch=128, rate=3e-3, warmup=10, ema=0.98)
+    network = train_value(config, data, tmp_path)
+    rows = features[900:1000].astype(np.float32)  # the tenth episode is not trained on
+    files = exported_value(network)
+    (served,) = Network(files.onnx)(features=rows)
+    assert np.corrcoef(served, data.returns[900:1000])[0, 1] > 0.9
+    with torch.inference_mode():
+        assert np.allclose(served, network(torch.from_numpy(rows)).numpy(), atol=1e-3)
+
+
+def test_the_value_of_an_agent_without_one_cannot_be_taken() -> None:
+    with pytest.raises(CheckpointError, match="dp@all has no value network"):
+        value_of(find_checkpoint("dp@all", SHIPPED))
