@@ -43,7 +43,7 @@ def test_a_shipped_agent_plays_a_map_it_never_saw(agent_id: str, the_map: MapSpe
     assert np.isfinite(actions).all() and np.abs(actions[:, 0, 0]).max() > 0.1
 
 
-@pytest.mark.parametrize(("sampling", "pairs"), [("4", 4), ("2x2", 4), ("4x4", 16)])
+@pytest.mark.parametrize(("sampling", "pairs"), [("4", 4), ("2x2", 4), ("4x4", 16), ("8x2", 16)])
 def test_a_sampling_is_chosen_in_the_id_as_the_documentation_says(sampling: str, pairs: int) -> None:
     agent = load_agent(f"bass@all:sampling={sampling}")
     assert isinstance(agent, BassAgent)
