@@ -87,7 +87,6 @@ class SelectionSpec(_Strict):
     combine: Literal["independent", "product"] = "product"
     score: Literal["nfd", "nfd+ac", "value"] = "nfd"  # value: what is done, and what a network says will follow
     depth: Annotated[int, Field(ge=1, le=32)] = 8  # ticks to simulate
-    margin: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0  # by how much a score must beat the policy's own first sample
 
 
 class DynamicsSpec(_Strict):

@@ -258,8 +258,6 @@ def bass_agent(
     if score == "value" and card.value is None:
         raise AgentError(f"{card.id} has no value network; train it with --score value, or use score=nfd")
     changes = {**SAMPLINGS.get(sampling, {}), **({"score": score} if score else {})}
-    if score in ("nfd", "nfd+ac"):
-        changes["margin"] = 0.0  # they are exact where the simulator is
     selection = card.selection.model_copy(update=changes)
     dynamics = _shared_network(checkpoint.read("dynamics.onnx"))
     value = Value(card.value, _shared_network(checkpoint.read("value.onnx"))) if card.value else None

@@ -57,11 +57,10 @@ def joint_chunks(seat: int, own: Floats, partner: Floats, spec: SelectionSpec) -
 def judged(judge: Judge, joint: Floats, predicted: Floats, spec: SelectionSpec) -> Choice:
     """The choice, given what a simulator says (R, depth, 58) of the joint chunks (R, depth, 2, 4).
 
-    A candidate's score is its mean over the partner's candidates that it is simulated with. The first candidate, which
-    is the policy's own sample, is played where nothing tells them apart: where no other is better by `margin`.
+    A candidate's score is its mean over the partner's candidates that it is simulated with; the first of equals wins,
+    so that where nothing tells them apart the choice is the policy's own sample.
     """
     pairs = pairs_of(spec)
     each = judge(joint, predicted)
     scores = np.array([each[pairs[:, 0] == candidate].mean() for candidate in range(spec.own)])
-    best = int(scores.argmax())
-    return Choice(best if scores[best] > scores[0] + spec.margin else 0, scores, predicted, pairs)
+    return Choice(int(scores.argmax()), scores, predicted, pairs)

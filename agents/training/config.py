@@ -102,7 +102,6 @@ class BassConfig(Optimisation):
     combine: str = documented("product", "product (each with each) or independent (pairs)")
     score: str = documented("value", "nfd, nfd+ac, or value: what is done and what is expected to follow")
     depth: int = documented(8, "ticks simulated")
-    margin: float = documented(0.015, "by how much a candidate must be better to be played instead of the first sample")
     value_width: int = documented(256, "score value: units per layer of the value network")
     value_updates: int = documented(800, "score value: gradient steps of the value network")
     discount: float = documented(0.98, "score value: what progress is worth a tick later")
@@ -114,7 +113,7 @@ class BassConfig(Optimisation):
 
     def selection(self) -> SelectionSpec:
         """How candidates are chosen."""
-        names = ("own", "partner", "combine", "score", "depth", "margin")
+        names = ("own", "partner", "combine", "score", "depth")
         return SelectionSpec.model_validate({name: getattr(self, name) for name in names})
 
 
@@ -130,7 +129,6 @@ def bass_preset(preset: str) -> BassConfig:
             partner=4,
             combine="independent",
             score="nfd",
-            margin=0.0,
             depth=4,
             epochs=1000,
             warmup=0,

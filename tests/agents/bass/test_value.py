@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from agents.bass.judging import judge
-from agents.bass.selection import judged
 from agents.bass.state_vector import moving_arrays, states_of
 from agents.bass.value import Value, progress
 from agents.checkpoint import SelectionSpec, ValueSpec
@@ -63,11 +62,3 @@ def test_what_follows_counts_less_the_deeper_the_simulation() -> None:
 def test_choosing_by_a_value_that_is_not_there_is_refused() -> None:
     with pytest.raises(AgentError, match="no value network"):
         judge(MAP, 0, SelectionSpec(score="value"))
-
-
-@pytest.mark.parametrize(("margin", "expected"), [(0.0, 2), (0.15, 2), (0.25, 0)])
-def test_the_own_sample_is_played_unless_another_is_better_by_the_margin(margin: float, expected: int) -> None:
-    spec = SelectionSpec(own=3, partner=1, margin=margin)
-    joint, predicted = np.zeros((3, 8, 2, 4)), np.zeros((3, 8, 58))
-    choice = judged(lambda joint, predicted: np.array([0.3, 0.1, 0.5]), joint, predicted, spec)
-    assert choice.index == expected
