@@ -28,7 +28,7 @@ from agents.dataset import read_trajectories, recording_files
 from agents.demonstrations import jobs, make_all
 from agents.populations import population
 from bench._agents_report import measured_part, write_report
-from bench._roster import AUGMENTED, BASS, CONTROL, DP, GRU, LEARNERS, MLP, PLAIN, SCRIPTED
+from bench._roster import AUGMENTED, BASS, CONTROL, DP, GRU, LEARNERS, MLP, PAPER_BASS, PLAIN, SCRIPTED
 from bench.bass import Numbers, measure
 from bench.learning import Outcome, finished, mean_error, play_all, runs
 from maps import load_map, map_names
@@ -173,7 +173,7 @@ def _command(*words: object) -> None:
 
 def _parts_of_bass(args: argparse.Namespace) -> Numbers:
     """Next state, partner prediction and selection on one episode of C per map."""
-    agent = load_agent(BASS)
+    agent = load_agent(PAPER_BASS)
     assert isinstance(agent, BassAgent)
     maps = [load_map(name) for name in map_names()]
     with tempfile.TemporaryDirectory() as folder:
