@@ -8,7 +8,8 @@ PAPER_BASS, SIMULATED = f"{BASS}:{PAPER_CHOICE}", f"{PLAIN}:{PAPER_CHOICE}"
 SCRIPTED, CONTROL = "scripted", "idle"
 
 LEARNERS = {
-    BASS: "DP/BASS, chosen by value (not in the paper)",
+    BASS: "DP/BASS, chosen by value",
+    PLAIN: "DP + BASS without augmentation, chosen by value",
     PAPER_BASS: "DP/BASS",
     SIMULATED: "DP + BASS without augmentation",
     AUGMENTED: "DP + BASS without simulation",
@@ -16,7 +17,10 @@ LEARNERS = {
     GRU: "GRU",
     MLP: "MLP",
 }
-COMPARED = ((BASS, DP), (BASS, AUGMENTED), (BASS, PAPER_BASS), (PAPER_BASS, DP), (SIMULATED, DP), (AUGMENTED, DP))
+COMPARED = (
+    (BASS, DP), (BASS, AUGMENTED), (PLAIN, DP), (BASS, PAPER_BASS), (PAPER_BASS, DP), (SIMULATED, DP), (AUGMENTED, DP),
+)  # fmt: skip
+"""Whose lead over whom is told."""
 
 PAPER_SEEN = {  # "Results of Different Methods with BASS", Challenge 1, seen behaviours: TCR, NFD, AC
     MLP: (0.3568, 0.4118, 0.7890),
