@@ -147,10 +147,12 @@ def shown(mean: float, error: float) -> str:
 
 
 def table(outcomes: list[Outcome], agents: list[str], maps: list[str]) -> str:
-    """Rows of agents: TCR and NFD over all maps, then TCR by map."""
+    """Rows of agents that played: TCR and NFD over all maps, then TCR by map."""
     lines = ["| agent | TCR | NFD | WT [s] | AC | n | " + " | ".join(maps) + " |", "|---" * (6 + len(maps)) + "|"]
     for agent in agents:
         mine = [one for one in outcomes if one.run.agent == agent]
+        if not mine:
+            continue
         tcr, nfd, waiting = (mean_error([getattr(one, name) for one in mine]) for name in ("tcr", "nfd", "wt_s"))
         consistency = mean_error([one.ac for one in mine if one.ac is not None])
         cells = [shown(*pair) for pair in (tcr, nfd, waiting, consistency)]

@@ -38,7 +38,8 @@ def test_errors_are_those_of_the_mean() -> None:
 
 def test_the_table_and_the_cards_scores_come_from_the_same_outcomes() -> None:
     outcomes = [_outcome("dp@all", 0.25), _outcome("dp@all", 0.75), _outcome("idle", 0.0)]
-    rows = table(outcomes, ["dp@all", "idle"], ["HandOff"]).splitlines()
+    rows = table(outcomes, ["dp@all", "nobody", "idle"], ["HandOff"]).splitlines()
+    assert len(rows) == 4 and "| idle |" in rows[3]
     assert rows[2].startswith("| dp@all | 0.500 ± 0.250 | 0.250 ± 0.125 |") and rows[2].endswith("| 2 | 0.50 |")
     assert " | – | 2 | " in rows[2]  # nobody carried together, so nobody's pulling was consistent
     card = scores(outcomes, "dp@all")["TCR with unseen scripted people"]
