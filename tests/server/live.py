@@ -152,6 +152,20 @@ class Person:
         """Play so many ticks; their numbers."""
         return [self.next_tick(seat) for _ in range(ticks)]
 
+    def play_out(self, seat: int = 0) -> dict[str, Any]:
+        """Play until the round is over, acknowledging every bundle (who does not is cut off); its result."""
+        while not (results := self.results()):
+            self.answer_one(seat)
+        return results[0]
+
+    def answer_one(self, seat: int = 0) -> None:
+        """Hear one thing; a bundle is answered with an input."""
+        if isinstance(self.hear(), Bundle):
+            self.push(seat)
+
+    def results(self) -> list[dict[str, Any]]:
+        return [told for told in self.told if told["type"] == "result"]
+
     def end(self) -> tuple[int, list[dict[str, Any]]]:
         """Read until the connection is closed: the close code (1006 without one) and what was still told."""
         before = len(self.told)

@@ -40,7 +40,7 @@ def test_a_person_plays_with_the_recorded_red(live: Live, kept: str, recording: 
     person = live.person(room["room"], tokens=[room["tokens"][0]])
     assert person.wait_for("round")["map"]["name"] == "HandOff"
     person.say(type="ready", seat=0, ready=True)
-    again = person.wait_for("result")["recording"]
+    again = person.play_out()["recording"]
     path = live.host.settings.recordings / f"{again}.mcap"
     live.call(f"/api/recordings/{again}")  # waits until it is finalised
     episode, then = read_episode(path), read_episode(recording)

@@ -114,10 +114,10 @@ def kill_and_return(tmp_path: Path, kills: list[int], limit_ticks: int) -> None:
                 seen = max(blue.bundles[-1].tick, red.bundles[-1].tick)
                 tokens = [blue.tokens, red.tokens]
             else:
-                while not any(told["type"] == "result" for told in blue.told):
-                    blue.hear()
-                    blue.push(0)
-                result = next(told for told in blue.told if told["type"] == "result")
+                while not (results := blue.results()):
+                    blue.answer_one(0)
+                    red.answer_one(1)
+                (result,) = results
                 assert (result["outcome"], result["ticks"]) == ("time", limit_ticks)
                 assert live.call(f"/api/recordings/{result['recording']}")[1]["exact"]
             live.hang_up()

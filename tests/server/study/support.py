@@ -13,7 +13,6 @@ from typing import Any
 
 from websockets.exceptions import ConnectionClosed
 
-from server.frames import Bundle
 from server.study.app import create_study_app
 from server.study.caretaker import Caretaker
 from server.study.dashboard import Dashboard
@@ -204,9 +203,7 @@ class Visitor:
         self.wait_until(lambda one: one.step.get("state") == "playing" or one.step["key"] != key)
         person = self.player()
         with contextlib.suppress(ConnectionClosed):
-            while not any(told["type"] == "result" for told in person.told):
-                if isinstance(person.hear(), Bundle):
-                    person.push(self.step["room"]["seat"], heading=1.0)
+            person.play_out(self.step["room"]["seat"])
         person.connection.close()
         self.wait_until(lambda one: one.step["key"] != key)
 

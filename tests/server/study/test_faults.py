@@ -70,8 +70,7 @@ def test_the_end_of_a_round_waits_for_the_database(study: Served) -> None:
     person = visitor.player()
     person.next_tick(visitor.step["room"]["seat"])
     with read_only(study):
-        while not any(told["type"] == "result" for told in person.told):
-            person.hear()
+        person.play_out(visitor.step["room"]["seat"])
         visitor.wait_until(lambda one: one.step["state"] == "over")
         assert visitor.next()["step"]["state"] == "over", "and nobody is sent on before it is saved"
     study.look()

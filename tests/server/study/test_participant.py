@@ -309,8 +309,7 @@ def test_a_page_that_is_reloaded_in_a_round_comes_back_to_the_same_seat(solo: Se
     again = visitor.player()
     assert again.welcome["seats"][0]["seat"] == visitor.step["room"]["seat"]
     assert again.welcome["study"] is True
-    while not any(told["type"] == "result" for told in again.told):
-        again.hear()
+    again.play_out(visitor.step["room"]["seat"])
     visitor.wait_until(lambda one: one.kind == "questionnaire")
 
 

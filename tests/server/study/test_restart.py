@@ -49,8 +49,7 @@ def test_after_kill_9_everybody_is_where_they_were_and_the_round_goes_on(tmp_pat
         again = player.player()
         first = again.next_tick(player.step["room"]["seat"])
         assert 2 <= seen - 1 <= first <= seen + 30, "the round goes on after the last recorded tick"
-        while not any(told["type"] == "result" for told in again.told):
-            again.hear()
+        again.play_out(player.step["room"]["seat"])
         player.wait_until(lambda one: one.kind == "questionnaire")
         running.process.send_signal(signal.SIGTERM)
         assert running.process.wait(30) == 0
