@@ -103,6 +103,7 @@ class ValueSpec(_Strict):
     """What the value network of BASS says: the progress that is still to come, less the later it comes."""
 
     width: Annotated[int, Field(ge=4, le=2048)] = 256
+    members: Annotated[int, Field(ge=1, le=16)] = 1  # networks whose mean it is
     discount: Annotated[float, Field(gt=0.0, lt=1.0)] = 0.98  # per tick
 
 

@@ -2,6 +2,7 @@
 
 DP, AUGMENTED, MLP, GRU = "dp@all", "dp-augmented@all", "mlp@all", "gru@all"
 BASS, PLAIN = "bass@all", "bass-plain@all"  # on top of AUGMENTED, and on top of DP
+FIRST = "bass-first@all"  # BASS with a value that has not seen itself play yet; in no table
 PAPER_CHOICE = "score=nfd,sampling=4x4"
 """Options with which a BASS agent chooses as in the paper, by NFD, instead of by a value."""
 PAPER_BASS, SIMULATED = f"{BASS}:{PAPER_CHOICE}", f"{PLAIN}:{PAPER_CHOICE}"

@@ -6,9 +6,11 @@
 2. Diffusion Policy (flow, fast denoiser) learns from them;
 3. it takes turns with the expert beside the same people (DAgger), and learns on; `--rounds` times;
 4. MLP, GRU and Diffusion Policy with augmentation learn from the same labels;
-5. Diffusion Policy plays with the same people, no expert helping; from all these episodes the simulator of BASS and the
-   value that it chooses by are learned;
-6. everybody plays with the people of A and B, and with those of population C whom nobody was trained with, beside an
+5. Diffusion Policy plays with the same people, no expert helping; from all these episodes the simulator of BASS and a
+   value to choose by are learned;
+6. BASS plays with them, choosing by that value, and the value is learned again with these episodes too: a value knows
+   little of where choosing by it leads before that was seen;
+7. everybody plays with the people of A and B, and with those of population C whom nobody was trained with, beside an
    idle partner and the scripted expert; the scores with C go into the cards and the tables into the report.
 
 Stopped and started again it goes on where it was; finished evaluation episodes are in DATA/evaluation.jsonl.
@@ -28,7 +30,7 @@ from agents.dataset import read_trajectories, recording_files
 from agents.demonstrations import jobs, make_all
 from agents.populations import population
 from bench._agents_report import measured_part, write_report
-from bench._roster import AUGMENTED, BASS, CONTROL, DP, GRU, LEARNERS, MLP, PAPER_BASS, PLAIN, SCRIPTED
+from bench._roster import AUGMENTED, BASS, CONTROL, DP, FIRST, GRU, LEARNERS, MLP, PAPER_BASS, PLAIN, SCRIPTED
 from bench.bass import Numbers, measure
 from bench.learning import Outcome, finished, mean_error, play_all, runs
 from maps import load_map, map_names
@@ -38,6 +40,7 @@ NAMES = {
     DP: "Diffusion Policy",
     AUGMENTED: "DP with augmentation",
     BASS: "DP/BASS",
+    FIRST: "DP/BASS, its first value",
     PLAIN: "DP with simulation",
     MLP: "MLP",
     GRU: "GRU",
@@ -118,8 +121,10 @@ def _train_all(args: argparse.Namespace) -> None:
         )
     for kind, agent_id in (("mlp", MLP), ("gru", GRU)):
         _train(args, agent_id, kind, labels, "--population", PEOPLE, "--updates", args.baseline_updates)
-    plays = _plays(args)
-    _train(args, BASS, "bass", labels, plays, "--base", AUGMENTED, "--updates", args.simulator_updates)
+    plays = _plays(args, DP)
+    _train(args, FIRST, "bass", labels, plays, "--base", AUGMENTED, "--updates", args.simulator_updates)
+    again = _plays(args, FIRST)
+    _train(args, BASS, "bass", labels, plays, again, "--base", AUGMENTED, "--simulator", FIRST)
     _train(args, PLAIN, "bass", "--base", DP, "--simulator", BASS, "--value", BASS)
 
 
@@ -129,11 +134,11 @@ def _train(args: argparse.Namespace, agent_id: str, kind: str, *words: object) -
         _command("train", kind, *words, "--data", args.data, "--id", agent_id, "--name", NAMES[agent_id])
 
 
-def _plays(args: argparse.Namespace) -> Path:
-    """The folder of episodes in which the policy plays with people of A and B, in either seat, and nobody helps it."""
-    folder: Path = args.data / "plays"
+def _plays(args: argparse.Namespace, agent_id: str) -> Path:
+    """The folder of episodes in which an agent plays with people of A and B, in either seat, and nobody helps it."""
+    folder: Path = args.data / "plays" / folder_name(agent_id)
     for number, (people, red) in enumerate((people, red) for people in "AB" for red in (True, False)):
-        seats = (DP, f"people:{people}") if red else (f"people:{people}", DP)
+        seats = (agent_id, f"people:{people}") if red else (f"people:{people}", agent_id)
         if not (folder / f"done-{number}").exists():
             _command(
                 "match", "--red", seats[0], "--blue", seats[1], "--episodes", -(-args.plays // 2),

@@ -103,6 +103,7 @@ class BassConfig(Optimisation):
     score: str = documented("value", "nfd, nfd+ac, or value: what is done and what is expected to follow")
     depth: int = documented(8, "ticks simulated")
     value_width: int = documented(256, "score value: units per layer of the value network")
+    value_members: int = documented(4, "score value: networks, each on batches of its own, whose mean is the value")
     value_updates: int = documented(800, "score value: gradient steps of the value network")
     discount: float = documented(0.98, "score value: what progress is worth a tick later")
 

@@ -77,7 +77,10 @@ def discounted(gains: Floats, discount: float) -> Floats:
 
 
 class ValueNetwork(nn.Module):
-    """Features (B, D) to discounted progress (B,)."""
+    """Features (B, D) to discounted progress (B,): the mean of several networks.
+
+    One alone overrates some of the candidates between which it chooses, and those are the ones it would choose.
+    """
 
     mean: Tensor
     deviation: Tensor
@@ -88,27 +91,39 @@ class ValueNetwork(nn.Module):
         self.spec = spec
         self.register_buffer("mean", torch.zeros(size))
         self.register_buffer("deviation", torch.ones(size))
-        self.layers = nn.Sequential(
-            nn.Linear(size, spec.width),
-            nn.SiLU(),
-            ResidualBlock(spec.width),
-            ResidualBlock(spec.width),
-            nn.LayerNorm(spec.width),
-            nn.Linear(spec.width, 1),
-        )
+        self.members = nn.ModuleList(_layers(size, spec.width) for _ in range(spec.members))
 
     def forward(self, features: Tensor) -> Tensor:
-        normal = ((features - self.mean) / self.deviation).clamp(-_BOUND, _BOUND)
-        if self.training:
-            normal = normal + NOISE * torch.randn_like(normal)
-        value: Tensor = self.layers(normal)[:, 0] * RETURN_UNIT
+        normal = self._normal(features)
+        value: Tensor = sum(layers(normal)[:, 0] for layers in self.members) * (RETURN_UNIT / len(self.members))
         return value
+
+    def each(self, features: Tensor) -> Tensor:
+        """What each network says (M, B) of a batch of its own (M, B, D), in training."""
+        normal = self._normal(features)
+        normal = normal + NOISE * torch.randn_like(normal)
+        says = [layers(rows)[:, 0] for layers, rows in zip(self.members, normal, strict=True)]
+        return torch.stack(says) * RETURN_UNIT
+
+    def _normal(self, features: Tensor) -> Tensor:
+        return ((features - self.mean) / self.deviation).clamp(-_BOUND, _BOUND)
+
+
+def _layers(size: int, width: int) -> nn.Sequential:
+    return nn.Sequential(
+        nn.Linear(size, width),
+        nn.SiLU(),
+        ResidualBlock(width),
+        ResidualBlock(width),
+        nn.LayerNorm(width),
+        nn.Linear(width, 1),
+    )
 
 
 def train_value(config: BassConfig, data: Returns, folder: Path) -> ValueNetwork:
     """Fit the value to returns; curves and resume file go to `folder`. Every tenth episode is kept for validation."""
     torch.manual_seed(config.seed)
-    network = ValueNetwork(ValueSpec(width=config.value_width, discount=config.discount))
+    network = ValueNetwork(ValueSpec(width=config.value_width, members=config.value_members, discount=config.discount))
     sample = data.features[::7].astype(np.float32)
     network.mean.copy_(torch.from_numpy(sample.mean(axis=0)))
     network.deviation.copy_(torch.from_numpy(np.maximum(sample.std(axis=0), 1e-2)))
@@ -117,18 +132,19 @@ def train_value(config: BassConfig, data: Returns, folder: Path) -> ValueNetwork
     train = np.flatnonzero(~out)
     held_out = random.permutation(np.flatnonzero(out) if out.any() else train)[:VALIDATION_ROWS]
 
-    def errors(value: nn.Module, rows: Indices) -> tuple[Tensor, Tensor]:
+    def batch(rows: Indices) -> tuple[Tensor, Tensor]:
         device = network.mean.device
         features = torch.from_numpy(data.features[rows].astype(np.float32)).to(device)
-        returns = torch.from_numpy(data.returns[rows]).to(device)
-        return (value(features) - returns) / RETURN_UNIT, returns / RETURN_UNIT
+        return features, torch.from_numpy(data.returns[rows]).to(device)
 
     def losses(value: nn.Module) -> Losses:
-        error, _ = errors(value, random.choice(train, config.batch))
-        return {"loss": error.square().mean()}
+        assert isinstance(value, ValueNetwork)
+        features, returns = batch(random.choice(train, (config.value_members, config.batch)))
+        return {"loss": ((value.each(features) - returns) / RETURN_UNIT).square().mean()}
 
     def validate(value: nn.Module) -> dict[str, float]:
-        error, returns = errors(value, held_out)
+        features, returns = batch(held_out)
+        error = value(features) - returns
         return {"explained": 1.0 - float(error.square().mean() / returns.var().clamp(min=1e-6))}
 
     how = dataclasses.replace(config, decay=DECAY)

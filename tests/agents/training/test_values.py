@@ -44,7 +44,7 @@ def test_a_value_tells_what_follows_and_is_exported_as_trained(tmp_path: Path) -
     random = np.random.default_rng(0)
     features = random.standard_normal((4000, 278)).astype(np.float16)
     data = Returns(features, 0.1 * features[:, 3].astype(np.float32), np.arange(4000) // 100)
-    config = BassConfig(value_width=16, value_updates=300, batch=128, rate=3e-3, warmup=10, ema=0.98)
+    config = BassConfig(value_width=16, value_members=2, value_updates=300, batch=128, rate=3e-3, warmup=10, ema=0.98)
     network = train_value(config, data, tmp_path)
     rows = features[900:1000].astype(np.float32)  # the tenth episode is not trained on
     files = exported_value(network)
@@ -52,6 +52,10 @@ def test_a_value_tells_what_follows_and_is_exported_as_trained(tmp_path: Path) -
     assert np.corrcoef(served, data.returns[900:1000])[0, 1] > 0.9
     with torch.inference_mode():
         assert np.allclose(served, network(torch.from_numpy(rows)).numpy(), atol=1e-3)
+        both = torch.from_numpy(np.stack([rows, rows]))
+        assert np.allclose(served, network.each(both).mean(dim=0), atol=0.02), "the value is the mean of its members"
+        assert not torch.equal(network.each(both)[0], network.each(both)[1])
+    assert files.spec.members == 2
 
 
 def test_the_value_of_an_agent_without_one_cannot_be_taken() -> None:
