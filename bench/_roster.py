@@ -10,7 +10,6 @@ SCRIPTED, CONTROL = "scripted", "idle"
 
 LEARNERS = {
     BASS: "DP/BASS, chosen by value",
-    PLAIN: "DP + BASS without augmentation, chosen by value",
     PAPER_BASS: "DP/BASS",
     SIMULATED: "DP + BASS without augmentation",
     AUGMENTED: "DP + BASS without simulation",
@@ -19,7 +18,7 @@ LEARNERS = {
     MLP: "MLP",
 }
 COMPARED = (
-    (BASS, DP), (BASS, AUGMENTED), (PLAIN, DP), (BASS, PAPER_BASS), (PAPER_BASS, DP), (SIMULATED, DP), (AUGMENTED, DP),
+    (BASS, DP), (BASS, AUGMENTED), (BASS, PAPER_BASS), (PAPER_BASS, DP), (SIMULATED, DP), (AUGMENTED, DP),
 )  # fmt: skip
 """Whose lead over whom is told."""
 
