@@ -25,7 +25,7 @@ from agents.navigation import navigation
 from maps import MapSpec
 from world import constants as c
 from world.observation import ITEM_SLOTS, LAYOUTS, encoder
-from world.scoring import delivered_items
+from world.scoring import delivered_many
 from world.state import Floats, Ints, WorldState
 
 _MAP_LAYOUT = "map-v1"
@@ -91,10 +91,9 @@ class FeatureEncoder:
         angles = robot_poses[:, seat, 2]
         grasp = own + c.REACH * np.stack((-np.sin(angles), np.cos(angles)), axis=-1)
         index = np.arange(places.shape[1])
-        delivered = np.array([delivered_items(self._map, poses) for poses in item_poses])
         numbers = [
             np.ones(places.shape[:2]),
-            delivered,
+            delivered_many(self._map, item_poses),
             held[:, seat, None] == index,
             held[:, 1 - seat, None] == index,
             places - here,

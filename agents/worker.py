@@ -38,7 +38,7 @@ from agents.worker_messages import (
 
 IDLE_WAIT_S = 0.5  # how often an idle worker says that it lives
 GIVE_UP_AFTER = 20  # failures in a row after which a seat is not asked again
-MAX_BATCH = 8  # questions answered together: more would let the first of them wait for too long
+MAX_BATCH = 10  # questions answered together: more would let the first of them wait for too long
 
 
 @dataclass(slots=True)
@@ -205,7 +205,7 @@ def main(arguments: list[str]) -> None:
     """Serve on the inherited descriptors."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the server's affair; it closes the socket
     os.dup2(2, 1)  # an agent that prints must not disturb the server's standard output
-    os.nice(5)
+    os.nice(10)
     threading.Thread(target=_end_with_parent, args=(os.getppid(),), daemon=True).start()
     with socket.socket(fileno=int(arguments[0])) as link:
         try:

@@ -1,7 +1,12 @@
 """Everything that can be set about a server, in one frozen value; the command line is made into it."""
 
+import os
 from dataclasses import dataclass, field
 from pathlib import Path
+
+AGENT_WORKERS = min(2, os.cpu_count() or 1)
+"""How many processes for agents the commands start: twenty seats of BASS that decide in the same tick keep one busy for
+most of it."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,6 +26,19 @@ def delivered_items(map_spec: MapSpec, item_poses: Floats) -> npt.NDArray[np.boo
     return np.array(flags, dtype=np.bool_)
 
 
+def delivered_many(map_spec: MapSpec, item_poses: Floats) -> npt.NDArray[np.bool_]:
+    """(T, N) the same for poses (T, N, 3) of many moments; only items with their centre in a goal are looked at."""
+    goals = goal_boxes(map_spec)
+    flags = np.zeros(item_poses.shape[:2], dtype=np.bool_)
+    x, y = item_poses[..., 0], item_poses[..., 1]
+    near = np.zeros_like(flags)
+    for left, bottom, right, top in goals:
+        near |= (left <= x) & (x <= right) & (bottom <= y) & (y <= top)
+    for moment, item in np.argwhere(near).tolist():
+        flags[moment, item] = is_delivered(map_spec.items[item], tuple(item_poses[moment, item].tolist()), goals)
+    return flags
+
+
 def is_delivered(item: ItemSpec, pose: tuple[float, ...], goals: tuple[Box, ...]) -> bool:
     """Whether one item in one pose (x, y, angle) lies within one of the goal boxes."""
     x, y, _ = pose

@@ -6,7 +6,7 @@ from functools import lru_cache
 import numpy as np
 
 from agents.base import EpisodeInfo, Observation
-from agents.bass.judging import judge
+from agents.bass.judging import judge, judge_many
 from agents.bass.selection import Choice, Simulator, joint_chunks, judged
 from agents.bass.state_vector import constant, item_places, moving
 from agents.bass.value import Value
@@ -41,7 +41,7 @@ class BassAgent(PolicyAgent):
     @property
     def batch_key(self) -> Hashable:
         """Agents with one network and one simulator that choose in the same way decide together."""
-        return id(self.network), id(self.dynamics), self.selection
+        return id(self.network), id(self.dynamics), id(self.value and self.value.network), self.selection
 
     def decide(self, state: WorldState, history: Singles) -> Singles:
         """Sample, simulate, select; what was weighed is left in `detail`."""
@@ -71,9 +71,11 @@ class BassAgent(PolicyAgent):
             for agent, (own, partner) in zip(bass, candidates, strict=True)
         ]
         predicted = type(bass[0]).simulate_many(bass, states, joints)
+        views = [(agent.episode.map, agent.episode.seat) for agent in bass]
+        scores = judge_many(views, joints, predicted, bass[0].selection, bass[0].value)
         return [
-            agent._chosen(own, judged(agent.judge, joint, rollouts, agent.selection))
-            for agent, (own, _), joint, rollouts in zip(bass, candidates, joints, predicted, strict=True)
+            agent._chosen(own, judged(each, rollouts, agent.selection))
+            for agent, (own, _), each, rollouts in zip(bass, candidates, scores, predicted, strict=True)
         ]
 
     @staticmethod

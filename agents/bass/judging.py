@@ -1,12 +1,11 @@
 """What simulated futures are worth: the paper's scores, or a learned value."""
 
-from collections.abc import Callable
-from functools import partial
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from agents.bass.state_vector import item_places, robot_places
-from agents.bass.value import Value
+from agents.bass.value import Outlooker, Value
 from agents.checkpoint import SelectionSpec
 from agents.errors import AgentError
 from maps import MapSpec
@@ -21,11 +20,20 @@ Judge = Callable[[Floats, Floats], Floats]
 
 def judge(map_spec: MapSpec, seat: int, spec: SelectionSpec, value: Value | None = None) -> Judge:
     """The judge that a selection asks for. Raises AgentError when it asks for a value and there is none."""
-    if spec.score == "value":
-        if value is None:
-            raise AgentError("this agent has no value network to choose by; use score=nfd or nfd+ac")
-        return partial(_by_value, map_spec, seat, value)
-    return partial(_by_distance if spec.score == "nfd" else _by_distance_and_consistency, map_spec)
+    if spec.score == "value" and value is None:
+        raise AgentError("this agent has no value network to choose by; use score=nfd or nfd+ac")
+    return lambda joint, predicted: judge_many([(map_spec, seat)], [joint], [predicted], spec, value)[0]
+
+
+def judge_many(
+    views: Sequence[Outlooker], joints: Sequence[Floats], predicted: Sequence[Floats], spec: SelectionSpec,
+    value: Value | None,
+) -> list[Floats]:  # fmt: skip
+    """What the judge of each would say, for agents that choose in the same way."""
+    if value is not None and spec.score == "value":
+        return value.outlooks(views, [rollouts[:, -1] for rollouts in predicted], spec.depth)
+    by = _by_distance if spec.score == "nfd" else _by_distance_and_consistency
+    return [by(view[0], joint, rollouts) for view, joint, rollouts in zip(views, joints, predicted, strict=True)]
 
 
 def _by_distance(map_spec: MapSpec, joint: Floats, predicted: Floats) -> Floats:
@@ -36,10 +44,6 @@ def _by_distance(map_spec: MapSpec, joint: Floats, predicted: Floats) -> Floats:
 def _by_distance_and_consistency(map_spec: MapSpec, joint: Floats, predicted: Floats) -> Floats:
     """(R,) the same, and the agents' pulling together."""
     return _by_distance(map_spec, joint, predicted) + AC_WEIGHT * _consistency(joint, predicted)
-
-
-def _by_value(map_spec: MapSpec, seat: int, value: Value, joint: Floats, predicted: Floats) -> Floats:
-    return value.outlook(map_spec, seat, predicted[:, -1], joint.shape[1])
 
 
 def _consistency(joint: Floats, predicted: Floats) -> Floats:

@@ -42,7 +42,8 @@ def pairs_of(spec: SelectionSpec) -> npt.NDArray[np.intp]:
 def choose(judge: Judge, seat: int, own: Floats, partner: Floats, simulate: Simulator, spec: SelectionSpec) -> Choice:
     """Choose among own chunks (own, H, 4), given guesses of the partner's (partner, H, 4)."""
     joint = joint_chunks(seat, own, partner, spec)
-    return judged(judge, joint, simulate(joint), spec)
+    predicted = simulate(joint)
+    return judged(judge(joint, predicted), predicted, spec)
 
 
 def joint_chunks(seat: int, own: Floats, partner: Floats, spec: SelectionSpec) -> Floats:
@@ -54,13 +55,12 @@ def joint_chunks(seat: int, own: Floats, partner: Floats, spec: SelectionSpec) -
     return joint
 
 
-def judged(judge: Judge, joint: Floats, predicted: Floats, spec: SelectionSpec) -> Choice:
-    """The choice, given what a simulator says (R, depth, 58) of the joint chunks (R, depth, 2, 4).
+def judged(each: Floats, predicted: Floats, spec: SelectionSpec) -> Choice:
+    """The choice, given the score of each rollout (R,) and what a simulator says of it (R, depth, 58).
 
     A candidate's score is its mean over the partner's candidates that it is simulated with; the first of equals wins,
     so that where nothing tells them apart the choice is the policy's own sample.
     """
     pairs = pairs_of(spec)
-    each = judge(joint, predicted)
     scores = np.array([each[pairs[:, 0] == candidate].mean() for candidate in range(spec.own)])
     return Choice(int(scores.argmax()), scores, predicted, pairs)

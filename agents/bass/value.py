@@ -11,6 +11,7 @@ sampling from a diffusion policy and taking what a value prefers is known from o
 (Hansen-Estruch et al. 2023).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,6 +27,9 @@ from world.state import Floats
 
 LAYOUT = "aware-v1"  # what the network sees, from the seat that chooses
 
+Outlooker = tuple[MapSpec, int]
+"""The map that is played, and the seat of who looks."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Value:
@@ -34,15 +38,30 @@ class Value:
     spec: ValueSpec
     network: Network
 
-    def outlook(self, map_spec: MapSpec, seat: int, rows: Floats, depth: int) -> Floats:
-        """(R,) what is done in states given as moving rows (R, 58) and what will follow, for states `depth` ahead."""
-        encoder = feature_encoder(map_spec, LAYOUT)
-        arrays = states_of(rows, len(map_spec.items))
-        features = encoder.encode_arrays(*arrays, seat)
+    def outlooks(self, views: Sequence[Outlooker], rows: Sequence[Floats], depth: int) -> list[Floats]:
+        """For each who looks (R,) what is done in its moving rows (R, 58), `depth` ahead, and what will follow.
+
+        All are asked of the network at once, and those of one map and seat are encoded together.
+        """
+        groups: dict[Outlooker, list[int]] = {}
+        for index, view in enumerate(views):
+            groups.setdefault(view, []).append(index)
+        order = [index for group in groups.values() for index in group]
+        looked = [_looked(*view, np.concatenate([rows[index] for index in group])) for view, group in groups.items()]
+        features = np.concatenate([seen for seen, _ in looked])
         follows = self.network(features=features.astype(np.float32))[0]
-        done = progress(map_spec, arrays[3], encoder.delivered(features))
-        scores: Floats = done + self.spec.discount**depth * follows
-        return scores
+        scores = np.concatenate([done for _, done in looked]) + self.spec.discount**depth * follows
+        parts = np.split(scores, np.cumsum([len(rows[index]) for index in order])[:-1])
+        found = dict(zip(order, parts, strict=True))
+        return [found[index] for index in range(len(views))]
+
+
+def _looked(map_spec: MapSpec, seat: int, rows: Floats) -> tuple[Floats, Floats]:
+    """What the network sees (R, D) of moving rows (R, 58), and the progress made by then (R,)."""
+    encoder = feature_encoder(map_spec, LAYOUT)
+    arrays = states_of(rows, len(map_spec.items))
+    features = encoder.encode_arrays(*arrays, seat)
+    return features, progress(map_spec, arrays[3], encoder.delivered(features))
 
 
 def progress(map_spec: MapSpec, item_poses: Floats, delivered: Floats) -> Floats:

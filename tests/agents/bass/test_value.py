@@ -55,8 +55,22 @@ def test_what_follows_counts_less_the_deeper_the_simulation() -> None:
     rows = moving_arrays(walk.robot_poses, walk.robot_velocities, walk.held, walk.item_poses)
     nothing, much = (Value(ValueSpec(discount=0.9), _Constant(value)) for value in (0.0, 1.0))  # type: ignore[arg-type]
     for depth in (2, 8):
-        gained = much.outlook(MAP, 0, rows, depth) - nothing.outlook(MAP, 0, rows, depth)
-        assert np.allclose(gained, 0.9**depth)
+        (more,), (less,) = (value.outlooks([(MAP, 0)], [rows], depth) for value in (much, nothing))
+        assert np.allclose(more - less, 0.9**depth)
+
+
+def test_who_looks_together_sees_what_each_sees_alone() -> None:
+    """Also when maps and seats alternate and the numbers of states differ."""
+    looks = []
+    for name, seat, ticks in (("HandOff", 0, 3), ("LeftRight", 1, 5), ("HandOff", 0, 4), ("HandOff", 1, 2)):
+        walk = walked(name, ticks=ticks, seed=ticks)
+        rows = moving_arrays(walk.robot_poses, walk.robot_velocities, walk.held, walk.item_poses)
+        looks.append(((load_map(name), seat), rows))
+    value = Value(ValueSpec(), lambda features: [features.sum(axis=1)])  # type: ignore[arg-type]
+    together = value.outlooks([view for view, _ in looks], [rows for _, rows in looks], 8)
+    for (view, rows), found in zip(looks, together, strict=True):
+        (alone,) = value.outlooks([view], [rows], 8)
+        assert np.allclose(found, alone, rtol=1e-6) and len(found) == len(rows)
 
 
 def test_choosing_by_a_value_that_is_not_there_is_refused() -> None:
