@@ -4,7 +4,7 @@
                     policy.onnx           what plays (onnxruntime)
                     policy.safetensors    the same weights, to train on from
                     dynamics.onnx ...     for BASS: the simulator
-                    value.onnx ...        for BASS with `score` value: what will come of a state
+                    value.onnx            for BASS with `score` value: what will come of a state
 
 The card names every file with its size and SHA-256; whatever does not match is refused. There are no pickles.
 Folders are found by listing, never by joining a path from what somebody typed.
@@ -36,7 +36,6 @@ FileName = Literal[
     "dynamics.onnx",
     "dynamics.safetensors",
     "value.onnx",
-    "value.safetensors",
     "metrics.json",
     "config.json",
 ]

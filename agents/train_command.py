@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from agents.corrections import Correction
     from agents.dataset import Piece, Trajectory
     from agents.training.simulators import Simulator
-    from agents.training.values import ValueFiles
+    from agents.training.values import ValueFile
 
 KINDS = {
     "mlp": "the paper's MLP",
@@ -188,7 +188,7 @@ def _simulator(
     return exported(train_dynamics(config, transitions_of(episodes), _run_folder(args)), config.depth, grasp)
 
 
-def _value(args: argparse.Namespace, config: BassConfig, episodes: list["Trajectory"]) -> "ValueFiles":
+def _value(args: argparse.Namespace, config: BassConfig, episodes: list["Trajectory"]) -> "ValueFile":
     from agents.training.values import exported_value, returns_of, train_value, value_of
 
     if args.value:

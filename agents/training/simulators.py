@@ -19,7 +19,7 @@ from agents.policy_spec import Grasp
 from agents.training.config import BassConfig
 from agents.training.loop import Losses, Task, fit
 from agents.training.stages import Batch, Stage, stages
-from agents.training.values import ValueFiles
+from agents.training.values import ValueFile
 from maps import MapSpec
 
 VALIDATION_ROWS = 8192
@@ -140,7 +140,7 @@ def simulator_of(checkpoint: Checkpoint, depth: int, grasp: Grasp) -> Simulator:
 
 
 def save_bass(
-    folder: Path, agent_id: str, base: Checkpoint, simulator: Simulator, value: ValueFiles | None, config: BassConfig,
+    folder: Path, agent_id: str, base: Checkpoint, simulator: Simulator, value: ValueFile | None, config: BassConfig,
     name: str, description: str,
 ) -> Checkpoint:  # fmt: skip
     """Write the checkpoint of a BASS agent: the base policy's network, the simulator and, if it has one, the value."""
@@ -164,5 +164,5 @@ def save_bass(
         "dynamics.safetensors": simulator.weights,
     }
     if value:
-        files |= {"value.onnx": value.onnx, "value.safetensors": value.weights}
+        files |= {"value.onnx": value.onnx}
     return write_checkpoint(folder, card, files)  # type: ignore[arg-type]

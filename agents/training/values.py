@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 import torch
-from safetensors.torch import save
 from torch import Tensor, nn
 
 from agents.bass.value import LAYOUT, progress
@@ -17,7 +16,7 @@ from agents.dataset import Indices, Singles, Trajectory
 from agents.errors import CheckpointError, DataError
 from agents.features import LAYOUT_SIZES, feature_encoder
 from agents.policies.denoisers import ResidualBlock
-from agents.policies.export import export, halved_weights
+from agents.policies.export import export
 from agents.training.config import BassConfig
 from agents.training.loop import Losses, Task, fit
 from world.state import Floats
@@ -154,22 +153,21 @@ def train_value(config: BassConfig, data: Returns, folder: Path) -> ValueNetwork
 
 
 @dataclass(frozen=True, slots=True)
-class ValueFiles:
+class ValueFile:
     """A trained value network as it lies in a checkpoint."""
 
     spec: ValueSpec
     onnx: bytes
-    weights: bytes  # safetensors
 
 
-def value_of(checkpoint: Checkpoint) -> ValueFiles:
+def value_of(checkpoint: Checkpoint) -> ValueFile:
     """The value network of another BASS agent. Raises CheckpointError when it has none."""
     if checkpoint.card.value is None:
         raise CheckpointError(f"{checkpoint.card.id} has no value network; name an agent trained with --score value")
-    return ValueFiles(checkpoint.card.value, checkpoint.read("value.onnx"), checkpoint.read("value.safetensors"))
+    return ValueFile(checkpoint.card.value, checkpoint.read("value.onnx"))
 
 
-def exported_value(network: ValueNetwork) -> ValueFiles:
-    """The files of a trained value network."""
-    data = export(network, (torch.zeros(2, len(network.mean)),), ["features"], ["value"])
-    return ValueFiles(network.spec, data, save(halved_weights(network)))
+def exported_value(network: ValueNetwork) -> ValueFile:
+    """A trained value network as a file."""
+    example = torch.zeros(2, len(network.mean))
+    return ValueFile(network.spec, export(network, (example,), ["features"], ["value"]))
