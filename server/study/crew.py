@@ -59,7 +59,11 @@ class Crew:
     def all_ready(self, step: Step) -> bool:
         """Whether everybody wants it to begin; a round needs all, practice those who have not had enough of it."""
         here = self.at(step)
-        return all(one.pid in self.ready for one in here) and (step.kind == "practice" or len(here) == len(self.guests))
+        if step.kind == "practice":  # somebody may be on the way: a kill came between the moves of the two
+            everybody = not any(one.on_the_way for one in self.guests)
+        else:
+            everybody = len(here) == len(self.guests)
+        return everybody and all(one.pid in self.ready for one in here)
 
     def seat_of(self, step: Step, guest: Guest) -> int:
         """0 blue, 1 red: the second of a pair sits opposite the first."""

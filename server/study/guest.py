@@ -44,6 +44,11 @@ class Guest:
         """The current step; None in the waiting room."""
         return next((step for step in self.way if step.key == self.place.step), None)
 
+    @property
+    def on_the_way(self) -> bool:
+        """Whether they have not come to the first step of their unit yet."""
+        return self.place.step in (LAST_ALONE, WAITING) and not self.finished
+
     def done(self) -> int:
         """How many steps are done."""
         if self.finished:

@@ -83,6 +83,7 @@ class RunningStudy:
         async with self.lock:
             for crew in list(self.crews.values()):
                 await self._catch_up(crew)
+                await self.bring_in(crew)
         for guest in self.guests.values():
             if guest.place.keep is False and guest.finished:
                 self.remove_data(guest)
@@ -220,7 +221,7 @@ class RunningStudy:
     async def bring_in(self, crew: Crew) -> None:
         """Nobody of a unit is left before its first step, also when a kill or the database came between."""
         for guest in crew.guests:
-            if guest.place.step in (LAST_ALONE, WAITING) and not guest.finished:
+            if guest.on_the_way:
                 await self.move(guest, following(guest.way, LAST_ALONE).key)
 
     async def match(self) -> None:

@@ -150,7 +150,7 @@ def _state(guest: Guest, crew: Crew | None, step: Step) -> View:
     if crew.over is not None and crew.over.step.key == step.key:
         return {"state": "over", "room": None}
     game = crew.game
-    if game is not None and game.step.key == step.key:
+    if game is not None and game.step.key == step.key and guest.pid in game.keys:
         room = {"id": game.room.id, "token": game.keys[guest.pid], "seat": game.seats[guest.pid]}
         return {"state": "playing", "room": {**room, "path": f"/play/{game.room.id}"}}
     return {"state": "waiting" if guest.pid in crew.ready else "card", "room": None}

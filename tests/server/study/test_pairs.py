@@ -1,11 +1,16 @@
 """Pairs: a waiting room that cannot hang, two at one screen, and what becomes of who is left behind."""
 
 import threading
+from dataclasses import replace
 from pathlib import Path
+
+import pytest
 
 from recordings.index import list_recordings
 from server import messages as m
+from server.study.crew import Crew
 from study.store.tables import rounds
+from study.way import WAITING
 from tests.server.live import Person
 from tests.server.study.support import PAIR, Served, Visitor, served
 
@@ -51,6 +56,24 @@ def test_two_browsers_find_each_other_and_play_to_the_end(pair: Served) -> None:
     unit = pair.running.guests[first.pid].place.unit
     store = pair.running.records.store
     assert [row["outcome"] for row in store.rows(rounds) if row["unit"] == unit] == ["time", "time"]
+
+
+def test_practice_waits_for_a_partner_whose_move_was_cut_off(pair: Served, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A kill, or the database, came between the moves of the two; the next look brings the other in."""
+
+    async def nobody_looks(crew: Crew) -> None:
+        pass
+
+    first, second = paired(pair)
+    late = pair.running.guests[second.pid]
+    with monkeypatch.context() as patch:
+        patch.setattr(pair.running, "bring_in", nobody_looks)
+        pair.live.run(lambda: setattr(late, "place", replace(late.place, step=WAITING)))
+        assert first.next()["step"]["state"] == "waiting"
+        assert second.look()["step"]["kind"] == "waiting"
+    second.wait_until(lambda one: one.kind == "practice")
+    assert second.next()["step"]["state"] == "playing"
+    assert first.look()["step"]["state"] == "playing"
 
 
 def test_two_at_one_screen_are_a_pair_whoever_else_waits(pair: Served) -> None:
