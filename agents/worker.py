@@ -205,7 +205,7 @@ def main(arguments: list[str]) -> None:
     """Serve on the inherited descriptors."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the server's affair; it closes the socket
     os.dup2(2, 1)  # an agent that prints must not disturb the server's standard output
-    os.nice(10)
+    os.nice(10)  # people's ticks come first
     threading.Thread(target=_end_with_parent, args=(os.getppid(),), daemon=True).start()
     with socket.socket(fileno=int(arguments[0])) as link:
         try:

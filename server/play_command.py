@@ -14,7 +14,7 @@ from server.admin_token import NAME, kept_token
 from server.app import create_app
 from server.ghosts import casting
 from server.listening import game_server, listen
-from server.settings import AGENT_WORKERS, Settings
+from server.settings import AGENT_WORKERS, Settings, worker_count
 from server.tls import Certificate, certificate_in, lan_addresses
 
 DEFAULTS = Settings()
@@ -39,7 +39,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--countdown", type=_seconds, default=DEFAULTS.countdown_s, metavar="S",
         help="seconds from \"everybody is ready\" to the first tick (%(default)s)",
     )  # fmt: skip
-    add("--agent-workers", type=int, default=AGENT_WORKERS, metavar="N", help="processes for agents (%(default)s)")
+    add(
+        "--agent-workers", type=worker_count, default=AGENT_WORKERS, metavar="N",
+        help="processes for agents (%(default)s)",
+    )  # fmt: skip
     add("--max-rooms", type=int, default=DEFAULTS.limits.rooms, metavar="N", help="rooms at the same time")
     add(
         "--max-sockets", type=int, default=DEFAULTS.limits.sockets_per_address, metavar="N",

@@ -1,12 +1,21 @@
 """Everything that can be set about a server, in one frozen value; the command line is made into it."""
 
+import argparse
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
 
+MOST_WORKERS = 64
 AGENT_WORKERS = min(2, os.cpu_count() or 1)
 """How many processes for agents the commands start: twenty seats of BASS that decide in the same tick keep one busy for
 most of it."""
+
+
+def worker_count(text: str) -> int:
+    """A number of such processes from the command line."""
+    if not text.isdecimal() or not 1 <= int(text) <= MOST_WORKERS:
+        raise argparse.ArgumentTypeError(f"from 1 to {MOST_WORKERS} processes are possible, not {text}")
+    return int(text)
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,7 @@ import argparse
 import importlib
 from pathlib import Path
 
-from server.settings import AGENT_WORKERS
+from server.settings import AGENT_WORKERS, worker_count
 from server.study_bots import command as bots_command
 from study import command
 from study.command import run
@@ -26,7 +26,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add("--tls", action="store_true", help="serve https with a self-signed certificate, for gamepads in the network")
     add("--origin", action="append", default=[], metavar="URL", help="another page that may connect (repeatable)")
     add("--proxy", action="append", default=[], metavar="ADDRESS", help="a reverse proxy to believe (repeatable)")
-    add("--agent-workers", type=int, default=AGENT_WORKERS, metavar="N", help="processes for agents (%(default)s)")
+    add(
+        "--agent-workers", type=worker_count, default=AGENT_WORKERS, metavar="N",
+        help="processes for agents (%(default)s)",
+    )  # fmt: skip
     add(
         "--rehearse", type=float, metavar="SPEED",
         help="for simulated participants alone, SPEED times as fast as people play; the data are marked as simulated",

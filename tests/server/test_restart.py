@@ -241,3 +241,14 @@ def test_accepted_connections_have_small_buffers() -> None:
         with socket.create_connection(listening.getsockname()) as _, listening.accept()[0] as accepted:
             assert accepted.getsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF) <= 2 * 32 * 1024
             assert accepted.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF) <= 2 * 8 * 1024
+
+
+@pytest.mark.parametrize("command", [["play"], ["study", "serve", "study.yaml"]], ids=["play", "study"])
+@pytest.mark.parametrize("count", ["0", "-1", "65", "many"])
+def test_a_number_of_agent_processes_that_cannot_be_is_refused(
+    command: list[str], count: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as refused:
+        main([*command, f"--agent-workers={count}"])
+    assert refused.value.code == 2
+    assert f"from 1 to 64 processes are possible, not {count}" in capsys.readouterr().err
