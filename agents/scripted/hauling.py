@@ -11,7 +11,7 @@ from agents.scripted.geometry import Disc, covering_discs, forward, half_extents
 from agents.scripted.lattice import CARRIER, UNIT_PER_TICK, UNREACHED, lattice_pose, nearest_value, next_pose, values
 from agents.scripted.places import Places, place_costs
 from agents.scripted.relay import Relay, meeting_costs
-from agents.scripted.searching import Field, Search
+from agents.scripted.searching import Field, Search, shared_search
 from agents.scripted.storage import CRAMMED, storage
 from agents.scripted.terrain import Terrain, squeeze
 from maps import ItemSpec, MapSpec
@@ -166,7 +166,7 @@ def _search(
         starts = place_costs(ground, CARRIER, (x, y), extents, [(0.0, 0.0)], look)
     else:
         starts = meeting_costs(meeting, CARRIER, (x, y))
-    return Search(ground, _discs(item, offset), CARRIER, margin, starts)
+    return shared_search(ground, _discs(item, offset), CARRIER, margin, starts)
 
 
 def _discs(item: ItemSpec, offset: Offset) -> list[Disc]:

@@ -15,7 +15,7 @@ from agents.scripted.geometry import Disc, covering_discs, half_extents, heading
 from agents.scripted.hauling import LINGER, Progress
 from agents.scripted.lattice import PAIR, UNIT_PER_TICK, UNREACHED, nearest_value, values
 from agents.scripted.places import Places, place_costs
-from agents.scripted.searching import Field, Search
+from agents.scripted.searching import Field, Search, shared_search
 from agents.scripted.terrain import Terrain, squeeze
 from maps import ItemSpec
 from maps.spec import ROBOT_RADIUS
@@ -127,7 +127,7 @@ def _search(
     turns = angle + np.arange(PAIR.headings) * 2 * np.pi / PAIR.headings
     extents = np.array([half_extents(item, float(turn)) for turn in turns])
     holders = [(x, y) for x, y, _ in discs[-2:]]
-    return Search(ground, discs, PAIR, margin, place_costs(ground, PAIR, (0.0, 0.0), extents, holders, look))
+    return shared_search(ground, discs, PAIR, margin, place_costs(ground, PAIR, (0.0, 0.0), extents, holders, look))
 
 
 def _discs(item: ItemSpec, item_pose: Floats, robots: Floats) -> tuple[Disc, ...]:

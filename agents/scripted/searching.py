@@ -8,6 +8,7 @@ import math
 from collections.abc import Sequence
 from functools import lru_cache
 from typing import NamedTuple
+from weakref import WeakValueDictionary
 
 import numpy as np
 import numpy.typing as npt
@@ -98,6 +99,20 @@ class Search:
                 self._bar[better] = cost
                 self._buckets[cost % _SPREAD].append(better)
                 self._pushed.append(better)
+
+
+_Asked = tuple[Terrain, tuple[Disc, ...], Motion, float, bytes, bytes]
+_alive: WeakValueDictionary[_Asked, Search] = WeakValueDictionary()
+
+
+def shared_search(ground: Terrain, discs: Sequence[Disc], motion: Motion, margin: float, starts: Cost) -> Search:
+    """A `Search`; the one that somebody still has, when it has all the same arguments."""
+    goals = np.flatnonzero(starts < UNREACHED)
+    asked = (ground, tuple(discs), motion, margin, goals.tobytes(), starts.take(goals).tobytes())
+    known = _alive.get(asked)
+    if known is None:
+        known = _alive[asked] = Search(ground, discs, motion, margin, starts)
+    return known
 
 
 class Field:

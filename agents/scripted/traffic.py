@@ -7,6 +7,7 @@ import numpy as np
 
 from agents.scripted.driving import HORIZON, STRIDE, Danger, no_danger
 from agents.scripted.flood import Mask, grown, to_bits, to_mask
+from agents.scripted.geometry import Disc
 from agents.scripted.grasping import in_frame
 from agents.scripted.hauling import Body, carried_discs
 from agents.scripted.lattice import CARRIER, UNREACHED
@@ -153,18 +154,26 @@ def aside(now: Situation, way: Floats) -> Body:
         discs += carried_discs(now.item(now.mine), in_frame(now.pose, now.item_pose(now.mine)))
     ground = with_robot(now.ground(), now.partner)
     carrying = now.theirs >= 0 and not in_goal(now.map)[cell_of(float(now.partner[0]), float(now.partner[1]))]
+    search = _search_aside(ground, tuple(discs), way.tobytes(), carrying, now.mine < 0)
+    return Body(ground, discs, search)
+
+
+@lru_cache(maxsize=4)  # whoever still stands in the way asks the same again
+def _search_aside(ground: Terrain, discs: tuple[Disc, ...], way: bytes, roomy: bool, off_goal: bool) -> Search:
+    """The search for a pose off a way (n, 2); one with much room where that is preferred, no goal with `off_goal`."""
     x, y = np.meshgrid(AXIS, AXIS)
-    clear = gap_to(way, x, y)
-    if now.mine < 0:
-        clear = np.where(in_goal(now.map), 0.0, clear)
+    clear = gap_to(np.frombuffer(way).reshape(-1, 2), x, y)
+    if off_goal:
+        clear = np.where(in_goal(ground.map), 0.0, clear)
     costs = np.full((CARRIER.headings, CELLS, CELLS), UNREACHED, dtype=np.int16)
+    free, spacious = clear >= _CLEAR, clear >= _CLEAR + _SWING
     for heading in range(CARRIER.headings):
         angle = heading * 2 * math.pi / CARRIER.headings
-        free, roomy = clear >= _CLEAR, clear >= _CLEAR + _SWING
+        here = free.copy()
         for dx, dy, radius in discs[1:]:
             at_x = x + dx * math.cos(angle) - dy * math.sin(angle)
             at_y = y + dx * math.sin(angle) + dy * math.cos(angle)
-            free &= sample(clear, at_x, at_y) >= ROBOT_RADIUS + radius + 0.03
-        costs[heading][free] = _CRAMPED if carrying else 0
-        costs[heading][free & roomy] = 0
-    return Body(ground, discs, Search(ground, discs, CARRIER, _MARGIN, costs))
+            here &= sample(clear, at_x, at_y) >= ROBOT_RADIUS + radius + 0.03
+        costs[heading][here] = _CRAMPED if roomy else 0
+        costs[heading][here & spacious] = 0
+    return Search(ground, discs, CARRIER, _MARGIN, costs)
