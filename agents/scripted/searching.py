@@ -5,6 +5,7 @@ them sees a search as far as its own slices have brought it, whoever has really 
 """
 
 import math
+from collections import deque
 from collections.abc import Sequence
 from functools import lru_cache
 from typing import NamedTuple
@@ -19,8 +20,9 @@ from agents.scripted.terrain import CELL, CELLS, Terrain
 from world.state import Floats
 
 LEVELS_PER_SLICE = 64  # a few milliseconds
-_SPREAD = 16  # buckets in the ring: above the dearest move
-_rank = np.empty(32 * CELLS * CELLS, dtype=np.int32)  # scratch of `_distinct`, for up to 32 headings
+_STEP = 2  # levels that are expanded at once: no move is cheaper, so none of them leads to another
+_DEAREST = 4  # what a move costs at most
+_rank = np.empty(32 * CELLS * CELLS, dtype=np.int32)  # scratch of `Search._unsettled`, for up to 32 headings
 
 
 class _Slice(NamedTuple):
@@ -40,15 +42,19 @@ class Search:
 
         `starts` (headings, CELLS, CELLS) says where to go: start costs, UNREACHED where it is no goal.
         """
-        self._predecessors = _predecessors(motion)
-        free = _free_poses(ground, tuple(discs), motion.headings, margin)
-        self.starts: Cost = np.where(free, starts.ravel(), np.int16(UNREACHED))
-        self._bar: Cost = np.where(free, self.starts, np.int16(-1))  # the cost to beat at each pose
-        self._buckets: list[list[Index]] = [[] for _ in range(_SPREAD)]
-        self._later: dict[int, list[Index]] = {}
-        self._pushed: list[Index] = []
+        self._moves = _moves_back(motion)
+        free = _free_poses(ground, discs, motion.headings, margin)
+        goals = np.flatnonzero(free & (starts.ravel() < UNREACHED))
+        self.starts: Cost = np.full(free.shape, UNREACHED, dtype=np.int16)
+        self.starts[goals] = starts.take(goals)
+        self._bar: Cost = self.starts | (free.view(np.int8) - np.int8(1))  # the cost to beat at each pose, or -1
+        self._soon: list[Index] = []  # poses that come up in the next step
+        self._then: list[Index] = []  # and in the one after
+        self._later: dict[int, Index] = {}  # starts, by the level of the step in which they come up
+        self._recent: deque[Index] = deque(maxlen=_DEAREST + 1)  # what the last steps have settled
         self._slices: list[_Slice] = []
-        self._level = self._put_off_starts()  # every cheaper pose is settled
+        self._level, self._last = self._put_off_starts(goals)  # every cheaper pose is settled; the dearest offer so far
+        self._exhausted = False
         self._done = not self._later
         self.start = _Slice(np.empty(0, dtype=np.int32), np.empty(0, dtype=np.int16), self._level, self._done)
 
@@ -58,47 +64,91 @@ class Search:
             self._slices.append(self._search())
         return self._slices[number]
 
-    def _put_off_starts(self) -> int:
-        """Have the starts come up when the search gets to their cost; return the least."""
-        (goals,) = np.nonzero(self.starts < UNREACHED)
-        goals = goals[np.argsort(self.starts[goals], kind="stable")]
-        levels, firsts = np.unique(self.starts[goals], return_index=True)
-        groups = np.split(goals, firsts[1:])
-        self._later = {level: [group] for level, group in zip(levels.tolist(), groups, strict=False)}
-        return min(self._later, default=0)
+    def _put_off_starts(self, goals: Index) -> tuple[int, int]:
+        """Have the starts come up when the search gets to their cost; return the least and the highest."""
+        if not goals.size:
+            return 0, 0
+        costs = self.starts.take(goals)
+        least, highest = int(costs.min()), int(costs.max())
+        steps = (costs - least) // _STEP
+        goals = goals[np.argsort(steps, kind="stable")]
+        end = np.bincount(steps).cumsum().tolist()
+        for number, (first, last) in enumerate(zip([0, *end], end, strict=False)):
+            if last > first:
+                self._later[least + _STEP * number] = goals[first:last]
+        return least, highest
 
     def _search(self) -> _Slice:
-        for _ in range(LEVELS_PER_SLICE):
-            if self._done:
-                break
-            self._expand_level()
-        poses = np.concatenate([np.empty(0, dtype=np.int64), *self._pushed])
-        self._pushed = []
+        end = self._level + LEVELS_PER_SLICE
+        settled: list[Index] = []
+        while self._level < end and (self._soon or self._then or self._later):
+            settled.append(self._expand())
+            self._level += _STEP
+        if not (self._exhausted or self._soon or self._then or self._later):
+            self._last, self._exhausted = self._dearest_offer(), True
+        self._done = self._exhausted and self._last + 1 < end  # on the first level on which nothing waits
+        self._level = self._last + 2 if self._done else end
+        poses = np.concatenate([*settled, *self._soon, *self._then]) if settled else np.empty(0, dtype=np.int64)
         return _Slice(poses.astype(np.int32), self._bar.take(poses), self._level, self._done)
 
-    def _expand_level(self) -> None:
-        bucket = self._level % _SPREAD
-        waiting = self._buckets[bucket] + self._later.pop(self._level, [])
-        self._buckets[bucket] = []
-        if waiting:
-            frontier = waiting[0] if len(waiting) == 1 else np.concatenate(waiting)
-            frontier = _distinct(frontier[self._bar.take(frontier) == self._level])
-            if frontier.size:
-                self._relax(frontier)
-        elif not self._later and not any(self._buckets):
-            self._done = True
-        self._level += 1
+    def _expand(self) -> Index:
+        """Take the next step; the poses that it settles."""
+        waiting = self._soon
+        if self._level in self._later:
+            waiting = [*waiting, self._later.pop(self._level)]
+        self._soon, self._then = self._then, []
+        if not waiting:
+            return np.empty(0, dtype=np.int64)
+        frontier = self._unsettled(waiting[0] if len(waiting) == 1 else np.concatenate(waiting))
+        if frontier.size:
+            self._recent.append(frontier)
+            before, costs = self._relax(frontier)
+            near = costs < self._level + 2 * _STEP
+            for group, chosen in ((self._soon, near), (self._then, ~near)):
+                poses = before.take(chosen.nonzero()[0])
+                if poses.size:
+                    group.append(poses)
+        return frontier
 
-    def _relax(self, frontier: Index) -> None:
+    def _unsettled(self, poses: Index) -> Index:
+        """Those whose cost is in the step to come, each once."""
+        order = np.arange(poses.size, dtype=np.int32)
+        _rank[poses] = order
+        wanted = _rank.take(poses) == order
+        wanted &= self._bar.take(poses) >= self._level
+        return np.asarray(poses.take(wanted.nonzero()[0]))
+
+    def _relax(self, frontier: Index) -> tuple[Index, Cost]:
+        """Lower the cost of all poses from which a move leads to the frontier; those poses and the costs offered."""
+        alike, unlike, prices = self._moves
         heading = frontier // (CELLS * CELLS)
-        for price, offsets in self._predecessors:  # the cheapest last: it stays
-            cost = self._level + price
-            before = offsets.take(heading, axis=1) + frontier if offsets.shape[1] > 1 else offsets + frontier
-            better = before[self._bar.take(before) > cost]
-            if better.size:
-                self._bar[better] = cost
-                self._buckets[cost % _SPREAD].append(better)
-                self._pushed.append(better)
+        sources = np.empty((len(alike) + len(unlike), frontier.size), dtype=np.int64)
+        np.add(alike, frontier, out=sources[: len(alike)])
+        np.add(unlike.take(heading, axis=1), frontier, out=sources[len(alike) :])
+        offers = (prices if prices.shape[1] == 1 else prices.take(heading, axis=1)) + self._bar.take(frontier)
+        better = (self._bar.take(sources) > offers).ravel().nonzero()[0]
+        before, costs = sources.take(better), offers.take(better)
+        np.minimum.at(self._bar, before, costs)
+        return before, costs
+
+    def _dearest_offer(self) -> int:
+        """The highest cost at which a pose ever waited, had every level been expanded by itself.
+
+        That says when the search is done. Two levels at once offer more: the upper one also where the lower one has
+        just made a better offer. So what the last levels did is done once more, level by level.
+        """
+        poses = np.concatenate(self._recent)
+        costs = self._bar.take(poses)
+        end = int(costs.max())
+        if end + _DEAREST <= self._last:
+            return self._last
+        new = poses[costs > end - _DEAREST]
+        self._bar[new] = self.starts[new]
+        dearest = max(end, self._last)
+        for level in range(end - 2 * _DEAREST + 1, end + 1):
+            _, offers = self._relax(poses[costs == level])
+            dearest = max(dearest, int(offers.max(initial=0)))
+        return dearest
 
 
 _Asked = tuple[Terrain, tuple[Disc, ...], Motion, float, bytes, bytes]
@@ -132,49 +182,47 @@ class Field:
         self.level, self.done = found.level, found.done
 
 
-def _distinct(indices: Index) -> Index:
-    order = np.arange(indices.size, dtype=np.int32)
-    _rank[indices] = order
-    return np.asarray(indices[_rank.take(indices) == order])
-
-
 @lru_cache(maxsize=4)
-def _predecessors(motion: Motion) -> tuple[tuple[int, Index], ...]:
-    """Prices, the highest first, with flat offsets (moves, headings) from a pose to where such moves came from.
+def _moves_back(motion: Motion) -> tuple[Index, Index, Cost]:
+    """Flat offsets from a pose to where its moves came from, and the prices of these moves.
 
-    A move that a heading does not have has the offset 0; where all headings have the same ones they are (moves, 1).
+    First the moves that are alike for all headings (moves, 1), then the others (moves, headings); the prices are in
+    the same order, (moves, 1) if they are alike.
     """
     plane = CELLS * CELLS
-    table = []
-    for price in sorted({cost for row in motion.moves for *_, cost in row}, reverse=True):
-        offsets = np.zeros((len(motion.moves[0]), motion.headings), dtype=np.int64)
-        for heading, row in enumerate(motion.moves):
-            for number, (dx, dy, turn, cost) in enumerate(row):
-                if cost == price:
-                    before = (heading - turn) % motion.headings
-                    offsets[number, heading] = (before - heading) * plane - (dy * CELLS + dx)
-        offsets = offsets[offsets.any(axis=1)]
-        table.append((price, offsets[:, :1] if (offsets == offsets[:, :1]).all() else offsets))
-    return tuple(table)
+    table = np.array(motion.moves)  # (headings, moves, 4)
+    heading = np.arange(motion.headings)[:, None]
+    before = (heading - table[..., 2]) % motion.headings
+    offsets = ((before - heading) * plane - (table[..., 1] * CELLS + table[..., 0])).T
+    prices = table[..., 3].T.astype(np.int16)
+    alike = (offsets == offsets[:, :1]).all(axis=1)
+    prices = np.concatenate([prices[alike], prices[~alike]])
+    assert _STEP <= int(prices.min()) <= int(prices.max()) <= _DEAREST
+    return offsets[alike, :1], offsets[~alike], prices[:, :1] if (prices == prices[:, :1]).all() else prices
 
 
-@lru_cache(maxsize=48)
-def _free_poses(ground: Terrain, discs: tuple[Disc, ...], headings: int, margin: float) -> npt.NDArray[np.bool_]:
+def _free_poses(ground: Terrain, discs: Sequence[Disc], headings: int, margin: float) -> npt.NDArray[np.bool_]:
     """Flat over (heading, row, column): whether every disc keeps its radius and the margin from everything."""
-    free = np.ones((headings, CELLS, CELLS), dtype=np.bool_)
-    longest = max(math.hypot(x, y) for x, y, _ in discs)
-    pad = int(longest / CELL) + 2
+    free = np.bitwise_and.reduce([_room_for(ground, disc, headings, margin) for disc in discs])
+    return np.unpackbits(free, count=headings * CELLS * CELLS).view(np.bool_)
+
+
+@lru_cache(maxsize=64)  # ways of holding an item differ in some discs only
+def _room_for(ground: Terrain, disc: Disc, headings: int, margin: float) -> npt.NDArray[np.uint8]:
+    """Likewise for one disc, as packed bits."""
+    x, y, radius = disc
+    room = np.empty((headings, CELLS, CELLS), dtype=np.bool_)
+    if x == 0.0 and y == 0.0:
+        room[:] = ground.clearance >= radius + margin
+        return np.packbits(room)
+    pad = int(math.hypot(x, y) / CELL) + 2
     padded = np.pad(ground.clearance, pad, constant_values=-1.0)
-    for x, y, radius in discs:
-        if x == 0.0 and y == 0.0:
-            free &= ground.clearance >= radius + margin
-            continue
-        for heading in range(headings):
-            angle = heading * 2 * math.pi / headings
-            dx = x * math.cos(angle) - y * math.sin(angle)
-            dy = x * math.sin(angle) + y * math.cos(angle)
-            free[heading] &= _shifted(padded, pad, dx / CELL, dy / CELL) >= radius + margin
-    return free.ravel()
+    for heading in range(headings):
+        angle = heading * 2 * math.pi / headings
+        dx = x * math.cos(angle) - y * math.sin(angle)
+        dy = x * math.sin(angle) + y * math.cos(angle)
+        np.greater_equal(_shifted(padded, pad, dx / CELL, dy / CELL), radius + margin, out=room[heading])
+    return np.packbits(room)
 
 
 def _shifted(padded: Floats, pad: int, columns: float, rows: float) -> Floats:
@@ -183,5 +231,8 @@ def _shifted(padded: Floats, pad: int, columns: float, rows: float) -> Floats:
     a, b = columns - i, rows - j
     left, top = pad + i, pad + j
     at = padded[top : top + CELLS + 1, left : left + CELLS + 1]
-    across = at[:, :-1] * (1 - a) + at[:, 1:] * a
-    return np.asarray(across[:-1] * (1 - b) + across[1:] * b)
+    across = at[:, :-1] * (1 - a)
+    across += at[:, 1:] * a
+    seen = across[:-1] * (1 - b)
+    seen += across[1:] * b
+    return np.asarray(seen)
