@@ -70,9 +70,20 @@ def flood_around(hole: int, start: int, whole: int) -> int:
         return left if start else 0
     rim = grown(cut, 1) & left
     ring = grown(rim, 2) & left
-    if rim & ~flood(rim & -rim, ring):
-        return flood(start, left)
-    return left
+    lowest = max((ring & -ring).bit_length() - 1, 0)  # short numbers are quick
+    return left if _hangs_together(rim >> lowest, ring >> lowest) else flood(start, left)
+
+
+def _hangs_together(points: int, free: int) -> bool:
+    """Whether ways over free points lead from each of these, which are free, to every other."""
+    reached = points & -points
+    while points & ~reached:
+        wider = reached | reached << 1 | reached >> 1
+        wider = (wider | wider << _WIDTH | wider >> _WIDTH) & free
+        if wider == reached:
+            return False
+        reached = wider
+    return True
 
 
 def lengths(starts: int, free: int, shunned: int = 0) -> Cost:

@@ -7,6 +7,7 @@ from agents.scripted.flood import Mask, flood_around, pieces, standing_room, to_
 from agents.scripted.outlook import Outlook, around
 from agents.scripted.storage import storage, within_goals
 from agents.scripted.terrain import AXIS, Terrain
+from world.state import Floats
 
 _ELBOWS = 0.1  # units of room that two robots want around what they put down
 _ABREAST = (0.1, 0.05, 0.02)  # units of room on both sides of a heavy item on its way, the best first
@@ -26,6 +27,7 @@ class Packing:
         self._x, self._y = AXIS[columns[order]], AXIS[rows[order]]
         self._room = ground.clearance[self._cells]
         self._sizes = sizes
+        self._gaps: dict[int, Floats] = {}  # by cell: how far all the others are
         self._fits = {size: within_goals(ground.map, self._x, self._y, size) for size in set(sizes)}
         self._wide = {size: self._ways(ground, size) for size in set(sizes) if size > _SMALL}
 
@@ -40,13 +42,19 @@ class Packing:
             else:
                 way = self._carried(x, y, radius, size)
                 possible = self._fits[size] & way & (left >= size + _ELBOWS)
-            choice = int(possible.sum()) if choice < 0 else choice
-            first = int(np.argmax(possible)) if possible.size else 0
+            choice = int(np.count_nonzero(possible)) if choice < 0 else choice
+            first = int(possible.argmax()) if possible.size else 0
             if possible.size and possible[first]:
-                left = np.minimum(left, np.hypot(self._x[first] - self._x, self._y[first] - self._y) - size)
+                left = np.minimum(left, self._gaps_to(first) - size)
             else:
                 missing += 1
         return missing, max(choice, 0)
+
+    def _gaps_to(self, cell: int) -> Floats:
+        """(n,) from all cells to one; the first that is free is often the same."""
+        if cell not in self._gaps:
+            self._gaps[cell] = np.hypot(self._x[cell] - self._x, self._y[cell] - self._y)
+        return self._gaps[cell]
 
     def _ways(self, ground: Terrain, size: float) -> tuple[float, list[int], int]:
         """How much room a heavy item's way can have now, the floor with that room in pieces, where the way starts."""

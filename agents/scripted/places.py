@@ -155,19 +155,24 @@ def place_costs(
     for left, bottom, right, top in goal_boxes(ground.map):
         wide, high = extents[:, 0, None, None] + INSET, extents[:, 1, None, None] + INSET
         inside |= ((x > left + wide) & (x < right - wide)) & ((y > bottom + high) & (y < top - high))
-    heading, row, column = np.nonzero(inside)
-    item_x, item_y = x[heading, 0, column], y[heading, row, 0]
-    item = cells(item_x, item_y)
+    goals = np.flatnonzero(inside)
+    row = goals // CELLS  # flat over (heading, row), as y is; where x is flat over (heading, column):
+    column = row // CELLS * CELLS + goals % CELLS
+
+    def cells_of(x: Floats, y: Floats) -> tuple[Cells, Cells]:
+        rows, columns = cells(x.ravel(), y.ravel())
+        return rows.take(row), columns.take(column)
+
+    item = cells_of(x, y)
     number = look.number[item]
-    where_item = np.stack([item_x, item_y], axis=1)
+    where_item = np.stack([x.take(column), y.take(row)], axis=1)
     cost = _preference(ground, item, where_item) + look.price[number]
     for robot in robots:
-        rx, ry = moved(robot, angles)
-        where = cells(rx[heading, 0, column], ry[heading, row, 0])
-        cost = cost + look.lost[number, where[0], where[1]] / len(robots)
-    costs = np.full(inside.shape, UNREACHED, dtype=np.int16)
-    costs[inside] = np.where(number < 0, UNREACHED, cost).astype(np.int16)
-    return costs
+        rows, columns = cells_of(*moved(robot, angles))
+        cost = cost + look.lost.take((number * CELLS + rows) * CELLS + columns) / len(robots)
+    costs = np.full(inside.size, UNREACHED, dtype=np.int16)
+    costs[goals] = np.where(number < 0, UNREACHED, cost).astype(np.int16)
+    return costs.reshape(inside.shape)
 
 
 def _preference(ground: Terrain, item: tuple[Cells, Cells], points: Floats) -> Floats:
