@@ -62,14 +62,16 @@ class Body:
         pressed = squeeze(self.ground, self.discs, moves).max(axis=1)
         return np.asarray(0.5 * (left[:, -1] + through) + pressed)
 
-    def look_farther(self, pose: Floats) -> None:
-        """Search on a little when the robot was pushed out of what is known."""
-        if not self.field.done and self.cost(pose) >= UNREACHED:
-            self.field.search()
+    def look_farther(self, pose: Floats) -> float:
+        """The cost from a pose (3,); searches on a little when the robot was pushed out of what is known."""
+        cost = self.cost(pose)
+        if cost < UNREACHED or self.field.done:
+            return cost
+        self.field.search()
+        return self.cost(pose)
 
     def move(self, pose: Floats, danger: Danger) -> Command:
-        """The next command of a robot at `pose` (3,)."""
-        self.look_farther(pose)
+        """The next command of a robot at a `pose` (3,) from which there is a way."""
         return best_move(pose, lambda moves: self.costs(moves) + danger(moves))[0]
 
 
@@ -107,10 +109,9 @@ class Haul(Body):
 
         A `steady` hand can follow the plan step by step and put things down exactly.
         """
-        self.look_farther(pose)
+        left = self.look_farther(pose)
         there = self.meeting is not None or is_delivered(self.item, tuple(item_pose.tolist()), self._goals)
         command, _ = best_move(pose, lambda moves: self.costs(moves) + danger(moves))
-        left = self.cost(pose)
         ticks = self._progress.idle_ticks(left) if there or steady else 0
         if there and self._good_enough(pose, left, ticks, command):
             return (self._adjusted(pose) if steady else None) or Command(0.0, 0.0, grasp=True)

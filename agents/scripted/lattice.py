@@ -27,7 +27,7 @@ Index = npt.NDArray[np.int64]
 class Motion:
     """What moves a body has: per heading, (cells in x, cells in y, headings turned, cost)."""
 
-    headings: int
+    headings: int  # a power of two
     moves: tuple[tuple[tuple[int, int, int, int], ...], ...]  # [heading][move]
 
 
@@ -69,8 +69,9 @@ def values(costs: Cost, motion: Motion, poses: Floats) -> Floats:
         return np.asarray((costs.take(cells) + off).reshape(-1, len(poses)).min(axis=0))
     w = poses[:, 2] / (2 * math.pi / motion.headings)
     k = np.floor(w).astype(np.int64) + _NEIGHBOURS
-    poses_near = (k % motion.headings * (CELLS * CELLS))[:, None, None] + cells  # (4, 4, 4, M)
-    best = (costs.take(poses_near) + off).reshape(len(_NEIGHBOURS), -1, len(poses)).min(axis=1)
+    plane = (k & (motion.headings - 1)) * (CELLS * CELLS)  # `%` for a power of two, and much faster
+    poses_near = plane[:, None, None] + cells  # (4, 4, 4, M)
+    best = (costs.take(poses_near).astype(np.float64) + off).reshape(len(_NEIGHBOURS), -1, len(poses)).min(axis=1)
     return np.asarray((best + _detour(np.abs(w - k), 3.0, 8.0)).min(axis=0))
 
 
