@@ -88,7 +88,7 @@ def _hangs_together(points: int, free: int) -> bool:
 
 def lengths(starts: int, free: int, shunned: int = 0) -> Cost:
     """(CELLS, CELLS) quarter ticks over free points to the nearest of `starts`, those from `shunned` points dearer."""
-    left = free
+    left, open_floor = free, free & ~shunned
     pending = [0] * (_DEAREST + 1)  # a ring: the points that may be so and so far
     pending[0] = starts
     planes: list[int] = []  # of the lengths, written as binary numbers
@@ -101,8 +101,13 @@ def lengths(starts: int, free: int, shunned: int = 0) -> Cost:
             last = length + _DEAREST
             _note(planes, length, front)
             beside = front << 1 | front >> 1
-            _put_off(pending, length + STRAIGHT, beside | front << _WIDTH | front >> _WIDTH, shunned)
-            _put_off(pending, length + DIAGONAL, beside << _WIDTH | beside >> _WIDTH, shunned)
+            straight, diagonal = beside | front << _WIDTH | front >> _WIDTH, beside << _WIDTH | beside >> _WIDTH
+            if shunned:
+                pending[(length + STRAIGHT + _SURCHARGE) % len(pending)] |= straight & shunned
+                pending[(length + DIAGONAL + _SURCHARGE) % len(pending)] |= diagonal & shunned
+                straight, diagonal = straight & open_floor, diagonal & open_floor
+            pending[(length + STRAIGHT) % len(pending)] |= straight
+            pending[(length + DIAGONAL) % len(pending)] |= diagonal
         length += 1
     found = np.zeros((CELLS, CELLS), dtype=np.int16)
     for place, digits in enumerate(_unpacked(planes) if planes else ()):
@@ -120,13 +125,6 @@ def _note(planes: list[int], length: int, front: int) -> None:
             planes[place] |= front
         length >>= 1
         place += 1
-
-
-def _put_off(pending: list[int], length: int, points: int, shunned: int) -> None:
-    if shunned:
-        pending[(length + _SURCHARGE) % len(pending)] |= points & shunned
-        points &= ~shunned
-    pending[length % len(pending)] |= points
 
 
 def grown(bits: int, cells: int) -> int:

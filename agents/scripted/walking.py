@@ -17,6 +17,12 @@ _LOOK_AHEAD = 3  # doublings: the direction at a cell looks 2**3 cells down the 
 _TURN_COST = 9.0  # quarter ticks per radian off the way
 _NEIGHBOURS = np.arange(-1, 3)[:, None]  # of a point, per axis
 _HALF = 0.49  # of a cell: a point nearer than this to a grid point is nearest to that one
+_SHIFTS = tuple((dy, dx) for dy in (-1, 0, 1) for dx in (-1, 0, 1))
+_FARTHEST = 2**_LOOK_AHEAD  # cells per axis
+_STEPS = np.arange(-_FARTHEST, _FARTHEST + 1.0)
+_DIRECTIONS: Floats = np.arctan2(-_STEPS, _STEPS[:, None])  # headings, by steps in y and in x
+_HERE = np.arange(CELLS * CELLS)
+_ROWS, _COLUMNS = np.divmod(_HERE, CELLS)
 
 Point = tuple[float, float]
 Cell = tuple[int, int]
@@ -131,13 +137,15 @@ def _way(ground: Terrain, cells: frozenset[Cell]) -> Way:
 
 def _filled(cost: Floats) -> Floats:
     """Costs also a little way into obstacles, where contact may press a robot: the way out of there first."""
+    padded = np.full((CELLS + 2, CELLS + 2), 2000.0)
+    filled = padded[1:-1, 1:-1]
+    filled[:] = cost
     for _ in range(3):
-        padded = np.pad(cost, 1, constant_values=2000.0)
         lowest = np.minimum(padded[:-2], padded[2:])
-        lowest = np.minimum(lowest, padded[1:-1])
+        np.minimum(lowest, padded[1:-1], out=lowest)
         lowest = np.minimum(np.minimum(lowest[:, :-2], lowest[:, 2:]), lowest[:, 1:-1])
-        cost = np.where(cost >= 2000.0, np.minimum(lowest + 5.0, 2000.0), cost)
-    return cost
+        np.copyto(filled, np.minimum(lowest + 5.0, 2000.0), where=filled >= 2000.0)
+    return filled
 
 
 def _values(grid: Floats, poses: Floats) -> Floats:
@@ -151,16 +159,18 @@ def _values(grid: Floats, poses: Floats) -> Floats:
 
 def _headings(cost: Floats) -> tuple[Floats, Mask]:
     """For each cell the heading of the way ahead, and whether the target is so near that it does not matter."""
-    padded = np.pad(cost, 1, constant_values=1e9)
-    shifts = [(dy, dx) for dy in (-1, 0, 1) for dx in (-1, 0, 1)]
-    around = np.stack([padded[1 + dy : 1 + dy + CELLS, 1 + dx : 1 + dx + CELLS] for dy, dx in shifts])
-    step = np.argmin(around, axis=0).ravel()
-    offsets = np.array([dy * CELLS + dx for dy, dx in shifts])
-    following = np.arange(CELLS * CELLS) + offsets[step]
+    padded = np.full((CELLS + 2, CELLS + 2), 1e9)
+    padded[1:-1, 1:-1] = cost
+    lowest = padded[:-2, :-2].copy()
+    offset = np.full((CELLS, CELLS), -CELLS - 1)
+    for dy, dx in _SHIFTS[1:]:  # the first of equals stays
+        there = padded[1 + dy : 1 + dy + CELLS, 1 + dx : 1 + dx + CELLS]
+        np.copyto(offset, dy * CELLS + dx, where=there < lowest)
+        np.minimum(lowest, there, out=lowest)
+    following = _HERE + offset.ravel()
     for _ in range(_LOOK_AHEAD):
-        following = following[following]
-    here = np.arange(CELLS * CELLS)
-    dx = (following % CELLS - here % CELLS).astype(np.float64)
-    dy = (following // CELLS - here // CELLS).astype(np.float64)
-    near = (np.hypot(dx, dy) < 1.5).reshape(CELLS, CELLS)
-    return np.arctan2(-dx, dy).reshape(CELLS, CELLS), near
+        following = following.take(following)
+    dx, dy = _COLUMNS.take(following) - _COLUMNS, _ROWS.take(following) - _ROWS
+    near = (np.maximum(np.abs(dx), np.abs(dy)) <= 1).reshape(CELLS, CELLS)
+    step = (dy + _FARTHEST) * len(_STEPS) + dx + _FARTHEST
+    return _DIRECTIONS.take(step).reshape(CELLS, CELLS), near
