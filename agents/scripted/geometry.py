@@ -35,6 +35,7 @@ def signed_distance(item: ItemSpec, pose: Floats, points: Floats) -> Floats:
     return surface_distance(item.shape, item.scale, local)
 
 
+@lru_cache(maxsize=512)  # all ways to hold an item ask for the same angles
 def half_extents(item: ItemSpec, angle: float) -> tuple[float, float]:
     """Half width and half height of the item's bounding box at an angle (the larger side where it is lopsided)."""
     if item.shape == "circle":
