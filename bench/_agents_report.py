@@ -6,12 +6,12 @@ The page has words around it that people write; what is between the two marks is
 import datetime
 import os
 import platform
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
 from agents.checkpoint import Card
-from bench._roster import BASS, COMPARED, PAPER_PEOPLE, PAPER_SEEN, PAPER_UNSEEN
+from bench._roster import BASS, PAPER_PEOPLE, PAPER_SEEN, PAPER_UNSEEN, Field
 from bench.bass import PAPER, Numbers
 from bench.learning import Outcome, mean_error, shown, table
 from maps import map_names
@@ -28,35 +28,33 @@ def write_report(path: Path, measured: str) -> None:
     path.write_text(f"{before}{BEGIN}\n{measured}\n{END}{after}", encoding="utf-8")
 
 
-def measured_part(
-    outcomes: Mapping[str, Sequence[Outcome]],
-    labels: Mapping[str, str],
-    cards: Mapping[str, Card],
-    numbers: Numbers | None,
-) -> str:
-    """Everything between the marks.
+Played = Mapping[str, Sequence[Outcome]]
+"""Outcomes by the partners' populations."""
 
-    `outcomes` by what the partners are, the people never trained with first; `labels` names the learned agents as the
-    paper does, `cards` are theirs.
+
+def measured_part(
+    both: tuple[Field, Played], of_a: tuple[Field, Played], cards: Mapping[str, Card], numbers: Numbers | None
+) -> str:
+    """Everything between the marks: what those trained with A and B reached, and those trained with A alone.
+
+    `cards` are the learned agents'.
     """
     today = datetime.datetime.now(datetime.UTC).date().isoformat()
-    unseen = next(iter(outcomes.values()))
-    agents = list(dict.fromkeys(one.run.agent for one in unseen))
+    field, played = both
+    unseen = played["C"]
     parts = [
         f"Measured on {today}, {platform.machine()}, {os.cpu_count()} cores, by `python -m bench.train_agents`.",
         f"Partners are scripted people; {unseen[0].run.ticks} ticks, all maps alike; errors are standard errors over "
         "episodes. `idle` is the control: what these people reach alone; `scripted` is the expert that the others "
         "learned from.",
-    ]
-    for partners, played in outcomes.items():
-        parts += [f"## With {partners}", table(list(played), agents, list(map_names()))]
-    parts += [
+        *_tables(field, played, "##"),
         "## Beside the paper (Challenge 1)",
-        _beside_paper(unseen, agents, labels),
+        _beside_paper(unseen, field.learners),
         "Their partners were policies and people, ours are scripted people of C: the columns show the order of "
         "methods, not who is better.",
         "## Against the aim, and against the base policy",
-        "\n".join(f"- {line}" for line in verdicts(unseen)),
+        "\n".join(f"- {line}" for line in [against_aim(unseen), *leads(unseen, field.compared)]),
+        *_apart(*of_a),
         *(["## The parts of BASS", _parts(numbers)] if numbers else []),
         "## What was trained",
         _trained(cards),
@@ -64,16 +62,61 @@ def measured_part(
     return "\n\n".join(parts)
 
 
-def verdicts(outcomes: Sequence[Outcome]) -> list[str]:
-    """What was aimed at, by how much it was reached or missed, and who is ahead of whom."""
+def _tables(field: Field, played: Played, level: str) -> Iterator[str]:
+    for group, partners in field.partners.items():
+        yield f"{level} With {partners}"
+        yield table(list(played[group]), _agents(played[group]), list(map_names()))
+
+
+def _agents(outcomes: Sequence[Outcome]) -> list[str]:
+    return list(dict.fromkeys(one.run.agent for one in outcomes))
+
+
+def _apart(field: Field, played: Played) -> Iterator[str]:
+    """The section on agents trained with one population alone; nothing where none has played."""
+    if not any(one.run.agent in field.learners for outcomes in played.values() for one in outcomes):
+        return
+    yield "## Trained with people of A alone"
+    yield "TCR and NFD by what the partners are to the agent; a policy that learned people by heart would fall off."
+    yield _generalisation(field, played)
+    yield from _tables(field, played, "###")
+    yield "\n".join(
+        f"- With {partners}: {line}"
+        for group, partners in field.partners.items()
+        for line in leads(played[group], field.compared)
+    )
+
+
+def _generalisation(field: Field, played: Played) -> str:
+    """Agents by kinds of partners."""
+    heads = " | ".join(f"{partners}: TCR | NFD | n" for partners in field.partners.values())
+    lines = [f"| agent | as in the paper | {heads} |", "|---" * (2 + 3 * len(field.partners)) + "|"]
+    for agent in dict.fromkeys(agent for outcomes in played.values() for agent in _agents(outcomes)):
+        cells = []
+        for group in field.partners:
+            mine = [one for one in played[group] if one.run.agent == agent]
+            cells += [shown(*mean_error([getattr(one, name) for one in mine])) for name in ("tcr", "nfd")]
+            cells.append(str(len(mine)))
+        lines.append(f"| {agent} | {field.learners.get(agent, '')} | " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
+def against_aim(outcomes: Sequence[Outcome]) -> str:
+    """What was aimed at, and by how much it was reached or missed."""
     tcr, error = mean_error([one.tcr for one in outcomes if one.run.agent == BASS])
     reached = "reached" if tcr >= TARGET_TCR else f"missed by {TARGET_TCR - tcr:.3f}"
-    lines = [f"`{BASS}` TCR {tcr:.3f} ± {error:.3f}; aimed at {TARGET_TCR}: {reached}."]
-    played = {one.run.agent for one in outcomes}
-    for one, other in COMPARED:
-        if {one, other} <= played:
-            lines += [_comparison(outcomes, one, other, name) for name in ("tcr", "nfd")]
-    return lines
+    return f"`{BASS}` TCR {tcr:.3f} ± {error:.3f}; aimed at {TARGET_TCR}: {reached}."
+
+
+def leads(outcomes: Sequence[Outcome], compared: Sequence[tuple[str, str]]) -> list[str]:
+    """Who is ahead of whom, of those who played."""
+    agents = _agents(outcomes)
+    return [
+        _comparison(outcomes, one, other, name)
+        for one, other in compared
+        if one in agents and other in agents
+        for name in ("tcr", "nfd")
+    ]
 
 
 def _comparison(outcomes: Sequence[Outcome], one: str, other: str, metric: str) -> str:
@@ -109,12 +152,12 @@ def shared(outcomes: Sequence[Outcome], one: str, other: str, metric: str) -> tu
     return [mine[key] for key in both], [theirs[key] for key in both]
 
 
-def _beside_paper(outcomes: Sequence[Outcome], agents: Sequence[str], labels: Mapping[str, str]) -> str:
+def _beside_paper(outcomes: Sequence[Outcome], labels: Mapping[str, str]) -> str:
     of = "TCR | NFD | AC"
     papers = {"seen AI": PAPER_SEEN, "unseen AI": PAPER_UNSEEN, "people": PAPER_PEOPLE}
     head = f"| agent | as in the paper | ours: {of} | " + " | ".join(f"paper, {with_}: {of}" for with_ in papers) + " |"
     lines = [head, "|---" * (5 + 3 * len(papers)) + "|"]
-    for agent in agents:
+    for agent in _agents(outcomes):
         mine = [one for one in outcomes if one.run.agent == agent]
         ours = [
             mean_error([v for one in mine if (v := getattr(one, name)) is not None]) for name in ("tcr", "nfd", "ac")

@@ -1,5 +1,7 @@
 """Who is in the tables of docs/results.md, what the paper calls them and what it measured of them."""
 
+from typing import NamedTuple
+
 DP, AUGMENTED, MLP, GRU = "dp@all", "dp-augmented@all", "mlp@all", "gru@all"
 BASS, PLAIN = "bass@all", "bass-plain@all"  # on top of AUGMENTED, and on top of DP
 FIRST = "bass-first@all"  # BASS with a value that has not seen itself play yet; in no table
@@ -8,19 +10,50 @@ PAPER_CHOICE = "score=nfd,sampling=4x4"
 PAPER_BASS, SIMULATED = f"{BASS}:{PAPER_CHOICE}", f"{PLAIN}:{PAPER_CHOICE}"
 SCRIPTED, CONTROL = "scripted", "idle"
 
-LEARNERS = {
-    BASS: "DP/BASS, chosen by value",
-    PAPER_BASS: "DP/BASS",
-    SIMULATED: "DP + BASS without augmentation",
-    AUGMENTED: "DP + BASS without simulation",
-    DP: "DP",
-    GRU: "GRU",
-    MLP: "MLP",
-}
-COMPARED = (
-    (BASS, DP), (BASS, AUGMENTED), (BASS, PAPER_BASS), (PAPER_BASS, DP), (SIMULATED, DP), (AUGMENTED, DP),
-)  # fmt: skip
-"""Whose lead over whom is told."""
+DP_A, AUGMENTED_A, MLP_A, GRU_A = "dp@a", "dp-augmented@a", "mlp@a", "gru@a"
+BASS_A, PLAIN_A = "bass@a", "bass-plain@a"  # choose by NFD, as in the paper
+
+
+class Field(NamedTuple):
+    """Agents that learned from the same people, and with whom they play."""
+
+    learners: dict[str, str]
+    """Agent ids, and what the paper calls such agents."""
+    partners: dict[str, str]
+    """Populations, taken in turn, and what they are to these agents; those never trained with are called C."""
+    compared: tuple[tuple[str, str], ...]
+    """Whose lead over whom is told."""
+
+
+OF_BOTH = Field(
+    {
+        BASS: "DP/BASS, chosen by value",
+        PAPER_BASS: "DP/BASS",
+        SIMULATED: "DP + BASS without augmentation",
+        AUGMENTED: "DP + BASS without simulation",
+        DP: "DP",
+        GRU: "GRU",
+        MLP: "MLP",
+    },
+    {"C": "people of C, never trained with", "AB": "people of A and B, trained with"},
+    ((BASS, DP), (BASS, AUGMENTED), (BASS, PAPER_BASS), (PAPER_BASS, DP), (SIMULATED, DP), (AUGMENTED, DP)),
+)
+OF_A = Field(
+    {
+        BASS_A: "DP/BASS",
+        PLAIN_A: "DP + BASS without augmentation",
+        AUGMENTED_A: "DP + BASS without simulation",
+        DP_A: "DP",
+        GRU_A: "GRU",
+        MLP_A: "MLP",
+    },
+    {
+        "A": "people of A, trained with",
+        "B": "people of B, another population",
+        "C": "people of C, never trained with",
+    },
+    ((BASS_A, DP_A), (PLAIN_A, DP_A), (AUGMENTED_A, DP_A)),
+)
 
 PAPER_SEEN = {  # "Results of Different Methods with BASS", Challenge 1, seen behaviours: TCR, NFD, AC
     MLP: (0.3568, 0.4118, 0.7890),

@@ -10,8 +10,10 @@
    value to choose by are learned;
 6. BASS plays with them, choosing by that value, and the value is learned again with these episodes too: a value knows
    little of where choosing by it leads before that was seen;
-7. everybody plays with the people of A and B, and with those of population C whom nobody was trained with, beside an
-   idle partner and the scripted expert; the scores with C go into the cards and the tables into the report.
+7. the policies and the paper's BASS, choosing by NFD, are trained again from people of A alone;
+8. everybody plays with the people of A and B, and with those of population C whom nobody was trained with, beside an
+   idle partner and the scripted expert; those trained with A alone play with A, B and C in turn. The scores with C go
+   into the cards and the tables into the report.
 
 Stopped and started again it goes on where it was; finished evaluation episodes are in DATA/evaluation.jsonl.
 """
@@ -24,59 +26,60 @@ from pathlib import Path
 
 from agents.bass.agent import BassAgent
 from agents.catalogue import load_agent
-from agents.checkpoint import SHIPPED, Card, Score, find_checkpoint, folder_name, rescored
-from agents.corrections import TEACHER
+from agents.checkpoint import SHIPPED, Card, Score, find_checkpoint, rescored
 from agents.dataset import read_trajectories, recording_files
 from agents.demonstrations import jobs, make_all
 from agents.populations import population
 from bench._agents_report import measured_part, write_report
-from bench._roster import AUGMENTED, BASS, CONTROL, DP, FIRST, GRU, LEARNERS, MLP, PAPER_BASS, PLAIN, SCRIPTED
+from bench._curriculum import train_all
+from bench._roster import CONTROL, OF_A, OF_BOTH, PAPER_BASS, SCRIPTED, Field
 from bench.bass import Numbers, measure
 from bench.learning import Outcome, finished, mean_error, play_all, runs
 from maps import load_map, map_names
-from server.cli import main as movingout
-
-NAMES = {
-    DP: "Diffusion Policy",
-    AUGMENTED: "DP with augmentation",
-    BASS: "DP/BASS",
-    FIRST: "DP/BASS, its first value",
-    PLAIN: "DP with simulation",
-    MLP: "MLP",
-    GRU: "GRU",
-}
-PEOPLE = "a scripted expert beside scripted people of A and B; none of population C"
-AUGMENTATION = "--pose-noise", 0.002, "--recombine", 0.25  # paper, "Behavior Augmentation Details"
-EVENT_WEIGHT = 4  # in the last updates: the hand changes in one window of ten, and everything hangs on when
-GROUPS = {"C": "people of C, never trained with", "AB": "people of A and B, trained with"}
 
 
 def main() -> None:
     """Parse and go through the steps."""
     args = _parsed()
     if not args.only_evaluate and not args.finished:
-        _train_all(args)
+        train_all(args)
     without = set(args.without.split(","))
-    learners = {agent_id: label for agent_id, label in LEARNERS.items() if agent_id not in without}
-    outcomes = _played(args, [*learners, SCRIPTED, CONTROL])
-    cards: dict[str, Card] = {}
-    for agent_id in learners:
-        if ":" not in agent_id:
-            checkpoint = find_checkpoint(agent_id, args.data / "models", SHIPPED)
-            cards[agent_id] = rescored(checkpoint, scores(outcomes["C"], agent_id)).card
+    both, of_a = (
+        field._replace(learners={one: label for one, label in field.learners.items() if one not in without})
+        for field in (OF_BOTH, OF_A)
+    )
+    played, played_of_a = _played(args, (both, of_a))
+    unseen = list(dict.fromkeys(played["C"] + played_of_a["C"]))  # the controls are in both
+    cards = _rescored(args, [*both.learners, *of_a.learners], unseen)
     numbers = None if args.no_parts else _parts_of_bass(args)
-    by_partners = {GROUPS[group]: played for group, played in outcomes.items()}
-    write_report(args.report, measured_part(by_partners, learners, cards, numbers))
+    write_report(args.report, measured_part((both, played), (of_a, played_of_a), cards, numbers))
 
 
-def _played(args: argparse.Namespace, agents: list[str]) -> dict[str, list[Outcome]]:
-    """All episodes by group of partners; each agent plays its first before any plays its second."""
-    log = args.data / "evaluation.jsonl"
-    todo = {group: runs(agents, _people(group), list(map_names()), args.runs, args.ticks) for group in GROUPS}
-    in_turn = sorted((run for group in todo.values() for run in group), key=lambda run: run.seed)
+def _played(args: argparse.Namespace, fields: Sequence[Field]) -> list[dict[str, list[Outcome]]]:
+    """For each field all episodes by partners; each agent plays its first before any plays its second."""
+    maps, log = list(map_names()), args.data / "evaluation.jsonl"
+    todo = [
+        {
+            group: runs([*field.learners, SCRIPTED, CONTROL], _people(group), maps, args.runs, args.ticks)
+            for group in field.partners
+        }
+        for field in fields
+    ]
+    wanted = dict.fromkeys(run for groups in todo for made in groups.values() for run in made)
+    in_turn = sorted(wanted, key=lambda run: run.seed)
     outcomes = finished(in_turn, log) if args.finished else play_all(in_turn, args.workers, log)
     done = {one.run: one for one in outcomes}
-    return {group: [done[run] for run in made if run in done] for group, made in todo.items()}
+    return [{group: [done[run] for run in made if run in done] for group, made in groups.items()} for groups in todo]
+
+
+def _rescored(args: argparse.Namespace, agents: Sequence[str], unseen: Sequence[Outcome]) -> dict[str, Card]:
+    """The cards, with what was reached beside people never trained with."""
+    cards = {}
+    for agent_id in agents:
+        if ":" not in agent_id:
+            checkpoint = find_checkpoint(agent_id, args.data / "models", SHIPPED)
+            cards[agent_id] = rescored(checkpoint, scores(unseen, agent_id)).card
+    return cards
 
 
 def _people(group: str) -> list[str]:
@@ -105,75 +108,6 @@ def _parsed() -> argparse.Namespace:
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--report", type=Path, default=Path("docs/results.md"))
     return parser.parse_args()
-
-
-def _train_all(args: argparse.Namespace) -> None:
-    labels = args.data / "labels"
-    for number in range(args.rounds + 1):
-        learner, count = (TEACHER, args.episodes) if number == 0 else (DP, max(args.episodes // 2, 1))
-        _label(args, labels / f"round-{number}", learner, count, seed=number)
-        _train_policy(args, labels, args.updates * (number + 1))
-    first = args.updates * (args.rounds + 1)
-    for agent_id, words in ((DP, ()), (AUGMENTED, AUGMENTATION)):
-        _train_policy(args, labels, first, *words, agent_id=agent_id)
-        _train_policy(
-            args, labels, first + args.last_updates, *words, "--event-weight", EVENT_WEIGHT, agent_id=agent_id
-        )
-    for kind, agent_id in (("mlp", MLP), ("gru", GRU)):
-        _train(args, agent_id, kind, labels, "--population", PEOPLE, "--updates", args.baseline_updates)
-    plays = _plays(args, DP)
-    _train(args, FIRST, "bass", labels, plays, "--base", AUGMENTED, "--updates", args.simulator_updates)
-    again = _plays(args, FIRST)
-    _train(args, BASS, "bass", labels, plays, again, "--base", AUGMENTED, "--simulator", FIRST)
-    _train(args, PLAIN, "bass", "--base", DP, "--simulator", BASS, "--value", BASS)
-
-
-def _train(args: argparse.Namespace, agent_id: str, kind: str, *words: object) -> None:
-    """Train an agent that is not there yet."""
-    if not (args.data / "models" / folder_name(agent_id)).exists():
-        _command("train", kind, *words, "--data", args.data, "--id", agent_id, "--name", NAMES[agent_id])
-
-
-def _plays(args: argparse.Namespace, agent_id: str) -> Path:
-    """The folder of episodes in which an agent plays with people of A and B, in either seat, and nobody helps it."""
-    folder: Path = args.data / "plays" / folder_name(agent_id)
-    for number, (people, red) in enumerate((people, red) for people in "AB" for red in (True, False)):
-        seats = (agent_id, f"people:{people}") if red else (f"people:{people}", agent_id)
-        if not (folder / f"done-{number}").exists():
-            _command(
-                "match", "--red", seats[0], "--blue", seats[1], "--episodes", -(-args.plays // 2),
-                "--seed", 1000 * number,
-                "--ticks", args.ticks, "--workers", args.workers, "--record", folder / f"{number}",
-            )  # fmt: skip
-            (folder / f"done-{number}").touch()
-    return folder
-
-
-def _label(args: argparse.Namespace, folder: Path, learner: str, episodes: int, seed: int) -> None:
-    if (folder / "done").exists():
-        return
-    _command(
-        "demos", "label", "--learner", learner, "--population", "AB", "--episodes", episodes, "--seed", seed,
-        "--ticks", args.ticks, "--workers", args.workers, "--out", folder,
-    )  # fmt: skip
-    (folder / "done").touch()
-
-
-def _train_policy(args: argparse.Namespace, labels: Path, total: int, *words: object, agent_id: str = DP) -> None:
-    """Go on to `total` updates with all labels there are; nothing to do when the card says as many."""
-    folder = args.data / "models" / folder_name(agent_id)
-    if folder.exists() and find_checkpoint(agent_id, args.data / "models").card.training.updates >= total:
-        return
-    _command(
-        "train", "dp", labels, "--id", agent_id, "--data", args.data, "--updates", total, "--width", args.width,
-        "--population", PEOPLE, "--name", NAMES[agent_id], *words,
-    )  # fmt: skip
-
-
-def _command(*words: object) -> None:
-    code = movingout([str(word) for word in words])
-    if code != 0:
-        raise SystemExit(code)
 
 
 def _parts_of_bass(args: argparse.Namespace) -> Numbers:

@@ -4,7 +4,8 @@ import math
 from pathlib import Path
 
 from bench import learning
-from bench._agents_report import BEGIN, END, gains, measured_part, verdicts, write_report
+from bench._agents_report import BEGIN, END, against_aim, gains, leads, measured_part, write_report
+from bench._roster import OF_A, OF_BOTH
 from bench.learning import Outcome, Run, mean_error, play, play_all, runs, table
 from bench.train_agents import scores
 
@@ -50,23 +51,33 @@ def test_the_report_replaces_what_was_measured_and_keeps_the_words_around_it(tmp
     page = tmp_path / "results.md"
     page.write_text(f"before\n{BEGIN}\nold\n{END}\nafter\n")
     outcomes = [_outcome("bass@all", 0.5), _outcome("dp@all", 0.25)]
-    write_report(page, measured_part({"strangers": outcomes, "friends": outcomes[1:]}, {"dp@all": "DP"}, {}, None))
+    played_of_a = {"A": [_outcome("dp@a", 0.75), _outcome("idle", 0.0)], "B": [_outcome("dp@a", 0.5)], "C": []}
+    write_report(page, measured_part((OF_BOTH, {"C": outcomes, "AB": outcomes[1:]}), (OF_A, played_of_a), {}, None))
     text = page.read_text()
     assert text.startswith("before\n") and text.endswith("after\n") and "old" not in text
-    assert "0.256" in text and "## With strangers" in text and "## With friends" in text
+    assert "0.256" in text and "## With people of C" in text and "## With people of A and B" in text
     assert "| dp@all | DP | 0.250 ± 0.000 |" in text
+    assert "| dp@a | DP | 0.750 ± 0.000 | 0.375 ± 0.000 | 1 | 0.500 ± 0.000 | 0.250 ± 0.000 | 1 | – | – | 0 |" in text
+    assert "| idle |  | 0.000 ± 0.000 | 0.000 ± 0.000 | 1 | – | – | 0 | – | – | 0 |" in text
+
+
+def test_nothing_is_said_of_agents_trained_with_one_population_before_they_have_played() -> None:
+    played = {"C": [_outcome("bass@all", 0.5)], "AB": []}
+    of_a = {group: [_outcome("idle", 0.0)] for group in OF_A.partners}
+    assert "A alone" not in measured_part((OF_BOTH, played), (OF_A, of_a), {}, None)
 
 
 def test_a_missed_target_is_said_by_how_much() -> None:
-    lines = verdicts([_outcome("bass@all", 0.5), _outcome("dp@all", 0.25)])
-    assert "missed by 0.150" in lines[0]
-    assert "+0.250" in lines[1] and "farther apart" in lines[1] and len(lines) == 3
+    outcomes = [_outcome("bass@all", 0.5), _outcome("dp@all", 0.25)]
+    assert "missed by 0.150" in against_aim(outcomes)
+    lines = leads(outcomes, OF_BOTH.compared)
+    assert "+0.250" in lines[0] and "farther apart" in lines[0] and len(lines) == 2
 
 
 def test_a_lead_within_the_errors_is_called_so() -> None:
     outcomes = [_outcome("bass@all", tcr, name) for tcr, name in ((0.4, "HandOff"), (0.8, "LeftRight"))]
     outcomes += [_outcome("dp@all", tcr, name) for tcr, name in ((0.3, "HandOff"), (0.7, "LeftRight"))]
-    assert "within the standard errors" in verdicts(outcomes)[1]
+    assert "within the standard errors" in leads(outcomes, OF_BOTH.compared)[0]
 
 
 def test_agents_are_compared_over_the_episodes_that_both_played() -> None:

@@ -1,0 +1,137 @@
+"""What is trained, from what and in which order; a step that is done already is skipped."""
+
+import argparse
+from pathlib import Path
+from typing import NamedTuple
+
+from agents.checkpoint import find_checkpoint, folder_name
+from agents.corrections import TEACHER
+from bench._roster import (
+    AUGMENTED,
+    AUGMENTED_A,
+    BASS,
+    BASS_A,
+    DP,
+    DP_A,
+    FIRST,
+    GRU,
+    GRU_A,
+    MLP,
+    MLP_A,
+    PLAIN,
+    PLAIN_A,
+)
+from server.cli import main as movingout
+
+NAMES = {
+    DP: "Diffusion Policy",
+    AUGMENTED: "DP with augmentation",
+    BASS: "DP/BASS",
+    FIRST: "DP/BASS, its first value",
+    PLAIN: "DP with simulation",
+    MLP: "MLP",
+    GRU: "GRU",
+    DP_A: "Diffusion Policy, A alone",
+    AUGMENTED_A: "DP with augmentation, A alone",
+    BASS_A: "DP/BASS, A alone",
+    PLAIN_A: "DP with simulation, A alone",
+    MLP_A: "MLP, A alone",
+    GRU_A: "GRU, A alone",
+}
+AUGMENTATION = "--pose-noise", 0.002, "--recombine", 0.25  # paper, "Behavior Augmentation Details"
+BY_NFD = "--score", "nfd", "--own", 4, "--partner", 4  # paper, 4 x 4 sampling
+EVENT_WEIGHT = 4  # in the last updates: the hand changes in one window of ten, and everything hangs on when
+
+
+class Lessons(NamedTuple):
+    """Labelled episodes to learn from, and whose they are."""
+
+    folder: Path
+    people: str
+
+
+def train_all(args: argparse.Namespace) -> None:
+    """Every agent of the tables, from nothing."""
+    labels = args.data / "labels"
+    both = Lessons(labels, "a scripted expert beside scripted people of A and B; none of population C")
+    for number in range(args.rounds + 1):
+        for people in "AB":
+            _label(args, labels / people.lower() / f"round-{number}", people, number)
+        _train_policy(args, both, DP, args.updates * (number + 1))
+    _train_policies(args, both, DP, AUGMENTED, MLP, GRU)
+    _train_bass(args, both)
+    only_a = Lessons(labels / "a", "a scripted expert beside scripted people of A; none of populations B and C")
+    _train_policies(args, only_a, DP_A, AUGMENTED_A, MLP_A, GRU_A)
+    updates = "--updates", args.simulator_updates
+    _train(args, BASS_A, "bass", only_a.folder, "--base", AUGMENTED_A, *BY_NFD, *updates)
+    _train(args, PLAIN_A, "bass", "--base", DP_A, "--simulator", BASS_A, *BY_NFD)
+
+
+def _train_policies(args: argparse.Namespace, lessons: Lessons, dp: str, augmented: str, mlp: str, gru: str) -> None:
+    """The four policies from the same lessons; Diffusion Policy goes on from what it has learned already."""
+    first = args.updates * (args.rounds + 1)
+    for agent_id, words in ((dp, ()), (augmented, AUGMENTATION)):
+        _train_policy(args, lessons, agent_id, first, *words)
+        _train_policy(args, lessons, agent_id, first + args.last_updates, *words, "--event-weight", EVENT_WEIGHT)
+    for kind, agent_id in (("mlp", mlp), ("gru", gru)):
+        about = "--population", lessons.people, "--updates", args.baseline_updates
+        _train(args, agent_id, kind, lessons.folder, *about)
+
+
+def _train_bass(args: argparse.Namespace, lessons: Lessons) -> None:
+    """The simulator and a first value, then the value again with what BASS played by the first one."""
+    plays = _plays(args, DP)
+    _train(args, FIRST, "bass", lessons.folder, plays, "--base", AUGMENTED, "--updates", args.simulator_updates)
+    again = _plays(args, FIRST)
+    _train(args, BASS, "bass", lessons.folder, plays, again, "--base", AUGMENTED, "--simulator", FIRST)
+    _train(args, PLAIN, "bass", "--base", DP, "--simulator", BASS, "--value", BASS)
+
+
+def _label(args: argparse.Namespace, folder: Path, people: str, number: int) -> None:
+    """A round of labelling beside the people of one population; the learner is the policy of both."""
+    if (folder / "done").exists():
+        return
+    learner, count = (TEACHER, args.episodes) if number == 0 else (DP, max(args.episodes // 2, 1))
+    _command(
+        "demos", "label", "--learner", learner, "--population", people, "--episodes", -(-count // 2), "--seed", number,
+        "--ticks", args.ticks, "--workers", args.workers, "--out", folder,
+    )  # fmt: skip
+    (folder / "done").touch()
+
+
+def _plays(args: argparse.Namespace, agent_id: str) -> Path:
+    """The folder of episodes in which an agent plays with people of A and B, in either seat, and nobody helps it."""
+    folder: Path = args.data / "plays" / folder_name(agent_id)
+    for number, (people, red) in enumerate((people, red) for people in "AB" for red in (True, False)):
+        seats = (agent_id, f"people:{people}") if red else (f"people:{people}", agent_id)
+        if not (folder / f"done-{number}").exists():
+            _command(
+                "match", "--red", seats[0], "--blue", seats[1], "--episodes", -(-args.plays // 2),
+                "--seed", 1000 * number,
+                "--ticks", args.ticks, "--workers", args.workers, "--record", folder / f"{number}",
+            )  # fmt: skip
+            (folder / f"done-{number}").touch()
+    return folder
+
+
+def _train_policy(args: argparse.Namespace, lessons: Lessons, agent_id: str, total: int, *words: object) -> None:
+    """Go on to `total` updates with all labels there are; nothing to do when the card says as many."""
+    folder = args.data / "models" / folder_name(agent_id)
+    if folder.exists() and find_checkpoint(agent_id, args.data / "models").card.training.updates >= total:
+        return
+    _command(
+        "train", "dp", lessons.folder, "--id", agent_id, "--data", args.data, "--updates", total,
+        "--width", args.width, "--population", lessons.people, "--name", NAMES[agent_id], *words,
+    )  # fmt: skip
+
+
+def _train(args: argparse.Namespace, agent_id: str, kind: str, *words: object) -> None:
+    """Train an agent that is not there yet."""
+    if not (args.data / "models" / folder_name(agent_id)).exists():
+        _command("train", kind, *words, "--data", args.data, "--id", agent_id, "--name", NAMES[agent_id])
+
+
+def _command(*words: object) -> None:
+    code = movingout([str(word) for word in words])
+    if code != 0:
+        raise SystemExit(code)
