@@ -1,6 +1,16 @@
-"""What is trained, from what and in which order; a step that is done already is skipped."""
+"""What is trained, from what and in which order; a step that is done already is skipped.
+
+What does not wait for each other is trained at the same time, in as many processes as there are workers; what they
+say goes to DATA/logs/<agent>.log.
+"""
 
 import argparse
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -54,37 +64,56 @@ def train_all(args: argparse.Namespace) -> None:
     """Every agent of the tables, from nothing."""
     labels = args.data / "labels"
     both = Lessons(labels, "a scripted expert beside scripted people of A and B; none of population C")
+    only_a = Lessons(labels / "a", "a scripted expert beside scripted people of A; none of populations B and C")
     for number in range(args.rounds + 1):
         for people in "AB":
             _label(args, labels / people.lower() / f"round-{number}", people, number)
         _train_policy(args, both, DP, args.updates * (number + 1))
-    _train_policies(args, both, DP, AUGMENTED, MLP, GRU)
-    _train_bass(args, both)
-    only_a = Lessons(labels / "a", "a scripted expert beside scripted people of A; none of populations B and C")
-    _train_policies(args, only_a, DP_A, AUGMENTED_A, MLP_A, GRU_A)
-    updates = "--updates", args.simulator_updates
-    _train(args, BASS_A, "bass", only_a.folder, "--base", AUGMENTED_A, *BY_NFD, *updates)
+    simulator = "--updates", args.simulator_updates
+    of_both = _policies(args, both, DP, AUGMENTED, MLP, GRU)
+    of_a = _policies(args, only_a, DP_A, AUGMENTED_A, MLP_A, GRU_A)
+    _together(args, [*of_both, *of_a])
+    plays = _plays(args, DP)
+    first = partial(_train, args, FIRST, "bass", labels, plays, "--base", AUGMENTED, *simulator)
+    bass_a = partial(_train, args, BASS_A, "bass", only_a.folder, "--base", AUGMENTED_A, *BY_NFD, *simulator)
+    _together(args, [first, bass_a])
+    again = _plays(args, FIRST)
+    _train(args, BASS, "bass", labels, plays, again, "--base", AUGMENTED, "--simulator", FIRST)
+    _train(args, PLAIN, "bass", "--base", DP, "--simulator", BASS, "--value", BASS)
     _train(args, PLAIN_A, "bass", "--base", DP_A, "--simulator", BASS_A, *BY_NFD)
 
 
-def _train_policies(args: argparse.Namespace, lessons: Lessons, dp: str, augmented: str, mlp: str, gru: str) -> None:
-    """The four policies from the same lessons; Diffusion Policy goes on from what it has learned already."""
+Step = Callable[[], None]
+
+
+def _together(args: argparse.Namespace, steps: Sequence[Step]) -> None:
+    """As many steps at a time as there are workers; when one fails, none is begun any more."""
+    with ThreadPoolExecutor(args.workers) as threads:
+        waiting = [threads.submit(step) for step in steps]
+        try:
+            for done in as_completed(waiting):
+                done.result()
+        except BaseException:
+            threads.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+def _policies(args: argparse.Namespace, lessons: Lessons, dp: str, augmented: str, mlp: str, gru: str) -> list[Step]:
+    """The four policies from the same lessons, the longest first."""
+    baseline = "--population", lessons.people, "--updates", args.baseline_updates
+    return [
+        partial(_train_diffusion, args, lessons, dp),
+        partial(_train_diffusion, args, lessons, augmented, *AUGMENTATION),
+        partial(_train, args, gru, "gru", lessons.folder, *baseline),
+        partial(_train, args, mlp, "mlp", lessons.folder, *baseline),
+    ]
+
+
+def _train_diffusion(args: argparse.Namespace, lessons: Lessons, agent_id: str, *words: object) -> None:
+    """All updates, the last ones with events drawn oftener; it goes on from what it has learned already."""
     first = args.updates * (args.rounds + 1)
-    for agent_id, words in ((dp, ()), (augmented, AUGMENTATION)):
-        _train_policy(args, lessons, agent_id, first, *words)
-        _train_policy(args, lessons, agent_id, first + args.last_updates, *words, "--event-weight", EVENT_WEIGHT)
-    for kind, agent_id in (("mlp", mlp), ("gru", gru)):
-        about = "--population", lessons.people, "--updates", args.baseline_updates
-        _train(args, agent_id, kind, lessons.folder, *about)
-
-
-def _train_bass(args: argparse.Namespace, lessons: Lessons) -> None:
-    """The simulator and a first value, then the value again with what BASS played by the first one."""
-    plays = _plays(args, DP)
-    _train(args, FIRST, "bass", lessons.folder, plays, "--base", AUGMENTED, "--updates", args.simulator_updates)
-    again = _plays(args, FIRST)
-    _train(args, BASS, "bass", lessons.folder, plays, again, "--base", AUGMENTED, "--simulator", FIRST)
-    _train(args, PLAIN, "bass", "--base", DP, "--simulator", BASS, "--value", BASS)
+    _train_policy(args, lessons, agent_id, first, *words)
+    _train_policy(args, lessons, agent_id, first + args.last_updates, *words, "--event-weight", EVENT_WEIGHT)
 
 
 def _label(args: argparse.Namespace, folder: Path, people: str, number: int) -> None:
@@ -92,7 +121,7 @@ def _label(args: argparse.Namespace, folder: Path, people: str, number: int) -> 
     if (folder / "done").exists():
         return
     learner, count = (TEACHER, args.episodes) if number == 0 else (DP, max(args.episodes // 2, 1))
-    _command(
+    _movingout(
         "demos", "label", "--learner", learner, "--population", people, "--episodes", -(-count // 2), "--seed", number,
         "--ticks", args.ticks, "--workers", args.workers, "--out", folder,
     )  # fmt: skip
@@ -105,7 +134,7 @@ def _plays(args: argparse.Namespace, agent_id: str) -> Path:
     for number, (people, red) in enumerate((people, red) for people in "AB" for red in (True, False)):
         seats = (agent_id, f"people:{people}") if red else (f"people:{people}", agent_id)
         if not (folder / f"done-{number}").exists():
-            _command(
+            _movingout(
                 "match", "--red", seats[0], "--blue", seats[1], "--episodes", -(-args.plays // 2),
                 "--seed", 1000 * number,
                 "--ticks", args.ticks, "--workers", args.workers, "--record", folder / f"{number}",
@@ -119,19 +148,32 @@ def _train_policy(args: argparse.Namespace, lessons: Lessons, agent_id: str, tot
     folder = args.data / "models" / folder_name(agent_id)
     if folder.exists() and find_checkpoint(agent_id, args.data / "models").card.training.updates >= total:
         return
-    _command(
-        "train", "dp", lessons.folder, "--id", agent_id, "--data", args.data, "--updates", total,
-        "--width", args.width, "--population", lessons.people, "--name", NAMES[agent_id], *words,
-    )  # fmt: skip
+    sizes = "--updates", total, "--width", args.width, "--batch", args.batch
+    _command(args, agent_id, "train", "dp", lessons.folder, *sizes, "--population", lessons.people, *words)
 
 
 def _train(args: argparse.Namespace, agent_id: str, kind: str, *words: object) -> None:
     """Train an agent that is not there yet."""
     if not (args.data / "models" / folder_name(agent_id)).exists():
-        _command("train", kind, *words, "--data", args.data, "--id", agent_id, "--name", NAMES[agent_id])
+        _command(args, agent_id, "train", kind, *words)
 
 
-def _command(*words: object) -> None:
+def _command(args: argparse.Namespace, agent_id: str, *words: object) -> None:
+    """Train in a process of its own. Raises SystemExit with its last words when it fails."""
+    log = args.data / "logs" / f"{folder_name(agent_id)}.log"
+    log.parent.mkdir(parents=True, exist_ok=True)
+    print(f"{agent_id}: training, what it says is in {log}", flush=True)
+    begun = time.monotonic()
+    with log.open("a", encoding="utf-8") as file:
+        about = "--id", agent_id, "--name", NAMES[agent_id], "--data", args.data
+        command = [sys.executable, "-m", "server.cli", *map(str, (*words, *about))]
+        code = subprocess.run(command, stdout=file, stderr=subprocess.STDOUT, check=False).returncode
+    if code != 0:
+        raise SystemExit(f"{agent_id}: training ended with {code}: {log.read_text(encoding='utf-8')[-500:]}")
+    print(f"{agent_id}: trained after {time.monotonic() - begun:.0f} s", flush=True)
+
+
+def _movingout(*words: object) -> None:
     code = movingout([str(word) for word in words])
     if code != 0:
         raise SystemExit(code)
