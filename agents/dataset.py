@@ -80,15 +80,16 @@ def trajectory_of(episode: Episode) -> Trajectory:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Windows:
-    """Rows of many trajectories, one after the other; `ends` closes each row's own trajectory.
+    """Rows of many trajectories, one after the other, and their targets likewise, which may be more.
 
     A window is named by the index of its row.
     """
 
     features: Singles  # (M, D)
-    targets: Singles  # (M, 5)
+    targets: Singles  # (N, 5), N >= M
     starts: Indices  # (M,) first row of the row's trajectory
-    ends: Indices  # (M,) one past the last row of it
+    first_targets: Indices  # (M,) where the row's own target is
+    ends: Indices  # (M,) one past the last target of the row's trajectory
     people: npt.NDArray[np.int32]  # (M,) index into `names`: whose actions these are
     names: tuple[str, ...]
 
@@ -102,8 +103,8 @@ class Windows:
         return found
 
     def chunks(self, rows: Indices, horizon: int) -> Singles:
-        """(B, horizon, 5): the actions from `rows` on."""
-        ahead = rows[:, None] + np.arange(horizon)
+        """(B, horizon, 5): the actions from `rows` on; the last one again where there are no more."""
+        ahead = self.first_targets[rows, None] + np.arange(horizon)
         found: Singles = self.targets[np.minimum(ahead, self.ends[rows, None] - 1)]
         return found
 
@@ -119,23 +120,26 @@ class Windows:
 
 
 Piece = tuple[str, Singles, Singles]
-"""One seat of one episode: participant, features (T, D), targets (T, 5)."""
+"""One seat of one episode: participant, features (T, D), targets (T or more, 5): of these ticks and of what followed."""
 
 
 def windows_of(rows: Iterable[Piece]) -> Windows:
-    """Put pieces of (participant, features (T, D), targets (T, 5)) one after the other."""
+    """Put pieces one after the other."""
     pieces = list(rows)
     if not pieces:
         raise DataError("there is nothing to train on: no recording was given")
     names = tuple(sorted({name for name, _, _ in pieces}))
     lengths = np.array([len(features) for _, features, _ in pieces])
     ends = np.cumsum(lengths)
+    target_lengths = np.array([len(targets) for _, _, targets in pieces])
+    target_ends = np.cumsum(target_lengths)
     index = {name: number for number, name in enumerate(names)}
     return Windows(
         features=np.concatenate([features for _, features, _ in pieces]),
         targets=np.concatenate([targets for _, _, targets in pieces]),
         starts=np.repeat(ends - lengths, lengths),
-        ends=np.repeat(ends, lengths),
+        first_targets=np.arange(ends[-1]) + np.repeat(target_ends - target_lengths - (ends - lengths), lengths),
+        ends=np.repeat(target_ends, lengths),
         people=np.repeat(np.array([index[name] for name, _, _ in pieces], dtype=np.int32), lengths),
         names=names,
     )

@@ -58,8 +58,9 @@ class Piece:
 
     @property
     def targets(self) -> Singles:
-        """(LENGTH, 5), as they were: one's own motion is kept."""
-        return self.own.targets[self.start : self.start + LENGTH]
+        """(LENGTH to 2 * LENGTH, 5), as they were: one's own motion is kept, and so is what followed on the piece."""
+        end = next(end for begin, end in self.own.stretches if begin <= self.start < end)
+        return self.own.targets[self.start : min(self.start + 2 * LENGTH, end)]
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ import pytest
 
 from agents.bass.recombination import LENGTH, Part, Piece, augmentation, draw_pieces, recombined
 from agents.bass.restaging import restage
-from agents.dataset import Trajectory
+from agents.dataset import Trajectory, windows_of
 from maps import load_map
 from tests.agents.learning import states_of, trajectory_of_actions
 from world.errors import WorldError
@@ -58,7 +58,19 @@ def test_a_match_may_be_at_any_tick_and_in_whichever_seat_the_other_episode_is_l
     parts = [_part(own, 0, (3, 12)), _part(other, 1, (0, 4))]
     pieces = list(draw_pieces(parts, seed=1))
     assert _starts(pieces) == {3, 4} and all(piece.other is other for piece in pieces)
-    assert all(np.array_equal(piece.targets, own.targets(0, "hold")[3:][:LENGTH]) for piece in pieces)
+    assert all(np.array_equal(piece.targets, own.targets(0, "hold")[piece.start : 12]) for piece in pieces)
+
+
+def test_what_one_did_after_a_piece_is_in_the_chunks_of_its_last_ticks() -> None:
+    own = _straight(0.2, 0.1, ticks=40)
+    (piece, *_) = (one for one in draw_pieces([_part(own), _part(_straight(0.2, -0.1))], 1) if one.start == 2)
+    features = np.zeros((LENGTH, 4), np.float32)
+    windows = windows_of([("a", features, piece.targets), ("b", features[:3], piece.targets[:3])])
+    assert len(windows) == LENGTH + 3
+    targets, last = own.targets(0, "hold"), 2 + LENGTH - 1
+    chunks = windows.chunks(np.array([LENGTH - 1, LENGTH + 1]), LENGTH)
+    assert np.array_equal(chunks[0], targets[last : last + LENGTH])
+    assert np.array_equal(chunks[1], targets[[3, *(LENGTH - 1) * [4]]])
 
 
 def test_episodes_of_different_maps_are_not_put_together() -> None:
