@@ -120,7 +120,7 @@ class Windows:
 
 
 Piece = tuple[str, Singles, Singles]
-"""One seat of one episode: participant, features (T, D), targets (T or more, 5): of these ticks and of what followed."""
+"""A seat of an episode: participant, features (T, D), targets (T or more, 5): of these ticks and of what came next."""
 
 
 def windows_of(rows: Iterable[Piece]) -> Windows:
