@@ -36,11 +36,18 @@ from bench._roster import CONTROL, OF_A, OF_BOTH, PAPER_BASS, SCRIPTED, Field
 from bench.bass import Numbers, measure
 from bench.learning import Outcome, finished, mean_error, play_all, runs
 from maps import load_map, map_names
+from maps.errors import MovingOutError
 
 
 def main() -> None:
-    """Parse and go through the steps."""
-    args = _parsed()
+    """Parse and go through the steps; what cannot be done is said in a sentence."""
+    try:
+        _run(_parsed())
+    except MovingOutError as error:
+        raise SystemExit(f"train_agents: {error}") from error
+
+
+def _run(args: argparse.Namespace) -> None:
     if not args.only_evaluate and not args.finished:
         train_all(args)
     without = set(args.without.split(","))
@@ -49,6 +56,10 @@ def main() -> None:
         for field in (OF_BOTH, OF_A)
     )
     played, played_of_a = _played(args, (both, of_a))
+    if not played["C"]:
+        raise MovingOutError(
+            "nobody has played with people of C yet, so there is nothing to tell; leave out --finished"
+        )
     unseen = list(dict.fromkeys(played["C"] + played_of_a["C"]))  # the controls are in both
     cards = _rescored(args, [*both.learners, *of_a.learners], unseen)
     numbers = None if args.no_parts else _parts_of_bass(args)
@@ -73,10 +84,10 @@ def _played(args: argparse.Namespace, fields: Sequence[Field]) -> list[dict[str,
 
 
 def _rescored(args: argparse.Namespace, agents: Sequence[str], unseen: Sequence[Outcome]) -> dict[str, Card]:
-    """The cards, with what was reached beside people never trained with."""
-    cards = {}
+    """The cards of those who have played, with what they reached beside people never trained with."""
+    cards, have_played = {}, {one.run.agent for one in unseen}
     for agent_id in agents:
-        if ":" not in agent_id:
+        if ":" not in agent_id and agent_id in have_played:
             checkpoint = find_checkpoint(agent_id, args.data / "models", SHIPPED)
             cards[agent_id] = rescored(checkpoint, scores(unseen, agent_id)).card
     return cards
@@ -108,7 +119,10 @@ def _parsed() -> argparse.Namespace:
     parser.add_argument("--ticks", type=int, default=500)
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--report", type=Path, default=Path("docs/results.md"))
-    return parser.parse_args()
+    args = parser.parse_args()
+    if min(args.runs, args.ticks, args.workers) < 1:
+        parser.error("--runs, --ticks and --workers are 1 or more")
+    return args
 
 
 def _parts_of_bass(args: argparse.Namespace) -> Numbers:

@@ -3,11 +3,13 @@
 import math
 from pathlib import Path
 
+import pytest
+
 from bench import learning
 from bench._agents_report import BEGIN, END, against_aim, gains, leads, measured_part, write_report
 from bench._roster import OF_A, OF_BOTH
 from bench.learning import Outcome, Run, mean_error, play, play_all, runs, table
-from bench.train_agents import scores
+from bench.train_agents import main, scores
 
 
 def _outcome(agent: str, tcr: float, the_map: str = "HandOff") -> Outcome:
@@ -96,3 +98,21 @@ def test_a_stopped_evaluation_goes_on_from_its_log(tmp_path: Path) -> None:
 def test_an_episode_of_two_idle_agents_delivers_nothing() -> None:
     outcome = play(Run("idle", "idle", "SingleRotation", 0, 1, 5))
     assert (outcome.tcr, outcome.nfd, outcome.ac) == (0.0, 0.0, None)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--runs", "0"], "--runs, --ticks and --workers are 1 or more"),
+        ([], "train_agents: no checkpoint "),  # most agents of the tables are not shipped
+    ],
+)
+def test_tables_that_cannot_be_made_are_refused_in_a_sentence(
+    words: list[str], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page = tmp_path / "results.md"
+    command = ["train_agents", "--finished", "--no-parts", "--data", str(tmp_path), "--report", str(page), *words]
+    monkeypatch.setattr("sys.argv", command)
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert said in f"{ended.value.code}{capsys.readouterr().err}" and not page.exists()
