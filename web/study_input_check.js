@@ -35,6 +35,8 @@ class InputCheck {
   #said = el("p", { role: "status" });
   #pill = el("span", { class: "pill", role: "status" });
   #rtt = NaN;
+  /** @type {Promise<void> | null} */
+  #measuring = null;
   #open = true;
 
   /** @param {Context} context */
@@ -93,7 +95,15 @@ class InputCheck {
     this.panels.forEach((panel, seat) => panel.showDone(this.tried[seat].done));
   }
 
-  async #measure() {
+  /** Whoever asks while it is being measured waits for that: going on early must not lead nowhere. */
+  #measure() {
+    this.#measuring ??= this.#measureOnce().finally(() => {
+      this.#measuring = null;
+    });
+    return this.#measuring;
+  }
+
+  async #measureOnce() {
     const { words } = this;
     this.#pill.className = "pill";
     this.#pill.textContent = words.say("check.measuring");

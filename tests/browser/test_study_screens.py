@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Page, Route, expect
 
 from study.instruments import DEMOGRAPHICS, NASA_TLX
 from study.questionnaire import PAPER
@@ -243,6 +243,26 @@ def test_the_controls_are_tried_and_the_connection_is_measured(open_page: OpenPa
     heading(page, "Thank you")
     (sent,) = study.sent("/next")
     assert sent["device"] == "keyboard" and 0 < sent["rtt_ms"] < 2000
+
+
+def test_going_on_while_the_connection_is_still_measured_waits_for_it(open_page: OpenPage) -> None:
+    study, held = FakeStudy.at(fake.input_check(), fake.code()), list[Route]()
+    page = open_page("/healthz")
+    page.route("**/healthz", held.append)
+    study.open(page)
+    heading(page, "Try your controls")
+    press(page, "KeyW", "KeyA", "KeyS", "KeyD", "Space")
+    expect(page.get_by_text("Everything works.")).to_be_visible()
+    on = page.get_by_role("button", name="Go on")
+    on.click()
+    expect(on).to_have_attribute("aria-disabled", "true")
+    expect(page.locator(".check-connection .pill")).to_have_text("measuring…")
+    page.unroute("**/healthz")
+    for route in held:
+        route.continue_()
+    heading(page, "Thank you")
+    (sent,) = study.sent("/next")
+    assert 0 < sent["rtt_ms"] < 2000
 
 
 def test_where_a_gamepad_is_needed_it_is_tried_and_keys_do_not_count(open_page: OpenPage) -> None:
