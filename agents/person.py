@@ -1,16 +1,18 @@
 """A scripted person: the scripted player's plans, seen with a person's eyes and carried out by a person's hand.
 
 The plan decides what and where; the style decides the order of things, and here how late the partner is seen, how
-fast the stick is pushed, how much the steering wanders and how often the person hesitates.
+fast the stick is pushed, how much the steering wanders, how often the person hesitates and whether the stick is keys.
 """
 
 import math
 from collections import deque
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 
 from agents.base import ActionChunk, EpisodeInfo, Observation
+from agents.errors import AgentError
+from agents.keys import Keys
 from agents.observing import observe
 from agents.populations import participant
 from agents.scripted import ScriptedAgent
@@ -26,11 +28,18 @@ class Person:
 
     execute_rows = 1
 
-    def __init__(self, name: str = "A01", seed: int = 0) -> None:
-        """`name` as in the populations: A01 to C20. Raises DataError for another one."""
-        self.style: Style = participant(name).style
+    def __init__(self, name: str = "A01", seed: int = 0, **habits: float | str) -> None:
+        """`name` as in the populations: A01 to C20; `habits` are fields of `Style` in which this one is different.
+
+        Raises DataError for another name, AgentError for another habit.
+        """
+        known = [field.name for field in fields(Style)]
+        wrong = [habit for habit in habits if habit not in known]
+        if wrong:
+            raise AgentError(f"style: no habit {wrong[0]!r}; known: {', '.join(known)}")
+        self.style: Style = replace(participant(name).style, **habits)  # type: ignore[arg-type]
         self._plan = ScriptedAgent(seed=seed)
-        self._plan.style = replace(self.style, speed=1.0, delay=0, noise=0.0, hesitation=0.0)
+        self._plan.style = replace(self.style, speed=1.0, delay=0, noise=0.0, hesitation=0.0, stick=0)
         self._plan.foresees = False
         self._name = name
         self._seed = seed
@@ -50,6 +59,7 @@ class Person:
         self._wander = 0.0
         self._pause = 0
         self._heading = 0.0
+        self._keys = Keys(episode.map, episode.seat) if self.style.stick else None
 
     def act(self, observation: Observation) -> ActionChunk:
         """One row."""
@@ -64,7 +74,10 @@ class Person:
         )
         steered = wanted + (self._wander if row[0] != 0.0 else 0.0)
         self._heading = wanted
-        return np.array([[row[0] * self.style.speed, math.cos(steered), math.sin(steered), row[3]]])
+        distance = row[0] * self.style.speed
+        if self._keys is not None:
+            distance, steered = self._keys.press(state, distance, steered)
+        return np.array([[distance, math.cos(steered), math.sin(steered), row[3]]])
 
     def _late(self, state: WorldState) -> WorldState:
         """The state with the partner as it was some ticks ago; a shared item is felt at once."""

@@ -14,7 +14,7 @@ C is never trained on.
 
 import hashlib
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from random import Random
 
 from agents.errors import DataError
@@ -58,7 +58,7 @@ class Participant:
     @property
     def sha256(self) -> str:
         """A fingerprint of the style."""
-        return hashlib.sha256(json.dumps(asdict(self.style), sort_keys=True).encode()).hexdigest()
+        return hashlib.sha256(json.dumps(self.style.habits, sort_keys=True).encode()).hexdigest()
 
 
 def population(name: str) -> tuple[Participant, ...]:
@@ -81,7 +81,7 @@ def participant(name: str) -> Participant:
 def manifest() -> dict[str, object]:
     """All people with their styles and hashes, for a file that says who was trained on and who was not."""
     people = {
-        name: [{"name": p.name, "style": asdict(p.style), "sha256": p.sha256} for p in population(name)]
+        name: [{"name": p.name, "style": p.style.habits, "sha256": p.sha256} for p in population(name)]
         for name in POPULATIONS
     }
     whole = hashlib.sha256(json.dumps(people, sort_keys=True).encode()).hexdigest()

@@ -31,7 +31,9 @@ class ScriptedAgent:
 
     execute_rows = 1
 
-    def __init__(self, seed: int = 0, slices: int = SLICES_PER_TICK, yields: bool = False, **habits: float) -> None:
+    def __init__(
+        self, seed: int = 0, slices: int = SLICES_PER_TICK, yields: bool = False, **habits: float | str
+    ) -> None:
         """`slices` of thinking per tick: with a thousand it never stops to think, but now and then takes a second.
 
         Who `yields` lets go of a heavy item at once when the partner holds another one, and helps with that.
@@ -140,9 +142,10 @@ class ScriptedAgent:
             self._stalls += 1
 
     def _gives_way(self, now: Situation) -> bool:
-        """Empty hands give way to full ones, red to blue, and everybody after a while."""
+        """Empty hands give way to full ones, a follower to anybody, red to blue, and everybody after a while."""
         if self._stalls >= STUBBORN or (now.mine >= 0) == (now.theirs >= 0):
-            return self._stalls >= STUBBORN or now.seat == 1
+            modest = now.seat == 1 if self.style.role == "equal" else self.style.role == "follower"
+            return self._stalls >= STUBBORN or modest
         return now.theirs >= 0
 
     def _is_beside(self, now: Situation, item: int) -> bool:

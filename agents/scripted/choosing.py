@@ -10,7 +10,7 @@ from agents.scripted.errand import Errand
 from agents.scripted.fetching import Carry, Fetch
 from agents.scripted.lattice import UNREACHED
 from agents.scripted.lifting import Lift
-from agents.scripted.relay import Relay, relay
+from agents.scripted.relay import FARTHEST, Relay, relay
 from agents.scripted.situation import Situation
 from agents.scripted.style import Style
 from agents.scripted.terrain import Terrain, cell_of
@@ -27,6 +27,9 @@ WAIT_FOR_THINGS = 5  # ticks between two looks whether something has been handed
 IDLE_AFTER = 60  # ticks without motion after which a partner is not counted on
 LOOK_EVERY = 4  # ticks between two looks whether the partner wants to get out of a lane
 OUT_OF_THE_WAY = 0.33  # units between a resting robot and the partner's way
+FETCHED_WITHIN = 30  # ticks in which the first thing is taken that was put down far from the goal, or never
+ABOUT_TO_TAKE = 0.5  # units between a partner and the item that it is about to take
+_REGARD = {"equal": (1.0, 1.0), "leader": (1.0, 0.1), "follower": (0.1, 1.0)}  # of the own way and the partner's
 _WHOLE_WAY = 400  # cells
 _MOVING = 0.05  # units/s
 _WITHIN_REACH = 10  # cells
@@ -38,20 +41,30 @@ class Chooser:
     def __init__(self, the_map: MapSpec, style: Style, yields: bool = False) -> None:
         self.style = style
         self._yields = yields
-        self._relay = relay(the_map)
+        self._usual = relay(the_map, Style().handover)
+        self._relay = relay(the_map, style.handover)
+        is_usual = self._relay.meeting == self._usual.meeting
+        self._farthest = self._usual if is_usual else relay(the_map, FARTHEST)  # from where it fetches
+        self._lying: dict[int, int] = {}  # item: tick at which it was first seen to wait for the partner in a lane
+        self._met = self._relay.meeting <= self._usual.meeting  # whether the partner comes to the meeting place
         self._hopeless: dict[int, int] = {}  # item: tick until which it is not looked at
         self._useless: dict[int, set[int]] = {}  # item: stands from which the hand did not reach it
         self._tidied: set[int] = set()
         self._partner_moved = -1  # nothing seen yet
         self._let_down = 0  # heavy items in a row at which nobody came
+        self._taken = (-1, 0)  # what the partner holds, and since which tick
 
     # ---- what it learns ---------------------------------------------------------------------------------------
 
     def watch(self, now: Situation) -> None:
         """Note what the partner does."""
         moves = float(np.hypot(*now.state.robot_velocities[1 - now.seat][:2])) > _MOVING
-        if moves or self._partner_moved < 0:  # who is met for the first time is trusted to do something
+        looked_at = bool(self._lying) and not self._met
+        if moves or looked_at or self._partner_moved < 0:  # who is met for the first time is trusted to do something
             self._partner_moved = now.tick
+        if now.theirs != self._taken[0]:
+            self._taken = now.theirs, now.tick
+            self._met |= now.theirs in self._lying
         if now.mine >= 0:
             self._useless.pop(now.mine, None)
             if now.mine == now.theirs:
@@ -82,9 +95,10 @@ class Chooser:
             return errand
         if now.mine >= 0:
             return self._with_full_hand(now, errand)
-        helping = now.theirs >= 0 and now.is_heavy(now.theirs) and self._possible(now, now.theirs)
-        if helping:
+        if self._is_asked(now) and (isinstance(errand, Lift) or now.tick - self._taken[1] >= self.style.help_after):
             return errand if isinstance(errand, Lift) and errand.item == now.theirs else self._lift(now, now.theirs)
+        if isinstance(errand, Lift) and self._is_led_to_another(now, errand):
+            return self._lift(now, self.their_item(now, -1))
         return errand or self._choose(now) or self._rest(now)
 
     def their_item(self, now: Situation, own: int) -> int:
@@ -92,6 +106,19 @@ class Chooser:
         items = [item for item in now.waiting if item != own] or now.waiting
         gaps = [float(np.hypot(*(now.item_pose(item)[:2] - now.partner[:2]))) for item in items]
         return items[int(np.argmin(gaps))] if items else -1
+
+    def _is_asked(self, now: Situation) -> bool:
+        """Whether the partner holds something that it cannot bring home alone."""
+        return now.theirs >= 0 and now.is_heavy(now.theirs) and self._possible(now, now.theirs)
+
+    def _is_led_to_another(self, now: Situation, errand: Lift) -> bool:
+        """Whether a follower sees the partner begin another heavy item than its own one."""
+        if self.style.role != "follower" or now.theirs >= 0:
+            return False
+        item = self.their_item(now, -1)
+        if item in (-1, errand.item) or not now.is_heavy(item):
+            return False
+        return float(np.hypot(*(now.item_pose(item) - now.partner)[:2])) < ABOUT_TO_TAKE and self._possible(now, item)
 
     def _with_full_hand(self, now: Situation, errand: Errand | None) -> Errand:
         item = now.mine
@@ -113,17 +140,18 @@ class Chooser:
 
     def _choose(self, now: Situation) -> Errand | None:
         cost, their_cost = self._distances(now)
-        heavies = [item for item in cost if now.is_heavy(item)]
+        heavies = [item for item in cost if now.is_heavy(item) and not self._is_asked(now)]
         smalls = [item for item in cost if not now.is_heavy(item)]
         helpful = self.partner_is_active(now.tick) and self._let_down < 2
         if heavies and now.theirs < 0 and helpful and (self.style.heavy_first or not smalls):
-            return self._lift(now, min(heavies, key=lambda item: (round(cost[item] + their_cost[item]), item)))
+            return self._lift(now, min(heavies, key=lambda item: (self._joint(cost[item], their_cost[item]), item)))
         if smalls and self._in_relay(now):
             return self._relay_errand(now, smalls, cost)
         if smalls:
             return self._fetch(now, self._divide(smalls, cost, their_cost, now))
         if heavies:
-            return self._alone(now, heavies, cost, helpful)
+            follows = helpful and self.style.role == "follower"
+            return self._alone(now, heavies, their_cost if follows else cost, helpful)
         return self._tidy(now)
 
     def _alone(self, now: Situation, heavies: list[int], cost: dict[int, float], helpful: bool) -> Errand:
@@ -147,11 +175,19 @@ class Chooser:
     def _divide(self, smalls: list[int], mine: dict[int, float], theirs: dict[int, float], now: Situation) -> int:
         """Which small item to take so that both together walk least; or the farthest, for who likes that."""
         if self.style.far_first:
+            if self.style.role == "follower" and now.theirs < 0:
+                nearest = min(smalls, key=theirs.__getitem__)
+                smalls = [item for item in smalls if item != nearest] or smalls
             return max(smalls, key=lambda item: (mine[item], -item))
         if len(smalls) == 1 or now.theirs >= 0:
             return min(smalls, key=lambda item: (mine[item], item))
         pairs = [(one, other) for one in smalls for other in smalls if one != other]
-        return min(pairs, key=lambda pair: (round(mine[pair[0]] + theirs[pair[1]]), mine[pair[0]]))[0]
+        return min(pairs, key=lambda pair: (self._joint(mine[pair[0]], theirs[pair[1]]), mine[pair[0]]))[0]
+
+    def _joint(self, mine: float, theirs: float) -> int:
+        """Quarter ticks of both ways, as much as this player regards each."""
+        own, other = _REGARD[self.style.role]
+        return round(own * mine + other * theirs)
 
     def _tidy(self, now: Situation) -> Errand | None:
         """Nothing else can be done: put something that lies in the way, or badly, to a better place."""
@@ -175,10 +211,12 @@ class Chooser:
         return self._hopeless.get(item, 0) <= now.tick
 
     def _lift(self, now: Situation, item: int) -> Lift:
-        return Lift(now, item, self.style.patience, frozenset(self._useless.get(item, ())), self._yields)
+        useless = frozenset(self._useless.get(item, ()))
+        return Lift(now, item, self.style.patience, useless, self._yields, self.style.side)
 
     def _fetch(self, now: Situation, item: int) -> Fetch:
-        return Fetch(now, item, frozenset(self._useless.get(item, ())), self._meeting(now), self.style.detour)
+        useless = frozenset(self._useless.get(item, ()))
+        return Fetch(now, item, useless, self._meeting(now), self.style.detour, side=self.style.side)
 
     # ---- lanes ------------------------------------------------------------------------------------------------
 
@@ -200,12 +238,18 @@ class Chooser:
         return self._relay if self._in_relay(now) and not self._is_outer(now) else None
 
     def _relay_errand(self, now: Situation, smalls: list[int], cost: dict[int, float]) -> Errand | None:
-        handed = [item for item in smalls if self._relay.is_handed_over(now.item_pose(item))]
         if self._is_outer(now):
+            handed = [item for item in smalls if self._farthest.is_handed_over(now.item_pose(item))]
             if not handed:
                 return WalkTo(now, self._relay.waiting_place(), now.tick + WAIT_FOR_THINGS)
             return self._fetch(now, min(handed, key=lambda item: self._relay.left(now.item_pose(item))))
-        ready = [item for item in smalls if item not in handed]
+        ready = [item for item in smalls if not self._relay.is_handed_over(now.item_pose(item))]
+        if not self._met and len(ready) < len(smalls):
+            since = min(self._lying.setdefault(item, now.tick) for item in smalls if item not in ready)
+            if now.tick - since <= FETCHED_WITHIN:
+                return None  # a second thing would shut the lane if the partner does not come for the first one
+            self._relay, self._met = self._usual, True
+            ready = [item for item in smalls if not self._relay.is_handed_over(now.item_pose(item))]
         return self._fetch(now, min(ready, key=cost.__getitem__)) if ready else None
 
 

@@ -12,7 +12,7 @@ from agents.scripted.relay import Relay
 from agents.scripted.situation import Situation
 from agents.scripted.terrain import Terrain, with_robot
 from agents.scripted.thinking import Thinking, Thought, solve
-from agents.scripted.traffic import around, partners_way
+from agents.scripted.traffic import around, partners_way, side_prices
 from maps.shapes import circumradius
 from maps.spec import ROBOT_RADIUS
 from world.state import Floats
@@ -39,13 +39,16 @@ class Fetch:
         meeting: Relay | None,
         detour: float = 0.0,
         tidying: bool = False,
+        side: float = 0.0,
     ) -> None:
         """With `meeting` it is going to be handed over there; with `tidying` it may lie in a goal already.
 
-        `useless` are stands that have failed; `detour` is how much the player dislikes to walk close to walls.
+        `useless` are stands that have failed; `detour` is how much the player dislikes to walk close to walls, and
+        `side` from where it likes to grab.
         """
         self._detour = detour
         self._tidying = tidying
+        self._side = side
         self._theirs = -1
         self.item = item
         self.meeting = meeting
@@ -106,6 +109,7 @@ class Fetch:
         spec, item_pose = now.item(self.item), now.item_pose(self.item)
         poses, _ = stands(spec, item_pose)
         walks = np.array(walk_costs(now, self._ground, now.pose, self.item, self._useless))
+        walks += side_prices(now, self.item, self._side)
         reachable = walks < UNREACHED
         yield
         if not reachable.any():

@@ -18,7 +18,7 @@ from agents.scripted.pairing import PairHaul
 from agents.scripted.situation import Situation
 from agents.scripted.terrain import with_robot
 from agents.scripted.thinking import Thinking, Thought, solve
-from agents.scripted.traffic import bound
+from agents.scripted.traffic import bound, side_prices
 from world.state import Floats
 
 GOOD_ENOUGH = 80.0  # quarter ticks: a way together this much longer than a way alone is taken
@@ -99,13 +99,23 @@ def grips_beside_partner(now: Situation, item: int, mine: list[float]) -> list[G
 class Lift:
     """Taking one end of a heavy item, waiting for the partner at the other end, and carrying it together."""
 
-    def __init__(self, now: Situation, item: int, patience: int, useless: frozenset[int], yields: bool = False) -> None:
+    def __init__(
+        self,
+        now: Situation,
+        item: int,
+        patience: int,
+        useless: frozenset[int],
+        yields: bool = False,
+        side: float = 0.0,
+    ) -> None:
+        """`useless` are stands that have failed; `side` says from where the player likes to grab."""
         self.item = item
         self.hopeless = False
         self.waited_in_vain = False
         self._useless = useless
         self._patience = patience
         self._yields = yields
+        self._side = side
         self._waited = 0
         self._nearest = math.inf
         floor = now.ground(also=(item,))
@@ -197,7 +207,8 @@ class Lift:
 
     def _think_grips(self, now: Situation) -> Thought[Grips | None]:
         spec, item_pose = now.item(self.item), now.item_pose(self.item)
-        mine = walk_costs(now, self._ground, now.pose, self.item, self._useless)
+        walks = walk_costs(now, self._ground, now.pose, self.item, self._useless)
+        mine = [cost + price for cost, price in zip(walks, side_prices(now, self.item, self._side), strict=True)]
         yield
         if now.theirs == self.item:
             options = grips_beside_partner(now, self.item, mine)

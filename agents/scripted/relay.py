@@ -22,6 +22,7 @@ _LONG = 4  # places on the way at least, to speak of a lane
 _LOCKED_SHARE = 0.9  # of the places on the way at which a robot blocks it
 _STORING = 25.0  # quarter ticks that the outer robot needs besides: into the goal region and out again
 _BAND = 14.0  # quarter ticks around the meeting place at which an item may be handed over
+FARTHEST = 0.8  # share of the way home: nobody hands over farther from the goal
 _STANDOFF = 50.0  # quarter ticks between the meeting place and the robot that waits for things
 
 
@@ -65,8 +66,11 @@ def meeting_costs(plan: Relay, motion: Motion, offset: Point) -> Cost:
 
 
 @lru_cache(maxsize=64)
-def relay(map_spec: MapSpec) -> Relay:
-    """What a map is like in this respect, judged from where its first small item starts."""
+def relay(map_spec: MapSpec, handover: float) -> Relay:
+    """What a map is like in this respect, judged from where its first small item starts.
+
+    `handover` is the share of the way home that lies beyond the meeting place.
+    """
     bare = terrain(map_spec, ())
     way_home = lengths(to_bits(storage(map_spec).inside), standing_room(bare, 0.06)).astype(np.float64)
     small = next((item for item in map_spec.items if item.size == "small"), None)
@@ -76,7 +80,7 @@ def relay(map_spec: MapSpec) -> Relay:
     whole = float(way_home[cell_of(*start)])
     places, blocked = _bottlenecks(bare, start)
     locked = len(places) >= _LONG and float(blocked.mean()) >= _LOCKED_SHARE
-    return Relay(locked, _last_lane(places, blocked), way_home, max((whole - _STORING) / 2, 0.0))
+    return Relay(locked, _last_lane(places, blocked), way_home, max((whole - _STORING) * handover, 0.0))
 
 
 def _bottlenecks(bare: Terrain, start: Point) -> tuple[Floats, Mask]:

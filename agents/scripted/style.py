@@ -1,11 +1,11 @@
 """How one scripted person plays: a handful of habits, drawn once per person and kept for all its episodes.
 
-The first four decide what a plan is like and are heeded by the scripted player itself; the others describe eyes and
-hand, and are carried out by whoever plays the plan as a person (`agents.person`).
+Those in `PLAN_HABITS` decide what a plan is like and are heeded by the scripted player itself; the others describe
+eyes and hand, and are carried out by whoever plays the plan as a person (`agents.person`).
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from random import Random
 from typing import Any
 
@@ -18,7 +18,12 @@ _LIMITS = {
     "noise": (0.0, 0.6),
     "hesitation": (0.0, 0.2),
     "detour": (0.0, 1.0),
+    "help_after": (0, 60),
+    "handover": (0.2, 0.8),
+    "side": (-1.0, 1.0),
 }
+_CHOICES: dict[str, tuple[object, ...]] = {"role": ("equal", "leader", "follower"), "stick": (0, 8)}
+_CAME_LATER = ("role", "help_after", "handover", "side", "stick")
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,15 +38,33 @@ class Style:
     delay: int = 0  # ticks by which it sees the partner late
     noise: float = 0.0  # standard deviation of the steering error [rad], slowly changing
     hesitation: float = 0.0  # probability per tick of pausing for a third of a second
+    role: str = "equal"  # leader: takes what suits itself; follower: joins the partner, or takes what it leaves
+    help_after: int = 0  # ticks for which a partner who holds a heavy item is let wait before it is helped
+    handover: float = 0.5  # where things change hands in a lane: 0 at the goal, 1 where they start
+    side: float = 0.0  # from where it grabs: 1 from behind, to push the item home; -1 from ahead, to pull it
+    stick: int = 0  # directions of the stick: 0 for any, 8 for those of keys, at full or no deflection
 
     def __post_init__(self) -> None:
         for name, (low, high) in _LIMITS.items():
             value = getattr(self, name)
-            if not low <= value <= high:
+            if not isinstance(value, int | float) or not low <= value <= high:
                 raise AgentError(f"style: {name} must lie between {low} and {high}, not {value}")
+        for name, known in _CHOICES.items():
+            if getattr(self, name) not in known:
+                words = ", ".join(map(str, known))
+                raise AgentError(f"style: {name} must be one of {words}, not {getattr(self, name)!r}")
+
+    @property
+    def habits(self) -> dict[str, Any]:
+        """The habits by name, for fingerprints and files.
+
+        What came later is left out where it has its default, so that nobody's fingerprint changes with what others do.
+        """
+        usual = {field.name: field.default for field in fields(self) if field.name in _CAME_LATER}
+        return {name: value for name, value in asdict(self).items() if name not in usual or value != usual[name]}
 
 
-PLAN_HABITS = ("heavy_first", "far_first", "patience", "detour")
+PLAN_HABITS = ("heavy_first", "far_first", "patience", "detour", "role", "help_after", "handover", "side")
 
 
 def varied(seed: int, habits: Mapping[str, Any] | None = None) -> Style:

@@ -7,8 +7,8 @@ import numpy as np
 
 from agents.scripted.driving import HORIZON, STRIDE, Danger, no_danger
 from agents.scripted.flood import Mask, grown, to_bits, to_mask
-from agents.scripted.geometry import Disc
-from agents.scripted.grasping import in_frame
+from agents.scripted.geometry import Disc, heading_of
+from agents.scripted.grasping import HEADINGS, in_frame
 from agents.scripted.hauling import Body, carried_discs
 from agents.scripted.lattice import CARRIER, UNREACHED
 from agents.scripted.searching import Search
@@ -25,9 +25,11 @@ _TOUCHING = 0.09  # units between two bodies below which they are in each other'
 _CLEAR = 0.29  # units between the own centre and the partner's way when standing aside
 _MARGIN = 0.004  # units to keep from everything while standing aside
 _SOON = 25  # cells of the own way that are looked at
+_BEGINNING = 12  # cells of a way that say where it leads to
 _SWING = 0.17  # units more than that which a partner with an item likes to have for its turns
 _CRAMPED = 80  # quarter ticks of walking that it is worth to leave it this room
 _FORESEEN = 70  # cells of the partner's way that are kept clear
+_WRONG_SIDE = 50.0  # quarter ticks of walking to grab from the side that one likes instead of the opposite one
 _MEETING_PRICE = 600.0  # quarter ticks per unit of overlap with the partner
 
 
@@ -110,6 +112,20 @@ def way_out(now: Situation, lane: Mask, target: int) -> Floats | None:
     goal = now.item_pose(target)
     way = _way_to(ground, round(float(goal[0]), 2), round(float(goal[1]), 2))
     return way.path(float(now.partner[0]), float(now.partner[1]), _FORESEEN)
+
+
+def side_prices(now: Situation, item: int, side: float) -> list[float]:
+    """Quarter ticks that each of the 32 stands beside an item is worth less to who likes to grab it from a `side`.
+
+    Behind (1) and ahead (-1) are as seen along the beginning of the item's way home.
+    """
+    if side == 0.0:
+        return [0.0] * len(HEADINGS)
+    x, y, _ = now.item_pose(item).tolist()
+    way = _way_home(now.ground((item,))).path(x, y, _BEGINNING)
+    home = heading_of(float(way[-1, 0] - x), float(way[-1, 1] - y))
+    prices: list[float] = (_WRONG_SIDE * (abs(side) - side * np.cos(HEADINGS - home)) / 2).tolist()
+    return prices
 
 
 @lru_cache(maxsize=32)

@@ -1,7 +1,7 @@
 """Scripted people: the same whenever asked, disjoint between populations, different from each other at play."""
 
 import json
-from dataclasses import asdict
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,13 +9,17 @@ import pytest
 
 from agents.base import ActionChunk, Observation
 from agents.catalogue import load_agent
-from agents.errors import DataError
+from agents.corrections import load_correction
+from agents.errors import AgentError, DataError
+from agents.keys import Keys
 from agents.person import Person
 from agents.populations import POPULATIONS, manifest, participant, population
 from agents.rollout import rollout
 from maps import load_map
 from recordings import read_episode, verify
 from server.cli import main
+from world import World
+from world.scoring import delivered_items
 
 
 def test_there_are_three_populations_of_different_people() -> None:
@@ -23,7 +27,7 @@ def test_there_are_three_populations_of_different_people() -> None:
     assert all(len(population(name)) >= 18 for name in POPULATIONS)
     assert len({person.sha256 for person in people}) == len(people)
     assert population("A") == population("A")
-    assert manifest()["sha256"] == manifest()["sha256"]
+    assert str(manifest()["sha256"]).startswith("a5e2525d946d1f12")  # on them rests every score that was published
 
 
 def test_no_style_of_one_population_lies_in_the_region_of_another() -> None:
@@ -69,6 +73,44 @@ def test_a_person_sees_the_partner_late() -> None:
     assert delay == 2 and seen[delay:] == places[:-delay]
 
 
+def test_anybody_can_be_had_with_another_habit() -> None:
+    person = load_agent("person:name=B03,stick=8,role=follower")
+    assert isinstance(person, Person)
+    assert person.style == replace(participant("B03").style, stick=8, role="follower")
+    with pytest.raises(AgentError, match=r"no habit 'strength'; known: heavy_first, .*, stick"):
+        load_agent("person:name=B03,strength=3")
+    with pytest.raises(AgentError, match="stick must be one of 0, 8, not 4"):
+        load_agent("person:name=B03,stick=4")
+
+
+def test_a_habit_that_came_later_changes_the_fingerprint_of_who_has_it_alone() -> None:
+    style = participant("A01").style
+    assert "stick" not in style.habits and "speed" in style.habits
+    assert replace(style, stick=8).habits == {**style.habits, "stick": 8}
+
+
+def test_a_person_on_keys_presses_eight_directions_and_gets_everything_home() -> None:
+    the_map = load_map("SingleRotation")
+    pair = (load_agent("person:name=B01,stick=8"), load_agent("person:name=C02,stick=8"))
+    steps = list(rollout(the_map, pair, 0, 400))
+    actions = np.array([step.actions for step in steps])
+    assert delivered_items(the_map, steps[-1].after.item_poses).all()
+    assert set(np.abs(actions[..., 0]).ravel()) == {0.0, 1.0}
+    eighths = actions[..., 1] / (np.pi / 4)
+    assert np.allclose(eighths, np.rint(eighths)) and len(set(np.rint(eighths[:, 0]))) > 4
+
+
+def test_taps_add_up_to_a_slow_pace_and_to_a_direction_between_two_keys() -> None:
+    the_map = load_map("Simple")
+    world, keys = World(the_map), Keys(the_map, 0)
+    places = []
+    for _ in range(25):
+        places.append(world.state().robot_poses[0, :2])
+        world.step(np.array([[*keys.press(world.state(), 0.4, 0.3), 0.0], [0.0, 0.0, 0.0]]))
+    x, y = (places[-1] - places[4]) / 20 / 0.06  # strides per tick
+    assert (np.hypot(x, y), np.arctan2(-x, y)) == pytest.approx((0.4, 0.3), abs=0.1)
+
+
 def test_demonstrations_are_recordings_that_verify_and_change_seats_after_half(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -81,6 +123,40 @@ def test_demonstrations_are_recordings_that_verify_and_change_seats_after_half(
     assert all(verify(file).identical for file in tmp_path.glob("*.mcap"))
     assert {e.header.source for e in episodes} == {"scripted"}
     assert json.loads((tmp_path / "people.json").read_text())["sha256"] == manifest()["sha256"]
-    assert asdict(participant("A01").style) == manifest()["populations"]["A"][0]["style"]  # type: ignore[index]
+    assert participant("A01").style.habits == manifest()["populations"]["A"][0]["style"]  # type: ignore[index]
     assert main(command) == 0  # what is there is not made again
     assert json.loads(capsys.readouterr().out)["episodes"] == 0
+
+
+def test_demonstrations_of_challenge_2_are_of_four_variants_of_each_map(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["demos", "generate", "--challenge", "2", "--map", "SequentialRotations", "--people", "2"]
+    command += ["--episodes", "1", "--ticks", "3", "--workers", "1", "--out", str(tmp_path), "--json"]
+    assert main(command) == 0
+    assert json.loads(capsys.readouterr().out)["episodes"] == 4
+    files = sorted(tmp_path.glob("*.mcap"))
+    assert [read_episode(file).header.map.variant for file in files] == [f"challenge2-train-{n}" for n in range(4)]
+    assert main(command) == 0  # what is there is not made again
+    assert json.loads(capsys.readouterr().out)["episodes"] == 0
+
+
+def test_labels_of_challenge_2_are_of_four_variants_of_each_map(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["demos", "label", "--challenge", "2", "--map", "SingleRotation", "--learner", "idle", "--expert", "idle"]
+    command += ["--episodes", "1", "--ticks", "3", "--workers", "1", "--out", str(tmp_path), "--json"]
+    assert main(command) == 0
+    assert json.loads(capsys.readouterr().out)["episodes"] == 4
+    variants = sorted(load_correction(file).trajectory.map.variant for file in tmp_path.iterdir())
+    assert variants == [f"challenge2-train-{n}" for n in range(4)]
+
+
+@pytest.mark.parametrize("action", ["generate", "label"])
+@pytest.mark.parametrize("option", ["--episodes", "--ticks", "--workers"])
+def test_demonstrations_that_cannot_be_made_are_refused_in_a_sentence(
+    action: str, option: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["demos", action, option, "0", "--out", str(tmp_path / "none")]) == 2
+    assert "--episodes, --ticks and --workers must be at least 1" in capsys.readouterr().err
+    assert not (tmp_path / "none").exists()

@@ -18,6 +18,13 @@ def _last(name: str, ticks: int) -> Step:
     return last
 
 
+def test_a_pair_turns_the_large_item_through_the_gap_and_delivers_it() -> None:
+    the_map = load_map("SingleRotation")
+    last = _last("SingleRotation", 150)
+    assert delivered_items(the_map, last.after.item_poses).all()
+    assert last.after.tick < 150
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["PriorityPick", "AdaptiveAssist", "PassOrSplit"])
 def test_a_pair_delivers_everything_where_room_is_scarce(name: str) -> None:
