@@ -5,9 +5,10 @@ its episode: before the first tick the first observation repeats, after the last
 """
 
 import hashlib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +19,7 @@ from agents.hold import levels_of, presses_of
 from agents.policy_spec import Grasp
 from maps import MapSpec
 from recordings import Episode, read_episode
+from recordings.episode import SeatKind
 from world.state import Floats, Ints
 
 Singles = npt.NDArray[np.float32]
@@ -35,10 +37,17 @@ class Trajectory:
     held: Ints  # (T + 1, 2)
     item_poses: Floats  # (T + 1, N, 3)
     actions: Floats  # (T, 2, 3) world actions: distance, heading, toggle
+    kinds: tuple[SeatKind, SeatKind] = ("agent", "agent")  # what sat in blue and in red
 
     @property
     def ticks(self) -> int:
         return len(self.actions)
+
+    @property
+    def cast(self) -> frozenset[str]:
+        """The people in it; a trained agent is none, and the expert beside somebody counts as that one."""
+        names = (person(name).removeprefix("expert:") for name in self.participants)
+        return frozenset(name for name in names if "@" not in name)
 
     def features(self, seat: int, layout: str) -> Singles:
         """(T, D) what `seat` saw before each tick."""
@@ -62,6 +71,13 @@ class Trajectory:
         return np.stack(columns, axis=1).astype(np.float32)
 
 
+def person(name: str) -> str:
+    """Who is behind the name of a seat: `A01` in demonstrations is `person:name=A01` in matches."""
+    kind, _, options = name.partition(":")
+    given = dict(option.partition("=")[::2] for option in options.split(","))
+    return given.get("name", name) if kind == "person" else name
+
+
 def trajectory_of(episode: Episode) -> Trajectory:
     """A recording's arrays. Raises DataError when it has no tick."""
     if not episode.ticks:
@@ -75,7 +91,27 @@ def trajectory_of(episode: Episode) -> Trajectory:
         held=np.array([state.held for state in states]),
         item_poses=np.array([state.item_poses for state in states]),
         actions=episode.actions,
+        kinds=(episode.header.seats[0].kind, episode.header.seats[1].kind),
     )
+
+
+SeatChoice = Literal["acting", "human", "all"]
+"""From whom a policy learns: all who act by themselves, people at the stick alone, or also idle seats and ghosts."""
+
+
+def learned_seats(walk: Trajectory, choice: SeatChoice) -> tuple[int, ...]:
+    """The seats of an episode from which a policy learns."""
+    return tuple(seat for seat in (0, 1) if _is_learned(walk.kinds[seat], walk.participants[seat], choice))
+
+
+def _is_learned(kind: SeatKind, name: str, choice: SeatChoice) -> bool:
+    match choice:
+        case "all":
+            return True
+        case "human":
+            return kind == "human"
+        case "acting":  # in a match somebody idle is an agent of that name
+            return kind not in ("idle", "ghost") and name.partition(":")[0] != "idle"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -113,10 +149,25 @@ class Windows:
 
         With a single person everything is for training.
         """
-        order = np.random.default_rng(seed).permutation(len(self.names))
-        count = min(round(held_out * len(self.names)), len(self.names) - 1)
-        out = np.isin(self.people, order[:count])
+        out = np.isin(self.people, _drawn(len(self.names), held_out, seed))
         return np.flatnonzero(~out), np.flatnonzero(out)
+
+
+def _drawn(people: int, share: float, seed: int) -> Indices:
+    """The numbers of those who are held out among so many people; never all of them."""
+    order = np.random.default_rng(seed).permutation(people)
+    return order[: max(min(round(share * people), people - 1), 0)]
+
+
+def held_out_episodes(casts: Sequence[Collection[str]], share: float, seed: int) -> npt.NDArray[np.bool_]:
+    """(E,) which episodes are for validation, from who sat in each: all those of a share of the people.
+
+    Nobody of these people is in the others. Where that leaves nothing on one side, every tenth episode is held out.
+    """
+    names = sorted({name for cast in casts for name in cast})
+    chosen = {names[number] for number in _drawn(len(names), share, seed)}
+    out = np.array([not chosen.isdisjoint(cast) for cast in casts], dtype=np.bool_)
+    return out if 0 < out.sum() < len(out) else np.arange(len(casts)) % 10 == 9
 
 
 Piece = tuple[str, Singles, Singles]
@@ -127,7 +178,7 @@ def windows_of(rows: Iterable[Piece]) -> Windows:
     """Put pieces one after the other."""
     pieces = list(rows)
     if not pieces:
-        raise DataError("there is nothing to train on: no recording was given")
+        raise DataError("there is nothing to train on: no recording has a seat to learn from; --seats all takes all")
     names = tuple(sorted({name for name, _, _ in pieces}))
     lengths = np.array([len(features) for _, features, _ in pieces])
     ends = np.cumsum(lengths)
@@ -145,15 +196,17 @@ def windows_of(rows: Iterable[Piece]) -> Windows:
     )
 
 
-def trajectory_pieces(trajectories: Sequence[Trajectory], layout: str, grasp: Grasp) -> Iterator[Piece]:
-    """Both seats of all trajectories."""
+def trajectory_pieces(
+    trajectories: Sequence[Trajectory], layout: str, grasp: Grasp, seats: SeatChoice = "acting"
+) -> Iterator[Piece]:
+    """What was done in these seats of all trajectories."""
     for walk in trajectories:
-        for seat in (0, 1):
-            yield walk.participants[seat], walk.features(seat, layout), walk.targets(seat, grasp)
+        for seat in learned_seats(walk, seats):
+            yield person(walk.participants[seat]), walk.features(seat, layout), walk.targets(seat, grasp)
 
 
 def trajectory_windows(trajectories: Sequence[Trajectory], layout: str, grasp: Grasp) -> Windows:
-    """The windows of both seats of all trajectories."""
+    """The windows of all who act in trajectories."""
     return windows_of(trajectory_pieces(trajectories, layout, grasp))
 
 

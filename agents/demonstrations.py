@@ -52,9 +52,14 @@ def jobs(
         for number, pair in enumerate(pairs):
             for episode in range(episodes):
                 seats = pair if episode < (episodes + 1) // 2 else (pair[1], pair[0])
-                name = f"{prefix}-{the_map.name}-{pair[0].name}{pair[1].name}-{episode:02d}"
+                name = f"{prefix}-{_map_name(the_map)}-{pair[0].name}{pair[1].name}-{episode:02d}"
                 made.append(Job(name, the_map, seats, seed + number * episodes + episode, ticks))
     return made
+
+
+def _map_name(the_map: MapSpec) -> str:
+    """What a map is called in names of episodes, which tell variants of Challenge 2 apart."""
+    return f"{the_map.name}-{the_map.variant}" if the_map.variant else the_map.name
 
 
 def make(job: Job, folder: Path) -> Made:
@@ -100,8 +105,7 @@ def teach_all(todo: Sequence[Lesson], folder: Path, workers: int) -> Iterator[Ma
 def _file_name(lesson: Lesson) -> str:
     """A file name that tells lessons apart."""
     learner = re.sub(r"[^A-Za-z0-9]+", "-", lesson.learner)
-    variant = f"-{lesson.map.variant}" if lesson.map.variant else ""
-    return f"{learner}-{lesson.map.name}{variant}-{lesson.partner[0]}-{lesson.seed}"
+    return f"{learner}-{_map_name(lesson.map)}-{lesson.partner[0]}-{lesson.seed}"
 
 
 def _teach(lesson: Lesson, path: Path) -> Made:

@@ -24,7 +24,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     generate.add_argument("--population", choices=POPULATIONS, default="A", help="whose people play (C is for tests)")
     generate.add_argument("--people", type=int, default=PEOPLE, help=f"how many of them, an even number (1-{PEOPLE})")
     generate.add_argument("--map", default="all", help="a map's name, several joined by commas, or all")
-    generate.add_argument("--challenge", type=int, choices=(1, 2), default=1, help="2: items randomised by seed")
+    generate.add_argument("--challenge", type=int, choices=(1, 2), default=1, help="2: four variants of each map")
     generate.add_argument("--episodes", type=int, default=2, help="per pair and map; roles change after half")
     generate.add_argument("--ticks", type=int, default=500, help="limit of an episode")
     generate.add_argument("--seed", type=int, default=0)
@@ -36,7 +36,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     label.add_argument("--expert", default=TEACHER, help=f"agent id of who is learned from (default {TEACHER})")
     label.add_argument("--population", choices=("A", "B", "AB"), default="AB", help="whose people are the partners")
     label.add_argument("--map", default="all", help="a map's name, several joined by commas, or all")
-    label.add_argument("--challenge", type=int, choices=(1, 2), default=1)
+    label.add_argument("--challenge", type=int, choices=(1, 2), default=1, help="2: four variants of each map")
     label.add_argument("--episodes", type=int, default=8, help="per map")
     label.add_argument("--ticks", type=int, default=500)
     label.add_argument("--seed", type=int, default=0)
@@ -68,8 +68,7 @@ def _people(args: argparse.Namespace) -> int:
 def _generate(args: argparse.Namespace) -> int:
     if args.people < 2 or args.people > PEOPLE or args.people % 2:
         raise DataError(f"--people must be an even number from 2 to {PEOPLE}, not {args.people}")
-    if args.episodes < 1 or args.ticks < 1 or args.workers < 1:
-        raise DataError("--episodes, --ticks and --workers must be at least 1")
+    _check_counts(args)
     people = population(args.population)[: args.people]
     prefix = f"{args.population}{args.challenge}s{args.seed}"
     todo = jobs(people, _maps(args), args.episodes, args.ticks, args.seed, prefix)
@@ -85,6 +84,7 @@ def _generate(args: argparse.Namespace) -> int:
 
 
 def _label(args: argparse.Namespace) -> int:
+    _check_counts(args)
     partners = [(person.name, person.agent_id) for name in args.population for person in population(name)]
     order = [partners[k * 7 % len(partners)] for k in range(len(partners))]  # A and B in turn
     todo = lessons(_maps(args), order, args.learner, args.expert, args.episodes, args.ticks, args.seed)
@@ -95,6 +95,11 @@ def _label(args: argparse.Namespace) -> int:
     else:
         print(f"{len(made)} episodes in {args.out}, mean TCR {mean:.2f}: {_per_map(made)}")
     return 0
+
+
+def _check_counts(args: argparse.Namespace) -> None:
+    if args.episodes < 1 or args.ticks < 1 or args.workers < 1:
+        raise DataError("--episodes, --ticks and --workers must be at least 1")
 
 
 def _per_map(made: list[Made]) -> dict[str, float]:

@@ -1,8 +1,8 @@
 """The shape of a policy as data: enough to build its network again, and nothing that could run code."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from agents.features import LAYOUT_SIZES
 
@@ -12,6 +12,8 @@ ACTION_WIDTH = 5
 PolicyKind = Literal["mlp", "gru", "dp"]
 Grasp = Literal["hold", "toggle"]
 Layout = Literal["official-v1", "map-v1", "aware-v1"]
+Denoiser = Literal["resmlp", "unet"]
+Process = Literal["flow", "ddim", "ddpm"]
 
 
 class PolicySpec(BaseModel):
@@ -28,11 +30,22 @@ class PolicySpec(BaseModel):
     width: Annotated[int, Field(ge=4, le=4096)]
     depth: Annotated[int, Field(ge=1, le=16)]
     dropout: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
-    denoiser: Literal["resmlp", "unet"] = "resmlp"
-    process: Literal["flow", "ddim", "ddpm"] = "flow"
+    denoiser: Denoiser = "resmlp"
+    process: Process = "flow"
     train_steps: Annotated[int, Field(ge=1, le=1000)] = 36
     sample_steps: Annotated[int, Field(ge=1, le=1000)] = 4
     restless: Annotated[float, Field(ge=1.0, le=4.0)] = 1.0  # dp: noise is so many times as wide at a standstill
+
+    @model_validator(mode="after")
+    def _can_be_built(self) -> Self:
+        if self.execute > self.horizon:
+            raise ValueError(f"of a horizon of {self.horizon} actions {self.execute} cannot be executed")
+        if self.kind == "dp" and self.denoiser == "unet" and (self.horizon % 4 or self.width % 8):
+            raise ValueError(
+                "a U-Net halves its horizon twice and groups its channels by eight: "
+                f"horizon {self.horizon} is to be a multiple of 4, width {self.width} of 8"
+            )
+        return self
 
     @property
     def features(self) -> int:

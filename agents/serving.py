@@ -125,7 +125,9 @@ class PolicyAgent:
     execute_rows = 1  # asked every tick; rows beyond the first are there for a missed deadline
 
     def __init__(self, spec: PolicySpec, network: PolicyNetwork, execute: int = 0) -> None:
-        """`execute`: ticks between decisions; 0 means what the card says."""
+        """`execute`: ticks between decisions; 0 means what the card says. Raises AgentError for another number."""
+        if type(execute) is not int or not 0 <= execute <= spec.horizon:
+            raise AgentError(f"execute is a whole number of ticks from 1 to {spec.horizon}, not {execute}")
         self.spec = spec
         self.network = network
         self.execute = min(execute or spec.execute, spec.horizon)
@@ -267,5 +269,5 @@ def trained_agent(
 ) -> PolicyAgent:
     """The agent `agent_id` from the user's models or from those that come with the project, with its options."""
     options = {"simulator": simulator, "partner": partner, "sampling": sampling, "score": score}
-    variant = {name: str(value) for name, value in options.items() if value}  # `sampling=4` comes as a number
+    variant = {name: str(value) for name, value in options.items() if value != ""}  # `sampling=4` comes as a number
     return agent_of(find_checkpoint(agent_id, *MODEL_ROOTS), execute, **variant)

@@ -8,7 +8,7 @@ import numpy as np
 from agents.base import EpisodeInfo, Observation
 from agents.bass.judging import judge, judge_many
 from agents.bass.selection import Choice, Simulator, joint_chunks, judged
-from agents.bass.state_vector import constant, item_places, moving
+from agents.bass.state_vector import constant, item_places, moving, robot_places
 from agents.bass.value import Value
 from agents.checkpoint import Checkpoint, SelectionSpec
 from agents.errors import AgentError, CheckpointError
@@ -17,6 +17,8 @@ from agents.serving import Network, PolicyAgent, PolicyNetwork, Singles, View, e
 from world import World
 from world.physics import Snapshot
 from world.state import Floats, WorldState
+
+SPREAD = 0.3  # standard deviation of what is added to distance, cos and sin where a policy makes no noise
 
 
 class BassAgent(PolicyAgent):
@@ -65,17 +67,20 @@ class BassAgent(PolicyAgent):
     ) -> Sequence[Singles]:
         """What `decide` of each chooses: all candidates sampled in one batch, all rollouts simulated in another."""
         bass = [agent for agent in agents if isinstance(agent, BassAgent)]
-        candidates = _candidates(bass, histories)
+        candidates = [
+            (own, agent.guesses(partner))
+            for agent, (own, partner) in zip(bass, _candidates(bass, histories), strict=True)
+        ]
         joints = [
-            joint_chunks(agent.episode.seat, acting(own), acting(agent._guesses(partner)), agent.selection)
-            for agent, (own, partner) in zip(bass, candidates, strict=True)
+            joint_chunks(agent.episode.seat, acting(own), acting(guesses), agent.selection)
+            for agent, (own, guesses) in zip(bass, candidates, strict=True)
         ]
         predicted = type(bass[0]).simulate_many(bass, states, joints)
         views = [(agent.episode.map, agent.episode.seat) for agent in bass]
         scores = judge_many(views, joints, predicted, bass[0].selection, bass[0].value)
         return [
-            agent._chosen(own, judged(each, rollouts, agent.selection))
-            for agent, (own, _), each, rollouts in zip(bass, candidates, scores, predicted, strict=True)
+            agent._chosen(own, guesses, judged(each, rollouts, agent.selection))
+            for agent, (own, guesses), each, rollouts in zip(bass, candidates, scores, predicted, strict=True)
         ]
 
     @staticmethod
@@ -110,26 +115,35 @@ class BassAgent(PolicyAgent):
         """For the own candidates, and for the guesses: the partner is not thought to be restless."""
         return self.noise(self.selection.own), self.network.noise(self.selection.partner, self.random)
 
-    def _guesses(self, partner: Singles) -> Singles:
+    def guesses(self, partner: Singles) -> Singles:
         """What the partner is expected to do (partner, H, 5): what oneself would in its place."""
         return partner
 
-    def _chosen(self, own: Singles, choice: Choice) -> Singles:
-        self.detail = self._told(own, choice)
+    def _chosen(self, own: Singles, guesses: Singles, choice: Choice) -> Singles:
+        self.detail = self._told(own, guesses, choice)
         chunk: Singles = own[choice.index]
         return chunk
 
-    def _told(self, own: Singles, choice: Choice) -> dict[str, object]:
-        """Candidates, their scores and where the items would end, for the recording and the spectators."""
-        count = len(self.episode.map.items)
-        ends = item_places(choice.predicted[:, -1], count)
-        first = [int(np.flatnonzero(choice.pairs[:, 0] == k)[0]) for k in range(len(own))]
+    def _told(self, own: Singles, guesses: Singles, choice: Choice) -> dict[str, object]:
+        """What was weighed, for the recording and the spectators (docs/looking-at-recordings.md); about 3 KB."""
+        depth = choice.predicted.shape[1]
+        robots = robot_places(choice.predicted[:, [depth // 2 - 1, depth - 1]])  # (R, 2, 2, 2)
+        items = item_places(choice.predicted[:, -1], len(self.episode.map.items))  # (R, N, 2)
+        _, first = np.unique(choice.pairs[:, 0], return_index=True)  # of each candidate, with its first guess
         return {
             "chosen": choice.index,
-            "scores": np.round(choice.scores, 4).tolist(),
-            "candidates": np.round(own[:, :, :3], 2).tolist(),
-            "items": np.round(ends[first], 3).tolist(),
+            "scores": _short(choice.scores, 4),
+            "candidates": _short(own[:, :, :3], 2),
+            "guesses": _short(guesses[:, :, :3], 2),
+            "pairs": choice.pairs.tolist(),
+            "robots": _short(robots, 2),
+            "items": _short(items[first], 2),
         }
+
+
+def _short(numbers: Floats | Singles, decimals: int) -> object:
+    """As lists of few digits: single precision would be written with sixteen."""
+    return np.round(numbers.astype(np.float64), decimals).tolist()
 
 
 def acting(chunks: Singles) -> Floats:
@@ -145,15 +159,36 @@ def acting(chunks: Singles) -> Floats:
 def _candidates(agents: Sequence[BassAgent], histories: Singles) -> list[tuple[Singles, Singles]]:
     """Of each agent its own chunks (own, H, 5) and the partner's (partner, H, 5), all sampled in one batch.
 
-    The partner's come from the same policy in the partner's place.
+    The partner's come from the same policy in the partner's place. One without noise of its own is helped to some.
     """
     views = [agent._views(history) for agent, history in zip(agents, histories, strict=True)]
-    noise = [part for agent in agents for part in agent._noises()]
-    chunks = agents[0].network.run(np.concatenate(views), np.concatenate(noise))
+    noises = [agent._noises() for agent in agents]
+    chunks = agents[0].network.run(np.concatenate(views), np.concatenate([part for both in noises for part in both]))
     each = np.split(chunks, np.cumsum([len(view) for view in views])[:-1])
-    return [
+    parts = [
         (mine[: agent.selection.own], mine[agent.selection.own :]) for agent, mine in zip(agents, each, strict=True)
     ]
+    if agents[0].spec.noise_rows:
+        return parts
+    return [
+        (spread(mine, noise), spread(theirs, guessed))
+        for (mine, theirs), (noise, guessed) in zip(parts, noises, strict=True)
+    ]
+
+
+def spread(chunks: Singles, noise: Singles) -> Singles:
+    """Equal chunks (B, H, 5) made candidates that differ, by the standard normal noise (B, rows, H, 5) of a decision.
+
+    The first stays the policy's own. The others drive faster or slower and elsewhere, all along: noise that changed
+    with each tick would cancel out. Grasping is left alone: a hand that opens at random drops what was carried. The
+    paper does not say how it draws candidates of its GRU (Appendix "Ablation Study").
+    """
+    moved = chunks.copy()
+    norms = np.maximum(np.linalg.norm(chunks[1:, :, 1:3], axis=-1, keepdims=True), np.float32(1e-3))
+    moved[1:, :, 1:3] /= norms
+    moved[1:, :, :3] += np.float32(SPREAD) * noise[1:, 0, :1, :3]
+    moved[1:, :, 1:3] /= np.maximum(np.linalg.norm(moved[1:, :, 1:3], axis=-1, keepdims=True), np.float32(1e-3))
+    return moved
 
 
 class RandomPartnerBassAgent(BassAgent):
@@ -163,7 +198,7 @@ class RandomPartnerBassAgent(BassAgent):
         """For the own candidates, and for the guesses: the partner is not thought to be restless."""
         return self.noise(self.selection.own), self.network.noise(self.selection.partner, self.random)
 
-    def _guesses(self, partner: Singles) -> Singles:
+    def guesses(self, partner: Singles) -> Singles:
         return self.random.uniform(-1.0, 1.0, partner.shape).astype(np.float32)
 
 

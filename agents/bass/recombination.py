@@ -28,8 +28,8 @@ LENGTH = 8  # ticks of a piece
 TOLERANCE = 0.06  # [u] how far the engine may end from the pieces' own ends: joints are made anew
 HEADINGS = 8
 TRIES = 8  # per wanted piece
-Matching = Literal["both ends", "one end"]
-"""`both ends` is the paper's multi-agent rule; `one end` its single-agent ablation."""
+Matching = Literal["both-ends", "one-end"]
+"""`both-ends` is the paper's multi-agent rule; `one-end` its single-agent ablation."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,7 +75,7 @@ class Report:
         return self.valid / self.tried if self.tried else 0.0
 
 
-def draw_pieces(parts: Sequence[Part], seed: int, matching: Matching = "both ends") -> Iterator[Piece]:
+def draw_pieces(parts: Sequence[Part], seed: int, matching: Matching = "both-ends") -> Iterator[Piece]:
     """Each tick of the parts at which a piece may begin, in random order, with one match of those in other episodes.
 
     Ticks without a match are left out. The partner may be from any tick of the other episode, learned from or not.
@@ -128,7 +128,7 @@ def recombined(piece: Piece) -> Trajectory | None:
 
 
 def augmentation(
-    parts: Sequence[Part], count: int, seed: int, matching: Matching = "both ends"
+    parts: Sequence[Part], count: int, seed: int, matching: Matching = "both-ends"
 ) -> tuple[list[tuple[Piece, Trajectory]], Report]:
     """Up to `count` valid pieces, drawn at random, as the engine played them, and the report.
 
@@ -184,7 +184,7 @@ def _keys(walk: Trajectory, seat: int, group: int, items: int, matching: Matchin
     eighths = np.round(poses[:, 2] / (2 * np.pi / HEADINGS)).astype(np.int64) % HEADINGS
     sizes = PAPER_CELLS, PAPER_CELLS, HEADINGS, items + 1
     places = np.ravel_multi_index((*cells.T, eighths, walk.held[:, seat] + 1), sizes)
-    begins, ends = places[:-LENGTH], places[LENGTH:] if matching == "both ends" else 0
+    begins, ends = places[:-LENGTH], places[LENGTH:] if matching == "both-ends" else 0
     count = int(np.prod(sizes))
     return np.asarray((group * count + begins) * count + ends, dtype=np.int64)
 

@@ -1,68 +1,125 @@
-"""What a training run is told: one frozen dataclass per kind, every field documented, made into the command line."""
+"""What a training run is told: one frozen dataclass per kind, every field documented, made into the command line.
 
-import argparse
+Words and numbers that cannot be are refused here, before anything is read or trained.
+"""
+
 import dataclasses
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, TypeVar
+from types import MappingProxyType
+from typing import Annotated, Any, Literal, TypeVar
 
-from agents.checkpoint import DynamicsSpec, SelectionSpec
-from agents.policy_spec import PolicySpec
+from pydantic import BaseModel, Field, FiniteFloat, TypeAdapter, ValidationError
+
+from agents.bass.recombination import Matching
+from agents.checkpoint import Combine, DynamicsKind, DynamicsSpec, SelectionScore, SelectionSpec, ValueSpec
+from agents.errors import DataError
+from agents.policy_spec import Denoiser, Grasp, Layout, PolicyKind, PolicySpec, Process
 
 PRESETS = ("fast", "paper")
-ConfigT = TypeVar("ConfigT", bound="Optimisation")
+Order = Literal["joint", "fine-tuned", "separate"]
+Precision = Literal["auto", "bf16", "fp32"]
+ModelT = TypeVar("ModelT", bound=BaseModel)
+
+SAME_NAMES: Mapping[str, str] = MappingProxyType({})
+AtLeastOne = Annotated[int, Field(ge=1)]
+NotNegative = Annotated[int, Field(ge=0)]
+NotNegativeFloat = Annotated[FiniteFloat, Field(ge=0.0)]
+Share = Annotated[FiniteFloat, Field(ge=0.0, lt=1.0)]
 
 
-def documented(default: Any, text: str) -> Any:
+Change = Literal["free", "asked", "never"]
+"""Whether a run that is gone on with may have another value: of course, on purpose alone, or it is another agent."""
+
+
+def documented(default: Any, text: str, change: Change = "asked") -> Any:
     """A dataclass field with its help text."""
-    return field(default=default, metadata={"help": text})
+    return field(default=default, metadata={"help": text, "change": change})
 
 
 @dataclass(frozen=True, kw_only=True)
 class Optimisation:
     """How weights are fitted; the same for every network."""
 
-    updates: int = documented(6000, "gradient steps; ignored when epochs is set")
-    epochs: int = documented(0, "passes over the training windows instead of a number of updates; 0: use updates")
-    batch: int = documented(1024, "windows per update")
-    rate: float = documented(1e-3, "peak learning rate of AdamW, reached after the warm-up, then a cosine to 0")
-    warmup: int = documented(200, "updates until the peak learning rate")
-    decay: float = documented(1e-4, "weight decay")
-    clip: float = documented(1.0, "largest norm of the gradient; 0: not clipped")
-    ema: float = documented(0.999, "share that the moving average keeps per update; the average is what plays")
-    held_out: float = documented(0.1, "share of the participants kept for validation")
-    seed: int = documented(0, "seed of initial weights, batches and noise")
-    threads: int = documented(1, "CPU threads")
-    precision: str = documented("auto", "bf16 (mixed precision), fp32, or auto: bf16 on a GPU, where it is faster")
-    evaluate_every: int = documented(500, "updates between validations and resume files")
-    window_share: float = documented(1.0, "share of the rows that are used, to try things out quickly")
+    updates: AtLeastOne = documented(6000, "gradient steps; ignored when epochs is set", "free")
+    epochs: NotNegative = documented(
+        0, "passes over the training windows instead of a number of updates; 0: use updates", "free"
+    )
+    batch: AtLeastOne = documented(1024, "windows per update")
+    rate: Annotated[FiniteFloat, Field(gt=0.0)] = documented(
+        1e-3, "peak learning rate of AdamW, reached after the warm-up, then a cosine to 0"
+    )
+    warmup: NotNegative = documented(200, "updates until the peak learning rate")
+    decay: NotNegativeFloat = documented(1e-4, "weight decay")
+    clip: NotNegativeFloat = documented(1.0, "largest norm of the gradient; 0: not clipped")
+    ema: Share = documented(0.999, "share that the moving average keeps per update; the average is what plays")
+    held_out: Share = documented(0.1, "share of the participants kept for validation")
+    seed: NotNegative = documented(0, "seed of initial weights, batches and noise")
+    threads: Annotated[int, Field(ge=1, le=1024)] = documented(1, "CPU threads", "free")
+    precision: Precision = documented(
+        "auto", "bf16 (mixed precision), fp32, or auto: bf16 on a GPU, where it is faster", "free"
+    )
+    evaluate_every: AtLeastOne = documented(500, "updates between validations and resume files", "free")
+    window_share: Annotated[FiniteFloat, Field(gt=0.0, le=1.0)] = documented(
+        1.0, "share of the rows that are used, to try things out quickly"
+    )
+
+    def check(self) -> None:
+        """Raises DataError, in a sentence, for a field out of bounds."""
+        try:
+            TypeAdapter(type(self)).validate_python(dataclasses.asdict(self))
+        except ValidationError as error:
+            raise DataError(_sentence(error)) from error
 
 
 @dataclass(frozen=True, kw_only=True)
 class PolicyConfig(Optimisation):
     """A policy and how it is trained; the fields of the network are those of its card."""
 
-    layout: str = documented("aware-v1", "observation layout: official-v1, map-v1 (walls and goals), aware-v1 (ways)")
-    obs_horizon: int = documented(1, "observations that the policy sees: the present one and obs_horizon - 1 before it")
-    horizon: int = documented(8, "actions predicted")
-    execute: int = documented(2, "actions played before deciding anew")
-    grasp: str = documented("hold", "what is predicted about the hand: hold (desired level) or toggle (official)")
-    width: int = documented(512, "units per layer; channels of the first level of a U-Net")
-    depth: int = documented(3, "layers, or residual blocks")
+    layout: Layout = documented(
+        "aware-v1", "observation layout: official-v1, map-v1 (walls and goals), aware-v1 (ways)", "never"
+    )
+    obs_horizon: int = documented(
+        1, "observations that the policy sees: the present one and obs_horizon - 1 before it", "never"
+    )
+    horizon: int = documented(8, "actions predicted", "never")
+    execute: int = documented(2, "actions played before deciding anew", "free")
+    grasp: Grasp = documented(
+        "hold", "what is predicted about the hand: hold (desired level) or toggle (official)", "never"
+    )
+    width: int = documented(512, "units per layer; channels of the first level of a U-Net", "never")
+    depth: int = documented(3, "layers, or residual blocks", "never")
     dropout: float = documented(0.0, "dropout in the network")
-    denoiser: str = documented("resmlp", "dp only: resmlp or unet")
-    process: str = documented("flow", "dp only: flow, ddim or ddpm")
-    train_steps: int = documented(36, "dp only: diffusion steps in training (ddim, ddpm)")
-    sample_steps: int = documented(4, "dp only: steps of one decision")
-    restless: float = documented(1.0, "dp only: noise of a decision is so many times as wide at a standstill of 2 s")
-    pose_noise: float = documented(0.0, "augmentation: standard deviation of noise on the partner's pose; paper 0.002")
-    recombine: float = documented(0.0, "augmentation: recombined stretches to add, as a share of the recorded windows")
-    event_weight: int = documented(1, "how often windows are drawn in which the hand is about to change, others once")
-    grasp_weight: float = documented(1.0, "weight of the grasp's numbers in the loss")
+    denoiser: Denoiser = documented("resmlp", "dp only: resmlp or unet", "never")
+    process: Process = documented("flow", "dp only: flow, ddim or ddpm", "never")
+    train_steps: int = documented(36, "dp only: diffusion steps in training (ddim, ddpm)", "never")
+    sample_steps: int = documented(4, "dp only: steps of one decision", "free")
+    restless: float = documented(
+        1.0, "dp only: noise of a decision is so many times as wide at a standstill of 2 s", "free"
+    )
+    pose_noise: NotNegativeFloat = documented(
+        0.0, "augmentation: standard deviation of noise on the partner's pose; paper 0.002"
+    )
+    recombine: NotNegativeFloat = documented(
+        0.0, "augmentation: recombined stretches to add, as a share of the recorded windows"
+    )
+    matching: Matching = documented(
+        "both-ends", "recombined stretches begin and end in the same places (paper), or begin there alone: one-end"
+    )
+    event_weight: AtLeastOne = documented(
+        1, "how often windows are drawn in which the hand is about to change, others once", "free"
+    )
+    grasp_weight: NotNegativeFloat = documented(1.0, "weight of the grasp's numbers in the loss")
 
-    def spec(self, kind: str) -> PolicySpec:
-        """The network's description. Raises ValidationError (pydantic) for a value out of bounds."""
+    def spec(self, kind: PolicyKind) -> PolicySpec:
+        """The network's description. Raises DataError for what cannot be built."""
         names = set(PolicySpec.model_fields) - {"kind"}
-        return PolicySpec.model_validate({"kind": kind, **{name: getattr(self, name) for name in names}})
+        return _described(PolicySpec, {"kind": kind} | {name: getattr(self, name) for name in names})
+
+    def check(self) -> None:
+        super().check()
+        if self.event_weight > 1 and self.grasp != "hold":
+            raise DataError("--event-weight goes by hold levels; train with --grasp hold")
 
 
 _PAPER = {
@@ -91,31 +148,51 @@ def policy_preset(kind: str, preset: str) -> PolicyConfig:
 class BassConfig(Optimisation):
     """The simulator of BASS and how candidates are chosen with it."""
 
-    dynamics: str = documented("vae", "vae (the paper's two autoencoders) or gru (its baseline)")
-    width: int = documented(192, "units per layer")
-    latent: int = documented(64, "latent dimensions")
-    residual: bool = documented(True, "predict the change of the state instead of the state")
-    rigid: bool = documented(True, "items move as one body with who holds them, instead of being predicted")
-    order: str = documented("joint", "joint, fine-tuned (second autoencoder from the first) or separate; see the paper")
-    own: int = documented(8, "own candidates")
-    partner: int = documented(2, "guesses of the partner's chunk")
-    combine: str = documented("product", "product (each with each) or independent (pairs)")
-    score: str = documented("value", "nfd, nfd+ac, or value: what is done and what is expected to follow")
-    depth: int = documented(8, "ticks simulated")
-    value_width: int = documented(256, "score value: units per layer of the value network")
-    value_members: int = documented(4, "score value: networks, each on batches of its own, whose mean is the value")
-    value_updates: int = documented(800, "score value: gradient steps of the value network")
-    discount: float = documented(0.98, "score value: what progress is worth a tick later")
+    dynamics: DynamicsKind = documented("vae", "vae (the paper's two autoencoders) or gru (its baseline)", "never")
+    width: int = documented(192, "units per layer", "never")
+    latent: int = documented(64, "latent dimensions", "never")
+    residual: bool = documented(True, "predict the change of the state instead of the state", "never")
+    rigid: bool = documented(True, "items move as one body with who holds them, instead of being predicted", "never")
+    order: Order = documented(
+        "joint", "joint, fine-tuned (second autoencoder from the first) or separate; see the paper", "never"
+    )
+    own: int = documented(8, "own candidates", "free")
+    partner: int = documented(2, "guesses of the partner's chunk", "free")
+    combine: Combine = documented("product", "product (each with each) or independent (pairs)", "free")
+    score: SelectionScore = documented(
+        "value", "nfd, nfd+ac, or value: what is done and what is expected to follow", "free"
+    )
+    depth: int = documented(8, "ticks simulated", "free")
+    value_width: int = documented(256, "score value: units per layer of the value network", "never")
+    value_members: int = documented(
+        4, "score value: networks, each on batches of its own, whose mean is the value", "never"
+    )
+    value_updates: AtLeastOne = documented(800, "score value: gradient steps of the value network", "free")
+    discount: float = documented(0.98, "score value: what progress is worth a tick later", "never")
 
     def spec(self) -> DynamicsSpec:
-        """The network's description."""
+        """The network's description. Raises DataError for what cannot be built."""
         names = ("width", "latent", "residual", "rigid")
-        return DynamicsSpec.model_validate({"kind": self.dynamics, **{name: getattr(self, name) for name in names}})
+        return _described(DynamicsSpec, {"kind": self.dynamics} | {name: getattr(self, name) for name in names})
 
     def selection(self) -> SelectionSpec:
-        """How candidates are chosen."""
+        """How candidates are chosen. Raises DataError for numbers out of bounds."""
         names = ("own", "partner", "combine", "score", "depth")
-        return SelectionSpec.model_validate({name: getattr(self, name) for name in names})
+        return _described(SelectionSpec, {name: getattr(self, name) for name in names})
+
+    def value_spec(self) -> ValueSpec:
+        """The value network's description. Raises DataError for what cannot be built."""
+        options = {"width": "value_width", "members": "value_members", "discount": "discount"}
+        values = {name: getattr(self, option) for name, option in options.items()}
+        return _described(ValueSpec, values, options)
+
+    def check(self) -> None:
+        super().check()
+        self.spec(), self.selection(), self.value_spec()
+        if self.order != "joint" and self.dynamics != "vae":
+            raise DataError(f"--order {self.order} is for autoencoders; --dynamics {self.dynamics} has none")
+        if self.order == "fine-tuned" and self.residual:
+            raise DataError("--order fine-tuned needs --residual no: a change is not what the first autoencoder knows")
 
 
 def bass_preset(preset: str) -> BassConfig:
@@ -137,26 +214,19 @@ def bass_preset(preset: str) -> BassConfig:
     return BassConfig()
 
 
-def add_fields(parser: argparse.ArgumentParser, config: type[Optimisation]) -> None:
-    """One option per field; what is not given is not set, so that a preset keeps its value."""
-    group = parser.add_argument_group("configuration (defaults come from the preset)")
-    for entry in dataclasses.fields(config):
-        group.add_argument(
-            f"--{entry.name.replace('_', '-')}",
-            dest=entry.name,
-            type=_yes_or_no if isinstance(entry.default, bool) else type(entry.default),
-            default=argparse.SUPPRESS,
-            help=str(entry.metadata["help"]).replace("%", "%%"),
-        )
+def _described(model: type[ModelT], values: Mapping[str, object], options: Mapping[str, str] = SAME_NAMES) -> ModelT:
+    """A description from its values; `options` names those that are called otherwise on the command line."""
+    try:
+        return model.model_validate(values)
+    except ValidationError as error:
+        raise DataError(_sentence(error, options)) from error
 
 
-def overridden(config: ConfigT, args: argparse.Namespace) -> ConfigT:
-    """`config` with what the command line says."""
-    given = {entry.name: vars(args)[entry.name] for entry in dataclasses.fields(config) if entry.name in vars(args)}
-    return dataclasses.replace(config, **given)
-
-
-def _yes_or_no(word: str) -> bool:
-    if word not in ("yes", "no"):
-        raise argparse.ArgumentTypeError(f"yes or no, not {word!r}")
-    return word == "yes"
+def _sentence(error: ValidationError, options: Mapping[str, str] = SAME_NAMES) -> str:
+    """The first thing that is wrong: `--batch 0: input should be greater than or equal to 1`."""
+    first = error.errors()[0]
+    said = first["msg"].removeprefix("Value error, ")
+    if not first["loc"]:
+        return said
+    name = str(first["loc"][0])
+    return f"--{options.get(name, name).replace('_', '-')} {first['input']}: {said[0].lower()}{said[1:]}"

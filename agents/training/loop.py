@@ -11,28 +11,42 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Generic, TypeVar
 
 import torch
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from safetensors import SafetensorError
 from safetensors.torch import load_file, save_file
 from torch import Tensor, nn
 from torch.utils.tensorboard import SummaryWriter
 
 from agents.errors import DataError
 from agents.training.config import Optimisation
+from agents.training.run import RESUME
 
-RESUME = "resume.safetensors"
+NetworkT = TypeVar("NetworkT", bound=nn.Module, covariant=True)
 Losses = dict[str, Tensor]
 
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """What the loop fits: the network, the losses of a batch by name (`loss` is minimised), and those of validation."""
+    """What the loop fits: the network, the losses of a batch by name (`loss` is minimised), and those of validation.
+
+    Both are asked with a network that may lie on a GPU, and bring their batches to where it lies.
+    """
 
     network: nn.Module
     losses: Callable[[nn.Module], Losses]
-    validate: Callable[[nn.Module], dict[str, float]]
+    validate: Callable[[nn.Module], Losses]
+    updates: int
+
+
+@dataclass(frozen=True, slots=True)
+class Fitted(Generic[NetworkT]):
+    """What came of it: the moving average of a network, and after how many updates in all."""
+
+    network: NetworkT
     updates: int
 
 
@@ -46,8 +60,8 @@ class _State:
     update: int = 0
 
 
-def fit(task: Task, config: Optimisation, folder: Path) -> nn.Module:
-    """Train to the end, going on from the folder's resume file if there is one; returns the moving average.
+def fit(task: Task, config: Optimisation, folder: Path) -> Fitted[nn.Module]:
+    """Train to the end, going on from the folder's resume file if there is one.
 
     Writes TensorBoard events, `losses.jsonl` and the resume file into `folder`.
     """
@@ -58,13 +72,16 @@ def fit(task: Task, config: Optimisation, folder: Path) -> nn.Module:
     state = _State(network, copy.deepcopy(network).requires_grad_(False), optimiser)
     folder.mkdir(parents=True, exist_ok=True)
     _resume(state, folder / RESUME)
+    console = Console(stderr=True, soft_wrap=True, highlight=False)
+    if state.update >= task.updates:
+        console.print(f"{folder}: already trained {state.update} updates; nothing is left to do", markup=False)
     torch.manual_seed(config.seed * 1_000_003 + state.update)
     writer = SummaryWriter(str(folder))
     columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
     with (
         writer,
         (folder / "losses.jsonl").open("a", encoding="utf-8") as curve,
-        Progress(*columns, console=Console(stderr=True)) as progress,
+        Progress(*columns, console=console) as progress,
     ):
         bar = progress.add_task("training", total=task.updates, completed=state.update)
         begun = time.monotonic()
@@ -72,9 +89,7 @@ def fit(task: Task, config: Optimisation, folder: Path) -> nn.Module:
             losses = _update(state, task, config, device)
             progress.update(bar, completed=state.update)
             if state.update % config.evaluate_every == 0 or state.update == task.updates:
-                values = {name: float(value.detach()) for name, value in losses.items()} | _validation(state, task)
-                if not all(math.isfinite(value) for value in values.values()):
-                    raise DataError(f"training went astray at update {state.update}: {values}; try a lower --rate")
+                values = _evaluated(state, task, losses)
                 for name, value in values.items():
                     writer.add_scalar(name, value, state.update)
                 seconds = round(time.monotonic() - begun, 1)
@@ -82,7 +97,7 @@ def fit(task: Task, config: Optimisation, folder: Path) -> nn.Module:
                 curve.flush()
                 _save(state, folder / RESUME)
                 progress.update(bar, description=f"loss {values['loss']:.4f}")
-    return state.average.eval()
+    return Fitted(state.average.eval(), state.update)
 
 
 def _update(state: _State, task: Task, config: Optimisation, device: torch.device) -> Losses:
@@ -119,10 +134,15 @@ def _schedule(update: int, updates: int, warmup: int) -> float:
     return 0.5 * (1 + math.cos(math.pi * (update - warmup) / max(updates - warmup, 1)))
 
 
-def _validation(state: _State, task: Task) -> dict[str, float]:
+def _evaluated(state: _State, task: Task, losses: Losses) -> dict[str, float]:
+    """The last losses and those of validation. Raises DataError when one is not finite."""
     state.average.eval()
     with torch.inference_mode():
-        return {f"validation/{name}": value for name, value in task.validate(state.average).items()}
+        validation = {f"validation/{name}": value for name, value in task.validate(state.average).items()}
+    values = {name: float(value.detach()) for name, value in {**losses, **validation}.items()}
+    if not all(math.isfinite(value) for value in values.values()):
+        raise DataError(f"training went astray at update {state.update}: {values}; try a lower --rate")
+    return values
 
 
 def _save(state: _State, path: Path) -> None:
@@ -138,21 +158,21 @@ def _save(state: _State, path: Path) -> None:
 
 
 def _resume(state: _State, path: Path) -> None:
-    """Take up what `_save` left. Raises DataError when it is of another network."""
+    """Take up what `_save` left. Raises DataError when it is damaged or of another network."""
     if not path.exists():
         return
-    tensors = load_file(path)
+    entries: dict[int, dict[str, Tensor]] = {}
     try:
+        tensors = load_file(path)
         state.network.load_state_dict(_under(tensors, "network."))
         state.average.load_state_dict(_under(tensors, "average."))
-    except RuntimeError as error:
-        raise DataError(f"{path} is of another configuration; choose another --out folder") from error
-    entries: dict[int, dict[str, Tensor]] = {}
+        state.update = int(tensors["update"])
+    except (OSError, SafetensorError, KeyError, RuntimeError) as error:
+        raise DataError(f"{path} is damaged or of another network; choose another --id") from error
     for name, tensor in _under(tensors, "optimiser.").items():
         index, _, key = name.partition(".")
         entries.setdefault(int(index), {})[key] = tensor
     state.optimiser.load_state_dict({**state.optimiser.state_dict(), "state": entries})
-    state.update = int(tensors["update"])
 
 
 def _under(tensors: dict[str, Tensor], prefix: str) -> dict[str, Tensor]:

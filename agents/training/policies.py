@@ -1,8 +1,7 @@
 """Training a policy from windows, and putting it into a checkpoint folder."""
 
-import datetime
 import math
-from dataclasses import dataclass
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -11,13 +10,13 @@ import torch
 from safetensors.torch import save
 from torch import nn
 
-from agents.checkpoint import Checkpoint, write_checkpoint
+from agents.checkpoint import Checkpoint, Training, write_checkpoint
 from agents.dataset import Indices, Windows
-from agents.errors import DataError
 from agents.policies.export import export_policy, halved_weights
 from agents.policies.policy import MOTION, Policy, build_policy
+from agents.policy_spec import PolicyKind
 from agents.training.config import PolicyConfig
-from agents.training.loop import Losses, Task, fit
+from agents.training.loop import Fitted, Losses, Task, fit
 from agents.training.noise import noisy_partner
 
 NORMALISER_ROWS = 200_000  # rows from which mean and deviation are estimated
@@ -26,23 +25,12 @@ SOON = 4  # ticks
 HOLDS = 4  # index of one's own hand, +1 or -1, in every observation layout
 
 
-@dataclass(frozen=True, slots=True)
-class Provenance:
-    """Where training data comes from, for the card."""
-
-    data_sha256: str
-    population: str
-    episodes: int
-    maps: tuple[str, ...]
-
-
-def train_policy(kind: str, config: PolicyConfig, windows: Windows, folder: Path) -> Policy:
+def train_policy(kind: PolicyKind, config: PolicyConfig, windows: Windows, folder: Path) -> Fitted[Policy]:
     """Fit `mlp`, `gru` or `dp` to windows; curves and resume file go to `folder`.
 
-    Raises DataError for an event weight beside grasps that are no levels.
+    Raises DataError for a configuration that cannot be.
     """
-    if config.event_weight > 1 and config.grasp != "hold":
-        raise DataError("--event-weight goes by hold levels; train with --grasp hold")
+    config.check()
     torch.manual_seed(config.seed)
     policy = build_policy(config.spec(kind))
     _fit_normaliser(policy, windows)
@@ -59,16 +47,19 @@ def train_policy(kind: str, config: PolicyConfig, windows: Windows, folder: Path
         rows = random.choice(train, config.batch)
         return _losses(network, config, windows, rows, augment=True)
 
-    def validate(network: nn.Module) -> dict[str, float]:
-        fixed = torch.random.get_rng_state()
-        torch.manual_seed(1)
-        values = {name: float(value) for name, value in _losses(network, config, windows, held_out).items()}
-        torch.random.set_rng_state(fixed)
-        return values
+    def validate(network: nn.Module) -> Losses:
+        with torch.random.fork_rng(_gpus(network)):
+            torch.manual_seed(1)
+            return _losses(network, config, windows, held_out)
 
     trained = fit(Task(policy, losses, validate, updates), config, folder)
-    assert isinstance(trained, Policy)
-    return trained.cpu()
+    assert isinstance(trained.network, Policy)
+    return Fitted(trained.network.cpu(), trained.updates)
+
+
+def _gpus(network: nn.Module) -> list[torch.device]:
+    """Where the network draws random numbers, besides the processor."""
+    return list({parameter.device for parameter in network.parameters() if parameter.is_cuda})
 
 
 def hand_changes(windows: Windows, rows: Indices) -> npt.NDArray[np.bool_]:
@@ -97,9 +88,8 @@ def _fit_normaliser(policy: Policy, windows: Windows) -> None:
 
 
 def save_policy(
-    folder: Path, agent_id: str, policy: Policy, config: PolicyConfig, windows: Windows, source: Provenance,
-    preset: str, name: str, description: str,
-) -> Checkpoint:  # fmt: skip
+    folder: Path, agent_id: str, policy: Policy, maps: Iterable[str], training: Training, name: str, description: str
+) -> Checkpoint:
     """Write the checkpoint folder: card, ONNX and safetensors."""
     policy = policy.eval().cpu()
     card = {
@@ -108,19 +98,10 @@ def save_policy(
         "name": name,
         "description": description,
         "kind": policy.spec.kind,
-        "maps": list(source.maps),
+        "maps": sorted(maps),
         "policy": policy.spec.model_dump(),
-        "training": {
-            "preset": preset,
-            "data_sha256": source.data_sha256,
-            "population": source.population,
-            "episodes": source.episodes,
-            "windows": len(windows),
-            "updates": config.updates,
-            "seed": config.seed,
-            "created": datetime.datetime.now(datetime.UTC).date().isoformat(),
-        },
-        "scores": {},
+        "training": training.model_dump(),
     }
-    files = {"policy.onnx": export_policy(policy), "policy.safetensors": save(halved_weights(policy))}
-    return write_checkpoint(folder, card, files)  # type: ignore[arg-type]
+    return write_checkpoint(
+        folder, card, {"policy.onnx": export_policy(policy), "policy.safetensors": save(halved_weights(policy))}
+    )

@@ -1,6 +1,5 @@
 """Training the learned simulator from episodes, and adding it to a policy to make a BASS agent."""
 
-import datetime
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,14 +9,14 @@ from safetensors.torch import save
 from torch import nn
 
 from agents.bass.dynamics import Dynamics, Rollout, build_dynamics
-from agents.bass.state_vector import CONSTANT_WIDTH, MOVING_WIDTH, constant, moving_arrays
-from agents.checkpoint import Checkpoint, DynamicsSpec, write_checkpoint
-from agents.dataset import Indices, Singles, Trajectory
+from agents.bass.state_vector import CONSTANT_WIDTH, ITEMS_START, MOVING_WIDTH, constant, moving_arrays
+from agents.checkpoint import Checkpoint, DynamicsSpec, FileName, Training, write_checkpoint
+from agents.dataset import Indices, Singles, Trajectory, held_out_episodes
 from agents.errors import CheckpointError
 from agents.policies.export import export, halved_weights
 from agents.policy_spec import Grasp
 from agents.training.config import BassConfig
-from agents.training.loop import Losses, Task, fit
+from agents.training.loop import Fitted, Losses, Task, fit
 from agents.training.stages import Batch, Stage, stages
 from agents.training.values import ValueFile
 from maps import MapSpec
@@ -35,6 +34,7 @@ class Transitions:
     maps: Indices  # (M,) row of `constants`
     constants: Singles  # (K, 146)
     episodes: Indices  # (M,) number of the episode
+    casts: tuple[frozenset[str], ...]  # (E,) who is in each episode
 
     def __len__(self) -> int:
         return len(self.before)
@@ -56,6 +56,7 @@ def transitions_of(trajectories: list[Trajectory]) -> Transitions:
         numbers[:, 0],
         np.array([constant(the_map) for the_map in maps], dtype=np.float32),
         numbers[:, 1],
+        tuple(walk.cast for walk in trajectories),
     )
 
 
@@ -66,43 +67,47 @@ def action_rows(walk: Trajectory) -> np.ndarray[tuple[int, ...], np.dtype[np.flo
     return rows.reshape(len(rows), -1)
 
 
-def train_dynamics(config: BassConfig, data: Transitions, folder: Path) -> Dynamics:
-    """Fit the simulator; curves and resume files go to `folder`. Every tenth episode is kept for validation.
+def train_dynamics(config: BassConfig, data: Transitions, folder: Path) -> Fitted[Dynamics]:
+    """Fit the simulator; curves and resume files go to `folder`. Validation is with people who are not trained on.
 
-    An order of several stages (`training.stages`) shares the updates among them. Raises DataError for a wrong order.
+    An order of several stages (`training.stages`) shares the updates among them. Raises DataError for an order that
+    the simulator cannot have.
     """
+    config.check()
     torch.manual_seed(config.seed)
     dynamics = build_dynamics(config.spec())
     dynamics.fit_normaliser(torch.from_numpy(data.after - data.before), torch.from_numpy(data.constants[data.maps]))
     random = np.random.default_rng(config.seed)
-    out = data.episodes % 10 == 9
+    out = held_out_episodes(data.casts, config.held_out, config.seed)[data.episodes]
     train = np.flatnonzero(~out)
     held_out = random.permutation(np.flatnonzero(out) if out.any() else train)[:VALIDATION_ROWS]
 
-    def validate(network: nn.Module) -> dict[str, float]:
+    def validate(network: nn.Module) -> Losses:
         assert isinstance(network, Dynamics)
-        state, of_map, actions, after = _batch(data, held_out)
+        state, of_map, actions, after = _batch(data, held_out, network.scale.device)
         error = network.advance(state, of_map, actions) - after
-        return {"l2": float(error.norm(dim=1).mean()), "items": float(error[:, 30:].abs().max(dim=1).values.mean())}
+        return {"l2": error.norm(dim=1).mean(), "items": error[:, ITEMS_START:].abs().max(dim=1).values.mean()}
 
     updates = -(-config.epochs * len(train) // config.batch) if config.epochs else config.updates
-    fits = stages(dynamics, config.order)
+    fits = stages(config.order)
+    done = 0
     for stage in fits:
 
         def losses(network: nn.Module, stage: Stage = stage) -> Losses:
             assert isinstance(network, Dynamics)
-            return stage.losses(network, _batch(data, random.choice(train, config.batch)))
+            return stage.losses(network, _batch(data, random.choice(train, config.batch), network.scale.device))
 
         stage.prepare(dynamics)
         trained = fit(Task(dynamics, losses, validate, -(-updates // len(fits))), config, folder / stage.name)
-        assert isinstance(trained, Dynamics)
-        dynamics = trained.cpu().requires_grad_(True)
-    return dynamics.requires_grad_(False)
+        assert isinstance(trained.network, Dynamics)
+        dynamics = trained.network.cpu().requires_grad_(True)
+        done += trained.updates
+    return Fitted(dynamics.requires_grad_(False), done)
 
 
-def _batch(data: Transitions, rows: Indices) -> Batch:
+def _batch(data: Transitions, rows: Indices, device: torch.device) -> Batch:
     arrays = data.before[rows], data.constants[data.maps[rows]], data.actions[rows], data.after[rows]
-    before, constants, actions, after = (torch.from_numpy(array) for array in arrays)
+    before, constants, actions, after = (torch.from_numpy(array).to(device) for array in arrays)
     return before, constants, actions, after
 
 
@@ -119,11 +124,12 @@ class Simulator:
     spec: DynamicsSpec
     onnx: bytes
     weights: bytes  # safetensors
+    training: Training | None  # where the weights come from; older cards do not say it
 
 
-def exported(dynamics: Dynamics, depth: int, grasp: Grasp) -> Simulator:
+def exported(dynamics: Dynamics, depth: int, grasp: Grasp, training: Training) -> Simulator:
     """The files of a trained simulator."""
-    return Simulator(dynamics.spec, export_dynamics(dynamics, depth, grasp), save(halved_weights(dynamics)))
+    return Simulator(dynamics.spec, export_dynamics(dynamics, depth, grasp), save(halved_weights(dynamics)), training)
 
 
 def simulator_of(checkpoint: Checkpoint, depth: int, grasp: Grasp) -> Simulator:
@@ -136,7 +142,8 @@ def simulator_of(checkpoint: Checkpoint, depth: int, grasp: Grasp) -> Simulator:
             f"the simulator of {card.id} is for {card.selection.depth} ticks and grasp {card.policy.grasp}, "
             f"not for {depth} and {grasp}"
         )
-    return Simulator(card.dynamics, checkpoint.read("dynamics.onnx"), checkpoint.read("dynamics.safetensors"))
+    onnx, weights = checkpoint.read("dynamics.onnx"), checkpoint.read("dynamics.safetensors")
+    return Simulator(card.dynamics, onnx, weights, card.dynamics_training)
 
 
 def save_bass(
@@ -153,16 +160,14 @@ def save_bass(
         "dynamics": simulator.spec.model_dump(),
         "selection": config.selection().model_dump(),
         "value": value.spec.model_dump() if value else None,
-        "training": {
-            **base.card.training.model_dump(),
-            "created": datetime.datetime.now(datetime.UTC).date().isoformat(),
-        },
+        "dynamics_training": simulator.training.model_dump() if simulator.training else None,
+        "value_training": value.training.model_dump() if value and value.training else None,
     }
-    files = {
+    files: dict[FileName, bytes] = {
         "policy.onnx": base.read("policy.onnx"),
         "dynamics.onnx": simulator.onnx,
         "dynamics.safetensors": simulator.weights,
     }
     if value:
         files |= {"value.onnx": value.onnx}
-    return write_checkpoint(folder, card, files)  # type: ignore[arg-type]
+    return write_checkpoint(folder, card, files)

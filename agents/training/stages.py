@@ -10,12 +10,11 @@ from dataclasses import dataclass
 from torch import Tensor
 
 from agents.bass.dynamics import Dynamics, VaeDynamics
-from agents.errors import DataError
+from agents.training.config import Order
 from agents.training.loop import Losses
 
 Batch = tuple[Tensor, Tensor, Tensor, Tensor]
 """States (B, 58), constants (B, 146), actions (B, 8), next states (B, 58)."""
-ORDERS = ("joint", "fine-tuned", "separate")
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,20 +26,14 @@ class Stage:
     prepare: Callable[[Dynamics], None] = lambda dynamics: None
 
 
-def stages(dynamics: Dynamics, order: str) -> tuple[Stage, ...]:
-    """The fits of an order, one after the other. Raises DataError for an order that the simulator cannot have."""
+def stages(order: Order) -> tuple[Stage, ...]:
+    """The fits of an order, one after the other; all but `joint` are for autoencoders."""
     joint = Stage("", lambda network, batch: network.losses(*batch))
     if order == "joint":
         return (joint,)
-    if order not in ORDERS:
-        raise DataError(f"--order is one of {', '.join(ORDERS)}, not {order}")
-    if not isinstance(dynamics, VaeDynamics):
-        raise DataError(f"--order {order} is for autoencoders; --dynamics gru has none")
     step = Stage("step", lambda network, batch: {"loss": _vae(network).stepping(*batch)}, _freeze)
     if order == "separate":
         return Stage("autoencoders", _both), step
-    if dynamics.spec.residual:
-        raise DataError("--order fine-tuned needs --residual no: a change is not what the first autoencoder knows")
     return Stage("first", _first), Stage("second", _second, _begin_second), step
 
 

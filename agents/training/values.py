@@ -11,14 +11,14 @@ import torch
 from torch import Tensor, nn
 
 from agents.bass.value import LAYOUT, progress
-from agents.checkpoint import Checkpoint, ValueSpec
-from agents.dataset import Indices, Singles, Trajectory
+from agents.checkpoint import Checkpoint, Training, ValueSpec
+from agents.dataset import Indices, Singles, Trajectory, held_out_episodes
 from agents.errors import CheckpointError, DataError
 from agents.features import LAYOUT_SIZES, feature_encoder
 from agents.policies.denoisers import ResidualBlock
 from agents.policies.export import export
 from agents.training.config import BassConfig
-from agents.training.loop import Losses, Task, fit
+from agents.training.loop import Fitted, Losses, Task, fit
 from world.state import Floats
 
 TAIL = 60  # ticks at the end of an episode that time has cut off: what would have followed is not known
@@ -36,6 +36,7 @@ class Returns:
     features: npt.NDArray[np.float16]  # (M, D); half precision, because a million rows are kept
     returns: Singles  # (M,)
     episodes: Indices  # (M,) number of the episode
+    casts: tuple[frozenset[str], ...]  # (E,) who is in each episode
 
 
 def returns_of(trajectories: Sequence[Trajectory], discount: float) -> Returns:
@@ -54,7 +55,8 @@ def returns_of(trajectories: Sequence[Trajectory], discount: float) -> Returns:
         episodes.append(np.full(2 * len(follows), number))
     if not sum(map(len, returns)):
         raise DataError(f"no episode is long enough to learn a value from; {TAIL} ticks or fewer; use --score nfd")
-    return Returns(np.concatenate(features), np.concatenate(returns), np.concatenate(episodes))
+    casts = tuple(walk.cast for walk in trajectories)
+    return Returns(np.concatenate(features), np.concatenate(returns), np.concatenate(episodes), casts)
 
 
 def _progress(walk: Trajectory) -> Floats:
@@ -119,37 +121,38 @@ def _layers(size: int, width: int) -> nn.Sequential:
     )
 
 
-def train_value(config: BassConfig, data: Returns, folder: Path) -> ValueNetwork:
-    """Fit the value to returns; curves and resume file go to `folder`. Every tenth episode is kept for validation."""
+def train_value(config: BassConfig, data: Returns, folder: Path) -> Fitted[ValueNetwork]:
+    """Fit the value to returns; curves and resume file go to `folder`. Validation as for the simulator."""
     torch.manual_seed(config.seed)
-    network = ValueNetwork(ValueSpec(width=config.value_width, members=config.value_members, discount=config.discount))
+    network = ValueNetwork(config.value_spec())
     sample = data.features[::7].astype(np.float32)
     network.mean.copy_(torch.from_numpy(sample.mean(axis=0)))
     network.deviation.copy_(torch.from_numpy(np.maximum(sample.std(axis=0), 1e-2)))
     random = np.random.default_rng(config.seed)
-    out = data.episodes % 10 == 9
+    out = held_out_episodes(data.casts, config.held_out, config.seed)[data.episodes]
     train = np.flatnonzero(~out)
     held_out = random.permutation(np.flatnonzero(out) if out.any() else train)[:VALIDATION_ROWS]
 
-    def batch(rows: Indices) -> tuple[Tensor, Tensor]:
-        device = network.mean.device
+    def batch(value: nn.Module, rows: Indices) -> tuple[Tensor, Tensor]:
+        assert isinstance(value, ValueNetwork)
+        device = value.mean.device
         features = torch.from_numpy(data.features[rows].astype(np.float32)).to(device)
         return features, torch.from_numpy(data.returns[rows]).to(device)
 
     def losses(value: nn.Module) -> Losses:
         assert isinstance(value, ValueNetwork)
-        features, returns = batch(random.choice(train, (config.value_members, config.batch)))
+        features, returns = batch(value, random.choice(train, (config.value_members, config.batch)))
         return {"loss": ((value.each(features) - returns) / RETURN_UNIT).square().mean()}
 
-    def validate(value: nn.Module) -> dict[str, float]:
-        features, returns = batch(held_out)
+    def validate(value: nn.Module) -> Losses:
+        features, returns = batch(value, held_out)
         error = value(features) - returns
-        return {"explained": 1.0 - float(error.square().mean() / returns.var().clamp(min=1e-6))}
+        return {"explained": 1.0 - (error.square().mean() / returns.var().clamp(min=1e-6)).double()}
 
     how = dataclasses.replace(config, decay=DECAY)
     trained = fit(Task(network, losses, validate, config.value_updates), how, folder)
-    assert isinstance(trained, ValueNetwork)
-    return trained.cpu()
+    assert isinstance(trained.network, ValueNetwork)
+    return Fitted(trained.network.cpu(), trained.updates)
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,16 +161,17 @@ class ValueFile:
 
     spec: ValueSpec
     onnx: bytes
+    training: Training | None  # where the weights come from; older cards do not say it
 
 
 def value_of(checkpoint: Checkpoint) -> ValueFile:
     """The value network of another BASS agent. Raises CheckpointError when it has none."""
     if checkpoint.card.value is None:
         raise CheckpointError(f"{checkpoint.card.id} has no value network; name an agent trained with --score value")
-    return ValueFile(checkpoint.card.value, checkpoint.read("value.onnx"))
+    return ValueFile(checkpoint.card.value, checkpoint.read("value.onnx"), checkpoint.card.value_training)
 
 
-def exported_value(network: ValueNetwork) -> ValueFile:
+def exported_value(network: ValueNetwork, training: Training) -> ValueFile:
     """A trained value network as a file."""
     example = torch.zeros(2, len(network.mean))
-    return ValueFile(network.spec, export(network, (example,), ["features"], ["value"]))
+    return ValueFile(network.spec, export(network, (example,), ["features"], ["value"]), training)

@@ -1,12 +1,24 @@
 """Windows over recordings: what they hold, and that nobody is in two splits."""
 
+from dataclasses import replace
+from itertools import compress
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from agents.dataset import data_hash, read_trajectories, recording_files, trajectory_windows
+from agents.dataset import (
+    data_hash,
+    held_out_episodes,
+    learned_seats,
+    read_trajectories,
+    recording_files,
+    trajectory_pieces,
+    trajectory_windows,
+    windows_of,
+)
 from agents.errors import DataError
+from recordings.episode import SeatKind
 from tests.agents.learning import recorded, walked
 
 
@@ -39,6 +51,42 @@ def test_no_participant_is_in_training_and_validation() -> None:
     assert len(train) + len(held_out) == len(windows)
     assert len(set(windows.people[held_out])) == 3
     assert not set(windows.people[train]) & set(windows.people[held_out])
+
+
+def test_nobody_is_simulated_in_training_and_in_validation_whatever_they_are_called() -> None:
+    seats = [("A01", "A02"), ("dp@all", "person:name=A01"), ("expert:B01", "B01"), ("A03", "person:name=B02,yields=1")]
+    casts = [walked(ticks=1, people=people).cast for people in seats]
+    assert casts == [{"A01", "A02"}, {"A01"}, {"B01"}, {"A03", "B02"}]
+    for seed in range(9):
+        out = held_out_episodes(casts, 0.25, seed)
+        trained, validated = (set().union(*compress(casts, side)) for side in (~out, out))
+        assert out.any() and not out.all()
+        held = {name for name in trained | validated if name not in trained}
+        assert all(cast & held for cast in compress(casts, out)), "somebody new is in each episode of validation"
+
+
+def test_where_people_cannot_be_held_out_every_tenth_episode_is() -> None:
+    for cast in ({"ann", "bob"}, set()):  # two people who always play together; trained agents alone
+        assert np.flatnonzero(held_out_episodes([cast] * 25, 0.5, 0)).tolist() == [9, 19]
+    assert not held_out_episodes([{"ann"}, {"bob"}], 0.0, 0).any()
+
+
+def test_a_person_of_demonstrations_is_the_same_in_matches() -> None:
+    walks = [walked(ticks=3, people=("A01", "dp@all")), walked(ticks=3, people=("A02", "person:name=A01"))]
+    assert trajectory_windows(walks, "official-v1", "hold").names == ("A01", "A02", "dp@all")
+
+
+def test_a_policy_learns_from_those_who_act() -> None:
+    walk = walked(ticks=5, people=("ann", "bob"))
+    kinds: tuple[SeatKind, ...] = ("human", "agent", "remote", "ghost", "idle")
+    for choice, learned in (("acting", kinds[:3]), ("human", kinds[:1]), ("all", kinds)):
+        found = [kind for kind in kinds if 0 in learned_seats(replace(walk, kinds=(kind, "agent")), choice)]  # type: ignore[arg-type]
+        assert tuple(found) == learned
+    in_match = replace(walk, participants=("idle:lag=1", "bass@all"))  # an agent of that name
+    assert learned_seats(in_match, "acting") == (1,)
+    assert len(trajectory_windows([in_match], "official-v1", "hold")) == 5
+    with pytest.raises(DataError, match="--seats all"):
+        windows_of(trajectory_pieces([in_match], "official-v1", "hold", "human"))
 
 
 def test_recordings_are_read_back_as_they_were_played(tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 """From recordings to an agent in a seat, with the commands a user types."""
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -61,6 +62,32 @@ def test_augmentation_adds_windows_that_the_engine_confirmed(
     assert json.loads(captured.out)["windows"] >= 180
 
 
+def test_the_ablation_of_recombination_asks_for_one_end_only(
+    recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = []
+
+    def draw_pieces(_parts: object, _seed: int, matching: str) -> Iterator[object]:
+        asked.append(matching)
+        return iter(())
+
+    monkeypatch.setattr("agents.bass.recombination.draw_pieces", draw_pieces)
+    command = [
+        "train",
+        "mlp",
+        str(recordings),
+        "--id",
+        "mlp@more",
+        "--data",
+        str(tmp_path),
+        *TINY,
+        "--recombine",
+        "0.5",
+    ]
+    assert main(command) == main([*command, "--matching", "one-end", "--id", "mlp@one"]) == 0
+    assert asked == ["both-ends", "one-end"]
+
+
 def test_an_experts_labels_are_augmented_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     ahead = f"{HERE}:Forward:distance=0.2"
     for number in range(2):
@@ -80,7 +107,92 @@ def test_an_interrupted_training_goes_on_where_it_was(recordings: Path, tmp_path
     assert [json.loads(line)["update"] for line in curve.read_text().splitlines()] == [3, 6]
     assert main([*command, "--updates", "9"]) == 0
     assert [json.loads(line)["update"] for line in curve.read_text().splitlines()] == [3, 6, 9]
-    assert main([*command, "--width", "8"]) == 2  # the resume file is of another network
+    assert main([*command, "--width", "8"]) == 2
+
+
+def test_a_training_that_is_done_says_so_and_the_card_says_what_was_done(
+    recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["train", "mlp", str(recordings), "--id", "mlp@tiny", "--data", str(tmp_path), *TINY]
+    assert main([*command, "--updates", "2", "--epochs", "1"]) == 0  # one pass over 150 windows, 32 at a time
+    card = find_checkpoint("mlp@tiny", tmp_path / "models").card
+    assert card.training.updates == 5
+    capsys.readouterr()
+    assert main([*command, "--updates", "4"]) == 0
+    assert "already trained 5 updates; nothing is left to do" in capsys.readouterr().err
+    again = find_checkpoint("mlp@tiny", tmp_path / "models").card
+    assert again.training.updates == 5 and again.files == card.files
+
+
+def test_other_data_is_learned_from_under_another_id_or_on_purpose(
+    recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    recorded(tmp_path / "more", "other", ticks=20, seed=9)
+    command = ["train", "mlp", "--id", "mlp@tiny", "--data", str(tmp_path), *TINY]
+    assert main([*command, str(recordings)]) == 0
+    card = find_checkpoint("mlp@tiny", tmp_path / "models").card
+    run = tmp_path / "runs" / "mlp-tiny"
+    config = json.loads((run / "config.json").read_text())
+    assert (config["preset"], config["seed"], config["data_sha256"]) == ("fast", 0, card.training.data_sha256)
+    assert (run / "card.json").read_bytes() == (tmp_path / "models" / "mlp-tiny" / "card.json").read_bytes()
+
+    capsys.readouterr()
+    assert main([*command, str(tmp_path / "more"), "--updates", "9"]) == 2
+    said = capsys.readouterr().err
+    assert "begun with data of SHA-256" in said and "another --id" in said and "--go-on" in said
+    assert find_checkpoint("mlp@tiny", tmp_path / "models").card == card
+    assert main([*command, str(tmp_path / "more"), "--updates", "9", "--go-on"]) == 0
+    more = find_checkpoint("mlp@tiny", tmp_path / "models").card.training
+    assert (more.updates, more.episodes) == (9, 1) and more.data_sha256 != card.training.data_sha256
+
+
+def test_the_card_of_bass_says_where_the_simulator_and_the_value_come_from(recordings: Path, tmp_path: Path) -> None:
+    longer = tmp_path / "longer"
+    recorded(longer, "long", ticks=80, seed=5, people=("ann", "bob"))
+    data = ["--data", str(tmp_path)]
+    assert main(["train", "mlp", str(recordings), "--id", "mlp@tiny", *data, *TINY]) == 0
+    bass = ["train", "bass", "--base", "mlp@tiny", *data, "--updates", "2", "--batch", "8", "--width", "8"]
+    own = ["--latent", "2", "--value-width", "8", "--value-updates", "3", "--population", "two friends"]
+    assert main([*bass, str(longer), "--id", "bass@tiny", *own]) == 0
+    policy = find_checkpoint("mlp@tiny", tmp_path / "models").card.training
+    card = find_checkpoint("bass@tiny", tmp_path / "models").card
+    simulator, value = card.dynamics_training, card.value_training
+    assert card.training == policy and simulator is not None and value is not None
+    assert (simulator.episodes, simulator.windows, simulator.updates) == (1, 80, 2)
+    assert (value.windows, value.updates, value.population) == (2 * 20, 3, "two friends")
+    assert simulator.data_sha256 == value.data_sha256 != policy.data_sha256
+    taken = ["--id", "bass@other", "--simulator", "bass@tiny", "--value", "bass@tiny"]
+    assert main([*bass, *taken, "--base", "mlp@tiny"]) == 0
+    other = find_checkpoint("bass@other", tmp_path / "models").card
+    assert (other.dynamics_training, other.value_training) == (simulator, value)
+
+
+def test_who_stands_idle_is_not_learned_from_unless_it_is_asked_for(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    recorded(tmp_path, "one", ticks=20, people=("ann", "idle"))
+    command = ["train", "mlp", str(tmp_path), "--data", str(tmp_path), *TINY, "--json"]
+    windows = {}
+    for seats in ("acting", "all"):
+        assert main([*command, "--id", f"mlp@{seats}", "--seats", seats]) == 0
+        printed = capsys.readouterr()
+        windows[seats] = json.loads(printed.out)["windows"]
+        assert ("1 of 2 seats are not learned from" in printed.err) == (seats == "acting")
+    assert windows == {"acting": 20, "all": 40}
+    assert main([*command, "--id", "mlp@human", "--seats", "human"]) == 2
+    assert "no recording has a seat to learn from" in capsys.readouterr().err
+
+
+def test_it_is_said_where_an_agent_is_looked_for_when_its_data_lies_elsewhere(
+    recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    command = ["train", "mlp", str(recordings), "--id", "mlp@tiny", *TINY]
+    assert main(command) == 0
+    assert "copy" not in capsys.readouterr().out
+    assert main([*command, "--data", "elsewhere"]) == 0
+    last = capsys.readouterr().out.splitlines()[-1]
+    assert last.startswith("to play with it, copy elsewhere/models/mlp-tiny to data/models")
 
 
 def test_recordings_of_another_format_are_refused_in_a_sentence(

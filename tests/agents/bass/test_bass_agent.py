@@ -1,5 +1,6 @@
 """From episodes to a BASS agent: training its simulator, exporting it, playing with it."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -7,22 +8,23 @@ import pytest
 import torch
 
 from agents.base import EpisodeInfo
-from agents.bass.agent import BassAgent, engine_simulator
+from agents.bass.agent import BassAgent, engine_simulator, spread
 from agents.bass.dynamics import Rollout, build_dynamics, carried, holding
 from agents.bass.state_vector import ITEMS_START, moving, moving_arrays
-from agents.checkpoint import DynamicsSpec, find_checkpoint
+from agents.checkpoint import DynamicsKind, DynamicsSpec, SelectionSpec, find_checkpoint
 from agents.chunk import checked_chunk
 from agents.errors import DataError
-from agents.observing import observe
-from agents.policies.export import halved_weights
+from agents.observing import observe, start_state
+from agents.policies.export import export_policy, halved_weights
+from agents.policies.policy import build_policy
 from agents.rollout import rollout
 from agents.scripted import ScriptedAgent
-from agents.serving import Network, agent_of
-from agents.training.config import BassConfig
+from agents.serving import Network, PolicyNetwork, Singles, agent_of
+from agents.training.config import BassConfig, Order
 from agents.training.simulators import export_dynamics, train_dynamics, transitions_of
 from maps import load_map
 from server.cli import main
-from tests.agents.learning import random_walk, recorded, walked
+from tests.agents.learning import random_walk, recorded, tiny_spec, walked
 from world import World
 
 TINY = ["--updates", "4", "--batch", "32", "--width", "16"]
@@ -47,11 +49,11 @@ def test_an_exported_simulator_gives_the_numbers_of_the_trained_one(kind: str, r
 
 
 @pytest.mark.parametrize("kind", ["vae", "gru"])
-def test_the_simulator_learns_to_be_better_than_saying_that_nothing_moves(kind: str, tmp_path: Path) -> None:
+def test_the_simulator_learns_to_be_better_than_saying_that_nothing_moves(kind: DynamicsKind, tmp_path: Path) -> None:
     walks = [walked("DistancePriority", ticks=60, seed=seed) for seed in range(11)]
     data = transitions_of(walks)
     config = BassConfig(dynamics=kind, width=64, latent=16, updates=250, batch=128, rate=3e-3, warmup=20, ema=0.98)
-    dynamics = train_dynamics(config, data, tmp_path)
+    dynamics = train_dynamics(config, data, tmp_path).network
     rows = np.flatnonzero(data.episodes == 9)  # never trained on
     with torch.inference_mode():
         arrays = data.before[rows], data.constants[data.maps[rows]], data.actions[rows]
@@ -63,13 +65,13 @@ def test_the_simulator_learns_to_be_better_than_saying_that_nothing_moves(kind: 
 
 
 @pytest.mark.parametrize(("order", "residual"), [("fine-tuned", False), ("separate", True)])
-def test_a_simulator_fitted_part_by_part_learns_too(order: str, residual: bool, tmp_path: Path) -> None:
+def test_a_simulator_fitted_part_by_part_learns_too(order: Order, residual: bool, tmp_path: Path) -> None:
     data = transitions_of([walked("DistancePriority", ticks=60, seed=seed) for seed in range(6)])
     config = BassConfig(
         width=64, latent=16, updates=600, batch=128, rate=3e-3, warmup=20, ema=0.98, order=order, residual=residual
     )
     untrained = build_dynamics(config.spec())
-    dynamics = train_dynamics(config, data, tmp_path)
+    dynamics = train_dynamics(config, data, tmp_path).network
     arrays = [torch.from_numpy(array) for array in (data.before, data.constants[data.maps], data.actions, data.after)]
     with torch.inference_mode():
         errors = [(one.step(*arrays[:3]) - arrays[3]).abs().mean() for one in (dynamics, untrained)]
@@ -129,9 +131,71 @@ def test_a_bass_agent_is_trained_on_top_of_a_policy_and_tells_what_it_weighed(tm
     assert agent.detail["chosen"] in range(8)
     assert np.array(agent.detail["scores"]).shape == (8,)
     assert np.array(agent.detail["items"]).shape == (8, len(world.map.items), 2)
+    assert np.array(agent.detail["guesses"]).shape == (2, 8, 3)
+    assert agent.detail["pairs"] == [[own, guess] for own in range(8) for guess in range(2)]
+    assert np.array(agent.detail["robots"]).shape == (16, 2, 2, 2)
+    assert len(json.dumps(agent.detail, separators=(",", ":"))) < 3500
     agent.reset(EpisodeInfo(world.map, 1, 5, 100))
     again = agent.act(observe(world.map, world.state(), 1))
     assert np.array_equal(chunk, again)
+
+
+class _TheFirstItemIsCarriedByBlue(Network):
+    """A simulator in which the first item goes where blue drives, whatever else happens."""
+
+    def __init__(self) -> None: ...
+
+    def __call__(self, **inputs: Singles) -> list[Singles]:
+        states = np.repeat(inputs["state"][:, None], inputs["actions"].shape[1], axis=1)
+        distance, cos, sin = np.moveaxis(inputs["actions"][:, :, 0, :3], -1, 0)
+        states[..., ITEMS_START : ITEMS_START + 2] += 0.06 * np.cumsum(
+            np.stack((-distance * sin, distance * cos), -1), 1
+        )
+        return [states]
+
+
+def _chooser(kind: str, seed: int) -> BassAgent:
+    """BASS on an untrained policy, in the seat of blue."""
+    torch.manual_seed(0)
+    spec = tiny_spec(kind=kind, obs_horizon=1)
+    network = PolicyNetwork(spec, export_policy(build_policy(spec).eval()))
+    agent = BassAgent(spec, network, _TheFirstItemIsCarriedByBlue(), SelectionSpec(own=4, partner=2))
+    agent.reset(EpisodeInfo(load_map("DistancePriority"), 0, seed, 100))
+    return agent
+
+
+@pytest.mark.parametrize("kind", ["mlp", "gru"])
+def test_of_a_policy_that_makes_no_noise_there_are_candidates_to_choose_among(kind: str) -> None:
+    the_map = load_map("DistancePriority")
+    agent = _chooser(kind, seed=3)
+    chunk = agent.act(observe(the_map, start_state(the_map), 0))
+    assert np.ptp(np.array(agent.detail["scores"])) > 0
+    ways = np.array(agent.detail["candidates"])
+    assert len(np.unique(ways, axis=0)) == 4
+    (own,) = agent.network.sample(agent._stacked()[None], agent.random)
+    assert np.allclose(ways[0], own[:, :3], atol=0.006)  # the policy's word is one of them
+    assert np.allclose(np.hypot(ways[1:, :, 1], ways[1:, :, 2]), 1.0, atol=0.02)
+    again, other = _chooser(kind, seed=3), _chooser(kind, seed=4)
+    assert np.array_equal(chunk, again.act(observe(the_map, start_state(the_map), 0)))
+    other.act(observe(the_map, start_state(the_map), 0))
+    assert other.detail["scores"] != agent.detail["scores"]
+
+
+def test_it_tells_where_the_simulator_sees_the_robots_halfway_and_in_the_end() -> None:
+    the_map = load_map("DistancePriority")
+    state = start_state(the_map)
+    agent = _chooser("mlp", seed=3)
+    agent.act(observe(the_map, state, 0))
+    robots = np.array(agent.detail["robots"])  # of a simulator that moves none
+    assert robots == pytest.approx(np.broadcast_to(state.robot_poses[:, :2], (8, 2, 2, 2)), abs=0.006)
+
+
+def test_noise_from_outside_never_opens_a_hand() -> None:
+    chunks = np.tile(np.array([0.5, 0.6, 0.8, -1.0, 1.0], dtype=np.float32), (3, 8, 1))
+    noise = np.random.default_rng(0).standard_normal((3, 1, 8, 5), dtype=np.float32)
+    moved = spread(chunks, noise)
+    assert np.array_equal(moved[0], chunks[0]) and np.array_equal(moved[..., 3:], chunks[..., 3:])
+    assert np.ptp(moved[1], axis=0).max() == 0 and not np.allclose(moved[1], moved[2])
 
 
 def test_a_simulator_serves_another_policy_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

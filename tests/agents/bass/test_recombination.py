@@ -47,7 +47,7 @@ def _starts(pieces: Iterable[Piece]) -> set[int]:
 def test_pieces_are_found_only_where_both_ends_match() -> None:
     slow, fast = _straight(0.2, 0.1), _straight(0.9, 0.1)
     assert 0 not in _starts(draw_pieces([_part(slow), _part(fast)], seed=1))
-    assert 0 in _starts(draw_pieces([_part(slow), _part(fast)], 1, "one end"))
+    assert 0 in _starts(draw_pieces([_part(slow), _part(fast)], 1, "one-end"))
     same = list(draw_pieces([_part(slow), _part(_straight(0.2, -0.1))], seed=1))
     assert len(same) == 2 * (slow.ticks - LENGTH + 1)
     assert all(piece.own.walk is not piece.other for piece in same)

@@ -43,11 +43,13 @@ def test_an_episode_in_which_all_was_delivered_counts_to_its_end() -> None:
 def test_a_value_tells_what_follows_and_is_exported_as_trained(tmp_path: Path) -> None:
     random = np.random.default_rng(0)
     features = random.standard_normal((4000, 278)).astype(np.float16)
-    data = Returns(features, 0.1 * features[:, 3].astype(np.float32), np.arange(4000) // 100)
+    data = Returns(features, 0.1 * features[:, 3].astype(np.float32), np.arange(4000) // 100, (frozenset(),) * 40)
     config = BassConfig(value_width=16, value_members=2, value_updates=300, batch=128, rate=3e-3, warmup=10, ema=0.98)
-    network = train_value(config, data, tmp_path)
+    network = train_value(config, data, tmp_path).network
     rows = features[900:1000].astype(np.float32)  # the tenth episode is not trained on
-    files = exported_value(network)
+    source = find_checkpoint("dp@all", SHIPPED).card.training
+    files = exported_value(network, source)
+    assert (files.spec, files.training) == (config.value_spec(), source)
     (served,) = Network(files.onnx)(features=rows)
     assert np.corrcoef(served, data.returns[900:1000])[0, 1] > 0.9
     with torch.inference_mode():

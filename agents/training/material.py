@@ -1,0 +1,77 @@
+"""What a training run learns from: recordings, and episodes that an expert labelled."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import chain
+from pathlib import Path
+
+from agents.bass.recombination import Part
+from agents.corrections import SUFFIX, Correction, correction_pieces, load_correction, taught_stretches
+from agents.dataset import (
+    Piece,
+    SeatChoice,
+    Trajectory,
+    data_hash,
+    learned_seats,
+    read_trajectories,
+    recording_files,
+    trajectory_pieces,
+)
+from agents.errors import DataError
+from agents.policy_spec import PolicySpec
+
+
+@dataclass(frozen=True, slots=True)
+class Material:
+    """Everything under the places that were named."""
+
+    files: list[Path]
+    trajectories: list[Trajectory]
+    corrections: list[Correction]
+
+    @property
+    def sha256(self) -> str:
+        """Of all files."""
+        return data_hash(self.files)
+
+    @property
+    def episodes(self) -> list[Trajectory]:
+        """All episodes, whoever acted in them."""
+        return [*self.trajectories, *(one.trajectory for one in self.corrections)]
+
+    @property
+    def cast(self) -> set[str]:
+        """The people in all episodes."""
+        return {name for walk in self.episodes for name in walk.cast}
+
+    def left_out(self, seats: SeatChoice) -> int:
+        """How many seats of the recordings are not learned from."""
+        return sum(2 - len(learned_seats(walk, seats)) for walk in self.trajectories)
+
+    def pieces(self, spec: PolicySpec, seats: SeatChoice) -> Iterator[Piece]:
+        """What a policy learns: what was done in these seats of recordings, and the expert's labels."""
+        if self.corrections and spec.grasp != "hold":
+            raise DataError("an expert's labels say which hold level it wants; train with --grasp hold")
+        recorded = trajectory_pieces(self.trajectories, spec.layout, spec.grasp, seats)
+        return chain(recorded, correction_pieces(self.corrections, spec.layout))
+
+    def parts(self, spec: PolicySpec, seats: SeatChoice) -> list[Part]:
+        """The same, to be recombined."""
+        recorded = [
+            Part(walk, seat, walk.targets(seat, spec.grasp), ((0, walk.ticks),))
+            for walk in self.trajectories
+            for seat in learned_seats(walk, seats)
+        ]
+        return recorded + [
+            Part(one.trajectory, one.seat, one.labels, tuple(taught_stretches(one))) for one in self.corrections
+        ]
+
+
+def read_material(places: list[Path]) -> Material:
+    """Read everything there. Raises DataError when there is nothing."""
+    if not places:
+        raise DataError("name recordings to learn from, or folders of them; `movingout demos label` makes some")
+    files = recording_files(places, (".mcap", SUFFIX))
+    labelled = [file for file in files if file.name.endswith(SUFFIX)]
+    recordings = [file for file in files if file not in labelled]
+    return Material(files, read_trajectories(recordings), [load_correction(file) for file in labelled])

@@ -1,0 +1,95 @@
+"""What a training run may be told, as typed: everything else is refused before a recording is read."""
+
+import argparse
+from pathlib import Path
+
+import pytest
+
+from agents.checkpoint import MAX_NAME, MAX_POPULATION
+from agents.training.config import PRESETS, bass_preset, policy_preset
+from agents.training.options import add_fields, overridden
+from server.cli import main
+
+
+@pytest.mark.parametrize(
+    ("command", "sentence"),
+    [
+        ("bass --base dp@all --combine foo", "argument --combine: invalid choice: 'foo'"),
+        ("bass --base dp@all --score best", "argument --score: invalid choice: 'best'"),
+        ("bass --base dp@all --dynamics lstm", "argument --dynamics: invalid choice: 'lstm'"),
+        ("bass --base dp@all --order backwards", "argument --order: invalid choice: 'backwards'"),
+        ("dp --process ddqm", "argument --process: invalid choice: 'ddqm'"),
+        ("dp --layout map", "argument --layout: invalid choice: 'map'"),
+        ("dp --grasp level", "argument --grasp: invalid choice: 'level'"),
+        ("dp --denoiser transformer", "argument --denoiser: invalid choice: 'transformer'"),
+        ("dp --matching none", "argument --matching: invalid choice: 'none'"),
+        ("mlp --precision foo", "argument --precision: invalid choice: 'foo'"),
+    ],
+)
+def test_a_wrong_word_is_answered_with_those_there_are(
+    command: str, sentence: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as stopped:
+        main(["train", *command.split(), "nowhere"])
+    said = capsys.readouterr().err
+    assert stopped.value.code == 2
+    assert sentence in said and "(choose from" in said and "Traceback" not in said
+
+
+@pytest.mark.parametrize(
+    ("command", "sentence"),
+    [
+        ("dp --batch 0", "--batch 0: input should be greater than or equal to 1"),
+        ("dp --updates -5", "--updates -5"),
+        ("dp --evaluate-every 0", "--evaluate-every 0"),
+        ("dp --threads 0", "--threads 0"),
+        ("dp --seed -1", "--seed -1"),
+        ("dp --rate 0", "--rate 0.0"),
+        ("dp --decay -0.1", "--decay -0.1"),
+        ("dp --rate nan", "--rate nan"),
+        ("dp --ema 1", "--ema 1.0"),
+        ("dp --window-share 0", "--window-share 0.0"),
+        ("dp --event-weight 0", "--event-weight 0"),
+        ("dp --event-weight 4 --grasp toggle", "train with --grasp hold"),
+        ("dp --width 100000", "--width 100000: input should be less than or equal to 4096"),
+        ("dp --denoiser unet --horizon 6", "horizon 6 is to be a multiple of 4"),
+        ("dp --denoiser unet --width 12", "width 12 of 8"),
+        ("dp --execute 9", "of a horizon of 8 actions 9 cannot be executed"),
+        ("bass --base dp@all --own 0", "--own 0"),
+        ("bass --base dp@all --value-width 1", "--value-width 1"),
+        ("bass --base dp@all --discount 1.5", "--discount 1.5"),
+        ("bass --base dp@all --order fine-tuned", "needs --residual no"),
+        ("bass --base dp@all --order separate --dynamics gru", "--dynamics gru has none"),
+        ("dp --id ../x", "'../x' is no id of a trained agent"),
+        ("dp --id DP@mine", "such as dp@mine"),
+        ("dp --id mine", "such as dp@mine"),
+        (f"dp --name {'n' * (MAX_NAME + 1)}", f"the name has {MAX_NAME + 1} characters; {MAX_NAME} is the most"),
+        (f"dp --population {'p' * (MAX_POPULATION + 1)}", "the population has"),
+    ],
+)
+def test_what_cannot_be_is_refused_in_a_sentence_before_a_recording_is_read(
+    command: str, sentence: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["train", *command.split(), "nowhere", "--data", str(tmp_path)]) == 2
+    (said,) = capsys.readouterr().err.splitlines()
+    assert said.startswith("movingout: ") and sentence in said
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_given_number_of_updates_is_in_place_of_the_presets_epochs() -> None:
+    preset = policy_preset("dp", "paper")
+    parser = argparse.ArgumentParser()
+    add_fields(parser, type(preset))
+    assert overridden(preset, parser.parse_args([])).epochs == 1000
+    changed = overridden(preset, parser.parse_args(["--updates", "50"]))
+    assert (changed.updates, changed.epochs) == (50, 0)
+    assert overridden(preset, parser.parse_args(["--updates", "50", "--epochs", "2"])).epochs == 2
+
+
+def test_every_preset_can_be() -> None:
+    for preset in PRESETS:
+        for kind in ("mlp", "gru", "dp"):
+            config = policy_preset(kind, preset)
+            config.check()
+            assert config.spec(kind).kind == kind
+        bass_preset(preset).check()

@@ -1,0 +1,99 @@
+"""Training goes where the network lies: checked on torch's `meta` device, which refuses tensors of any other."""
+
+import copy
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from torch import nn
+
+from agents.dataset import trajectory_windows
+from agents.policy_spec import PolicyKind
+from agents.training import policies, simulators, values
+from agents.training.config import BassConfig, Optimisation, PolicyConfig, Precision
+from agents.training.loop import Fitted, Task
+from agents.training.policies import train_policy
+from agents.training.simulators import train_dynamics, transitions_of
+from agents.training.values import Returns, train_value
+from tests.agents.learning import walked
+
+POLICIES: list[tuple[PolicyKind, dict[str, object]]] = [
+    ("mlp", {}),
+    ("gru", {"obs_horizon": 3}),
+    ("dp", {"pose_noise": 0.01}),
+    ("dp", {"denoiser": "unet", "process": "ddpm"}),
+]
+SIMULATORS: list[dict[str, object]] = [
+    {},
+    {"dynamics": "gru"},
+    {"order": "separate"},
+    {"order": "fine-tuned", "residual": False, "rigid": False},
+]
+Train = Callable[[Path], object]
+
+
+def _policy(kind: PolicyKind, changes: dict[str, object], precision: Precision = "fp32") -> Train:
+    config = PolicyConfig(width=16, depth=1, updates=1, batch=8, precision=precision, **changes)  # type: ignore[arg-type]
+
+    def train(folder: Path) -> object:
+        return train_policy(kind, config, trajectory_windows([walked(ticks=20)], "aware-v1", "hold"), folder)
+
+    return train
+
+
+def _simulator(changes: dict[str, object], precision: Precision = "fp32") -> Train:
+    config = BassConfig(width=16, latent=4, updates=1, batch=8, precision=precision, **changes)  # type: ignore[arg-type]
+    return lambda folder: train_dynamics(config, transitions_of([walked(ticks=20)]), folder)
+
+
+def _value(precision: Precision = "fp32") -> Train:
+    data = Returns(np.ones((30, 278), np.float16), np.ones(30, np.float32), np.arange(30) // 3, (frozenset(),) * 10)
+    config = BassConfig(value_width=16, value_members=2, value_updates=1, batch=8, precision=precision)
+    return lambda folder: train_value(config, data, folder)
+
+
+@pytest.mark.parametrize(
+    "train", [*(_policy(*one) for one in POLICIES), *(_simulator(one) for one in SIMULATORS), _value()]
+)
+def test_batches_come_to_where_the_network_lies(train: Train, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[str] = []
+
+    def fit_elsewhere(task: Task, config: Optimisation, folder: Path) -> Fitted[nn.Module]:
+        elsewhere = copy.deepcopy(task.network).to("meta")
+        losses = [*task.losses(elsewhere).values(), *task.validate(elsewhere).values()]
+        asked.extend(loss.device.type for loss in losses)
+        return Fitted(task.network, 1)
+
+    for module in (policies, simulators, values):
+        monkeypatch.setattr(module, "fit", fit_elsewhere)
+    train(tmp_path)
+    assert set(asked) == {"meta"}
+
+
+@pytest.mark.parametrize(
+    "train",
+    [*(_policy(*one, "bf16") for one in POLICIES), *(_simulator(one, "bf16") for one in SIMULATORS), _value("bf16")],
+)
+def test_everything_can_be_trained_in_mixed_precision(train: Train, tmp_path: Path) -> None:
+    train(tmp_path)  # the loop refuses what is not finite
+    assert list(tmp_path.rglob("resume.safetensors"))
+
+
+def test_validation_leaves_the_random_numbers_of_training_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn = []
+
+    def fit_between(task: Task, config: Optimisation, folder: Path) -> Fitted[nn.Module]:
+        for validates in (False, True):
+            torch.manual_seed(5)
+            first = task.validate(task.network)["loss"] if validates else None
+            drawn.append(torch.rand(3).tolist())
+            assert first is None or torch.equal(task.validate(task.network)["loss"], first), "always the same noise"
+        return Fitted(task.network, 1)
+
+    monkeypatch.setattr(policies, "fit", fit_between)
+    _policy("dp", {})(tmp_path)
+    assert drawn[0] == drawn[1]

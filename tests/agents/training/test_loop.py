@@ -1,0 +1,51 @@
+"""The loop goes on where it was stopped, and says when there is nothing left to do."""
+
+from pathlib import Path
+
+import pytest
+import torch
+from torch import nn
+
+from agents.errors import DataError
+from agents.training.config import Optimisation
+from agents.training.loop import Fitted, Losses, Task, fit
+from agents.training.run import RESUME
+
+CONFIG = Optimisation(rate=0.1, warmup=0, evaluate_every=2)
+
+
+def _fit(folder: Path, updates: int, width: int = 3) -> Fitted[nn.Module]:
+    """Learn to say nothing."""
+    torch.manual_seed(0)
+
+    def losses(network: nn.Module) -> Losses:
+        return {"loss": network(torch.ones(4, 3)).square().mean()}
+
+    return fit(Task(nn.Linear(3, width), losses, losses, updates), CONFIG, folder)
+
+
+def test_what_was_stopped_goes_on(tmp_path: Path) -> None:
+    assert _fit(tmp_path, 4).updates == 4
+    longer = _fit(tmp_path, 7)
+    curve = (tmp_path / "losses.jsonl").read_text().splitlines()
+    assert longer.updates == 7 and len(curve) == 4  # at 2, 4, 6 and the end
+    assert float(longer.network(torch.ones(1, 3)).abs().max()) < 1.0
+
+
+def test_nothing_is_done_twice_and_it_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    first = _fit(tmp_path, 4)
+    assert "already trained" not in capsys.readouterr().err
+    for updates in (4, 2):
+        again = _fit(tmp_path, updates)
+        assert again.updates == 4
+        assert torch.equal(again.network(torch.ones(1, 3)), first.network(torch.ones(1, 3)))
+        assert f"{tmp_path}: already trained 4 updates; nothing is left to do" in capsys.readouterr().err
+
+
+def test_a_resume_file_that_is_damaged_or_of_another_network_is_refused(tmp_path: Path) -> None:
+    _fit(tmp_path, 2)
+    with pytest.raises(DataError, match="another network; choose another --id"):
+        _fit(tmp_path, 4, width=2)
+    (tmp_path / RESUME).write_bytes(b"nothing of the kind")
+    with pytest.raises(DataError, match="is damaged"):
+        _fit(tmp_path, 4)

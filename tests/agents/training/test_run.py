@@ -1,0 +1,93 @@
+"""A training is gone on with as it was begun, or on purpose with something else."""
+
+import dataclasses
+import json
+from pathlib import Path
+
+import pytest
+
+from agents.errors import DataError
+from agents.training.config import Optimisation, PolicyConfig, policy_preset
+from agents.training.run import CONFIG, RESUME, begin
+
+ABOUT = {"id": "dp@mine", "kind": "dp", "preset": "fast", "seats": "acting", "data_sha256": "a" * 64}
+CONFIGURATION = policy_preset("dp", "fast")
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Path:
+    """A run that has been begun, and something was learned in it."""
+    folder = tmp_path / "dp-mine"
+    begin(folder, ABOUT, CONFIGURATION, on_purpose=False)
+    (folder / RESUME).touch()
+    return folder
+
+
+def test_a_run_says_what_it_was_begun_with(run: Path) -> None:
+    assert json.loads((run / CONFIG).read_text()) == {**ABOUT, **dataclasses.asdict(CONFIGURATION)}
+
+
+def test_a_longer_training_or_other_play_is_gone_on_with(run: Path) -> None:
+    longer = dataclasses.replace(CONFIGURATION, updates=9000, event_weight=4, threads=2, restless=1.0)
+    begin(run, {**ABOUT, "preset": "paper"}, longer, on_purpose=False)
+    assert json.loads((run / CONFIG).read_text())["updates"] == 9000
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"process": "ddim"}, "begun with process flow, not ddim; train that under another --id"),
+        ({"grasp": "toggle"}, "grasp hold, not toggle"),
+        ({"obs_horizon": 2}, "obs-horizon 1, not 2"),
+        ({"layout": "map-v1", "seed": 3}, "layout aware-v1, not map-v1; train"),
+    ],
+)
+@pytest.mark.parametrize("on_purpose", [False, True])
+def test_another_network_is_another_agent(
+    run: Path, changes: dict[str, object], sentence: str, on_purpose: bool
+) -> None:
+    other: Optimisation = dataclasses.replace(CONFIGURATION, **changes)  # type: ignore[arg-type]
+    with pytest.raises(DataError, match=sentence):
+        begin(run, ABOUT, other, on_purpose)
+
+
+@pytest.mark.parametrize(
+    ("about", "changes", "sentence"),
+    [
+        ({"data_sha256": "b" * 64}, {}, "SHA-256 aaaaaaaaaaaa…, not bbbbbbbbbbbb…; choose another --id, or .*go-on"),
+        ({"seats": "human"}, {}, "seats acting, not human"),
+        ({}, {"seed": 1, "pose_noise": 0.1}, "seed 0, not 1; pose-noise 0.0, not 0.1"),
+    ],
+)
+def test_other_data_and_another_way_to_train_are_gone_on_with_on_purpose_alone(
+    run: Path, about: dict[str, str], changes: dict[str, object], sentence: str
+) -> None:
+    now = {**ABOUT, **about}
+    config: Optimisation = dataclasses.replace(CONFIGURATION, **changes)  # type: ignore[arg-type]
+    with pytest.raises(DataError, match=sentence):
+        begin(run, now, config, on_purpose=False)
+    begin(run, now, config, on_purpose=True)
+    begin(run, now, config, on_purpose=False)
+
+
+def test_what_another_agent_has_begun_is_not_gone_on_with(run: Path) -> None:
+    with pytest.raises(DataError, match="kind dp, not mlp"):
+        begin(run, {**ABOUT, "kind": "mlp"}, CONFIGURATION, on_purpose=True)
+
+
+def test_where_nothing_was_learned_yet_anything_can_begin(run: Path) -> None:
+    (run / RESUME).unlink()
+    begin(run, {**ABOUT, "data_sha256": "b" * 64}, PolicyConfig(width=8), on_purpose=False)
+
+
+def test_older_runs_that_do_not_say_it_are_gone_on_with_and_say_it_from_then_on(run: Path) -> None:
+    for older in (None, {"kind": "dp", **dataclasses.asdict(CONFIGURATION)}):
+        (run / CONFIG).write_text(json.dumps(older)) if older else (run / CONFIG).unlink()
+        begin(run, ABOUT, CONFIGURATION, on_purpose=False)
+        assert json.loads((run / CONFIG).read_text())["data_sha256"] == "a" * 64
+
+
+def test_a_damaged_file_is_answered_with_a_sentence(run: Path) -> None:
+    (run / CONFIG).write_text("{")
+    with pytest.raises(DataError, match="does not say what the run was begun with"):
+        begin(run, ABOUT, CONFIGURATION, on_purpose=False)
