@@ -16,11 +16,21 @@ from pathlib import Path
 from typing import cast
 
 from agents.base import Agent
-from agents.checkpoint import MODEL_ROOTS, checkpoint_folders, read_checkpoint
-from agents.errors import AgentError, CheckpointError
-from maps import map_names
+from agents.checkpoint import (
+    MODEL_ROOTS,
+    Card,
+    checkpoint_folders,
+    find_checkpoint,
+    folder_name,
+    readable_checkpoints,
+)
+from agents.errors import AgentError
+from maps import MovingOutError, map_names
 
 OptionValue = int | float | bool | str
+UNSEEN_TCR = "TCR with unseen scripted people"
+ALONE_TCR = "TCR of these people with an idle partner"
+"""The measured scores of a trained agent that a person choosing a partner is told."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +43,8 @@ class AgentCard:
     maps: str  # "all", or names joined by commas
     description: str
     scores: Mapping[str, float] = field(default_factory=dict)
+    policy: str = ""  # of a trained agent: mlp, gru or dp, which BASS chooses for where kind is bass
+    population: str = ""  # of a trained agent: whose play it has learned from
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +71,8 @@ _ENTRIES = (
             "Scripted person",
             "scripted",
             "all",
-            "One of sixty people who plan like Scripted and play each in their own way. Option: name, A01 to C20.",
+            "One of sixty people who plan like Scripted and play each in their own way. Options: name, A01 to C20, and "
+            "habits to change.",
         ),
         "agents.person:Person",
     ),
@@ -76,33 +89,49 @@ def agent_cards() -> list[AgentCard]:
 
 
 def trained_cards() -> list[AgentCard]:
-    """The agents with a checkpoint; a damaged one is left out here and complained of when it is loaded."""
-    cards = []
-    for folder in checkpoint_folders(*MODEL_ROOTS):
-        try:
-            card = read_checkpoint(folder).card
-        except CheckpointError:
-            continue
-        scores = {name: score.mean for name, score in card.scores.items()}
-        maps = "all" if len(card.maps) == len(map_names()) else ", ".join(card.maps)
-        cards.append(AgentCard(card.id, card.name, card.kind, maps, card.description, scores))
-    return cards
+    """The agents with a checkpoint; a damaged one is left out here and complained of by `agent_card`."""
+    return [_trained_card(checkpoint.card) for checkpoint in readable_checkpoints(*MODEL_ROOTS)]
+
+
+def _trained_card(card: Card) -> AgentCard:
+    scores = {name: score.mean for name, score in card.scores.items()}
+    maps = "all" if len(card.maps) == len(map_names()) else ", ".join(card.maps)
+    learned = card.policy.kind, card.training.population
+    return AgentCard(card.id, card.name, card.kind, maps, card.description, scores, *learned)
 
 
 def agent_card(agent_id: str) -> AgentCard:
-    """The card of an id, without importing the agent. Raises AgentError for an id that names nothing."""
+    """The card of an id, without importing the agent.
+
+    Raises AgentError for an id that names nothing, CheckpointError for one whose card is damaged.
+    """
     reference, options = _parse(agent_id)
     if reference in _CATALOGUE:
         return _CATALOGUE[reference].card
     if reference == GHOST:
         return AgentCard(agent_id, "Ghost", GHOST, "its own", f"Plays a recorded seat again: {options['recording']}.")
     if "@" in reference:
-        known = {card.id: card for card in trained_cards()}
-        if reference not in known:
-            raise AgentError(f"unknown agent {agent_id!r}; known: {', '.join([*known, *_CATALOGUE])}")
-        return known[reference]
+        if any(folder.name == folder_name(reference) for folder in checkpoint_folders(*MODEL_ROOTS)):
+            return _trained_card(find_checkpoint(reference, *MODEL_ROOTS).card)
+        known = [*(card.id for card in trained_cards()), *_CATALOGUE]
+        raise AgentError(f"unknown agent {agent_id!r}; known: {', '.join(known)}")
     named = f" with {', '.join(f'{key}={value}' for key, value in options.items())}" if options else ""
     return AgentCard(agent_id, reference.rpartition(":")[2], "policy", "all", f"Your own policy {reference}{named}.")
+
+
+def unseen_map(agent_id: str, map_name: str) -> str:
+    """That a trained agent was not trained on a map, in a sentence; empty where it was, or is not trained at all.
+
+    Variants of a map (Challenge 2) have its name, and are known with it.
+    """
+    reference = agent_id.strip().partition(":")[0]
+    if "@" not in reference:
+        return ""
+    maps = find_checkpoint(reference, *MODEL_ROOTS).card.maps
+    if map_name in maps:
+        return ""
+    others = ", ".join(maps) if len(maps) <= 3 else f"{len(maps)} others"
+    return f"{agent_id} has never seen the map {map_name}: it was trained on {others}."
 
 
 def load_agent(agent_id: str) -> Agent:
@@ -119,6 +148,8 @@ def load_agent(agent_id: str) -> Agent:
         agent = factory(**options)
     except AgentError:
         raise
+    except MovingOutError as error:
+        raise AgentError(f"agent {agent_id!r}: {error}") from error
     except Exception as error:
         raise AgentError(f"agent {agent_id!r} could not be made: {type(error).__name__}: {error}") from error
     for method in ("reset", "act"):

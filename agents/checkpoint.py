@@ -10,9 +10,11 @@ The card names every file with its size and SHA-256; whatever does not match is 
 Folders are found by listing, never by joining a path from what somebody typed.
 """
 
+import contextlib
 import hashlib
 import json
 import math
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -42,7 +44,10 @@ FileName = Literal[
 
 _Line = Annotated[str, Field(max_length=400)]
 _Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
-_AgentId = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9._-]{0,47}(@[a-z0-9][a-z0-9._-]{0,47})?$")]
+_WORD = "[a-z0-9][a-z0-9._-]{0,47}"
+_AgentId = Annotated[str, Field(pattern=f"^{_WORD}(@{_WORD})?$")]
+MAX_NAME = 60
+MAX_POPULATION = 300  # characters; a description has it in it
 
 
 class _Strict(BaseModel):
@@ -66,16 +71,21 @@ class Score(_Strict):
 
 
 class Training(_Strict):
-    """Where the weights come from."""
+    """Where the weights of a network come from."""
 
     preset: _Line
     data_sha256: _Sha256
     population: _Line
     episodes: Annotated[int, Field(ge=0)]
-    windows: Annotated[int, Field(ge=0)]
-    updates: Annotated[int, Field(ge=0)]
+    windows: Annotated[int, Field(ge=0)]  # rows it learned from: windows of a policy, ticks of a simulator, states
+    updates: Annotated[int, Field(ge=0)]  # in all, those before it was gone on with included
     seed: int
     created: _Line  # ISO date
+
+
+Combine = Literal["independent", "product"]
+SelectionScore = Literal["nfd", "nfd+ac", "value"]
+DynamicsKind = Literal["vae", "gru"]
 
 
 class SelectionSpec(_Strict):
@@ -83,15 +93,15 @@ class SelectionSpec(_Strict):
 
     own: Annotated[int, Field(ge=1, le=16)] = 4
     partner: Annotated[int, Field(ge=1, le=16)] = 4
-    combine: Literal["independent", "product"] = "product"
-    score: Literal["nfd", "nfd+ac", "value"] = "nfd"  # value: what is done, and what a network says will follow
+    combine: Combine = "product"
+    score: SelectionScore = "nfd"  # value: what is done, and what a network says will follow
     depth: Annotated[int, Field(ge=1, le=32)] = 8  # ticks to simulate
 
 
 class DynamicsSpec(_Strict):
     """The shape of the learned simulator: two autoencoders around a latent step (paper, "BASS Details")."""
 
-    kind: Literal["vae", "gru"] = "vae"
+    kind: DynamicsKind = "vae"
     width: Annotated[int, Field(ge=4, le=2048)] = 128
     latent: Annotated[int, Field(ge=2, le=512)] = 32
     residual: bool = True  # decode the change of the state instead of the state
@@ -111,7 +121,7 @@ class Card(_Strict):
 
     schema_version: Literal[1]
     id: _AgentId
-    name: Annotated[str, Field(min_length=1, max_length=60)]
+    name: Annotated[str, Field(min_length=1, max_length=MAX_NAME)]
     description: _Line
     kind: Literal["mlp", "gru", "dp", "bass"]
     maps: Annotated[tuple[_Line, ...], Field(min_length=1, max_length=64)]
@@ -119,7 +129,9 @@ class Card(_Strict):
     dynamics: DynamicsSpec | None = None
     selection: SelectionSpec | None = None
     value: ValueSpec | None = None
-    training: Training
+    training: Training  # of the policy, with BASS that of the base; of the other two, which older cards do not say:
+    dynamics_training: Training | None = None
+    value_training: Training | None = None
     scores: dict[Annotated[str, Field(max_length=60)], Score] = {}
     files: Annotated[tuple[FileEntry, ...], Field(min_length=1, max_length=8)]
 
@@ -159,6 +171,18 @@ def folder_name(agent_id: str) -> str:
     return agent_id.replace("@", "-")
 
 
+def check_labels(agent_id: str, name: str, population: str) -> None:
+    """Raises CheckpointError, in a sentence, for what the card of an agent that is to be trained cannot say."""
+    if not re.fullmatch(f"{_WORD}@{_WORD}", agent_id):
+        raise CheckpointError(
+            f"{agent_id!r} is no id of a trained agent; it is two words of a-z, 0-9, '.', '_' and '-' with @ between, "
+            "such as dp@mine"
+        )
+    for what, text, most in (("name", name, MAX_NAME), ("population", population, MAX_POPULATION)):
+        if len(text) > most:
+            raise CheckpointError(f"the {what} has {len(text)} characters; {most} is the most")
+
+
 def read_checkpoint(folder: Path) -> Checkpoint:
     """Read a folder's card. Raises CheckpointError, in a sentence, when it is not one of ours."""
     data = _read_capped(folder / CARD, MAX_CARD_BYTES)
@@ -174,12 +198,13 @@ def read_checkpoint(folder: Path) -> Checkpoint:
 
 
 def checkpoint_folders(*roots: Path) -> Iterator[Path]:
-    """The folders that have a card, in the order of `roots` and names. Links are not followed."""
-    for root in roots:
-        if root.is_dir():
-            for folder in sorted(root.iterdir()):
-                if folder.is_dir() and not folder.is_symlink() and (folder / CARD).is_file():
-                    yield folder
+    """The folders that have a card, in the order of `roots` and names; of equal names the first. No links."""
+    seen: set[str] = set()
+    for root in filter(Path.is_dir, roots):
+        for folder in sorted(root.iterdir()):
+            if folder.name not in seen and not folder.is_symlink() and (folder / CARD).is_file():
+                seen.add(folder.name)
+                yield folder
 
 
 def find_checkpoint(agent_id: str, *roots: Path) -> Checkpoint:
@@ -187,8 +212,26 @@ def find_checkpoint(agent_id: str, *roots: Path) -> Checkpoint:
     for folder in checkpoint_folders(*roots):
         if folder.name == folder_name(agent_id):
             return read_checkpoint(folder)
-    known = ", ".join(folder.name for folder in checkpoint_folders(*roots)) or "none"
+    known = ", ".join(checkpoint.card.id for checkpoint in readable_checkpoints(*roots)) or "none"
     raise CheckpointError(f"no checkpoint {agent_id!r}; there are: {known}")
+
+
+def readable_checkpoints(*roots: Path) -> Iterator[Checkpoint]:
+    """Those whose card can be read, in the order of `checkpoint_folders`; `damage` has the others."""
+    for folder in checkpoint_folders(*roots):
+        with contextlib.suppress(CheckpointError):
+            yield read_checkpoint(folder)
+
+
+def damage(*roots: Path) -> list[str]:
+    """What is wrong with each card that cannot be read, in a sentence that names the file."""
+    sentences = []
+    for folder in checkpoint_folders(*roots):
+        try:
+            read_checkpoint(folder)
+        except CheckpointError as error:
+            sentences.append(str(error))
+    return sentences
 
 
 def write_checkpoint(folder: Path, card: Mapping[str, object], files: Mapping[FileName, bytes]) -> Checkpoint:

@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import sys
 import time
 from collections.abc import Callable
 from dataclasses import asdict
@@ -11,7 +12,8 @@ from rich.console import Console
 from rich.table import Table
 
 from agents.base import THREADS, ActionChunk, Agent, EpisodeInfo, Observation
-from agents.catalogue import AgentCard, agent_card, agent_cards, load_agent
+from agents.catalogue import AgentCard, agent_card, agent_cards, load_agent, unseen_map
+from agents.checkpoint import MODEL_ROOTS, damage
 from agents.chunk import rows_to_execute
 from agents.errors import AgentError
 from agents.idle import IdleAgent
@@ -44,6 +46,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _list(arguments: argparse.Namespace) -> int:
     cards = agent_cards()
+    for sentence in damage(*MODEL_ROOTS):
+        print(f"movingout: left out: {sentence}", file=sys.stderr)
     if arguments.json:
         print(json.dumps({"agents": [_document(card) for card in cards]}))
         return 0
@@ -56,7 +60,7 @@ def _list(arguments: argparse.Namespace) -> int:
 
 def _show(arguments: argparse.Namespace) -> int:
     card = agent_card(arguments.agent)
-    load_agent(card.id)  # complains now rather than in a game
+    load_agent(arguments.agent)  # with its options: complains now rather than in a game
     if arguments.json:
         print(json.dumps(_document(card)))
         return 0
@@ -86,8 +90,10 @@ class Timed:
 def _probe(arguments: argparse.Namespace) -> int:
     if arguments.ticks < 1:
         raise AgentError(f"an episode has at least 1 tick, not {arguments.ticks}")
-    timed = Timed(load_agent(arguments.agent))
-    ticks = sum(1 for _ in rollout(load_map(arguments.map), (timed, IdleAgent()), seed=0, ticks=arguments.ticks))
+    timed, the_map = Timed(load_agent(arguments.agent)), load_map(arguments.map)
+    if caution := unseen_map(arguments.agent, the_map.name):
+        print(f"movingout: {caution}", file=sys.stderr)
+    ticks = sum(1 for _ in rollout(the_map, (timed, IdleAgent()), seed=0, ticks=arguments.ticks))
     p50, p99 = np.percentile(timed.decisions_ms, (50, 99)).tolist()
     holds = p99 < TICK_MS
     if arguments.json:

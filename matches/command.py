@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from agents.catalogue import unseen_map
 from maps import load_map, map_names
 from matches import grid_command, report_command
 from matches.errors import MatchError
@@ -43,6 +44,8 @@ def run(args: argparse.Namespace) -> int:
 
 def _pair(args: argparse.Namespace) -> int:
     plan, crew = _plan(args), crew_of(args)
+    for caution in cautions([entry.match for entry in plan]):
+        print(f"movingout: {caution}", file=sys.stderr)
     with bar("matches") as progress:
         results = play_matches(
             [entry.match for entry in plan], workers=workers_of(args), record=args.record, crew=crew,
@@ -98,6 +101,12 @@ def _failure_json(result: MatchResult) -> dict[str, Any]:
     match = result.match
     return {"map": match.map, "seed": match.seed, "seat": result.failed_seat, "tick": result.ticks,
             "reason": result.failure}  # fmt: skip
+
+
+def cautions(matches: list[Match]) -> list[str]:
+    """Which trained agents play which maps that they were not trained on, each once."""
+    seated_on = dict.fromkeys((agent_id, match.map) for match in matches for agent_id in match.seats)
+    return [caution for agent_id, name in seated_on if (caution := unseen_map(agent_id, load_map(name).name))]
 
 
 def failure_lines(results: list[MatchResult]) -> list[str]:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from agents.catalogue import unseen_map
 from agents.provenance import cards, seat_info
 from matches.match import Match
 from recordings import AgentDecision, EpisodeHeader, EpisodeWriter, Event, TickRecord, finalise
@@ -31,6 +32,9 @@ class Recorder:
         )
         self._writer = EpisodeWriter.create(folder, header, initial, cards(header.seats))
         self._writer.event(Event(0, "start"))
+        for seat, agent_id in enumerate(match.seats):
+            if caution := unseen_map(agent_id, the_map.name):
+                self._writer.event(Event(0, "unseen_map", seat, -1, caution))
         self._held = [-1, -1]
         self._delivered = [False] * len(the_map.items)
 

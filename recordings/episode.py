@@ -15,7 +15,8 @@ ActionSource = Literal["human", "agent", "remote", "ghost", "idle", "neutral"]  
 Outcome = Literal["delivered", "time", "left", "stopped", "error", "interrupted"]
 EventKind = Literal[
     "start", "grab", "grab_failed", "release", "delivered", "undelivered", "collision",
-    "pause", "resume", "drop", "return", "focus", "deadline_missed", "agent_error", "tick_skipped", "end",
+    "pause", "resume", "drop", "return", "focus", "deadline_missed", "agent_error", "unseen_map", "tick_skipped",
+    "end",
 ]  # fmt: skip
 
 

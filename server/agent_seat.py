@@ -13,7 +13,7 @@ import numpy as np
 
 from agents.base import ActionChunk
 from agents.blackboard import Activity
-from agents.catalogue import agent_card
+from agents.catalogue import agent_card, unseen_map
 from agents.chunk import NEUTRAL, world_action
 from agents.errors import AgentsBusyError
 from agents.worker_messages import (
@@ -65,6 +65,7 @@ class AgentSeat:
         self._opening = opening
         self.key = key
         self.agent_id = opening.agent_id
+        self.unseen = unseen_map(opening.agent_id, opening.map.name)
         self.ready = False  # loaded and warm
         self.failed = ""  # why it will not be asked again; empty while it plays
         self.decisions = 0

@@ -1,6 +1,7 @@
 """The HTTP API: maps, rooms, questionnaire, recordings, administration. Answers JSON; errors are one sentence."""
 
 import asyncio
+import contextlib
 import io
 from typing import Any
 
@@ -9,7 +10,8 @@ import segno
 from fastapi import APIRouter, Depends, FastAPI, Request
 from fastapi.responses import FileResponse, JSONResponse, Response
 
-from agents.catalogue import agent_card, agent_cards
+from agents.catalogue import ALONE_TCR, UNSEEN_TCR, AgentCard, agent_card, agent_cards
+from agents.errors import CheckpointError
 from maps import PRACTICE, load_map, map_names, map_to_json
 from recordings import RecordingError
 from server import messages as m
@@ -74,9 +76,9 @@ def _play_routes(host: Host) -> APIRouter:
     async def agents() -> dict[str, Any]:
         partner, cards = host.settings.partner, agent_cards()
         if partner not in {card.id for card in cards}:  # the operator's own, or with options
-            cards.append(agent_card(partner))
-        offered = [{"id": card.id, "name": card.name, "description": card.description} for card in cards]
-        return {"agents": offered, "default": partner}
+            with contextlib.suppress(CheckpointError):  # damaged since the start: the others can be chosen
+                cards.append(agent_card(partner))
+        return {"agents": [_offer(card) for card in cards], "default": partner}
 
     @router.post("/api/rooms", dependencies=[Depends(own_page(host))])
     async def new_room(request: Request) -> dict[str, Any]:
@@ -98,6 +100,20 @@ def _play_routes(host: Host) -> APIRouter:
         return Response(picture.getvalue(), media_type="image/svg+xml", headers={"cache-control": "no-store"})
 
     return router
+
+
+def _offer(card: AgentCard) -> dict[str, Any]:
+    """What the lobby says of an agent; the scores are null where none were measured."""
+    tcr = {"unseen": card.scores.get(UNSEEN_TCR), "alone": card.scores.get(ALONE_TCR)}
+    return {
+        "id": card.id,
+        "name": card.name,
+        "kind": card.kind,
+        "description": card.description,
+        "policy": card.policy,
+        "population": card.population,
+        "tcr": tcr,
+    }
 
 
 def _room_view(room: Room) -> dict[str, Any]:

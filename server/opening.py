@@ -4,7 +4,8 @@ from typing import Any, Literal
 
 import msgspec
 
-from agents.catalogue import agent_cards
+from agents.catalogue import agent_card, agent_cards
+from agents.errors import AgentError, CheckpointError
 from maps import PRACTICE, MovingOutError, map_names
 from maps.spec import SEAT_COLOURS
 from recordings import RecordingError
@@ -123,6 +124,13 @@ def _seat(host: Host, index: int, wanted: SeatRequest, token: str | None, ghost:
 def _checked_agent(host: Host, agent_id: str) -> str:
     """Only what is in the catalogue or what the operator named: an id can otherwise import any module."""
     known = [card.id for card in agent_cards()]
-    if agent_id != host.settings.partner and agent_id.partition(":")[0] not in known:
-        raise ApiError(422, "unknown_agent", f"unknown agent {agent_id!r}; known: {', '.join(known)}")
-    return agent_id
+    if agent_id == host.settings.partner or agent_id.partition(":")[0] in known:
+        return agent_id
+    try:
+        if "@" in agent_id.partition(":")[0]:
+            agent_card(agent_id)
+    except CheckpointError as error:  # it is there, but damaged
+        raise ApiError(422, "damaged_agent", f"{agent_id} cannot play: {error}") from None
+    except AgentError:
+        pass
+    raise ApiError(422, "unknown_agent", f"unknown agent {agent_id!r}; known: {', '.join(known)}")

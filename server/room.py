@@ -215,12 +215,10 @@ class Room:
         if self.phase in ("round_over", "series_over") and not self._next_round(now):
             return
         countdown_s = min(self.config.countdown_s, PRACTICE_COUNTDOWN_S if self.config.practice else math.inf)
-        failed = [
-            f"{seat.title} cannot play: {seat.player.failed}"
-            for seat in self.seats
-            if seat.player and seat.player.failed
-        ]
-        self._enter("countdown", " ".join(failed), self._due + TICK_S + countdown_s)
+        failures = [seat.agent_failure for seat in self.seats if seat.agent_failure]
+        told = not self.round.started and not self.config.study
+        cautions = [seat.agent_caution for seat in self.seats if seat.agent_caution and told]
+        self._enter("countdown", " ".join(failures + cautions), self._due + TICK_S + countdown_s)
         ask_agents(self.round, self.seats, self.until)
 
     def _next_round(self, now: float) -> bool:

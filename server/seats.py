@@ -48,6 +48,7 @@ class AgentPlayer(Protocol):
 
     ready: bool
     failed: str
+    unseen: str  # that it was not trained on this map, in a sentence; empty where it was
 
     def observe(self, state: WorldState, tick: int, deadline: float) -> None: ...
 
@@ -116,6 +117,11 @@ class Seat:
         """Why the agent in this seat cannot play, empty when it can."""
         failed = self.player.failed if self.player is not None else ""
         return f"{self.title} cannot play: {failed}." if failed else ""
+
+    @property
+    def agent_caution(self) -> str:
+        """Why the agent in this seat may play badly on this map, empty when there is no reason."""
+        return self.player.unseen if self.player is not None else ""
 
     # ---- tokens ---------------------------------------------------------------------------------------------
 

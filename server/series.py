@@ -55,6 +55,9 @@ class Series:
         blue, red = self._seats
         header = the_round.header((blue.info(), red.info()), self._services.wall_ns(), self._config.study)
         the_round.begin(self._services.open_recording(header, the_round.state))
+        for seat in self._seats:
+            if seat.agent_caution:
+                the_round.note("unseen_map", seat.index, detail=seat.agent_caution)
 
     def end(self, the_round: Round, outcome: Outcome) -> m.Result:
         """The round is over; its recording goes to the archive."""

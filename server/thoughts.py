@@ -46,7 +46,11 @@ def routes(host: Host) -> APIRouter:
             seen: dict[int, tuple[int, int]] = {}
             quiet_s = 0.0
             while not host.stopping and host.directory.rooms.get(room.id) is room:
-                told = [event for thought in newest(room, seen) for event in ("data: ", json.dumps(thought), "\n\n")]
+                told = [
+                    event
+                    for thought in newest(room, seen)
+                    for event in ("data: ", json.dumps(thought, separators=(",", ":")), "\n\n")
+                ]
                 quiet_s = 0.0 if told else quiet_s + LOOK_S
                 if quiet_s >= BEAT_S:
                     told, quiet_s = [": beat\n\n"], 0.0

@@ -22,6 +22,7 @@ const WORDS = {
   return: (who) => `${who} is back`,
   deadline_missed: (who) => `${who} answered too late`,
   agent_error: (who) => `${who} had a fault`,
+  unseen_map: (who) => `${who} was not trained on this map`,
   tick_skipped: () => "A tick was skipped",
 };
 

@@ -40,9 +40,13 @@ export class Hud {
     stalled.setAttribute("aria-label", TEXT.announce.stalled);
   }
 
-  /** Something that was asked for cannot be done: the server's sentence, for a while. @param {string} sentence @param {number} nowMs */
-  showProblem(sentence, nowMs) {
+  /**
+   * Something that was asked for cannot be done, or may go badly: the server's sentence, for a while.
+   * @param {string} sentence @param {number} nowMs @param {"bad" | "attention"} [tone]
+   */
+  showProblem(sentence, nowMs, tone = "bad") {
     this.#text(this.#parts.problem, sentence);
+    this.#attribute(this.#parts.problem, "class", `notice notice-${tone} small play-problem`);
     this.#parts.problem.hidden = false;
     this.#problemUntilMs = nowMs + PROBLEM_MS;
   }
@@ -51,6 +55,8 @@ export class Hud {
    * @param {Game} game @param {Scene | null} scene @param {Status} status @param {number} nowMs
    */
   update(game, scene, status, nowMs) {
+    const { phase, room, welcome } = game;
+    if (phase === "countdown" && room?.reason && !welcome?.study) this.showProblem(room.reason, nowMs, "attention");
     if (nowMs > this.#problemUntilMs) this.#parts.problem.hidden = true;
     const { play, connection, stalled, stop } = this.#parts;
     play.dataset.phase = game.phase;

@@ -3,7 +3,17 @@
  * What can be chosen in the lobby, and the request that a choice becomes. Pure: knows neither page nor network.
  */
 
-/** @typedef {{id: string, name: string, description: string}} AgentCard */
+/**
+ * @typedef {object} AgentCard what the server says of an agent
+ * @property {string} id
+ * @property {string} name
+ * @property {string} description
+ * @property {string} [kind] mlp, gru, dp or bass where it is trained
+ * @property {string} [policy] of a trained one: mlp, gru or dp
+ * @property {string} [population] whose play it has learned from; empty where it has not
+ * @property {{unseen: number | null, alone: number | null}} [tcr] measured with people it never met, and of these people
+ *   beside a partner who stands still
+ */
 /** @typedef {{value: string, label: string, help: string, group: string}} SeatOption */
 /** @typedef {{kind: "here" | "link" | "agent" | "remote", agent?: string}} SeatRequest */
 /**
@@ -43,14 +53,35 @@ export function seatOptions(agents) {
   return [
     { value: "here", label: "Me, at this computer", help: "With keyboard, gamepad or touch.", group: "People" },
     { value: "link", label: "A person, by link", help: "You get a link and a code for them.", group: "People" },
-    ...agents.map(({ id, name, description }) => ({
-      value: `agent:${id}`,
-      label: name || id,
-      help: firstSentence(description),
+    ...agents.map((agent) => ({
+      value: `agent:${agent.id}`,
+      label: agent.name || agent.id,
+      help: agentLine(agent),
       group: "Agents",
     })),
     { value: "remote", label: "A program", help: "Your own program joins over the network.", group: "Other" },
   ];
+}
+
+/** What trained policies are called. @type {Record<string, string>} */
+const POLICIES = { mlp: "MLP", gru: "GRU", dp: "Diffusion Policy" };
+
+/**
+ * An agent in one line: of a trained one what it is, whom it has learned from and how much it delivers with people it
+ * never met; of another the first sentence of its description.
+ * @param {AgentCard} agent
+ */
+export function agentLine({ kind, policy, population, tcr, description }) {
+  const name = POLICIES[policy ?? ""];
+  if (!name || !population) return firstSentence(description);
+  const what = `${name}${kind === "bass" ? " with BASS" : ""}, learned from ${population.split(";")[0]}.`;
+  return typeof tcr?.unseen === "number" ? `${what} ${tcrWords(tcr.unseen, tcr.alone)}` : what;
+}
+
+/** @param {number} unseen @param {number | null} alone */
+function tcrWords(unseen, alone) {
+  const beside = typeof alone === "number" ? ` (${alone.toFixed(2)} without help)` : "";
+  return `TCR ${unseen.toFixed(2)} with scripted people it never met${beside}.`;
 }
 
 /** A lobby has room for one line. @param {string} text */

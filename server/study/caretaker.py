@@ -98,6 +98,8 @@ class Caretaker:
         for seat in room.seats:
             if seat.agent_failure:
                 alerts.raise_("agent", f"Unit {unit}: {seat.agent_failure}")
+            if seat.agent_caution:
+                alerts.raise_("agent", f"Unit {unit}: {seat.agent_caution}")
         if room.phase == "playing" and not room.recording and not room.config.practice:
             problem = room.round.recorder.problem
             alerts.raise_("recording", f"A round of unit {unit} is not recorded: {problem}")

@@ -1,9 +1,14 @@
 """From an id to an agent, and what is said when there is no way."""
 
+from pathlib import Path
+
 import pytest
 
-from agents.catalogue import agent_card, agent_cards, load_agent
-from agents.errors import AgentError
+from agents.catalogue import agent_card, agent_cards, load_agent, unseen_map
+from agents.errors import AgentError, CheckpointError
+from maps import load_map, map_names
+from maps.randomize import randomize
+from server.cli import main
 from tests.agents.support import HERE, Forward
 
 
@@ -44,6 +49,45 @@ def test_a_card_of_a_users_agent_is_made_without_importing_it() -> None:
     assert (card.id, card.name, card.kind) == ("no_such_module:Factory", "Factory", "policy")
     with pytest.raises(AgentError, match="known: scripted, person, idle"):
         agent_card("HandOf")
+
+
+def test_a_trained_agent_says_which_map_it_never_saw_and_nobody_else_does() -> None:
+    assert unseen_map("bass@all:lag=1", "Simple") == (
+        "bass@all:lag=1 has never seen the map Simple: it was trained on 12 others."
+    )
+    assert [unseen_map("bass@all", name) for name in map_names()] == [""] * 12
+    variant = randomize(load_map("HandOff"), 3)
+    assert variant.variant and not unseen_map("bass@all", variant.name)
+    assert not any(unseen_map(agent_id, "Simple") for agent_id in ("scripted:seed=3", "idle", f"{HERE}:Forward"))
+
+
+@pytest.fixture
+def damaged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two agents of the user: one whose card says nothing of its kind, and a torn copy of a shipped one."""
+    for folder, text in (("odd-mine", '{"schema_version": 1, "id": "odd@mine"}'), ("dp-all", "{torn")):
+        (tmp_path / "data" / "models" / folder).mkdir(parents=True)
+        (tmp_path / "data" / "models" / folder / "card.json").write_text(text)
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.mark.usefixtures("damaged")
+def test_a_damaged_card_is_named_with_what_is_wrong_and_the_others_are_listed_all_the_same(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    for ask in (agent_card, load_agent):
+        with pytest.raises(CheckpointError, match=r"odd-mine/card.json: name: Field required"):
+            ask("odd@mine")
+        with pytest.raises(CheckpointError, match=r"dp-all/card.json: the file: Invalid JSON"):
+            ask("dp@all")
+    ids = [card.id for card in agent_cards()]
+    assert "bass@all" in ids and "odd@mine" not in ids and "dp@all" not in ids
+    assert main(["agents", "show", "odd@mine"]) == 2
+    assert "odd-mine/card.json: name: Field required" in capsys.readouterr().err
+    assert main(["agents", "list"]) == 0
+    printed = capsys.readouterr()
+    assert "bass@all" in printed.out and "left out: odd-mine/card.json" in printed.err
+    with pytest.raises(AgentError, match="known: bass@all,"):
+        agent_card("nobody@all")
 
 
 def test_a_trained_agent_that_does_not_exist_is_answered_with_those_that_do() -> None:

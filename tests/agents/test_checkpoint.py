@@ -128,5 +128,5 @@ def test_a_network_of_another_shape_than_its_card_is_refused(tmp_path: Path) -> 
 
 def test_an_unknown_id_is_answered_with_those_that_exist(tmp_path: Path) -> None:
     _written(tmp_path)
-    with pytest.raises(CheckpointError, match="there are: mlp-test"):
+    with pytest.raises(CheckpointError, match=r"there are: mlp@test$"):
         find_checkpoint("dp@test", tmp_path)

@@ -115,3 +115,12 @@ def test_the_invitation_has_a_link_a_code_and_no_fault_for_assistive_technology(
     page.screenshot(path=pictures / "waiting.png")
     assert violations(page) == []
     page.screenshot(path=pictures / "waiting-dark.png")
+
+
+def test_before_a_map_that_an_agent_never_saw_everybody_in_the_room_is_told(
+    server: Server, open_page: OpenPage
+) -> None:
+    room = server.make_room("Simple", blue="idle", red="mlp@all")
+    problem = open_page(room["watch_path"]).locator("#problem")
+    expect(problem).to_have_text("mlp@all has never seen the map Simple: it was trained on 12 others.", timeout=20_000)
+    expect(problem).to_have_class("notice notice-attention small play-problem")

@@ -1,7 +1,9 @@
 """The start page: choosing a map and who plays, by mouse, by keyboard and on a phone."""
 
 import json
+import re
 from collections.abc import Callable
+from pathlib import Path
 
 from playwright.sync_api import Browser, Page, Route, expect
 
@@ -42,6 +44,22 @@ def test_the_lobby_is_accessible_in_both_themes(open_page: OpenPage) -> None:
     page.locator("#more summary").click()
     page.get_by_text("Controls", exact=True).click()
     assert violations(page) == []
+
+
+def test_a_trained_agent_has_a_card_of_one_line_at_the_desk_and_on_a_phone(open_page: OpenPage, pictures: Path) -> None:
+    page = ready(open_page("/"))
+    page.get_by_label("Red").select_option("agent:bass@all")
+    card = page.locator("#seat-help-1")
+    expect(card).to_contain_text("Diffusion Policy with BASS, learned from")
+    expect(card).to_contain_text(re.compile(r"TCR 0\.\d\d with scripted people it never met"))
+    card.scroll_into_view_if_needed()
+    page.screenshot(path=pictures / "lobby-card.png")
+    page.set_viewport_size({"width": PHONE["width"], "height": PHONE["height"]})
+    assert overflow(page) <= 0
+    card.scroll_into_view_if_needed()
+    page.screenshot(path=pictures / "lobby-card-phone.png")
+    page.get_by_label("Red").select_option("agent:idle")
+    expect(card).to_have_text("Stands still: the control condition.")
 
 
 def test_a_chosen_map_opens_a_room_and_its_seat_is_kept_in_the_tab(open_page: OpenPage, server: Server) -> None:

@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from recordings import finalise
+from recordings import finalise, read_episode
 from server.cli import main
 from tests.matches.support import HERE, written
 from tests.recordings.support import record
@@ -45,6 +45,18 @@ def test_wrong_use_is_answered_in_a_sentence(
     assert main(["match", *arguments]) == 2
     captured = capsys.readouterr()
     assert message in captured.err and captured.out == ""
+
+
+def test_a_match_on_a_map_that_an_agent_never_saw_is_played_and_says_so_once_and_in_the_recording(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    arguments = ["match", "--blue", "mlp@all", "--red", "idle", "--map", "Simple", "--episodes", "2", "--ticks", "5"]
+    assert main([*arguments, "--workers", "1", "--record", str(tmp_path), "--json"]) == 0
+    captured = capsys.readouterr()
+    assert captured.err.count("mlp@all has never seen the map Simple: it was trained on 12 others.") == 1
+    first, _ = json.loads(captured.out)["recordings"]
+    told = [event for event in read_episode(Path(first)).events if event.kind == "unseen_map"]
+    assert [(event.tick, event.seat) for event in told] == [(0, 0)]
 
 
 def test_a_match_that_an_agent_could_not_play_is_told_in_a_sentence_and_by_the_exit_code(

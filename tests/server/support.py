@@ -64,6 +64,7 @@ class FakePlayer:
     def __init__(self, action: Floats) -> None:
         self.ready = True
         self.failed = ""
+        self.unseen = ""
         self.action = action
         self.asleep = False
         self.problem = ""
@@ -92,10 +93,12 @@ class FakeAgents:
         self.players: list[FakePlayer] = []
         self.action = np.array([1.0, 0.0, 0.0])
         self.slow = False  # to load
+        self.unseen = ""
 
     def open(self, agent_id: str, map: MapSpec, seat: int, seed: int, ticks: int) -> AgentPlayer:
         self.players.append(FakePlayer(self.action))
         self.players[-1].ready = not self.slow
+        self.players[-1].unseen = self.unseen
         return self.players[-1]
 
 

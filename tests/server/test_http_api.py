@@ -5,6 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from agents.catalogue import ALONE_TCR, UNSEEN_TCR
+from agents.checkpoint import SHIPPED, read_checkpoint
 from maps import map_from_json, map_names
 from server import messages as m
 from tests.server.live import ADMIN, Live, serve
@@ -21,6 +23,18 @@ def test_the_catalogue_names_its_agents_and_the_proposed_one(live: Live) -> None
     _, answer = live.call("/api/agents")
     assert {"scripted", "idle"} <= {agent["id"] for agent in answer["agents"]}
     assert answer["default"] == "scripted"
+
+
+def test_the_catalogue_says_what_a_trained_agent_learned_from_and_reaches_and_nothing_of_others(live: Live) -> None:
+    _, answer = live.call("/api/agents")
+    agents = {agent["id"]: agent for agent in answer["agents"]}
+    card = read_checkpoint(SHIPPED / "bass-all").card
+    assert (agents["bass@all"]["kind"], agents["bass@all"]["policy"]) == ("bass", "dp")
+    assert agents["bass@all"]["population"] == card.training.population
+    assert agents["bass@all"]["tcr"] == {"unseen": card.scores[UNSEEN_TCR].mean, "alone": card.scores[ALONE_TCR].mean}
+    for untrained in ("scripted", "idle"):
+        assert agents[untrained]["tcr"] == {"unseen": None, "alone": None}
+        assert agents[untrained]["population"] == agents[untrained]["policy"] == ""
 
 
 def test_a_room_has_tokens_for_the_seats_at_this_screen_only(live: Live) -> None:
@@ -54,6 +68,22 @@ def test_a_room_that_cannot_be_is_refused_with_what_can(
     status, answer = live.call("/api/rooms", body)
     assert (status, answer["error"]["code"]) == (422, code)
     assert said in answer["error"]["message"]
+
+
+def test_an_agent_with_a_damaged_card_is_refused_by_what_is_wrong_and_others_play(
+    live: Live, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "data" / "models" / "odd-mine"
+    folder.mkdir(parents=True)
+    (folder / "card.json").write_text('{"schema_version": 1}')
+    monkeypatch.chdir(tmp_path)
+    body = {"maps": ["Simple"], "seats": [{"kind": "here"}, {"kind": "agent", "agent": "odd@mine"}]}
+    status, answer = live.call("/api/rooms", body)
+    assert (status, answer["error"]["code"]) == (422, "damaged_agent")
+    assert "odd@mine cannot play: odd-mine/card.json: id: Field required" in answer["error"]["message"]
+    _, offered = live.call("/api/agents")
+    assert "bass@all" in {agent["id"] for agent in offered["agents"]}
+    assert live.call("/api/rooms", {**body, "seats": [{"kind": "here"}, {"kind": "agent", "agent": "idle"}]})[0] == 200
 
 
 def test_a_randomised_series_is_the_same_for_the_same_seed(live: Live) -> None:

@@ -1,10 +1,13 @@
 """Agents in a room: asked in time, waited for while they load, replaced by rest when they are late."""
 
+from pathlib import Path
+
 import pytest
 
+from recordings import read_episode
 from server import messages as m
 from server.seats import Seat
-from tests.server.support import TICK, Table
+from tests.server.support import TICK, Ear, FakeServices, Table
 
 
 def agent_table() -> Table:
@@ -71,6 +74,35 @@ def test_a_missed_deadline_is_neutral_counted_and_shown() -> None:
     assert [event.kind for event in blue.bundles[-1].events] == ["deadline_missed", "agent_error"]
     assert table.room.round.deadline_misses == 1
     assert table.phase == "playing"
+
+
+def unseen_table(tmp_path: Path, **config: str) -> tuple[Table, Ear]:
+    """A round that has begun with an agent on a map that it was not trained on."""
+    services = FakeServices(folder=tmp_path)
+    services.agents.unseen = "fake@x has never seen the map Simple: it was trained on HandOff."
+    table = Table(services=services, seats=[Seat(0, "human", shared=True), Seat(1, "agent", "idle", name="fake")],
+                  limit_ticks=10, **config)  # fmt: skip
+    blue = table.join(claim=1)
+    table.ready(blue)
+    return table, blue
+
+
+def test_on_a_map_an_agent_never_saw_the_room_says_so_plays_on_and_records_it(tmp_path: Path) -> None:
+    table, blue = unseen_table(tmp_path)
+    sentence = table.services.agents.unseen
+    assert sentence in [
+        told.reason for told in blue.told if isinstance(told, m.RoomState) and told.phase == "countdown"
+    ]
+    table.step(12)
+    episode = read_episode(table.services.archived[0])
+    assert [(event.seat, event.detail) for event in episode.events if event.kind == "unseen_map"] == [(1, sentence)]
+    assert len(episode.ticks) == 10
+
+
+def test_in_a_study_participants_are_not_told_what_their_partner_was_trained_on(tmp_path: Path) -> None:
+    table, blue = unseen_table(tmp_path, study={"unit": "1"})  # type: ignore[arg-type]
+    assert not [told for told in blue.told if isinstance(told, m.RoomState) and "never seen" in told.reason]
+    assert table.seats[1].agent_caution  # the experimenter is
 
 
 def test_agents_play_among_themselves_only_while_somebody_looks_on() -> None:

@@ -15,6 +15,7 @@ test("events are sentences with seat and item", () => {
   assert.equal(eventWords(event("grab"), MAP), "Red takes the large star");
   assert.equal(eventWords(event("delivered", -1), MAP), "The large star is delivered");
   assert.equal(eventWords(event("release", 0, 7), MAP), "Blue lets the item go");
+  assert.equal(eventWords(event("unseen_map"), MAP), "Red was not trained on this map");
 });
 
 test("start and end are no lines of their own", () => {
