@@ -18,7 +18,7 @@ from recordings.episode import Episode
 from recordings.metadata import utc
 from recordings.reader import read_episode
 from recordings.verification import difference
-from recordings.viewer.candidates import candidates, made_in
+from recordings.viewer.candidates import candidates, guesses, made_in
 from world import World
 from world.state import Floats, WorldState
 
@@ -108,11 +108,12 @@ def summary(episode: Episode) -> dict[str, Any]:
 
 
 def thoughts(episode: Episode) -> list[dict[str, Any]]:
-    """The decisions in which an agent named candidates: scores, ways, and where the chosen one was to bring items."""
+    """The decisions in which an agent named candidates: scores, ways, and what was expected of the chosen one."""
     states = episode.states
     found = []
     for decision in episode.decisions:
-        considered = candidates(decision, made_in(decision, states))
+        state = made_in(decision, states)
+        considered = candidates(decision, state)
         if considered:
             chosen = next((index for index, one in enumerate(considered) if one.chosen), -1)
             found.append(
@@ -123,6 +124,8 @@ def thoughts(episode: Episode) -> list[dict[str, Any]]:
                     "scores": [round(one.score, 4) for one in considered],
                     "ways": [np.round(one.path, 4).tolist() for one in considered],
                     "moves": np.round(considered[chosen].moves, 4).tolist() if chosen >= 0 else [],
+                    "robots": np.round(considered[chosen].robots, 4).tolist() if chosen >= 0 else [],
+                    "guesses": np.round(guesses(decision, state), 4).tolist(),
                 }
             )
     return found

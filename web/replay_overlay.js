@@ -7,7 +7,7 @@
 import { currentTheme } from "./colours.js";
 import { Pen } from "./pen.js";
 import { ROBOT_RADIUS } from "./render.js";
-import { letterOf } from "./thoughts.js";
+import { drawGuess, drawRobots, letterOf } from "./thoughts.js";
 
 /** @typedef {import("./replay_data.js").Replay} Replay */
 /** @typedef {[number, number]} Point arena units */
@@ -19,6 +19,8 @@ import { letterOf } from "./thoughts.js";
  * @property {number[]} scores per candidate
  * @property {Point[][]} ways per candidate: where it was to lead
  * @property {[Point, Point][]} moves items that the chosen one was to move: from, to
+ * @property {[Point, Point][][]} robots per guess of the partner's and moment from now on: where blue and red were expected
+ * @property {Point[][]} guesses what was expected of the partner: where it was to lead
  */
 
 export const TRAIL_TICKS = 50;
@@ -61,7 +63,9 @@ export function trail(way) {
 export function drawThoughts(ctx, thoughts) {
   const pen = new Pen(ctx, currentTheme(), ctx.canvas.width);
   const { theme } = pen;
-  for (const { ways, chosen, moves } of thoughts) {
+  for (const { seat, ways, chosen, moves, robots, guesses } of thoughts) {
+    for (const way of guesses) drawGuess(pen, 1 - seat, way);
+    for (const moments of robots) drawRobots(pen, moments);
     const order = ways.map((_, index) => index).sort((a, b) => Number(a === chosen) - Number(b === chosen));
     for (const index of order) {
       const played = index === chosen;

@@ -1,9 +1,11 @@
 // What agents weigh, over the arena and beside it, for spectators who switch it on: the ways of all candidates, where
-// the chosen one is expected to bring the items, and the scores. Asks the server only while it is on.
+// the chosen one is expected to bring items and robots, what the partner is expected to do, and the scores. Asks the
+// server only while it is on.
 
 import { currentTheme } from "./colours.js";
 import { el } from "./dom.js";
 import { Pen } from "./pen.js";
+import { ROBOT_RADIUS } from "./render.js";
 import { outline } from "./shapes.js";
 import { TEXT } from "./text.js";
 
@@ -23,6 +25,9 @@ const STALE_MS = 1500; // an agent that has said nothing for so long is not show
  * @property {number[]} scores  per candidate
  * @property {[number, number, number][][]} candidates  per candidate and tick: distance, cos, sin of the heading
  * @property {Point[][]} items  per candidate: where it is expected to bring the items
+ * @property {[number, number, number][][]} [guesses]  commands expected of the partner, as candidates
+ * @property {[number, number][]} [pairs]  a candidate and a guess that were simulated together
+ * @property {[Point, Point][][]} [robots]  per pair: where blue and red are expected on the way and in the end
  */
 
 export class Thoughts {
@@ -130,6 +135,14 @@ export function movedItems(thought, view) {
     });
 }
 
+/**
+ * Where both robots are expected if the chosen candidate is played, for each guess of the partner's.
+ * @param {Thought} thought @returns {[Point, Point][][]} per guess and moment: blue, red
+ */
+export function expectedRobots({ chosen, pairs = [], robots = [] }) {
+  return robots.filter((_, index) => pairs[index]?.[0] === chosen);
+}
+
 /** @param {Thought} thought */
 function scoreList(thought) {
   const rows = thought.scores.map((score, index) => {
@@ -141,7 +154,11 @@ function scoreList(thought) {
 
 /** @param {Pen} pen @param {GameMap} map @param {View} view @param {Thought} thought */
 function drawThought(pen, map, view, thought) {
+  const now = /** @type {[Point, Point]} */ (view.poses.slice(0, 2).map(([x, y]) => [x, y]));
+  const partner = 1 - thought.seat;
   for (const { item, place } of movedItems(thought, view)) drawExpected(pen, map, view, item, place);
+  for (const rows of thought.guesses ?? []) drawGuess(pen, partner, wayOf(rows, view.poses[partner]));
+  for (const moments of expectedRobots(thought)) drawRobots(pen, [now, ...moments]);
   const order = thought.candidates.map((_, index) => index).sort((a, b) => Number(a === thought.chosen) - Number(b === thought.chosen));
   for (const index of order) drawWay(pen, view, thought, index);
 }
@@ -161,6 +178,46 @@ function drawWay(pen, view, thought, index) {
   const [x, y] = way[way.length - 1];
   pen.around([x, y, 0], () => pen.label(letterOf(index), 0.05 * pen.unit, theme.ink));
   ctx.globalAlpha = 1;
+}
+
+/** What the partner may do. @param {Pen} pen @param {number} seat @param {Point[]} way */
+export function drawGuess(pen, seat, way) {
+  drawLine(pen, way, seatColour(pen, seat), 1.5, 0.02 * pen.unit);
+}
+
+/** Both robots from moment to moment, a ring where they are expected in the end. @param {Pen} pen @param {[Point, Point][]} moments */
+export function drawRobots(pen, moments) {
+  for (const seat of [0, 1]) {
+    const way = moments.map((places) => places[seat]);
+    drawLine(pen, way, seatColour(pen, seat), 2.5);
+    const [x, y] = way[way.length - 1];
+    pen.around([x, y, 0], () => {
+      pen.circle(ROBOT_RADIUS * pen.unit);
+      stroke(pen, seatColour(pen, seat), 2, 0.03 * pen.unit);
+    });
+  }
+}
+
+/** @param {Pen} pen @param {number} seat */
+function seatColour({ theme }, seat) {
+  return seat === 0 ? theme.blue : theme.red;
+}
+
+/** @param {Pen} pen @param {Point[]} way @param {string} colour @param {number} width hairs @param {number} [dash] pixels */
+function drawLine(pen, way, colour, width, dash = 0) {
+  pen.ctx.beginPath();
+  for (const point of way) pen.ctx.lineTo(...pen.at(...point));
+  stroke(pen, colour, width, dash);
+}
+
+/** @param {Pen} pen @param {string} colour @param {number} width hairs @param {number} dash pixels, 0 for a solid line */
+function stroke({ ctx, hair }, colour, width, dash) {
+  ctx.strokeStyle = colour;
+  ctx.lineWidth = width * hair;
+  ctx.lineJoin = "round";
+  ctx.setLineDash(dash > 0 ? [dash, dash] : []);
+  ctx.stroke();
+  ctx.setLineDash([]);
 }
 
 /** @param {Pen} pen @param {GameMap} map @param {View} view @param {number} item @param {Point} place */

@@ -3,7 +3,9 @@
 Two forms of a decision's `detail` are understood; anything else is an agent's own affair and shows nothing:
 - `candidates` as objects {score, terms, x, y} (the schema of `/agent/…`): predicted paths in arena units;
 - `candidates` as rows (C, H, 3) of distance, cos, sin with `scores` (C,): the commands, drawn as the way of a robot
-  that nothing hinders; with `items` (C, N, 2), where the agent expected the items in the end.
+  that nothing hinders; with `items` (C, N, 2), where the agent expected the items in the end, `guesses` (G, H, 3), the
+  commands that it expected of its partner, and `robots` (R, P, 2, 2), where it expected blue and red on the way and in
+  the end for each of the `pairs` (R, 2) of a candidate and a guess. Older recordings have no more than `items`.
 `chosen` is an index into them.
 """
 
@@ -33,6 +35,7 @@ class Candidate(NamedTuple):
     score: float
     chosen: bool
     moves: Floats  # (M, 2, 2) items expected to move: from where, to where
+    robots: Floats = np.zeros((0, 1, 2, 2))  # (K, P, 2, 2) per guess: blue and red now, on the way, in the end
 
 
 class Decisions:
@@ -82,14 +85,27 @@ def _commanded(told: Sequence[object], chosen: object, decision: AgentDecision, 
     rows, scores = _numbers(told), _numbers(decision.detail.get("scores"))
     if rows is None or scores is None or rows.ndim != 3 or rows.shape[2] != 3 or scores.shape != rows.shape[:1]:
         return []
-    start = state.robot_poses[decision.seat, :2]
-    steps = np.clip(rows[..., :1], -1.0, 1.0) * np.stack([-rows[..., 2], rows[..., 1]], axis=-1) * DRIVE_SPEED * TICK_S
-    paths = np.concatenate([np.broadcast_to(start, (len(rows), 1, 2)), start + np.cumsum(steps, axis=1)], axis=1)
+    paths = _ways(rows, state.robot_poses[decision.seat, :2])
     moves = _moves(decision.detail.get("items"), state, len(rows))
+    robots = _robots(decision.detail.get("robots"), decision.detail.get("pairs"), state, len(rows))
     return [
-        Candidate(path, float(score), index == chosen, move)
-        for index, (path, score, move) in enumerate(zip(paths, scores, moves, strict=True))
+        Candidate(path, float(score), index == chosen, move, expected)
+        for index, (path, score, move, expected) in enumerate(zip(paths, scores, moves, robots, strict=True))
     ]
+
+
+def guesses(decision: AgentDecision, state: WorldState) -> Floats:
+    """The ways (G, P, 2) that a decision expected of its partner; none where it told none."""
+    rows = _numbers(decision.detail.get("guesses", []))
+    if rows is None or rows.ndim != 3 or rows.shape[2] != 3:
+        return np.zeros((0, 1, 2))
+    return _ways(rows, state.robot_poses[1 - decision.seat, :2])
+
+
+def _ways(rows: Floats, start: Floats) -> Floats:
+    """Commands (C, H, 3) as the ways (C, H + 1, 2) of a robot that nothing hinders."""
+    steps = np.clip(rows[..., :1], -1.0, 1.0) * np.stack([-rows[..., 2], rows[..., 1]], axis=-1) * DRIVE_SPEED * TICK_S
+    return np.concatenate([np.broadcast_to(start, (len(rows), 1, 2)), start + np.cumsum(steps, axis=1)], axis=1)
 
 
 def _moves(told: object, state: WorldState, count: int) -> list[Floats]:
@@ -100,6 +116,18 @@ def _moves(told: object, state: WorldState, count: int) -> list[Floats]:
         return [np.zeros((0, 2, 2))] * count
     far = np.linalg.norm(ends - now, axis=-1) > _MOVED
     return [np.stack([now[these], there[these]], axis=1) for there, these in zip(ends, far, strict=True)]
+
+
+def _robots(told: object, pairs: object, state: WorldState, count: int) -> list[Floats]:
+    """For each candidate (K, P, 2, 2) the places expected of both robots, with each guess that it was tried with."""
+    places, tried = _numbers(told), _numbers(pairs)
+    if places is None or tried is None or places.ndim != 4 or places.shape[2:] != (2, 2):
+        return [np.zeros((0, 1, 2, 2))] * count
+    if tried.shape != (len(places), 2):
+        return [np.zeros((0, 1, 2, 2))] * count
+    now = np.broadcast_to(state.robot_poses[:, :2], (len(places), 1, 2, 2))
+    ways = np.concatenate([now, places], axis=1)
+    return [ways[tried[:, 0] == index] for index in range(count)]
 
 
 def _numbers(value: object) -> Floats | None:

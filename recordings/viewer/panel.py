@@ -23,7 +23,9 @@ from world.metrics import TICK_S
 ALONE = "nothing"
 _STEPS = {"-10": -10, "-1": -1, "+1": 1, "+10": 10}
 _LONGEST_TRAIL_S = 60.0
-_TOLD = frozenset({"grab", "release", "delivered", "undelivered", "pause", "resume", "drop", "return", "agent_error"})
+_TOLD = frozenset(
+    {"grab", "release", "delivered", "undelivered", "pause", "resume", "drop", "return", "agent_error", "unseen_map"}
+)
 
 Look = Callable[[Camera], None]
 

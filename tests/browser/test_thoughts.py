@@ -17,6 +17,13 @@ THOUGHT = {
     "scores": [0.12, 0.34, 0.2, 0.1],
     "candidates": [[[1.0, math.cos(angle), math.sin(angle)]] * 8 for angle in (0.0, 0.8, 1.6, 2.4)],
     "items": [[[0.2 * number, 0.1]] for number in range(4)],
+    "guesses": [[[1.0, math.cos(angle), math.sin(angle)]] * 8 for angle in (-0.5, 0.5)],
+    "pairs": [[own, guess] for own in range(4) for guess in range(2)],
+    "robots": [
+        [[[0.1 * own, -0.3], [0.2 * guess, 0.4]], [[0.2 * own, -0.1], [0.4 * guess, 0.6]]]
+        for own in range(4)
+        for guess in range(2)
+    ],
 }
 
 

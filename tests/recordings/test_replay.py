@@ -54,7 +54,7 @@ def test_what_an_agent_weighed_is_told_beside_the_episode(tmp_path: Path) -> Non
     assert json.loads(json.dumps(thoughts)) == thoughts
     assert [thought["tick"] for thought in thoughts] == [d.tick for d in played.decisions if d.detail]
     expected = {"seat": 1, "tick": 1, "chosen": 0, "scores": [0.5], "ways": [[[0.0, 1.0], [0.1, 1.1]]], "moves": []}
-    assert thoughts[0] == expected
+    assert thoughts[0] == {**expected, "robots": [], "guesses": []}
 
 
 def test_states_that_cannot_be_simulated_are_interpolated(tmp_path: Path) -> None:

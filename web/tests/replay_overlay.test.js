@@ -5,7 +5,7 @@ import { test } from "node:test";
 import { ranking, thoughtsAt, trail } from "../replay_overlay.js";
 
 /** @param {number} seat @param {number} tick @param {number[]} scores */
-const thought = (seat, tick, scores = [0.5]) => ({ seat, tick, chosen: 0, scores, ways: [], moves: [] });
+const thought = (seat, tick, scores = [0.5]) => ({ seat, tick, chosen: 0, scores, ways: [], moves: [], robots: [], guesses: [] });
 const THOUGHTS = [thought(1, 1), thought(0, 5), thought(1, 9), thought(1, 17)];
 
 test("the newest decision of each seat is shown, the first one already at the start", () => {

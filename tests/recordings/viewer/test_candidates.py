@@ -8,7 +8,7 @@ import pytest
 
 from maps import load_map
 from recordings import AgentDecision
-from recordings.viewer.candidates import CHOSEN_RGB, Decisions, candidate_lines, candidates
+from recordings.viewer.candidates import CHOSEN_RGB, Decisions, candidate_lines, candidates, guesses
 from tests.recordings.viewer.support import panel, put, recorded
 from world import World
 
@@ -63,6 +63,33 @@ def test_items_that_the_chosen_candidate_moves_get_a_line_to_where_they_end() ->
     assert found.moves == pytest.approx(np.array([[START.item_poses[2, :2], ends[2]]]))
     points, _ = candidate_lines([found])
     assert points.shape == (2, 2, 3)  # one step of its own way, one item
+
+
+def test_the_robots_are_seen_from_where_they_are_to_where_the_agent_expects_them_for_each_guess() -> None:
+    now = START.robot_poses[:, :2]
+    ends = np.array([now + shift for shift in (0.1, 0.2, 0.3, 0.4)])[:, None]  # (4 rollouts, 1 moment, 2, 2)
+    detail = {
+        "chosen": 1,
+        "scores": [0.25, 0.5],
+        "candidates": [[(1.0, 1.0, 0.0)]] * 2,
+        "guesses": [[(1.0, 1.0, 0.0)] * 2, [(0.0, 1.0, 0.0)] * 2],
+        "pairs": [[0, 0], [0, 1], [1, 0], [1, 1]],
+        "robots": ends.tolist(),
+    }
+    decision = AgentDecision(0, 1, 1.0, False, detail)
+    _, chosen = candidates(decision, START)
+    assert chosen.robots == pytest.approx(np.array([[now, now + 0.3], [now, now + 0.4]]))
+    blues_ways = guesses(decision, START) - now[0]
+    assert blues_ways == pytest.approx(np.array([[[0.0, 0.0], [0.0, 0.06], [0.0, 0.12]], np.zeros((3, 2))]))
+
+
+@pytest.mark.parametrize(
+    "told", [{}, {"robots": "near"}, {"robots": [[[[0.0, 0.0]] * 2]], "pairs": [[0]]}, {"guesses": [1.0]}]
+)
+def test_a_recording_without_predicted_robots_still_shows_its_candidates(told: dict[str, object]) -> None:
+    decision = AgentDecision(0, 0, 1.0, False, {"scores": [1.0], "candidates": [[(1.0, 1.0, 0.0)]], **told})
+    (found,) = candidates(decision, START)
+    assert len(found.robots) == len(guesses(decision, START)) == 0
 
 
 @pytest.mark.parametrize(
