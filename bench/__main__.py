@@ -1,10 +1,13 @@
-"""`python -m bench [name ...]`: run the named benchmarks, after naming the machine.
+"""`python -m bench [name ...]`, `python -m bench name --option ...`: run benchmarks, after naming the machine.
 
-Without a name: those of MINUTES. The others train, or need trained agents and data; each says what it takes.
+Without a name: those of MINUTES. The others train, or need trained agents and data; each says what it takes, and its
+options with --help.
 """
 
 import importlib
 import importlib.metadata
+import inspect
+import itertools
 import os
 import platform
 import sys
@@ -15,17 +18,27 @@ MINUTES = ("world", "recordings", "server", "study", "browser", "scripted", "mat
 """What `make bench` runs: about a quarter of an hour altogether."""
 
 
-def main(names: list[str]) -> int:
-    """Exit code 0, or 2 for a name that is no benchmark."""
+def main(words: list[str]) -> int:
+    """Exit code 0, or 2 for a name that is no benchmark and for options that nobody takes."""
     known = sorted(path.stem for path in _FOLDER.glob("*.py") if not path.stem.startswith("_"))
+    names = list(itertools.takewhile(lambda word: not word.startswith("-"), words))
+    options = words[len(names) :]
     for name in names:
         if name not in known:
             print(f"unknown benchmark {name!r}; known: {', '.join(known)}", file=sys.stderr)
             return 2
+    if options and (len(names) != 1 or not _takes_options(names[0])):
+        print(f"{options[0]}: name first the one benchmark that it is for, if it takes options", file=sys.stderr)
+        return 2
     print(machine())
     for name in names or MINUTES:
-        importlib.import_module(f"bench.{name}").main()
+        run = importlib.import_module(f"bench.{name}").main
+        run(options) if _takes_options(name) else run()
     return 0
+
+
+def _takes_options(name: str) -> bool:
+    return bool(inspect.signature(importlib.import_module(f"bench.{name}").main).parameters)
 
 
 def machine() -> str:

@@ -11,8 +11,9 @@ from dataclasses import asdict
 from pathlib import Path
 
 from agents.checkpoint import Card
+from bench._bass_report import PAPER
 from bench._roster import BASS, PAPER_PEOPLE, PAPER_SEEN, PAPER_UNSEEN, Field
-from bench.bass import PAPER, Numbers
+from bench.bass import Numbers
 from bench.learning import Outcome, mean_error, shown, table
 from maps import map_names
 

@@ -144,11 +144,11 @@ def _plays(args: argparse.Namespace, agent_id: str) -> Path:
 
 
 def _train_policy(args: argparse.Namespace, lessons: Lessons, agent_id: str, total: int, *words: object) -> None:
-    """Go on to `total` updates with all labels there are; nothing to do when the card says as many."""
+    """Go on to `total` updates with all labels there are by now; nothing to do when the card says as many."""
     folder = args.data / "models" / folder_name(agent_id)
     if folder.exists() and find_checkpoint(agent_id, args.data / "models").card.training.updates >= total:
         return
-    sizes = "--updates", total, "--width", args.width, "--batch", args.batch
+    sizes = "--go-on", "--updates", total, "--width", args.width, "--batch", args.batch
     _command(args, agent_id, "train", "dp", lessons.folder, *sizes, "--population", lessons.people, *words)
 
 

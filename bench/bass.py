@@ -1,34 +1,46 @@
 """How good the parts of BASS are, beside the paper's tables ("BASS Analysis"), on episodes it was not trained on.
 
-    python -m bench.bass --agent bass@all --data data/demos-of-others
+    python -m bench.bass --agents bass@all:score=nfd,sampling=4x4 bass@all --challenge 1
 
-1. next state: L2 distance between predicted and true moving state, one tick ahead, and of saying "nothing moves";
+1. next state: L2 distance between predicted and true moving state, one tick ahead;
 2. partner prediction: share of the partner's actions predicted within 10 % and 20 % (relative error of distance, cos
-   and sin together, of the mean of 4 samples, first action);
-3. selection: how often the learned simulator and the engine choose the same of 4 candidates, and chance.
+   and sin together, of the mean of the guesses, first action);
+3. selection: how often the same candidate is chosen by the learned simulator and by the engine, which is given the
+   policy's guesses of the partner.
+
+Without --data two people of population C play an episode on each map, in Challenge 2 on a variant with items as in no
+training map.
 """
 
 import argparse
 import json
+import os
+import tempfile
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
 
 from agents.base import EpisodeInfo
-from agents.bass.agent import BassAgent, acting, engine_simulator
+from agents.bass.agent import BassAgent, OracleBassAgent, acting, engine_simulator, spread
 from agents.bass.selection import choose
-from agents.bass.state_vector import moving
+from agents.bass.state_vector import HELD_START, ITEMS_START, ROBOT_WIDTH, moving
 from agents.catalogue import load_agent
 from agents.corrections import SUFFIX, load_correction
 from agents.dataset import Trajectory, read_trajectories, recording_files
+from agents.demonstrations import jobs, make_all
 from agents.features import feature_encoder
 from agents.hold import toggles
+from agents.populations import population
+from agents.serving import Singles
+from bench._bass_report import role, tables
+from maps import load_map, map_names
 from maps.errors import MovingOutError
+from maps.randomize import randomize
 from world import World
+from world.observation import ITEM_SLOTS
 from world.state import Floats, WorldState
-
-PAPER = {"next_state_l2": 0.0010, "partner_10": 0.7145, "partner_20": 0.9024, "selection": 0.6250}
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,16 +49,20 @@ class Numbers:
 
     next_state_l2: float
     nothing_moves_l2: float
+    random_state_l2: float  # of another moment of the same episode
+    poses_l2: float  # the same over poses alone
+    nothing_moves_poses_l2: float
     partner_10: float
     partner_20: float
     selection: float
     selection_told_apart: float  # the same, over moments in which the engine's scores differ at all
+    selection_chance: float
     n: int
 
 
 def measure(agent: BassAgent, walks: list[Trajectory], moments: int, seed: int) -> Numbers:
     """Sample moments of episodes and compare."""
-    random = np.random.default_rng(seed)
+    random, elsewhere = np.random.default_rng(seed), np.random.default_rng([seed, 1])
     rows: list[list[float]] = []
     for walk in walks:
         agent.reset(EpisodeInfo(walk.map, 0, seed, walk.ticks))
@@ -56,84 +72,132 @@ def measure(agent: BassAgent, walks: list[Trajectory], moments: int, seed: int) 
         for tick in ticks:
             while world.tick < tick:
                 world.step(walk.actions[world.tick])
-            rows.append(_moment(agent, walk, world, tick))
+            other = moving(_state(walk, int(elsewhere.integers(walk.ticks + 1))))
+            rows.append([*_next_state(agent, walk, world, other), *_choices(agent, walk, world)])
     table = np.array(rows)
-    apart = table[:, 5] > 0
-    means = table[:, :5].mean(axis=0).tolist()
-    told_apart = float(table[apart, 4].mean()) if apart.any() else float("nan")
-    return Numbers(means[0], means[1], means[2], means[3], means[4], told_apart, len(table))
+    apart = table[:, -1] > 0
+    told_apart = float(table[apart, -2].mean()) if apart.any() else float("nan")
+    return Numbers(*table[:, :-1].mean(axis=0).tolist(), told_apart, 1 / agent.selection.own, len(table))
 
 
-def _moment(agent: BassAgent, walk: Trajectory, world: World, tick: int) -> list[float]:
+def _next_state(agent: BassAgent, walk: Trajectory, world: World, other: Floats) -> list[float]:
+    """L2 errors: predicted, nothing moves, `other` state; of poses alone: predicted, nothing moves."""
     state = world.state()
-    joint = np.zeros((1, agent.selection.depth, 2, 4))
-    for seat in (0, 1):
-        rows = slice(tick, tick + agent.selection.depth)
-        distance, heading, _ = walk.actions[rows, seat].T
-        level = walk.held[rows.start + 1 : rows.stop + 1, seat] >= 0
-        joint[0, : len(distance), seat] = np.stack((distance, np.cos(heading), np.sin(heading), level), axis=1)
-    if agent.spec.grasp != "hold":
-        for seat in (0, 1):
-            joint[0, :, seat, 3] = toggles(joint[0, :, seat, 3], holding=bool(state.held[seat] >= 0))
-    after = moving(_after(walk, tick))
-    predicted = agent.simulator(state)(joint)[0, 0]
-    theirs = _samples(agent, walk, state, seat=1)
-    mine = _samples(agent, walk, state, seat=0)
-    actual = joint[0, 0, 1, :3]
-    error = float(np.linalg.norm(theirs[:, 0, :3].mean(axis=0) - actual)) / max(float(np.linalg.norm(actual)), 1e-6)
-    learned = choose(agent.judge, 0, mine, theirs, agent.simulator(state), agent.selection)
-    truth = engine_simulator(world.snapshot(), levels=agent.spec.grasp == "hold")
-    oracle = choose(agent.judge, 0, mine, theirs, truth, agent.selection)
-    return [
-        float(np.linalg.norm(predicted - after)),
-        float(np.linalg.norm(moving(state) - after)),
-        float(error < 0.1),
-        float(error < 0.2),
-        float(learned.index == oracle.index),
-        float(np.ptp(oracle.scores)),
+    if isinstance(agent, OracleBassAgent):
+        agent.watch(world)
+    now, after = moving(state), moving(_state(walk, world.tick + 1))
+    predicted = agent.simulator(state)(_played(agent, walk, state))[0, 0]
+    said = (predicted, now, other)
+    poses = [_poses(row, len(walk.map.items)) for row in (after, predicted, now)]
+    return [float(np.linalg.norm(row - after)) for row in said] + [
+        float(np.linalg.norm(row - poses[0])) for row in poses[1:]
     ]
 
 
-def _samples(agent: BassAgent, walk: Trajectory, state: WorldState, seat: int) -> Floats:
-    """Four chunks (4, H, 4) from a seat's view; with a history, the present repeated."""
+def _choices(agent: BassAgent, walk: Trajectory, world: World) -> list[float]:
+    """Partner within 10 %, within 20 %, whether both simulators choose the same, and how far the engine's scores lie
+    apart.
+    """
+    state, spec = world.state(), agent.selection
+    sampled = _samples(agent, walk, state, 1, spec.partner)
+    guessed = acting(agent.guesses(sampled))
+    mine = acting(_samples(agent, walk, state, 0, spec.own))
+    actual = _played(agent, walk, state)[0, 0, 1, :3]
+    error = float(np.linalg.norm(guessed[:, 0, :3].mean(axis=0) - actual)) / max(float(np.linalg.norm(actual)), 1e-6)
+    learned = choose(agent.judge, 0, mine, guessed, agent.simulator(state), spec)
+    truth = engine_simulator(world.snapshot(), levels=agent.spec.grasp == "hold")
+    oracle = choose(agent.judge, 0, mine, acting(sampled), truth, spec)
+    return [float(error < 0.1), float(error < 0.2), float(learned.index == oracle.index), float(np.ptp(oracle.scores))]
+
+
+def _played(agent: BassAgent, walk: Trajectory, state: WorldState) -> Floats:
+    """(1, depth, 2, 4) what both did from a state of an episode on, as the simulator takes it."""
+    joint = np.zeros((1, agent.selection.depth, 2, 4))
+    rows = slice(state.tick, state.tick + agent.selection.depth)
+    for seat in (0, 1):
+        distance, heading, _ = walk.actions[rows, seat].T
+        level = walk.held[rows.start + 1 : rows.stop + 1, seat] >= 0
+        joint[0, : len(distance), seat] = np.stack((distance, np.cos(heading), np.sin(heading), level), axis=1)
+        if agent.spec.grasp != "hold":
+            joint[0, :, seat, 3] = toggles(joint[0, :, seat, 3], holding=bool(state.held[seat] >= 0))
+    return joint
+
+
+def _samples(agent: BassAgent, walk: Trajectory, state: WorldState, seat: int, count: int) -> Singles:
+    """Chunks (count, H, 5) from a seat's view, as at play; with a history, the present repeated."""
     seen = feature_encoder(walk.map, agent.spec.layout).encode(state, seat).astype(np.float32)
-    history = np.tile(seen, (4, agent.spec.obs_horizon, 1))
-    return acting(agent.network.sample(history, agent.random))
+    noise = agent.network.noise(count, agent.random)
+    chunks = agent.network.run(np.tile(seen, (count, agent.spec.obs_horizon, 1)), noise)
+    return chunks if agent.spec.noise_rows else spread(chunks, noise)
 
 
-def _after(walk: Trajectory, tick: int) -> WorldState:
-    return WorldState(
-        tick + 1,
-        walk.robot_poses[tick + 1],
-        walk.robot_velocities[tick + 1],
-        walk.held[tick + 1],
-        walk.item_poses[tick + 1],
-    )
+def _state(walk: Trajectory, tick: int) -> WorldState:
+    return WorldState(tick, walk.robot_poses[tick], walk.robot_velocities[tick], walk.held[tick], walk.item_poses[tick])
 
 
-def main() -> None:
-    """Parse, measure, print."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--agent", default="bass@all")
-    parser.add_argument("--data", type=Path, nargs="+", required=True, help="recordings not used for training")
-    parser.add_argument("--moments", type=int, default=10, help="per episode")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--json", action="store_true")
-    args = parser.parse_args()
-    agent = load_agent(args.agent)
-    if not isinstance(agent, BassAgent):
-        raise MovingOutError(f"{args.agent} is no agent of kind bass")
-    files = recording_files(args.data, (".mcap", SUFFIX))
+def _poses(row: Floats, items: int) -> Floats:
+    """(2 + items, 4): x, y, cos and sin of the angle of both robots and of all items, out of a moving row (58,)."""
+    robots = row[:HELD_START].reshape(2, ROBOT_WIDTH)[:, :4]
+    return np.concatenate((robots, row[ITEMS_START:].reshape(ITEM_SLOTS, 4)[:items]))
+
+
+def held_out_episodes(challenge: int, ticks: int, workers: int) -> list[Trajectory]:
+    """One episode of two people of C on each map; in Challenge 2, on a variant of each that nobody is trained on."""
+    maps = [load_map(name) for name in map_names()]
+    if challenge == 2:
+        maps = [randomize(the_map, 0, "evaluation") for the_map in maps]
+    with tempfile.TemporaryDirectory() as folder:
+        list(make_all(jobs(population("C")[:2], maps, 1, ticks, seed=0, prefix="parts"), Path(folder), workers))
+        return read_trajectories(recording_files([Path(folder)]))
+
+
+def recorded_episodes(places: Sequence[Path], challenge: int) -> list[Trajectory]:
+    """Recordings and files of labels. Raises DataError, and MovingOutError for maps of the other challenge."""
+    files = recording_files(places, (".mcap", SUFFIX))
     labelled = [load_correction(file).trajectory for file in files if file.name.endswith(SUFFIX)]
     walks = labelled + read_trajectories([file for file in files if not file.name.endswith(SUFFIX)])
-    numbers = asdict(measure(agent, walks, args.moments, args.seed))
+    for walk in walks:
+        if bool(walk.map.variant) != (challenge == 2):
+            kind = "a variant" if walk.map.variant else "as designed"
+            raise MovingOutError(f"{walk.map.name} of a recording is {kind}, which is not Challenge {challenge}")
+    return walks
+
+
+def bass_agent_of(agent_id: str) -> BassAgent:
+    """An agent of kind bass. Raises AgentError for an unknown one, MovingOutError for one of another kind."""
+    agent = load_agent(agent_id)
+    if not isinstance(agent, BassAgent):
+        raise MovingOutError(f"{agent_id} is no agent of kind bass: it simulates nothing and chooses among nothing")
+    return agent
+
+
+def main(words: Sequence[str] | None = None) -> None:
+    """Parse, measure, print; what cannot be done is said in a sentence."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--agents", nargs="+", default=["bass@all"], metavar="ID")
+    parser.add_argument("--challenge", type=int, choices=(1, 2), default=1, help="whose figures of the paper")
+    parser.add_argument("--data", type=Path, nargs="+", help="recordings not used for training; default: played now")
+    parser.add_argument("--moments", type=int, default=10, help="per episode")
+    parser.add_argument("--ticks", type=int, default=500, help="limit of an episode that is played now")
+    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--json", action="store_true")
+    args = parser.parse_args(words)
+    if min(args.moments, args.ticks, args.workers) < 1 or args.seed < 0:
+        parser.error("--moments, --ticks and --workers are 1 or more, --seed is 0 or more")
+    try:
+        agents = {agent_id: bass_agent_of(agent_id) for agent_id in args.agents}
+        if args.data:
+            walks = recorded_episodes(args.data, args.challenge)
+        else:
+            walks = held_out_episodes(args.challenge, args.ticks, args.workers)
+        measured = {name: asdict(measure(agent, walks, args.moments, args.seed)) for name, agent in agents.items()}
+    except MovingOutError as error:
+        parser.error(str(error))
     if args.json:
-        print(json.dumps({"agent": args.agent, "ours": numbers, "paper": PAPER}))
-        return
-    print(f"| {args.agent} | ours | paper |\n|---|---|---|")
-    for name, value in numbers.items():
-        paper = f"{PAPER[name]:.4f}" if name in PAPER else ""
-        print(f"| {name} | {value:.4f} | {paper} |")
+        print(json.dumps({"challenge": args.challenge, "agents": measured}))
+    else:
+        print(tables(measured, {name: role(name, agent) for name, agent in agents.items()}, args.challenge))
 
 
 if __name__ == "__main__":

@@ -1,13 +1,15 @@
-"""How different the scripted people play: the paper's four measures of diversity for A, B, C and all together.
+"""How different the scripted people play: the paper's four measures of diversity for A, B, C and all, beside its own.
 
     python -m bench.diversity --maps HandOff,SingleRotation --people 10
 
-Mean over maps. The paper has the same measures of its own people and maps; only the order can be compared.
+Mean over maps. The paper has the same measures of its own people; neither its units nor its kernels are given, so
+only the order of rows can be compared.
 """
 
 import argparse
 import os
 import tempfile
+from collections.abc import Mapping, Sequence
 from dataclasses import astuple
 from pathlib import Path
 
@@ -16,17 +18,24 @@ import numpy as np
 from agents.dataset import Trajectory, read_trajectories, recording_files
 from agents.demonstrations import jobs, make_all
 from agents.diversity import Diversity, diversity
-from agents.populations import POPULATIONS, population
-from maps import load_map, map_names
+from agents.populations import PEOPLE, POPULATIONS, population
+from maps import MapSpec, load_map, map_names
+from maps.errors import MovingOutError
+
+PAPER = {  # `table:task_1_diversity`, "Dataset diversity across different data collection methods"
+    "paper: Moving Out Challenge 1": Diversity(7.013, 6.065, 0.888, 0.899),
+    "paper: Expert dataset": Diversity(4.642, 3.029, 0.757, 0.744),
+    "paper: RL agent collected data": Diversity(4.358, 2.499, 0.683, 0.626),
+}
 
 
-def episodes_of(name: str, maps: list[str], people: int, ticks: int, workers: int) -> dict[str, list[Trajectory]]:
+def episodes_of(name: str, maps: list[MapSpec], people: int, ticks: int, workers: int) -> dict[str, list[Trajectory]]:
     """One episode of each pair of neighbours in a population, by map."""
     with tempfile.TemporaryDirectory() as folder:
-        todo = jobs(population(name)[:people], [load_map(one) for one in maps], 1, ticks, seed=0, prefix=name)
+        todo = jobs(population(name)[:people], maps, 1, ticks, seed=0, prefix=name)
         list(make_all(todo, Path(folder), workers))
         walks = read_trajectories(recording_files([Path(folder)]))
-    return {one: [walk for walk in walks if walk.map.name == one] for one in maps}
+    return {one.name: [walk for walk in walks if walk.map.name == one.name] for one in maps}
 
 
 def mean_diversity(by_map: dict[str, list[Trajectory]]) -> Diversity:
@@ -34,7 +43,14 @@ def mean_diversity(by_map: dict[str, list[Trajectory]]) -> Diversity:
     return Diversity(*np.mean([astuple(diversity(walks)) for walks in by_map.values()], axis=0).tolist())
 
 
-def table(rows: dict[str, Diversity]) -> str:
+def measured(maps: list[MapSpec], people: int, ticks: int, workers: int) -> dict[str, Diversity]:
+    """The rows of each population and of all."""
+    found = {name: episodes_of(name, maps, people, ticks, workers) for name in POPULATIONS}
+    everybody = {one.name: [walk for by_map in found.values() for walk in by_map[one.name]] for one in maps}
+    return {**{name: mean_diversity(by_map) for name, by_map in found.items()}, "all": mean_diversity(everybody)}
+
+
+def table(rows: Mapping[str, Diversity]) -> str:
     """One row per set of episodes."""
     lines = ["| people | DTW mean | DTW variance | entropy | coverage |", "|---|---|---|---|---|"]
     for name, numbers in rows.items():
@@ -42,19 +58,28 @@ def table(rows: dict[str, Diversity]) -> str:
     return "\n".join(lines)
 
 
-def main() -> None:
-    """Parse, play, print."""
+def main(words: Sequence[str] | None = None) -> None:
+    """Parse, play, print; what cannot be played is said in a sentence."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--maps", default="all")
-    parser.add_argument("--people", type=int, default=10, help="of each population, an even number")
+    parser.add_argument("--people", type=int, default=10, help=f"of each population, an even number from 4 to {PEOPLE}")
     parser.add_argument("--ticks", type=int, default=500)
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
-    args = parser.parse_args()
-    maps = list(map_names()) if args.maps == "all" else args.maps.split(",")
-    found = {name: episodes_of(name, maps, args.people, args.ticks, args.workers) for name in POPULATIONS}
-    everybody = {one: [walk for by_map in found.values() for walk in by_map[one]] for one in maps}
-    rows = {name: mean_diversity(by_map) for name, by_map in found.items()}
-    print(table({**rows, "all": mean_diversity(everybody)}))
+    args = parser.parse_args(words)
+    if args.people not in range(4, PEOPLE + 1, 2):
+        parser.error(f"--people is an even number from 4 to {PEOPLE}: with one pair there is nothing to compare")
+    if min(args.ticks, args.workers) < 1:
+        parser.error("--ticks and --workers are 1 or more")
+    try:
+        maps = [load_map(name) for name in (map_names() if args.maps == "all" else args.maps.split(","))]
+        rows = measured(maps, args.people, args.ticks, args.workers)
+    except MovingOutError as error:
+        parser.error(str(error))
+    print(table({**rows, **PAPER}))
+    pairs = args.people // 2
+    print(
+        f"\nMaps: {len(maps)}. Of each population {pairs} pairs, one episode of up to {args.ticks} ticks on each map."
+    )
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """How good and how fast learned agents are: plays them with partners and prints the paper's metrics.
 
-    python -m bench.learning --agents dp@all,bass@all,idle --partners C --episodes 2
+    python -m bench.learning --agents dp@all bass@all:score=nfd,sampling=4x4 idle --partners C --episodes 2
 
 `idle` among the agents is the control condition: what the partner reaches alone. Errors are standard errors over
 episodes. With `--log FILE` every finished episode is kept, and the same command goes on where it was stopped.
@@ -12,6 +12,7 @@ import json
 import math
 import os
 import time
+from collections.abc import Sequence
 from concurrent.futures import as_completed
 from dataclasses import asdict, dataclass
 from functools import lru_cache
@@ -26,6 +27,7 @@ from agents.checkpoint import MODEL_ROOTS, find_checkpoint
 from agents.populations import POPULATIONS, population
 from agents.rollout import rollout
 from maps import load_map, map_names
+from maps.errors import MovingOutError
 from recordings.processes import pool
 from world.metrics import EpisodeMetrics
 
@@ -161,34 +163,57 @@ def table(outcomes: list[Outcome], agents: list[str], maps: list[str]) -> str:
     return "\n".join(lines)
 
 
-def main() -> None:
-    """Parse, play, print."""
+def main(words: Sequence[str] | None = None) -> None:
+    """Parse, play, print; what cannot be played is said in a sentence."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--agents", default="dp@all,bass@all,scripted,idle")
+    agents = ["dp@all", "bass@all", "scripted", "idle"]
+    parser.add_argument("--agents", nargs="+", default=agents, metavar="ID", help="agent ids")
     parser.add_argument("--partners", default="C", help="a population (A, B, C) or an agent id")
-    parser.add_argument("--maps", default="all")
+    parser.add_argument("--maps", default="all", help="a map's name, several joined by commas, or all")
     parser.add_argument("--episodes", type=int, default=2, help="per map")
     parser.add_argument("--ticks", type=int, default=500)
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--log", type=Path, help="file of finished episodes, to go on from")
     parser.add_argument("--json", action="store_true")
-    args = parser.parse_args()
-    agents, maps = args.agents.split(","), map_names() if args.maps == "all" else args.maps.split(",")
-    people = args.partners in POPULATIONS
-    partners = [person.agent_id for person in population(args.partners)] if people else [args.partners]
-    todo = runs(agents, partners, list(maps), args.episodes, args.ticks)
-    outcomes = play_all(todo, args.workers, args.log)
+    args = parser.parse_args(words)
+    if min(args.episodes, args.ticks, args.workers) < 1:
+        parser.error("--episodes, --ticks and --workers are 1 or more")
+    try:
+        maps, partners = _maps(args.maps), _partners(args.partners)
+        for agent_id in {*args.agents, *partners}:
+            load_agent(agent_id)  # before hours of play, not amid them
+        outcomes = play_all(runs(args.agents, partners, maps, args.episodes, args.ticks), args.workers, args.log)
+    except MovingOutError as error:
+        parser.error(str(error))
     if args.json:
-        scores = {
-            agent: {
-                name: mean_error([getattr(one, name) for one in outcomes if one.run.agent == agent])
-                for name in ("tcr", "nfd", "wt_s")
-            }
-            for agent in agents
-        }
-        print(json.dumps({"partners": args.partners, "episodes": len(todo) // len(agents), "scores": scores}))
+        episodes = args.episodes * len(maps)
+        print(json.dumps({"partners": args.partners, "episodes": episodes, "scores": _scores(outcomes, args.agents)}))
     else:
-        print(table(outcomes, agents, list(maps)))
+        print(table(outcomes, args.agents, maps))
+
+
+def _maps(said: str) -> list[str]:
+    """Names of maps. Raises MapError for an unknown one."""
+    names = list(map_names()) if said == "all" else said.split(",")
+    for name in names:
+        load_map(name)
+    return names
+
+
+def _partners(said: str) -> list[str]:
+    """Agent ids: the people of a population, or the one that was said."""
+    return [person.agent_id for person in population(said)] if said in POPULATIONS else [said]
+
+
+def _scores(outcomes: Sequence[Outcome], agents: Sequence[str]) -> dict[str, dict[str, tuple[float, float]]]:
+    """Mean and standard error of each metric, by agent."""
+    return {
+        agent: {
+            name: mean_error([getattr(one, name) for one in outcomes if one.run.agent == agent])
+            for name in ("tcr", "nfd", "wt_s")
+        }
+        for agent in agents
+    }
 
 
 if __name__ == "__main__":

@@ -20,29 +20,24 @@ Stopped and started again it goes on where it was; finished evaluation episodes 
 
 import argparse
 import os
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from agents.bass.agent import BassAgent
-from agents.catalogue import load_agent
 from agents.checkpoint import SHIPPED, Card, Score, find_checkpoint, rescored
-from agents.dataset import read_trajectories, recording_files
-from agents.demonstrations import jobs, make_all
 from agents.populations import population
 from bench._agents_report import measured_part, write_report
 from bench._curriculum import train_all
 from bench._roster import CONTROL, OF_A, OF_BOTH, PAPER_BASS, SCRIPTED, Field
-from bench.bass import Numbers, measure
+from bench.bass import Numbers, bass_agent_of, held_out_episodes, measure
 from bench.learning import Outcome, finished, mean_error, play_all, runs
-from maps import load_map, map_names
+from maps import map_names
 from maps.errors import MovingOutError
 
 
-def main() -> None:
+def main(words: Sequence[str] | None = None) -> None:
     """Parse and go through the steps; what cannot be done is said in a sentence."""
     try:
-        _run(_parsed())
+        _run(_parsed(words))
     except MovingOutError as error:
         raise SystemExit(f"train_agents: {error}") from error
 
@@ -50,9 +45,8 @@ def main() -> None:
 def _run(args: argparse.Namespace) -> None:
     if not args.only_evaluate and not args.finished:
         train_all(args)
-    without = set(args.without.split(","))
     both, of_a = (
-        field._replace(learners={one: label for one, label in field.learners.items() if one not in without})
+        field._replace(learners={one: label for one, label in field.learners.items() if one not in args.without})
         for field in (OF_BOTH, OF_A)
     )
     played, played_of_a = _played(args, (both, of_a))
@@ -99,7 +93,7 @@ def _people(group: str) -> list[str]:
     return [person.agent_id for people in zip(*populations, strict=True) for person in people]
 
 
-def _parsed() -> argparse.Namespace:
+def _parsed(words: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, default=Path("data"), help="only ./data is seen by the worker processes")
     parser.add_argument("--episodes", type=int, default=20, help="per map in the expert's round; half in the others")
@@ -111,7 +105,10 @@ def _parsed() -> argparse.Namespace:
     parser.add_argument("--simulator-updates", type=int, default=5000)
     parser.add_argument("--plays", type=int, default=8, help="episodes per map and population without the expert")
     parser.add_argument("--baseline-updates", type=int, default=2000)
-    parser.add_argument("--without", default="", help="agents to leave out of the tables, joined by commas")
+    parser.add_argument(
+        "--without", action="append", default=[], metavar="ID", choices=[*OF_BOTH.learners, *OF_A.learners],
+        help="an agent to leave out of the tables; may be said several times",
+    )  # fmt: skip
     parser.add_argument("--no-parts", action="store_true", help="leave out the section on the parts of BASS")
     parser.add_argument("--only-evaluate", action="store_true", help="what is trained is good enough")
     parser.add_argument("--finished", action="store_true", help="tables of what was played so far; plays no more")
@@ -119,7 +116,7 @@ def _parsed() -> argparse.Namespace:
     parser.add_argument("--ticks", type=int, default=500)
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--report", type=Path, default=Path("docs/results.md"))
-    args = parser.parse_args()
+    args = parser.parse_args(words)
     if min(args.runs, args.ticks, args.workers) < 1:
         parser.error("--runs, --ticks and --workers are 1 or more")
     return args
@@ -127,13 +124,8 @@ def _parsed() -> argparse.Namespace:
 
 def _parts_of_bass(args: argparse.Namespace) -> Numbers:
     """Next state, partner prediction and selection on one episode of C per map."""
-    agent = load_agent(PAPER_BASS)
-    assert isinstance(agent, BassAgent)
-    maps = [load_map(name) for name in map_names()]
-    with tempfile.TemporaryDirectory() as folder:
-        todo = jobs(population("C")[:2], maps, 1, args.ticks, seed=0, prefix="parts")
-        list(make_all(todo, Path(folder), args.workers))
-        return measure(agent, read_trajectories(recording_files([Path(folder)])), moments=20, seed=0)
+    walks = held_out_episodes(challenge=1, ticks=args.ticks, workers=args.workers)
+    return measure(bass_agent_of(PAPER_BASS), walks, moments=20, seed=0)
 
 
 def scores(outcomes: Sequence[Outcome], agent: str) -> dict[str, Score]:

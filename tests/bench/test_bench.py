@@ -5,6 +5,7 @@ from dataclasses import astuple
 import numpy as np
 import pytest
 
+from bench import diversity, learning
 from bench.__main__ import main
 from bench.world import EngineTimedWorld, driving
 from maps import load_map
@@ -14,6 +15,27 @@ from world import World
 def test_an_unknown_benchmark_is_answered_with_the_known_ones(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["wrold"]) == 2
     assert "unknown benchmark 'wrold'; known: " in capsys.readouterr().err
+
+
+def test_a_benchmark_with_options_takes_its_own_ones_alone(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["diversity", "--maps", "SingleRotation", "--people", "4", "--ticks", "3", "--workers", "1"]
+    assert main(words) == 0
+    assert "| paper: Expert dataset |" in capsys.readouterr().out
+
+
+def test_the_words_of_the_command_are_not_taken_for_options(monkeypatch: pytest.MonkeyPatch) -> None:
+    given: list[list[str]] = []
+    monkeypatch.setattr("sys.argv", ["bench", "diversity", "learning"])
+    for module in (diversity, learning):
+        monkeypatch.setattr(module, "main", given.append)
+    assert main(["diversity", "learning"]) == 0
+    assert given == [[], []]
+
+
+@pytest.mark.parametrize("words", [["--people", "4"], ["world", "--people", "4"], ["diversity", "bass", "--help"]])
+def test_options_that_nobody_takes_are_refused(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(words) == 2
+    assert "name first the one benchmark that it is for" in capsys.readouterr().err
 
 
 def test_the_engine_is_timed_over_the_same_states_as_the_world() -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from bench import _curriculum
-from bench._roster import BASS, FIRST, OF_A, OF_BOTH
+from bench._roster import BASS, DP, FIRST, OF_A, OF_BOTH
 
 
 @pytest.fixture
@@ -50,6 +50,10 @@ def test_the_value_is_learned_again_from_what_it_led_to(commands: dict[str, list
     (first,), (again,) = commands[FIRST], commands[BASS]
     own_play = str(tmp_path / "plays" / "bass-first-all")
     assert own_play in again and own_play not in first
+
+
+def test_a_policy_goes_on_with_more_labels_on_purpose(commands: dict[str, list[list[str]]]) -> None:
+    assert len(commands[DP]) > 2 and all("--go-on" in words for words in commands[DP])
 
 
 def test_a_training_that_fails_ends_with_its_last_words(tmp_path: Path) -> None:

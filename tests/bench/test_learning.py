@@ -104,15 +104,41 @@ def test_an_episode_of_two_idle_agents_delivers_nothing() -> None:
     ("words", "said"),
     [
         (["--runs", "0"], "--runs, --ticks and --workers are 1 or more"),
+        (["--without", "dp@al"], "argument --without: invalid choice: 'dp@al'"),
+        (["--without", "bass@all:score=nfd,sampling=4x4"], "train_agents: no checkpoint "),
         ([], "train_agents: no checkpoint "),  # most agents of the tables are not shipped
     ],
 )
 def test_tables_that_cannot_be_made_are_refused_in_a_sentence(
-    words: list[str], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    words: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     page = tmp_path / "results.md"
-    command = ["train_agents", "--finished", "--no-parts", "--data", str(tmp_path), "--report", str(page), *words]
-    monkeypatch.setattr("sys.argv", command)
     with pytest.raises(SystemExit) as ended:
-        main()
+        main(["--finished", "--no-parts", "--data", str(tmp_path), "--report", str(page), *words])
     assert said in f"{ended.value.code}{capsys.readouterr().err}" and not page.exists()
+
+
+def test_agents_whose_ids_have_commas_are_played(capsys: pytest.CaptureFixture[str]) -> None:
+    agents = ["bass@all:score=nfd,sampling=4x4", "idle"]
+    words = ["--agents", *agents, "--partners", "idle", "--maps", "SingleRotation", "--episodes", "1"]
+    learning.main([*words, "--ticks", "2", "--workers", "1"])
+    rows = capsys.readouterr().out.splitlines()
+    assert [row.split(" | ")[0] for row in rows[2:]] == [f"| {agent}" for agent in agents]
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--agents", "dp@all,bass@all"], "dp@all,bass@all"),
+        (["--agents", "scriptet"], "unknown agent 'scriptet'"),
+        (["--partners", "D"], "unknown agent 'D'"),
+        (["--maps", "HandOf"], "unknown map 'HandOf'"),
+        (["--episodes", "0"], "--episodes, --ticks and --workers are 1 or more"),
+    ],
+)
+def test_what_cannot_be_played_is_refused_in_a_sentence(
+    words: list[str], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as ended:
+        learning.main(words)
+    assert ended.value.code == 2 and said in capsys.readouterr().err
