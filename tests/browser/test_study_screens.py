@@ -248,7 +248,7 @@ def test_the_controls_are_tried_and_the_connection_is_measured(open_page: OpenPa
 def test_going_on_while_the_connection_is_still_measured_waits_for_it(open_page: OpenPage) -> None:
     study, held = FakeStudy.at(fake.input_check(), fake.code()), list[Route]()
     page = open_page("/healthz")
-    page.route("**/healthz", held.append)
+    page.route("**/healthz", lambda route: held.append(route))
     study.open(page)
     heading(page, "Try your controls")
     press(page, "KeyW", "KeyA", "KeyS", "KeyD", "Space")
