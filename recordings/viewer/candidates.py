@@ -16,12 +16,14 @@ from typing import NamedTuple
 import numpy as np
 
 from recordings.episode import AgentDecision
+from recordings.solids import SEAT_RGB
 from recordings.viewer.trails import segments
 from world.constants import DRIVE_SPEED
 from world.metrics import TICK_S
 from world.state import Floats, WorldState
 
 HEIGHT = 0.14  # arena units above the floor, over the walls
+EXPECTED_HEIGHT = 0.13  # of what is expected of the robots, below what was considered
 WORST_RGB = np.array([0.60, 0.64, 0.70])
 BEST_RGB = np.array([0.18, 0.49, 0.36])
 CHOSEN_RGB = np.array([0.36, 0.29, 0.84])
@@ -142,7 +144,8 @@ def _numbers(value: object) -> Floats | None:
 def candidate_lines(considered: Sequence[Candidate]) -> tuple[Floats, Floats]:
     """Line segments (S, 2, 3) of all candidates and their colours (S, 2, 3) in [0, 1].
 
-    The chosen one lies on top, with the items it expects to move.
+    The chosen one lies on top, with the items it expects to move and, in the colours of the seats, the ways of both
+    robots, one for each guess about the partner.
     """
     points, colours = [np.zeros((0, 2, 3))], [np.zeros((0, 2, 3))]
     for candidate, colour in zip(considered, candidate_colours(considered), strict=True):
@@ -152,6 +155,11 @@ def candidate_lines(considered: Sequence[Candidate]) -> tuple[Floats, Floats]:
             lines = np.concatenate([lines, np.concatenate([candidate.moves, raised], axis=2)])
         points.append(lines)
         colours.append(np.broadcast_to(colour, lines.shape))
+    for ways in (robots for one in considered if one.chosen for robots in one.robots):
+        for seat, seat_colour in enumerate(SEAT_RGB):
+            lines = segments(ways[:, seat], EXPECTED_HEIGHT)
+            points.append(lines)
+            colours.append(np.broadcast_to(np.array(seat_colour), lines.shape))
     return np.concatenate(points), np.concatenate(colours)
 
 

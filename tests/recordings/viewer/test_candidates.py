@@ -8,6 +8,7 @@ import pytest
 
 from maps import load_map
 from recordings import AgentDecision
+from recordings.solids import SEAT_RGB
 from recordings.viewer.candidates import CHOSEN_RGB, Decisions, candidate_lines, candidates, guesses
 from tests.recordings.viewer.support import panel, put, recorded
 from world import World
@@ -79,6 +80,9 @@ def test_the_robots_are_seen_from_where_they_are_to_where_the_agent_expects_them
     decision = AgentDecision(0, 1, 1.0, False, detail)
     _, chosen = candidates(decision, START)
     assert chosen.robots == pytest.approx(np.array([[now, now + 0.3], [now, now + 0.4]]))
+    points, colours = candidate_lines([chosen])
+    assert colours[1:, 0] == pytest.approx(np.array([*SEAT_RGB] * 2))  # blue and red per guess
+    assert points[1:, :, :2] == pytest.approx(np.array([[start, start + way] for way in (0.3, 0.4) for start in now]))
     blues_ways = guesses(decision, START) - now[0]
     assert blues_ways == pytest.approx(np.array([[[0.0, 0.0], [0.0, 0.06], [0.0, 0.12]], np.zeros((3, 2))]))
 
