@@ -62,7 +62,7 @@ class ScriptedAgent:
 
     def act(self, observation: Observation) -> ActionChunk:
         """One row; `detail` says what it is busy with."""
-        still = not self._chooser.partner_is_active(observation.state.tick)
+        still = self._chooser.partner_is_still(observation.state.tick)
         now = Situation(self._map, observation.state, observation.seat, still, self.foresees, self._looks, self._floors)
         self._chooser.watch(now)
         command = self._command(now)
@@ -134,9 +134,15 @@ class ScriptedAgent:
         if isinstance(self._errand, Carry | Fetch) and now.tick > self._avoided + AVOID_AGAIN:
             self._avoided = now.tick
             self._errand.go_around(now)
+        elif self._gives_way(now) and self._chooser.leaves_to_partner(now):
+            self._errand = None
+            self._wiggling = [*WIGGLE_TICKS * [Command(-1.0, float(now.pose[2]))], Command(0.0, 0.0, grasp=True)]
+            self._stalls = 0
         elif self._gives_way(now):
             way = partners_way(now, self._chooser.their_item(now, self._item))
-            self._errand = Aside(now, way, now.tick + WAIT_ASIDE)
+            self._errand = Aside(
+                now, way, now.tick + WAIT_ASIDE, self._chooser.partner_comes_until(now.tick + WAIT_ASIDE)
+            )
             self._stalls = 0
         else:
             self._stalls += 1

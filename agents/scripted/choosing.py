@@ -3,6 +3,8 @@
 It looks at what is to be done, at what the partner does, and remembers what has proved useless.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 
 from agents.scripted.dragging import Drag
@@ -14,7 +16,7 @@ from agents.scripted.relay import FARTHEST, Relay, relay
 from agents.scripted.situation import Situation
 from agents.scripted.style import Style
 from agents.scripted.terrain import Terrain, cell_of
-from agents.scripted.traffic import in_goal, partners_way, way_out
+from agents.scripted.traffic import in_goal, partners_way, touching, way_out
 from agents.scripted.waiting import Aside, WalkTo
 from agents.scripted.walking import walk_lengths
 from maps import MapSpec
@@ -22,9 +24,13 @@ from world.state import Floats
 
 HOPELESS_FOR = 40  # ticks after which a hopeless item is looked at again
 HANDED_OVER_FOR = 80  # ticks for which an item is left to the partner
+LEFT = 400  # quarter ticks: who has just put something down will not come back for it first
 WAIT_ASIDE = 25  # ticks
+PASSES_WITHIN = 75  # ticks more that are waited for a partner who has not passed yet
+PASSED = 2  # cells of its way before it is nearest: a partner who gets no nearer is past
 WAIT_FOR_THINGS = 5  # ticks between two looks whether something has been handed over
 IDLE_AFTER = 60  # ticks without motion after which a partner is not counted on
+HOLDS_FOR = 150  # ticks for which who holds something may stand still and is not taken for a thing that stands there
 LOOK_EVERY = 4  # ticks between two looks whether the partner wants to get out of a lane
 OUT_OF_THE_WAY = 0.33  # units between a resting robot and the partner's way
 FETCHED_WITHIN = 30  # ticks in which the first thing is taken that was put down far from the goal, or never
@@ -53,6 +59,8 @@ class Chooser:
         self._partner_moved = -1  # nothing seen yet
         self._let_down = 0  # heavy items in a row at which nobody came
         self._taken = (-1, 0)  # what the partner holds, and since which tick
+        self._left: dict[int, int] = {}  # item that the partner put down on the way: since which tick
+        self._moved = 0  # the tick at which this player itself moved last
 
     # ---- what it learns ---------------------------------------------------------------------------------------
 
@@ -62,7 +70,13 @@ class Chooser:
         looked_at = bool(self._lying) and not self._met
         if moves or looked_at or self._partner_moved < 0:  # who is met for the first time is trusted to do something
             self._partner_moved = now.tick
+        if now.mine >= 0 or now.theirs >= 0 or float(np.hypot(*now.state.robot_velocities[now.seat][:2])) > _MOVING:
+            self._moved = now.tick
+        if now.waiting and min(now.tick - self._moved, now.tick - self._partner_moved) > IDLE_AFTER:
+            self._begin_anew(now.tick)
         if now.theirs != self._taken[0]:
+            if self._taken[0] in now.waiting and not now.is_heavy(self._taken[0]):
+                self._left[self._taken[0]] = now.tick
             self._taken = now.theirs, now.tick
             self._met |= now.theirs in self._lying
         if now.mine >= 0:
@@ -70,9 +84,42 @@ class Chooser:
             if now.mine == now.theirs:
                 self._let_down = 0
 
+    def partner_comes_until(self, tick: int) -> Callable[[Situation], bool]:
+        """Whether to stand aside still: up to a tick, and on while the partner has not passed."""
+        comes = True
+
+        def needed(now: Situation) -> bool:
+            nonlocal comes
+            if now.tick % LOOK_EVERY == 0:
+                way = partners_way(now, self.their_item(now, now.mine))
+                comes = int(np.argmin(np.hypot(*(way - now.pose[:2]).T))) > PASSED and self.partner_is_active(now.tick)
+            return now.tick < tick or (comes and now.tick < tick + PASSES_WITHIN)
+
+        return needed
+
+    def leaves_to_partner(self, now: Situation) -> bool:
+        """Whether to put down here what the partner, with empty hands and nearer to the goal, can take home."""
+        item = now.mine
+        if item < 0 or now.is_heavy(item) or now.theirs >= 0 or not self._is_outer(now, 1 - now.seat):
+            return False
+        self._hopeless[item] = now.tick + HANDED_OVER_FOR
+        return True
+
+    def _begin_anew(self, tick: int) -> None:
+        """Both stand there with empty hands, each because it thinks that the other one does nothing: trust it again."""
+        self._moved = self._partner_moved = tick
+        self._let_down = 0
+        self._hopeless.clear()
+        self._useless.clear()
+
     def partner_is_active(self, tick: int) -> bool:
         """Whether the partner has moved lately."""
         return self._partner_moved < 0 or tick - self._partner_moved < IDLE_AFTER
+
+    def partner_is_still(self, tick: int) -> bool:
+        """Whether the partner is better taken for a thing that stands there."""
+        waits = self._taken[0] >= 0 and tick - self._taken[1] < HOLDS_FOR  # for somebody at the other end
+        return not self.partner_is_active(tick) and not waits
 
     def ended(self, now: Situation, errand: Errand) -> None:
         """Note how an errand went."""
@@ -99,6 +146,8 @@ class Chooser:
             return errand if isinstance(errand, Lift) and errand.item == now.theirs else self._lift(now, now.theirs)
         if isinstance(errand, Lift) and self._is_led_to_another(now, errand):
             return self._lift(now, self.their_item(now, -1))
+        if isinstance(errand, Fetch) and now.tick in self._left.values():
+            errand = None  # the partner has just left something: that may be nearer
         return errand or self._choose(now) or self._rest(now)
 
     def their_item(self, now: Situation, own: int) -> int:
@@ -132,7 +181,8 @@ class Chooser:
         if not (isinstance(errand, Carry) and errand.item == item):
             known = errand.haul if isinstance(errand, Fetch) and errand.item == item else None
             return Carry(now, item, known, self._meeting(now))
-        if now.tick % LOOK_EVERY == 0 and self.partner_is_active(now.tick) and not self._relay.locked:
+        free = not self._relay.locked and item not in self._left  # what the partner has left is not handed back to it
+        if now.tick % LOOK_EVERY == 0 and free and self.partner_is_active(now.tick):
             way = way_out(now, self._relay.last_lane, self.their_item(now, item))
             if way is not None:
                 return Aside(now, way, now.tick, self._partner_leaves, hands_over=now.foresees and bool(now.waiting))
@@ -149,6 +199,8 @@ class Chooser:
             return self._relay_errand(now, smalls, cost)
         if smalls:
             return self._fetch(now, self._divide(smalls, cost, their_cost, now))
+        if self._is_asked(now):
+            return self._lift(now, now.theirs)  # nothing of its own to go on with: no reason to let the partner wait
         if heavies:
             follows = helpful and self.style.role == "follower"
             return self._alone(now, heavies, their_cost if follows else cost, helpful)
@@ -170,6 +222,9 @@ class Chooser:
         ground = now.ground()
         mine = dict(zip(items, _costs_to(ground, now.pose, poses), strict=True))
         theirs = dict(zip(items, _costs_to(ground, now.partner, poses), strict=True))
+        for item, since in self._left.items():
+            if item in theirs and now.tick - since < HANDED_OVER_FOR:
+                theirs[item] += LEFT
         return {item: cost for item, cost in mine.items() if cost < UNREACHED}, theirs
 
     def _divide(self, smalls: list[int], mine: dict[int, float], theirs: dict[int, float], now: Situation) -> int:
@@ -202,8 +257,10 @@ class Chooser:
     def _rest(self, now: Situation) -> Errand | None:
         """Nothing to do: stay, but out of the partner's way."""
         way = partners_way(now, self.their_item(now, -1), _WHOLE_WAY)
+        if touching(now):  # it goes another way than one would think
+            way = np.vstack([way, now.pose[:2]])
         in_the_way = bool(in_goal(now.map)[cell_of(float(now.pose[0]), float(now.pose[1]))])
-        if in_the_way or float(np.hypot(*(way[::3] - now.pose[:2]).T).min()) < OUT_OF_THE_WAY:
+        if in_the_way or float(np.hypot(*(way - now.pose[:2]).T).min()) < OUT_OF_THE_WAY:
             return Aside(now, way, now.tick + WAIT_ASIDE)
         return None
 
@@ -230,9 +287,10 @@ class Chooser:
         """Whether the two take turns on a lane that nobody can pass: not with a partner who does nothing."""
         return self._relay.locked and self.partner_is_active(now.tick)
 
-    def _is_outer(self, now: Situation) -> bool:
-        """Whether this robot is the one nearer to the goal."""
-        return self._relay.left(now.pose) < self._relay.left(now.partner)
+    def _is_outer(self, now: Situation, seat: int = -1) -> bool:
+        """Whether the robot of a seat, or this one, is nearer to the goal than the other one."""
+        seat = now.seat if seat < 0 else seat
+        return self._relay.left(now.robots[seat]) < self._relay.left(now.robots[1 - seat])
 
     def _meeting(self, now: Situation) -> Relay | None:
         return self._relay if self._in_relay(now) and not self._is_outer(now) else None

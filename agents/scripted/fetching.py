@@ -1,11 +1,14 @@
 """Small items: going to one, and bringing it to its place."""
 
+from collections.abc import Callable
+from typing import NamedTuple
+
 import numpy as np
 
 from agents.scripted.approaching import Approach, stand_number, walk_costs
 from agents.scripted.driving import REST, Command, Danger
 from agents.scripted.grasping import GAP, in_frame, stands
-from agents.scripted.hauling import Haul, margins
+from agents.scripted.hauling import Haul, Offset, margins
 from agents.scripted.lattice import UNREACHED
 from agents.scripted.places import Places
 from agents.scripted.relay import Relay
@@ -24,8 +27,44 @@ _FAR_AHEAD = 150  # cells of the partner's way home that one had better not meet
 
 def look_around(now: Situation, item: int) -> Thought[Places]:
     """What the places for an item are worth, with everything else that is still to come."""
+    return _look(now, now.lasting_ground(item), item)
+
+
+def _look(now: Situation, ground: Terrain, item: int) -> Thought[Places]:
     spec = now.item(item)
-    return now.looks.places(now.lasting_ground(item), circumradius(spec.shape, spec.scale), now.outlook(item))
+    return now.looks.places(ground, circumradius(spec.shape, spec.scale), now.outlook(item))
+
+
+class _Plan(NamedTuple):
+    cost: float  # quarter ticks
+    haul: Haul
+
+
+def _plan(
+    now: Situation, item: int, ground: Terrain, offset: Offset, meeting: Relay | None, cost: Callable[[Haul], float]
+) -> Thought[_Plan]:
+    """How to bring an item home: with much room, else with little, else by pushing on what is delivered already."""
+    look = yield from look_around(now, item)
+    best: _Plan | None = None
+    for margin in margins(now.map):
+        plan = yield from _solved(Haul(ground, now.item(item), offset, look, margin, meeting), cost)
+        if best is None or plan.cost < best.cost - WORTH_SQUEEZING:
+            best = plan
+        if best.cost < HONEST:
+            break
+    assert best is not None  # there are margins
+    only_partner = now.ground((item,)) is not ground  # stands in the way, and will not for good
+    if best.cost < UNREACHED or meeting is not None or only_partner or not now.delivered.any():
+        return best
+    pushed = now.ground_to_push(item)
+    look = yield from _look(now, pushed, item)
+    return (yield from _solved(Haul(pushed, now.item(item), offset, look, margins(now.map)[-1]), cost))
+
+
+def _solved(haul: Haul, cost: Callable[[Haul], float]) -> Thought[_Plan]:
+    yield
+    yield from solve(haul.field, lambda: cost(haul))
+    return _Plan(cost(haul), haul)
 
 
 class Fetch:
@@ -115,20 +154,13 @@ class Fetch:
         if not reachable.any():
             return None
         offset = (0.0, ROBOT_RADIUS + GAP + spec.scale, 0.0)
-        best: tuple[float, Haul, Floats] | None = None
-        ground = now.ground((self.item,))
-        look = yield from look_around(now, self.item)
-        for margin in margins(now.map):
-            haul = Haul(ground, spec, offset, look, margin, self.meeting)
-            yield
-            yield from solve(haul.field, lambda: float((walks + haul.costs_at(poses))[reachable].min()))  # noqa: B023
-            totals = walks + haul.costs_at(poses)
-            number = int(np.argmin(totals))
-            if best is None or totals[number] < best[0] - WORTH_SQUEEZING:
-                best = (float(totals[number]), haul, poses[number])
-            if best[0] < HONEST:
-                break
-        return best[1:] if best is not None and best[0] < UNREACHED else None
+
+        def cost(haul: Haul) -> float:
+            return float((walks + haul.costs_at(poses))[reachable].min())
+
+        plan = yield from _plan(now, self.item, now.ground((self.item,)), offset, self.meeting, cost)
+        number = int(np.argmin(walks + plan.haul.costs_at(poses)))
+        return (plan.haul, poses[number]) if plan.cost < UNREACHED else None
 
 
 class Carry:
@@ -142,6 +174,7 @@ class Carry:
         self._haul = haul
         self._thinking: Thinking[Haul] | None = None
         self._ground = now.ground() if haul is not None else None
+        self._goes_around = False
 
     def step(self, now: Situation, danger: Danger, slices: int) -> Command | None:
         """Over when the hand is empty."""
@@ -150,30 +183,24 @@ class Carry:
         if now.ground() is not self._ground:
             self._ground = now.ground()
             self._thinking = Thinking(self._think(now, self._ground))
+            self._goes_around = False
         if self._thinking is not None:
             self._thinking.advance(slices)
             if self._thinking.done:
-                self._haul, self._thinking = self._thinking.result, None
+                other, self._thinking = self._thinking.result, None
+                if self._haul is None or not self._goes_around or other.cost(now.pose) < UNREACHED:
+                    self._haul = other
+                self._goes_around = False
         if self._haul is None:
             return REST
         return self._haul.drive(now.pose, now.item_pose(self.item), danger, now.foresees)
 
     def go_around(self, now: Situation) -> None:
-        """Plan anew with the partner as something that stands there."""
+        """Look for a way around the partner as something that stands there; stay on the old one if there is none."""
+        self._goes_around = True
         self._thinking = Thinking(self._think(now, with_robot(now.ground(), now.partner)))
 
     def _think(self, now: Situation, ground: Terrain) -> Thought[Haul]:
         offset = in_frame(now.pose, now.item_pose(self.item))
-        best: tuple[float, Haul] | None = None
-        look = yield from look_around(now, self.item)
-        for margin in margins(now.map):
-            haul = Haul(ground, now.item(self.item), offset, look, margin, self.meeting)
-            yield
-            yield from solve(haul.field, lambda: haul.cost(now.pose))  # noqa: B023
-            cost = haul.cost(now.pose)
-            if best is None or cost < best[0] - WORTH_SQUEEZING:
-                best = (cost, haul)
-            if best[0] < HONEST:
-                break
-        assert best is not None  # there are margins
-        return best[1]
+        plan = yield from _plan(now, self.item, ground, offset, self.meeting, lambda haul: haul.cost(now.pose))
+        return plan.haul

@@ -112,6 +112,11 @@ class Situation:
         smalls = (item for item in self.waiting if not self.is_heavy(item))
         return self._floor({self.mine, self.theirs, without, *smalls})
 
+    def ground_to_push(self, without: int) -> Terrain:
+        """The terrain without what small items are delivered: one can push them on, as long as there is room."""
+        smalls = (item for item in np.flatnonzero(self.delivered).tolist() if not self.is_heavy(item))
+        return self._floor({self.mine, self.theirs, without, *smalls})
+
     def _floor(self, skipped: set[int]) -> Terrain:
         standing = [index for index in range(len(self.map.items)) if index not in skipped]
         poses = self.state.item_poses[standing]

@@ -155,7 +155,7 @@ def around(way: Floats) -> Mask:
 def gap_to(way: Floats, x: Floats, y: Floats) -> Floats:
     """Distance from points to the nearest point of a way (n, 2)."""
     gaps = np.full(x.shape, 9.0)
-    for px, py in way[::3]:
+    for px, py in (*way[::3], *way[-1:]):
         np.minimum(gaps, np.hypot(x - px, y - py), out=gaps)
     return gaps
 

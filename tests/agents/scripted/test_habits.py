@@ -119,10 +119,9 @@ def test_who_helps_late_goes_on_for_so_many_ticks_before_it_comes() -> None:
         assert isinstance(errand, Lift if comes else Fetch), f"tick {tick}"
 
 
-def test_who_has_nothing_else_to_do_lets_the_partner_wait_all_the_same() -> None:
-    now = _situation("FourCorners", held=np.array([-1, 0]))
-    assert isinstance(_chosen(now), Lift)
-    assert not isinstance(_chosen(now, help_after=30), Lift)
+def test_who_has_nothing_of_its_own_to_do_helps_at_once() -> None:
+    errand = _chosen(_situation("FourCorners", held=np.array([-1, 0])), help_after=30)
+    assert isinstance(errand, Lift) and errand.item == 0
 
 
 def test_things_change_hands_where_the_player_likes_it() -> None:

@@ -1,0 +1,139 @@
+"""Two in each other's way: whom one waits for, what one leaves to the other, and that nobody stands still for good."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from agents.scripted.choosing import HOLDS_FOR, IDLE_AFTER, Chooser
+from agents.scripted.driving import no_danger
+from agents.scripted.fetching import Carry, Fetch
+from agents.scripted.situation import Situation
+from agents.scripted.style import Style
+from agents.scripted.waiting import Aside
+from maps import load_map
+from world import World
+
+THINK = 1000  # slices: to the end
+
+
+def _situation(name: str, tick: int = 0, **fields: Any) -> Situation:
+    """The start of a map as blue sees it, with other `fields` of the state."""
+    the_map = load_map(name)
+    return Situation(the_map, replace(World(the_map).state(), tick=tick, **fields), 0)
+
+
+def _chooser(now: Situation) -> Chooser:
+    chooser = Chooser(now.map, Style())
+    chooser.watch(now)
+    return chooser
+
+
+def _ring(**fields: Any) -> Situation:
+    """PriorityPick, a corridor all around: blue below on the left with item 3, red nearer to the goal on the right."""
+    poses = np.array([[-0.5, -1.0, -np.pi / 2], [0.95, -0.8, 0.0]])
+    items = _situation("PriorityPick").state.item_poses.copy()
+    items[3, :2] = poses[0, :2] + [0.215, 0.0]
+    return _situation("PriorityPick", **{"robot_poses": poses, "item_poses": items, **fields})
+
+
+def test_who_holds_an_end_is_waited_for_and_not_taken_for_an_obstacle() -> None:
+    held = np.array([-1, 0])
+    chooser = _chooser(_situation("SingleRotation", held=held))
+    assert not chooser.partner_is_active(IDLE_AFTER) and not chooser.partner_is_still(IDLE_AFTER)
+    assert not chooser.partner_is_still(HOLDS_FOR - 1) and chooser.partner_is_still(HOLDS_FOR)
+    assert _chooser(_situation("SingleRotation")).partner_is_still(IDLE_AFTER)  # with empty hands
+
+
+def test_two_who_stand_there_with_empty_hands_trust_each_other_again() -> None:
+    chooser = _chooser(_situation("SingleRotation"))
+    trusted = []
+    for tick in range(1, IDLE_AFTER + 3):
+        chooser.watch(_situation("SingleRotation", tick))
+        trusted.append(chooser.partner_is_active(tick))
+    assert trusted == [True] * (IDLE_AFTER - 1) + [False] + [True] * 2
+
+
+def test_beside_one_who_works_a_partner_who_stands_still_is_not_trusted_again() -> None:
+    velocities = np.array([[0.5, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    chooser = _chooser(_situation("SingleRotation", robot_velocities=velocities))
+    for tick in range(1, 3 * IDLE_AFTER):
+        chooser.watch(_situation("SingleRotation", tick, robot_velocities=velocities))
+    assert not chooser.partner_is_active(3 * IDLE_AFTER)
+
+
+def test_where_nobody_can_pass_one_leaves_what_one_holds_to_an_empty_hand_nearer_to_the_goal() -> None:
+    now = _ring(held=np.array([3, -1]))
+    chooser = _chooser(now)
+    assert chooser.leaves_to_partner(now)
+    later = _ring(tick=1)
+    errand = chooser.next_errand(later, None)
+    assert errand is not None and errand.item != 3
+    both = _ring(held=np.array([3, 4]))
+    assert not _chooser(both).leaves_to_partner(both)
+    ahead = _ring(held=np.array([3, -1]), robot_poses=now.robots[::-1].copy())
+    assert not _chooser(ahead).leaves_to_partner(ahead)
+
+
+def test_what_the_partner_has_just_put_down_near_by_is_taken_instead_of_something_far() -> None:
+    start = _situation("PassOrSplit")
+    poses, items = start.robots.copy(), start.state.item_poses.copy()
+    poses[1] = poses[0] + [0.7, 0.0, 0.0]
+    items[0, :2] = poses[0, :2] + [0.4, 0.0]
+    before = _situation("PassOrSplit", robot_poses=poses, item_poses=items, held=np.array([-1, 0]))
+    chooser = _chooser(before)
+    first = chooser.next_errand(before, None)
+    assert isinstance(first, Fetch) and first.item != 0
+    after = _situation("PassOrSplit", 1, robot_poses=poses, item_poses=items)
+    chooser.watch(after)
+    second = chooser.next_errand(after, first)
+    assert isinstance(second, Fetch) and second.item == 0
+
+
+def test_one_stands_aside_until_the_partner_has_passed() -> None:
+    items = _situation("PriorityPick").state.item_poses.copy()
+    items[2, :2] = 1.07, 1.1
+
+    def needed(red: float) -> bool:
+        """Whether blue, below the goal, still stands aside at tick 44 for red who comes home at a height `red`."""
+        poses = np.array([[1.05, 0.2, 0.0], [0.95, red, 0.0]])
+        fields: dict[str, Any] = {"robot_poses": poses, "item_poses": items, "held": np.array([-1, 4])}
+        chooser = _chooser(_situation("PriorityPick", **fields))
+        return chooser.partner_comes_until(25)(_situation("PriorityPick", 44, **fields))
+
+    assert needed(-0.9) and not needed(0.45)
+
+
+def test_who_finds_no_way_around_the_partner_stays_on_the_old_one() -> None:
+    now = _ring(held=np.array([3, -1]), robot_poses=np.array([[-0.5, -1.0, -np.pi / 2], [0.2, -1.0, 0.0]]))
+    items = now.state.item_poses.copy()
+    items[1, :2] = -1.0, 0.6  # and something lies on the other way round
+    now = replace(now, state=replace(now.state, item_poses=items))
+    carry = Carry(now, 3, None, None)
+    for _ in range(3):
+        carry.step(now, no_danger, THINK)
+    plan = carry._haul
+    carry.go_around(now)
+    for _ in range(3):
+        carry.step(now, no_danger, THINK)
+    assert plan is not None and carry._haul is plan
+
+
+def test_where_delivered_things_shut_the_goal_they_are_pushed_on() -> None:
+    items = _situation("PriorityPick").state.item_poses.copy()
+    items[[0, 2, 4], :2] = (1.07, 1.1), (1.01, 0.96), (0.9, 0.83)  # as two experts once left them
+    poses = np.array([[-0.6, -1.03, 0.0], [0.9, -0.2, 0.0]])
+    now = _situation("PriorityPick", item_poses=items, robot_poses=poses)
+    fetch = Fetch(now, 3, frozenset(), None)
+    for _ in range(3):
+        fetch.step(now, no_danger, THINK)
+    assert not fetch.hopeless and fetch.haul is not None
+
+
+def test_who_rests_where_the_partner_wants_to_go_makes_room_when_they_touch() -> None:
+    items = _situation("PriorityPick").state.item_poses.copy()
+    items[[0, 1, 2, 4], :2] = (1.06, 1.1), (0.86, 1.1), (0.97, 0.98), (0.91, 0.82)
+    items[3, :2] = -0.53, -1.0
+    poses = np.array([[-0.3, -1.02, 0.0], [-0.74, -0.98, -1.6]])
+    chooser = _chooser(now := _situation("PriorityPick", item_poses=items, robot_poses=poses, held=np.array([-1, 3])))
+    assert isinstance(chooser.next_errand(now, None), Aside)
