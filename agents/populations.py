@@ -3,11 +3,19 @@
 A participant is one style, drawn once and kept for all its episodes. The populations differ in strategy, not only in
 skill, and no style of one lies in the region of another:
 
-| | what first | which item | speed | sees the partner late by | steering noise | keeps off walls |
-|---|---|---|---|---|---|---|
-| A | what needs two | the nearest | 0.95-1 | 0-1 ticks | 0-0.03 rad | little |
-| B | what one can carry | the farthest | 0.80-0.88 | 3-5 ticks | 0.08-0.15 rad | much |
-| C | like A, every second like B | like B, every second like A | 0.89-0.94 | 2 ticks | 0.04-0.07 rad | somewhat |
+| | A | B | C |
+|---|---|---|---|
+| begins with | heavy, near | small, far | heavy, far or small, near |
+| role | leads, every second an equal | follows, every second an equal | leads or follows |
+| helps who holds one end of a heavy item | within half a second | after two to four seconds | after one or so |
+| hands over in a lane | far from the goal | near the goal | about half way |
+| grabs | from behind, and pushes | from ahead, and pulls | from where it comes |
+| stick | any direction | half of them on keys | half of them on keys |
+| keeps off walls | little | much | somewhat |
+| holds on to a heavy item for | 6-9 s | 3-4.5 s | 4.6-5.9 s |
+| speed | 0.95-1 | 0.80-0.88 | 0.89-0.94 |
+| sees the partner late by | 0-1 ticks | 3-5 ticks | 2 ticks |
+| steering noise | 0-0.03 rad | 0.08-0.15 rad | 0.04-0.07 rad |
 
 C is never trained on.
 """
@@ -28,19 +36,38 @@ POPULATIONS = ("A", "B", "C")
 class Region:
     """Where a population's styles lie: closed ranges."""
 
+    heavy_first: tuple[bool, bool]  # of the first, third, ... person and of the second, fourth, ...
+    far_first: tuple[bool, bool]
+    role: tuple[str, str]
+    stick: tuple[int, int]
+    help_after: tuple[int, int]
+    handover: tuple[float, float]
+    side: tuple[float, float]
+    detour: tuple[float, float]
+    patience: tuple[int, int]
     speed: tuple[float, float]
     delay: tuple[int, int]
     noise: tuple[float, float]
     hesitation: tuple[float, float]
-    detour: tuple[float, float]
-    patience: tuple[int, int]
 
 
 _REGIONS = {
-    "A": Region((0.95, 1.0), (0, 1), (0.0, 0.03), (0.0, 0.001), (0.0, 0.3), (60, 90)),
-    "B": Region((0.80, 0.88), (3, 5), (0.08, 0.15), (0.004, 0.01), (0.7, 1.0), (30, 45)),
-    "C": Region((0.89, 0.94), (2, 2), (0.04, 0.07), (0.002, 0.003), (0.4, 0.6), (46, 59)),
-}
+    "A": Region(
+        heavy_first=(True, True), far_first=(False, False), role=("leader", "equal"), stick=(0, 0),
+        help_after=(0, 5), handover=(0.58, 0.7), side=(0.3, 1.0), detour=(0.0, 0.3), patience=(60, 90),
+        speed=(0.95, 1.0), delay=(0, 1), noise=(0.0, 0.03), hesitation=(0.0, 0.001),
+    ),
+    "B": Region(
+        heavy_first=(False, False), far_first=(True, True), role=("follower", "equal"), stick=(0, 8),
+        help_after=(20, 40), handover=(0.3, 0.42), side=(-1.0, -0.3), detour=(0.7, 1.0), patience=(30, 45),
+        speed=(0.80, 0.88), delay=(3, 5), noise=(0.08, 0.15), hesitation=(0.004, 0.01),
+    ),
+    "C": Region(
+        heavy_first=(True, False), far_first=(True, False), role=("follower", "leader"), stick=(8, 0),
+        help_after=(8, 15), handover=(0.45, 0.55), side=(-0.2, 0.2), detour=(0.4, 0.6), patience=(46, 59),
+        speed=(0.89, 0.94), delay=(2, 2), noise=(0.04, 0.07), hesitation=(0.002, 0.003),
+    ),
+}  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,14 +116,19 @@ def manifest() -> dict[str, object]:
 
 
 def _style(name: str, number: int) -> Style:
-    region, random = _REGIONS[name], Random(f"moving-out/{name}/{number}")
+    region, random, turn = _REGIONS[name], Random(f"moving-out/{name}/{number}"), number % 2
     return Style(
-        heavy_first={"A": True, "B": False, "C": number % 2 == 0}[name],
-        far_first={"A": False, "B": True, "C": number % 2 == 0}[name],
+        heavy_first=region.heavy_first[turn],
+        far_first=region.far_first[turn],
+        role=region.role[turn],
+        stick=region.stick[number // 2 % 2],  # so that either role plays with either stick
         patience=random.randint(*region.patience),
         speed=round(random.uniform(*region.speed), 3),
         delay=random.randint(*region.delay),
         noise=round(random.uniform(*region.noise), 3),
         hesitation=round(random.uniform(*region.hesitation), 4),
         detour=round(random.uniform(*region.detour), 2),
+        help_after=random.randint(*region.help_after),
+        handover=round(random.uniform(*region.handover), 2),
+        side=round(random.uniform(*region.side), 2),
     )

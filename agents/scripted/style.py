@@ -5,7 +5,7 @@ eyes and hand, and are carried out by whoever plays the plan as a person (`agent
 """
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, replace
 from random import Random
 from typing import Any
 
@@ -23,7 +23,6 @@ _LIMITS = {
     "side": (-1.0, 1.0),
 }
 _CHOICES: dict[str, tuple[object, ...]] = {"role": ("equal", "leader", "follower"), "stick": (0, 8)}
-_CAME_LATER = ("role", "help_after", "handover", "side", "stick")
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +38,7 @@ class Style:
     noise: float = 0.0  # standard deviation of the steering error [rad], slowly changing
     hesitation: float = 0.0  # probability per tick of pausing for a third of a second
     role: str = "equal"  # leader: takes what suits itself; follower: joins the partner, or takes what it leaves
-    help_after: int = 0  # ticks for which a partner who holds a heavy item is let wait before it is helped
+    help_after: int = 0  # ticks for which it goes on with its own things while the partner holds a heavy item
     handover: float = 0.5  # where things change hands in a lane: 0 at the goal, 1 where they start
     side: float = 0.0  # from where it grabs: 1 from behind, to push the item home; -1 from ahead, to pull it
     stick: int = 0  # directions of the stick: 0 for any, 8 for those of keys, at full or no deflection
@@ -56,12 +55,8 @@ class Style:
 
     @property
     def habits(self) -> dict[str, Any]:
-        """The habits by name, for fingerprints and files.
-
-        What came later is left out where it has its default, so that nobody's fingerprint changes with what others do.
-        """
-        usual = {field.name: field.default for field in fields(self) if field.name in _CAME_LATER}
-        return {name: value for name, value in asdict(self).items() if name not in usual or value != usual[name]}
+        """The habits by name, for fingerprints and files."""
+        return asdict(self)
 
 
 PLAN_HABITS = ("heavy_first", "far_first", "patience", "detour", "role", "help_after", "handover", "side")
