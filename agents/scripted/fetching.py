@@ -41,7 +41,13 @@ class _Plan(NamedTuple):
 
 
 def _plan(
-    now: Situation, item: int, ground: Terrain, offset: Offset, meeting: Relay | None, cost: Callable[[Haul], float]
+    now: Situation,
+    item: int,
+    ground: Terrain,
+    offset: Offset,
+    meeting: Relay | None,
+    cost: Callable[[Haul], float],
+    pushes: bool = True,
 ) -> Thought[_Plan]:
     """How to bring an item home: with much room, else with little, else by pushing on what is delivered already."""
     look = yield from look_around(now, item)
@@ -53,8 +59,7 @@ def _plan(
         if best.cost < HONEST:
             break
     assert best is not None  # there are margins
-    only_partner = now.ground((item,)) is not ground  # stands in the way, and will not for good
-    if best.cost < UNREACHED or meeting is not None or only_partner or not now.delivered.any():
+    if best.cost < UNREACHED or meeting is not None or not pushes or not now.delivered.any():
         return best
     pushed = now.ground_to_push(item)
     look = yield from _look(now, pushed, item)
@@ -202,5 +207,6 @@ class Carry:
 
     def _think(self, now: Situation, ground: Terrain) -> Thought[Haul]:
         offset = in_frame(now.pose, now.item_pose(self.item))
-        plan = yield from _plan(now, self.item, ground, offset, self.meeting, lambda haul: haul.cost(now.pose))
+        pushes = not self._goes_around  # the partner will not stand there for good
+        plan = yield from _plan(now, self.item, ground, offset, self.meeting, lambda haul: haul.cost(now.pose), pushes)
         return plan.haul
