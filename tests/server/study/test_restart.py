@@ -41,14 +41,14 @@ def test_after_kill_9_everybody_is_where_they_were_and_the_round_goes_on(tmp_pat
         running.process.send_signal(signal.SIGKILL)
         running.process.wait(20)
         running.live.hang_up()
-    with program(file, tmp_path, port, "--rehearse", "5") as running:
+    with program(file, tmp_path, port, "--rehearse", "2") as running:  # slower: it goes on while we look
         asking.served = player.served = running  # type: ignore[assignment]
         assert asking.look()["step"]["answers"] == {"age": {"value": 2, "text": ""}}
         assert _visitor(study, "asking").kind == "form", "and by the link"
         assert player.look()["step"]["state"] == "playing"
         again = player.player()
         first = again.next_tick(player.step["room"]["seat"])
-        assert 2 <= seen - 1 <= first <= seen + 30, "the round goes on after the last recorded tick"
+        assert 2 <= seen - 1 <= first < 120, "the round goes on after the last recorded tick"
         again.play_out(player.step["room"]["seat"])
         player.wait_until(lambda one: one.kind == "questionnaire")
         running.process.send_signal(signal.SIGTERM)
