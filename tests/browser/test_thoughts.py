@@ -28,13 +28,13 @@ THOUGHT = {
 
 
 def test_a_spectator_switches_on_what_an_agent_weighs(server: Server, open_page: OpenPage, pictures: Path) -> None:
-    room = server.make_room("SingleRotation", blue="scripted", red="scripted")
+    room = server.make_room("HandOff", blue="idle", red="scripted")  # lasts until time is up
     page = open_page(room["watch_path"])
     stream = f"retry: 300\ndata: {json.dumps(THOUGHT)}\n\n"
     page.route("**/thoughts", lambda route: route.fulfill(content_type="text/event-stream", body=stream))
     box = page.get_by_role("region", name="What agents weigh")
     box.get_by_role("button", name="Show candidates").click()
-    expect(box.get_by_role("listitem")).to_have_count(4)
+    expect(box.get_by_role("listitem")).to_have_count(4, timeout=20_000)
     expect(box.locator("strong")).to_contain_text("played")
     page.screenshot(path=pictures / "thoughts.png")
     assert violations(page) == []
