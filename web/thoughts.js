@@ -46,10 +46,10 @@ export class Thoughts {
     this.#button = el("button", { type: "button", class: "button button-wide", onclick: () => this.#toggle() });
   }
 
-  /** Shows the switch. */
+  /** Shows the switch, above the scores: what comes and goes must not move it away under the pointer. */
   offer() {
     this.box.hidden = false;
-    this.box.replaceChildren(el("h2", { id: "thoughts-title" }, TEXT.thoughts.title), this.#list, this.#button);
+    this.box.replaceChildren(el("h2", { id: "thoughts-title" }, TEXT.thoughts.title), this.#button, this.#list);
     this.#label();
   }
 

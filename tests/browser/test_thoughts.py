@@ -4,11 +4,12 @@ import json
 import math
 from pathlib import Path
 
-from playwright.sync_api import expect
+import pytest
+from playwright.sync_api import Page, expect
 
 from tests.browser.conftest import OpenPage
 from tests.browser.pages import violations
-from tests.browser.support import Server
+from tests.browser.support import DESKTOP, PHONE, Server, start, wait_for
 
 THOUGHT = {
     "seat": 0,
@@ -27,19 +28,44 @@ THOUGHT = {
 }
 
 
+def think(page: Page) -> None:
+    """The server tells of one decision whenever the page asks."""
+    stream = f"retry: 300\ndata: {json.dumps(THOUGHT)}\n\n"
+    page.route("**/thoughts", lambda route: route.fulfill(content_type="text/event-stream", body=stream))
+
+
 def test_a_spectator_switches_on_what_an_agent_weighs(server: Server, open_page: OpenPage, pictures: Path) -> None:
     room = server.make_room("HandOff", blue="idle", red="scripted")  # lasts until time is up
     page = open_page(room["watch_path"])
-    stream = f"retry: 300\ndata: {json.dumps(THOUGHT)}\n\n"
-    page.route("**/thoughts", lambda route: route.fulfill(content_type="text/event-stream", body=stream))
+    think(page)
     box = page.get_by_role("region", name="What agents weigh")
     box.get_by_role("button", name="Show candidates").click()
-    expect(box.get_by_role("listitem")).to_have_count(4, timeout=20_000)
+    expect(box.get_by_role("listitem")).to_have_count(4)
     expect(box.locator("strong")).to_contain_text("played")
     page.screenshot(path=pictures / "thoughts.png")
     assert violations(page) == []
     box.get_by_role("button", name="Hide candidates").click()
     expect(box.get_by_role("listitem")).to_have_count(0)
+
+
+@pytest.mark.parametrize("size", [DESKTOP, PHONE], ids=["desktop", "phone"])
+def test_the_switch_stays_under_the_pointer_when_the_round_begins(
+    server: Server, open_page: OpenPage, size: dict[str, int]
+) -> None:
+    room = server.make_room("HandOff", blue="here", red="idle")
+    page = open_page(room["watch_path"], viewport=size)
+    think(page)
+    expect(page.locator("#ready")).to_be_visible()  # and gone when the round begins
+    page.get_by_role("button", name="Show candidates").hover()
+    page.mouse.down()
+    start(open_page(room["join_path"], room))
+    wait_for(page, "game.phase === 'playing'")
+    expect(page.locator("#ready")).to_be_hidden()
+    page.mouse.up()
+    expect(page.locator("#thoughts").get_by_role("listitem")).to_have_count(4)
+    page.mouse.down()  # the scores have not moved it either
+    page.mouse.up()
+    expect(page.get_by_role("button", name="Show candidates")).to_be_visible()
 
 
 def test_an_agent_that_weighs_nothing_is_said_to(server: Server, open_page: OpenPage) -> None:
