@@ -9,8 +9,9 @@ from recordings import EpisodeWriter, RecordingError
 from recordings.episode import Episode
 from recordings.journal import JOURNAL_SUFFIX
 from server import messages as m
+from server.pause import RESTART_RESUME_S
 from server.recorder import Recorder
-from server.room import RESTART_RESUME_S, Room
+from server.room import Room
 from server.seats import Seat
 from server.services import Services
 from server.store import VERSION, RoomFile, SeatFile

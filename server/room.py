@@ -16,6 +16,7 @@ from recordings.episode import Outcome
 from server import messages as m
 from server.frames import Beat
 from server.latching import ask_agents, latch
+from server.pause import Pause, give_up
 from server.round import Moment
 from server.seating import Seating
 from server.seats import Listener, Seat
@@ -26,9 +27,6 @@ from world import WorldError
 TICK_S = m.TICK_MS / 1e3
 PRACTICE_COUNTDOWN_S = 1.0
 SHOW_RESULT_S = 6.0  # between two rounds that agents play among themselves
-RESTART_RESUME_S = 120.0  # and so long after the server was started again
-PAUSE_LIMIT_S = 600.0
-HOLD_LIMIT_S = 24 * 3600.0  # for whoever runs a study
 EMPTY_S = 900.0  # a room without any client closes after this
 AGENTS_WAIT_S = 60.0  # and its agents wait so long for the first one
 AGENT_PATIENCE_S = 10.0  # the countdown waits so long for an agent that still loads
@@ -152,13 +150,7 @@ class Room:
 
     def _expire(self, now: float) -> None:
         if self.phase == "paused" and now >= self.until:
-            absent = [seat for seat in self.seats if not seat.present]
-            for seat in absent:
-                seat.gone = True
-            if absent:
-                self._finish("left", f"{_names(absent)} did not come back.")
-            else:
-                self._finish("stopped", "The game was paused for too long.")
+            self._finish(*give_up(self.seats))
         elif self.phase in ("lobby", "round_over"):
             for seat in self.seats:
                 if seat.token is not None and not seat.present and now - seat.absent_since >= self.config.resume_s:
@@ -295,17 +287,8 @@ class Room:
 
     def _enter_pause(self, now: float) -> None:
         """Pause, or stay paused, for whoever is absent or not ready."""
-        if self.held:
-            self._enter("paused", self.held, now + HOLD_LIMIT_S)
-            return
-        absent = [seat for seat in self.seats if not seat.present]
-        if absent:
-            reason = f"{_names(absent)} lost the connection. The game waits."
-            self._enter("paused", reason, min(seat.absent_since for seat in absent) + self.config.resume_s)
-        else:
-            waiting = [seat for seat in self.seats if not seat.is_ready]
-            reason = f"{_names(waiting)} paused the game." if waiting else "Everybody is back."
-            self._enter("paused", reason, now + PAUSE_LIMIT_S)
+        pause = Pause.held(self.held, now) if self.held else Pause.waiting_for(self.seats, self.config.resume_s, now)
+        self._enter("paused", pause.reason, pause.until)
 
     def set_ready(self, seat: Seat, ready: bool, now: float) -> None:
         """A person is ready for the coming round, or to go on; or not yet."""
@@ -402,10 +385,6 @@ class Room:
         text = msgspec.json.encode(message).decode()
         for client in self.seating.clients:
             client.tell(message, text)
-
-
-def _names(seats: list[Seat]) -> str:
-    return " and ".join(seat.title for seat in seats)
 
 
 def _rtt(seat: Seat) -> float:
