@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, Literal
 
-from playwright.sync_api import Browser, Page, Request
+from playwright.sync_api import Browser, Page, Request, expect
 
 from tests.browser.support import DESKTOP, Server
 from tests.support import ROOT
@@ -40,6 +40,16 @@ def overflow(page: Page) -> int:
     """By how many pixels the page is wider than its window."""
     pixels: int = page.evaluate("document.documentElement.scrollWidth - window.innerWidth")
     return pixels
+
+
+def heading(page: Page, text: str) -> None:
+    """The page is there that has this title."""
+    expect(page.get_by_role("heading", name=text, level=1)).to_be_visible()
+
+
+def press(page: Page, *keys: str) -> None:
+    for key in keys:
+        page.keyboard.press(key)
 
 
 def admin_token(server: Server) -> str:

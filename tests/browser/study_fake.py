@@ -150,6 +150,10 @@ class FakeStudy:
     def sent(self, path: str) -> list[dict[str, Any]]:
         return [body for heard, body in self.heard if heard == path]
 
+    def answers(self) -> dict[str, tuple[int, str]]:
+        """The newest value and text of each question, in the order of the first ones."""
+        return {body["item"]: (body["value"], body["text"]) for body in self.sent("/answer")}
+
     def _page(self, route: Route, name: str) -> None:
         host = route.request.url.split("/")[2]
         policy = {"content-security-policy": content_security_policy(host)}

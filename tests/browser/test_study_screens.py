@@ -1,38 +1,22 @@
-"""Every screen of a study, one at a time: readable by everybody, by keyboard alone, through faults and reloads."""
+"""Every screen of a study, one at a time: readable by everybody, by keyboard alone, after reloads."""
 
 import re
-from collections.abc import Callable
 from pathlib import Path
 
-from playwright.sync_api import Browser, Page, Route, expect
+from playwright.sync_api import Browser, Page, expect
 
 from study.instruments import DEMOGRAPHICS, NASA_TLX
 from study.questionnaire import PAPER
 from tests.browser import study_fake as fake
-from tests.browser.pages import complaining_page, overflow, violations
+from tests.browser.conftest import OpenPage
+from tests.browser.pages import complaining_page, heading, overflow, press, violations
 from tests.browser.study_fake import FakePerson, FakeStudy
 from tests.browser.study_participant import KeyboardParticipant
 from tests.browser.support import DESKTOP, PHONE, Server, wait_for
-from tests.browser.test_devices import PAD_STUB, set_pad
-
-OpenPage = Callable[..., Page]
 
 
 def resize(page: Page, size: dict[str, int]) -> None:
     page.set_viewport_size({"width": size["width"], "height": size["height"]})
-
-
-def heading(page: Page, text: str) -> None:
-    expect(page.get_by_role("heading", name=text, level=1)).to_be_visible()
-
-
-def press(page: Page, *keys: str) -> None:
-    for key in keys:
-        page.keyboard.press(key)
-
-
-def answers(study: FakeStudy) -> dict[str, tuple[int, str]]:
-    return {body["item"]: (body["value"], body["text"]) for body in study.sent("/answer")}
 
 
 def test_every_screen_is_accessible_fits_a_phone_comes_back_after_a_reload_and_asks_nobody_else(
@@ -69,27 +53,6 @@ def test_arriving_by_a_platforms_link_takes_its_parameters_and_leaves_none_in_th
     ]
     assert page.url.endswith("/study")
     assert page.evaluate("localStorage.getItem('movingout-study-token')") == "token-of-person-1"
-
-
-def test_a_platforms_link_that_fails_for_now_is_tried_again_with_all_it_says(browser: Browser, server: Server) -> None:
-    study = FakeStudy(coming=[FakePerson([fake.consent()])], asks_code=False)
-    study.refusals[""] = (503, "starting", "")
-    with complaining_page(browser, server, "/healthz") as page:
-        study.open(page, "?PROLIFIC_PID=5f00")
-        expect(page.get_by_text("The study does not answer yet")).to_be_visible()
-        study.refusals = {"": (500, "broken", "The study could not be read. The experimenter was told.")}
-        heading(page, "This did not work")
-        expect(page.get_by_role("alert")).to_contain_text("The experimenter was told")
-        assert violations(page) == []
-        study.refusals = {"/arrive": (507, "not_saved", "read-only")}
-        page.get_by_role("button", name="Try again").click()
-        expect(page.get_by_role("alert")).to_contain_text("This could not be saved")
-        expect(page.get_by_label("Your code")).to_have_count(0)
-        study.refusals.clear()
-        page.get_by_role("button", name="Begin").click()
-        heading(page, "Taking part in a research study")
-        assert study.sent("/arrive")[-1]["parameters"] == {"PROLIFIC_PID": "5f00"}
-        assert page.url.endswith("/study")
 
 
 def test_a_typed_code_is_needed_and_a_wrong_one_is_explained(browser: Browser, server: Server) -> None:
@@ -147,7 +110,7 @@ def test_all_kinds_of_questions_are_answered_by_keyboard_alone_and_saved_at_each
     page.keyboard.type("It waited for me.")
     press(page, "Tab", "Tab", "Enter")
     heading(page, "Thank you")
-    assert answers(study) == {
+    assert study.answers() == {
         "age": (1, ""),
         "mental": (12, ""),
         "teamwork": (3, ""),
@@ -171,146 +134,6 @@ def test_what_is_missing_is_named_and_not_to_answer_is_an_answer(open_page: Open
     expect(page.get_by_text("Questions 4–6 of 10")).to_be_visible()
     page.get_by_role("button", name="Back").click()
     expect(page.locator("input[name=teamwork][value='-1']")).to_be_checked()
-
-
-def test_answers_given_without_a_connection_survive_closing_the_page_and_arrive_later(
-    browser: Browser, server: Server
-) -> None:
-    study = FakeStudy.at(fake.questions(PAPER, letter="A"))
-    study.refusals["/answer"] = (0, "", "")
-    with complaining_page(browser, server, "/healthz") as page:
-        study.open(page)
-        page.locator("input[name=teamwork][value='3']").check()
-        page.locator("input[name=teamwork][value='4']").check()
-        expect(page.get_by_text("No connection. Your answers wait here")).to_be_visible()
-        study.heard.clear()
-        study.refusals.clear()
-        page.reload()
-        expect(page.locator("input[name=teamwork][value='4']")).to_be_checked()
-        expect(page.locator(".questionnaire-status")).to_have_attribute("data-waiting", "0")
-        assert answers(study) == {"teamwork": (4, "")}
-
-
-def test_a_server_that_is_away_is_waited_for_and_one_that_refuses_is_quoted(browser: Browser, server: Server) -> None:
-    study = FakeStudy.at({"key": "break", "kind": "break", "seconds": 10}, fake.code())
-    study.refusals["/next"] = (507, "not_saved", "No space left on device: /srv/data")
-    with complaining_page(browser, server, "/healthz") as page:
-        study.open(page)
-        page.get_by_role("button", name="Go on").click()
-        expect(page.get_by_role("alert")).to_contain_text("This could not be saved. Nothing is lost")
-        study.refusals["/next"] = (0, "", "")
-        page.get_by_role("button", name="Go on").click()
-        expect(page.locator("#study-banner")).to_be_visible()
-        assert violations(page) == []
-        study.refusals.clear()
-        heading(page, "Thank you")
-        expect(page.locator("#study-banner")).to_be_hidden()
-
-
-def test_a_place_that_is_gone_and_a_view_that_fails_lead_to_a_page_that_says_so(
-    browser: Browser, server: Server
-) -> None:
-    study = FakeStudy.at(fake.code())
-    study.refusals["/view"] = (500, "internal", "Something went wrong in the study. The experimenter was told.")
-    with complaining_page(browser, server, "/healthz") as page:
-        study.open(page)
-        heading(page, "This did not work")
-        assert violations(page) == []
-        page.get_by_role("button", name="Try again").click()
-        heading(page, "This did not work")
-        study.refusals.clear()
-        heading(page, "Thank you")  # by itself
-        study.people.clear()
-        page.reload()
-        expect(page.get_by_role("alert")).to_contain_text("no open place in the study any more")
-
-
-def test_the_controls_are_tried_and_the_connection_is_measured(open_page: OpenPage) -> None:
-    study = FakeStudy.at(fake.input_check(), fake.code())
-    page = open_page("/healthz")
-    study.open(page)
-    heading(page, "Try your controls")
-    expect(page.locator(".check-connection .pill")).to_contain_text("ms")
-    page.get_by_role("button", name="Go on").click()
-    expect(page.get_by_role("alert")).to_contain_text("Still to try: up, left, down, right, Grab")
-    page.locator("h1").focus()
-    page.keyboard.down("KeyW")
-    expect(page.locator("[data-lit]")).to_have_text("up")
-    page.keyboard.up("KeyW")
-    press(page, "ArrowLeft", "KeyS", "KeyD", "Space")
-    expect(page.get_by_text("Everything works.")).to_be_visible()
-    page.get_by_role("button", name="Go on").press("Enter")
-    heading(page, "Thank you")
-    (sent,) = study.sent("/next")
-    assert sent["device"] == "keyboard" and 0 < sent["rtt_ms"] < 2000
-
-
-def test_going_on_while_the_connection_is_still_measured_waits_for_it(open_page: OpenPage) -> None:
-    study, held = FakeStudy.at(fake.input_check(), fake.code()), list[Route]()
-    page = open_page("/healthz")
-    page.route("**/healthz", lambda route: held.append(route))
-    study.open(page)
-    heading(page, "Try your controls")
-    press(page, "KeyW", "KeyA", "KeyS", "KeyD", "Space")
-    expect(page.get_by_text("Everything works.")).to_be_visible()
-    on = page.get_by_role("button", name="Go on")
-    on.click()
-    expect(on).to_have_attribute("aria-disabled", "true")
-    expect(page.locator(".check-connection .pill")).to_have_text("measuring…")
-    page.unroute("**/healthz")
-    for route in held:
-        route.continue_()
-    heading(page, "Thank you")
-    (sent,) = study.sent("/next")
-    assert 0 < sent["rtt_ms"] < 2000
-
-
-def test_where_a_gamepad_is_needed_it_is_tried_and_keys_do_not_count(open_page: OpenPage) -> None:
-    study = FakeStudy.at(fake.input_check(gamepad_required=True), fake.code())
-    page = open_page("/healthz", script=PAD_STUB)
-    study.open(page)
-    expect(page.get_by_text("This study is played with a gamepad.")).to_be_visible()
-    press(page, "KeyW", "KeyA", "KeyS", "KeyD", "Space")
-    expect(page.get_by_text("Still to try: up, left, down, right, Grab")).to_be_visible()
-    for x, y in ((0, -1), (0, 1), (-1, 0), (1, 0)):
-        set_pad(page, x, y)
-        expect(page.locator(".check-arrow[data-lit]")).to_have_count(1)
-        set_pad(page)
-        expect(page.locator(".check-arrow[data-lit]")).to_have_count(0)
-    set_pad(page, 0, 0, 0)
-    expect(page.get_by_text("Everything works.")).to_be_visible()
-    expect(page.locator(".check-panel")).to_contain_text("Move with the left stick, grab with A")
-    page.get_by_role("button", name="Go on").click()
-    heading(page, "Thank you")
-    assert study.sent("/next")[0]["device"] == "gamepad"
-
-
-def test_a_finger_can_try_the_controls_on_a_phone(open_page: OpenPage) -> None:
-    study = FakeStudy.at(fake.input_check())
-    page = open_page("/healthz", viewport=PHONE, has_touch=True, is_mobile=True)
-    study.open(page)
-    box = page.locator(".check-stick").bounding_box()
-    assert box is not None
-    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-    page.mouse.move(x, y)
-    page.mouse.down()
-    for dx, dy in ((0, -50), (-50, 0), (0, 50), (50, 0)):
-        page.mouse.move(x + dx, y + dy)
-        expect(page.locator(".check-arrow[data-lit]")).to_have_count(1)
-    page.mouse.up()
-    page.get_by_role("button", name="Grab").tap()
-    expect(page.get_by_text("Everything works.")).to_be_visible()
-    expect(page.get_by_text("Move with a finger on the picture")).to_be_visible()
-
-
-def test_a_slow_connection_is_explained_with_its_figures(browser: Browser, server: Server) -> None:
-    study = FakeStudy.at(fake.input_check(rtt_ms=0.001), fake.code())
-    study.refusals["/next"] = (422, "slow", "too slow")
-    with complaining_page(browser, server, "/healthz") as page:
-        study.open(page)
-        expect(page.get_by_role("alert")).to_contain_text("for a round trip; this study needs")
-        assert violations(page) == []
-        expect(page.get_by_role("button", name="Stop the study")).to_be_visible()
 
 
 def test_the_waiting_room_counts_and_goes_on_by_itself_when_somebody_comes(open_page: OpenPage) -> None:
@@ -490,4 +313,4 @@ def test_a_whole_study_can_be_gone_through_with_nothing_but_the_keyboard(open_pa
         *("questionnaire", "questionnaire", "break", "debrief", "code"),
     ]
     expected = [item.id for one in (DEMOGRAPHICS, PAPER, NASA_TLX) for item in one.items]
-    assert list(answers(study)) == expected
+    assert list(study.answers()) == expected

@@ -1,0 +1,82 @@
+"""The study's pages when the server or the connection fails: nothing is lost, and what is wrong is said."""
+
+from playwright.sync_api import Browser, expect
+
+from study.questionnaire import PAPER
+from tests.browser import study_fake as fake
+from tests.browser.pages import complaining_page, heading, violations
+from tests.browser.study_fake import FakePerson, FakeStudy
+from tests.browser.support import Server
+
+
+def test_a_platforms_link_that_fails_for_now_is_tried_again_with_all_it_says(browser: Browser, server: Server) -> None:
+    study = FakeStudy(coming=[FakePerson([fake.consent()])], asks_code=False)
+    study.refusals[""] = (503, "starting", "")
+    with complaining_page(browser, server, "/healthz") as page:
+        study.open(page, "?PROLIFIC_PID=5f00")
+        expect(page.get_by_text("The study does not answer yet")).to_be_visible()
+        study.refusals = {"": (500, "broken", "The study could not be read. The experimenter was told.")}
+        heading(page, "This did not work")
+        expect(page.get_by_role("alert")).to_contain_text("The experimenter was told")
+        assert violations(page) == []
+        study.refusals = {"/arrive": (507, "not_saved", "read-only")}
+        page.get_by_role("button", name="Try again").click()
+        expect(page.get_by_role("alert")).to_contain_text("This could not be saved")
+        expect(page.get_by_label("Your code")).to_have_count(0)
+        study.refusals.clear()
+        page.get_by_role("button", name="Begin").click()
+        heading(page, "Taking part in a research study")
+        assert study.sent("/arrive")[-1]["parameters"] == {"PROLIFIC_PID": "5f00"}
+        assert page.url.endswith("/study")
+
+
+def test_answers_given_without_a_connection_survive_closing_the_page_and_arrive_later(
+    browser: Browser, server: Server
+) -> None:
+    study = FakeStudy.at(fake.questions(PAPER, letter="A"))
+    study.refusals["/answer"] = (0, "", "")
+    with complaining_page(browser, server, "/healthz") as page:
+        study.open(page)
+        page.locator("input[name=teamwork][value='3']").check()
+        page.locator("input[name=teamwork][value='4']").check()
+        expect(page.get_by_text("No connection. Your answers wait here")).to_be_visible()
+        study.heard.clear()
+        study.refusals.clear()
+        page.reload()
+        expect(page.locator("input[name=teamwork][value='4']")).to_be_checked()
+        expect(page.locator(".questionnaire-status")).to_have_attribute("data-waiting", "0")
+        assert study.answers() == {"teamwork": (4, "")}
+
+
+def test_a_server_that_is_away_is_waited_for_and_one_that_refuses_is_quoted(browser: Browser, server: Server) -> None:
+    study = FakeStudy.at({"key": "break", "kind": "break", "seconds": 10}, fake.code())
+    study.refusals["/next"] = (507, "not_saved", "No space left on device: /srv/data")
+    with complaining_page(browser, server, "/healthz") as page:
+        study.open(page)
+        page.get_by_role("button", name="Go on").click()
+        expect(page.get_by_role("alert")).to_contain_text("This could not be saved. Nothing is lost")
+        study.refusals["/next"] = (0, "", "")
+        page.get_by_role("button", name="Go on").click()
+        expect(page.locator("#study-banner")).to_be_visible()
+        assert violations(page) == []
+        study.refusals.clear()
+        heading(page, "Thank you")
+        expect(page.locator("#study-banner")).to_be_hidden()
+
+
+def test_a_place_that_is_gone_and_a_view_that_fails_lead_to_a_page_that_says_so(
+    browser: Browser, server: Server
+) -> None:
+    study = FakeStudy.at(fake.code())
+    study.refusals["/view"] = (500, "internal", "Something went wrong in the study. The experimenter was told.")
+    with complaining_page(browser, server, "/healthz") as page:
+        study.open(page)
+        heading(page, "This did not work")
+        assert violations(page) == []
+        page.get_by_role("button", name="Try again").click()
+        heading(page, "This did not work")
+        study.refusals.clear()
+        heading(page, "Thank you")  # by itself
+        study.people.clear()
+        page.reload()
+        expect(page.get_by_role("alert")).to_contain_text("no open place in the study any more")

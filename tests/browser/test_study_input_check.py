@@ -1,0 +1,98 @@
+"""The screen on which controls are tried and the connection is measured, on every device."""
+
+from playwright.sync_api import Browser, Route, expect
+
+from tests.browser import study_fake as fake
+from tests.browser.conftest import OpenPage
+from tests.browser.pages import complaining_page, heading, press, violations
+from tests.browser.study_fake import FakeStudy
+from tests.browser.support import PHONE, Server
+from tests.browser.test_devices import PAD_STUB, set_pad
+
+
+def test_the_controls_are_tried_and_the_connection_is_measured(open_page: OpenPage) -> None:
+    study = FakeStudy.at(fake.input_check(), fake.code())
+    page = open_page("/healthz")
+    study.open(page)
+    heading(page, "Try your controls")
+    expect(page.locator(".check-connection .pill")).to_contain_text("ms")
+    page.get_by_role("button", name="Go on").click()
+    expect(page.get_by_role("alert")).to_contain_text("Still to try: up, left, down, right, Grab")
+    page.locator("h1").focus()
+    page.keyboard.down("KeyW")
+    expect(page.locator("[data-lit]")).to_have_text("up")
+    page.keyboard.up("KeyW")
+    press(page, "ArrowLeft", "KeyS", "KeyD", "Space")
+    expect(page.get_by_text("Everything works.")).to_be_visible()
+    page.get_by_role("button", name="Go on").press("Enter")
+    heading(page, "Thank you")
+    (sent,) = study.sent("/next")
+    assert sent["device"] == "keyboard" and 0 < sent["rtt_ms"] < 2000
+
+
+def test_going_on_while_the_connection_is_still_measured_waits_for_it(open_page: OpenPage) -> None:
+    study, held = FakeStudy.at(fake.input_check(), fake.code()), list[Route]()
+    page = open_page("/healthz")
+    page.route("**/healthz", lambda route: held.append(route))
+    study.open(page)
+    heading(page, "Try your controls")
+    press(page, "KeyW", "KeyA", "KeyS", "KeyD", "Space")
+    expect(page.get_by_text("Everything works.")).to_be_visible()
+    on = page.get_by_role("button", name="Go on")
+    on.click()
+    expect(on).to_have_attribute("aria-disabled", "true")
+    expect(page.locator(".check-connection .pill")).to_have_text("measuring…")
+    page.unroute("**/healthz")
+    for route in held:
+        route.continue_()
+    heading(page, "Thank you")
+    (sent,) = study.sent("/next")
+    assert 0 < sent["rtt_ms"] < 2000
+
+
+def test_where_a_gamepad_is_needed_it_is_tried_and_keys_do_not_count(open_page: OpenPage) -> None:
+    study = FakeStudy.at(fake.input_check(gamepad_required=True), fake.code())
+    page = open_page("/healthz", script=PAD_STUB)
+    study.open(page)
+    expect(page.get_by_text("This study is played with a gamepad.")).to_be_visible()
+    press(page, "KeyW", "KeyA", "KeyS", "KeyD", "Space")
+    expect(page.get_by_text("Still to try: up, left, down, right, Grab")).to_be_visible()
+    for x, y in ((0, -1), (0, 1), (-1, 0), (1, 0)):
+        set_pad(page, x, y)
+        expect(page.locator(".check-arrow[data-lit]")).to_have_count(1)
+        set_pad(page)
+        expect(page.locator(".check-arrow[data-lit]")).to_have_count(0)
+    set_pad(page, 0, 0, 0)
+    expect(page.get_by_text("Everything works.")).to_be_visible()
+    expect(page.locator(".check-panel")).to_contain_text("Move with the left stick, grab with A")
+    page.get_by_role("button", name="Go on").click()
+    heading(page, "Thank you")
+    assert study.sent("/next")[0]["device"] == "gamepad"
+
+
+def test_a_finger_can_try_the_controls_on_a_phone(open_page: OpenPage) -> None:
+    study = FakeStudy.at(fake.input_check())
+    page = open_page("/healthz", viewport=PHONE, has_touch=True, is_mobile=True)
+    study.open(page)
+    box = page.locator(".check-stick").bounding_box()
+    assert box is not None
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(x, y)
+    page.mouse.down()
+    for dx, dy in ((0, -50), (-50, 0), (0, 50), (50, 0)):
+        page.mouse.move(x + dx, y + dy)
+        expect(page.locator(".check-arrow[data-lit]")).to_have_count(1)
+    page.mouse.up()
+    page.get_by_role("button", name="Grab").tap()
+    expect(page.get_by_text("Everything works.")).to_be_visible()
+    expect(page.get_by_text("Move with a finger on the picture")).to_be_visible()
+
+
+def test_a_slow_connection_is_explained_with_its_figures(browser: Browser, server: Server) -> None:
+    study = FakeStudy.at(fake.input_check(rtt_ms=0.001), fake.code())
+    study.refusals["/next"] = (422, "slow", "too slow")
+    with complaining_page(browser, server, "/healthz") as page:
+        study.open(page)
+        expect(page.get_by_role("alert")).to_contain_text("for a round trip; this study needs")
+        assert violations(page) == []
+        expect(page.get_by_role("button", name="Stop the study")).to_be_visible()
