@@ -120,6 +120,7 @@ class ScriptedAgent:
             and now.mine < 0
             and errand.stand >= 0
             and self._is_beside(now, errand.item)
+            and not touching(now)  # else the partner is in the way, not the item out of reach
         ):
             self._chooser.in_vain(errand)
             self._errand = None

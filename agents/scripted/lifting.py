@@ -16,14 +16,16 @@ from agents.scripted.grasping import stands
 from agents.scripted.lattice import UNREACHED
 from agents.scripted.pairing import PairHaul
 from agents.scripted.situation import Situation
-from agents.scripted.terrain import with_robot
+from agents.scripted.terrain import Terrain, with_robot
 from agents.scripted.thinking import Thinking, Thought, solve
 from agents.scripted.traffic import bound, side_prices
+from agents.scripted.walking import cost_at, walk_lengths
 from world.state import Floats
 
 GOOD_ENOUGH = 80.0  # quarter ticks: a way together this much longer than a way alone is taken
 UNLIKE = 0.7  # rad by which two ways to hold an item differ
 APART, COMFORTABLE = 0.255, 0.33  # units between the two holders' centres: at least, and better
+_LOOKED_AT = 12  # grips of which it is known whether who comes first leaves room for the other one
 SIDEWAYS = 12.0  # quarter ticks per radian by which two grips are not opposite
 
 
@@ -205,6 +207,22 @@ class Lift:
                 break
         return haul
 
+    def _passable(self, now: Situation, options: list[Grips]) -> list[Grips]:
+        """Those of the quickest options with which who comes first does not shut the other one out; else all."""
+        free = [grips for grips in options[:_LOOKED_AT] if self._leaves_room(now, grips)]
+        return [*free, *options[_LOOKED_AT:]] or options
+
+    def _leaves_room(self, now: Situation, grips: Grips) -> bool:
+        """Whether the slower robot can still walk to its stand when the quicker one stands at its own."""
+        gaps = [self._walk(self._ground, now, seat, grips) for seat in (0, 1)]
+        first = 0 if gaps[0] <= gaps[1] else 1
+        return self._walk(with_robot(self._ground, grips.robots[first]), now, 1 - first, grips) < UNREACHED
+
+    def _walk(self, ground: Terrain, now: Situation, seat: int, grips: Grips) -> float:
+        """Quarter ticks of a seat's way to its grip."""
+        robot, stand = now.robots[seat], grips.robots[seat]
+        return cost_at(walk_lengths(ground, [(float(robot[0]), float(robot[1]))]), float(stand[0]), float(stand[1]))
+
     def _think_grips(self, now: Situation) -> Thought[Grips | None]:
         spec, item_pose = now.item(self.item), now.item_pose(self.item)
         walks = walk_costs(now, self._ground, now.pose, self.item, self._useless)
@@ -218,6 +236,7 @@ class Lift:
             options = grips_for_both(now, self.item, mine, theirs)
         if not options:
             return None
+        options = options if now.theirs == self.item else self._passable(now, options)
         self._aim(options[0], now)
         least = bound(now, self.item)
         yield
