@@ -24,7 +24,7 @@ from agents.errors import AgentError
 from agents.navigation import navigation
 from maps import MapSpec
 from world import constants as c
-from world.observation import ITEM_SLOTS, LAYOUTS, encoder
+from world.observation import ITEM_SLOTS, ITEM_WIDTH, LAYOUTS, ROBOT_WIDTH, encoder
 from world.scoring import delivered_many
 from world.state import Floats, Ints, WorldState
 
@@ -32,12 +32,23 @@ _MAP_LAYOUT = "map-v1"
 _MAP_SIZE = LAYOUTS[_MAP_LAYOUT].size
 _ITEM_WIDTH = 15
 _PARTNER_WIDTH = 4
+_BODIES = 2 * ROBOT_WIDTH  # where the first item's numbers begin in the official layout
+_RELATIONS = _MAP_SIZE + _PARTNER_WIDTH  # and in ours
 _LENGTH_UNIT = 4.0  # [u] brings way lengths to about 1
 
 LAYOUT_SIZES = {
     **{name: layout.size for name, layout in LAYOUTS.items()},
-    "aware-v1": _MAP_SIZE + _PARTNER_WIDTH + ITEM_SLOTS * _ITEM_WIDTH,
+    "aware-v1": _RELATIONS + ITEM_SLOTS * _ITEM_WIDTH,
 }
+
+ITEM_COLUMNS = tuple(
+    (
+        *range(_BODIES + slot * ITEM_WIDTH, _BODIES + (slot + 1) * ITEM_WIDTH),
+        *range(_RELATIONS + slot * _ITEM_WIDTH, _RELATIONS + (slot + 1) * _ITEM_WIDTH),
+    )
+    for slot in range(ITEM_SLOTS)
+)
+"""(7, 30) where the numbers about each item stand in `aware-v1`."""
 
 
 class FeatureEncoder:
@@ -77,7 +88,7 @@ class FeatureEncoder:
     @staticmethod
     def delivered(rows: Floats) -> Floats:
         """(B, 7) whether each item is delivered, 1 or 0, out of rows (B, D) of `aware-v1`."""
-        items = rows[:, _MAP_SIZE + _PARTNER_WIDTH :].reshape(-1, ITEM_SLOTS, _ITEM_WIDTH)
+        items = rows[:, _RELATIONS:].reshape(-1, ITEM_SLOTS, _ITEM_WIDTH)
         flags: Floats = items[..., 1]
         return flags
 

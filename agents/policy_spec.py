@@ -12,7 +12,7 @@ ACTION_WIDTH = 5
 PolicyKind = Literal["mlp", "gru", "dp"]
 Grasp = Literal["hold", "toggle"]
 Layout = Literal["official-v1", "map-v1", "aware-v1"]
-Denoiser = Literal["resmlp", "unet"]
+Denoiser = Literal["resmlp", "items", "unet"]
 Process = Literal["flow", "ddim", "ddpm"]
 
 
@@ -45,6 +45,8 @@ class PolicySpec(BaseModel):
                 "a U-Net halves its horizon twice and groups its channels by eight: "
                 f"horizon {self.horizon} is to be a multiple of 4, width {self.width} of 8"
             )
+        if self.denoiser == "items" and (self.kind != "dp" or self.layout != "aware-v1"):
+            raise ValueError("denoiser items looks at one item after the other: it is for dp with layout aware-v1")
         return self
 
     @property

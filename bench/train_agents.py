@@ -96,10 +96,10 @@ def _people(group: str) -> list[str]:
 def _parsed(words: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, default=Path("data"), help="only ./data is seen by the worker processes")
-    parser.add_argument("--episodes", type=int, default=32, help="per map in the expert's round; half in the others")
+    parser.add_argument("--episodes", type=int, default=48, help="per map in the expert's round; half in the others")
     parser.add_argument("--rounds", type=int, default=2, help="of labelling where the learner went")
-    parser.add_argument("--updates", type=int, default=2500, help="of the policy after each round of labelling")
-    parser.add_argument("--last-updates", type=int, default=4000, help="more of them after the last round")
+    parser.add_argument("--updates", type=int, default=1500, help="of the policy after each round of labelling")
+    parser.add_argument("--last-updates", type=int, default=3000, help="more of them after the last round")
     parser.add_argument("--batch", type=int, default=512, help="windows per update of Diffusion Policy")
     parser.add_argument("--width", type=int, default=384)
     parser.add_argument("--simulator-updates", type=int, default=5000)

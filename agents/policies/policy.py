@@ -5,6 +5,7 @@ from torch import Tensor, nn
 from torch.nn import functional as F
 
 from agents.policies.denoisers import ResMlpDenoiser, UNetDenoiser
+from agents.policies.observers import alike_for_items
 from agents.policies.processes import make_process
 from agents.policy_spec import ACTION_WIDTH, PolicySpec
 
@@ -26,6 +27,8 @@ class Policy(nn.Module):
 
     def fit_normaliser(self, mean: Tensor, deviation: Tensor) -> None:
         """Take mean and standard deviation (D,) of the training features; constant features are left alone."""
+        if self.spec.denoiser == "items":
+            mean, deviation = alike_for_items(mean, deviation)
         self.mean.copy_(mean)
         self.scale.copy_(torch.where(deviation > 1e-3, 1.0 / deviation.clamp(min=1e-3), torch.ones_like(deviation)))
 

@@ -90,7 +90,9 @@ class PolicyConfig(Optimisation):
     width: int = documented(512, "units per layer; channels of the first level of a U-Net", "never")
     depth: int = documented(3, "layers, or residual blocks", "never")
     dropout: float = documented(0.0, "dropout in the network")
-    denoiser: Denoiser = documented("resmlp", "dp only: resmlp or unet", "never")
+    denoiser: Denoiser = documented(
+        "resmlp", "dp only: resmlp, items (the same, looking at each item with one network) or unet", "never"
+    )
     process: Process = documented("flow", "dp only: flow, ddim or ddpm", "never")
     train_steps: int = documented(36, "dp only: diffusion steps in training (ddim, ddpm)", "never")
     sample_steps: int = documented(4, "dp only: steps of one decision", "free")
@@ -129,7 +131,7 @@ _PAPER = {
 _POLICY_PRESETS: dict[tuple[str, str], dict[str, Any]] = {
     ("mlp", "fast"): {"width": 512},
     ("gru", "fast"): {"width": 256, "obs_horizon": 4, "horizon": 4, "depth": 2},
-    ("dp", "fast"): {"restless": 2.0},
+    ("dp", "fast"): {"denoiser": "items", "restless": 2.0},
     ("mlp", "paper"): {**_PAPER, "width": 2048},
     ("gru", "paper"): {**_PAPER, "width": 2048, "horizon": 4},
     ("dp", "paper"): {

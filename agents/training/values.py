@@ -15,8 +15,8 @@ from agents.checkpoint import Checkpoint, Training, ValueSpec
 from agents.dataset import Indices, Singles, Trajectory, held_out_episodes
 from agents.errors import CheckpointError, DataError
 from agents.features import LAYOUT_SIZES, feature_encoder
-from agents.policies.denoisers import ResidualBlock
 from agents.policies.export import export
+from agents.policies.observers import ItemObserver, ResidualBlock, alike_for_items
 from agents.training.config import BassConfig
 from agents.training.loop import Fitted, Losses, Task, fit
 from world.state import Floats
@@ -26,6 +26,7 @@ VALIDATION_ROWS = 16384
 RETURN_UNIT = 0.1  # brings returns to about 1
 NOISE = 0.02  # on normalised features
 DECAY = 1e-2
+ITEM_WIDTH = 64
 _BOUND = 5.0  # standard deviations: what is farther out was hardly ever seen
 
 
@@ -92,7 +93,7 @@ class ValueNetwork(nn.Module):
         self.spec = spec
         self.register_buffer("mean", torch.zeros(size))
         self.register_buffer("deviation", torch.ones(size))
-        self.members = nn.ModuleList(_layers(size, spec.width) for _ in range(spec.members))
+        self.members = nn.ModuleList(_layers(spec.width) for _ in range(spec.members))
 
     def forward(self, features: Tensor) -> Tensor:
         normal = self._normal(features)
@@ -110,11 +111,9 @@ class ValueNetwork(nn.Module):
         return ((features - self.mean) / self.deviation).clamp(-_BOUND, _BOUND)
 
 
-def _layers(size: int, width: int) -> nn.Sequential:
+def _layers(width: int) -> nn.Sequential:
     return nn.Sequential(
-        nn.Linear(size, width),
-        nn.SiLU(),
-        ResidualBlock(width),
+        ItemObserver(width, ITEM_WIDTH),
         ResidualBlock(width),
         nn.LayerNorm(width),
         nn.Linear(width, 1),
@@ -126,8 +125,9 @@ def train_value(config: BassConfig, data: Returns, folder: Path) -> Fitted[Value
     torch.manual_seed(config.seed)
     network = ValueNetwork(config.value_spec())
     sample = data.features[::7].astype(np.float32)
-    network.mean.copy_(torch.from_numpy(sample.mean(axis=0)))
-    network.deviation.copy_(torch.from_numpy(np.maximum(sample.std(axis=0), 1e-2)))
+    mean, deviation = alike_for_items(torch.from_numpy(sample.mean(axis=0)), torch.from_numpy(sample.std(axis=0)))
+    network.mean.copy_(mean)
+    network.deviation.copy_(deviation.clamp(min=1e-2))
     random = np.random.default_rng(config.seed)
     out = held_out_episodes(data.casts, config.held_out, config.seed)[data.episodes]
     train = np.flatnonzero(~out)

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 import torch
 
+from agents.features import ITEM_COLUMNS
 from agents.policies.export import export_policy, halved_weights
+from agents.policies.observers import alike_for_items
 from agents.policies.policy import build_policy
 from agents.policies.processes import Diffusion, Flow
 from agents.serving import PolicyNetwork
@@ -17,6 +19,7 @@ VARIANTS = [
     {"kind": "dp", "process": "ddim", "sample_steps": 5},
     {"kind": "dp", "process": "ddpm", "train_steps": 6, "sample_steps": 6},
     {"kind": "dp", "process": "ddim", "denoiser": "unet", "sample_steps": 3},
+    {"kind": "dp", "process": "flow", "denoiser": "items"},
 ]
 
 
@@ -90,3 +93,33 @@ def test_diffusion_tells_two_ways_apart_where_regression_takes_the_middle() -> N
             outcomes[kind] = policy(observation[:200], torch.randn(200, 1, 1, 5))[:, 0, 2]
     assert outcomes["dp"].abs().mean() > 0.7 and 40 < (outcomes["dp"] > 0).sum() < 160
     assert outcomes["mlp"].abs().mean() < 0.3
+
+
+def test_it_does_not_matter_in_which_slot_an_item_stands() -> None:
+    torch.manual_seed(0)
+    spec = tiny_spec(denoiser="items")
+    policy = build_policy(spec).eval()
+    policy.fit_normaliser(torch.randn(spec.features), torch.rand(spec.features) + 0.5)
+    seen, noise = torch.randn(4, 2, spec.features), torch.randn(4, 1, 8, 5)
+    slots = torch.tensor(ITEM_COLUMNS)
+    exchanged = seen.clone()
+    exchanged[..., slots] = seen[..., slots[[3, 1, 2, 0, 6, 5, 4]]]
+    less = seen.clone()
+    less[..., slots[2]] = 0.0
+    with torch.inference_mode():
+        before, after, without = (policy(one, noise) for one in (seen, exchanged, less))
+    assert torch.allclose(before, after, atol=1e-5)
+    assert not torch.allclose(before, without, atol=1e-3)
+
+
+def test_an_item_looks_the_same_to_the_normaliser_in_every_slot() -> None:
+    """Half of the rows have an item in slot 0, the others in slot 1: together they are one distribution."""
+    random, slots = torch.Generator().manual_seed(0), torch.tensor(ITEM_COLUMNS)
+    rows = torch.randn(2000, tiny_spec().features, generator=random)
+    mean, deviation = alike_for_items(rows.mean(dim=0), rows.std(dim=0))
+    everything = rows[:, slots].flatten(0, 1)  # of all slots
+    assert torch.allclose(mean[slots], everything.mean(dim=0).expand(7, -1), atol=1e-5)
+    assert torch.allclose(deviation[slots], everything.std(dim=0).expand(7, -1), atol=1e-3)
+    untouched = torch.ones(rows.shape[1], dtype=torch.bool)
+    untouched[slots.flatten()] = False
+    assert torch.equal(mean[untouched], rows.mean(dim=0)[untouched])

@@ -24,6 +24,7 @@ POLICIES: list[tuple[PolicyKind, dict[str, object]]] = [
     ("gru", {"obs_horizon": 3}),
     ("dp", {"pose_noise": 0.01}),
     ("dp", {"denoiser": "unet", "process": "ddpm"}),
+    ("dp", {"denoiser": "items"}),
 ]
 SIMULATORS: list[dict[str, object]] = [
     {},

@@ -1,0 +1,111 @@
+"""Networks that make of an observation, once per decision, what a denoiser is told about the world."""
+
+import math
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional as F
+
+from agents.features import ITEM_COLUMNS, LAYOUT_SIZES
+from agents.policy_spec import PolicySpec
+
+HEADS = 4  # a multiple of it is the width of an item
+
+
+class ResidualBlock(nn.Module):
+    """Adds to vectors (..., W) what two layers make of them."""
+
+    def __init__(self, width: int, dropout: float = 0.0) -> None:
+        super().__init__()
+        self.layers = nn.Sequential(
+            nn.LayerNorm(width),
+            nn.Linear(width, width),
+            nn.SiLU(),
+            nn.Dropout(dropout),
+            nn.Linear(width, width),
+        )
+
+    def forward(self, hidden: Tensor) -> Tensor:
+        out: Tensor = hidden + self.layers(hidden)
+        return out
+
+
+class FlatObserver(nn.Sequential):
+    """All numbers side by side: what is learned about the item in one slot says nothing about another slot."""
+
+    def __init__(self, spec: PolicySpec) -> None:
+        super().__init__(
+            nn.Linear(spec.features * spec.obs_horizon, spec.width),
+            nn.SiLU(),
+            ResidualBlock(spec.width, spec.dropout),
+        )
+
+
+class ItemObserver(nn.Module):
+    """The same network looks at each item, items look at each other, and a weighted sum of them is what is told.
+
+    So it does not matter in which slot an item stands, and each episode teaches something about all items.
+    """
+
+    item_columns: Tensor
+    other_columns: Tensor
+
+    def __init__(self, width: int, item_width: int, ticks: int = 1, dropout: float = 0.0) -> None:
+        """For `ticks` observations of layout `aware-v1`, one after the other; `item_width` numbers tell of an item."""
+        super().__init__()
+        items, others = columns(ticks)
+        self.register_buffer("item_columns", items.flatten(), persistent=False)
+        self.register_buffer("other_columns", others, persistent=False)
+        self.slots, per_item = items.shape
+        self.width = item_width
+        self.item = nn.Linear(per_item, item_width)
+        self.around = nn.Linear(len(others), item_width)
+        self.alone = ResidualBlock(item_width, dropout)
+        self.norm = nn.LayerNorm(item_width)
+        self.asks = nn.Linear(item_width, 3 * item_width)
+        self.learns = nn.Linear(item_width, item_width)
+        self.together = ResidualBlock(item_width, dropout)
+        self.weights = nn.Linear(item_width, 2 * HEADS)
+        self.values = nn.Linear(item_width, 2 * item_width)
+        self.summed = nn.Linear(3 * item_width, width)
+        self.whole = nn.Linear(len(others), width)
+        self.last = ResidualBlock(width, dropout)
+
+    def forward(self, observation: Tensor) -> Tensor:
+        """(B, To x D) to (B, W)."""
+        others = observation[:, self.other_columns]
+        items = observation[:, self.item_columns].reshape(-1, self.slots, self.item.in_features)
+        hidden = self.alone(F.silu(self.item(items) + self.around(others)[:, None]))
+        hidden = self.together(hidden + self.learns(self._attend(self.norm(hidden))))
+        weights = self.weights(hidden).softmax(dim=1)[..., None]  # (B, N, 8, 1)
+        values = self.values(hidden).reshape(-1, self.slots, 2 * HEADS, self.width // HEADS)
+        told = torch.cat(((weights * values).sum(dim=1).flatten(1), hidden.amax(dim=1)), dim=1)
+        out: Tensor = self.last(F.silu(self.whole(others) + self.summed(told)))
+        return out
+
+    def _attend(self, hidden: Tensor) -> Tensor:
+        """What each of the items (B, N, W) sees in the others."""
+        size = self.width // HEADS
+        query, key, value = self.asks(hidden).reshape(-1, self.slots, 3, HEADS, size).permute(2, 0, 3, 1, 4)
+        regard = (query @ key.transpose(-1, -2) / math.sqrt(size)).softmax(dim=-1)
+        seen: Tensor = (regard @ value).transpose(1, 2).reshape(-1, self.slots, self.width)
+        return seen
+
+
+def columns(ticks: int) -> tuple[Tensor, Tensor]:
+    """Which of To x D numbers are about each item, (N, K), and which are not about an item, (L,)."""
+    size = LAYOUT_SIZES["aware-v1"]
+    items = torch.cat([torch.tensor(ITEM_COLUMNS) + size * tick for tick in range(ticks)], dim=1)
+    about_items = set(items.flatten().tolist())
+    return items, torch.tensor([column for column in range(size * ticks) if column not in about_items])
+
+
+def alike_for_items(mean: Tensor, deviation: Tensor) -> tuple[Tensor, Tensor]:
+    """Mean and standard deviation (D,) of features, made the same for the items of all slots."""
+    slots = torch.tensor(ITEM_COLUMNS)
+    means, variances = mean[slots], deviation[slots] ** 2
+    common = means.mean(dim=0)
+    spread = (variances + (means - common) ** 2).mean(dim=0).sqrt()
+    mean, deviation = mean.clone(), deviation.clone()
+    mean[slots], deviation[slots] = common.expand_as(means), spread.expand_as(means)
+    return mean, deviation
