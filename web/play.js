@@ -184,7 +184,7 @@ class Play {
     this.#phaseSinceMs = nowMs;
     const focused = document.activeElement;
     // The button that was clicked to get here must not take the key that grabs.
-    if (["countdown", "playing"].includes(this.#phase) && focused instanceof HTMLElement) focused.blur();
+    if (mode === "play" && ["countdown", "playing"].includes(this.#phase) && focused instanceof HTMLElement) focused.blur();
     if (this.#phase === "playing") this.#panels.forgetStop();
   }
 

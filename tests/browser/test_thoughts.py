@@ -61,6 +61,7 @@ def test_the_switch_stays_under_the_pointer_when_the_round_begins(
     start(open_page(room["join_path"], room))
     wait_for(page, "game.phase === 'playing'")
     expect(page.locator("#ready")).to_be_hidden()
+    expect(page.get_by_role("button", name="Show candidates")).to_be_focused()  # there is no key here that grabs
     page.mouse.up()
     expect(page.locator("#thoughts").get_by_role("listitem")).to_have_count(4)
     page.mouse.down()  # the scores have not moved it either
