@@ -46,7 +46,7 @@ class PolicySpec(BaseModel):
                 f"horizon {self.horizon} is to be a multiple of 4, width {self.width} of 8"
             )
         if self.denoiser == "items" and (self.kind != "dp" or self.layout != "aware-v1"):
-            raise ValueError("denoiser items looks at one item after the other: it is for dp with layout aware-v1")
+            raise ValueError("denoiser items is for dp with layout aware-v1; other layouts take --denoiser resmlp")
         return self
 
     @property

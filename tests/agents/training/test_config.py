@@ -54,7 +54,7 @@ def test_a_wrong_word_is_answered_with_those_there_are(
         ("dp --width 100000", "--width 100000: input should be less than or equal to 4096"),
         ("dp --denoiser unet --horizon 6", "horizon 6 is to be a multiple of 4"),
         ("dp --denoiser unet --width 12", "width 12 of 8"),
-        ("dp --denoiser items --layout map-v1", "it is for dp with layout aware-v1"),
+        ("dp --denoiser items --layout map-v1", "other layouts take --denoiser resmlp"),
         ("dp --execute 9", "of a horizon of 8 actions 9 cannot be executed"),
         ("bass --base dp@all --own 0", "--own 0"),
         ("bass --base dp@all --value-width 1", "--value-width 1"),
