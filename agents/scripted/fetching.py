@@ -47,9 +47,13 @@ def _plan(
     offset: Offset,
     meeting: Relay | None,
     cost: Callable[[Haul], float],
-    pushes: bool = True,
+    insists: bool = True,
 ) -> Thought[_Plan]:
-    """How to bring an item home: with much room, else with little, else by pushing on what is delivered already."""
+    """How to bring an item home: with much room, else with little.
+
+    Else as if what is delivered were not there: nothing that lies can be pushed, but one gets as near as it goes, and
+    whoever is not getting any nearer lets go wherever it counts.
+    """
     look = yield from look_around(now, item)
     best: _Plan | None = None
     for margin in margins(now.map):
@@ -59,11 +63,11 @@ def _plan(
         if best.cost < HONEST:
             break
     assert best is not None  # there are margins
-    if best.cost < UNREACHED or meeting is not None or not pushes or not now.delivered.any():
+    if best.cost < UNREACHED or meeting is not None or not insists or not now.delivered.any():
         return best
-    pushed = now.ground_to_push(item)
-    look = yield from _look(now, pushed, item)
-    return (yield from _solved(Haul(pushed, now.item(item), offset, look, margins(now.map)[-1]), cost))
+    ground = now.ground_without_delivered(item)
+    look = yield from _look(now, ground, item)
+    return (yield from _solved(Haul(ground, now.item(item), offset, look, margins(now.map)[-1]), cost))
 
 
 def _solved(haul: Haul, cost: Callable[[Haul], float]) -> Thought[_Plan]:
@@ -207,6 +211,6 @@ class Carry:
 
     def _think(self, now: Situation, ground: Terrain) -> Thought[Haul]:
         offset = in_frame(now.pose, now.item_pose(self.item))
-        pushes = not self._goes_around  # the partner will not stand there for good
-        plan = yield from _plan(now, self.item, ground, offset, self.meeting, lambda haul: haul.cost(now.pose), pushes)
+        insists = not self._goes_around  # the partner will not stand there for good
+        plan = yield from _plan(now, self.item, ground, offset, self.meeting, lambda haul: haul.cost(now.pose), insists)
         return plan.haul

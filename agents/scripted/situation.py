@@ -112,8 +112,8 @@ class Situation:
         smalls = (item for item in self.waiting if not self.is_heavy(item))
         return self._floor({self.mine, self.theirs, without, *smalls})
 
-    def ground_to_push(self, without: int) -> Terrain:
-        """The terrain without what small items are delivered: one can push them on, as long as there is room."""
+    def ground_without_delivered(self, without: int) -> Terrain:
+        """The terrain as if the small items that are delivered were not there."""
         smalls = (item for item in np.flatnonzero(self.delivered).tolist() if not self.is_heavy(item))
         return self._floor({self.mine, self.theirs, without, *smalls})
 

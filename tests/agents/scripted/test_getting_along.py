@@ -119,7 +119,7 @@ def test_who_finds_no_way_around_the_partner_stays_on_the_old_one() -> None:
     assert plan is not None and carry._haul is plan
 
 
-def test_where_delivered_things_shut_the_goal_they_are_pushed_on() -> None:
+def test_where_delivered_things_shut_the_goal_it_goes_as_near_as_it_gets() -> None:
     items = _situation("PriorityPick").state.item_poses.copy()
     items[[0, 2, 4], :2] = (1.07, 1.1), (1.01, 0.96), (0.9, 0.83)  # as two experts once left them
     poses = np.array([[-0.6, -1.03, 0.0], [0.9, -0.2, 0.0]])
