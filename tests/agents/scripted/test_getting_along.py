@@ -5,11 +5,18 @@ from typing import Any
 
 import numpy as np
 
+from agents.base import EpisodeInfo
+from agents.scripted.agent import ScriptedAgent
+from agents.scripted.approaching import walk_costs
 from agents.scripted.choosing import HOLDS_FOR, IDLE_AFTER, Chooser
 from agents.scripted.driving import no_danger
 from agents.scripted.fetching import Carry, Fetch
+from agents.scripted.grasping import stands
+from agents.scripted.lattice import UNREACHED
+from agents.scripted.lifting import APART, Lift
 from agents.scripted.situation import Situation
 from agents.scripted.style import Style
+from agents.scripted.terrain import with_robot
 from agents.scripted.waiting import Aside
 from maps import load_map
 from world import World
@@ -137,3 +144,34 @@ def test_who_rests_where_the_partner_wants_to_go_makes_room_when_they_touch() ->
     poses = np.array([[-0.3, -1.02, 0.0], [-0.74, -0.98, -1.6]])
     chooser = _chooser(now := _situation("PriorityPick", item_poses=items, robot_poses=poses, held=np.array([-1, 3])))
     assert isinstance(chooser.next_errand(now, None), Aside)
+
+
+def test_who_comes_first_to_a_heavy_item_leaves_the_other_one_room_to_come() -> None:
+    items = _situation("AdaptiveAssist").state.item_poses.copy()
+    items[5, :2] = -0.39, 0.12  # delivered; item 2 lies in the lane above, and red is nearer to it
+    poses = np.array([[-0.44, 0.31, 3.9], [-0.12, 0.68, -0.4]])
+    now = replace(_situation("AdaptiveAssist", item_poses=items, robot_poses=poses), seat=1)
+    lift = Lift(now, 2, patience=100, useless=frozenset())
+    for _ in range(3):
+        lift.step(now, no_danger, THINK)
+    poses, _ = stands(now.item(2), now.item_pose(2))
+    mine = poses[lift.stand]
+    ways = walk_costs(now, with_robot(now.ground(also=(2,)), mine), now.partner, 2)
+    opposite = [cost for pose, cost in zip(poses, ways, strict=True) if np.hypot(*(pose - mine)[:2]) > APART]
+    assert min(opposite) < UNREACHED
+
+
+def test_a_partner_in_the_way_is_not_taken_for_an_arm_too_short() -> None:
+    agent = ScriptedAgent()
+    start = _situation("SingleRotation")
+    blamed = {}
+    for beside in (0.25, 0.6):  # units from blue, which stands beside the item, to red
+        poses = start.item_pose(0) + np.array([[-0.4, 0.0, 0.0], [-0.4 - beside, 0.0, 0.0]])
+        now = _situation("SingleRotation", robot_poses=poses)
+        agent.reset(EpisodeInfo(now.map, 0, 0, 500))
+        agent._errand = lift = Lift(now, 0, patience=100, useless=frozenset())
+        for _ in range(3):
+            lift.step(now, no_danger, THINK)
+        agent._unblock(now)
+        blamed[beside] = 0 in agent._chooser._useless
+    assert blamed == {0.25: False, 0.6: True}
