@@ -26,6 +26,7 @@ from bench._roster import (
     FIRST,
     GRU,
     GRU_A,
+    LEARNER,
     MLP,
     MLP_A,
     PLAIN,
@@ -34,6 +35,7 @@ from bench._roster import (
 from server.cli import main as movingout
 
 NAMES = {
+    LEARNER: "Diffusion Policy between the rounds",
     DP: "Diffusion Policy",
     AUGMENTED: "DP with augmentation",
     BASS: "DP/BASS",
@@ -68,7 +70,8 @@ def train_all(args: argparse.Namespace) -> None:
     for number in range(args.rounds + 1):
         for people in "AB":
             _label(args, labels / people.lower() / f"round-{number}", people, number)
-        _train_policy(args, both, DP, args.updates * (number + 1))
+        if number < args.rounds:
+            _train_policy(args, both, LEARNER, args.updates * (number + 1))
     simulator = "--updates", args.simulator_updates
     of_both = _policies(args, both, DP, AUGMENTED, MLP, GRU)
     of_a = _policies(args, only_a, DP_A, AUGMENTED_A, MLP_A, GRU_A)
@@ -110,17 +113,17 @@ def _policies(args: argparse.Namespace, lessons: Lessons, dp: str, augmented: st
 
 
 def _train_diffusion(args: argparse.Namespace, lessons: Lessons, agent_id: str, *words: object) -> None:
-    """All updates, the last ones with events drawn oftener; it goes on from what it has learned already."""
+    """All updates with all labels from the beginning, as any other policy; the last ones with events drawn oftener."""
     first = args.updates * (args.rounds + 1)
     _train_policy(args, lessons, agent_id, first, *words)
     _train_policy(args, lessons, agent_id, first + args.last_updates, *words, "--event-weight", EVENT_WEIGHT)
 
 
 def _label(args: argparse.Namespace, folder: Path, people: str, number: int) -> None:
-    """A round of labelling beside the people of one population; the learner is the policy of both."""
+    """A round of labelling beside the people of one population; the learner is a policy of both."""
     if (folder / "done").exists():
         return
-    learner, count = (TEACHER, args.episodes) if number == 0 else (DP, max(args.episodes // 2, 1))
+    learner, count = (TEACHER, args.episodes) if number == 0 else (LEARNER, max(args.episodes // 2, 1))
     _movingout(
         "demos", "label", "--learner", learner, "--population", people, "--episodes", -(-count // 2), "--seed", number,
         "--ticks", args.ticks, "--workers", args.workers, "--out", folder,

@@ -3,9 +3,9 @@
     python -m bench.train_agents --data data --report docs/results.md
 
 1. an expert plays with the people of populations A and B, its hand slipping now and then;
-2. Diffusion Policy (flow, fast denoiser) learns from them;
+2. a Diffusion Policy (flow, fast denoiser) learns from them;
 3. it takes turns with the expert beside the same people (DAgger), and learns on; `--rounds` times;
-4. MLP, GRU and Diffusion Policy with augmentation learn from the same labels;
+4. from all labels MLP, GRU and Diffusion Policy, with augmentation and without, learn from the beginning;
 5. Diffusion Policy plays with the same people, no expert helping; from all these episodes the simulator of BASS and a
    value to choose by are learned;
 6. BASS plays with them, choosing by that value, and the value is learned again with these episodes too: a value knows

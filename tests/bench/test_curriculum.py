@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from bench import _curriculum
-from bench._roster import BASS, DP, FIRST, OF_A, OF_BOTH
+from bench._roster import AUGMENTED, BASS, DP, FIRST, LEARNER, OF_A, OF_BOTH
 
 
 @pytest.fixture
@@ -31,7 +31,7 @@ def commands(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> dict[str, list[
 
 def test_everybody_in_the_tables_is_trained(commands: dict[str, list[list[str]]]) -> None:
     learners = {agent_id.partition(":")[0] for field in (OF_BOTH, OF_A) for agent_id in field.learners}
-    assert learners | {FIRST, "demos", "match"} == set(commands)
+    assert learners | {FIRST, LEARNER, "demos", "match"} == set(commands)
 
 
 def test_who_is_trained_with_people_of_a_alone_sees_no_episode_of_others(
@@ -53,7 +53,14 @@ def test_the_value_is_learned_again_from_what_it_led_to(commands: dict[str, list
 
 
 def test_a_policy_goes_on_with_more_labels_on_purpose(commands: dict[str, list[list[str]]]) -> None:
-    assert len(commands[DP]) > 2 and all("--go-on" in words for words in commands[DP])
+    assert len(commands[DP]) == 2 and all("--go-on" in words for words in commands[DP])
+
+
+def test_who_is_compared_learns_equally_long_from_the_same(commands: dict[str, list[list[str]]]) -> None:
+    """The policy of the rounds saw fewer labels at first: it is nobody to compare others with."""
+    plain, augmented = ([words[: words.index("--population")] for words in commands[one]] for one in (DP, AUGMENTED))
+    assert plain == augmented
+    assert [words[words.index("--learner") + 1] for words in commands["demos"]][2:] == [LEARNER] * 2
 
 
 def test_a_training_that_fails_ends_with_its_last_words(tmp_path: Path) -> None:
