@@ -65,6 +65,8 @@ def measured_part(
 
 def _tables(field: Field, played: Played, level: str) -> Iterator[str]:
     for group, partners in field.partners.items():
+        if not played[group]:
+            continue  # nobody has played with them yet
         yield f"{level} With {partners}"
         yield table(list(played[group]), _agents(played[group]), list(map_names()))
 
