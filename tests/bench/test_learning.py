@@ -66,7 +66,9 @@ def test_the_report_replaces_what_was_measured_and_keeps_the_words_around_it(tmp
 def test_nothing_is_said_of_agents_trained_with_one_population_before_they_have_played() -> None:
     played = {"C": [_outcome("bass@all", 0.5)], "AB": []}
     of_a = {group: [_outcome("idle", 0.0)] for group in OF_A.partners}
-    assert "A alone" not in measured_part((OF_BOTH, played), (OF_A, of_a), {}, None)
+    text = measured_part((OF_BOTH, played), (OF_A, of_a), {}, None)
+    assert "## With people of C" in text
+    assert "A alone" not in text and "people of A and B" not in text
 
 
 def test_a_missed_target_is_said_by_how_much() -> None:
