@@ -9,6 +9,7 @@ from agents.catalogue import load_agent, trained_cards
 from agents.checkpoint import SHIPPED, checkpoint_folders, read_checkpoint
 from agents.idle import IdleAgent
 from agents.rollout import rollout
+from agents.serving import PolicyAgent
 from maps import MapSpec, load_map
 from maps.randomize import randomize
 
@@ -48,3 +49,14 @@ def test_a_sampling_is_chosen_in_the_id_as_the_documentation_says(sampling: str,
     agent = load_agent(f"bass@all:sampling={sampling}")
     assert isinstance(agent, BassAgent)
     assert len(pairs_of(agent.selection)) == pairs
+
+
+def test_a_policy_plays_alike_alone_and_beside_others() -> None:
+    agent = load_agent("dp@all")
+    assert isinstance(agent, PolicyAgent)
+    network, random = agent.network, np.random.default_rng(0)
+    histories = random.standard_normal((4, network.spec.obs_horizon, network.spec.features), dtype=np.float32)
+    noise = network.noise(4, random)
+    together = network.run(histories, noise)
+    alone = [network.run(histories[row : row + 1], noise[row : row + 1])[0] for row in range(4)]
+    assert np.array_equal(together, alone)
