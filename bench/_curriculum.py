@@ -52,7 +52,6 @@ NAMES = {
 }
 AUGMENTATION = "--pose-noise", 0.002, "--recombine", 0.25  # paper, "Behavior Augmentation Details"
 BY_NFD = "--score", "nfd", "--own", 4, "--partner", 4  # paper, 4 x 4 sampling
-EVENT_WEIGHT = 4  # in the last updates: the hand changes in one window of ten, and everything hangs on when
 
 
 class Lessons(NamedTuple):
@@ -67,11 +66,12 @@ def train_all(args: argparse.Namespace) -> None:
     labels = args.data / "labels"
     both = Lessons(labels, "a scripted expert beside scripted people of A and B; none of population C")
     only_a = Lessons(labels / "a", "a scripted expert beside scripted people of A; none of populations B and C")
+    alone = "--threads", args.workers  # of what has the machine for itself
     for number in range(args.rounds + 1):
         for people in "AB":
             _label(args, labels / people.lower() / f"round-{number}", people, number)
         if number < args.rounds:
-            _train_policy(args, both, LEARNER, args.updates * (number + 1))
+            _train_policy(args, both, LEARNER, args.updates * (number + 1), *alone)
     simulator = "--updates", args.simulator_updates
     of_both = _policies(args, both, DP, AUGMENTED, MLP, GRU)
     of_a = _policies(args, only_a, DP_A, AUGMENTED_A, MLP_A, GRU_A)
@@ -81,7 +81,7 @@ def train_all(args: argparse.Namespace) -> None:
     bass_a = partial(_train, args, BASS_A, "bass", only_a.folder, "--base", AUGMENTED_A, *BY_NFD, *simulator)
     _together(args, [first, bass_a])
     again = _plays(args, FIRST)
-    _train(args, BASS, "bass", labels, plays, again, "--base", AUGMENTED, "--simulator", FIRST)
+    _train(args, BASS, "bass", labels, plays, again, "--base", AUGMENTED, "--simulator", FIRST, *alone)
     _train(args, PLAIN, "bass", "--base", DP, "--simulator", BASS, "--value", BASS)
     _train(args, PLAIN_A, "bass", "--base", DP_A, "--simulator", BASS_A, *BY_NFD)
 
@@ -105,18 +105,11 @@ def _policies(args: argparse.Namespace, lessons: Lessons, dp: str, augmented: st
     """The four policies from the same lessons, the longest first."""
     baseline = "--population", lessons.people, "--updates", args.baseline_updates
     return [
-        partial(_train_diffusion, args, lessons, dp),
-        partial(_train_diffusion, args, lessons, augmented, *AUGMENTATION),
+        partial(_train_policy, args, lessons, dp, args.policy_updates),
+        partial(_train_policy, args, lessons, augmented, args.policy_updates, *AUGMENTATION),
         partial(_train, args, gru, "gru", lessons.folder, *baseline),
         partial(_train, args, mlp, "mlp", lessons.folder, *baseline),
     ]
-
-
-def _train_diffusion(args: argparse.Namespace, lessons: Lessons, agent_id: str, *words: object) -> None:
-    """All updates with all labels from the beginning, as any other policy; the last ones with events drawn oftener."""
-    first = args.updates * (args.rounds + 1)
-    _train_policy(args, lessons, agent_id, first, *words)
-    _train_policy(args, lessons, agent_id, first + args.last_updates, *words, "--event-weight", EVENT_WEIGHT)
 
 
 def _label(args: argparse.Namespace, folder: Path, people: str, number: int) -> None:

@@ -5,9 +5,7 @@ from typing import NamedTuple
 DP, AUGMENTED, MLP, GRU = "dp@all", "dp-augmented@all", "mlp@all", "gru@all"
 BASS, PLAIN = "bass@all", "bass-plain@all"  # on top of AUGMENTED, and on top of DP
 FIRST = "bass-first@all"  # BASS with a value that has not seen itself play yet; in no table
-LEARNER = (
-    "dp-rounds@all"  # DP that goes on from round to round of labelling, and says where labels are needed; likewise
-)
+LEARNER = "dp-rounds@all"  # DP that goes on from round to round, and shows where labels are needed; likewise
 PAPER_CHOICE = "score=nfd,sampling=4x4"
 """Options with which a BASS agent chooses as in the paper, by NFD, instead of by a value."""
 PAPER_BASS, SIMULATED = f"{BASS}:{PAPER_CHOICE}", f"{PLAIN}:{PAPER_CHOICE}"
@@ -38,7 +36,7 @@ OF_BOTH = Field(
         GRU: "GRU",
         MLP: "MLP",
     },
-    {"C": "people of C, never trained with", "AB": "people of A and B, trained with"},
+    {"C": "people of C, never trained with"},
     ((BASS, DP), (BASS, AUGMENTED), (BASS, PAPER_BASS), (PAPER_BASS, DP), (SIMULATED, DP), (AUGMENTED, DP)),
 )
 OF_A = Field(

@@ -11,9 +11,7 @@ import hashlib
 import json
 import math
 import os
-import time
 from collections.abc import Sequence
-from concurrent.futures import as_completed
 from dataclasses import asdict, dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -25,11 +23,9 @@ from rich.progress import Progress
 from agents.catalogue import load_agent
 from agents.checkpoint import MODEL_ROOTS, find_checkpoint
 from agents.populations import POPULATIONS, population
-from agents.rollout import rollout
 from maps import load_map, map_names
 from maps.errors import MovingOutError
-from recordings.processes import pool
-from world.metrics import EpisodeMetrics
+from matches import Match, MatchError, MatchResult, play_matches
 
 PARTNER_STRIDE = 7  # from map to map, so that different people come first
 
@@ -45,10 +41,16 @@ class Run:
     seed: int
     ticks: int
 
+    @property
+    def match(self) -> Match:
+        """The same as who sits where; seat 0 is blue."""
+        blue, red = (self.agent, self.partner) if self.seat == 0 else (self.partner, self.agent)
+        return Match(self.map, blue, red, self.seed, ticks=self.ticks)
+
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What came of it, and the processor time of the agent's side and of all."""
+    """What came of it, and the processor time of everybody in it."""
 
     run: Run
     tcr: float
@@ -56,18 +58,6 @@ class Outcome:
     wt_s: float
     ac: float | None
     cpu_s: float
-
-
-def play(run: Run) -> Outcome:
-    """Play one episode."""
-    the_map = load_map(run.map)
-    pair = (load_agent(run.agent), load_agent(run.partner))
-    metrics = EpisodeMetrics(the_map)
-    begun = time.process_time()
-    for step in rollout(the_map, pair if run.seat == 0 else pair[::-1], run.seed, run.ticks):
-        metrics.update(step.before, step.actions, step.after)
-    result = metrics.result()
-    return Outcome(run, result.tcr, result.nfd, result.wt_s, result.ac, time.process_time() - begun)
 
 
 def runs(agents: list[str], partners: list[str], maps: list[str], episodes: int, ticks: int) -> list[Run]:
@@ -84,20 +74,31 @@ def runs(agents: list[str], partners: list[str], maps: list[str], episodes: int,
 
 
 def play_all(todo: list[Run], workers: int, log: Path | None = None) -> list[Outcome]:
-    """Play all episodes in worker processes, with a progress bar; what `log` knows already is not played again."""
+    """Play all episodes in worker processes, with a progress bar; what `log` knows already is not played again.
+
+    Every agent plays its first episodes before any plays its second, the maps together, so that it is asked in batches
+    (`matches.lockstep`). Raises MatchError when an agent lost a match: counted as nothing, it would say little of it.
+    """
     known = _logged(log) if log is not None else {}
     done = {run: known[key] for run in todo if (key := _key(run)) in known}
-    with (
-        pool(workers) as processes,
-        Progress(console=Console(stderr=True)) as progress,
-    ):
+    rest = {run.match: run for run in sorted(todo, key=lambda run: (run.seed, run.agent)) if run not in done}
+    failed = []
+
+    def heed(result: MatchResult) -> None:
+        run = rest[result.match]
+        if result.failure or result.wt_s is None:
+            failed.append(f"{run.agent} with {run.partner} on {run.map}, seed {run.seed}: {result.failure}")
+            return
+        done[run] = Outcome(run, result.tcr, result.nfd, result.wt_s, result.ac, result.cpu_s)
+        if log is not None:
+            _log(log, done[run])
+        progress.update(bar, completed=len(done))
+
+    with Progress(console=Console(stderr=True)) as progress:
         bar = progress.add_task("episodes", total=len(todo), completed=len(done))
-        for future in as_completed([processes.submit(play, run) for run in todo if run not in done]):
-            outcome = future.result()
-            done[outcome.run] = outcome
-            if log is not None:
-                _log(log, outcome)
-            progress.advance(bar)
+        play_matches(list(rest), workers=workers, heed=heed)
+    if failed:
+        raise MatchError(f"{len(failed)} of {len(rest)} matches were lost: {failed[0]}")
     return [done[run] for run in todo]
 
 

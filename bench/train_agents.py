@@ -11,9 +11,9 @@
 6. BASS plays with them, choosing by that value, and the value is learned again with these episodes too: a value knows
    little of where choosing by it leads before that was seen;
 7. the policies and the paper's BASS, choosing by NFD, are trained again from people of A alone;
-8. everybody plays with the people of A and B, and with those of population C whom nobody was trained with, beside an
-   idle partner and the scripted expert; those trained with A alone play with A, B and C in turn. The scores with C go
-   into the cards and the tables into the report.
+8. everybody plays with the people of population C, with whom nobody was trained, beside an idle partner and the
+   scripted expert; those trained with A alone play with A and B as well. The scores with C go into the cards and the
+   tables into the report.
 
 Stopped and started again it goes on where it was; finished evaluation episodes are in DATA/evaluation.jsonl.
 """
@@ -45,8 +45,9 @@ def main(words: Sequence[str] | None = None) -> None:
 def _run(args: argparse.Namespace) -> None:
     if not args.only_evaluate and not args.finished:
         train_all(args)
+    left_out = {*args.without, *(_not_trained(args.data) if args.finished else ())}
     both, of_a = (
-        field._replace(learners={one: label for one, label in field.learners.items() if one not in args.without})
+        field._replace(learners={one: label for one, label in field.learners.items() if one not in left_out})
         for field in (OF_BOTH, OF_A)
     )
     played, played_of_a = _played(args, (both, of_a))
@@ -60,8 +61,20 @@ def _run(args: argparse.Namespace) -> None:
     write_report(args.report, measured_part((both, played), (of_a, played_of_a), cards, numbers))
 
 
+def _not_trained(data: Path) -> list[str]:
+    """Agents of the tables that are not there yet; says which."""
+    missing = []
+    for agent_id in [*OF_BOTH.learners, *OF_A.learners]:
+        try:
+            find_checkpoint(agent_id.partition(":")[0], data / "models", SHIPPED)
+        except MovingOutError:
+            print(f"{agent_id}: not trained yet, left out of the tables", flush=True)
+            missing.append(agent_id)
+    return missing
+
+
 def _played(args: argparse.Namespace, fields: Sequence[Field]) -> list[dict[str, list[Outcome]]]:
-    """For each field all episodes by partners; each agent plays its first before any plays its second."""
+    """For each field all episodes by partners."""
     maps, log = list(map_names()), args.data / "evaluation.jsonl"
     todo = [
         {
@@ -70,9 +83,8 @@ def _played(args: argparse.Namespace, fields: Sequence[Field]) -> list[dict[str,
         }
         for field in fields
     ]
-    wanted = dict.fromkeys(run for groups in todo for made in groups.values() for run in made)
-    in_turn = sorted(wanted, key=lambda run: run.seed)
-    outcomes = finished(in_turn, log) if args.finished else play_all(in_turn, args.workers, log)
+    wanted = list(dict.fromkeys(run for groups in todo for made in groups.values() for run in made))
+    outcomes = finished(wanted, log) if args.finished else play_all(wanted, args.workers, log)
     done = {one.run: one for one in outcomes}
     return [{group: [done[run] for run in made if run in done] for group, made in groups.items()} for groups in todo]
 
@@ -98,8 +110,8 @@ def _parsed(words: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--data", type=Path, default=Path("data"), help="only ./data is seen by the worker processes")
     parser.add_argument("--episodes", type=int, default=48, help="per map in the expert's round; half in the others")
     parser.add_argument("--rounds", type=int, default=2, help="of labelling where the learner went")
-    parser.add_argument("--updates", type=int, default=1200, help="of the policy after each round of labelling")
-    parser.add_argument("--last-updates", type=int, default=2400, help="more of them after the last round")
+    parser.add_argument("--updates", type=int, default=1200, help="of the policy between rounds, after each of them")
+    parser.add_argument("--policy-updates", type=int, default=6000, help="of Diffusion Policy on all labels, in one go")
     parser.add_argument("--batch", type=int, default=512, help="windows per update of Diffusion Policy")
     parser.add_argument("--width", type=int, default=384)
     parser.add_argument("--simulator-updates", type=int, default=5000)

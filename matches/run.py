@@ -23,12 +23,18 @@ from matches.table import Row, markdown, rows_of
 
 Progress = Callable[[int, int], None]
 """Called with (finished, all) matches."""
+Heed = Callable[[MatchResult], None]
+"""Called with each result as it comes."""
 CrewMaker = Callable[[int, float, Path | None], Crew]
 """(workers, agent_limit_s, record) -> Crew"""
 
 
 def _silent(finished: int, count: int) -> None:
     """No progress shown."""
+
+
+def _heedless(result: MatchResult) -> None:
+    """Results are looked at when all are there."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,6 +99,7 @@ def play_matches(
     agent_limit_s: float = AGENT_LIMIT_S,
     crew: CrewMaker = LocalCrew,
     progress: Progress = _silent,
+    heed: Heed = _heedless,
 ) -> list[MatchResult]:
     """The results of matches, in their order. Raises MovingOutError before anything is played."""
     for agent_id in sorted({agent_id for match in matches for agent_id in match.seats}):
@@ -107,6 +114,7 @@ def play_matches(
     with closing(dispatch(crew(size, agent_limit_s, record), todo)) as results:
         for result in results:
             found[result.match] = result
+            heed(result)
             progress(len(found), len(todo))
     return [found[match] for match in matches]
 

@@ -57,7 +57,9 @@ class Optimisation:
     seed: NotNegative = documented(0, "seed of initial weights, batches and noise")
     threads: Annotated[int, Field(ge=1, le=1024)] = documented(1, "CPU threads", "free")
     precision: Precision = documented(
-        "auto", "bf16 (mixed precision), fp32, or auto: bf16 on a GPU, where it is faster", "free"
+        "auto",
+        "bf16 (mixed precision), fp32, or auto: bf16 where it is faster: GPUs and processors with AVX512-BF16 or AMX",
+        "free",
     )
     evaluate_every: AtLeastOne = documented(500, "updates between validations and resume files", "free")
     window_share: Annotated[FiniteFloat, Field(gt=0.0, le=1.0)] = documented(

@@ -105,7 +105,7 @@ def _update(state: _State, task: Task, config: Optimisation, device: torch.devic
     for group in state.optimiser.param_groups:
         group["lr"] = config.rate * _schedule(state.update, task.updates, config.warmup)
     state.network.train()
-    mixed = config.precision == "bf16" or (config.precision == "auto" and device.type == "cuda")
+    mixed = config.precision == "bf16" or (config.precision == "auto" and _faster_in_bf16(device))
     with torch.autocast(device.type, dtype=torch.bfloat16, enabled=mixed):
         losses = task.losses(state.network)
     state.optimiser.zero_grad(set_to_none=True)
@@ -117,6 +117,13 @@ def _update(state: _State, task: Task, config: Optimisation, device: torch.devic
     keep = min(config.ema, (1 + state.update) / (10 + state.update))
     _average(state, keep)
     return losses
+
+
+def _faster_in_bf16(device: torch.device) -> bool:
+    """Whether there are instructions for it; without them a processor converts back and forth and is slower."""
+    if device.type == "cuda":
+        return True
+    return bool(torch.cpu._is_avx512_bf16_supported() or torch.cpu._is_amx_tile_supported())
 
 
 @torch.no_grad()

@@ -24,7 +24,9 @@ def commands(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> dict[str, list[
 
     monkeypatch.setattr(_curriculum, "_command", note)
     monkeypatch.setattr(_curriculum, "_movingout", note_other)
-    sizes = dict.fromkeys(("episodes", "updates", "last_updates", "simulator_updates", "baseline_updates", "plays"), 4)
+    sizes = dict.fromkeys(
+        ("episodes", "updates", "policy_updates", "simulator_updates", "baseline_updates", "plays"), 4
+    )
     _curriculum.train_all(argparse.Namespace(data=tmp_path, rounds=1, width=8, batch=8, ticks=9, workers=2, **sizes))
     return said
 
@@ -52,8 +54,8 @@ def test_the_value_is_learned_again_from_what_it_led_to(commands: dict[str, list
     assert own_play in again and own_play not in first
 
 
-def test_a_policy_goes_on_with_more_labels_on_purpose(commands: dict[str, list[list[str]]]) -> None:
-    assert len(commands[DP]) == 2 and all("--go-on" in words for words in commands[DP])
+def test_the_policy_of_the_rounds_goes_on_with_more_labels(commands: dict[str, list[list[str]]]) -> None:
+    assert len(commands[LEARNER]) == 1 and "--go-on" in commands[LEARNER][0]
 
 
 def test_who_is_compared_learns_equally_long_from_the_same(commands: dict[str, list[list[str]]]) -> None:
