@@ -73,8 +73,8 @@ def train_all(args: argparse.Namespace) -> None:
         if number < args.rounds:
             _train_policy(args, both, LEARNER, args.updates * (number + 1), *alone)
     simulator = "--updates", args.simulator_updates
-    of_both = _policies(args, both, DP, AUGMENTED, MLP, GRU)
-    of_a = _policies(args, only_a, DP_A, AUGMENTED_A, MLP_A, GRU_A)
+    of_both = _policies(args, both, args.policy_updates, DP, AUGMENTED, MLP, GRU)
+    of_a = _policies(args, only_a, args.policy_updates // 2, DP_A, AUGMENTED_A, MLP_A, GRU_A)  # half of the labels
     _together(args, [*of_both, *of_a])
     plays = _plays(args, DP)
     first = partial(_train, args, FIRST, "bass", labels, plays, "--base", AUGMENTED, *simulator)
@@ -101,12 +101,14 @@ def _together(args: argparse.Namespace, steps: Sequence[Step]) -> None:
             raise
 
 
-def _policies(args: argparse.Namespace, lessons: Lessons, dp: str, augmented: str, mlp: str, gru: str) -> list[Step]:
-    """The four policies from the same lessons, the longest first."""
+def _policies(
+    args: argparse.Namespace, lessons: Lessons, updates: int, dp: str, augmented: str, mlp: str, gru: str
+) -> list[Step]:
+    """The four policies from the same lessons, the longest first; `updates` are of Diffusion Policy."""
     baseline = "--population", lessons.people, "--updates", args.baseline_updates
     return [
-        partial(_train_policy, args, lessons, dp, args.policy_updates),
-        partial(_train_policy, args, lessons, augmented, args.policy_updates, *AUGMENTATION),
+        partial(_train_policy, args, lessons, dp, updates),
+        partial(_train_policy, args, lessons, augmented, updates, *AUGMENTATION),
         partial(_train, args, gru, "gru", lessons.folder, *baseline),
         partial(_train, args, mlp, "mlp", lessons.folder, *baseline),
     ]
