@@ -7,7 +7,7 @@ import torch
 from torch import nn
 
 from agents.errors import DataError
-from agents.training.config import Optimisation
+from agents.training.config import Optimisation, Precision
 from agents.training.loop import Fitted, Losses, Task, fit
 from agents.training.run import RESUME
 
@@ -49,3 +49,25 @@ def test_a_resume_file_that_is_damaged_or_of_another_network_is_refused(tmp_path
     (tmp_path / RESUME).write_bytes(b"nothing of the kind")
     with pytest.raises(DataError, match="is damaged"):
         _fit(tmp_path, 4)
+
+
+@pytest.mark.parametrize(
+    ("precision", "bf16_here", "expected"),
+    [("auto", True, torch.bfloat16), ("auto", False, torch.float32), ("fp32", True, torch.float32)],
+)
+def test_precision_goes_by_what_the_processor_has(
+    precision: Precision, bf16_here: bool, expected: torch.dtype, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(torch.cpu, "_is_avx512_bf16_supported", lambda: bf16_here)
+    monkeypatch.setattr(torch.cpu, "_is_amx_tile_supported", lambda: False)
+    seen: list[torch.dtype] = []
+
+    def losses(network: nn.Module) -> Losses:
+        out = network(torch.ones(4, 3))
+        seen.append(out.dtype)
+        return {"loss": out.float().square().mean()}
+
+    config = Optimisation(warmup=0, precision=precision)
+    fitted = fit(Task(nn.Linear(3, 3), losses, lambda _: {"loss": torch.zeros(())}, 1), config, tmp_path)
+    assert seen == [expected]
+    assert {parameter.dtype for parameter in fitted.network.parameters()} == {torch.float32}, "weights stay whole"
