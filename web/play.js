@@ -165,7 +165,7 @@ class Play {
       swap: () => this.#seats.swap(),
     });
     this.#panels.update(this.#game, nowMs, { busy: this.#series.showsResult, lost: this.#lost(nowMs) }, cards, this.#mapping);
-    this.#thoughts.write();
+    this.#thoughts.write(this.#game.phase === "paused");
     const touch = mode === "play" && cards.some((card) => card.device === "touch") && !this.#series.showsResult;
     this.#root.toggleAttribute("data-touch", touch);
     byId("touch", HTMLElement).hidden = !touch || !["countdown", "playing"].includes(this.#game.phase);

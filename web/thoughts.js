@@ -11,7 +11,7 @@ import { TEXT } from "./text.js";
 
 const STEP = 0.06; // arena units that a robot drives in a tick at full stick
 const MOVED = 0.03; // arena units; an item expected to move less is not drawn
-const STALE_MS = 1500; // an agent that has said nothing for so long is not shown
+const STALE_MS = 1500; // of play; an agent that has said nothing for so long is not shown
 
 /** @typedef {import("./render.js").GameMap} GameMap */
 /** @typedef {import("./render.js").View} View */
@@ -36,6 +36,7 @@ export class Thoughts {
   /** @type {Map<number, {thought: Thought, atMs: number}>} by seat */
   #newest = new Map();
   #shown = "";
+  #writtenAtMs = performance.now();
   #button;
   #list = el("div");
 
@@ -59,8 +60,11 @@ export class Thoughts {
     for (const thought of this.#fresh()) drawThought(pen, map, view, thought);
   }
 
-  /** The scores, in words. */
-  write() {
+  /** The scores, in words. Nothing gets stale in a pause. @param {boolean} paused */
+  write(paused) {
+    const nowMs = performance.now();
+    if (paused) for (const newest of this.#newest.values()) newest.atMs += nowMs - this.#writtenAtMs;
+    this.#writtenAtMs = nowMs;
     if (this.#source === null) return;
     const fresh = this.#fresh();
     const shown = fresh.map(({ seat, tick }) => `${seat}:${tick}`).join();

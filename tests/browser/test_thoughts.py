@@ -28,16 +28,16 @@ THOUGHT = {
 }
 
 
-def think(page: Page) -> None:
-    """The server tells of one decision whenever the page asks."""
-    stream = f"retry: 300\ndata: {json.dumps(THOUGHT)}\n\n"
+def think(page: Page, *thoughts: dict[str, object]) -> None:
+    """The server tells of these decisions whenever the page asks."""
+    stream = "retry: 300\n" + "".join(f"data: {json.dumps(thought)}\n\n" for thought in thoughts)
     page.route("**/thoughts", lambda route: route.fulfill(content_type="text/event-stream", body=stream))
 
 
 def test_a_spectator_switches_on_what_an_agent_weighs(server: Server, open_page: OpenPage, pictures: Path) -> None:
     room = server.make_room("HandOff", blue="idle", red="scripted")  # lasts until time is up
     page = open_page(room["watch_path"])
-    think(page)
+    think(page, THOUGHT)
     box = page.get_by_role("region", name="What agents weigh")
     box.get_by_role("button", name="Show candidates").click()
     expect(box.get_by_role("listitem")).to_have_count(4)
@@ -54,7 +54,7 @@ def test_the_switch_stays_under_the_pointer_when_the_round_begins(
 ) -> None:
     room = server.make_room("HandOff", blue="here", red="idle")
     page = open_page(room["watch_path"], viewport=size)
-    think(page)
+    think(page, THOUGHT)
     expect(page.locator("#ready")).to_be_visible()  # and gone when the round begins
     page.get_by_role("button", name="Show candidates").hover()
     page.mouse.down()
@@ -80,3 +80,21 @@ def test_players_are_not_offered_to_look_into_their_partner(server: Server, open
     room = server.practice()
     page = open_page(room["join_path"], room)
     expect(page.locator("#thoughts")).to_be_hidden()
+
+
+def test_in_a_pause_stays_what_was_weighed_last(server: Server, open_page: OpenPage) -> None:
+    room = server.make_room("HandOff", blue="here", red="idle")
+    page, blue = open_page(room["watch_path"]), open_page(room["join_path"], room)
+    start(blue)
+    think(page, THOUGHT)
+    page.get_by_role("button", name="Show candidates").click()
+    scores = page.locator("#thoughts").get_by_role("listitem")
+    expect(scores).to_have_count(4)
+    blue.keyboard.press("Escape")
+    wait_for(page, "game.phase === 'paused'")
+    think(page)  # nothing any more
+    page.wait_for_timeout(2500)
+    expect(scores).to_have_count(4)
+    blue.keyboard.press("Space")
+    wait_for(page, "game.phase === 'playing'")
+    expect(page.locator("#thoughts")).to_contain_text("No agent here says what it weighs.")
