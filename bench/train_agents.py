@@ -111,7 +111,9 @@ def _parsed(words: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--episodes", type=int, default=64, help="per map in the expert's round; half in the others")
     parser.add_argument("--rounds", type=int, default=2, help="of labelling where the learner went")
     parser.add_argument("--updates", type=int, default=1200, help="of the policy between rounds, after each of them")
-    parser.add_argument("--policy-updates", type=int, default=6000, help="of Diffusion Policy on all labels; half with A's")
+    parser.add_argument(
+        "--policy-updates", type=int, default=6000, help="of Diffusion Policy on all labels; half with A's"
+    )
     parser.add_argument("--batch", type=int, default=512, help="windows per update of Diffusion Policy")
     parser.add_argument("--width", type=int, default=384)
     parser.add_argument("--simulator-updates", type=int, default=5000)
