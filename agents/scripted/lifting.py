@@ -25,6 +25,7 @@ from world.state import Floats
 GOOD_ENOUGH = 80.0  # quarter ticks: a way together this much longer than a way alone is taken
 UNLIKE = 0.7  # rad by which two ways to hold an item differ
 APART, COMFORTABLE = 0.255, 0.33  # units between the two holders' centres: at least, and better
+LET_GO = 8  # ticks for which one goes on holding an item that is home when the other one has let go of it
 _LOOKED_AT = 12  # grips of which it is known whether who comes first leaves room for the other one
 SIDEWAYS = 12.0  # quarter ticks per radian by which two grips are not opposite
 
@@ -183,8 +184,10 @@ class Lift:
             self._nearest = gap
             self._waited = max(self._waited - 4, 0)
         outbid = self._yields and now.theirs >= 0 and now.is_heavy(now.theirs)
-        if self._waited > self._patience or outbid:
-            self.hopeless, self.waited_in_vain = True, not outbid
+        home = bool(now.delivered[self.item])  # who let go of it there thinks that this will do
+        patience = min(self._patience, LET_GO) if home else self._patience
+        if self._waited > patience or outbid:
+            self.hopeless, self.waited_in_vain = True, not (outbid or home)
             return Command(0.0, 0.0, grasp=True)
         return REST
 
