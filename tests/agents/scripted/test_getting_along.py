@@ -13,7 +13,7 @@ from agents.scripted.driving import no_danger
 from agents.scripted.fetching import Carry, Fetch
 from agents.scripted.grasping import stands
 from agents.scripted.lattice import UNREACHED
-from agents.scripted.lifting import APART, Lift
+from agents.scripted.lifting import APART, LET_GO, Lift
 from agents.scripted.situation import Situation
 from agents.scripted.style import Style
 from agents.scripted.terrain import with_robot
@@ -175,3 +175,20 @@ def test_a_partner_in_the_way_is_not_taken_for_an_arm_too_short() -> None:
         agent._unblock(now)
         blamed[beside] = 0 in agent._chooser._useless
     assert blamed == {0.25: False, 0.6: True}
+
+
+def test_who_is_home_with_a_heavy_item_lets_go_soon_after_the_other_one_has() -> None:
+    """At the start the other one is waited for, for all of one's patience."""
+    patience = 5 * LET_GO
+    for home, waits in ((True, LET_GO), (False, patience)):
+        now = _situation("SingleRotation", held=np.array([0, -1]))
+        if home:
+            goal, items = now.map.goals[0], now.state.item_poses.copy()
+            items[0, :2] = (goal.left + goal.right) / 2, (goal.bottom + goal.top) / 2
+            now = _situation("SingleRotation", held=np.array([0, -1]), item_poses=items)
+        assert now.delivered[0] == home
+        lift = Lift(now, 0, patience, frozenset())
+        lift.step(now, no_danger, THINK)  # sees where the other one is
+        commands = [lift.step(now, no_danger, THINK) for _ in range(waits + 1)]
+        assert [command is not None and command.grasp for command in commands] == [False] * waits + [True]
+        assert lift.waited_in_vain is not home  # it trusts the other one as before
