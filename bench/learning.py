@@ -20,6 +20,7 @@ import numpy as np
 from rich.console import Console
 from rich.progress import Progress
 
+from agents import person, populations, scripted
 from agents.catalogue import load_agent
 from agents.checkpoint import MODEL_ROOTS, find_checkpoint
 from agents.populations import POPULATIONS, population
@@ -110,16 +111,25 @@ def finished(todo: list[Run], log: Path) -> list[Outcome]:
 
 @lru_cache
 def _version(agent_id: str) -> str:
-    """What a trained agent consists of; a log is of no use for another one of the same name."""
+    """What an agent consists of: a log is of no use for another one of the same name."""
     if "@" not in agent_id:
-        return ""
+        return _code_of_people()
     card = find_checkpoint(agent_id.partition(":")[0], *MODEL_ROOTS).card
     parts = (card.policy, card.selection, *card.files)
     return hashlib.sha256("".join(part.model_dump_json() for part in parts if part).encode()).hexdigest()
 
 
+@lru_cache
+def _code_of_people() -> str:
+    """Of what is not learned: a person plays otherwise after a change of the code."""
+    files = [Path(module.__file__) for module in (person, populations)]
+    files += sorted(Path(scripted.__file__).parent.glob("*.py"))
+    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
+
+
 def _key(run: Run) -> str:
-    return json.dumps({**asdict(run), "version": _version(run.agent)}, sort_keys=True)
+    versions = {"version": _version(run.agent), "partner_version": _version(run.partner)}
+    return json.dumps({**asdict(run), **versions}, sort_keys=True)
 
 
 def _log(log: Path, outcome: Outcome) -> None:

@@ -99,6 +99,16 @@ def test_a_stopped_evaluation_goes_on_from_its_log(tmp_path: Path) -> None:
     assert [one.tcr for one in again] == [0.75]
 
 
+def test_a_log_is_of_no_use_when_people_play_otherwise(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    log, run = tmp_path / "log.jsonl", Run("idle", "person:name=C01", "HandOff", 0, 1, 3)
+    learning._log(log, Outcome(run, 0.75, 0.5, 1.0, None, 0.1))
+    assert learning.finished([run], log)
+    learning._version.cache_clear()
+    monkeypatch.setattr(learning, "_code_of_people", lambda: "changed")
+    assert not learning.finished([run], log)
+    learning._version.cache_clear()
+
+
 def test_a_lost_match_is_no_score(tmp_path: Path) -> None:
     log, runs = tmp_path / "log.jsonl", [Run(who, "idle", "HandOff", 0, 1, 6) for who in ("idle", f"{HERE}:Crashing")]
     with pytest.raises(
