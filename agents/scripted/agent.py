@@ -120,7 +120,8 @@ class ScriptedAgent:
             and now.mine < 0
             and errand.stand >= 0
             and self._is_beside(now, errand.item)
-            and not touching(now)  # else the partner is in the way, not the item out of reach
+            # who touches the partner is kept away by it, but one that holds this item stays where it is
+            and (now.theirs == errand.item or not touching(now))
         ):
             self._chooser.in_vain(errand)
             self._errand = None

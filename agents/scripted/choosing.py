@@ -10,6 +10,7 @@ import numpy as np
 from agents.scripted.dragging import Drag
 from agents.scripted.errand import Errand
 from agents.scripted.fetching import Carry, Fetch
+from agents.scripted.grasping import stands_towards
 from agents.scripted.lattice import UNREACHED
 from agents.scripted.lifting import Lift
 from agents.scripted.relay import FARTHEST, Relay, relay
@@ -61,6 +62,7 @@ class Chooser:
         self._taken = (-1, 0)  # what the partner holds, and since which tick
         self._left: dict[int, int] = {}  # item that the partner put down on the way: since which tick
         self._moved = 0  # the tick at which this player itself moved last
+        self._far = -1  # the farthest item as it was chosen: on the way another one becomes the farthest
 
     # ---- what it learns ---------------------------------------------------------------------------------------
 
@@ -125,6 +127,8 @@ class Chooser:
         """Note how an errand went."""
         if isinstance(errand, Aside) and errand.handed_over >= 0:
             self._hopeless[errand.handed_over] = now.tick + HANDED_OVER_FOR
+        if isinstance(errand, Lift) and errand.given_up is not None:
+            self._useless[errand.item] = stands_towards(errand.given_up)
         if errand.hopeless:
             self._hopeless[errand.item] = now.tick + HOPELESS_FOR
             self._useless.pop(errand.item, None)
@@ -230,10 +234,13 @@ class Chooser:
     def _divide(self, smalls: list[int], mine: dict[int, float], theirs: dict[int, float], now: Situation) -> int:
         """Which small item to take so that both together walk least; or the farthest, for who likes that."""
         if self.style.far_first:
+            if self._far in smalls:
+                return self._far
             if self.style.role == "follower" and now.theirs < 0:
                 nearest = min(smalls, key=theirs.__getitem__)
                 smalls = [item for item in smalls if item != nearest] or smalls
-            return max(smalls, key=lambda item: (mine[item], -item))
+            self._far = max(smalls, key=lambda item: (mine[item], -item))
+            return self._far
         if len(smalls) == 1 or now.theirs >= 0:
             return min(smalls, key=lambda item: (mine[item], item))
         pairs = [(one, other) for one in smalls for other in smalls if one != other]

@@ -13,6 +13,7 @@ from world.constants import REACH, REACH_TOLERANCE
 from world.state import Floats
 
 GAP = 0.012  # between robot and item when it grabs: as far as the hand reaches, nearly
+_ABOUT = 0.5  # cosine of the angle between two ways to look that are about the same
 HEADINGS: Floats = np.arange(32) * math.pi / 16
 _DISTANCES: Floats = np.arange(0.13, 0.5, 0.004)
 
@@ -42,6 +43,11 @@ def _stands(item: ItemSpec, x: float, y: float, angle: float) -> tuple[Floats, n
     places = centres[np.arange(len(HEADINGS)), nearest]
     gaps = signed_distance(item, pose, places + REACH * ahead)
     return np.column_stack([places, HEADINGS]), gaps < REACH_TOLERANCE + 0.6 * GAP
+
+
+def stands_towards(heading: float) -> set[int]:
+    """The numbers of the stands from which a robot looks about this way."""
+    return set(np.flatnonzero(np.cos(HEADINGS - heading) > _ABOUT).tolist())
 
 
 def in_frame(robot_pose: Floats, item_pose: Floats) -> tuple[float, float, float]:

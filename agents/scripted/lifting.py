@@ -16,16 +16,20 @@ from agents.scripted.grasping import stands
 from agents.scripted.lattice import UNREACHED
 from agents.scripted.pairing import PairHaul
 from agents.scripted.situation import Situation
-from agents.scripted.terrain import Terrain, with_robot
+from agents.scripted.terrain import Terrain, sample, with_robot
 from agents.scripted.thinking import Thinking, Thought, solve
 from agents.scripted.traffic import bound, side_prices
 from agents.scripted.walking import cost_at, walk_lengths
+from maps.spec import ROBOT_RADIUS
 from world.state import Floats
 
 GOOD_ENOUGH = 80.0  # quarter ticks: a way together this much longer than a way alone is taken
 UNLIKE = 0.7  # rad by which two ways to hold an item differ
 APART, COMFORTABLE = 0.255, 0.33  # units between the two holders' centres: at least, and better
+FED_UP = 60  # ticks without getting nearer after which a pair lets go, to take the item from other sides
 LET_GO = 8  # ticks for which one goes on holding an item that is home when the other one has let go of it
+COMFORTABLE_ROOM, CRAMPED = 0.04, 1000.0  # units around a stand; quarter ticks per unit that is missing
+_FORGOTTEN = 0.03  # units per tick: who has been near and gone away comes when it turns back
 _LOOKED_AT = 12  # grips of which it is known whether who comes first leaves room for the other one
 SIDEWAYS = 12.0  # quarter ticks per radian by which two grips are not opposite
 
@@ -83,6 +87,13 @@ def _tightness(gap: float) -> float:
     return max(COMFORTABLE - gap, 0.0) * 1000.0
 
 
+def cramped(now: Situation, ground: Terrain, item: int) -> Floats:
+    """(32,) the price of stands with so little room that clumsy hands fail there; `ground` is without the item."""
+    poses, _ = stands(now.item(item), now.item_pose(item))
+    room = sample(ground.clearance, poses[:, 0], poses[:, 1]) - ROBOT_RADIUS
+    return CRAMPED * np.maximum(COMFORTABLE_ROOM - room, 0.0)
+
+
 def grips_beside_partner(now: Situation, item: int, mine: list[float]) -> list[Grips]:
     """Stands that go with the partner's grip, opposite and near ones first."""
     poses, _ = stands(now.item(item), now.item_pose(item))
@@ -115,6 +126,7 @@ class Lift:
         self.item = item
         self.hopeless = False
         self.waited_in_vain = False
+        self.given_up: float | None = None  # the heading with which it could not be brought home
         self._useless = useless
         self._patience = patience
         self._yields = yields
@@ -181,8 +193,8 @@ class Lift:
         gap = float(np.hypot(*(now.partner - now.item_pose(self.item))[:2]))
         self._waited += 1
         if gap < self._nearest - 0.02:
-            self._nearest = gap
             self._waited = max(self._waited - 4, 0)
+        self._nearest = min(gap, self._nearest + _FORGOTTEN)
         outbid = self._yields and now.theirs >= 0 and now.is_heavy(now.theirs)
         home = bool(now.delivered[self.item])  # who let go of it there thinks that this will do
         patience = min(self._patience, LET_GO) if home else self._patience
@@ -198,6 +210,9 @@ class Lift:
         self._way.advance(slices)
         if not self._way.done:
             return REST
+        if self._way.result.idle_ticks > FED_UP and not now.delivered[self.item]:
+            self.given_up = float(now.pose[2])
+            return Command(0.0, 0.0, grasp=True)
         return self._way.result.drive(now.item_pose(self.item), now.robots)[now.seat]
 
     def _think_way(self, now: Situation) -> Thought[PairHaul]:
@@ -229,12 +244,13 @@ class Lift:
     def _think_grips(self, now: Situation) -> Thought[Grips | None]:
         spec, item_pose = now.item(self.item), now.item_pose(self.item)
         walks = walk_costs(now, self._ground, now.pose, self.item, self._useless)
-        mine = [cost + price for cost, price in zip(walks, side_prices(now, self.item, self._side), strict=True)]
+        narrow = cramped(now, self._bare, self.item)
+        mine = (np.array(walks) + side_prices(now, self.item, self._side) + narrow).tolist()
         yield
         if now.theirs == self.item:
             options = grips_beside_partner(now, self.item, mine)
         else:
-            theirs = walk_costs(now, self._ground, now.partner, self.item)
+            theirs = (np.array(walk_costs(now, self._ground, now.partner, self.item)) + narrow).tolist()
             yield
             options = grips_for_both(now, self.item, mine, theirs)
         if not options:

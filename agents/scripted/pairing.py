@@ -81,6 +81,11 @@ class PairHaul:
         self._places = self._search.starts
         self._progress = Progress()
 
+    @property
+    def idle_ticks(self) -> int:
+        """For how long the two have not got nearer."""
+        return self._progress.ticks
+
     def cost(self, item_pose: Floats) -> float:
         """Quarter ticks from an item pose (3,)."""
         return float(values(self.field.cost, PAIR, self._body(item_pose)[None])[0])

@@ -13,7 +13,8 @@ from agents.scripted.driving import no_danger
 from agents.scripted.fetching import Carry, Fetch
 from agents.scripted.grasping import stands
 from agents.scripted.lattice import UNREACHED
-from agents.scripted.lifting import APART, LET_GO, Lift
+from agents.scripted.lifting import APART, LET_GO, Lift, cramped
+from agents.scripted.lifting import FED_UP as PAIR_FED_UP
 from agents.scripted.situation import Situation
 from agents.scripted.style import Style
 from agents.scripted.terrain import with_robot
@@ -192,3 +193,73 @@ def test_who_is_home_with_a_heavy_item_lets_go_soon_after_the_other_one_has() ->
         commands = [lift.step(now, no_danger, THINK) for _ in range(waits + 1)]
         assert [command is not None and command.grasp for command in commands] == [False] * waits + [True]
         assert lift.waited_in_vain is not home  # it trusts the other one as before
+
+
+def test_who_cannot_grab_beside_a_partner_that_holds_the_other_end_tries_another_stand() -> None:
+    agent = ScriptedAgent()
+    start = _situation("SingleRotation")
+    poses = start.item_pose(0) + np.array([[-0.4, 0.0, 0.0], [-0.4, 0.25, 0.0]])
+    now = _situation("SingleRotation", robot_poses=poses, held=np.array([-1, 0]))
+    agent.reset(EpisodeInfo(now.map, 0, 0, 500))
+    agent._errand = lift = Lift(now, 0, patience=100, useless=frozenset())
+    for _ in range(3):
+        lift.step(now, no_danger, THINK)
+    stand = lift.stand
+    agent._unblock(now)
+    assert agent._chooser._useless == {0: {stand}} and agent._errand is None
+
+
+def test_who_likes_far_things_keeps_to_the_one_it_has_chosen() -> None:
+    """On the way to it another one becomes the farthest; whoever changes its mind then never arrives."""
+    start = _situation("CornerDecision")
+    chooser = Chooser(start.map, Style(far_first=True, heavy_first=False))
+    chooser.watch(start)
+    first = chooser.next_errand(start, None)
+    poses = start.robots.copy()
+    assert isinstance(first, Fetch)
+    poses[0, :2] = 0.6 * start.item_pose(first.item)[:2]  # more than half way there
+    later = _situation("CornerDecision", 40, robot_poses=poses)
+    again = chooser.next_errand(later, None)
+    fresh = Chooser(start.map, chooser.style).next_errand(later, None)
+    assert isinstance(again, Fetch) and again.item == first.item
+    assert isinstance(fresh, Fetch) and fresh.item != first.item
+
+
+def test_patience_is_kept_while_the_partner_comes_back() -> None:
+    """Near at first, then away for long, then on its way again: the last counts, not how near it was before."""
+
+    def seen(gap: float) -> Situation:
+        poses = _situation("SingleRotation").robots.copy()
+        poses[1, :2] = _situation("SingleRotation").item_pose(0)[:2] + np.array([gap, 0.0])
+        return _situation("SingleRotation", held=np.array([0, -1]), robot_poses=poses)
+
+    lift = Lift(seen(0.5), 0, patience=60, useless=frozenset())
+    waited = []
+    for gap in [0.5, *np.linspace(0.5, 1.7, 20), *[1.7] * 25, *np.linspace(1.7, 0.8, 15)]:
+        lift.step(seen(float(gap)), no_danger, THINK)
+        waited.append(lift._waited)
+    assert waited[45] >= 40 and waited[-1] < 10
+    assert not lift.hopeless
+
+
+def test_a_pair_that_gets_nowhere_lets_go_and_takes_other_sides() -> None:
+    now = _situation("SingleRotation", held=np.array([0, 0]))
+    chooser = _chooser(now)
+    lift = Lift(now, 0, patience=60, useless=frozenset())
+    commands = [lift.step(now, no_danger, THINK) for _ in range(PAIR_FED_UP + 4)]  # nothing moves
+    assert commands[-1] is not None and commands[-1].grasp
+    assert not any(command is not None and command.grasp for command in commands[:PAIR_FED_UP])
+    chooser.ended(now, lift)
+    poses, _ = stands(now.item(0), now.item_pose(0))
+    off = np.abs((poses[:, 2] - now.pose[2] + np.pi) % (2 * np.pi) - np.pi)
+    assert chooser._useless[0] == set(np.flatnonzero(off < np.pi / 3 - 1e-6).tolist())
+
+
+def test_a_heavy_item_is_held_where_there_is_room() -> None:
+    """Items 3 and 5 of CornerDecision lie on both sides of item 4: the stands between are dear, the others are not."""
+    now = _situation("CornerDecision")
+    poses, _ = stands(now.item(4), now.item_pose(4))
+    prices = cramped(now, now.ground((4,)), 4)
+    above = np.argmin(np.abs(poses[:, 2] - np.pi))  # looks down at the item
+    beside = np.argmin(np.abs(poses[:, 2] - np.pi / 2))  # between items 3 and 4
+    assert prices[above] == 0.0 and prices[beside] > 0.0
