@@ -21,6 +21,7 @@ from bench._roster import (
     AUGMENTED_A,
     BASS,
     BASS_A,
+    BASS_AUGMENTED,
     DP,
     DP_A,
     FIRST,
@@ -29,7 +30,6 @@ from bench._roster import (
     LEARNER,
     MLP,
     MLP_A,
-    PLAIN,
     PLAIN_A,
 )
 from server.cli import main as movingout
@@ -39,8 +39,8 @@ NAMES = {
     DP: "Diffusion Policy",
     AUGMENTED: "DP with augmentation",
     BASS: "DP/BASS",
+    BASS_AUGMENTED: "DP/BASS with augmentation",
     FIRST: "DP/BASS, its first value",
-    PLAIN: "DP with simulation",
     MLP: "MLP",
     GRU: "GRU",
     DP_A: "Diffusion Policy, A alone",
@@ -77,12 +77,12 @@ def train_all(args: argparse.Namespace) -> None:
     of_a = _policies(args, only_a, args.policy_updates // 2, DP_A, AUGMENTED_A, MLP_A, GRU_A)  # half of the labels
     _together(args, [*of_both, *of_a])
     plays = _plays(args, DP)
-    first = partial(_train, args, FIRST, "bass", labels, plays, "--base", AUGMENTED, *simulator)
+    first = partial(_train, args, FIRST, "bass", labels, plays, "--base", DP, *simulator)
     bass_a = partial(_train, args, BASS_A, "bass", only_a.folder, "--base", AUGMENTED_A, *BY_NFD, *simulator)
     _together(args, [first, bass_a])
     again = _plays(args, FIRST)
-    _train(args, BASS, "bass", labels, plays, again, "--base", AUGMENTED, "--simulator", FIRST, *alone)
-    _train(args, PLAIN, "bass", "--base", DP, "--simulator", BASS, "--value", BASS)
+    _train(args, BASS, "bass", labels, plays, again, "--base", DP, "--simulator", FIRST, *alone)
+    _train(args, BASS_AUGMENTED, "bass", "--base", AUGMENTED, "--simulator", BASS, "--value", BASS)
     _train(args, PLAIN_A, "bass", "--base", DP_A, "--simulator", BASS_A, *BY_NFD)
 
 
