@@ -12,7 +12,7 @@ import { TEXT } from "./text.js";
  */
 export function seatName(seat, own, watching = false) {
   if (own) return seat.name || TEXT.you;
-  if (seat.kind === "agent" && seat.name) return seat.name[0].toUpperCase() + seat.name.slice(1);
+  if (seat.kind === "agent" && /^[a-z]+$/.test(seat.name)) return seat.name[0].toUpperCase() + seat.name.slice(1);
   return seat.name || (seat.kind === "human" && !watching ? TEXT.partner : TEXT.kinds[seat.kind]);
 }
 

@@ -44,6 +44,7 @@ test("names: mine, the partner's, an agent's", () => {
   assert.deepEqual([seatName(seat(), true), seatName(seat(), false)], ["You", "Partner"]);
   assert.equal(seatName(seat(), false, true), "A person", "whoever watches has no partner");
   assert.equal(seatName(seat({ kind: "agent", name: "scripted" }), false), "Scripted");
+  assert.equal(seatName(seat({ kind: "agent", name: "bass@all" }), false), "bass@all", "an id is written as it is");
   assert.equal(seatName(seat({ name: "Ada" }), false), "Ada");
 });
 
