@@ -255,7 +255,7 @@ def test_a_pair_that_gets_nowhere_lets_go_and_takes_other_sides() -> None:
     assert chooser._useless[0] == set(np.flatnonzero(off < np.pi / 3 - 1e-6).tolist())
 
 
-def test_a_heavy_item_is_held_where_there_is_room() -> None:
+def test_stands_with_little_room_beside_a_heavy_item_are_dear() -> None:
     """Items 3 and 5 of CornerDecision lie on both sides of item 4: the stands between are dear, the others are not."""
     now = _situation("CornerDecision")
     poses, _ = stands(now.item(4), now.item_pose(4))
