@@ -106,6 +106,7 @@ class DynamicsSpec(_Strict):
     latent: Annotated[int, Field(ge=2, le=512)] = 32
     residual: bool = True  # decode the change of the state instead of the state
     rigid: bool = False  # items move as one body with who holds them, instead of being predicted
+    grasping: bool = False  # what a press does is calculated, instead of being predicted
 
 
 class ValueSpec(_Strict):

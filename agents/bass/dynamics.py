@@ -7,13 +7,15 @@ the state, which spares it to redraw all that stays. Both and the step are train
 paper's baseline for comparison.
 
 With `rigid`, networks predict robots and hands only: an item in a hand moves as one body with its holder (to 0.001 u
-in a tick of the engine, measured), one that nobody holds stays where it is, and neither needs learning.
+in a tick of the engine, measured), one that nobody holds stays where it is, and neither needs learning. With
+`grasping`, what a press does is not predicted either but calculated (`agents.bass.grasping`).
 """
 
 import torch
 from torch import Tensor, nn
 from torch.nn import functional as F
 
+from agents.bass.grasping import Grasping
 from agents.bass.state_vector import (
     ACTION_WIDTH,
     CONSTANT_WIDTH,
@@ -74,6 +76,7 @@ class Dynamics(nn.Module):
     def __init__(self, spec: DynamicsSpec) -> None:
         super().__init__()
         self.spec = spec
+        self.grasping = Grasping() if spec.grasping else None
         self.register_buffer("scale", torch.ones(MOVING_WIDTH))
         self.register_buffer("constant_mean", torch.zeros(CONSTANT_WIDTH))
         self.register_buffer("constant_scale", torch.ones(CONSTANT_WIDTH))
@@ -91,13 +94,20 @@ class Dynamics(nn.Module):
         return ((constant - self.constant_mean) * self.constant_scale).clamp(-4.0, 4.0)
 
     @property
-    def learned(self) -> slice:
-        """Which numbers of a state are predicted by the network."""
-        return slice(ITEMS_START if self.spec.rigid else MOVING_WIDTH)
+    def learned(self) -> list[int]:
+        """Which numbers of a state the network predicts."""
+        hands = [] if self.spec.grasping else range(HELD_START, ITEMS_START)
+        items = [] if self.spec.rigid else range(ITEMS_START, MOVING_WIDTH)
+        return [*range(HELD_START), *hands, *items]
 
     def advance(self, state: Tensor, constant: Tensor, actions: Tensor) -> Tensor:
         """The next moving state (B, 58), hands clear and items where hands bring them."""
-        after = tidied(self.step(state, constant, actions))
+        after = self.step(state, constant, actions)
+        if self.grasping is None:
+            after = tidied(after)
+        else:
+            hands = self.grasping(state, constant, actions.reshape(-1, 2, ACTION_WIDTH)[..., 3])
+            after = torch.cat((after[:, :HELD_START], hands.flatten(1), after[:, ITEMS_START:]), dim=1)
         return carried(state, after) if self.spec.rigid else after
 
     def losses(self, state: Tensor, constant: Tensor, actions: Tensor, after: Tensor) -> dict[str, Tensor]:

@@ -29,9 +29,9 @@ HELD_START = 2 * ROBOT_WIDTH
 HELD_WIDTH = ITEM_SLOTS + 1
 ITEMS_START = HELD_START + 2 * HELD_WIDTH
 MOVING_WIDTH = ITEMS_START + 4 * ITEM_SLOTS
-_ITEM_CONSTANTS = 3 + len(SHAPES) + len(SIZES)
+ITEM_CONSTANTS = 3 + len(SHAPES) + len(SIZES)
 _MAP_RECTANGLES = 48  # the last numbers of layout map-v1
-CONSTANT_WIDTH = ITEM_SLOTS * _ITEM_CONSTANTS + _MAP_RECTANGLES
+CONSTANT_WIDTH = ITEM_SLOTS * ITEM_CONSTANTS + _MAP_RECTANGLES
 ACTION_WIDTH = 4  # distance, cos, sin, and the desired hold level or the toggle
 TURN_UNIT = 5.0  # [rad/s], the fastest turn
 
@@ -95,7 +95,7 @@ def robot_places(rows: Floats) -> Floats:
 @lru_cache(maxsize=64)
 def constant(map_spec: MapSpec) -> Floats:
     """(146,) of a map."""
-    items = np.zeros((ITEM_SLOTS, _ITEM_CONSTANTS))
+    items = np.zeros((ITEM_SLOTS, ITEM_CONSTANTS))
     for index, item in enumerate(map_spec.items):
         items[index, 0] = 1.0
         items[index, 1 + SHAPES.index(item.shape)] = 1.0

@@ -157,6 +157,7 @@ class BassConfig(Optimisation):
     latent: int = documented(64, "latent dimensions", "never")
     residual: bool = documented(True, "predict the change of the state instead of the state", "never")
     rigid: bool = documented(True, "items move as one body with who holds them, instead of being predicted", "never")
+    grasping: bool = documented(True, "what a press does is calculated, instead of being predicted", "never")
     order: Order = documented(
         "joint", "joint, fine-tuned (second autoencoder from the first) or separate; see the paper", "never"
     )
@@ -176,7 +177,7 @@ class BassConfig(Optimisation):
 
     def spec(self) -> DynamicsSpec:
         """The network's description. Raises DataError for what cannot be built."""
-        names = ("width", "latent", "residual", "rigid")
+        names = ("width", "latent", "residual", "rigid", "grasping")
         return _described(DynamicsSpec, {"kind": self.dynamics} | {name: getattr(self, name) for name in names})
 
     def selection(self) -> SelectionSpec:
@@ -207,6 +208,7 @@ def bass_preset(preset: str) -> BassConfig:
             latent=32,
             residual=False,
             rigid=False,
+            grasping=False,
             own=4,
             partner=4,
             combine="independent",

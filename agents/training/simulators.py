@@ -9,7 +9,15 @@ from safetensors.torch import save
 from torch import nn
 
 from agents.bass.dynamics import Dynamics, Rollout, build_dynamics
-from agents.bass.state_vector import CONSTANT_WIDTH, ITEMS_START, MOVING_WIDTH, constant, moving_arrays
+from agents.bass.grasping import hands_of
+from agents.bass.state_vector import (
+    ACTION_WIDTH,
+    CONSTANT_WIDTH,
+    ITEMS_START,
+    MOVING_WIDTH,
+    constant,
+    moving_arrays,
+)
 from agents.checkpoint import Checkpoint, DynamicsSpec, FileName, Training, write_checkpoint
 from agents.dataset import Indices, Singles, Trajectory, held_out_episodes
 from agents.errors import CheckpointError
@@ -38,6 +46,11 @@ class Transitions:
 
     def __len__(self) -> int:
         return len(self.before)
+
+    def presses(self, rows: Indices) -> Indices:
+        """Those of the rows in which a hand is to change."""
+        found: Indices = rows[(self.actions[rows].reshape(-1, 2, ACTION_WIDTH)[..., -1] > 0.5).any(axis=1)]
+        return found
 
 
 def transitions_of(trajectories: list[Trajectory]) -> Transitions:
@@ -81,12 +94,18 @@ def train_dynamics(config: BassConfig, data: Transitions, folder: Path) -> Fitte
     out = held_out_episodes(data.casts, config.held_out, config.seed)[data.episodes]
     train = np.flatnonzero(~out)
     held_out = random.permutation(np.flatnonzero(out) if out.any() else train)[:VALIDATION_ROWS]
+    presses = data.presses(held_out)
 
     def validate(network: nn.Module) -> Losses:
         assert isinstance(network, Dynamics)
         state, of_map, actions, after = _batch(data, held_out, network.scale.device)
         error = network.advance(state, of_map, actions) - after
-        return {"l2": error.norm(dim=1).mean(), "items": error[:, ITEMS_START:].abs().max(dim=1).values.mean()}
+        found = {"l2": error.norm(dim=1).mean(), "items": error[:, ITEMS_START:].abs().max(dim=1).values.mean()}
+        if len(presses):
+            state, of_map, actions, after = _batch(data, presses, network.scale.device)
+            right = hands_of(network.advance(state, of_map, actions)) == hands_of(after)
+            found["presses"] = right.flatten(1).all(dim=1).double().mean()
+        return found
 
     updates = -(-config.epochs * len(train) // config.batch) if config.epochs else config.updates
     fits = stages(config.order)

@@ -1,0 +1,105 @@
+"""What a press does in the learned simulator: a full hand lets go, an empty one takes what is in its reach.
+
+Hands change in one tick of a hundred. A network that predicts whole states with one loss does best to say that they
+never do: the one that was trained so predicted none of 342 changes (2026-11-22), and whoever simulates with it cannot
+tell a candidate that takes an item from one that does not. What is in reach is the game's own rule and plain
+geometry, so it is calculated.
+"""
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from agents.bass.state_vector import HELD_START, HELD_WIDTH, ITEM_CONSTANTS, ITEMS_START, ROBOT_WIDTH, TURN_UNIT
+from maps.shapes import corner_radius
+from maps.spec import SHAPES, SIZES
+from maps.surface import polygon
+from world import constants as c
+from world.observation import ITEM_SLOTS
+
+HALF_TICK_S = 0.05
+_FAR = 10.0  # [u] where items are that do not exist, or cannot be taken
+_SHAPE = slice(1, 1 + len(SHAPES))  # where these stand in the constants of an item
+_SMALL = 1 + len(SHAPES) + SIZES.index("small")
+_SCALE = ITEM_CONSTANTS - 2
+
+
+class Grasping(nn.Module):
+    """Says what both hands hold after a tick. Nothing in it is learned."""
+
+    starts: Tensor
+    edges: Tensor
+    radii: Tensor
+
+    def __init__(self) -> None:
+        super().__init__()
+        outlines = [_outline(shape) for shape in SHAPES]
+        longest = max(len(starts) for starts, _ in outlines)
+        padded = [[np.pad(part, ((0, longest - len(part)), (0, 0)), "edge") for part in both] for both in outlines]
+        for name, rows in zip(("starts", "edges"), zip(*padded, strict=True), strict=True):
+            flat = torch.tensor(np.array(rows), dtype=torch.float32).flatten(1)  # (8, 2 V) of items of scale 1
+            self.register_buffer(name, flat, persistent=False)
+        radii = [1.0 if shape == "circle" else corner_radius(shape, 1.0) for shape in SHAPES]
+        self.register_buffer("radii", torch.tensor(radii)[:, None], persistent=False)
+
+    def forward(self, state: Tensor, constant: Tensor, press: Tensor) -> Tensor:
+        """Hands (B, 2, 8), one-hot, after states (B, 58) of maps (B, 146) with presses (B, 2), 1 or 0.
+
+        Blue's hand moves at the beginning of a tick; red's in the middle of it, until when it drives as before.
+        """
+        hands = hands_of(state)
+        blue, red = state[:, :HELD_START].reshape(-1, 2, ROBOT_WIDTH).unbind(1)
+        gaps = self.gaps(torch.stack((blue, _coasted(red)), dim=1), state, constant)
+        nearest = -(-gaps).amax(dim=-1, keepdim=True)
+        takes = ((nearest >= gaps) & (gaps < c.REACH_TOLERANCE)).to(state.dtype)  # (B, 2, 7)
+        nothing = 1.0 - takes.amax(dim=-1, keepdim=True)
+        empty = hands[..., -1:]
+        pressed = torch.cat((empty * takes, empty * nothing + 1.0 - empty), dim=-1)
+        return torch.where(press[..., None] > 0.5, pressed, hands)
+
+    def gaps(self, robots: Tensor, state: Tensor, constant: Tensor) -> Tensor:
+        """(B, 2, 7) [u] from what robots (B, 2, 7) reach out with to the surface of each item that they could take."""
+        about = constant[:, : ITEM_SLOTS * ITEM_CONSTANTS].reshape(-1, ITEM_SLOTS, ITEM_CONSTANTS)
+        items = state[:, ITEMS_START:].reshape(-1, 1, ITEM_SLOTS, 4)
+        heading = torch.stack((-robots[..., 3], robots[..., 2]), dim=-1)
+        probes = (robots[..., :2] + c.REACH * heading)[:, :, None] - items[..., :2]  # (B, 2, 7, 2)
+        scale = about[..., _SCALE].clamp(min=1e-3)  # (B, 7)
+        points = _turned_back(probes, items) / scale[:, None, :, None]
+        shape = about[..., _SHAPE]
+        starts, edges = ((shape @ rows).reshape(-1, 1, ITEM_SLOTS, rows.shape[1] // 2, 2) for rows in self._outlines)
+        relative = points[..., None, :] - starts  # (B, 2, 7, V, 2)
+        along = ((relative * edges).sum(-1) / (edges * edges).sum(-1).clamp(min=1e-9)).clamp(0.0, 1.0)
+        squared = (relative - along[..., None] * edges).square().sum(-1)
+        outside = (-(-squared).amax(dim=-1)).sqrt()  # (B, 2, 7)
+        gaps = (outside - (shape @ self.radii)[:, None, :, 0]) * scale[:, None]
+        taken = hands_of(state)[:, :, :-1].flip(1) * about[:, None, :, _SMALL]  # small ones are for one hand
+        return torch.where((about[:, None, :, 0] > 0.5) & (taken < 0.5), gaps, torch.full_like(gaps, _FAR))
+
+    @property
+    def _outlines(self) -> tuple[Tensor, Tensor]:
+        return self.starts, self.edges
+
+
+def hands_of(state: Tensor) -> Tensor:
+    """(B, 2, 8) what both hands hold in moving states (B, 58), one-hot, the last for an empty hand."""
+    return state[:, HELD_START:ITEMS_START].reshape(-1, 2, HELD_WIDTH)
+
+
+def _outline(shape: str) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices (V, 2) of an item of scale 1 and the edges that begin there; a circle is a point with a wide border."""
+    return (np.zeros((1, 2)), np.zeros((1, 2))) if shape == "circle" else polygon(shape, 1.0)
+
+
+def _coasted(robots: Tensor) -> Tensor:
+    """Robots (B, 7) half a tick later, as they are moving now."""
+    turn = robots[:, 6:] * (TURN_UNIT * HALF_TICK_S)
+    cos, sin = robots[:, 2:3], robots[:, 3:4]
+    facing = torch.cat((cos * turn.cos() - sin * turn.sin(), sin * turn.cos() + cos * turn.sin()), dim=-1)
+    return torch.cat((robots[:, :2] + HALF_TICK_S * robots[:, 4:6], facing, robots[:, 4:]), dim=-1)
+
+
+def _turned_back(vectors: Tensor, items: Tensor) -> Tensor:
+    """Vectors (..., 2) in the frames of items x, y, cos, sin (..., 4)."""
+    cos, sin = items[..., 2], items[..., 3]
+    x, y = vectors[..., 0], vectors[..., 1]
+    return torch.stack((cos * x + sin * y, cos * y - sin * x), dim=-1)
