@@ -29,6 +29,7 @@ TABLES = {
         Row("BASS, poses alone", None, "poses_l2", (BASS, RANDOM)),
         Row("GRU, poses alone", None, "poses_l2", (GRU,)),
         Row("nothing moves, poses alone", None, "nothing_moves_poses_l2"),
+        Row("share of the hands that take or let go, predicted", None, "hands"),
     ),
     'Partner action prediction: share within the tolerance ("Partner Action Prediction Accuracy")': (
         Row("10 % error tolerance", (0.7145, 0.7145), "partner_10"),

@@ -2,7 +2,8 @@
 
     python -m bench.bass --agents bass@all:score=nfd,sampling=4x4 bass@all --challenge 1
 
-1. next state: L2 distance between predicted and true moving state, one tick ahead;
+1. next state: L2 distance between predicted and true moving state, one tick ahead, and in how many of all hands that
+   take or let go in these episodes this is predicted;
 2. partner prediction: share of the partner's actions predicted within 10 % and 20 % (relative error of distance, cos
    and sin together, of the mean of the guesses, first action);
 3. selection: how often the same candidate is chosen by the learned simulator and by the engine, which is given the
@@ -14,6 +15,7 @@ training map.
 
 import argparse
 import json
+import math
 import os
 import tempfile
 from collections.abc import Sequence
@@ -25,7 +27,7 @@ import numpy as np
 from agents.base import EpisodeInfo
 from agents.bass.agent import BassAgent, OracleBassAgent, acting, engine_simulator, spread
 from agents.bass.selection import choose
-from agents.bass.state_vector import HELD_START, ITEMS_START, ROBOT_WIDTH, moving
+from agents.bass.state_vector import HELD_START, ITEMS_START, ROBOT_WIDTH, held_of, moving
 from agents.catalogue import load_agent
 from agents.corrections import SUFFIX, load_correction
 from agents.dataset import Trajectory, read_trajectories, recording_files
@@ -55,6 +57,7 @@ class Numbers:
     partner_10: float
     partner_20: float
     selection: float
+    hands: float  # share, over every hand that changes in an episode, whether it is a sampled moment or not
     selection_told_apart: float  # the same, over moments in which the engine's scores differ at all
     selection_chance: float
     n: int
@@ -64,20 +67,38 @@ def measure(agent: BassAgent, walks: list[Trajectory], moments: int, seed: int) 
     """Sample moments of episodes and compare."""
     random, elsewhere = np.random.default_rng(seed), np.random.default_rng([seed, 1])
     rows: list[list[float]] = []
+    hands: list[bool] = []
     for walk in walks:
         agent.reset(EpisodeInfo(walk.map, 0, seed, walk.ticks))
         last = walk.ticks - agent.selection.depth
         ticks = sorted(random.choice(max(last, 1), size=min(moments, max(last, 1)), replace=False).tolist())
+        changes = set(np.flatnonzero((walk.held[1:] != walk.held[:-1]).any(axis=1)).tolist())
         world = World(walk.map, record_sub_poses=False)
-        for tick in ticks:
+        for tick in sorted(changes.union(ticks)):
             while world.tick < tick:
                 world.step(walk.actions[world.tick])
-            other = moving(_state(walk, int(elsewhere.integers(walk.ticks + 1))))
-            rows.append([*_next_state(agent, walk, world, other), *_choices(agent, walk, world)])
+            if tick in changes:
+                hands += _hands(agent, walk, world)
+            if tick in ticks:
+                other = moving(_state(walk, int(elsewhere.integers(walk.ticks + 1))))
+                rows.append([*_next_state(agent, walk, world, other), *_choices(agent, walk, world)])
     table = np.array(rows)
     apart = table[:, -1] > 0
-    told_apart = float(table[apart, -2].mean()) if apart.any() else float("nan")
-    return Numbers(*table[:, :-1].mean(axis=0).tolist(), told_apart, 1 / agent.selection.own, len(table))
+    told_apart = float(table[apart, -2].mean()) if apart.any() else math.nan
+    means = table[:, :-1].mean(axis=0).tolist()
+    rest = float(np.mean(hands)) if hands else math.nan, told_apart, 1 / agent.selection.own, len(table)
+    return Numbers(*means, *rest)
+
+
+def _hands(agent: BassAgent, walk: Trajectory, world: World) -> list[bool]:
+    """Of each hand that changes in the coming tick, whether the simulator says so."""
+    state = world.state()
+    if isinstance(agent, OracleBassAgent):
+        agent.watch(world)
+    predicted = agent.simulator(state)(_played(agent, walk, state))[0, :1]
+    before, after = walk.held[state.tick], walk.held[state.tick + 1]
+    right: list[bool] = (held_of(predicted)[0] == after)[before != after].tolist()
+    return right
 
 
 def _next_state(agent: BassAgent, walk: Trajectory, world: World, other: Floats) -> list[float]:

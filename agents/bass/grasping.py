@@ -27,9 +27,9 @@ _SCALE = ITEM_CONSTANTS - 2
 class Grasping(nn.Module):
     """Says what both hands hold after a tick. Nothing in it is learned."""
 
-    starts: Tensor
-    edges: Tensor
-    radii: Tensor
+    starts: Tensor  # (8, 2 V) vertices of each shape at scale 1
+    edges: Tensor  # (8, 2 V) that begin there
+    radii: Tensor  # (8, 1) how far the surface is outside of them
 
     def __init__(self) -> None:
         super().__init__()
@@ -37,8 +37,7 @@ class Grasping(nn.Module):
         longest = max(len(starts) for starts, _ in outlines)
         padded = [[np.pad(part, ((0, longest - len(part)), (0, 0)), "edge") for part in both] for both in outlines]
         for name, rows in zip(("starts", "edges"), zip(*padded, strict=True), strict=True):
-            flat = torch.tensor(np.array(rows), dtype=torch.float32).flatten(1)  # (8, 2 V) of items of scale 1
-            self.register_buffer(name, flat, persistent=False)
+            self.register_buffer(name, torch.tensor(np.array(rows), dtype=torch.float32).flatten(1), persistent=False)
         radii = [1.0 if shape == "circle" else corner_radius(shape, 1.0) for shape in SHAPES]
         self.register_buffer("radii", torch.tensor(radii)[:, None], persistent=False)
 
@@ -66,7 +65,9 @@ class Grasping(nn.Module):
         scale = about[..., _SCALE].clamp(min=1e-3)  # (B, 7)
         points = _turned_back(probes, items) / scale[:, None, :, None]
         shape = about[..., _SHAPE]
-        starts, edges = ((shape @ rows).reshape(-1, 1, ITEM_SLOTS, rows.shape[1] // 2, 2) for rows in self._outlines)
+        starts, edges = (
+            (shape @ rows).reshape(-1, 1, ITEM_SLOTS, rows.shape[1] // 2, 2) for rows in (self.starts, self.edges)
+        )
         relative = points[..., None, :] - starts  # (B, 2, 7, V, 2)
         along = ((relative * edges).sum(-1) / (edges * edges).sum(-1).clamp(min=1e-9)).clamp(0.0, 1.0)
         squared = (relative - along[..., None] * edges).square().sum(-1)
@@ -74,10 +75,6 @@ class Grasping(nn.Module):
         gaps = (outside - (shape @ self.radii)[:, None, :, 0]) * scale[:, None]
         taken = hands_of(state)[:, :, :-1].flip(1) * about[:, None, :, _SMALL]  # small ones are for one hand
         return torch.where((about[:, None, :, 0] > 0.5) & (taken < 0.5), gaps, torch.full_like(gaps, _FAR))
-
-    @property
-    def _outlines(self) -> tuple[Tensor, Tensor]:
-        return self.starts, self.edges
 
 
 def hands_of(state: Tensor) -> Tensor:

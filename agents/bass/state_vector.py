@@ -68,9 +68,14 @@ def states_of(rows: Floats, count: int) -> tuple[Floats, Floats, Ints, Floats]:
     """What `moving_arrays` made rows (T, 58) of, for a map of `count` items: poses, velocities, held, item poses."""
     robots = rows[:, :HELD_START].reshape(-1, 2, ROBOT_WIDTH)
     items = rows[:, ITEMS_START:].reshape(-1, ITEM_SLOTS, 4)[:, :count]
-    held = rows[:, HELD_START:ITEMS_START].reshape(-1, 2, HELD_WIDTH).argmax(axis=-1)
     velocities = robots[..., 4:] * (1.0, 1.0, TURN_UNIT)
-    return _poses(robots), velocities, np.where(held == ITEM_SLOTS, -1, held), _poses(items)
+    return _poses(robots), velocities, held_of(rows), _poses(items)
+
+
+def held_of(rows: Floats) -> Ints:
+    """(T, 2) what blue and red hold in moving rows (T, 58), -1 for an empty hand."""
+    held = rows[:, HELD_START:ITEMS_START].reshape(-1, 2, HELD_WIDTH).argmax(axis=-1)
+    return np.where(held == ITEM_SLOTS, -1, held)
 
 
 def _poses(rows: Floats) -> Floats:

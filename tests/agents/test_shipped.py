@@ -5,10 +5,12 @@ import pytest
 
 from agents.bass.agent import BassAgent
 from agents.bass.selection import pairs_of
+from agents.bass.state_vector import held_of
 from agents.catalogue import load_agent, trained_cards
 from agents.checkpoint import SHIPPED, checkpoint_folders, read_checkpoint
 from agents.idle import IdleAgent
 from agents.rollout import rollout
+from agents.scripted import ScriptedAgent
 from agents.serving import PolicyAgent
 from maps import MapSpec, load_map
 from maps.randomize import randomize
@@ -60,3 +62,18 @@ def test_a_policy_plays_alike_alone_and_beside_others() -> None:
     together = network.run(histories, noise)
     alone = [network.run(histories[row : row + 1], noise[row : row + 1])[0] for row in range(4)]
     assert np.array_equal(together, alone)
+
+
+def test_the_simulator_of_bass_sees_that_a_press_takes_and_lets_go() -> None:
+    agent = load_agent("bass@all")
+    assert isinstance(agent, BassAgent)
+    changes = 0
+    for step in rollout(load_map("HandOff"), (agent, ScriptedAgent()), seed=2, ticks=200):
+        levels = (step.before.held >= 0) ^ (step.actions[:, 2] > 0.5)
+        joint = np.zeros((1, agent.selection.depth, 2, 4))
+        joint[..., 0], joint[..., 1], joint[..., 3] = 0.5, 1.0, levels
+        predicted = held_of(agent.simulator(step.before)(joint)[0, :1])[0]
+        if step.before.held[0] != step.after.held[0]:  # blue, whose hand moves at the beginning of the tick
+            changes += 1
+            assert predicted[0] == step.after.held[0]
+    assert changes >= 2

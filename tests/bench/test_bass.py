@@ -77,6 +77,17 @@ def test_the_engine_as_simulator_makes_no_error() -> None:
     assert (numbers.next_state_l2, numbers.poses_l2, numbers.selection) == (0.0, 0.0, 1.0)
 
 
+def test_hands_that_change_are_counted_in_every_tick() -> None:
+    walks = [walked("DistancePriority", ticks=120, seed=seed) for seed in (1, 2, 3)]
+    changes = sum(int((walk.held[1:] != walk.held[:-1]).sum()) for walk in walks)
+    assert changes > 1
+    engine = bass_agent_of("bass@all:simulator=oracle")
+    assert measure(engine, walks, moments=1, seed=0).hands == 1.0
+    blind = bass_agent_of("bass@all")
+    blind.simulator = lambda state: lambda joint: np.tile(moving(state), (len(joint), 8, 1))  # type: ignore[method-assign]
+    assert measure(blind, walks, moments=1, seed=0).hands == 0.0
+
+
 def test_poses_alone_know_nothing_of_hands_and_speeds() -> None:
     the_map = load_map("SingleRotation")
     row = moving(World(the_map).state())

@@ -30,10 +30,10 @@ from world import World
 TINY = ["--updates", "4", "--batch", "32", "--width", "16"]
 
 
-@pytest.mark.parametrize(("kind", "rigid"), [("vae", False), ("gru", False), ("vae", True)])
-def test_an_exported_simulator_gives_the_numbers_of_the_trained_one(kind: str, rigid: bool) -> None:
+@pytest.mark.parametrize(("kind", "ruled"), [("vae", False), ("gru", False), ("vae", True)])
+def test_an_exported_simulator_gives_the_numbers_of_the_trained_one(kind: str, ruled: bool) -> None:
     torch.manual_seed(0)
-    spec = DynamicsSpec(kind=kind, width=16, latent=8, rigid=rigid)  # type: ignore[arg-type]
+    spec = DynamicsSpec(kind=kind, width=16, latent=8, rigid=ruled, grasping=ruled)  # type: ignore[arg-type]
     dynamics = build_dynamics(spec).eval()
     dynamics.load_state_dict(halved_weights(dynamics))  # as they are stored
     random = np.random.default_rng(0)
