@@ -56,7 +56,7 @@ def measured_part(
         "## Against the aim, and against the base policy",
         "\n".join(f"- {line}" for line in [against_aim(unseen), *leads(unseen, field.compared)]),
         *_apart(*of_a),
-        *(["## The parts of BASS", _parts(numbers)] if numbers else []),
+        *(["## The parts of BASS by NFD", _parts(numbers)] if numbers else []),
         "## What was trained",
         _trained(cards),
     ]

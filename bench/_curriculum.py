@@ -21,7 +21,6 @@ from bench._roster import (
     AUGMENTED_A,
     BASS,
     BASS_A,
-    BASS_AUGMENTED,
     DP,
     DP_A,
     FIRST,
@@ -30,6 +29,7 @@ from bench._roster import (
     LEARNER,
     MLP,
     MLP_A,
+    PLAIN,
     PLAIN_A,
 )
 from server.cli import main as movingout
@@ -39,7 +39,7 @@ NAMES = {
     DP: "Diffusion Policy",
     AUGMENTED: "DP with augmentation",
     BASS: "DP/BASS",
-    BASS_AUGMENTED: "DP/BASS with augmentation",
+    PLAIN: "DP with simulation",
     FIRST: "DP/BASS, its first value",
     MLP: "MLP",
     GRU: "GRU",
@@ -81,8 +81,8 @@ def train_all(args: argparse.Namespace) -> None:
     bass_a = partial(_train, args, BASS_A, "bass", only_a.folder, "--base", AUGMENTED_A, *BY_NFD, *simulator)
     _together(args, [first, bass_a])
     again = _plays(args, FIRST)
-    _train(args, BASS, "bass", labels, plays, again, "--base", DP, "--simulator", FIRST, *alone)
-    _train(args, BASS_AUGMENTED, "bass", "--base", AUGMENTED, "--simulator", BASS, "--value", BASS)
+    _train(args, PLAIN, "bass", labels, plays, again, "--base", DP, "--simulator", FIRST, *alone)
+    _train(args, BASS, "bass", "--base", AUGMENTED, "--simulator", PLAIN, "--value", PLAIN)
     _train(args, PLAIN_A, "bass", "--base", DP_A, "--simulator", BASS_A, *BY_NFD)
 
 

@@ -3,12 +3,12 @@
 from typing import NamedTuple
 
 DP, AUGMENTED, MLP, GRU = "dp@all", "dp-augmented@all", "mlp@all", "gru@all"
-BASS, BASS_AUGMENTED = "bass@all", "bass-augmented@all"  # on top of DP, and on top of AUGMENTED
+BASS, PLAIN = "bass@all", "bass-plain@all"  # on top of AUGMENTED, and on top of DP
 FIRST = "bass-first@all"  # BASS with a value that has not seen itself play yet; in no table
 LEARNER = "dp-rounds@all"  # DP that goes on from round to round, and shows where labels are needed; likewise
 PAPER_CHOICE = "score=nfd,sampling=4x4"
 """Options with which a BASS agent chooses as in the paper, by NFD, instead of by a value."""
-PAPER_BASS, SIMULATED = f"{BASS_AUGMENTED}:{PAPER_CHOICE}", f"{BASS}:{PAPER_CHOICE}"
+PAPER_BASS, SIMULATED = f"{BASS}:{PAPER_CHOICE}", f"{PLAIN}:{PAPER_CHOICE}"
 SCRIPTED, CONTROL = "scripted", "idle"
 
 DP_A, AUGMENTED_A, MLP_A, GRU_A = "dp@a", "dp-augmented@a", "mlp@a", "gru@a"
@@ -28,8 +28,8 @@ class Field(NamedTuple):
 
 OF_BOTH = Field(
     {
-        BASS: "DP + BASS without augmentation, chosen by value",
-        BASS_AUGMENTED: "DP/BASS, chosen by value",
+        BASS: "DP/BASS, chosen by value",
+        PLAIN: "DP + BASS without augmentation, chosen by value",
         PAPER_BASS: "DP/BASS",
         SIMULATED: "DP + BASS without augmentation",
         AUGMENTED: "DP + BASS without simulation",
@@ -40,7 +40,8 @@ OF_BOTH = Field(
     {"C": "people of C, never trained with"},
     (
         (BASS, DP),
-        (BASS_AUGMENTED, AUGMENTED),
+        (BASS, AUGMENTED),
+        (PLAIN, DP),
         (BASS, PAPER_BASS),
         (PAPER_BASS, DP),
         (PAPER_BASS, AUGMENTED),

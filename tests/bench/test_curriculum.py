@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from bench import _curriculum
-from bench._roster import AUGMENTED, BASS, DP, FIRST, LEARNER, OF_A, OF_BOTH
+from bench._roster import AUGMENTED, DP, FIRST, LEARNER, OF_A, OF_BOTH, PLAIN
 
 
 @pytest.fixture
@@ -49,7 +49,7 @@ def test_who_is_trained_with_people_of_a_alone_sees_no_episode_of_others(
 
 
 def test_the_value_is_learned_again_from_what_it_led_to(commands: dict[str, list[list[str]]], tmp_path: Path) -> None:
-    (first,), (again,) = commands[FIRST], commands[BASS]
+    (first,), (again,) = commands[FIRST], commands[PLAIN]
     own_play = str(tmp_path / "plays" / "bass-first-all")
     assert own_play in again and own_play not in first
 
