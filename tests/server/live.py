@@ -22,6 +22,7 @@ from server.app import create_app
 from server.frames import Bundle, Input
 from server.host import Host
 from server.listening import game_server, listen
+from server.room import Room
 from server.settings import Limits, Settings
 
 ADMIN = "the-admin-token-of-the-tests"
@@ -40,6 +41,11 @@ class Live:
     @property
     def address(self) -> str:
         return f"127.0.0.1:{self.port}"
+
+    @property
+    def rooms(self) -> list[Room]:
+        """The rooms of now, copied in one step: the server's own thread opens and removes some meanwhile."""
+        return list(self.host.directory.rooms.values())
 
     def call(
         self, path: str, body: object = None, token: str = "", method: str = "", **headers: str

@@ -83,7 +83,7 @@ def test_a_round_that_cannot_be_written_down_does_not_begin_until_it_can(study: 
     with read_only(study):
         visitor.next()
         assert (visitor.step["state"], visitor.step["room"]) == ("waiting", None)
-        aliases = [room.seats[0].alias for room in study.live.host.directory.rooms.values() if not room.config.practice]
+        aliases = [room.seats[0].alias for room in study.live.rooms if not room.config.practice]
         assert visitor.pid not in aliases
     assert "room" in study.alerts()
     study.look()
