@@ -73,13 +73,14 @@ def train_all(args: argparse.Namespace) -> None:
         if number < args.rounds:
             _train_policy(args, both, LEARNER, args.updates * (number + 1), *alone)
     simulator = "--updates", args.simulator_updates
-    of_both = _policies(args, both, args.policy_updates, DP, AUGMENTED, MLP, GRU)
-    of_a = _policies(args, only_a, args.policy_updates // 2, DP_A, AUGMENTED_A, MLP_A, GRU_A)  # half of the labels
+    of_both = _diffusion(args, both, args.policy_updates, DP, AUGMENTED)
+    of_a = _diffusion(args, only_a, args.policy_updates // 2, DP_A, AUGMENTED_A)  # half of the labels
     _together(args, [*of_both, *of_a])
     plays = _plays(args, DP)
     first = partial(_train, args, FIRST, "bass", labels, plays, "--base", DP, *simulator)
     bass_a = partial(_train, args, BASS_A, "bass", only_a.folder, "--base", AUGMENTED_A, *BY_NFD, *simulator)
-    _together(args, [first, bass_a])
+    # nothing waits for the baselines, so they fill what the first value leaves of the processor
+    _together(args, [first, bass_a, *_baselines(args, both, MLP, GRU), *_baselines(args, only_a, MLP_A, GRU_A)])
     again = _plays(args, FIRST)
     _train(args, PLAIN, "bass", labels, plays, again, "--base", DP, "--simulator", FIRST, *alone)
     _train(args, BASS, "bass", "--base", AUGMENTED, "--simulator", PLAIN, "--value", PLAIN)
@@ -101,17 +102,18 @@ def _together(args: argparse.Namespace, steps: Sequence[Step]) -> None:
             raise
 
 
-def _policies(
-    args: argparse.Namespace, lessons: Lessons, updates: int, dp: str, augmented: str, mlp: str, gru: str
-) -> list[Step]:
-    """The four policies from the same lessons, the longest first; `updates` are of Diffusion Policy."""
-    baseline = "--population", lessons.people, "--updates", args.baseline_updates
+def _diffusion(args: argparse.Namespace, lessons: Lessons, updates: int, dp: str, augmented: str) -> list[Step]:
+    """Diffusion Policy without and with augmentation from the same lessons."""
     return [
         partial(_train_policy, args, lessons, dp, updates),
         partial(_train_policy, args, lessons, augmented, updates, *AUGMENTATION),
-        partial(_train, args, gru, "gru", lessons.folder, *baseline),
-        partial(_train, args, mlp, "mlp", lessons.folder, *baseline),
     ]
+
+
+def _baselines(args: argparse.Namespace, lessons: Lessons, mlp: str, gru: str) -> list[Step]:
+    """The paper's two baselines from the same lessons, the longer one first."""
+    words = lessons.folder, "--population", lessons.people, "--updates", args.baseline_updates
+    return [partial(_train, args, gru, "gru", *words), partial(_train, args, mlp, "mlp", *words)]
 
 
 def _label(args: argparse.Namespace, folder: Path, people: str, number: int) -> None:
