@@ -11,18 +11,25 @@ from dataclasses import asdict
 from pathlib import Path
 
 from agents.checkpoint import Card
-from bench._bass_report import PAPER
-from bench._roster import BASS, PAPER_PEOPLE, PAPER_SEEN, PAPER_UNSEEN, Field
+from bench._bass_report import BASS as ROLE
+from bench._bass_report import tables
+from bench._leads import LEGEND, against_aim, leads
+from bench._roster import PAPER_BASS, PAPER_PEOPLE, PAPER_SEEN, PAPER_UNSEEN, Field
 from bench.bass import Numbers
 from bench.learning import Outcome, mean_error, shown, table
 from maps import map_names
 
 BEGIN, END = "<!-- measured: begin -->", "<!-- measured: end -->"
-TARGET_TCR = 0.65
 
 
-def write_report(path: Path, measured: str) -> None:
-    """Put `measured` between the marks of the page; a page without them gets them at its end."""
+def write_report(path: Path, measured: str, picture: str) -> None:
+    """Put `measured` between the marks of the page; a page without them gets them at its end.
+
+    Above it stands the `picture`, an SVG that is kept beside the page.
+    """
+    beside = path.with_suffix(".svg")
+    beside.write_text(picture, encoding="utf-8")
+    measured = f"![TCR of each agent beside people of C]({beside.name})\n\n{measured}"
     page = path.read_text(encoding="utf-8") if path.exists() else "# Results\n\n"
     before, begin, rest = page.partition(BEGIN)
     after = rest.partition(END)[2] if begin else "\n"
@@ -54,7 +61,9 @@ def measured_part(
         "Their partners were policies and people, ours are scripted people of C: the columns show the order of "
         "methods, not who is better.",
         "## Against the aim, and against the base policy",
-        "\n".join(f"- {line}" for line in [against_aim(unseen), *leads(unseen, field.compared)]),
+        against_aim(unseen),
+        LEGEND,
+        leads(field, played),
         *_apart(*of_a),
         *(["## The parts of BASS by NFD", _parts(numbers)] if numbers else []),
         "## What was trained",
@@ -83,11 +92,8 @@ def _apart(field: Field, played: Played) -> Iterator[str]:
     yield "TCR and NFD by what the partners are to the agent; a policy that learned people by heart would fall off."
     yield _generalisation(field, played)
     yield from _tables(field, played, "###")
-    yield "\n".join(
-        f"- With {partners}: {line}"
-        for group, partners in field.partners.items()
-        for line in leads(played[group], field.compared)
-    )
+    yield "### Against the base policy"
+    yield leads(field, played)
 
 
 def _generalisation(field: Field, played: Played) -> str:
@@ -102,57 +108,6 @@ def _generalisation(field: Field, played: Played) -> str:
             cells.append(str(len(mine)))
         lines.append(f"| {agent} | {field.learners.get(agent, '')} | " + " | ".join(cells) + " |")
     return "\n".join(lines)
-
-
-def against_aim(outcomes: Sequence[Outcome]) -> str:
-    """What was aimed at, and by how much it was reached or missed."""
-    tcr, error = mean_error([one.tcr for one in outcomes if one.run.agent == BASS])
-    reached = "reached" if tcr >= TARGET_TCR else f"missed by {TARGET_TCR - tcr:.3f}"
-    return f"`{BASS}` TCR {tcr:.3f} ± {error:.3f}; aimed at {TARGET_TCR}: {reached}."
-
-
-def leads(outcomes: Sequence[Outcome], compared: Sequence[tuple[str, str]]) -> list[str]:
-    """Who is ahead of whom, of those who played."""
-    agents = _agents(outcomes)
-    return [
-        _comparison(outcomes, one, other, name)
-        for one, other in compared
-        if one in agents and other in agents
-        for name in ("tcr", "nfd")
-    ]
-
-
-def _comparison(outcomes: Sequence[Outcome], one: str, other: str, metric: str) -> str:
-    """One sentence; the difference is over the episodes that both played, `apart` of the means of these."""
-    mean, error = mean_error(gains(outcomes, one, other, metric))
-    pairs = [mean_error(values) for values in shared(outcomes, one, other, metric)]
-    apart = abs(pairs[0][0] - pairs[1][0]) > pairs[0][1] + pairs[1][1]
-    overlap = "the means are farther apart than their standard errors" if apart else "within the standard errors"
-    return (
-        f"{metric.upper()} of `{one}` minus `{other}`, the same partner, map, seat and seed: {mean:+.3f} ± {error:.3f} "
-        f"(n = {len(gains(outcomes, one, other, metric))}; {overlap})."
-    )
-
-
-def gains(outcomes: Sequence[Outcome], one: str, other: str, metric: str) -> list[float]:
-    """Differences of a metric between two agents over the episodes that both played."""
-    mine, theirs = shared(outcomes, one, other, metric)
-    return [a - b for a, b in zip(mine, theirs, strict=True)]
-
-
-def shared(outcomes: Sequence[Outcome], one: str, other: str, metric: str) -> tuple[list[float], list[float]]:
-    """The metric of two agents in the episodes that both played, in the same order."""
-
-    def of(agent: str) -> dict[tuple[object, ...], float]:
-        return {
-            (o.run.partner, o.run.map, o.run.seat, o.run.seed): getattr(o, metric)
-            for o in outcomes
-            if o.run.agent == agent
-        }
-
-    mine, theirs = of(one), of(other)
-    both = [key for key in mine if key in theirs]
-    return [mine[key] for key in both], [theirs[key] for key in both]
 
 
 def _beside_paper(outcomes: Sequence[Outcome], labels: Mapping[str, str]) -> str:
@@ -173,11 +128,7 @@ def _beside_paper(outcomes: Sequence[Outcome], labels: Mapping[str, str]) -> str
 
 
 def _parts(numbers: Numbers) -> str:
-    lines = ["| on episodes of C | ours | paper |", "|---|---|---|"]
-    for name, value in asdict(numbers).items():
-        shown = f"{value}" if name == "n" else f"{value:.4f}"
-        lines.append(f"| {name} | {shown} | {PAPER.get(name, '')} |")
-    return "\n".join(lines)
+    return tables({PAPER_BASS: asdict(numbers)}, {PAPER_BASS: ROLE}, challenge=1)
 
 
 def _trained(cards: Mapping[str, Card]) -> str:

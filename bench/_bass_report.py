@@ -53,13 +53,6 @@ FOOT = (
     "alone: x, y, cos and sin of the angle of both robots and all items. Of partner action prediction the paper gives "
     "one figure for both challenges."
 )
-PAPER = {
-    row.field: row.paper[0]
-    for rows in TABLES.values()
-    for row in rows
-    if row.paper and row.label not in (RANDOM, GRU, ORACLE, "GRU", "BASS (qVAE)")
-}
-"""What the paper measured of BASS in Challenge 1, by field."""
 
 
 def role(agent_id: str, agent: BassAgent) -> str:

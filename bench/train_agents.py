@@ -26,6 +26,7 @@ from pathlib import Path
 from agents.checkpoint import SHIPPED, Card, Score, find_checkpoint, rescored
 from agents.populations import population
 from bench._agents_report import measured_part, write_report
+from bench._chart import chart
 from bench._curriculum import train_all
 from bench._roster import CONTROL, OF_A, OF_BOTH, PAPER_BASS, SCRIPTED, Field
 from bench.bass import Numbers, bass_agent_of, held_out_episodes, measure
@@ -58,7 +59,8 @@ def _run(args: argparse.Namespace) -> None:
     unseen = list(dict.fromkeys(played["C"] + played_of_a["C"]))  # the controls are in both
     cards = _rescored(args, [*both.learners, *of_a.learners], unseen)
     numbers = None if args.no_parts else _parts_of_bass(args)
-    write_report(args.report, measured_part((both, played), (of_a, played_of_a), cards, numbers))
+    measured = measured_part((both, played), (of_a, played_of_a), cards, numbers)
+    write_report(args.report, measured, chart(played["C"], both.learners))
 
 
 def _not_trained(data: Path) -> list[str]:

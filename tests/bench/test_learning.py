@@ -6,10 +6,8 @@ from pathlib import Path
 import pytest
 
 from bench import learning
-from bench._agents_report import BEGIN, END, against_aim, gains, leads, measured_part, write_report
-from bench._roster import OF_A, OF_BOTH
 from bench.learning import Outcome, Run, mean_error, play_all, runs, table
-from bench.train_agents import main, scores
+from bench.train_agents import scores
 from matches import MatchError
 from tests.matches.support import HERE
 
@@ -51,46 +49,6 @@ def test_the_table_and_the_cards_scores_come_from_the_same_outcomes() -> None:
     assert (card.mean, card.stderr, card.n) == (0.5, 0.25, 2)
 
 
-def test_the_report_replaces_what_was_measured_and_keeps_the_words_around_it(tmp_path: Path) -> None:
-    page = tmp_path / "results.md"
-    page.write_text(f"before\n{BEGIN}\nold\n{END}\nafter\n")
-    outcomes = [_outcome("bass@all", 0.5), _outcome("dp@all", 0.25)]
-    played_of_a = {"A": [_outcome("dp@a", 0.75), _outcome("idle", 0.0)], "B": [_outcome("dp@a", 0.5)], "C": []}
-    write_report(page, measured_part((OF_BOTH, {"C": outcomes}), (OF_A, played_of_a), {}, None))
-    text = page.read_text()
-    assert text.startswith("before\n") and text.endswith("after\n") and "old" not in text
-    assert "0.256" in text and "## With people of C" in text and "### With people of B" in text
-    assert "| dp@all | DP | 0.250 ± 0.000 |" in text
-    assert "| dp@a | DP | 0.750 ± 0.000 | 0.375 ± 0.000 | 1 | 0.500 ± 0.000 | 0.250 ± 0.000 | 1 | – | – | 0 |" in text
-    assert "| idle |  | 0.000 ± 0.000 | 0.000 ± 0.000 | 1 | – | – | 0 | – | – | 0 |" in text
-
-
-def test_nothing_is_said_of_agents_trained_with_one_population_before_they_have_played() -> None:
-    played = {"C": [_outcome("bass@all", 0.5)]}
-    of_a = {group: [_outcome("idle", 0.0)] for group in OF_A.partners}
-    text = measured_part((OF_BOTH, played), (OF_A, of_a), {}, None)
-    assert "## With people of C" in text
-    assert "A alone" not in text and "people of B" not in text
-
-
-def test_a_missed_target_is_said_by_how_much() -> None:
-    outcomes = [_outcome("bass@all", 0.5), _outcome("dp@all", 0.25)]
-    assert "missed by 0.150" in against_aim(outcomes)
-    lines = leads(outcomes, OF_BOTH.compared)
-    assert "+0.250" in lines[0] and "farther apart" in lines[0] and len(lines) == 2
-
-
-def test_a_lead_within_the_errors_is_called_so() -> None:
-    outcomes = [_outcome("bass@all", tcr, name) for tcr, name in ((0.4, "HandOff"), (0.8, "LeftRight"))]
-    outcomes += [_outcome("dp@all", tcr, name) for tcr, name in ((0.3, "HandOff"), (0.7, "LeftRight"))]
-    assert "within the standard errors" in leads(outcomes, OF_BOTH.compared)[0]
-
-
-def test_agents_are_compared_over_the_episodes_that_both_played() -> None:
-    outcomes = [_outcome("bass@all", 0.5), _outcome("dp@all", 0.25), _outcome("bass@all", 1.0, "LeftRight")]
-    assert gains(outcomes, "bass@all", "dp@all", "tcr") == [0.25]
-
-
 def test_a_stopped_evaluation_goes_on_from_its_log(tmp_path: Path) -> None:
     log, run = tmp_path / "log.jsonl", Run("idle", "idle", "SingleRotation", 0, 1, 3)
     learning._log(log, Outcome(run, 0.75, 0.5, 1.0, None, 0.1))
@@ -126,24 +84,6 @@ def test_who_sits_in_seat_0_is_blue() -> None:
 def test_an_episode_of_two_idle_agents_delivers_nothing() -> None:
     (outcome,) = play_all([Run("idle", "idle", "SingleRotation", 0, 1, 5)], 1)
     assert (outcome.tcr, outcome.nfd, outcome.ac) == (0.0, 0.0, None)
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["--runs", "0"], "--runs, --ticks and --workers are 1 or more"),
-        (["--without", "dp@al"], "argument --without: invalid choice: 'dp@al'"),
-        (["--without", "bass@all:score=nfd,sampling=4x4"], "train_agents: nobody has played with people of C yet"),
-        ([], "mlp@a: not trained yet, left out of the tables"),  # most agents of the tables are not shipped
-    ],
-)
-def test_tables_that_cannot_be_made_are_refused_in_a_sentence(
-    words: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    page = tmp_path / "results.md"
-    with pytest.raises(SystemExit) as ended:
-        main(["--finished", "--no-parts", "--data", str(tmp_path), "--report", str(page), *words])
-    assert said in f"{ended.value.code}{''.join(capsys.readouterr())}" and not page.exists()
 
 
 def test_agents_whose_ids_have_commas_are_played(capsys: pytest.CaptureFixture[str]) -> None:

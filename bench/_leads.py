@@ -1,0 +1,66 @@
+"""Who is ahead of whom, over the episodes that both played."""
+
+from collections.abc import Mapping, Sequence
+
+from bench._roster import BASS, Field
+from bench.learning import Outcome, mean_error
+
+TARGET_TCR = 0.65
+LEGEND = (
+    "Differences over the same partner, map, seat and seed; **bold** where the two means are farther apart than their "
+    "standard errors together."
+)
+
+
+def against_aim(outcomes: Sequence[Outcome]) -> str:
+    """What was aimed at, and by how much it was reached or missed."""
+    tcr, error = mean_error([one.tcr for one in outcomes if one.run.agent == BASS])
+    reached = "reached" if tcr >= TARGET_TCR else f"missed by {TARGET_TCR - tcr:.3f}"
+    return f"`{BASS}` TCR {tcr:.3f} ± {error:.3f}; aimed at {TARGET_TCR}: {reached}."
+
+
+def leads(field: Field, played: Mapping[str, Sequence[Outcome]]) -> str:
+    """A table of the pairs that a field compares, of those who played, by the partners' populations."""
+    groups = [group for group in field.partners if played[group]]
+    heads = [f"{field.partners[group]}: " if len(groups) > 1 else "" for group in groups]
+    lines = ["| | " + " | ".join(f"{head}TCR | NFD | n" for head in heads) + " |", "|---" * (1 + 3 * len(groups)) + "|"]
+    for one, other in field.compared:
+        cells = [cell for group in groups for cell in _cells(played[group], one, other)]
+        if any(cells):
+            lines.append(f"| `{one}` minus `{other}` | " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
+def _cells(outcomes: Sequence[Outcome], one: str, other: str) -> list[str]:
+    """TCR, NFD and n; empty where the two have not played the same episodes."""
+    count = len(gains(outcomes, one, other, "tcr"))
+    return [*(lead(outcomes, one, other, metric) for metric in ("tcr", "nfd")), str(count)] if count else [""] * 3
+
+
+def lead(outcomes: Sequence[Outcome], one: str, other: str, metric: str) -> str:
+    """The mean difference with its standard error, bold where the means' own standard errors do not overlap."""
+    mean, error = mean_error(gains(outcomes, one, other, metric))
+    mine, theirs = (mean_error(values) for values in shared(outcomes, one, other, metric))
+    cell = f"{mean:+.3f} ± {error:.3f}"
+    return f"**{cell}**" if abs(mine[0] - theirs[0]) > mine[1] + theirs[1] else cell
+
+
+def gains(outcomes: Sequence[Outcome], one: str, other: str, metric: str) -> list[float]:
+    """Differences of a metric between two agents over the episodes that both played."""
+    mine, theirs = shared(outcomes, one, other, metric)
+    return [a - b for a, b in zip(mine, theirs, strict=True)]
+
+
+def shared(outcomes: Sequence[Outcome], one: str, other: str, metric: str) -> tuple[list[float], list[float]]:
+    """The metric of two agents in the episodes that both played, in the same order."""
+
+    def of(agent: str) -> dict[tuple[object, ...], float]:
+        return {
+            (o.run.partner, o.run.map, o.run.seat, o.run.seed): getattr(o, metric)
+            for o in outcomes
+            if o.run.agent == agent
+        }
+
+    mine, theirs = of(one), of(other)
+    both = [key for key in mine if key in theirs]
+    return [mine[key] for key in both], [theirs[key] for key in both]
