@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 from html import escape
 
 from bench._leads import TARGET_TCR
-from bench._roster import CONTROL, SCRIPTED
+from bench._roster import BASS, CONTROL, SCRIPTED
 from bench.learning import Outcome, mean_error
 
-WIDTH, LEFT, RIGHT, TOP, PITCH, BAR = 760, 250, 40, 52, 30, 16
+WIDTH, LEFT, RIGHT, TOP, PITCH, BAR = 800, 290, 44, 52, 34, 18
 NOTES = {SCRIPTED: "the expert they learned from", CONTROL: "control: these people alone"}
 STYLE = (
     "text{font:13px Inter,system-ui,sans-serif;fill:#18212c;font-variant-numeric:tabular-nums}"
@@ -31,7 +31,7 @@ def chart(outcomes: Sequence[Outcome], names: Mapping[str, str]) -> str:
     ]
     title = "TCR beside people of C, never trained with; bars: mean over 12 maps, lines: standard error"
     return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {bottom + 12}" role="img">'
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {bottom + 20}" role="img">'
         f"<title>{title}</title><style>{STYLE}</style>"
         f'<text x="0" y="16">{title}</text>{_scale(bottom)}{"".join(rows)}</svg>\n'
     )
@@ -54,7 +54,7 @@ def _scale(bottom: float) -> str:
     aim = _x(TARGET_TCR)
     lines.append(
         f'<line class="aim" x1="{aim:.1f}" x2="{aim:.1f}" y1="{TOP - 6}" y2="{bottom}"/>'
-        f'<text class="second" x="{aim:.1f}" y="{TOP - 12}" text-anchor="middle">aim {TARGET_TCR:g}</text>'
+        f'<text class="second" x="{aim:.1f}" y="{bottom + 13}" text-anchor="middle">aim of {BASS}: {TARGET_TCR:g}</text>'
     )
     return "".join(lines)
 
@@ -64,8 +64,8 @@ def _row(top: float, agent: str, name: str, mean: float, error: float) -> str:
     middle, kind = top + BAR / 2, "reference" if agent in NOTES else "bar"
     low, high = _x(max(mean - error, 0.0)), _x(min(mean + error, 1.0))
     return (
-        f'<text x="0" y="{middle}">{escape(agent)}</text>'
-        f'<text class="second" x="0" y="{middle + 12}">{escape(NOTES.get(agent, name))}</text>'
+        f'<text x="0" y="{middle - 1}">{escape(agent)}</text>'
+        f'<text class="second" x="0" y="{middle + 13}">{escape(NOTES.get(agent, name))}</text>'
         f'<rect class="{kind}" x="{LEFT}" y="{top}" width="{_x(mean) - LEFT:.1f}" height="{BAR}" rx="3"/>'
         f'<line class="error" x1="{low:.1f}" x2="{high:.1f}" y1="{middle}" y2="{middle}"/>'
         f'<text x="{high + 6:.1f}" y="{middle + 4}">{mean:.2f}</text>'

@@ -84,7 +84,7 @@ def test_the_picture_has_a_bar_for_each_agent_the_best_first() -> None:
     picture = ET.fromstring(chart(outcomes, OF_BOTH.learners))
     words = [node.text for node in picture.iter("{http://www.w3.org/2000/svg}text")]
     assert [word for word in words if word in ("idle", "dp@all", "bass@all")] == ["bass@all", "dp@all", "idle"]
-    assert {"0.50", "0.25", "0.00", "aim 0.65", "control: these people alone"} <= set(words)
+    assert {"0.50", "0.25", "0.00", "aim of bass@all: 0.65", "control: these people alone"} <= set(words)
     widths = [float(node.attrib["width"]) for node in picture.iter("{http://www.w3.org/2000/svg}rect")]
     assert widths[0] == pytest.approx(2 * widths[1]) and widths[2] == 0.0
 
