@@ -27,8 +27,10 @@ _SCALE = ITEM_CONSTANTS - 2
 class Grasping(nn.Module):
     """Says what both hands hold after a tick. Nothing in it is learned."""
 
-    starts: Tensor  # (8, 2 V) vertices of each shape at scale 1
-    edges: Tensor  # (8, 2 V) that begin there
+    starts_x: Tensor  # (8, V) vertices of each shape at scale 1
+    starts_y: Tensor
+    edges_x: Tensor  # (8, V) that begin there
+    edges_y: Tensor
     radii: Tensor  # (8, 1) how far the surface is outside of them
 
     def __init__(self) -> None:
@@ -37,7 +39,9 @@ class Grasping(nn.Module):
         longest = max(len(starts) for starts, _ in outlines)
         padded = [[np.pad(part, ((0, longest - len(part)), (0, 0)), "edge") for part in both] for both in outlines]
         for name, rows in zip(("starts", "edges"), zip(*padded, strict=True), strict=True):
-            self.register_buffer(name, torch.tensor(np.array(rows), dtype=torch.float32).flatten(1), persistent=False)
+            # x and y apart: sums over an axis of two cost a third of the simulator's time
+            for axis, values in zip("xy", np.moveaxis(np.array(rows), -1, 0), strict=True):
+                self.register_buffer(f"{name}_{axis}", torch.tensor(values, dtype=torch.float32), persistent=False)
         radii = [1.0 if shape == "circle" else corner_radius(shape, 1.0) for shape in SHAPES]
         self.register_buffer("radii", torch.tensor(radii)[:, None], persistent=False)
 
@@ -60,21 +64,26 @@ class Grasping(nn.Module):
         """(B, 2, 7) [u] from what robots (B, 2, 7) reach out with to the surface of each item that they could take."""
         about = constant[:, : ITEM_SLOTS * ITEM_CONSTANTS].reshape(-1, ITEM_SLOTS, ITEM_CONSTANTS)
         items = state[:, ITEMS_START:].reshape(-1, 1, ITEM_SLOTS, 4)
-        heading = torch.stack((-robots[..., 3], robots[..., 2]), dim=-1)
-        probes = (robots[..., :2] + c.REACH * heading)[:, :, None] - items[..., :2]  # (B, 2, 7, 2)
-        scale = about[..., _SCALE].clamp(min=1e-3)  # (B, 7)
-        points = _turned_back(probes, items) / scale[:, None, :, None]
+        scale = about[..., _SCALE].clamp(min=1e-3)[:, None]  # (B, 1, 7)
+        probe_x = (robots[..., 0] - c.REACH * robots[..., 3])[..., None] - items[..., 0]  # (B, 2, 7)
+        probe_y = (robots[..., 1] + c.REACH * robots[..., 2])[..., None] - items[..., 1]
+        cos, sin = items[..., 2], items[..., 3]
+        x, y = (cos * probe_x + sin * probe_y) / scale, (cos * probe_y - sin * probe_x) / scale
         shape = about[..., _SHAPE]
-        starts, edges = (
-            (shape @ rows).reshape(-1, 1, ITEM_SLOTS, rows.shape[1] // 2, 2) for rows in (self.starts, self.edges)
-        )
-        relative = points[..., None, :] - starts  # (B, 2, 7, V, 2)
-        along = ((relative * edges).sum(-1) / (edges * edges).sum(-1).clamp(min=1e-9)).clamp(0.0, 1.0)
-        squared = (relative - along[..., None] * edges).square().sum(-1)
-        outside = (-(-squared).amax(dim=-1)).sqrt()  # (B, 2, 7)
-        gaps = (outside - (shape @ self.radii)[:, None, :, 0]) * scale[:, None]
+        gaps = (self._outside(x, y, shape) - (shape @ self.radii)[:, None, :, 0]) * scale
         taken = hands_of(state)[:, :, :-1].flip(1) * about[:, None, :, _SMALL]  # small ones are for one hand
         return torch.where((about[:, None, :, 0] > 0.5) & (taken < 0.5), gaps, torch.full_like(gaps, _FAR))
+
+    def _outside(self, x: Tensor, y: Tensor, shape: Tensor) -> Tensor:
+        """Distances (B, 2, 7) of points in the frames of items of scale 1 to the edges of their shapes (B, 7, 8)."""
+        starts_x, starts_y, edges_x, edges_y = (
+            (shape @ rows)[:, None] for rows in (self.starts_x, self.starts_y, self.edges_x, self.edges_y)
+        )
+        dx, dy = x[..., None] - starts_x, y[..., None] - starts_y  # (B, 2, 7, V)
+        lengths = (edges_x * edges_x + edges_y * edges_y).clamp(min=1e-9)
+        along = ((dx * edges_x + dy * edges_y) / lengths).clamp(0.0, 1.0)
+        dx, dy = dx - along * edges_x, dy - along * edges_y
+        return (-(-(dx * dx + dy * dy)).amax(dim=-1)).sqrt()
 
 
 def hands_of(state: Tensor) -> Tensor:
@@ -93,10 +102,3 @@ def _coasted(robots: Tensor) -> Tensor:
     cos, sin = robots[:, 2:3], robots[:, 3:4]
     facing = torch.cat((cos * turn.cos() - sin * turn.sin(), sin * turn.cos() + cos * turn.sin()), dim=-1)
     return torch.cat((robots[:, :2] + HALF_TICK_S * robots[:, 4:6], facing, robots[:, 4:]), dim=-1)
-
-
-def _turned_back(vectors: Tensor, items: Tensor) -> Tensor:
-    """Vectors (..., 2) in the frames of items x, y, cos, sin (..., 4)."""
-    cos, sin = items[..., 2], items[..., 3]
-    x, y = vectors[..., 0], vectors[..., 1]
-    return torch.stack((cos * x + sin * y, cos * y - sin * x), dim=-1)
