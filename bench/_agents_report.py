@@ -14,10 +14,11 @@ from agents.checkpoint import Card
 from bench._bass_report import BASS as ROLE
 from bench._bass_report import tables
 from bench._leads import LEGEND, against_aim, leads
-from bench._roster import PAPER_BASS, PAPER_PEOPLE, PAPER_SEEN, PAPER_UNSEEN, Field
+from bench._roster import PAPER_BASS, PAPER_COLUMNS, Field
 from bench.bass import Numbers
 from bench.learning import Outcome, mean_error, shown, table
 from maps import map_names
+from matches.paper import paper_figures
 
 BEGIN, END = "<!-- measured: begin -->", "<!-- measured: end -->"
 
@@ -53,13 +54,15 @@ def measured_part(
     parts = [
         f"Measured on {today}, {platform.machine()}, {os.cpu_count()} cores, by `python -m bench.train_agents`.",
         f"Partners are scripted people; {unseen[0].run.ticks} ticks, all maps alike; errors are standard errors over "
-        "episodes. `idle` is the control: what these people reach alone; `scripted` is the expert that the others "
-        "learned from.",
+        "episodes. `idle` is the control: what these people reach alone; `scripted` is the expert, of whom the others "
+        "learned from a variant that does not stop to think.",
         *_tables(field, played, "##"),
         "## Beside the paper (Challenge 1)",
         _beside_paper(unseen, field.learners),
         "Their partners were policies and people, ours are scripted people of C: the columns show the order of "
-        "methods, not who is better.",
+        "methods, not who is better. The paper's methods (`tab:full_results_in_t1`) and its main table "
+        "(`tab:task_1_results`) are two experiments. Its DP/BASS chooses among four independent pairs, ours by NFD "
+        "among 4 × 4, the best of its three ways to sample.",
         "## Against the aim, and against the base policy",
         against_aim(unseen),
         LEGEND,
@@ -112,17 +115,17 @@ def _generalisation(field: Field, played: Played) -> str:
 
 def _beside_paper(outcomes: Sequence[Outcome], labels: Mapping[str, str]) -> str:
     of = "TCR | NFD | AC"
-    papers = {"seen AI": PAPER_SEEN, "unseen AI": PAPER_UNSEEN, "people": PAPER_PEOPLE}
-    head = f"| agent | as in the paper | ours: {of} | " + " | ".join(f"paper, {with_}: {of}" for with_ in papers) + " |"
-    lines = [head, "|---" * (5 + 3 * len(papers)) + "|"]
+    head = f"| agent | as in the paper | ours: {of} | " + " | ".join(f"{name}: {of}" for name in PAPER_COLUMNS) + " |"
+    lines = [head, "|---" * (5 + 3 * len(PAPER_COLUMNS)) + "|"]
     for agent in _agents(outcomes):
         mine = [one for one in outcomes if one.run.agent == agent]
         ours = [
             mean_error([v for one in mine if (v := getattr(one, name)) is not None]) for name in ("tcr", "nfd", "ac")
         ]
         cells = [shown(*pair) for pair in ours]
-        for paper in papers.values():
-            cells += [f"{value:.3f}" for value in paper.get(agent, ())] or ["", "", ""]
+        for rows in PAPER_COLUMNS.values():
+            figures = paper_figures(rows[agent][0], 1, rows[agent][1]) if agent in rows else {}
+            cells += [f"{figures[name].mean:.3f}" if name in figures else "" for name in ("tcr", "nfd", "ac")]
         lines.append(f"| {agent} | {labels.get(agent, '')} | " + " | ".join(cells) + " |")
     return "\n".join(lines)
 

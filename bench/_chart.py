@@ -11,7 +11,7 @@ from bench._roster import BASS, CONTROL, SCRIPTED
 from bench.learning import Outcome, mean_error
 
 WIDTH, LEFT, RIGHT, TOP, PITCH, BAR = 800, 290, 44, 52, 34, 18
-NOTES = {SCRIPTED: "the expert they learned from", CONTROL: "control: these people alone"}
+NOTES = {SCRIPTED: "the expert; they learned from a variant", CONTROL: "control: these people alone"}
 STYLE = (
     "text{font:13px Inter,system-ui,sans-serif;fill:#18212c;font-variant-numeric:tabular-nums}"
     ".second{fill:#566273;font-size:11px}.bar{fill:#9aa5b3}.reference{fill:none;stroke:#9aa5b3;stroke-width:1.5}"
@@ -51,10 +51,10 @@ def _scale(bottom: float) -> str:
         f'<text class="second" x="{_x(tick):.1f}" y="{TOP - 12}" text-anchor="middle">{tick:g}</text>'
         for tick in (0.0, 0.25, 0.5, 0.75, 1.0)
     ]
-    aim = _x(TARGET_TCR)
+    aim, words = _x(TARGET_TCR), f"aim of {BASS}: {TARGET_TCR:g}"
     lines.append(
         f'<line class="aim" x1="{aim:.1f}" x2="{aim:.1f}" y1="{TOP - 6}" y2="{bottom}"/>'
-        f'<text class="second" x="{aim:.1f}" y="{bottom + 13}" text-anchor="middle">aim of {BASS}: {TARGET_TCR:g}</text>'
+        f'<text class="second" x="{aim:.1f}" y="{bottom + 13}" text-anchor="middle">{words}</text>'
     )
     return "".join(lines)
 

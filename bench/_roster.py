@@ -66,18 +66,23 @@ OF_A = Field(
     ((BASS_A, DP_A), (PLAIN_A, DP_A), (AUGMENTED_A, DP_A)),
 )
 
-PAPER_SEEN = {  # "Results of Different Methods with BASS", Challenge 1, seen behaviours: TCR, NFD, AC
-    MLP: (0.3568, 0.4118, 0.7890),
-    GRU: (0.3070, 0.3674, 0.7618),
-    DP: (0.3829, 0.4818, 0.8395),
-    AUGMENTED: (0.4028, 0.5114, 0.8242),
-    SIMULATED: (0.4741, 0.5561, 0.8495),
-    PAPER_BASS: (0.5027, 0.5707, 0.8615),
+_IN_MAIN_TABLE = {MLP: "MLP", GRU: "GRU", DP: "DP", PAPER_BASS: "DP/BASS"}
+_METHODS = "tab:full_results_in_t1, _t2: "
+PAPER_COLUMNS = {
+    "methods with seen AI": {
+        MLP: (f"{_METHODS}MLP", "MLP"),
+        GRU: (f"{_METHODS}GRU", "GRU"),
+        DP: (f"{_METHODS}DP", "Diffusion Policy (DP)"),
+        AUGMENTED: (f"{_METHODS}DP", "+ BASS w/o Simulation"),
+        SIMULATED: (f"{_METHODS}DP", "+ BASS w/o Augmentation"),
+        PAPER_BASS: (f"{_METHODS}DP", "+ Full BASS"),
+    },
+    **{
+        f"main table, {partners}": {
+            agent: (f"tab:task_1_results: {rows}", name) for agent, name in _IN_MAIN_TABLE.items()
+        }
+        for partners, rows in (("seen AI", "Seen"), ("unseen AI", "Unseen"), ("people", "Play with Human"))
+    },
 }
-PAPER_UNSEEN = {  # Challenge 1, unseen behaviours
-    MLP: (0.1433, 0.2413, 0.7729),
-    GRU: (0.1638, 0.2453, 0.7830),
-    DP: (0.2563, 0.4589, 0.7854),
-    PAPER_BASS: (0.3010, 0.5197, 0.8099),
-}
-PAPER_PEOPLE = {DP: (0.3855, 0.5547, 0.8054), PAPER_BASS: (0.6512, 0.7053, 0.9124)}  # with real people
+"""Where the paper has figures of such agents in Challenge 1, by the columns of our table: table and row of
+`matches.paper`."""

@@ -14,6 +14,7 @@ training map.
 """
 
 import argparse
+import itertools
 import json
 import math
 import os
@@ -163,12 +164,15 @@ def _poses(row: Floats, items: int) -> Floats:
 
 
 def held_out_episodes(challenge: int, ticks: int, workers: int) -> list[Trajectory]:
-    """One episode of two people of C on each map; in Challenge 2, on a variant of each that nobody is trained on."""
+    """One episode on each map, of other people of C each time; in Challenge 2, on variants that nobody is trained on."""
     maps = [load_map(name) for name in map_names()]
     if challenge == 2:
         maps = [randomize(the_map, 0, "evaluation") for the_map in maps]
+    people = population("C")
+    pairs = itertools.cycle(zip(people[::2], people[1::2], strict=True))
+    todo = [job for the_map in maps for job in jobs(next(pairs), [the_map], 1, ticks, seed=0, prefix="parts")]
     with tempfile.TemporaryDirectory() as folder:
-        list(make_all(jobs(population("C")[:2], maps, 1, ticks, seed=0, prefix="parts"), Path(folder), workers))
+        list(make_all(todo, Path(folder), workers))
         return read_trajectories(recording_files([Path(folder)]))
 
 
