@@ -164,7 +164,7 @@ def _poses(row: Floats, items: int) -> Floats:
 
 
 def held_out_episodes(challenge: int, ticks: int, workers: int) -> list[Trajectory]:
-    """One episode on each map, of other people of C each time; in Challenge 2, on variants that nobody is trained on."""
+    """One episode on each map, of other people of C each time; in Challenge 2, on variants nobody is trained on."""
     maps = [load_map(name) for name in map_names()]
     if challenge == 2:
         maps = [randomize(the_map, 0, "evaluation") for the_map in maps]
