@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 import numpy as np
+import orjson
 
 from agents.base import Agent, Observation
 from maps import MapSpec
@@ -31,6 +32,15 @@ def start_state(map_spec: MapSpec) -> WorldState:
 
 
 def said(agent: Agent) -> Mapping[str, object]:
-    """What the agent says about its last decision: attribute `detail`, a flat mapping, if it has one."""
-    detail = getattr(agent, "detail", None)
-    return detail if isinstance(detail, Mapping) else {}
+    """What the agent says about its last decision: attribute `detail`, a mapping, if it has one, as plain JSON values.
+
+    Arrays become lists. Of what cannot be written as JSON it is said why, under `unwritable`.
+    """
+    try:
+        detail = getattr(agent, "detail", None)
+        if not isinstance(detail, Mapping):
+            return {}
+        plain: dict[str, object] = orjson.loads(orjson.dumps(dict(detail), option=orjson.OPT_SERIALIZE_NUMPY))
+    except Exception as error:  # noqa: BLE001 - anybody's code is behind it
+        return {"unwritable": f"{type(error).__name__}: {error}"[:200]}
+    return plain

@@ -46,6 +46,7 @@ class _Seat:
     agent: Agent
     agent_id: str
     episode: EpisodeInfo
+    group: Hashable  # of the agents that answer together with it; None for one that answers alone
     failures: int = 0
 
 
@@ -94,13 +95,13 @@ class Desk:
 
     def _together(self, question: Observe, now: float) -> list[Observe]:
         """The question and others, in time, that agents with the same networks answer; earliest deadlines first."""
-        group = _group(self._seats[question.key].agent)
+        group = self._seats[question.key].group
         if group is None:
             return [question]
         others = [
             other
             for other in self._questions.values()
-            if other is not question and now <= other.deadline and _group(self._seats[other.key].agent) == group
+            if other is not question and now <= other.deadline and self._seats[other.key].group == group
         ]
         return [question, *sorted(others, key=lambda other: other.deadline)[: MAX_BATCH - 1]]
 
@@ -111,9 +112,10 @@ class Desk:
             spare = self._spare.get(message.agent_id)
             agent = spare.pop() if spare else _warm(load_agent(message.agent_id), episode)
             agent.reset(episode)
+            group = (type(agent), agent.batch_key) if isinstance(agent, BatchAgent) else None
         except Exception as error:  # noqa: BLE001 - the boundary around an agent
             return Failed(message.key, -1, _sentence(error), fatal=True)
-        self._seats[message.key] = _Seat(agent, message.agent_id, episode)
+        self._seats[message.key] = _Seat(agent, message.agent_id, episode, group)
         return Opened(message.key)
 
     def _decide(self, seat: _Seat, question: Observe) -> FromWorker:
@@ -151,11 +153,6 @@ class Desk:
         if fatal:
             del self._seats[question.key]
         return Failed(question.key, question.tick, _sentence(error), fatal)
-
-
-def _group(agent: Agent) -> Hashable:
-    """What agents that answer together have in common; None for one that answers alone."""
-    return (type(agent), agent.batch_key) if isinstance(agent, BatchAgent) else None
 
 
 def _seen(seat: _Seat, question: Observe) -> Observation:

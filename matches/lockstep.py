@@ -50,7 +50,7 @@ class LiveMatch:
                 agent.reset(episode)
                 if isinstance(agent, Watcher):
                     agent.watch(self.world)
-            self.seats.append(Seat(agent, agent_id, episode, self.state))
+                self.seats.append(Seat(agent, agent_id, episode, self.state))
         self.recorder = None if record is None else Recorder(record, match, self.state)
 
     @property

@@ -1,6 +1,5 @@
 """A match as a recording: the same file that a live room writes, so that it replays, verifies and exports alike."""
 
-import contextlib
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -50,9 +49,8 @@ class Recorder:
         self._writer.tick(TickRecord(actions, ("agent", "agent"), (-1, -1), after, tuple(delivered), 0.0))
 
     def decision(self, seat: int, tick: int, detail: Mapping[str, object]) -> None:
-        """What an agent says about its answer for a tick; nothing when it cannot be written as JSON."""
-        with contextlib.suppress(TypeError):
-            self._writer.agent(AgentDecision(tick, seat, -1.0, False, detail))
+        """What an agent says about its answer for a tick, as `agents.observing.said` has it."""
+        self._writer.agent(AgentDecision(tick, seat, -1.0, False, detail))
 
     def close(self, outcome: Outcome, tick: int, seat: int = -1, detail: str = "") -> Path:
         """End and finalise the recording; returns its path."""

@@ -54,7 +54,7 @@ class Optimisation:
     clip: NotNegativeFloat = documented(1.0, "largest norm of the gradient; 0: not clipped")
     ema: Share = documented(0.999, "share that the moving average keeps per update; the average is what plays")
     held_out: Share = documented(0.1, "share of the participants kept for validation")
-    seed: NotNegative = documented(0, "seed of initial weights, batches and noise")
+    seed: Annotated[int, Field(ge=0, lt=2**32)] = documented(0, "seed of initial weights, batches and noise")
     threads: Annotated[int, Field(ge=1, le=1024)] = documented(1, "CPU threads", "free")
     precision: Precision = documented(
         "auto",

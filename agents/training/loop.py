@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Generic, TypeVar
 
+import numpy as np
 import torch
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -27,27 +28,30 @@ from agents.training.run import RESUME
 
 NetworkT = TypeVar("NetworkT", bound=nn.Module, covariant=True)
 Losses = dict[str, Tensor]
+SEED_STRIDE = 1_000_003  # between the seeds of two runs, more than a run has updates
 
 
 @dataclass(frozen=True, slots=True)
 class Task:
     """What the loop fits: the network, the losses of a batch by name (`loss` is minimised), and those of validation.
 
-    Both are asked with a network that may lie on a GPU, and bring their batches to where it lies.
+    Both are asked with a network that may lie on a GPU, and bring their batches to where it lies. What is drawn for a
+    batch is drawn from the generator that comes with it, or from torch's.
     """
 
     network: nn.Module
-    losses: Callable[[nn.Module], Losses]
+    losses: Callable[[nn.Module, np.random.Generator], Losses]
     validate: Callable[[nn.Module], Losses]
     updates: int
 
 
 @dataclass(frozen=True, slots=True)
 class Fitted(Generic[NetworkT]):
-    """What came of it: the moving average of a network, and after how many updates in all."""
+    """What came of it: the moving average of a network, after how many updates in all, and how many of them now."""
 
     network: NetworkT
     updates: int
+    made: int
 
 
 @dataclass(slots=True)
@@ -63,7 +67,8 @@ class _State:
 def fit(task: Task, config: Optimisation, folder: Path) -> Fitted[nn.Module]:
     """Train to the end, going on from the folder's resume file if there is one.
 
-    Writes TensorBoard events, `losses.jsonl` and the resume file into `folder`.
+    Everything drawn depends on the seed and the number of the update alone, so that a run that was stopped comes to the
+    same weights as one that was not. Writes TensorBoard events, `losses.jsonl` and the resume file into `folder`.
     """
     torch.set_num_threads(config.threads)
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
@@ -75,7 +80,7 @@ def fit(task: Task, config: Optimisation, folder: Path) -> Fitted[nn.Module]:
     console = Console(stderr=True, soft_wrap=True, highlight=False)
     if state.update >= task.updates:
         console.print(f"{folder}: already trained {state.update} updates; nothing is left to do", markup=False)
-    torch.manual_seed(config.seed * 1_000_003 + state.update)
+    begun_at = state.update
     writer = SummaryWriter(str(folder))
     columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
     with (
@@ -97,7 +102,7 @@ def fit(task: Task, config: Optimisation, folder: Path) -> Fitted[nn.Module]:
                 curve.flush()
                 _save(state, folder / RESUME)
                 progress.update(bar, description=f"loss {values['loss']:.4f}")
-    return Fitted(state.average.eval(), state.update)
+    return Fitted(state.average.eval(), state.update, state.update - begun_at)
 
 
 def _update(state: _State, task: Task, config: Optimisation, device: torch.device) -> Losses:
@@ -105,9 +110,10 @@ def _update(state: _State, task: Task, config: Optimisation, device: torch.devic
     for group in state.optimiser.param_groups:
         group["lr"] = config.rate * _schedule(state.update, task.updates, config.warmup)
     state.network.train()
+    torch.manual_seed(config.seed * SEED_STRIDE + state.update)
     mixed = config.precision == "bf16" or (config.precision == "auto" and _faster_in_bf16(device))
     with torch.autocast(device.type, dtype=torch.bfloat16, enabled=mixed):
-        losses = task.losses(state.network)
+        losses = task.losses(state.network, np.random.default_rng([config.seed, state.update]))
     state.optimiser.zero_grad(set_to_none=True)
     losses["loss"].backward()  # type: ignore[no-untyped-call]
     if config.clip:

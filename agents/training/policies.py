@@ -43,9 +43,8 @@ def train_policy(kind: PolicyKind, config: PolicyConfig, windows: Windows, folde
     held_out = random.permutation(held_out if len(held_out) else train)[:VALIDATION_ROWS]
     updates = math.ceil(config.epochs * len(train) / config.batch) if config.epochs else config.updates
 
-    def losses(network: nn.Module) -> Losses:
-        rows = random.choice(train, config.batch)
-        return _losses(network, config, windows, rows, augment=True)
+    def losses(network: nn.Module, random: np.random.Generator) -> Losses:
+        return _losses(network, config, windows, random.choice(train, config.batch), augment=True)
 
     def validate(network: nn.Module) -> Losses:
         with torch.random.fork_rng(_gpus(network)):
@@ -54,7 +53,7 @@ def train_policy(kind: PolicyKind, config: PolicyConfig, windows: Windows, folde
 
     trained = fit(Task(policy, losses, validate, updates), config, folder)
     assert isinstance(trained.network, Policy)
-    return Fitted(trained.network.cpu(), trained.updates)
+    return Fitted(trained.network.cpu(), trained.updates, trained.made)
 
 
 def _gpus(network: nn.Module) -> list[torch.device]:

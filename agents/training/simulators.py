@@ -1,6 +1,7 @@
 """Training the learned simulator from episodes, and adding it to a policy to make a BASS agent."""
 
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +20,7 @@ from agents.bass.state_vector import (
     moving_arrays,
 )
 from agents.checkpoint import Checkpoint, DynamicsSpec, FileName, Training, write_checkpoint
-from agents.dataset import Indices, Singles, Trajectory, held_out_episodes
+from agents.dataset import Indices, Singles, Trajectory, split_rows
 from agents.errors import CheckpointError
 from agents.policies.export import export, halved_weights
 from agents.policy_spec import Grasp
@@ -48,7 +49,7 @@ class Transitions:
         return len(self.before)
 
     def presses(self, rows: Indices) -> Indices:
-        """Those of the rows in which a hand is to change."""
+        """Those of the rows in which somebody presses, whether anything comes of it or not."""
         found: Indices = rows[(self.actions[rows].reshape(-1, 2, ACTION_WIDTH)[..., -1] > 0.5).any(axis=1)]
         return found
 
@@ -90,38 +91,37 @@ def train_dynamics(config: BassConfig, data: Transitions, folder: Path) -> Fitte
     torch.manual_seed(config.seed)
     dynamics = build_dynamics(config.spec())
     dynamics.fit_normaliser(torch.from_numpy(data.after - data.before), torch.from_numpy(data.constants[data.maps]))
-    random = np.random.default_rng(config.seed)
-    out = held_out_episodes(data.casts, config.held_out, config.seed)[data.episodes]
-    train = np.flatnonzero(~out)
-    held_out = random.permutation(np.flatnonzero(out) if out.any() else train)[:VALIDATION_ROWS]
-    presses = data.presses(held_out)
-
-    def validate(network: nn.Module) -> Losses:
-        assert isinstance(network, Dynamics)
-        state, of_map, actions, after = _batch(data, held_out, network.scale.device)
-        error = network.advance(state, of_map, actions) - after
-        found = {"l2": error.norm(dim=1).mean(), "items": error[:, ITEMS_START:].abs().max(dim=1).values.mean()}
-        if len(presses):
-            state, of_map, actions, after = _batch(data, presses, network.scale.device)
-            right = hands_of(network.advance(state, of_map, actions)) == hands_of(after)
-            found["presses"] = right.flatten(1).all(dim=1).double().mean()
-        return found
-
+    train, held_out = split_rows(data.episodes, data.casts, config.held_out, config.seed, VALIDATION_ROWS)
     updates = -(-config.epochs * len(train) // config.batch) if config.epochs else config.updates
     fits = stages(config.order)
-    done = 0
+    done = made = 0
     for stage in fits:
 
-        def losses(network: nn.Module, stage: Stage = stage) -> Losses:
+        def losses(network: nn.Module, random: np.random.Generator, stage: Stage = stage) -> Losses:
             assert isinstance(network, Dynamics)
             return stage.losses(network, _batch(data, random.choice(train, config.batch), network.scale.device))
 
         stage.prepare(dynamics)
-        trained = fit(Task(dynamics, losses, validate, -(-updates // len(fits))), config, folder / stage.name)
+        task = Task(dynamics, losses, partial(_validation, data, held_out), -(-updates // len(fits)))
+        trained = fit(task, config, folder / stage.name)
         assert isinstance(trained.network, Dynamics)
         dynamics = trained.network.cpu().requires_grad_(True)
-        done += trained.updates
-    return Fitted(dynamics.requires_grad_(False), done)
+        done, made = done + trained.updates, made + trained.made
+    return Fitted(dynamics.requires_grad_(False), done, made)
+
+
+def _validation(data: Transitions, held_out: Indices, network: nn.Module) -> Losses:
+    """How far single ticks are predicted wrong, and the share of presses after which both hands are as predicted."""
+    assert isinstance(network, Dynamics)
+    state, of_map, actions, after = _batch(data, held_out, network.scale.device)
+    error = network.advance(state, of_map, actions) - after
+    found = {"l2": error.norm(dim=1).mean(), "items": error[:, ITEMS_START:].abs().max(dim=1).values.mean()}
+    presses = data.presses(held_out)
+    if len(presses):
+        state, of_map, actions, after = _batch(data, presses, network.scale.device)
+        right = hands_of(network.advance(state, of_map, actions)) == hands_of(after)
+        found["presses"] = right.flatten(1).all(dim=1).double().mean()
+    return found
 
 
 def _batch(data: Transitions, rows: Indices, device: torch.device) -> Batch:

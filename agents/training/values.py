@@ -12,7 +12,7 @@ from torch import Tensor, nn
 
 from agents.bass.value import LAYOUT, progress
 from agents.checkpoint import Checkpoint, Training, ValueSpec
-from agents.dataset import Indices, Singles, Trajectory, held_out_episodes
+from agents.dataset import Indices, Singles, Trajectory, split_rows
 from agents.errors import CheckpointError, DataError
 from agents.features import LAYOUT_SIZES, feature_encoder
 from agents.policies.export import export
@@ -128,10 +128,7 @@ def train_value(config: BassConfig, data: Returns, folder: Path) -> Fitted[Value
     mean, deviation = alike_for_items(torch.from_numpy(sample.mean(axis=0)), torch.from_numpy(sample.std(axis=0)))
     network.mean.copy_(mean)
     network.deviation.copy_(deviation.clamp(min=1e-2))
-    random = np.random.default_rng(config.seed)
-    out = held_out_episodes(data.casts, config.held_out, config.seed)[data.episodes]
-    train = np.flatnonzero(~out)
-    held_out = random.permutation(np.flatnonzero(out) if out.any() else train)[:VALIDATION_ROWS]
+    train, held_out = split_rows(data.episodes, data.casts, config.held_out, config.seed, VALIDATION_ROWS)
 
     def batch(value: nn.Module, rows: Indices) -> tuple[Tensor, Tensor]:
         assert isinstance(value, ValueNetwork)
@@ -139,7 +136,7 @@ def train_value(config: BassConfig, data: Returns, folder: Path) -> Fitted[Value
         features = torch.from_numpy(data.features[rows].astype(np.float32)).to(device)
         return features, torch.from_numpy(data.returns[rows]).to(device)
 
-    def losses(value: nn.Module) -> Losses:
+    def losses(value: nn.Module, random: np.random.Generator) -> Losses:
         assert isinstance(value, ValueNetwork)
         features, returns = batch(value, random.choice(train, (config.value_members, config.batch)))
         return {"loss": ((value.each(features) - returns) / RETURN_UNIT).square().mean()}
@@ -152,7 +149,7 @@ def train_value(config: BassConfig, data: Returns, folder: Path) -> Fitted[Value
     how = dataclasses.replace(config, decay=DECAY)
     trained = fit(Task(network, losses, validate, config.value_updates), how, folder)
     assert isinstance(trained.network, ValueNetwork)
-    return Fitted(trained.network.cpu(), trained.updates)
+    return Fitted(trained.network.cpu(), trained.updates, trained.made)
 
 
 @dataclass(frozen=True, slots=True)

@@ -63,9 +63,9 @@ def test_batches_come_to_where_the_network_lies(train: Train, tmp_path: Path, mo
 
     def fit_elsewhere(task: Task, config: Optimisation, folder: Path) -> Fitted[nn.Module]:
         elsewhere = copy.deepcopy(task.network).to("meta")
-        losses = [*task.losses(elsewhere).values(), *task.validate(elsewhere).values()]
+        losses = [*task.losses(elsewhere, np.random.default_rng(0)).values(), *task.validate(elsewhere).values()]
         asked.extend(loss.device.type for loss in losses)
-        return Fitted(task.network, 1)
+        return Fitted(task.network, 1, 1)
 
     for module in (policies, simulators, values):
         monkeypatch.setattr(module, "fit", fit_elsewhere)
@@ -93,7 +93,7 @@ def test_validation_leaves_the_random_numbers_of_training_alone(
             first = task.validate(task.network)["loss"] if validates else None
             drawn.append(torch.rand(3).tolist())
             assert first is None or torch.equal(task.validate(task.network)["loss"], first), "always the same noise"
-        return Fitted(task.network, 1)
+        return Fitted(task.network, 1, 1)
 
     monkeypatch.setattr(policies, "fit", fit_between)
     _policy("dp", {})(tmp_path)
