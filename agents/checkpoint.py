@@ -2,7 +2,7 @@
 
     <id with @ as ->/card.json            who this is, how it was made, how good it is; a strict schema
                     policy.onnx           what plays (onnxruntime)
-                    policy.safetensors    the same weights, to train on from
+                    policy.safetensors    the same weights, for other tools
                     dynamics.onnx ...     for BASS: the simulator
                     value.onnx            for BASS with `score` value: what will come of a state
 
@@ -15,6 +15,7 @@ import hashlib
 import json
 import math
 import re
+import shutil
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -203,7 +204,7 @@ def checkpoint_folders(*roots: Path) -> Iterator[Path]:
     seen: set[str] = set()
     for root in filter(Path.is_dir, roots):
         for folder in sorted(root.iterdir()):
-            if folder.name not in seen and not folder.is_symlink() and (folder / CARD).is_file():
+            if folder.name not in seen and folder.name[0] != "." and not folder.is_symlink() and _has_card(folder):
                 seen.add(folder.name)
                 yield folder
 
@@ -212,7 +213,9 @@ def find_checkpoint(agent_id: str, *roots: Path) -> Checkpoint:
     """The checkpoint of an id, the first of `roots` that has it. Raises CheckpointError when none does."""
     for folder in checkpoint_folders(*roots):
         if folder.name == folder_name(agent_id):
-            return read_checkpoint(folder)
+            found = read_checkpoint(folder)
+            if found.card.id == agent_id:  # two ids may have one folder: dp-b@mine and dp@b-mine
+                return found
     known = ", ".join(checkpoint.card.id for checkpoint in readable_checkpoints(*roots)) or "none"
     raise CheckpointError(f"no checkpoint {agent_id!r}; there are: {known}")
 
@@ -236,29 +239,63 @@ def damage(*roots: Path) -> list[str]:
 
 
 def write_checkpoint(folder: Path, card: Mapping[str, object], files: Mapping[FileName, bytes]) -> Checkpoint:
-    """Write a folder: the files, then the card that names them. `card` is a Card without `files` as a mapping."""
+    """Write a folder, wholly or not at all. `card` is a Card without `files` as a mapping.
+
+    Raises CheckpointError when another agent lies there, or the disk does not take it.
+    """
     entries = [
         {"name": name, "bytes": len(data), "sha256": hashlib.sha256(data).hexdigest()} for name, data in files.items()
     ]
     whole = Card.model_validate_json(json.dumps({**card, "files": entries}))
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, data in files.items():
-        (folder / name).write_bytes(data)
-    (folder / CARD).write_text(whole.model_dump_json(indent=1) + "\n", encoding="utf-8")
+    check_room(folder, whole.id)
+    draft, before = (folder.with_name(f".{folder.name}.{word}") for word in ("draft", "before"))
+    try:
+        shutil.rmtree(draft, ignore_errors=True)
+        draft.mkdir(parents=True)
+        for name, data in files.items():
+            (draft / name).write_bytes(data)
+        (draft / CARD).write_text(whole.model_dump_json(indent=1) + "\n", encoding="utf-8")
+        shutil.rmtree(before, ignore_errors=True)
+        if folder.exists():
+            folder.replace(before)
+        draft.replace(folder)
+        shutil.rmtree(before, ignore_errors=True)
+    except OSError as error:
+        raise CheckpointError(f"cannot write {folder}: {error.strerror or error}") from error
     return read_checkpoint(folder)
+
+
+def check_room(folder: Path, agent_id: str) -> None:
+    """Raises CheckpointError when an agent of another id lies in the folder, which two ids may share."""
+    there = next((one.card.id for one in readable_checkpoints(folder.parent) if one.folder == folder), agent_id)
+    if there != agent_id:
+        raise CheckpointError(f"{folder} is the folder of {there}; choose another id than {agent_id}")
 
 
 def rescored(checkpoint: Checkpoint, scores: Mapping[str, Score]) -> Checkpoint:
     """The same checkpoint with measured scores in its card."""
     card = checkpoint.card.model_copy(update={"scores": dict(scores)})
-    (checkpoint.folder / CARD).write_text(card.model_dump_json(indent=1) + "\n", encoding="utf-8")
+    draft = checkpoint.folder / f".{CARD}.draft"
+    draft.write_text(card.model_dump_json(indent=1) + "\n", encoding="utf-8")
+    draft.replace(checkpoint.folder / CARD)
     return read_checkpoint(checkpoint.folder)
 
 
 def _read_capped(path: Path, limit: int) -> bytes:
     """The bytes of a plain file of at most `limit` bytes."""
-    if path.is_symlink() or not path.is_file():
-        raise CheckpointError(f"there is no plain file {path.name} in checkpoint folder {path.parent.name}")
-    if path.stat().st_size > limit:
-        raise CheckpointError(f"{path.name} in {path.parent.name} is larger than the {limit} bytes it may have")
-    return path.read_bytes()
+    try:
+        if path.is_symlink() or not path.is_file():
+            raise CheckpointError(f"there is no plain file {path.name} in checkpoint folder {path.parent.name}")
+        if path.stat().st_size > limit:
+            raise CheckpointError(f"{path.name} in {path.parent.name} is larger than the {limit} bytes it may have")
+        return path.read_bytes()
+    except OSError as error:
+        raise CheckpointError(f"cannot read {path.name} in {path.parent.name}: {error.strerror or error}") from error
+
+
+def _has_card(folder: Path) -> bool:
+    """Whether there is a card; also where nobody may look, so that reading it says so."""
+    try:
+        return (folder / CARD).is_file()
+    except OSError:
+        return True

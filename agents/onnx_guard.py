@@ -20,11 +20,13 @@ ALLOWED_OPERATORS = frozenset(
 MAX_DEPTH = 4  # of graphs within attributes
 
 # Field numbers of onnx.proto.
-_MODEL_GRAPH, _MODEL_FUNCTIONS = 7, 25
+_MODEL_GRAPH, _MODEL_TRAINING, _MODEL_FUNCTIONS = 7, 20, 25
 _GRAPH_NODE, _GRAPH_INITIALIZER, _GRAPH_SPARSE = 1, 5, 15
 _NODE_OPERATOR, _NODE_ATTRIBUTE, _NODE_DOMAIN = 4, 5, 7
 _ATTRIBUTE_TENSOR, _ATTRIBUTE_GRAPH, _ATTRIBUTE_TENSORS, _ATTRIBUTE_GRAPHS = 5, 6, 10, 11
+_ATTRIBUTE_SPARSE = (22, 23)
 _TENSOR_EXTERNAL, _TENSOR_LOCATION = 13, 14
+_MAX_TAG = 2**32 - 1
 
 
 def check_onnx(data: bytes) -> None:
@@ -33,6 +35,8 @@ def check_onnx(data: bytes) -> None:
     for field, value in _fields(memoryview(data)):
         if field == _MODEL_FUNCTIONS:
             raise CheckpointError("the ONNX file defines its own functions, which are not allowed")
+        if field == _MODEL_TRAINING:
+            raise CheckpointError("the ONNX file says how to train it, which is not allowed")
         if field == _MODEL_GRAPH:
             graphs += 1
             _check_graph(_message(value), 0)
@@ -72,6 +76,8 @@ def _check_attribute(attribute: memoryview, depth: int) -> None:
             _check_tensor(_message(value))
         elif field in (_ATTRIBUTE_GRAPH, _ATTRIBUTE_GRAPHS):
             _check_graph(_message(value), depth + 1)
+        elif field in _ATTRIBUTE_SPARSE:
+            raise CheckpointError("the ONNX file has sparse tensors, which are not allowed")
 
 
 def _check_tensor(tensor: memoryview) -> None:
@@ -91,6 +97,8 @@ def _fields(data: memoryview) -> Iterator[tuple[int, memoryview | int]]:
     position = 0
     while position < len(data):
         tag, position = _varint(data, position)
+        if tag > _MAX_TAG:  # the runtime would take its low bits, and see another field than we
+            raise CheckpointError("the ONNX file is damaged")
         kind = tag & 7
         if kind == 0:
             number, position = _varint(data, position)

@@ -1,6 +1,8 @@
 """Checkpoints: what is written is read back, and what is crafted or damaged is refused in a sentence."""
 
+import errno
 import json
+import os
 import pickle
 from pathlib import Path
 
@@ -109,6 +111,10 @@ def test_a_network_with_a_forbidden_operator_or_outside_data_is_refused(tmp_path
         "operator 'Loop'": model(helper.make_node("Loop", ["x"], ["y"]), []),
         "operators of 'evil'": model(helper.make_node("Add", ["x", "x"], ["y"], domain="evil"), []),
         "in other files": model(helper.make_node("Add", ["x", "w"], ["y"]), [outside]),
+        "sparse tensors": model(
+            helper.make_node("Constant", [], ["y"], sparse_value=onnx.SparseTensorProto(values=outside, dims=[1])), []
+        ),
+        "damaged": b"\xba\x80\x80\x80\x10\x00",  # field 7, the graph, for who keeps 32 bits of a tag
     }
     for sentence, data in crafted.items():
         checkpoint = write_checkpoint(tmp_path / "mlp-test", _card(), {"policy.onnx": data})
@@ -130,3 +136,24 @@ def test_an_unknown_id_is_answered_with_those_that_exist(tmp_path: Path) -> None
     _written(tmp_path)
     with pytest.raises(CheckpointError, match=r"there are: mlp@test$"):
         find_checkpoint("dp@test", tmp_path)
+
+
+def test_of_two_ids_with_one_folder_only_the_one_that_lies_there_is_found(tmp_path: Path) -> None:
+    write_checkpoint(tmp_path / "mlp-a-b", _card(id="mlp-a@b"), {"policy.onnx": b"x"})
+    assert find_checkpoint("mlp-a@b", tmp_path).card.id == "mlp-a@b"
+    with pytest.raises(CheckpointError, match=r"no checkpoint 'mlp@a-b'; there are: mlp-a@b$"):
+        find_checkpoint("mlp@a-b", tmp_path)
+    with pytest.raises(CheckpointError, match="is the folder of mlp-a@b; choose another id than mlp@a-b"):
+        write_checkpoint(tmp_path / "mlp-a-b", _card(id="mlp@a-b"), {"policy.onnx": b"x"})
+
+
+def test_a_checkpoint_is_written_wholly_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = _written(tmp_path)
+    monkeypatch.setattr(Path, "write_text", _full_disk)
+    with pytest.raises(CheckpointError, match=r"cannot write .*mlp-test: No space left on device"):
+        write_checkpoint(before.folder, _card(), {"policy.onnx": b"half"})
+    assert find_checkpoint("mlp@test", tmp_path).read("policy.onnx") == before.read("policy.onnx")
+
+
+def _full_disk(*_: object, **__: object) -> None:
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))

@@ -11,7 +11,7 @@ from agents.base import ActionChunk, Observation
 from agents.blackboard import Blackboard
 from agents.observing import start_state
 from agents.worker import MAX_BATCH, Desk
-from agents.worker_messages import Answer, Failed, FromWorker, Observe, Open, Opened, Skipped, observe_message
+from agents.worker_messages import Answer, Failed, FromWorker, Observe, Open, Opened, Skipped, frame, observe_message
 from maps import load_map
 from tests.agents.support import Forward
 
@@ -44,6 +44,22 @@ class Chorus(Forward):
         if not self._alone and observation.tick > 0:
             raise ValueError("I do not sing alone")
         return super().act(observation)
+
+
+class Speaking(Forward):
+    """Says what only headless matches could write down."""
+
+    def act(self, observation: Observation) -> ActionChunk:
+        self.detail = {"scores": np.array([0.25, 0.75])}  # type: ignore[dict-item]
+        return super().act(observation)
+
+
+class Keyless(Chorus):
+    """Cannot say with whom it goes together."""
+
+    @property
+    def batch_key(self) -> Hashable:
+        raise ValueError("no key")
 
 
 @pytest.fixture
@@ -101,3 +117,16 @@ def test_in_a_batch_that_fails_each_is_asked_alone_and_only_the_culprit_fails(de
     answer, failed = desk.answer_next(0.0)
     assert isinstance(answer, Answer) and answer.key == 0
     assert isinstance(failed, Failed) and failed.key == 1 and failed.reason == "ValueError: I do not sing alone"
+
+
+def test_arrays_that_an_agent_says_reach_the_server(desk: Desk) -> None:
+    _open(desk, 0, f"{HERE}:Speaking")
+    _ask(desk, 0)
+    (answer,) = desk.answer_next(0.0)
+    assert isinstance(answer, Answer) and answer.detail == {"scores": [0.25, 0.75]}
+    assert frame(answer)
+
+
+def test_an_agent_that_cannot_say_with_whom_it_goes_is_refused_in_a_sentence(desk: Desk) -> None:
+    failed = desk.take(Open(0, f"{HERE}:Keyless", MAP, 0, 0, 100))
+    assert isinstance(failed, Failed) and failed.fatal and "no key" in failed.reason

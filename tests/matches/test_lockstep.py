@@ -87,13 +87,16 @@ def test_a_recorded_match_re_simulates_to_the_bit(tmp_path: Path) -> None:
     assert [event.kind for event in episode.events][:: len(episode.events) - 1] == ["start", "end"]
 
 
-def test_a_recording_keeps_what_agents_say_about_each_answer_when_it_can_be_written(tmp_path: Path) -> None:
+def test_a_recording_keeps_what_agents_say_about_each_answer_or_why_it_cannot_be_written(tmp_path: Path) -> None:
     match = Match("DistancePriority", f"{HERE}:Talker", f"{HERE}:Mumbler", 4, ticks=12)
     (result,) = Lockstep(record=tmp_path).play([match])
     decisions = read_episode(Path(result.recording)).decisions
-    assert {decision.seat for decision in decisions} == {0}
-    assert [decision.tick for decision in decisions] == [1, 5, 9]  # chunks of four rows
-    assert [decision.detail for decision in decisions] == [{"heard": tick - 1} for tick in (1, 5, 9)]
+    blue, red = ([decision for decision in decisions if decision.seat == seat] for seat in (0, 1))
+    assert [decision.tick for decision in blue] == [1, 5, 9]  # chunks of four rows
+    assert [decision.detail for decision in blue] == [{"heard": tick - 1} for tick in (1, 5, 9)]
+    assert {str(decision.detail) for decision in red} == {
+        "{'unwritable': 'TypeError: Type is not JSON serializable: Mumbler'}"
+    }
     assert {decision.latency_ms for decision in decisions} == {-1.0}
 
 
