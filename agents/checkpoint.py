@@ -220,6 +220,23 @@ def find_checkpoint(agent_id: str, *roots: Path) -> Checkpoint:
     raise CheckpointError(f"no checkpoint {agent_id!r}; there are: {known}")
 
 
+def fingerprint(agent_id: str) -> str:
+    """The SHA-256 of the card of an agent, and so of its weights; empty for one without a checkpoint."""
+    card = card_bytes(agent_id)
+    return hashlib.sha256(card).hexdigest() if card else ""
+
+
+def card_bytes(agent_id: str) -> bytes:
+    """The card of an agent as it is now; empty for one without a checkpoint, or when it cannot be read any more."""
+    reference = agent_id.partition(":")[0]
+    if "@" not in reference:
+        return b""
+    try:
+        return (find_checkpoint(reference, *MODEL_ROOTS).folder / CARD).read_bytes()
+    except (CheckpointError, OSError):
+        return b""
+
+
 def readable_checkpoints(*roots: Path) -> Iterator[Checkpoint]:
     """Those whose card can be read, in the order of `checkpoint_folders`; `damage` has the others."""
     for folder in checkpoint_folders(*roots):

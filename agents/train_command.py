@@ -10,7 +10,17 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, get_args
 
-from agents.checkpoint import SHIPPED, Checkpoint, Training, check_labels, find_checkpoint, folder_name
+from agents.checkpoint import (
+    SHIPPED,
+    Card,
+    Checkpoint,
+    Training,
+    check_labels,
+    check_room,
+    find_checkpoint,
+    folder_name,
+    readable_checkpoints,
+)
 from agents.dataset import SeatChoice
 from agents.errors import DataError
 from agents.policy_spec import Grasp, PolicySpec
@@ -22,7 +32,10 @@ from agents.training.options import add_fields, overridden
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from torch import nn
+
     from agents.dataset import Piece
+    from agents.training.loop import Fitted
     from agents.training.simulators import Simulator
     from agents.training.values import ValueFile
 
@@ -77,11 +90,11 @@ def _common(parser: argparse.ArgumentParser, default_id: str) -> None:
 def run(args: argparse.Namespace) -> int:
     """Train, export, write DATA/models/<id>."""
     check_labels(args.id, args.name, args.population)
+    check_room(_model_folder(args), args.id)
     _require_torch()
     checkpoint = _bass(args) if args.kind == "bass" else _policy(args)
     runs.finish(_run_folder(args), checkpoint)
-    card = checkpoint.card
-    training = card.dynamics_training or card.value_training or card.training
+    training = _new_in(checkpoint.card, args)
     if args.json:
         print(json.dumps({"id": args.id, "folder": str(checkpoint.folder), **training.model_dump()}))
         return 0
@@ -90,6 +103,13 @@ def run(args: argparse.Namespace) -> int:
     if args.data.resolve() != Path("data").resolve():
         print(f"to play with it, copy {checkpoint.folder} to data/models: `play`, `match` and `agents` look there")
     return 0
+
+
+def _new_in(card: Card, args: argparse.Namespace) -> Training:
+    """Where those weights come from that were trained now, and not taken from another agent; else the policy's."""
+    simulator = None if getattr(args, "simulator", "") else card.dynamics_training
+    value = None if getattr(args, "value", "") else card.value_training
+    return simulator or value or card.training
 
 
 def _policy(args: argparse.Namespace) -> Checkpoint:
@@ -106,7 +126,7 @@ def _policy(args: argparse.Namespace) -> Checkpoint:
     runs.begin(_run_folder(args), _about(args, material.sha256), config, args.go_on)
     windows = windows_of(chain(pieces, _recombined(args, material, config, spec)))
     fitted = train_policy(args.kind, config, windows, _run_folder(args))
-    training = _training(args, config, material, windows.names, len(windows), fitted.updates)
+    training = _training(args, config, material, windows.names, len(windows), fitted)
     name = args.name or f"{args.kind.upper()} {args.id.rpartition('@')[2]}"
     description = f"{args.kind.upper()} trained on {training.episodes} episodes of {training.population}."
     maps = {walk.map.name for walk in material.episodes}
@@ -136,7 +156,13 @@ def _bass(args: argparse.Namespace) -> Checkpoint:
 
     config = overridden(bass_preset(args.preset), args)
     base = _found(args, args.base)
-    grasp = base.card.policy.grasp
+    grasp, horizon = base.card.policy.grasp, base.card.policy.horizon
+    if config.depth > horizon:
+        raise DataError(
+            f"{args.base} predicts {horizon} ticks, so --depth {config.depth} is too far; --depth {horizon}"
+        )
+    if args.value and config.score != "value":
+        raise DataError(f"--value {args.value} is for --score value, not for --score {config.score}")
     simulator, value = _taken(args, config, grasp)
     if simulator is None or (value is None and config.score == "value"):
         material = read_material(args.recordings)
@@ -169,7 +195,7 @@ def _simulator(args: argparse.Namespace, config: BassConfig, material: Material,
 
     data = transitions_of(material.episodes)
     fitted = train_dynamics(config, data, _run_folder(args))
-    training = _training(args, config, material, material.cast, len(data), fitted.updates)
+    training = _training(args, config, material, material.cast, len(data), fitted)
     return exported(fitted.network, config.depth, grasp, training)
 
 
@@ -178,24 +204,39 @@ def _value(args: argparse.Namespace, config: BassConfig, material: Material) -> 
 
     data = returns_of(material.episodes, config.discount)
     fitted = train_value(config, data, _run_folder(args) / "value")
-    training = _training(args, config, material, material.cast, len(data.returns), fitted.updates)
+    training = _training(args, config, material, material.cast, len(data.returns), fitted)
     return exported_value(fitted.network, training)
 
 
 def _training(
-    args: argparse.Namespace, config: Optimisation, material: Material, people: Collection[str], rows: int, updates: int
+    args: argparse.Namespace,
+    config: Optimisation,
+    material: Material,
+    people: Collection[str],
+    rows: int,
+    fitted: "Fitted[nn.Module]",
 ) -> Training:
-    """Where weights come from, for the card."""
+    """Where weights come from, for the card. Raises DataError when they have learned nothing of this material."""
+    learned = _learned(args)
+    if args.go_on and not fitted.made and learned and material.sha256 not in learned:
+        raise DataError(f"{args.id} has made all of its {fitted.updates} updates; learn on with a larger --updates")
     return Training(
         preset=args.preset,
         data_sha256=material.sha256,
         population=args.population or f"{len(people)} participants",
         episodes=len(material.files),
         windows=rows,
-        updates=updates,
+        updates=fitted.updates,
         seed=config.seed,
         created=datetime.datetime.now(datetime.UTC).date().isoformat(),
     )
+
+
+def _learned(args: argparse.Namespace) -> set[str]:
+    """The hashes of the recordings that the agent of this id has learned from, if there is one."""
+    there = [one.card for one in readable_checkpoints(args.data / "models") if one.card.id == args.id]
+    trainings = [part for card in there for part in (card.training, card.dynamics_training, card.value_training)]
+    return {part.data_sha256 for part in trainings if part}
 
 
 def _about(args: argparse.Namespace, data_sha256: str = "") -> dict[str, str]:

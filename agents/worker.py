@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from agents.base import ActionChunk, Agent, BatchAgent, EpisodeInfo, Observation
 from agents.blackboard import Blackboard
 from agents.catalogue import load_agent
+from agents.checkpoint import fingerprint
 from agents.chunk import checked_chunk, rows_to_execute
 from agents.observing import observe, said, start_state
 from agents.worker_messages import (
@@ -44,10 +45,14 @@ MAX_BATCH = 10  # questions answered together: more would let the first of them 
 @dataclass(slots=True)
 class _Seat:
     agent: Agent
-    agent_id: str
+    kept_as: "_Kept"
     episode: EpisodeInfo
     group: Hashable  # of the agents that answer together with it; None for one that answers alone
     failures: int = 0
+
+
+_Kept = tuple[str, str]
+"""An agent's id and the fingerprint of its checkpoint: one that was trained anew meanwhile is another agent."""
 
 
 class Desk:
@@ -57,7 +62,7 @@ class Desk:
         self._board = board
         self._seats: dict[int, _Seat] = {}
         self._questions: dict[int, Observe] = {}
-        self._spare: dict[str, list[Agent]] = {}
+        self._spare: dict[_Kept, list[Agent]] = {}
 
     @property
     def busy(self) -> bool:
@@ -76,7 +81,7 @@ class Desk:
                 self._questions.pop(message.key, None)
                 seat = self._seats.pop(message.key, None)
                 if seat is not None and seat.failures == 0:
-                    self._spare.setdefault(seat.agent_id, []).append(seat.agent)
+                    self._spare.setdefault(seat.kept_as, []).append(seat.agent)
         return None
 
     def answer_next(self, now: float) -> list[FromWorker]:
@@ -109,14 +114,21 @@ class Desk:
         self._board.write("loading", message.key)
         episode = EpisodeInfo(message.map, message.seat, message.seed, message.ticks)
         try:
-            spare = self._spare.get(message.agent_id)
+            kept_as = message.agent_id, fingerprint(message.agent_id)
+            spare = self._spares(kept_as)
             agent = spare.pop() if spare else _warm(load_agent(message.agent_id), episode)
             agent.reset(episode)
             group = (type(agent), agent.batch_key) if isinstance(agent, BatchAgent) else None
         except Exception as error:  # noqa: BLE001 - the boundary around an agent
             return Failed(message.key, -1, _sentence(error), fatal=True)
-        self._seats[message.key] = _Seat(agent, message.agent_id, episode, group)
+        self._seats[message.key] = _Seat(agent, kept_as, episode, group)
         return Opened(message.key)
+
+    def _spares(self, kept_as: _Kept) -> list[Agent]:
+        """Agents that sat before; those of an older checkpoint of the same id are let go."""
+        for other in [other for other in self._spare if other[0] == kept_as[0] and other != kept_as]:
+            del self._spare[other]
+        return self._spare.get(kept_as, [])
 
     def _decide(self, seat: _Seat, question: Observe) -> FromWorker:
         begun = time.perf_counter()
@@ -127,7 +139,11 @@ class Desk:
             return self._failed(seat, question, error)
 
     def _decide_together(self, asked: list[Observe]) -> list[FromWorker] | None:
-        """All answers from one call; None when it failed, so that each is asked alone and the culprit is found."""
+        """All answers from one call; None when it failed, so that each is asked alone and the culprit is found.
+
+        A call that failed may have moved the agents' memories and random numbers: what they answer then is theirs, but
+        not to the bit what they would have answered alone.
+        """
         begun = time.perf_counter()
         seats = [self._seats[question.key] for question in asked]
         first = seats[0].agent

@@ -13,10 +13,11 @@ from pathlib import Path
 from agents.checkpoint import Card
 from bench._bass_report import BASS as ROLE
 from bench._bass_report import tables
+from bench._episodes import Outcome
 from bench._leads import LEGEND, against_aim, leads
 from bench._roster import PAPER_BASS, PAPER_COLUMNS, Field
 from bench.bass import Numbers
-from bench.learning import Outcome, mean_error, shown, table
+from bench.learning import mean_error, shown, table
 from maps import map_names
 from matches.paper import paper_figures
 

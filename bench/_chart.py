@@ -6,9 +6,10 @@ Its colours follow the reader's light or dark theme; nothing is said by colour a
 from collections.abc import Mapping, Sequence
 from html import escape
 
+from bench._episodes import Outcome
 from bench._leads import TARGET_TCR
 from bench._roster import BASS, CONTROL, SCRIPTED
-from bench.learning import Outcome, mean_error
+from bench.learning import mean_error
 
 WIDTH, LEFT, RIGHT, TOP, PITCH, BAR = 800, 290, 44, 52, 34, 18
 NOTES = {SCRIPTED: "the expert; they learned from a variant", CONTROL: "control: these people alone"}

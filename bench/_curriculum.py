@@ -1,7 +1,7 @@
 """What is trained, from what and in which order; a step that is done already is skipped.
 
 What does not wait for each other is trained at the same time, in as many processes as there are workers; what they
-say goes to DATA/logs/<agent>.log.
+say goes to data/logs/<agent>.log.
 """
 
 import argparse
@@ -14,7 +14,7 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
-from agents.checkpoint import find_checkpoint, folder_name
+from agents.checkpoint import CARD, find_checkpoint, folder_name
 from agents.corrections import TEACHER
 from bench._roster import (
     AUGMENTED,
@@ -146,7 +146,7 @@ def _plays(args: argparse.Namespace, agent_id: str) -> Path:
 def _train_policy(args: argparse.Namespace, lessons: Lessons, agent_id: str, total: int, *words: object) -> None:
     """Go on to `total` updates with all labels there are by now; nothing to do when the card says as many."""
     folder = args.data / "models" / folder_name(agent_id)
-    if folder.exists() and find_checkpoint(agent_id, args.data / "models").card.training.updates >= total:
+    if (folder / CARD).exists() and find_checkpoint(agent_id, args.data / "models").card.training.updates >= total:
         return
     sizes = "--go-on", "--updates", total, "--width", args.width, "--batch", args.batch
     _command(args, agent_id, "train", "dp", lessons.folder, *sizes, "--population", lessons.people, *words)
@@ -154,7 +154,7 @@ def _train_policy(args: argparse.Namespace, lessons: Lessons, agent_id: str, tot
 
 def _train(args: argparse.Namespace, agent_id: str, kind: str, *words: object) -> None:
     """Train an agent that is not there yet."""
-    if not (args.data / "models" / folder_name(agent_id)).exists():
+    if not (args.data / "models" / folder_name(agent_id) / CARD).exists():
         _command(args, agent_id, "train", kind, *words)
 
 

@@ -2,8 +2,9 @@
 
 from collections.abc import Mapping, Sequence
 
+from bench._episodes import Outcome
 from bench._roster import BASS, Field
-from bench.learning import Outcome, mean_error
+from bench.learning import mean_error
 
 TARGET_TCR = 0.65
 LEGEND = (
@@ -14,7 +15,10 @@ LEGEND = (
 
 def against_aim(outcomes: Sequence[Outcome]) -> str:
     """What was aimed at, and by how much it was reached or missed."""
-    tcr, error = mean_error([one.tcr for one in outcomes if one.run.agent == BASS])
+    mine = [one.tcr for one in outcomes if one.run.agent == BASS]
+    if not mine:
+        return f"`{BASS}` has not played yet; aimed at a TCR of {TARGET_TCR}."
+    tcr, error = mean_error(mine)
     reached = "reached" if tcr >= TARGET_TCR else f"missed by {TARGET_TCR - tcr:.3f}"
     return f"`{BASS}` TCR {tcr:.3f} ± {error:.3f}; aimed at {TARGET_TCR}: {reached}."
 

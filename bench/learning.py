@@ -7,58 +7,24 @@ episodes. With `--log FILE` every finished episode is kept, and the same command
 """
 
 import argparse
-import hashlib
 import json
 import math
 import os
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 from rich.console import Console
 from rich.progress import Progress
 
-from agents import person, populations, scripted
 from agents.catalogue import load_agent
-from agents.checkpoint import MODEL_ROOTS, find_checkpoint
 from agents.populations import POPULATIONS, population
+from bench._episodes import EpisodeLog, Outcome, Run
 from maps import load_map, map_names
 from maps.errors import MovingOutError
-from matches import Match, MatchError, MatchResult, play_matches
+from matches import MatchError, MatchResult, play_matches
 
 PARTNER_STRIDE = 7  # from map to map, so that different people come first
-
-
-@dataclass(frozen=True, slots=True)
-class Run:
-    """One episode: an agent in a seat of a map with a partner."""
-
-    agent: str
-    partner: str
-    map: str
-    seat: int
-    seed: int
-    ticks: int
-
-    @property
-    def match(self) -> Match:
-        """The same as who sits where; seat 0 is blue."""
-        blue, red = (self.agent, self.partner) if self.seat == 0 else (self.partner, self.agent)
-        return Match(self.map, blue, red, self.seed, ticks=self.ticks)
-
-
-@dataclass(frozen=True, slots=True)
-class Outcome:
-    """What came of it, and the processor time of everybody in it."""
-
-    run: Run
-    tcr: float
-    nfd: float
-    wt_s: float
-    ac: float | None
-    cpu_s: float
 
 
 def runs(agents: list[str], partners: list[str], maps: list[str], episodes: int, ticks: int) -> list[Run]:
@@ -80,8 +46,8 @@ def play_all(todo: list[Run], workers: int, log: Path | None = None) -> list[Out
     Every agent plays its first episodes before any plays its second, the maps together, so that it is asked in batches
     (`matches.lockstep`). Raises MatchError when an agent lost a match: counted as nothing, it would say little of it.
     """
-    known = _logged(log) if log is not None else {}
-    done = {run: known[key] for run in todo if (key := _key(run)) in known}
+    kept = EpisodeLog(log) if log is not None else None
+    done = kept.known(todo) if kept is not None else {}
     rest = {run.match: run for run in sorted(todo, key=lambda run: (run.seed, run.agent)) if run not in done}
     failed = []
 
@@ -91,8 +57,8 @@ def play_all(todo: list[Run], workers: int, log: Path | None = None) -> list[Out
             failed.append(f"{run.agent} with {run.partner} on {run.map}, seed {run.seed}: {result.failure}")
             return
         done[run] = Outcome(run, result.tcr, result.nfd, result.wt_s, result.ac, result.cpu_s)
-        if log is not None:
-            _log(log, done[run])
+        if kept is not None:
+            kept.append(done[run])
         progress.update(bar, completed=len(done))
 
     with Progress(console=Console(stderr=True)) as progress:
@@ -101,50 +67,6 @@ def play_all(todo: list[Run], workers: int, log: Path | None = None) -> list[Out
     if failed:
         raise MatchError(f"{len(failed)} of {len(rest)} matches were lost: {failed[0]}")
     return [done[run] for run in todo]
-
-
-def finished(todo: list[Run], log: Path) -> list[Outcome]:
-    """The outcomes of those episodes that the log knows."""
-    known = _logged(log)
-    return [known[key] for run in todo if (key := _key(run)) in known]
-
-
-@lru_cache
-def _version(agent_id: str) -> str:
-    """What an agent consists of: a log is of no use for another one of the same name."""
-    if "@" not in agent_id:
-        return _code_of_people()
-    card = find_checkpoint(agent_id.partition(":")[0], *MODEL_ROOTS).card
-    parts = (card.policy, card.selection, *card.files)
-    return hashlib.sha256("".join(part.model_dump_json() for part in parts if part).encode()).hexdigest()
-
-
-@lru_cache
-def _code_of_people() -> str:
-    """Of what is not learned: a person plays otherwise after a change of the code."""
-    files = [Path(module.__file__) for module in (person, populations)]
-    files += sorted(Path(scripted.__file__).parent.glob("*.py"))
-    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
-
-
-def _key(run: Run) -> str:
-    versions = {"version": _version(run.agent), "partner_version": _version(run.partner)}
-    return json.dumps({**asdict(run), **versions}, sort_keys=True)
-
-
-def _log(log: Path, outcome: Outcome) -> None:
-    log.parent.mkdir(parents=True, exist_ok=True)
-    with log.open("a", encoding="utf-8") as file:
-        file.write(json.dumps({"key": _key(outcome.run), "outcome": asdict(outcome)}) + "\n")
-
-
-def _logged(log: Path) -> dict[str, Outcome]:
-    """The outcomes in a log, by key."""
-    found = {}
-    for line in log.read_text(encoding="utf-8").splitlines() if log.exists() else ():
-        entry = json.loads(line)
-        found[entry["key"]] = Outcome(**{**entry["outcome"], "run": Run(**entry["outcome"]["run"])})
-    return found
 
 
 def mean_error(values: list[float]) -> tuple[float, float]:

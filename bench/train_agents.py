@@ -1,6 +1,6 @@
 """From nothing to trained agents and their tables, by one command; each step that is done already is skipped.
 
-    python -m bench.train_agents --data data --report docs/results.md
+    python -m bench.train_agents --report docs/results.md
 
 1. an expert plays with the people of populations A and B, its hand slipping now and then;
 2. a Diffusion Policy (flow, fast denoiser) learns from them;
@@ -15,22 +15,23 @@
    scripted expert; those trained with A alone play with A and B as well. The scores with C go into the cards and the
    tables into the report.
 
-Stopped and started again it goes on where it was; finished evaluation episodes are in DATA/evaluation.jsonl.
+Stopped and started again it goes on where it was; finished evaluation episodes are in data/evaluation.jsonl.
 """
 
 import argparse
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from agents.checkpoint import SHIPPED, Card, Score, find_checkpoint, rescored
+from agents.checkpoint import SHIPPED, Card, Checkpoint, Score, find_checkpoint, rescored
 from agents.populations import population
 from bench._agents_report import measured_part, write_report
 from bench._chart import chart
 from bench._curriculum import train_all
+from bench._episodes import EpisodeLog, Outcome
 from bench._roster import CONTROL, OF_A, OF_BOTH, PAPER_BASS, SCRIPTED, Field
 from bench.bass import Numbers, bass_agent_of, held_out_episodes, measure
-from bench.learning import Outcome, finished, mean_error, play_all, runs
+from bench.learning import mean_error, play_all, runs
 from maps import map_names
 from maps.errors import MovingOutError
 
@@ -86,8 +87,10 @@ def _played(args: argparse.Namespace, fields: Sequence[Field]) -> list[dict[str,
         for field in fields
     ]
     wanted = list(dict.fromkeys(run for groups in todo for made in groups.values() for run in made))
-    outcomes = finished(wanted, log) if args.finished else play_all(wanted, args.workers, log)
-    done = {one.run: one for one in outcomes}
+    if args.finished:
+        done = EpisodeLog(log).known(wanted)
+    else:
+        done = {one.run: one for one in play_all(wanted, args.workers, log)}
     return [{group: [done[run] for run in made if run in done] for group, made in groups.items()} for groups in todo]
 
 
@@ -96,9 +99,15 @@ def _rescored(args: argparse.Namespace, agents: Sequence[str], unseen: Sequence[
     cards, have_played = {}, {one.run.agent for one in unseen}
     for agent_id in agents:
         if ":" not in agent_id and agent_id in have_played:
-            checkpoint = find_checkpoint(agent_id, args.data / "models", SHIPPED)
-            cards[agent_id] = rescored(checkpoint, scores(unseen, agent_id)).card
+            checkpoint, measured = find_checkpoint(agent_id, args.data / "models", SHIPPED), scores(unseen, agent_id)
+            cards[agent_id] = rescored(checkpoint, measured).card if _news(checkpoint, measured) else checkpoint.card
     return cards
+
+
+def _news(checkpoint: Checkpoint, measured: Mapping[str, Score]) -> bool:
+    """Whether scores belong into a card: not into those that come with the project, and not in place of more runs."""
+    before = [score.n for name, score in checkpoint.card.scores.items() if name in measured]
+    return checkpoint.folder.parent != SHIPPED and max(before, default=0) <= min(one.n for one in measured.values())
 
 
 def _people(group: str) -> list[str]:
@@ -109,18 +118,23 @@ def _people(group: str) -> list[str]:
 
 def _parsed(words: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--data", type=Path, default=Path("data"), help="only ./data is seen by the worker processes")
-    parser.add_argument("--episodes", type=int, default=64, help="per map in the expert's round; half in the others")
-    parser.add_argument("--rounds", type=int, default=2, help="of labelling where the learner went")
-    parser.add_argument("--updates", type=int, default=1200, help="of the policy between rounds, after each of them")
+    positive = _at_least(1)
+    parser.set_defaults(data=Path("data"))  # where the processes that play look for models
     parser.add_argument(
-        "--policy-updates", type=int, default=6000, help="of Diffusion Policy on all labels; half with A's"
+        "--episodes", type=positive, default=64, help="per map in the expert's round; half in the others"
     )
-    parser.add_argument("--batch", type=int, default=512, help="windows per update of Diffusion Policy")
-    parser.add_argument("--width", type=int, default=384)
-    parser.add_argument("--simulator-updates", type=int, default=5000)
-    parser.add_argument("--plays", type=int, default=12, help="episodes per map and population without the expert")
-    parser.add_argument("--baseline-updates", type=int, default=2000)
+    parser.add_argument("--rounds", type=_at_least(0), default=2, help="of labelling where the learner went")
+    parser.add_argument(
+        "--updates", type=positive, default=1200, help="of the policy between rounds, after each of them"
+    )
+    parser.add_argument(
+        "--policy-updates", type=_at_least(2), default=6000, help="of Diffusion Policy on all labels; half with A's"
+    )
+    parser.add_argument("--batch", type=positive, default=512, help="windows per update of Diffusion Policy")
+    parser.add_argument("--width", type=positive, default=384)
+    parser.add_argument("--simulator-updates", type=positive, default=5000)
+    parser.add_argument("--plays", type=positive, default=12, help="episodes per map and population without the expert")
+    parser.add_argument("--baseline-updates", type=positive, default=2000)
     parser.add_argument(
         "--without", action="append", default=[], metavar="ID", choices=[*OF_BOTH.learners, *OF_A.learners],
         help="an agent to leave out of the tables; may be said several times",
@@ -128,14 +142,27 @@ def _parsed(words: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--no-parts", action="store_true", help="leave out the section on the parts of BASS")
     parser.add_argument("--only-evaluate", action="store_true", help="what is trained is good enough")
     parser.add_argument("--finished", action="store_true", help="tables of what was played so far; plays no more")
-    parser.add_argument("--runs", type=int, default=20, help="evaluation episodes per map and agent")
-    parser.add_argument("--ticks", type=int, default=500)
-    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--runs", type=positive, default=20, help="evaluation episodes per map and agent")
+    parser.add_argument("--ticks", type=positive, default=500)
+    parser.add_argument("--workers", type=positive, default=os.cpu_count() or 1)
     parser.add_argument("--report", type=Path, default=Path("docs/results.md"))
     args = parser.parse_args(words)
-    if min(args.runs, args.ticks, args.workers) < 1:
-        parser.error("--runs, --ticks and --workers are 1 or more")
+    if not args.report.parent.is_dir():  # now, and not after two hours
+        parser.error(f"argument --report: there is no folder {args.report.parent}")
     return args
+
+
+def _at_least(least: int) -> Callable[[str], int]:
+    """A number of an option."""
+
+    def number(text: str) -> int:
+        value = int(text)
+        if value < least:
+            raise argparse.ArgumentTypeError(f"{least} is the least")
+        return value
+
+    number.__name__ = "number"  # for argparse's own words about what is none
+    return number
 
 
 def _parts_of_bass(args: argparse.Namespace) -> Numbers:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from agents.catalogue import load_agent
-from agents.provenance import fingerprint
+from agents.checkpoint import fingerprint
 from maps import map_names
 from matches.dispatch import Crew, dispatch
 from matches.errors import MatchError

@@ -8,7 +8,7 @@ import unicodedata
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from agents.provenance import fingerprint
+from agents.checkpoint import fingerprint
 from maps import MapSpec
 from maps.spec import SEAT_COLOURS
 from recordings import SeatInfo

@@ -194,10 +194,6 @@ def spread(chunks: Singles, noise: Singles) -> Singles:
 class RandomPartnerBassAgent(BassAgent):
     """The ablation: the partner is expected to do anything (paper, "Effect of Random Partner Actions")."""
 
-    def _noises(self) -> tuple[Singles, Singles]:
-        """For the own candidates, and for the guesses: the partner is not thought to be restless."""
-        return self.noise(self.selection.own), self.network.noise(self.selection.partner, self.random)
-
     def guesses(self, partner: Singles) -> Singles:
         return self.random.uniform(-1.0, 1.0, partner.shape).astype(np.float32)
 

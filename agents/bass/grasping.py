@@ -48,7 +48,8 @@ class Grasping(nn.Module):
     def forward(self, state: Tensor, constant: Tensor, press: Tensor) -> Tensor:
         """Hands (B, 2, 8), one-hot, after states (B, 58) of maps (B, 146) with presses (B, 2), 1 or 0.
 
-        Blue's hand moves at the beginning of a tick; red's in the middle of it, until when it drives as before.
+        Blue's hand moves at the beginning of a tick; red's in the middle of it, until when it drives as before. What
+        blue's press does to a small item in the same tick, red does not see yet.
         """
         hands = hands_of(state)
         blue, red = state[:, :HELD_START].reshape(-1, 2, ROBOT_WIDTH).unbind(1)

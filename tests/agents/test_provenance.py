@@ -3,8 +3,8 @@
 import hashlib
 import json
 
-from agents.checkpoint import CARD, SHIPPED, read_checkpoint
-from agents.provenance import cards, fingerprint, seat_info
+from agents.checkpoint import CARD, SHIPPED, fingerprint, read_checkpoint
+from agents.provenance import cards, seat_info
 from recordings import SeatInfo
 
 

@@ -167,6 +167,61 @@ def test_the_card_of_bass_says_where_the_simulator_and_the_value_come_from(recor
     assert (other.dynamics_training, other.value_training) == (simulator, value)
 
 
+def test_what_was_trained_now_is_what_is_told_of(
+    recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    longer = tmp_path / "longer"
+    recorded(longer, "long", ticks=80, seed=5, people=("ann", "bob"))
+    data = ["--data", str(tmp_path)]
+    assert main(["train", "mlp", str(recordings), "--id", "mlp@tiny", *data, *TINY]) == 0
+    bass = ["train", "bass", str(longer), "--base", "mlp@tiny", *data, "--batch", "8", "--width", "8", "--latent", "2"]
+    assert main([*bass, "--id", "bass@nfd", "--updates", "2", "--score", "nfd"]) == 0
+    own = ["--simulator", "bass@nfd", "--value-width", "8", "--value-updates", "3"]
+    capsys.readouterr()
+    assert main([*bass, "--id", "bass@tiny", *own, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["updates"] == 3  # of the value
+
+
+def test_a_bass_that_could_not_play_is_refused_before_anything_is_trained(
+    recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    data = ["--data", str(tmp_path)]
+    assert main(["train", "mlp", str(recordings), "--id", "mlp@tiny", *data, *TINY]) == 0
+    bass = ["train", "bass", str(recordings), "--id", "bass@tiny", "--base", "mlp@tiny", *data]
+    for words, said in (
+        (["--depth", "16"], "mlp@tiny predicts 8 ticks, so --depth 16 is too far; --depth 8"),
+        (["--score", "nfd", "--value", "bass@all"], "--value bass@all is for --score value, not for --score nfd"),
+    ):
+        capsys.readouterr()
+        assert main([*bass, *words]) == 2
+        assert said in capsys.readouterr().err
+    assert not (tmp_path / "runs" / "bass-tiny").exists()
+
+
+def test_going_on_with_other_data_and_no_updates_left_is_refused(
+    recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["train", "mlp", "--id", "mlp@tiny", "--data", str(tmp_path), *TINY, "--go-on"]
+    assert main([*command, str(recordings)]) == 0
+    before = find_checkpoint("mlp@tiny", tmp_path / "models")
+    assert main([*command, str(recordings)]) == 0
+    recorded(tmp_path / "more", "more", ticks=20, people=("cy", "dee"))
+    assert main([*command, str(tmp_path / "more")]) == 2
+    assert "mlp@tiny has made all of its 6 updates; learn on with a larger --updates" in capsys.readouterr().err
+    assert (
+        find_checkpoint("mlp@tiny", tmp_path / "models").card.training.data_sha256 == before.card.training.data_sha256
+    )
+
+
+def test_an_id_whose_folder_is_another_agents_is_refused(
+    recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["train", "mlp", str(recordings), "--data", str(tmp_path), *TINY]
+    assert main([*command, "--id", "mlp-a@b"]) == 0
+    assert main([*command, "--id", "mlp@a-b"]) == 2
+    assert "is the folder of mlp-a@b; choose another id than mlp@a-b" in capsys.readouterr().err
+
+
 def test_who_stands_idle_is_not_learned_from_unless_it_is_asked_for(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

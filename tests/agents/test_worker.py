@@ -7,11 +7,23 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
+from agents import worker
 from agents.base import ActionChunk, Observation
 from agents.blackboard import Blackboard
 from agents.observing import start_state
 from agents.worker import MAX_BATCH, Desk
-from agents.worker_messages import Answer, Failed, FromWorker, Observe, Open, Opened, Skipped, frame, observe_message
+from agents.worker_messages import (
+    Answer,
+    Close,
+    Failed,
+    FromWorker,
+    Observe,
+    Open,
+    Opened,
+    Skipped,
+    frame,
+    observe_message,
+)
 from maps import load_map
 from tests.agents.support import Forward
 
@@ -52,6 +64,16 @@ class Speaking(Forward):
     def act(self, observation: Observation) -> ActionChunk:
         self.detail = {"scores": np.array([0.25, 0.75])}  # type: ignore[dict-item]
         return super().act(observation)
+
+
+class Counted(Forward):
+    """Counts how many were made."""
+
+    made = 0
+
+    def __init__(self) -> None:
+        super().__init__()
+        Counted.made += 1
 
 
 class Keyless(Chorus):
@@ -130,3 +152,12 @@ def test_arrays_that_an_agent_says_reach_the_server(desk: Desk) -> None:
 def test_an_agent_that_cannot_say_with_whom_it_goes_is_refused_in_a_sentence(desk: Desk) -> None:
     failed = desk.take(Open(0, f"{HERE}:Keyless", MAP, 0, 0, 100))
     assert isinstance(failed, Failed) and failed.fatal and "no key" in failed.reason
+
+
+def test_an_agent_sits_again_until_its_checkpoint_is_another(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    Counted.made = 0
+    for fingerprint, made in (("old", 1), ("old", 1), ("new", 2), ("new", 2), ("old", 3)):
+        monkeypatch.setattr(worker, "fingerprint", lambda _, now=fingerprint: now)
+        _open(desk, 0, f"{HERE}:Counted")
+        assert Counted.made == made
+        desk.take(Close(0))

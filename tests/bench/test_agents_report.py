@@ -7,10 +7,10 @@ import pytest
 
 from bench._agents_report import BEGIN, END, measured_part, write_report
 from bench._chart import chart
+from bench._episodes import Outcome, Run
 from bench._leads import against_aim, gains, lead, leads
 from bench._roster import OF_A, OF_BOTH
 from bench.bass import Numbers
-from bench.learning import Outcome, Run
 from bench.train_agents import main
 
 
@@ -54,6 +54,10 @@ def test_a_missed_target_is_said_by_how_much() -> None:
     assert "missed by 0.150" in against_aim([_outcome("bass@all", 0.5), _outcome("dp@all", 0.25)])
 
 
+def test_an_agent_that_has_not_played_missed_nothing() -> None:
+    assert against_aim([_outcome("dp@all", 0.25)]) == "`bass@all` has not played yet; aimed at a TCR of 0.65."
+
+
 def test_a_lead_is_bold_where_the_errors_do_not_overlap() -> None:
     outcomes = [_outcome("bass@all", 0.5), _outcome("dp@all", 0.25)]
     table = leads(OF_BOTH, {"C": outcomes}).splitlines()
@@ -92,16 +96,22 @@ def test_the_picture_has_a_bar_for_each_agent_the_best_first() -> None:
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--runs", "0"], "--runs, --ticks and --workers are 1 or more"),
+        (["--runs", "0"], "argument --runs: 1 is the least"),
+        (["--plays", "few"], "argument --plays: invalid number value: 'few'"),
+        (["--report", "nowhere/results.md"], "argument --report: there is no folder nowhere"),
         (["--without", "dp@al"], "argument --without: invalid choice: 'dp@al'"),
         (["--without", "bass@all:score=nfd,sampling=4x4"], "train_agents: nobody has played with people of C yet"),
         ([], "mlp@a: not trained yet, left out of the tables"),  # most agents of the tables are not shipped
     ],
 )
 def test_tables_that_cannot_be_made_are_refused_in_a_sentence(
-    words: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    words: list[str],
+    said: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    page = tmp_path / "results.md"
+    monkeypatch.chdir(tmp_path)  # where no agent was trained
     with pytest.raises(SystemExit) as ended:
-        main(["--finished", "--no-parts", "--data", str(tmp_path), "--report", str(page), *words])
-    assert said in f"{ended.value.code}{''.join(capsys.readouterr())}" and not page.exists()
+        main(["--finished", "--no-parts", "--report", "results.md", *words])
+    assert said in f"{ended.value.code}{''.join(capsys.readouterr())}" and not Path("results.md").exists()

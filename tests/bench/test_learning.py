@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from bench import learning
-from bench.learning import Outcome, Run, mean_error, play_all, runs, table
+from bench._episodes import EpisodeLog, Outcome, Run
+from bench.learning import mean_error, play_all, runs, table
 from bench.train_agents import scores
 from matches import MatchError
 from tests.matches.support import HERE
@@ -49,31 +50,13 @@ def test_the_table_and_the_cards_scores_come_from_the_same_outcomes() -> None:
     assert (card.mean, card.stderr, card.n) == (0.5, 0.25, 2)
 
 
-def test_a_stopped_evaluation_goes_on_from_its_log(tmp_path: Path) -> None:
-    log, run = tmp_path / "log.jsonl", Run("idle", "idle", "SingleRotation", 0, 1, 3)
-    learning._log(log, Outcome(run, 0.75, 0.5, 1.0, None, 0.1))
-    assert [one.tcr for one in learning.finished([run, Run("idle", "idle", "HandOff", 0, 1, 3)], log)] == [0.75]
-    again = play_all([run], 1, log)
-    assert [one.tcr for one in again] == [0.75]
-
-
-def test_a_log_is_of_no_use_when_people_play_otherwise(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    log, run = tmp_path / "log.jsonl", Run("idle", "person:name=C01", "HandOff", 0, 1, 3)
-    learning._log(log, Outcome(run, 0.75, 0.5, 1.0, None, 0.1))
-    assert learning.finished([run], log)
-    learning._version.cache_clear()
-    monkeypatch.setattr(learning, "_code_of_people", lambda: "changed")
-    assert not learning.finished([run], log)
-    learning._version.cache_clear()
-
-
 def test_a_lost_match_is_no_score(tmp_path: Path) -> None:
     log, runs = tmp_path / "log.jsonl", [Run(who, "idle", "HandOff", 0, 1, 6) for who in ("idle", f"{HERE}:Crashing")]
     with pytest.raises(
         MatchError, match=r"1 of 2 matches were lost: .*Crashing with idle on HandOff, seed 1: lost its worker"
     ):
         play_all(runs, 1, log)
-    assert len(learning.finished(runs, log)) == 1
+    assert len(EpisodeLog(log).known(runs)) == 1
 
 
 def test_who_sits_in_seat_0_is_blue() -> None:

@@ -1,6 +1,6 @@
 """What a seat says about itself in a recording."""
 
-from agents.provenance import fingerprint
+from agents.checkpoint import fingerprint
 from recordings import SeatInfo
 from server.seats import Seat
 

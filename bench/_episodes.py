@@ -1,0 +1,124 @@
+"""Evaluation episodes: who plays with whom, what came of it, and the file in which finished ones are kept."""
+
+import ast
+import contextlib
+import hashlib
+import importlib.util
+import json
+import os
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import agents
+import maps
+import matches
+import world
+from agents.checkpoint import MODEL_ROOTS, find_checkpoint
+from maps.errors import MovingOutError
+from matches import Match
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """One episode: an agent in a seat of a map with a partner."""
+
+    agent: str
+    partner: str
+    map: str
+    seat: int
+    seed: int
+    ticks: int
+
+    @property
+    def match(self) -> Match:
+        """The same as who sits where; seat 0 is blue."""
+        blue, red = (self.agent, self.partner) if self.seat == 0 else (self.partner, self.agent)
+        return Match(self.map, blue, red, self.seed, ticks=self.ticks)
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What came of it, and the processor time of everybody in it."""
+
+    run: Run
+    tcr: float
+    nfd: float
+    wt_s: float
+    ac: float | None
+    cpu_s: float
+
+
+class EpisodeLog:
+    """A file of finished episodes. They count while those who play, and our code that plays, are what they were."""
+
+    def __init__(self, path: Path) -> None:
+        """Reads what is there. Raises MovingOutError for a file that is no log; a torn last line is cut off."""
+        self._path = path
+        self._known = _read(path) if path.exists() else {}
+
+    def known(self, todo: Sequence[Run]) -> dict[Run, Outcome]:
+        """The outcomes of those episodes that have been played."""
+        return {run: self._known[key] for run in todo if (key := _key(run)) in self._known}
+
+    def append(self, outcome: Outcome) -> None:
+        """Keep the outcome of an episode that was played just now."""
+        key = _key(outcome.run)
+        self._known[key] = outcome
+        self._path.parent.mkdir(parents=True, exist_ok=True)
+        with self._path.open("a", encoding="utf-8") as file:
+            file.write(json.dumps({"key": key, "outcome": asdict(outcome)}) + "\n")
+
+
+def _read(path: Path) -> dict[str, Outcome]:
+    data = path.read_bytes()
+    whole = data[: data.rfind(b"\n") + 1]
+    found = {}
+    for number, line in enumerate(whole.splitlines(), 1):
+        try:
+            entry = json.loads(line)
+            found[entry["key"]] = Outcome(**{**entry["outcome"], "run": Run(**entry["outcome"]["run"])})
+        except (ValueError, TypeError, KeyError) as error:
+            raise MovingOutError(f"{path}, line {number}: this is no log of finished episodes") from error
+    if data and not whole:
+        raise MovingOutError(f"{path}: this is no log of finished episodes")
+    os.truncate(path, len(whole))
+    return found
+
+
+def _key(run: Run) -> str:
+    versions = {"version": _version(run.agent), "partner_version": _version(run.partner), "code": _code()}
+    return json.dumps({**asdict(run), **versions}, sort_keys=True)
+
+
+@lru_cache
+def _version(agent_id: str) -> str:
+    """What an agent has beside our code: its checkpoint, or the module of somebody else that makes it."""
+    reference = agent_id.partition(":")[0]
+    if "@" in reference:
+        card = find_checkpoint(reference, *MODEL_ROOTS).card
+        parts = (card.policy, card.selection, card.value, *card.files)
+        return hashlib.sha256("".join(part.model_dump_json() for part in parts if part).encode()).hexdigest()
+    with contextlib.suppress(ImportError, ValueError):
+        own = importlib.util.find_spec(reference)
+        if own is not None and own.origin:
+            return hashlib.sha256(Path(own.origin).read_bytes()).hexdigest()
+    return ""
+
+
+@lru_cache
+def _code() -> str:
+    """Of all our code that plays: after a change of it an episode may go otherwise."""
+    folders = [Path(package.__path__[0]) for package in (agents, maps, matches, world)]
+    files = [file for folder in folders for file in sorted(folder.rglob("*.py")) if "training" not in file.parts]
+    return hashlib.sha256("".join(meaning(file.read_bytes()) for file in files).encode()).hexdigest()
+
+
+def meaning(source: bytes) -> str:
+    """The syntax tree of a source: the same whatever comments and docstrings say."""
+    tree = ast.parse(source)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and ast.get_docstring(node, clean=False):
+            node.body = node.body[1:]
+    return ast.dump(tree)

@@ -1,0 +1,67 @@
+"""Finished evaluation episodes: kept, found again, and left alone when somebody would play otherwise now."""
+
+from pathlib import Path
+
+import pytest
+
+from bench import _episodes
+from bench._episodes import EpisodeLog, Outcome, Run, meaning
+from bench.learning import play_all
+from maps.errors import MovingOutError
+
+RUN = Run("idle", "person:name=C01", "HandOff", 0, 1, 3)
+
+
+def _kept(log: Path, run: Run = RUN) -> EpisodeLog:
+    kept = EpisodeLog(log)
+    kept.append(Outcome(run, 0.75, 0.5, 1.0, None, 0.1))
+    return kept
+
+
+def test_a_stopped_evaluation_goes_on_from_its_log(tmp_path: Path) -> None:
+    log, run = tmp_path / "log.jsonl", Run("idle", "idle", "SingleRotation", 0, 1, 3)
+    _kept(log, run)
+    assert list(EpisodeLog(log).known([run, Run("idle", "idle", "HandOff", 0, 1, 3)])) == [run]
+    assert [one.tcr for one in play_all([run], 1, log)] == [0.75]
+
+
+@pytest.mark.parametrize("part", ["_code", "_version"])
+def test_a_log_is_of_no_use_when_the_code_or_an_agent_is_another(
+    part: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    log = tmp_path / "log.jsonl"
+    assert RUN in _kept(log).known([RUN])
+    monkeypatch.setattr(_episodes, part, lambda *_: "changed")
+    assert not EpisodeLog(log).known([RUN])
+
+
+def test_a_module_of_somebody_else_counts_by_its_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(tmp_path)
+    versions = []
+    for text in ("one", "two"):
+        (tmp_path / "their_agent.py").write_text(f"NAME = {text!r}")
+        _episodes._version.cache_clear()
+        versions.append(_episodes._version("their_agent:Agent"))
+    assert versions[0] != versions[1] and _episodes._version("idle") == ""
+    _episodes._version.cache_clear()
+
+
+def test_comments_and_docstrings_mean_nothing() -> None:
+    bare = meaning(b"def f(x):\n    return x")
+    assert meaning(b'"""M."""\ndef f(x):\n    """F."""\n    return x  # x') == bare
+    assert meaning(b"def f(x):\n    return -x") != bare
+
+
+def test_a_torn_last_line_is_cut_off_and_other_files_are_refused(tmp_path: Path) -> None:
+    log = tmp_path / "log.jsonl"
+    _kept(log)
+    whole = log.read_bytes()
+    log.write_bytes(whole + whole[: len(whole) // 2])
+    other = Run("idle", "idle", "HandOff", 0, 1, 3)
+    _kept(log, other)
+    assert set(EpisodeLog(log).known([RUN, other])) == {RUN, other}
+    for text in ("torn", "{}\n", "[1]\n"):
+        log.write_text(text)
+        with pytest.raises(MovingOutError, match="this is no log of finished episodes"):
+            EpisodeLog(log)
+        assert log.read_text() == text
