@@ -170,19 +170,15 @@ def held_out_episodes(casts: Sequence[Collection[str]], share: float, seed: int)
     return out if 0 < out.sum() < len(out) else np.arange(len(casts)) % 10 == 9
 
 
-def split_rows(
-    episodes: Indices, casts: Sequence[Collection[str]], share: float, seed: int, most: int
-) -> tuple[Indices, Indices]:
-    """Of rows whose episodes are given (M,), those to train on and at most `most` to validate with.
+def split_rows(episodes: Indices, casts: Sequence[Collection[str]], share: float, seed: int) -> tuple[Indices, Indices]:
+    """Of rows whose episodes are given (M,), those to train on and those to validate with.
 
     By `held_out_episodes`; where all rows are of one side (the others were too short to have any) they are for both.
     """
     out = held_out_episodes(casts, share, seed)[episodes]
     if out.all() or not out.any():
-        train = held_out = np.arange(len(episodes))
-    else:
-        train, held_out = np.flatnonzero(~out), np.flatnonzero(out)
-    return train, np.random.default_rng(seed).permutation(held_out)[:most]
+        return np.arange(len(episodes)), np.arange(len(episodes))
+    return np.flatnonzero(~out), np.flatnonzero(out)
 
 
 Piece = tuple[str, Singles, Singles]

@@ -35,14 +35,15 @@ SEED_STRIDE = 1_000_003  # between the seeds of two runs, more than a run has up
 class Task:
     """What the loop fits: the network, the losses of a batch by name (`loss` is minimised), and those of validation.
 
-    Both are asked with a network that may lie on a GPU, and bring their batches to where it lies. What is drawn for a
-    batch is drawn from the generator that comes with it, or from torch's.
+    Both are asked with a network that may lie on a GPU, and bring their batches to where it lies.
     """
 
     network: nn.Module
-    losses: Callable[[nn.Module, np.random.Generator], Losses]
+    losses: Callable[[nn.Module], Losses]
     validate: Callable[[nn.Module], Losses]
     updates: int
+    random: np.random.Generator  # what batches are drawn from; noise is drawn from torch's
+    rows: int  # among how many rows they are drawn
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,8 +68,8 @@ class _State:
 def fit(task: Task, config: Optimisation, folder: Path) -> Fitted[nn.Module]:
     """Train to the end, going on from the folder's resume file if there is one.
 
-    Everything drawn depends on the seed and the number of the update alone, so that a run that was stopped comes to the
-    same weights as one that was not. Writes TensorBoard events, `losses.jsonl` and the resume file into `folder`.
+    A run that was stopped comes to the same weights as one that was not; one that goes on with other rows draws anew
+    from the seed. Writes TensorBoard events, `losses.jsonl` and the resume file into `folder`.
     """
     torch.set_num_threads(config.threads)
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
@@ -76,7 +77,8 @@ def fit(task: Task, config: Optimisation, folder: Path) -> Fitted[nn.Module]:
     optimiser = torch.optim.AdamW(network.parameters(), lr=config.rate, weight_decay=config.decay)
     state = _State(network, copy.deepcopy(network).requires_grad_(False), optimiser)
     folder.mkdir(parents=True, exist_ok=True)
-    _resume(state, folder / RESUME)
+    torch.manual_seed(config.seed * SEED_STRIDE)
+    _resume(state, task, config, folder / RESUME)
     console = Console(stderr=True, soft_wrap=True, highlight=False)
     if state.update >= task.updates:
         console.print(f"{folder}: already trained {state.update} updates; nothing is left to do", markup=False)
@@ -100,7 +102,7 @@ def fit(task: Task, config: Optimisation, folder: Path) -> Fitted[nn.Module]:
                 seconds = round(time.monotonic() - begun, 1)
                 curve.write(json.dumps({"update": state.update, "seconds": seconds, **values}) + "\n")
                 curve.flush()
-                _save(state, folder / RESUME)
+                _save(state, task, folder / RESUME)
                 progress.update(bar, description=f"loss {values['loss']:.4f}")
     return Fitted(state.average.eval(), state.update, state.update - begun_at)
 
@@ -110,10 +112,9 @@ def _update(state: _State, task: Task, config: Optimisation, device: torch.devic
     for group in state.optimiser.param_groups:
         group["lr"] = config.rate * _schedule(state.update, task.updates, config.warmup)
     state.network.train()
-    torch.manual_seed(config.seed * SEED_STRIDE + state.update)
     mixed = config.precision == "bf16" or (config.precision == "auto" and _faster_in_bf16(device))
     with torch.autocast(device.type, dtype=torch.bfloat16, enabled=mixed):
-        losses = task.losses(state.network, np.random.default_rng([config.seed, state.update]))
+        losses = task.losses(state.network)
     state.optimiser.zero_grad(set_to_none=True)
     losses["loss"].backward()  # type: ignore[no-untyped-call]
     if config.clip:
@@ -158,19 +159,20 @@ def _evaluated(state: _State, task: Task, losses: Losses) -> dict[str, float]:
     return values
 
 
-def _save(state: _State, path: Path) -> None:
+def _save(state: _State, task: Task, path: Path) -> None:
     """Everything needed to go on, as plain tensors."""
     tensors = {f"network.{name}": tensor for name, tensor in state.network.state_dict().items()}
     tensors |= {f"average.{name}": tensor for name, tensor in state.average.state_dict().items()}
     for index, entries in state.optimiser.state_dict()["state"].items():
         tensors |= {f"optimiser.{index}.{name}": torch.as_tensor(value) for name, value in entries.items()}
-    tensors["update"] = torch.tensor(state.update)
+    tensors |= {"update": torch.tensor(state.update), "rows": torch.tensor(task.rows)}
+    tensors |= {f"random.{name}": drawn for name, drawn in _random_state(task.random).items()}
     part = path.with_suffix(".part")
     save_file({name: tensor.clone().contiguous() for name, tensor in tensors.items()}, part)
     part.replace(path)
 
 
-def _resume(state: _State, path: Path) -> None:
+def _resume(state: _State, task: Task, config: Optimisation, path: Path) -> None:
     """Take up what `_save` left. Raises DataError when it is damaged or of another network."""
     if not path.exists():
         return
@@ -180,12 +182,31 @@ def _resume(state: _State, path: Path) -> None:
         state.network.load_state_dict(_under(tensors, "network."))
         state.average.load_state_dict(_under(tensors, "average."))
         state.update = int(tensors["update"])
-    except (OSError, SafetensorError, KeyError, RuntimeError) as error:
+        if int(tensors.get("rows", torch.tensor(-1))) == task.rows:
+            _draw_on(task.random, _under(tensors, "random."))
+        else:
+            torch.manual_seed(config.seed * SEED_STRIDE + state.update)
+    except (OSError, SafetensorError, KeyError, RuntimeError, ValueError, TypeError) as error:
         raise DataError(f"{path} is damaged or of another network; choose another --id") from error
     for name, tensor in _under(tensors, "optimiser.").items():
         index, _, key = name.partition(".")
         entries.setdefault(int(index), {})[key] = tensor
     state.optimiser.load_state_dict({**state.optimiser.state_dict(), "state": entries})
+
+
+def _random_state(random: np.random.Generator) -> dict[str, Tensor]:
+    """What both sources of random numbers would draw next."""
+    numpy_state = json.dumps(random.bit_generator.state).encode()
+    state = {"torch": torch.get_rng_state(), "numpy": torch.frombuffer(bytearray(numpy_state), dtype=torch.uint8)}
+    return {**state, "cuda": torch.cuda.get_rng_state()} if torch.cuda.is_available() else state
+
+
+def _draw_on(random: np.random.Generator, state: dict[str, Tensor]) -> None:
+    """Draw what would have come next. Raises KeyError, RuntimeError or ValueError for what is no such state."""
+    random.bit_generator.state = json.loads(bytes(state["numpy"].tolist()))
+    torch.set_rng_state(state["torch"])
+    if "cuda" in state and torch.cuda.is_available():
+        torch.cuda.set_rng_state(state["cuda"])
 
 
 def _under(tensors: dict[str, Tensor], prefix: str) -> dict[str, Tensor]:

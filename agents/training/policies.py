@@ -43,7 +43,7 @@ def train_policy(kind: PolicyKind, config: PolicyConfig, windows: Windows, folde
     held_out = random.permutation(held_out if len(held_out) else train)[:VALIDATION_ROWS]
     updates = math.ceil(config.epochs * len(train) / config.batch) if config.epochs else config.updates
 
-    def losses(network: nn.Module, random: np.random.Generator) -> Losses:
+    def losses(network: nn.Module) -> Losses:
         return _losses(network, config, windows, random.choice(train, config.batch), augment=True)
 
     def validate(network: nn.Module) -> Losses:
@@ -51,7 +51,7 @@ def train_policy(kind: PolicyKind, config: PolicyConfig, windows: Windows, folde
             torch.manual_seed(1)
             return _losses(network, config, windows, held_out)
 
-    trained = fit(Task(policy, losses, validate, updates), config, folder)
+    trained = fit(Task(policy, losses, validate, updates, random, len(train)), config, folder)
     assert isinstance(trained.network, Policy)
     return Fitted(trained.network.cpu(), trained.updates, trained.made)
 

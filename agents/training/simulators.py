@@ -91,18 +91,21 @@ def train_dynamics(config: BassConfig, data: Transitions, folder: Path) -> Fitte
     torch.manual_seed(config.seed)
     dynamics = build_dynamics(config.spec())
     dynamics.fit_normaliser(torch.from_numpy(data.after - data.before), torch.from_numpy(data.constants[data.maps]))
-    train, held_out = split_rows(data.episodes, data.casts, config.held_out, config.seed, VALIDATION_ROWS)
+    random = np.random.default_rng(config.seed)
+    train, held_out = split_rows(data.episodes, data.casts, config.held_out, config.seed)
+    held_out = random.permutation(held_out)[:VALIDATION_ROWS]
     updates = -(-config.epochs * len(train) // config.batch) if config.epochs else config.updates
     fits = stages(config.order)
     done = made = 0
     for stage in fits:
 
-        def losses(network: nn.Module, random: np.random.Generator, stage: Stage = stage) -> Losses:
+        def losses(network: nn.Module, stage: Stage = stage) -> Losses:
             assert isinstance(network, Dynamics)
             return stage.losses(network, _batch(data, random.choice(train, config.batch), network.scale.device))
 
         stage.prepare(dynamics)
-        task = Task(dynamics, losses, partial(_validation, data, held_out), -(-updates // len(fits)))
+        validate = partial(_validation, data, held_out)
+        task = Task(dynamics, losses, validate, -(-updates // len(fits)), random, len(train))
         trained = fit(task, config, folder / stage.name)
         assert isinstance(trained.network, Dynamics)
         dynamics = trained.network.cpu().requires_grad_(True)

@@ -128,7 +128,9 @@ def train_value(config: BassConfig, data: Returns, folder: Path) -> Fitted[Value
     mean, deviation = alike_for_items(torch.from_numpy(sample.mean(axis=0)), torch.from_numpy(sample.std(axis=0)))
     network.mean.copy_(mean)
     network.deviation.copy_(deviation.clamp(min=1e-2))
-    train, held_out = split_rows(data.episodes, data.casts, config.held_out, config.seed, VALIDATION_ROWS)
+    random = np.random.default_rng(config.seed)
+    train, held_out = split_rows(data.episodes, data.casts, config.held_out, config.seed)
+    held_out = random.permutation(held_out)[:VALIDATION_ROWS]
 
     def batch(value: nn.Module, rows: Indices) -> tuple[Tensor, Tensor]:
         assert isinstance(value, ValueNetwork)
@@ -136,7 +138,7 @@ def train_value(config: BassConfig, data: Returns, folder: Path) -> Fitted[Value
         features = torch.from_numpy(data.features[rows].astype(np.float32)).to(device)
         return features, torch.from_numpy(data.returns[rows]).to(device)
 
-    def losses(value: nn.Module, random: np.random.Generator) -> Losses:
+    def losses(value: nn.Module) -> Losses:
         assert isinstance(value, ValueNetwork)
         features, returns = batch(value, random.choice(train, (config.value_members, config.batch)))
         return {"loss": ((value.each(features) - returns) / RETURN_UNIT).square().mean()}
@@ -147,7 +149,7 @@ def train_value(config: BassConfig, data: Returns, folder: Path) -> Fitted[Value
         return {"explained": 1.0 - (error.square().mean() / returns.var().clamp(min=1e-6)).double()}
 
     how = dataclasses.replace(config, decay=DECAY)
-    trained = fit(Task(network, losses, validate, config.value_updates), how, folder)
+    trained = fit(Task(network, losses, validate, config.value_updates, random, len(train)), how, folder)
     assert isinstance(trained.network, ValueNetwork)
     return Fitted(trained.network.cpu(), trained.updates, trained.made)
 

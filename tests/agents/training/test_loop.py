@@ -20,13 +20,11 @@ def _fit(folder: Path, updates: int, width: int = 3) -> Fitted[nn.Module]:
     """Learn to say nothing."""
     torch.manual_seed(0)
 
-    def losses(network: nn.Module, random: np.random.Generator) -> Losses:
-        return validate(network)
-
-    def validate(network: nn.Module) -> Losses:
+    def losses(network: nn.Module) -> Losses:
         return {"loss": network(torch.ones(4, 3)).square().mean()}
 
-    return fit(Task(nn.Linear(3, width), losses, validate, updates), CONFIG, folder)
+    task = Task(nn.Linear(3, width), losses, losses, updates, np.random.default_rng(0), 4)
+    return fit(task, CONFIG, folder)
 
 
 def test_what_was_stopped_goes_on(tmp_path: Path) -> None:
@@ -37,27 +35,50 @@ def test_what_was_stopped_goes_on(tmp_path: Path) -> None:
     assert float(longer.network(torch.ones(1, 3)).abs().max()) < 1.0
 
 
-def test_what_was_stopped_comes_to_the_weights_of_what_was_not(tmp_path: Path) -> None:
-    def trained(folder: Path, stop: int) -> torch.Tensor:
-        """Learn from noise, in batches drawn from rows; stopped once before update `stop`."""
-        rows, left = torch.arange(24.0).reshape(8, 3), [stop]
+def _learned_from_noise(folder: Path, stop: int, rows: int = 8) -> torch.Tensor:
+    """The weights after 6 updates with batches drawn from rows, and noise; interrupted once after `stop` of them."""
+    material, left = torch.arange(24.0).reshape(8, 3), [stop]
 
-        def losses(network: nn.Module, random: np.random.Generator) -> Losses:
+    def run() -> Fitted[nn.Module]:
+        random = np.random.default_rng(0)
+
+        def losses(network: nn.Module) -> Losses:
             left[0] -= 1
             if left[0] < 0:
                 raise KeyboardInterrupt
-            batch = rows[random.choice(8, 4)]
+            batch = material[random.choice(rows, 4)]
             return {"loss": (network(batch + torch.randn_like(batch)) - 1.0).square().mean()}
 
         torch.manual_seed(0)
-        network = nn.Linear(3, 1)
-        with contextlib.suppress(KeyboardInterrupt):
-            fit(Task(network, losses, lambda _: {"loss": torch.zeros(())}, 6), CONFIG, folder)
-        left[0] = 6
-        fitted = fit(Task(network, losses, lambda _: {"loss": torch.zeros(())}, 6), CONFIG, folder)
-        return torch.cat([weights.flatten() for weights in fitted.network.state_dict().values()])
+        return fit(Task(nn.Linear(3, 1), losses, lambda _: {"loss": torch.zeros(())}, 6, random, rows), CONFIG, folder)
 
-    assert torch.equal(trained(tmp_path / "stopped", 3), trained(tmp_path / "whole", 6))
+    with contextlib.suppress(KeyboardInterrupt):
+        run()
+    left[0] = 6
+    return torch.cat([weights.flatten() for weights in run().network.state_dict().values()])
+
+
+def test_what_was_stopped_comes_to_the_weights_of_what_was_not(tmp_path: Path) -> None:
+    stopped, whole = (_learned_from_noise(tmp_path / str(stop), stop) for stop in (3, 6))
+    assert torch.equal(stopped, whole)
+
+
+def test_with_other_rows_it_goes_on_and_draws_anew(tmp_path: Path) -> None:
+    def drawn(updates: int, rows: int) -> list[list[int]]:
+        batches, random = [], np.random.default_rng(0)
+
+        def losses(network: nn.Module) -> Losses:
+            batches.append(random.choice(rows, 4).tolist())
+            return {"loss": network(torch.ones(4, 3)).square().mean()}
+
+        fit(Task(nn.Linear(3, 1), losses, lambda _: {"loss": torch.zeros(())}, updates, random, rows), CONFIG, tmp_path)
+        return batches
+
+    first, more, other = drawn(2, 8), drawn(4, 8), drawn(6, 5)
+    fresh = np.random.default_rng(0)
+    assert first + more == [fresh.choice(8, 4).tolist() for _ in range(4)]
+    fresh = np.random.default_rng(0)
+    assert other == [fresh.choice(5, 4).tolist() for _ in range(2)]
 
 
 def test_nothing_is_done_twice_and_it_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -90,12 +111,16 @@ def test_precision_goes_by_what_the_processor_has(
     monkeypatch.setattr(torch.cpu, "_is_amx_tile_supported", lambda: False)
     seen: list[torch.dtype] = []
 
-    def losses(network: nn.Module, random: np.random.Generator) -> Losses:
+    def losses(network: nn.Module) -> Losses:
         out = network(torch.ones(4, 3))
         seen.append(out.dtype)
         return {"loss": out.float().square().mean()}
 
     config = Optimisation(warmup=0, precision=precision)
-    fitted = fit(Task(nn.Linear(3, 3), losses, lambda _: {"loss": torch.zeros(())}, 1), config, tmp_path)
+    fitted = fit(
+        Task(nn.Linear(3, 3), losses, lambda _: {"loss": torch.zeros(())}, 1, np.random.default_rng(0), 4),
+        config,
+        tmp_path,
+    )
     assert seen == [expected]
     assert {parameter.dtype for parameter in fitted.network.parameters()} == {torch.float32}, "weights stay whole"
