@@ -21,7 +21,7 @@ from functools import lru_cache
 import numpy as np
 
 from agents.errors import AgentError
-from agents.navigation import navigation
+from agents.navigation import located, navigation
 from maps import MapSpec
 from world import constants as c
 from world.observation import ITEM_SLOTS, ITEM_WIDTH, LAYOUTS, ROBOT_WIDTH, encoder
@@ -97,8 +97,10 @@ class FeatureEncoder:
         ways = navigation(self._map)
         own, other = robot_poses[:, seat, :2], robot_poses[:, 1 - seat, :2]
         places = item_poses[..., :2]
-        here = np.broadcast_to(own[:, None], places.shape)
-        goals = ways.nearest_goal(places)
+        here, there = located(own[:, None]), located(places)
+        to_items, lengths = ways.ways(here, there)
+        homewards, lengths_home = ways.ways(there, ways.nearest_goal(there))
+        to_other, _ = ways.ways(here, located(other[:, None]))
         angles = robot_poses[:, seat, 2]
         grasp = own + c.REACH * np.stack((-np.sin(angles), np.cos(angles)), axis=-1)
         index = np.arange(places.shape[1])
@@ -107,16 +109,16 @@ class FeatureEncoder:
             delivered_many(self._map, item_poses),
             held[:, seat, None] == index,
             held[:, 1 - seat, None] == index,
-            places - here,
-            ways.directions(here, places),
-            ways.lengths(here, places) / _LENGTH_UNIT,
-            ways.directions(places, goals),
-            ways.lengths(places, goals) / _LENGTH_UNIT,
+            places - own[:, None],
+            to_items,
+            lengths / _LENGTH_UNIT,
+            homewards,
+            lengths_home / _LENGTH_UNIT,
             np.linalg.norm(places - grasp[:, None], axis=-1) - self._bulk[:, 0],
             np.broadcast_to(self._bulk, (*places.shape[:2], 2)),
         ]
         columns = [part if part.ndim == 3 else part[..., None] for part in numbers]
-        partner = np.concatenate((other - own, ways.directions(own, other)), axis=1)
+        partner = np.concatenate((other - own, to_other[:, 0]), axis=1)
         return partner, np.concatenate(columns, axis=-1)
 
 

@@ -5,6 +5,7 @@ more, so that ways keep a robot's radius from corners. Items are not obstacles h
 """
 
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -24,8 +25,15 @@ _STEPS = tuple((dx, dy) for dx in (-1, 0, 1) for dy in (-1, 0, 1) if dx or dy)
 _Indices = npt.NDArray[np.intp]
 
 
+class Located(NamedTuple):
+    """Points (..., 2) and the cells (...) in which they lie, looked up once for all ways that begin or end there."""
+
+    points: Floats
+    cells: _Indices
+
+
 class Navigation:
-    """Lookups of way lengths and directions on one map."""
+    """Lookups of ways on one map."""
 
     def __init__(self, map_spec: MapSpec) -> None:
         blocked = _blocked(map_spec.walls)
@@ -37,36 +45,39 @@ class Navigation:
         self._goal_cells = goal
         self._goal_points = self._centres[goal]
 
-    def lengths(self, start: Floats, target: Floats) -> Floats:
-        """Way lengths [u] (...) from points (..., 2) to points (..., 2); `FAR` where there is no way."""
-        coarse = self._lengths[_cells(start), _cells(target)]
-        straight = np.linalg.norm(target - start, axis=-1)
-        return np.where(coarse <= STRAIGHT * straight + 2 * CELL, straight, coarse)
+    def ways(self, start: Located, target: Located) -> tuple[Floats, Floats]:
+        """From points to points around the walls.
 
-    def directions(self, start: Floats, target: Floats) -> Floats:
-        """Unit vectors (..., 2) that lead from `start` towards `target` around the walls; zeros at the target."""
-        first, last = _cells(start), _cells(target)
-        ahead = first
+        Unit vectors (..., 2) that lead there, zeros at the target, and lengths [u] (...); `FAR` where there is no way.
+        """
+        coarse = self._lengths[start.cells, target.cells]
+        beeline = target.points - start.points
+        straight = np.linalg.norm(beeline, axis=-1)
+        lengths = np.where(coarse <= STRAIGHT * straight + 2 * CELL, straight, coarse)
+        ahead = start.cells
         for _ in range(LOOK_AHEAD):
-            ahead = self._next[ahead, last]
-        straight = np.linalg.norm(target - start, axis=-1)
-        direct = self._lengths[first, last] <= STRAIGHT * straight + CELL
-        towards = np.where(direct[..., None], target, self._centres[ahead]) - start
+            ahead = self._next[ahead, target.cells]
+        direct = coarse <= STRAIGHT * straight + CELL
+        towards = np.where(direct[..., None], beeline, self._centres[ahead] - start.points)
         norms = np.linalg.norm(towards, axis=-1, keepdims=True)
         unit: Floats = towards / np.maximum(norms, 1e-6)
-        return np.where(norms > 1e-3, unit, 0.0)
+        return np.where(norms > 1e-3, unit, 0.0), lengths
 
-    def nearest_goal(self, points: Floats) -> Floats:
-        """The centres (..., 2) of the goal regions nearest by way to points (..., 2)."""
-        lengths = self._lengths[_cells(points)[..., None], self._goal_cells]
-        nearest: Floats = self._goal_points[lengths.argmin(axis=-1)]
-        return nearest
+    def nearest_goal(self, of: Located) -> Located:
+        """The centres of the goal regions nearest by way to points."""
+        nearest = self._lengths[of.cells[..., None], self._goal_cells].argmin(axis=-1)
+        return Located(self._goal_points[nearest], self._goal_cells[nearest])
 
 
 @lru_cache(maxsize=64)
 def navigation(map_spec: MapSpec) -> Navigation:
     """The navigation of a map, made once (0.2 s)."""
     return Navigation(map_spec)
+
+
+def located(points: Floats) -> Located:
+    """Points (..., 2) and where they lie, on any map."""
+    return Located(points, _cells(points))
 
 
 def _cells(points: Floats) -> _Indices:

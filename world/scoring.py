@@ -34,8 +34,12 @@ def delivered_many(map_spec: MapSpec, item_poses: Floats) -> npt.NDArray[np.bool
     near = np.zeros_like(flags)
     for left, bottom, right, top in goals:
         near |= (left <= x) & (x <= right) & (bottom <= y) & (y <= top)
-    for moment, item in np.argwhere(near).tolist():
-        flags[moment, item] = is_delivered(map_spec.items[item], tuple(item_poses[moment, item].tolist()), goals)
+    known: dict[tuple[float, ...], bool] = {}  # most items lie where they lay the moment before
+    for (moment, item), pose in zip(np.argwhere(near).tolist(), item_poses[near].tolist(), strict=True):
+        key = item, *pose
+        if key not in known:
+            known[key] = is_delivered(map_spec.items[item], tuple(pose), goals)
+        flags[moment, item] = known[key]
     return flags
 
 
