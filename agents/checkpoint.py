@@ -267,19 +267,28 @@ def write_checkpoint(folder: Path, card: Mapping[str, object], files: Mapping[Fi
     check_room(folder, whole.id)
     draft, before = (folder.with_name(f".{folder.name}.{word}") for word in ("draft", "before"))
     try:
+        _bring_back(before, folder)
         shutil.rmtree(draft, ignore_errors=True)
         draft.mkdir(parents=True)
         for name, data in files.items():
             (draft / name).write_bytes(data)
         (draft / CARD).write_text(whole.model_dump_json(indent=1) + "\n", encoding="utf-8")
-        shutil.rmtree(before, ignore_errors=True)
         if folder.exists():
             folder.replace(before)
         draft.replace(folder)
         shutil.rmtree(before, ignore_errors=True)
     except OSError as error:
+        shutil.rmtree(draft, ignore_errors=True)
+        _bring_back(before, folder)
         raise CheckpointError(f"cannot write {folder}: {error.strerror or error}") from error
     return read_checkpoint(folder)
+
+
+def _bring_back(before: Path, folder: Path) -> None:
+    """Put an agent back whose successor did not come; one whose successor came is removed."""
+    if before.exists() and not folder.exists():
+        before.replace(folder)
+    shutil.rmtree(before, ignore_errors=True)
 
 
 def check_room(folder: Path, agent_id: str) -> None:
@@ -293,8 +302,11 @@ def rescored(checkpoint: Checkpoint, scores: Mapping[str, Score]) -> Checkpoint:
     """The same checkpoint with measured scores in its card."""
     card = checkpoint.card.model_copy(update={"scores": dict(scores)})
     draft = checkpoint.folder / f".{CARD}.draft"
-    draft.write_text(card.model_dump_json(indent=1) + "\n", encoding="utf-8")
-    draft.replace(checkpoint.folder / CARD)
+    try:
+        draft.write_text(card.model_dump_json(indent=1) + "\n", encoding="utf-8")
+        draft.replace(checkpoint.folder / CARD)
+    except OSError as error:
+        raise CheckpointError(f"cannot write the card of {card.id}: {error.strerror or error}") from error
     return read_checkpoint(checkpoint.folder)
 
 

@@ -40,7 +40,14 @@ def said(agent: Agent) -> Mapping[str, object]:
         detail = getattr(agent, "detail", None)
         if not isinstance(detail, Mapping):
             return {}
-        plain: dict[str, object] = orjson.loads(orjson.dumps(dict(detail), option=orjson.OPT_SERIALIZE_NUMPY))
+        plain: dict[str, object] = orjson.loads(orjson.dumps(dict(detail), _plain, orjson.OPT_SERIALIZE_NUMPY))
     except Exception as error:  # noqa: BLE001 - anybody's code is behind it
         return {"unwritable": f"{type(error).__name__}: {error}"[:200]}
     return plain
+
+
+def _plain(value: object) -> object:
+    """For what orjson cannot write itself: arrays that do not lie in one piece."""
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    raise TypeError

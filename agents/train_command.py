@@ -19,7 +19,6 @@ from agents.checkpoint import (
     check_room,
     find_checkpoint,
     folder_name,
-    readable_checkpoints,
 )
 from agents.dataset import SeatChoice
 from agents.errors import DataError
@@ -123,10 +122,11 @@ def _policy(args: argparse.Namespace) -> Checkpoint:
     if left_out := material.left_out(args.seats):
         seats = 2 * len(material.trajectories)
         print(f"--seats {args.seats}: {left_out} of {seats} seats are not learned from", file=sys.stderr)
-    runs.begin(_run_folder(args), _about(args, material.sha256), config, args.go_on)
+    before = runs.begin(_run_folder(args), _about(args, material.sha256), config, args.go_on)
     windows = windows_of(chain(pieces, _recombined(args, material, config, spec)))
     fitted = train_policy(args.kind, config, windows, _run_folder(args))
-    training = _training(args, config, material, windows.names, len(windows), fitted)
+    _check_learned(args, material, before, fitted, "--updates")
+    training = _training(args, config, material, windows.names, len(windows), fitted.updates)
     name = args.name or f"{args.kind.upper()} {args.id.rpartition('@')[2]}"
     description = f"{args.kind.upper()} trained on {training.episodes} episodes of {training.population}."
     maps = {walk.map.name for walk in material.episodes}
@@ -166,9 +166,9 @@ def _bass(args: argparse.Namespace) -> Checkpoint:
     simulator, value = _taken(args, config, grasp)
     if simulator is None or (value is None and config.score == "value"):
         material = read_material(args.recordings)
-        runs.begin(_run_folder(args), _about(args, material.sha256), config, args.go_on)
-        simulator = simulator or _simulator(args, config, material, grasp)
-        value = value or (_value(args, config, material) if config.score == "value" else None)
+        before = runs.begin(_run_folder(args), _about(args, material.sha256), config, args.go_on)
+        simulator = simulator or _simulator(args, config, material, grasp, before)
+        value = value or (_value(args, config, material, before) if config.score == "value" else None)
     else:
         runs.begin(_run_folder(args), _about(args), config, args.go_on)
     by = "what is done by then and expected to follow" if value else config.score.upper()
@@ -190,53 +190,54 @@ def _taken(args: argparse.Namespace, config: BassConfig, grasp: Grasp) -> "tuple
     return simulator, value
 
 
-def _simulator(args: argparse.Namespace, config: BassConfig, material: Material, grasp: Grasp) -> "Simulator":
+def _simulator(
+    args: argparse.Namespace, config: BassConfig, material: Material, grasp: Grasp, before: str
+) -> "Simulator":
     from agents.training.simulators import exported, train_dynamics, transitions_of
 
     data = transitions_of(material.episodes)
     fitted = train_dynamics(config, data, _run_folder(args))
-    training = _training(args, config, material, material.cast, len(data), fitted)
+    _check_learned(args, material, before, fitted, "--updates")
+    training = _training(args, config, material, material.cast, len(data), fitted.updates)
     return exported(fitted.network, config.depth, grasp, training)
 
 
-def _value(args: argparse.Namespace, config: BassConfig, material: Material) -> "ValueFile":
+def _value(args: argparse.Namespace, config: BassConfig, material: Material, before: str) -> "ValueFile":
     from agents.training.values import exported_value, returns_of, train_value
 
     data = returns_of(material.episodes, config.discount)
     fitted = train_value(config, data, _run_folder(args) / "value")
-    training = _training(args, config, material, material.cast, len(data.returns), fitted)
+    _check_learned(args, material, before, fitted, "--value-updates")
+    training = _training(args, config, material, material.cast, len(data.returns), fitted.updates)
     return exported_value(fitted.network, training)
 
 
+def _check_learned(
+    args: argparse.Namespace, material: Material, before: str, fitted: "Fitted[nn.Module]", option: str
+) -> None:
+    """Raises DataError when there was nothing left to do, so that a card would name data never learned from.
+
+    `before` is the hash of what the run had until now, `option` the one that would let it learn on.
+    """
+    if not fitted.made and before not in ("", material.sha256):
+        runs.put_back(_run_folder(args), before)
+        raise DataError(f"{args.id} has made all of its {fitted.updates} updates; learn on with a larger {option}")
+
+
 def _training(
-    args: argparse.Namespace,
-    config: Optimisation,
-    material: Material,
-    people: Collection[str],
-    rows: int,
-    fitted: "Fitted[nn.Module]",
+    args: argparse.Namespace, config: Optimisation, material: Material, people: Collection[str], rows: int, updates: int
 ) -> Training:
-    """Where weights come from, for the card. Raises DataError when they have learned nothing of this material."""
-    learned = _learned(args)
-    if args.go_on and not fitted.made and learned and material.sha256 not in learned:
-        raise DataError(f"{args.id} has made all of its {fitted.updates} updates; learn on with a larger --updates")
+    """Where weights come from, for the card."""
     return Training(
         preset=args.preset,
         data_sha256=material.sha256,
         population=args.population or f"{len(people)} participants",
         episodes=len(material.files),
         windows=rows,
-        updates=fitted.updates,
+        updates=updates,
         seed=config.seed,
         created=datetime.datetime.now(datetime.UTC).date().isoformat(),
     )
-
-
-def _learned(args: argparse.Namespace) -> set[str]:
-    """The hashes of the recordings that the agent of this id has learned from, if there is one."""
-    there = [one.card for one in readable_checkpoints(args.data / "models") if one.card.id == args.id]
-    trainings = [part for card in there for part in (card.training, card.dynamics_training, card.value_training)]
-    return {part.data_sha256 for part in trainings if part}
 
 
 def _about(args: argparse.Namespace, data_sha256: str = "") -> dict[str, str]:

@@ -3,6 +3,7 @@
 import ast
 import contextlib
 import hashlib
+import importlib.metadata
 import importlib.util
 import json
 import os
@@ -16,6 +17,7 @@ import maps
 import matches
 import world
 from agents.checkpoint import MODEL_ROOTS, find_checkpoint
+from maps import load_map
 from maps.errors import MovingOutError
 from matches import Match
 
@@ -51,10 +53,13 @@ class Outcome:
 
 
 class EpisodeLog:
-    """A file of finished episodes. They count while those who play, and our code that plays, are what they were."""
+    """A file of finished episodes. They count while those who play, the map, and what plays them are what they were.
+
+    Several processes may append to one file. What a kill or a full disk left of a line is passed over.
+    """
 
     def __init__(self, path: Path) -> None:
-        """Reads what is there. Raises MovingOutError for a file that is no log; a torn last line is cut off."""
+        """Reads what is there. Raises MovingOutError for a file that is no log."""
         self._path = path
         self._known = _read(path) if path.exists() else {}
 
@@ -67,29 +72,31 @@ class EpisodeLog:
         key = _key(outcome.run)
         self._known[key] = outcome
         self._path.parent.mkdir(parents=True, exist_ok=True)
-        with self._path.open("a", encoding="utf-8") as file:
-            file.write(json.dumps({"key": key, "outcome": asdict(outcome)}) + "\n")
+        with self._path.open("ab+") as file:
+            torn = file.seek(0, os.SEEK_END) > 0 and os.pread(file.fileno(), 1, file.tell() - 1) != b"\n"
+            line = json.dumps({"key": key, "outcome": asdict(outcome)}) + "\n"
+            file.write((b"\n" if torn else b"") + line.encode())
 
 
 def _read(path: Path) -> dict[str, Outcome]:
-    data = path.read_bytes()
-    whole = data[: data.rfind(b"\n") + 1]
+    try:
+        lines = path.read_bytes().splitlines()
+    except OSError as error:
+        raise MovingOutError(f"cannot read {path}: {error.strerror or error}") from error
     found = {}
-    for number, line in enumerate(whole.splitlines(), 1):
-        try:
+    for line in lines:
+        with contextlib.suppress(ValueError, TypeError, KeyError):
             entry = json.loads(line)
             found[entry["key"]] = Outcome(**{**entry["outcome"], "run": Run(**entry["outcome"]["run"])})
-        except (ValueError, TypeError, KeyError) as error:
-            raise MovingOutError(f"{path}, line {number}: this is no log of finished episodes") from error
-    if data and not whole:
-        raise MovingOutError(f"{path}: this is no log of finished episodes")
-    os.truncate(path, len(whole))
+    if lines and not found:
+        raise MovingOutError(f"{path} is no log of finished episodes")
     return found
 
 
 def _key(run: Run) -> str:
     versions = {"version": _version(run.agent), "partner_version": _version(run.partner), "code": _code()}
-    return json.dumps({**asdict(run), **versions}, sort_keys=True)
+    played_in = {"world": _hash(repr(load_map(run.map))), "pymunk": importlib.metadata.version("pymunk")}
+    return json.dumps({**asdict(run), **versions, **played_in}, sort_keys=True)
 
 
 @lru_cache
@@ -99,7 +106,7 @@ def _version(agent_id: str) -> str:
     if "@" in reference:
         card = find_checkpoint(reference, *MODEL_ROOTS).card
         parts = (card.policy, card.selection, card.value, *card.files)
-        return hashlib.sha256("".join(part.model_dump_json() for part in parts if part).encode()).hexdigest()
+        return _hash("".join(part.model_dump_json() for part in parts if part))
     with contextlib.suppress(ImportError, ValueError):
         own = importlib.util.find_spec(reference)
         if own is not None and own.origin:
@@ -111,8 +118,17 @@ def _version(agent_id: str) -> str:
 def _code() -> str:
     """Of all our code that plays: after a change of it an episode may go otherwise."""
     folders = [Path(package.__path__[0]) for package in (agents, maps, matches, world)]
-    files = [file for folder in folders for file in sorted(folder.rglob("*.py")) if "training" not in file.parts]
-    return hashlib.sha256("".join(meaning(file.read_bytes()) for file in files).encode()).hexdigest()
+    files = [
+        file
+        for folder in folders
+        for file in sorted(folder.rglob("*.py"))
+        if "training" not in file.relative_to(folder).parts and not file.stem.endswith("command")
+    ]
+    return _hash("".join(meaning(file.read_bytes()) for file in files))
+
+
+def _hash(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def meaning(source: bytes) -> str:

@@ -17,7 +17,7 @@ def against_aim(outcomes: Sequence[Outcome]) -> str:
     """What was aimed at, and by how much it was reached or missed."""
     mine = [one.tcr for one in outcomes if one.run.agent == BASS]
     if not mine:
-        return f"`{BASS}` has not played yet; aimed at a TCR of {TARGET_TCR}."
+        return f"`{BASS}` is not among those who have played; aimed at is a TCR of {TARGET_TCR}."
     tcr, error = mean_error(mine)
     reached = "reached" if tcr >= TARGET_TCR else f"missed by {TARGET_TCR - tcr:.3f}"
     return f"`{BASS}` TCR {tcr:.3f} ± {error:.3f}; aimed at {TARGET_TCR}: {reached}."
@@ -46,7 +46,7 @@ def lead(outcomes: Sequence[Outcome], one: str, other: str, metric: str) -> str:
     mean, error = mean_error(gains(outcomes, one, other, metric))
     mine, theirs = (mean_error(values) for values in shared(outcomes, one, other, metric))
     cell = f"{mean:+.3f} ± {error:.3f}"
-    return f"**{cell}**" if abs(mine[0] - theirs[0]) > mine[1] + theirs[1] else cell
+    return f"**{cell}**" if mine[1] and abs(mine[0] - theirs[0]) > mine[1] + theirs[1] else cell
 
 
 def gains(outcomes: Sequence[Outcome], one: str, other: str, metric: str) -> list[float]:

@@ -9,12 +9,11 @@
 3. selection: how often the same candidate is chosen by the learned simulator and by the engine, which is given the
    policy's guesses of the partner.
 
-Without --data two people of population C play an episode on each map, in Challenge 2 on a variant with items as in no
+Without --data pairs of population C play an episode on each map, in Challenge 2 on a variant with items as in no
 training map.
 """
 
 import argparse
-import itertools
 import json
 import math
 import os
@@ -164,13 +163,17 @@ def _poses(row: Floats, items: int) -> Floats:
 
 
 def held_out_episodes(challenge: int, ticks: int, workers: int) -> list[Trajectory]:
-    """One episode on each map, of other people of C each time; in Challenge 2, on variants nobody is trained on."""
+    """One episode on each map, of ten pairs of C in turn; in Challenge 2, on variants nobody is trained on."""
     maps = [load_map(name) for name in map_names()]
     if challenge == 2:
         maps = [randomize(the_map, 0, "evaluation") for the_map in maps]
     people = population("C")
-    pairs = itertools.cycle(zip(people[::2], people[1::2], strict=True))
-    todo = [job for the_map in maps for job in jobs(next(pairs), [the_map], 1, ticks, seed=0, prefix="parts")]
+    todo = []
+    for number, the_map in enumerate(maps):
+        pair = [people[(2 * number + k) % len(people)] for k in (0, 1)]
+        if number // 2 % 2:  # of a pair the first is a follower, so that leaders too are who acts and who is guessed
+            pair.reverse()
+        todo += jobs(pair, [the_map], 1, ticks, seed=0, prefix="parts")
     with tempfile.TemporaryDirectory() as folder:
         list(make_all(todo, Path(folder), workers))
         return read_trajectories(recording_files([Path(folder)]))

@@ -23,6 +23,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
+from agents.catalogue import UNSEEN_TCR
 from agents.checkpoint import SHIPPED, Card, Checkpoint, Score, find_checkpoint, rescored
 from agents.populations import population
 from bench._agents_report import measured_part, write_report
@@ -106,8 +107,13 @@ def _rescored(args: argparse.Namespace, agents: Sequence[str], unseen: Sequence[
 
 def _news(checkpoint: Checkpoint, measured: Mapping[str, Score]) -> bool:
     """Whether scores belong into a card: not into those that come with the project, and not in place of more runs."""
-    before = [score.n for name, score in checkpoint.card.scores.items() if name in measured]
-    return checkpoint.folder.parent != SHIPPED and max(before, default=0) <= min(one.n for one in measured.values())
+    if checkpoint.folder.parent == SHIPPED:
+        return False
+    before, now = checkpoint.card.scores.get(UNSEEN_TCR), measured[UNSEEN_TCR]
+    if before is not None and before.n > now.n:
+        print(f"{checkpoint.card.id}: its card keeps its scores of {before.n} episodes; these are {now.n}", flush=True)
+        return False
+    return True
 
 
 def _people(group: str) -> list[str]:

@@ -68,8 +68,8 @@ class _State:
 def fit(task: Task, config: Optimisation, folder: Path) -> Fitted[nn.Module]:
     """Train to the end, going on from the folder's resume file if there is one.
 
-    A run that was stopped comes to the same weights as one that was not; one that goes on with other rows draws anew
-    from the seed. Writes TensorBoard events, `losses.jsonl` and the resume file into `folder`.
+    A run that was stopped comes to the same weights as one that was not; one that goes on with more or fewer rows, or
+    another seed, draws anew from the seed. Writes TensorBoard events, `losses.jsonl` and the resume file into `folder`.
     """
     torch.set_num_threads(config.threads)
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
@@ -102,7 +102,7 @@ def fit(task: Task, config: Optimisation, folder: Path) -> Fitted[nn.Module]:
                 seconds = round(time.monotonic() - begun, 1)
                 curve.write(json.dumps({"update": state.update, "seconds": seconds, **values}) + "\n")
                 curve.flush()
-                _save(state, task, folder / RESUME)
+                _save(state, task, config, folder / RESUME)
                 progress.update(bar, description=f"loss {values['loss']:.4f}")
     return Fitted(state.average.eval(), state.update, state.update - begun_at)
 
@@ -159,13 +159,13 @@ def _evaluated(state: _State, task: Task, losses: Losses) -> dict[str, float]:
     return values
 
 
-def _save(state: _State, task: Task, path: Path) -> None:
+def _save(state: _State, task: Task, config: Optimisation, path: Path) -> None:
     """Everything needed to go on, as plain tensors."""
     tensors = {f"network.{name}": tensor for name, tensor in state.network.state_dict().items()}
     tensors |= {f"average.{name}": tensor for name, tensor in state.average.state_dict().items()}
     for index, entries in state.optimiser.state_dict()["state"].items():
         tensors |= {f"optimiser.{index}.{name}": torch.as_tensor(value) for name, value in entries.items()}
-    tensors |= {"update": torch.tensor(state.update), "rows": torch.tensor(task.rows)}
+    tensors |= {"update": torch.tensor(state.update), "drawn": torch.tensor([config.seed, task.rows])}
     tensors |= {f"random.{name}": drawn for name, drawn in _random_state(task.random).items()}
     part = path.with_suffix(".part")
     save_file({name: tensor.clone().contiguous() for name, tensor in tensors.items()}, part)
@@ -182,7 +182,7 @@ def _resume(state: _State, task: Task, config: Optimisation, path: Path) -> None
         state.network.load_state_dict(_under(tensors, "network."))
         state.average.load_state_dict(_under(tensors, "average."))
         state.update = int(tensors["update"])
-        if int(tensors.get("rows", torch.tensor(-1))) == task.rows:
+        if "drawn" in tensors and tensors["drawn"].tolist() == [config.seed, task.rows]:
             _draw_on(task.random, _under(tensors, "random."))
         else:
             torch.manual_seed(config.seed * SEED_STRIDE + state.update)

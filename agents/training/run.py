@@ -21,9 +21,10 @@ _CHANGES: dict[str, Change] = {"id": "never", "kind": "never", "data_sha256": "a
 _WORDS = {"id": "agent", "data_sha256": "data of SHA-256"}
 
 
-def begin(folder: Path, about: Mapping[str, str], config: Optimisation, on_purpose: bool) -> None:
+def begin(folder: Path, about: Mapping[str, str], config: Optimisation, on_purpose: bool) -> str:
     """Write what the run is begun with, or gone on with when something has been trained in the folder already.
 
+    Returns the SHA-256 of the data it had before; empty when it had none, or the folder does not say.
     `about` is what config.json says beside the configuration. Raises DataError when the run was begun with something
     else: always for a change that makes another agent of it, and unless it is `on_purpose` for other data and for
     another way to train. A folder that says nothing of it, because it is older, is gone on with.
@@ -34,6 +35,13 @@ def begin(folder: Path, about: Mapping[str, str], config: Optimisation, on_purpo
         _compare(begun, now, config, on_purpose)
     folder.mkdir(parents=True, exist_ok=True)
     (folder / CONFIG).write_text(json.dumps({**begun, **now}, indent=1) + "\n", encoding="utf-8")
+    return str(begun.get("data_sha256", ""))
+
+
+def put_back(folder: Path, data_sha256: str) -> None:
+    """Say again that the run is of the data it had before: nothing was learned from others."""
+    config = {**_begun(folder), "data_sha256": data_sha256}
+    (folder / CONFIG).write_text(json.dumps(config, indent=1) + "\n", encoding="utf-8")
 
 
 def finish(folder: Path, checkpoint: Checkpoint) -> None:

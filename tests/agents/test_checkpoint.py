@@ -114,6 +114,7 @@ def test_a_network_with_a_forbidden_operator_or_outside_data_is_refused(tmp_path
         "sparse tensors": model(
             helper.make_node("Constant", [], ["y"], sparse_value=onnx.SparseTensorProto(values=outside, dims=[1])), []
         ),
+        "says how to train it": b"\xa2\x01\x00",  # field 20
         "damaged": b"\xba\x80\x80\x80\x10\x00",  # field 7, the graph, for who keeps 32 bits of a tag
     }
     for sentence, data in crafted.items():
@@ -147,13 +148,21 @@ def test_of_two_ids_with_one_folder_only_the_one_that_lies_there_is_found(tmp_pa
         write_checkpoint(tmp_path / "mlp-a-b", _card(id="mlp@a-b"), {"policy.onnx": b"x"})
 
 
-def test_a_checkpoint_is_written_wholly_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("fails", ["write_text", "replace"])
+def test_a_checkpoint_is_written_wholly_or_not_at_all(
+    fails: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     before = _written(tmp_path)
-    monkeypatch.setattr(Path, "write_text", _full_disk)
-    with pytest.raises(CheckpointError, match=r"cannot write .*mlp-test: No space left on device"):
-        write_checkpoint(before.folder, _card(), {"policy.onnx": b"half"})
+    real = Path.replace
+
+    def failing(path: Path, *arguments: object, **_: object) -> Path:
+        if fails == "replace" and "draft" not in path.name:
+            return real(path, *arguments)  # type: ignore[arg-type]
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with monkeypatch.context() as full_disk:
+        full_disk.setattr(Path, fails, failing)
+        with pytest.raises(CheckpointError, match=r"cannot write .*mlp-test: No space left on device"):
+            write_checkpoint(before.folder, _card(), {"policy.onnx": b"half"})
     assert find_checkpoint("mlp@test", tmp_path).read("policy.onnx") == before.read("policy.onnx")
-
-
-def _full_disk(*_: object, **__: object) -> None:
-    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    assert [folder.name for folder in tmp_path.iterdir()] == ["mlp-test"]

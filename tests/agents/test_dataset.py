@@ -13,6 +13,7 @@ from agents.dataset import (
     learned_seats,
     read_trajectories,
     recording_files,
+    split_rows,
     trajectory_pieces,
     trajectory_windows,
     windows_of,
@@ -104,3 +105,13 @@ def test_a_folder_without_recordings_is_answered_with_the_command_that_makes_som
         recording_files([tmp_path])
     with pytest.raises(DataError, match="no recording at"):
         recording_files([tmp_path / "gone.mcap"])
+
+
+def test_rows_are_of_one_side_or_the_other_unless_only_one_side_has_any() -> None:
+    casts = [{"ann"}, {"bob"}]
+    out = held_out_episodes(casts, 0.5, 0)
+    mine, theirs = int(np.flatnonzero(~out)[0]), int(np.flatnonzero(out)[0])
+    train, held_out = split_rows(np.array([mine, theirs, mine]), casts, 0.5, 0)
+    assert (train.tolist(), held_out.tolist()) == ([0, 2], [1])
+    for alone in (mine, theirs):  # the other episode was too short to have rows
+        assert [side.tolist() for side in split_rows(np.full(3, alone), casts, 0.5, 0)] == [[0, 1, 2]] * 2

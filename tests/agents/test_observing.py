@@ -45,6 +45,7 @@ class _Saying:
         (None, {}),
         ({"scores": np.array([0.5, 1.5]), "best": np.int64(1)}, {"scores": [0.5, 1.5], "best": 1}),
         ({"way": (1, 2)}, {"way": [1, 2]}),
+        ({"column": np.eye(2)[:, 0], "half": np.float16(1.5)}, {"column": [1.0, 0.0], "half": 1.5}),
         ({1: 2}, {"unwritable": "TypeError: Dict key must be str"}),
         ({"raw": b"x"}, {"unwritable": "TypeError: Type is not JSON serializable: bytes"}),
         ({"many": 2**64}, {"unwritable": "TypeError: Integer exceeds 64-bit range"}),

@@ -1,10 +1,14 @@
 """The measured part of docs/results.md: tables, who is ahead of whom, and the picture."""
 
+import shutil
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import pytest
 
+from agents.catalogue import UNSEEN_TCR
+from agents.checkpoint import SHIPPED, Checkpoint, Score, read_checkpoint
+from bench import train_agents
 from bench._agents_report import BEGIN, END, measured_part, write_report
 from bench._chart import chart
 from bench._episodes import Outcome, Run
@@ -55,27 +59,36 @@ def test_a_missed_target_is_said_by_how_much() -> None:
 
 
 def test_an_agent_that_has_not_played_missed_nothing() -> None:
-    assert against_aim([_outcome("dp@all", 0.25)]) == "`bass@all` has not played yet; aimed at a TCR of 0.65."
+    said = against_aim([_outcome("dp@all", 0.25)])
+    assert said == "`bass@all` is not among those who have played; aimed at is a TCR of 0.65."
+
+
+def _both(bass: tuple[float, float], dp: tuple[float, float]) -> list[Outcome]:
+    """Of two agents on two maps."""
+    played = [("bass@all", bass), ("dp@all", dp)]
+    return [
+        _outcome(agent, tcr, name)
+        for agent, scores in played
+        for tcr, name in zip(scores, ("HandOff", "LeftRight"), strict=True)
+    ]
 
 
 def test_a_lead_is_bold_where_the_errors_do_not_overlap() -> None:
-    outcomes = [_outcome("bass@all", 0.5), _outcome("dp@all", 0.25)]
-    table = leads(OF_BOTH, {"C": outcomes}).splitlines()
+    table = leads(OF_BOTH, {"C": _both((0.9, 0.7), (0.4, 0.2))}).splitlines()
     assert table[0] == "| | TCR | NFD | n |"
-    assert table[2:] == ["| `bass@all` minus `dp@all` | **+0.250 ± 0.000** | **+0.125 ± 0.000** | 1 |"]
+    assert table[2:] == ["| `bass@all` minus `dp@all` | **+0.500 ± 0.000** | **+0.250 ± 0.000** | 2 |"]
 
 
-def test_a_lead_within_the_errors_is_not() -> None:
-    outcomes = [_outcome("bass@all", tcr, name) for tcr, name in ((0.4, "HandOff"), (0.8, "LeftRight"))]
-    outcomes += [_outcome("dp@all", tcr, name) for tcr, name in ((0.3, "HandOff"), (0.7, "LeftRight"))]
-    assert lead(outcomes, "bass@all", "dp@all", "tcr") == "+0.100 ± 0.000"
+def test_a_lead_within_the_errors_is_not_and_neither_is_one_without_any() -> None:
+    assert lead(_both((0.4, 0.8), (0.3, 0.7)), "bass@all", "dp@all", "tcr") == "+0.100 ± 0.000"
+    assert lead([_outcome("bass@all", 0.5), _outcome("dp@all", 0.25)], "bass@all", "dp@all", "tcr") == "+0.250 ± 0.000"
 
 
 def test_leads_are_told_by_the_partners_population() -> None:
     played = {"A": [_outcome("bass@a", 0.5), _outcome("dp@a", 0.25)], "B": [_outcome("dp@a", 0.5)], "C": []}
     table = leads(OF_A, played).splitlines()
     assert table[0].startswith("| | people of A, trained with: TCR | NFD | n | people of B, another population: TCR |")
-    assert table[2:] == ["| `bass@a` minus `dp@a` | **+0.250 ± 0.000** | **+0.125 ± 0.000** | 1 |  |  |  |"]
+    assert table[2:] == ["| `bass@a` minus `dp@a` | +0.250 ± 0.000 | +0.125 ± 0.000 | 1 |  |  |  |"]
 
 
 def test_agents_are_compared_over_the_episodes_that_both_played() -> None:
@@ -91,6 +104,21 @@ def test_the_picture_has_a_bar_for_each_agent_the_best_first() -> None:
     assert {"0.50", "0.25", "0.00", "aim of bass@all: 0.65", "control: these people alone"} <= set(words)
     widths = [float(node.attrib["width"]) for node in picture.iter("{http://www.w3.org/2000/svg}rect")]
     assert widths[0] == pytest.approx(2 * widths[1]) and widths[2] == 0.0
+
+
+def test_scores_go_into_a_card_but_not_in_place_of_more_and_not_into_what_is_shipped(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shipped = read_checkpoint(SHIPPED / "mlp-all")
+    mine = Checkpoint(shutil.copytree(shipped.folder, tmp_path / "mlp-all"), shipped.card, shipped.sha256)
+    now = shipped.card.scores[UNSEEN_TCR].n
+
+    def news(checkpoint: Checkpoint, n: int) -> bool:
+        return train_agents._news(checkpoint, {UNSEEN_TCR: Score(mean=0.5, stderr=0.1, n=n)})
+
+    assert news(mine, now) and news(mine, now + 1) and not news(shipped, now + 1) and not capsys.readouterr().out
+    assert not news(mine, now - 1)
+    assert f"mlp@all: its card keeps its scores of {now} episodes; these are {now - 1}" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

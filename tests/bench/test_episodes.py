@@ -4,6 +4,10 @@ from pathlib import Path
 
 import pytest
 
+import agents.serving
+import maps.library
+import matches.lockstep
+import world.physics
 from bench import _episodes
 from bench._episodes import EpisodeLog, Outcome, Run, meaning
 from bench.learning import play_all
@@ -52,7 +56,7 @@ def test_comments_and_docstrings_mean_nothing() -> None:
     assert meaning(b"def f(x):\n    return -x") != bare
 
 
-def test_a_torn_last_line_is_cut_off_and_other_files_are_refused(tmp_path: Path) -> None:
+def test_what_is_left_of_a_line_is_passed_over_and_other_files_are_refused(tmp_path: Path) -> None:
     log = tmp_path / "log.jsonl"
     _kept(log)
     whole = log.read_bytes()
@@ -62,6 +66,22 @@ def test_a_torn_last_line_is_cut_off_and_other_files_are_refused(tmp_path: Path)
     assert set(EpisodeLog(log).known([RUN, other])) == {RUN, other}
     for text in ("torn", "{}\n", "[1]\n"):
         log.write_text(text)
-        with pytest.raises(MovingOutError, match="this is no log of finished episodes"):
+        with pytest.raises(MovingOutError, match="is no log of finished episodes"):
             EpisodeLog(log)
         assert log.read_text() == text
+
+
+def test_two_who_keep_their_episodes_in_one_file_lose_none(tmp_path: Path) -> None:
+    log, other = tmp_path / "log.jsonl", Run("idle", "idle", "HandOff", 0, 1, 3)
+    one, two = EpisodeLog(log), EpisodeLog(log)
+    one.append(Outcome(RUN, 0.75, 0.5, 1.0, None, 0.1))
+    two.append(Outcome(other, 0.5, 0.5, 1.0, None, 0.1))
+    assert set(EpisodeLog(log).known([RUN, other])) == {RUN, other}
+
+
+def test_all_code_that_plays_counts(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: list[bytes] = []
+    monkeypatch.setattr(_episodes, "meaning", lambda source: seen.append(source) or "")  # type: ignore[func-returns-value]
+    _episodes._code.__wrapped__()
+    for module in (agents.serving, maps.library, matches.lockstep, world.physics):
+        assert Path(str(module.__file__)).read_bytes() in seen

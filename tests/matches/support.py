@@ -47,6 +47,14 @@ class Fleet(Wanderer):
         return [agent.act(seen) for agent, seen in zip(agents, observations, strict=True)]
 
 
+class Keyless(Fleet):
+    """Cannot say with whom it goes together."""
+
+    @property
+    def batch_key(self) -> Hashable:
+        raise ValueError("no key")
+
+
 class Talker(Wanderer):
     """Says when it was asked."""
 

@@ -35,7 +35,7 @@ def test_what_was_stopped_goes_on(tmp_path: Path) -> None:
     assert float(longer.network(torch.ones(1, 3)).abs().max()) < 1.0
 
 
-def _learned_from_noise(folder: Path, stop: int, rows: int = 8) -> torch.Tensor:
+def _learned_from_noise(folder: Path, stop: int) -> torch.Tensor:
     """The weights after 6 updates with batches drawn from rows, and noise; interrupted once after `stop` of them."""
     material, left = torch.arange(24.0).reshape(8, 3), [stop]
 
@@ -46,11 +46,11 @@ def _learned_from_noise(folder: Path, stop: int, rows: int = 8) -> torch.Tensor:
             left[0] -= 1
             if left[0] < 0:
                 raise KeyboardInterrupt
-            batch = material[random.choice(rows, 4)]
+            batch = material[random.choice(8, 4)]
             return {"loss": (network(batch + torch.randn_like(batch)) - 1.0).square().mean()}
 
         torch.manual_seed(0)
-        return fit(Task(nn.Linear(3, 1), losses, lambda _: {"loss": torch.zeros(())}, 6, random, rows), CONFIG, folder)
+        return fit(Task(nn.Linear(3, 1), losses, lambda _: {"loss": torch.zeros(())}, 6, random, 8), CONFIG, folder)
 
     with contextlib.suppress(KeyboardInterrupt):
         run()
