@@ -43,17 +43,21 @@ Played = Mapping[str, Sequence[Outcome]]
 
 
 def measured_part(
-    both: tuple[Field, Played], of_a: tuple[Field, Played], cards: Mapping[str, Card], numbers: Numbers | None
+    both: tuple[Field, Played],
+    of_a: tuple[Field, Played],
+    cards: Mapping[str, Card],
+    numbers: Numbers | None,
+    command: str,
 ) -> str:
     """Everything between the marks: what those trained with A and B reached, and those trained with A alone.
 
-    `cards` are the learned agents'.
+    `cards` are the learned agents', `command` is what makes these tables.
     """
     today = datetime.datetime.now(datetime.UTC).date().isoformat()
     field, played = both
     unseen = played["C"]
     parts = [
-        f"Measured on {today}, {platform.machine()}, {os.cpu_count()} cores, by `python -m bench.train_agents`.",
+        f"Measured on {today}, {platform.machine()}, {os.cpu_count()} cores, by `{command}`.",
         f"Partners are scripted people; {unseen[0].run.ticks} ticks, all maps alike; errors are standard errors over "
         "episodes. `idle` is the control: what these people reach alone; `scripted` is the expert, of whom the others "
         "learned from a variant that does not stop to think.",

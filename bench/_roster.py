@@ -9,6 +9,7 @@ LEARNER = "dp-rounds@all"  # DP that goes on from round to round, and shows wher
 PAPER_CHOICE = "score=nfd,sampling=4x4"
 """Options with which a BASS agent chooses as in the paper, by NFD, instead of by a value."""
 PAPER_BASS, SIMULATED = f"{BASS}:{PAPER_CHOICE}", f"{PLAIN}:{PAPER_CHOICE}"
+CHOOSING_BY_NFD = (PAPER_BASS, SIMULATED)
 SCRIPTED, CONTROL = "scripted", "idle"
 
 DP_A, AUGMENTED_A, MLP_A, GRU_A = "dp@a", "dp-augmented@a", "mlp@a", "gru@a"

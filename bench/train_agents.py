@@ -30,7 +30,7 @@ from bench._agents_report import measured_part, write_report
 from bench._chart import chart
 from bench._curriculum import train_all
 from bench._episodes import EpisodeLog, Outcome
-from bench._roster import CONTROL, OF_A, OF_BOTH, PAPER_BASS, SCRIPTED, Field
+from bench._roster import CHOOSING_BY_NFD, CONTROL, OF_A, OF_BOTH, PAPER_BASS, SCRIPTED, Field
 from bench.bass import Numbers, bass_agent_of, held_out_episodes, measure
 from bench.learning import mean_error, play_all, runs
 from maps import map_names
@@ -48,7 +48,7 @@ def main(words: Sequence[str] | None = None) -> None:
 def _run(args: argparse.Namespace) -> None:
     if not args.only_evaluate and not args.finished:
         train_all(args)
-    left_out = {*args.without, *(_not_trained(args.data) if args.finished else ())}
+    left_out = _left_out(args)
     both, of_a = (
         field._replace(learners={one: label for one, label in field.learners.items() if one not in left_out})
         for field in (OF_BOTH, OF_A)
@@ -61,8 +61,16 @@ def _run(args: argparse.Namespace) -> None:
     unseen = list(dict.fromkeys(played["C"] + played_of_a["C"]))  # the controls are in both
     cards = _rescored(args, [*both.learners, *of_a.learners], unseen)
     numbers = None if args.no_parts else _parts_of_bass(args)
-    measured = measured_part((both, played), (of_a, played_of_a), cards, numbers)
+    command = "python -m bench.train_agents" + " --by-nfd" * (PAPER_BASS in both.learners)
+    measured = measured_part((both, played), (of_a, played_of_a), cards, numbers, command)
     write_report(args.report, measured, chart(played["C"], both.learners))
+
+
+def _left_out(args: argparse.Namespace) -> set[str]:
+    """Who does not come into the tables: of what is there already all do, by NFD or not."""
+    if args.finished:
+        return {*args.without, *_not_trained(args.data)}
+    return {*args.without, *(() if args.by_nfd else CHOOSING_BY_NFD)}
 
 
 def _not_trained(data: Path) -> list[str]:
@@ -144,6 +152,10 @@ def _parsed(words: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument(
         "--without", action="append", default=[], metavar="ID", choices=[*OF_BOTH.learners, *OF_A.learners],
         help="an agent to leave out of the tables; may be said several times",
+    )  # fmt: skip
+    parser.add_argument(
+        "--by-nfd", action="store_true",
+        help="BASS of A and B plays once more, choosing by NFD (7 minutes); that of A alone does so anyway",
     )  # fmt: skip
     parser.add_argument("--no-parts", action="store_true", help="leave out the section on the parts of BASS")
     parser.add_argument("--only-evaluate", action="store_true", help="what is trained is good enough")

@@ -13,7 +13,7 @@ from bench._agents_report import BEGIN, END, measured_part, write_report
 from bench._chart import chart
 from bench._episodes import Outcome, Run
 from bench._leads import against_aim, gains, lead, leads
-from bench._roster import OF_A, OF_BOTH
+from bench._roster import CHOOSING_BY_NFD, OF_A, OF_BOTH
 from bench.bass import Numbers
 from bench.train_agents import main
 
@@ -27,7 +27,7 @@ def test_the_report_replaces_what_was_measured_and_keeps_the_words_around_it(tmp
     page.write_text(f"before\n{BEGIN}\nof before\n{END}\nafter\n")
     outcomes = [_outcome("bass@all", 0.5), _outcome("dp@all", 0.25)]
     played_of_a = {"A": [_outcome("dp@a", 0.75), _outcome("idle", 0.0)], "B": [_outcome("dp@a", 0.5)], "C": []}
-    measured = measured_part((OF_BOTH, {"C": outcomes}), (OF_A, played_of_a), {}, None)
+    measured = measured_part((OF_BOTH, {"C": outcomes}), (OF_A, played_of_a), {}, None, "make agents")
     write_report(page, measured, "<svg/>")
     text = page.read_text()
     assert text.startswith("before\n") and text.endswith("after\n") and "of before" not in text
@@ -41,7 +41,7 @@ def test_the_report_replaces_what_was_measured_and_keeps_the_words_around_it(tmp
 def test_nothing_is_said_of_agents_trained_with_one_population_before_they_have_played() -> None:
     played = {"C": [_outcome("bass@all", 0.5)]}
     of_a = {group: [_outcome("idle", 0.0)] for group in OF_A.partners}
-    text = measured_part((OF_BOTH, played), (OF_A, of_a), {}, None)
+    text = measured_part((OF_BOTH, played), (OF_A, of_a), {}, None, "make agents")
     assert "## With people of C" in text
     assert "A alone" not in text and "people of B" not in text
 
@@ -49,7 +49,11 @@ def test_nothing_is_said_of_agents_trained_with_one_population_before_they_have_
 def test_the_parts_of_bass_stand_beside_what_the_paper_measured() -> None:
     numbers = Numbers(0.1, 0.2, 0.3, 0.4, 0.5, 0.125, 0.25, 0.6, 0.7, 0.8, 0.9, n=7)
     text = measured_part(
-        (OF_BOTH, {"C": [_outcome("bass@all", 0.5)]}), (OF_A, {group: [] for group in "ABC"}), {}, numbers
+        (OF_BOTH, {"C": [_outcome("bass@all", 0.5)]}),
+        (OF_A, {group: [] for group in "ABC"}),
+        {},
+        numbers,
+        "make agents",
     )
     assert "| 10 % error tolerance | 0.7145 | 0.1250 |" in text and "| moments |  | 7 |" in text
 
@@ -104,6 +108,15 @@ def test_the_picture_has_a_bar_for_each_agent_the_best_first() -> None:
     assert {"0.50", "0.25", "0.00", "aim of bass@all: 0.65", "control: these people alone"} <= set(words)
     widths = [float(node.attrib["width"]) for node in picture.iter("{http://www.w3.org/2000/svg}rect")]
     assert widths[0] == pytest.approx(2 * widths[1]) and widths[2] == 0.0
+
+
+def test_bass_of_both_plays_by_nfd_when_it_is_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    left_out = [
+        train_agents._left_out(train_agents._parsed(["--report", "r.md", *more])) for more in ([], ["--by-nfd"])
+    ]
+    assert left_out == [set(CHOOSING_BY_NFD), set()]
+    assert set(CHOOSING_BY_NFD) < set(OF_BOTH.learners)
 
 
 def test_scores_go_into_a_card_but_not_in_place_of_more_and_not_into_what_is_shipped(
