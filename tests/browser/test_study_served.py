@@ -228,12 +228,9 @@ def bring_in_and_send_away(study: StudyServer, experimenter: Page) -> None:
     third = study.page(link.removeprefix(study.server.url))
     until(third, "consent")
     assert "code=" not in third.url
-    act(
-        experimenter,
-        experimenter.locator("#participants tr:not([data-finished])"),
-        "End the study for them",
-        "a wrong person",
-    )
+    staying = experimenter.locator("#participants tr[data-pid]:not([data-finished])")
+    expect(staying).to_have_count(1)  # the dashboard hears of those who have left a moment later
+    act(experimenter, staying, "End the study for them", "a wrong person")
     until(third, "code")
 
 
