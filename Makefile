@@ -2,7 +2,6 @@
 PYTHON ?= python3
 BIN := .venv/bin
 PIP := $(BIN)/pip --disable-pip-version-check install -c constraints.txt
-PACKAGES := maps world recordings agents matches study server
 
 .PHONY: help play venv test test-slow check bench agents format clean
 
@@ -26,7 +25,7 @@ check: .venv/dev .venv/node ## format, lint, types, import rules, JavaScript
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	cd web && ../node_modules/.bin/tsc -p jsconfig.json
-	node --test web/tests/*.test.js
+	node --test $$(find web/tests -name '*.test.js')
 
 bench: .venv/dev ## measure; prints ratios and the machine
 	$(BIN)/python -m bench

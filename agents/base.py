@@ -7,8 +7,8 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from maps import MapSpec
-from world.state import WorldState
+from movingout.maps import MapSpec
+from movingout.world.state import WorldState
 
 THREADS = 1  # of the processor that an agent decides on: the others run rooms and other agents
 

@@ -2,8 +2,8 @@
 
 An id is a catalogue name, with options where it takes any (`scripted:seed=3,patience=40`), a trained agent with a
 checkpoint (`dp@all`), a recorded seat (`ghost:FILE#red`), or `package.module:Factory` (again with `:options`) for a
-policy of the user's own. The option `lag` is everybody's (`agents.lagged`). Imports happen here, late, so that an
-agent that needs torch costs nothing to those who do not use it.
+policy of the user's own. The option `lag` is everybody's (`agents.baseline.delayed_agent`). Imports happen here, late,
+so that an agent that needs torch costs nothing to those who do not use it.
 """
 
 import importlib
@@ -15,8 +15,8 @@ from functools import partial
 from pathlib import Path
 from typing import cast
 
-from agents.base import Agent
-from agents.checkpoint import (
+from movingout.agents.base import Agent
+from movingout.agents.checkpoint.checkpoint import (
     MODEL_ROOTS,
     Card,
     checkpoint_folders,
@@ -24,8 +24,8 @@ from agents.checkpoint import (
     folder_name,
     readable_checkpoints,
 )
-from agents.errors import AgentError
-from maps import MovingOutError, map_names
+from movingout.agents.errors import AgentError
+from movingout.maps import MovingOutError, map_names
 
 OptionValue = int | float | bool | str
 UNSEEN_TCR = "TCR with unseen scripted people"
@@ -63,7 +63,7 @@ _ENTRIES = (
             "Plans its own way: fetches, hands over, and helps with whatever is too heavy for one. "
             "Options: seed and the fields of its style.",
         ),
-        "agents.scripted:ScriptedAgent",
+        "movingout.agents.scripted:ScriptedAgent",
     ),
     _Entry(
         AgentCard(
@@ -74,9 +74,12 @@ _ENTRIES = (
             "One of sixty people who plan like Scripted and play each in their own way. Options: name, A01 to C20, and "
             "habits to change.",
         ),
-        "agents.person:Person",
+        "movingout.agents.scripted.human_model:Person",
     ),
-    _Entry(AgentCard("idle", "Idle", "idle", "all", "Stands still: the control condition."), "agents.idle:IdleAgent"),
+    _Entry(
+        AgentCard("idle", "Idle", "idle", "all", "Stands still: the control condition."),
+        "movingout.agents.baseline.idle:IdleAgent",
+    ),
 )
 _CATALOGUE = {entry.card.id: entry for entry in _ENTRIES}
 LAG = "lag"  # the option of any agent: ticks by which it plays late
@@ -159,7 +162,7 @@ def load_agent(agent_id: str) -> Agent:
 
 
 def _lagged(agent_id: str, agent: Agent, lag: OptionValue) -> Agent:
-    from agents.lagged import LaggedAgent
+    from movingout.agents.baseline.delayed_agent import LaggedAgent
 
     try:
         return LaggedAgent(agent, cast(int, lag))
@@ -183,9 +186,9 @@ def _parse(agent_id: str) -> tuple[str, dict[str, OptionValue]]:
 def _factory(reference: str) -> Callable[..., object]:
     """What makes the agent: a trained one (`dp@all`), one of the catalogue, or the user's own."""
     if "@" in reference:
-        return partial(_resolve("agents.serving:trained_agent"), reference)
+        return partial(_resolve("movingout.agents.inference.policy_agent:trained_agent"), reference)
     if reference == GHOST:
-        return _resolve("agents.ghost:GhostAgent")
+        return _resolve("movingout.agents.baseline.replay_agent:GhostAgent")
     entry = _CATALOGUE.get(reference)
     return _resolve(entry.factory if entry else reference)
 

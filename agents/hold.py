@@ -7,7 +7,7 @@ undoes what was right. A level is there in every tick, and the press follows fro
 import numpy as np
 import numpy.typing as npt
 
-from world.state import Floats, Ints
+from movingout.world.state import Floats, Ints
 
 Levels = npt.NDArray[np.bool_]
 

@@ -5,10 +5,10 @@ from collections.abc import Mapping
 import numpy as np
 import orjson
 
-from agents.base import Agent, Observation
-from maps import MapSpec
-from world.observation import encode_state
-from world.state import Floats, WorldState
+from movingout.agents.base import Agent, Observation
+from movingout.maps import MapSpec
+from movingout.world.observation import encode_state
+from movingout.world.state import Floats, WorldState
 
 
 def observe(map_spec: MapSpec, state: WorldState, seat: int, tick: int | None = None) -> Observation:

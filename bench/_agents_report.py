@@ -10,7 +10,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
-from agents.checkpoint import Card
 from bench._bass_report import BASS as ROLE
 from bench._bass_report import tables
 from bench._episodes import Outcome
@@ -18,8 +17,9 @@ from bench._leads import LEGEND, against_aim, leads
 from bench._roster import PAPER_BASS, PAPER_COLUMNS, Field
 from bench.bass import Numbers
 from bench.learning import mean_error, shown, table
-from maps import map_names
-from matches.paper import paper_figures
+from movingout.agents.checkpoint.checkpoint import Card
+from movingout.maps import map_names
+from movingout.matches.experiment.paper_reference import paper_figures
 
 BEGIN, END = "<!-- measured: begin -->", "<!-- measured: end -->"
 

@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from agents.bass.agent import BassAgent, OracleBassAgent, RandomPartnerBassAgent
-from agents.checkpoint import MODEL_ROOTS, find_checkpoint
+from movingout.agents.bass.agent import BassAgent, OracleBassAgent, RandomPartnerBassAgent
+from movingout.agents.checkpoint.checkpoint import MODEL_ROOTS, find_checkpoint
 
 BASS, GRU = "BASS", "BASS (GRU)"
 RANDOM, ORACLE = "BASS (Random partner action)", "BASS w/ Oracle Simulator"

@@ -14,8 +14,6 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
-from agents.checkpoint import CARD, find_checkpoint, folder_name
-from agents.corrections import TEACHER
 from bench._roster import (
     AUGMENTED,
     AUGMENTED_A,
@@ -32,7 +30,9 @@ from bench._roster import (
     PLAIN,
     PLAIN_A,
 )
-from server.cli import main as movingout
+from movingout.agents.checkpoint.checkpoint import CARD, find_checkpoint, folder_name
+from movingout.agents.data.dagger import TEACHER
+from movingout.server.cli import main as movingout
 
 NAMES = {
     LEARNER: "Diffusion Policy between the rounds",
@@ -166,7 +166,7 @@ def _command(args: argparse.Namespace, agent_id: str, *words: object) -> None:
     begun = time.monotonic()
     with log.open("a", encoding="utf-8") as file:
         about = "--id", agent_id, "--name", NAMES[agent_id], "--data", args.data
-        command = [sys.executable, "-m", "server.cli", *map(str, (*words, *about))]
+        command = [sys.executable, "-m", "movingout.server.cli", *map(str, (*words, *about))]
         code = subprocess.run(command, stdout=file, stderr=subprocess.STDOUT, check=False).returncode
     if code != 0:
         raise SystemExit(f"{agent_id}: training ended with {code}: {log.read_text(encoding='utf-8')[-500:]}")

@@ -12,14 +12,11 @@ from dataclasses import asdict, dataclass
 from functools import lru_cache
 from pathlib import Path
 
-import agents
-import maps
-import matches
-import world
-from agents.checkpoint import MODEL_ROOTS, find_checkpoint
-from maps import load_map
-from maps.errors import MovingOutError
-from matches import Match
+import movingout
+from movingout.agents.checkpoint.checkpoint import MODEL_ROOTS, find_checkpoint
+from movingout.maps import load_map
+from movingout.maps.errors import MovingOutError
+from movingout.matches import Match
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,12 +114,13 @@ def _version(agent_id: str) -> str:
 @lru_cache
 def _code() -> str:
     """Of all our code that plays: after a change of it an episode may go otherwise."""
-    folders = [Path(package.__path__[0]) for package in (agents, maps, matches, world)]
+    root = Path(str(movingout.__file__)).parent
+    folders = [root / package for package in ("agents", "maps", "matches", "world")]
     files = [
         file
         for folder in folders
         for file in sorted(folder.rglob("*.py"))
-        if "training" not in file.relative_to(folder).parts and not file.stem.endswith("command")
+        if not {"training", "commands"} & set(file.relative_to(folder).parts)
     ]
     return _hash("".join(meaning(file.read_bytes()) for file in files))
 

@@ -86,4 +86,4 @@ PAPER_COLUMNS = {
     },
 }
 """Where the paper has figures of such agents in Challenge 1, by the columns of our table: table and row of
-`matches.paper`."""
+`matches.experiment.paper_reference`."""

@@ -24,25 +24,25 @@ from pathlib import Path
 
 import numpy as np
 
-from agents.base import EpisodeInfo
-from agents.bass.agent import BassAgent, OracleBassAgent, acting, engine_simulator, spread
-from agents.bass.selection import choose
-from agents.bass.state_vector import HELD_START, ITEMS_START, ROBOT_WIDTH, held_of, moving
-from agents.catalogue import load_agent
-from agents.corrections import SUFFIX, load_correction
-from agents.dataset import Trajectory, read_trajectories, recording_files
-from agents.demonstrations import jobs, make_all
-from agents.features import feature_encoder
-from agents.hold import toggles
-from agents.populations import population
-from agents.serving import Singles
 from bench._bass_report import role, tables
-from maps import load_map, map_names
-from maps.errors import MovingOutError
-from maps.randomize import randomize
-from world import World
-from world.observation import ITEM_SLOTS
-from world.state import Floats, WorldState
+from movingout.agents.base import EpisodeInfo
+from movingout.agents.bass.agent import BassAgent, OracleBassAgent, acting, engine_simulator, spread
+from movingout.agents.bass.selection import choose
+from movingout.agents.bass.state_vector import HELD_START, ITEMS_START, ROBOT_WIDTH, held_of, moving
+from movingout.agents.catalogue import load_agent
+from movingout.agents.data.dagger import SUFFIX, load_correction
+from movingout.agents.data.dataset import Trajectory, read_trajectories, recording_files
+from movingout.agents.data.demonstrations import jobs, make_all
+from movingout.agents.hold import toggles
+from movingout.agents.inference.policy_agent import Singles
+from movingout.agents.observation.features import feature_encoder
+from movingout.agents.scripted.populations import population
+from movingout.maps import load_map, map_names
+from movingout.maps.errors import MovingOutError
+from movingout.maps.randomize import randomize
+from movingout.world import World
+from movingout.world.observation import ITEM_SLOTS
+from movingout.world.state import Floats, WorldState
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +87,7 @@ def measure(agent: BassAgent, walks: list[Trajectory], moments: int, seed: int) 
     told_apart = float(table[apart, -2].mean()) if apart.any() else math.nan
     means = table[:, :-1].mean(axis=0).tolist()
     rest = float(np.mean(hands)) if hands else math.nan, told_apart, 1 / agent.selection.own, len(table)
-    return Numbers(*means, *rest)
+    return Numbers(*(*means, *rest))
 
 
 def _hands(agent: BassAgent, walk: Trajectory, world: World) -> list[bool]:

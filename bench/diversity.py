@@ -15,12 +15,12 @@ from pathlib import Path
 
 import numpy as np
 
-from agents.dataset import Trajectory, read_trajectories, recording_files
-from agents.demonstrations import jobs, make_all
-from agents.diversity import Diversity, diversity
-from agents.populations import PEOPLE, POPULATIONS, population
-from maps import MapSpec, load_map, map_names
-from maps.errors import MovingOutError
+from movingout.agents.data.dataset import Trajectory, read_trajectories, recording_files
+from movingout.agents.data.demonstrations import jobs, make_all
+from movingout.agents.data.diversity import Diversity, diversity
+from movingout.agents.scripted.populations import PEOPLE, POPULATIONS, population
+from movingout.maps import MapSpec, load_map, map_names
+from movingout.maps.errors import MovingOutError
 
 PAPER = {  # `table:task_1_diversity`, "Dataset diversity across different data collection methods"
     "paper: Moving Out Challenge 1": Diversity(7.013, 6.065, 0.888, 0.899),

@@ -16,17 +16,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from agents.base import EpisodeInfo
-from agents.catalogue import load_agent
-from agents.rollout import rollout
-from agents.scripted.agent import ScriptedAgent
-from agents.scripted.choosing import Chooser
-from agents.scripted.errand import Errand
-from agents.scripted.lifting import Lift
-from agents.scripted.situation import Situation
 from bench import print_table
-from maps import load_map, map_names
-from maps.errors import MovingOutError
+from movingout.agents.base import EpisodeInfo
+from movingout.agents.catalogue import load_agent
+from movingout.agents.data.rollout import rollout
+from movingout.agents.scripted.agent import ScriptedAgent
+from movingout.agents.scripted.situation import Situation
+from movingout.agents.scripted.task_choice import Chooser
+from movingout.agents.scripted.tasks.lift import Lift
+from movingout.agents.scripted.tasks.task import Errand
+from movingout.maps import load_map, map_names
+from movingout.maps.errors import MovingOutError
 
 PATIENCE = 500  # ticks: as long as an episode
 TICKS = 500

@@ -17,12 +17,12 @@ import numpy as np
 from rich.console import Console
 from rich.progress import Progress
 
-from agents.catalogue import load_agent
-from agents.populations import POPULATIONS, population
 from bench._episodes import EpisodeLog, Outcome, Run
-from maps import load_map, map_names
-from maps.errors import MovingOutError
-from matches import MatchError, MatchResult, play_matches
+from movingout.agents.catalogue import load_agent
+from movingout.agents.scripted.populations import POPULATIONS, population
+from movingout.maps import load_map, map_names
+from movingout.maps.errors import MovingOutError
+from movingout.matches import MatchError, MatchResult, play_matches
 
 PARTNER_STRIDE = 7  # from map to map, so that different people come first
 
@@ -44,7 +44,8 @@ def play_all(todo: list[Run], workers: int, log: Path | None = None) -> list[Out
     """Play all episodes in worker processes, with a progress bar; what `log` knows already is not played again.
 
     Every agent plays its first episodes before any plays its second, the maps together, so that it is asked in batches
-    (`matches.lockstep`). Raises MatchError when an agent lost a match: counted as nothing, it would say little of it.
+    (`matches.execution.lockstep`). Raises MatchError when an agent lost a match: counted as nothing, it would say
+    little of it.
     """
     kept = EpisodeLog(log) if log is not None else None
     done = kept.known(todo) if kept is not None else {}

@@ -9,15 +9,15 @@ import statistics
 import time
 from collections.abc import Sequence
 
-from agents.base import Agent
-from agents.catalogue import load_agent
-from agents.policy_spec import PolicySpec
-from agents.serving import PolicyAgent, PolicyNetwork
 from bench import print_table
-from maps import load_map
-from matches.lockstep import COMPANY, Lockstep
-from matches.match import Match
-from world import World
+from movingout.agents.base import Agent
+from movingout.agents.catalogue import load_agent
+from movingout.agents.checkpoint.policy_spec import PolicySpec
+from movingout.agents.inference.policy_agent import PolicyAgent, PolicyNetwork
+from movingout.maps import load_map
+from movingout.matches.execution.lockstep import COMPANY, Lockstep
+from movingout.matches.match import Match
+from movingout.world import World
 
 MAP = "DistancePriority"
 ROUNDS = 20  # short ones: what else the machine does then weighs on both sides alike
@@ -71,8 +71,8 @@ def lockstep_seconds(lockstep: Lockstep, matches: Sequence[Match]) -> float:
 
 def random_network() -> PolicyNetwork:
     """A policy of the usual size that has learned nothing."""
-    from agents.policies.export import export_policy
-    from agents.policies.policy import build_policy
+    from movingout.agents.policies.export import export_policy
+    from movingout.agents.policies.policy import build_policy
 
     spec = PolicySpec.model_validate(SPEC)
     return PolicyNetwork(spec, export_policy(build_policy(spec)))

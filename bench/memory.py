@@ -10,11 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
-from agents.base import ActionChunk, EpisodeInfo, Observation
 from bench import print_table
-from maps import map_names
-from matches.lockstep import Lockstep
-from matches.match import Match
+from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
+from movingout.maps import map_names
+from movingout.matches.execution.lockstep import Lockstep
+from movingout.matches.match import Match
 
 MATCHES = 100_000
 PAGE = 4096  # bytes

@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 
 from bench import print_table
-from maps import load_map
-from recordings import (
+from movingout.maps import load_map
+from movingout.recordings import (
     AgentDecision,
     EpisodeHeader,
     EpisodeWriter,
@@ -28,11 +28,11 @@ from recordings import (
     read_episode,
     verify,
 )
-from recordings.exports import export
-from recordings.exports.plan import Plan
-from recordings.index import Filter, list_recordings
-from world import World
-from world.state import WorldState
+from movingout.recordings.exports import export
+from movingout.recordings.exports.plan import Plan
+from movingout.recordings.storage.index import Filter, list_recordings
+from movingout.world import World
+from movingout.world.state import WorldState
 
 TICKS = 500
 ROUNDS = 5

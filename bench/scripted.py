@@ -1,8 +1,8 @@
 """What a pair of scripted agents delivers within 500 ticks on each map, beside one of them with an idle partner."""
 
 from bench import print_table
-from maps import map_names
-from matches import Match, MatchResult, play_matches
+from movingout.maps import map_names
+from movingout.matches import Match, MatchResult, play_matches
 
 TICKS = 500
 

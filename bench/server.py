@@ -11,11 +11,11 @@ import time
 
 import msgspec
 
-from server import messages as m
-from server.bot import BINARY, TEXT, handshake, masked
-from server.frames import Input
-from server.lateness import Lateness
-from server.loadtest import Target, measure, open_room, running_server
+from movingout.server import messages as m
+from movingout.server.commands.load_client import BINARY, TEXT, handshake, masked
+from movingout.server.commands.loadtest import Target, measure, open_room, running_server
+from movingout.server.frames import Input
+from movingout.server.rooms.lateness import Lateness
 
 SECONDS = 20.0
 GOALS = {100: {"p99": 2.0, "p999": 10.0}, 200: {"p99": 5.0}}

@@ -15,9 +15,9 @@ from typing import Any
 import httpx
 
 from bench.server import canary
-from server.study_bots.crowd import Crowd, Plan
-from server.study_bots.rehearsal import RehearsalServer, Served
-from study.template import template_text
+from movingout.server.study_bots.crowd import Crowd, Plan
+from movingout.server.study_bots.rehearsal import RehearsalServer, Served
+from movingout.study.design.templates import template_text
 
 PAIRS = 8
 SECONDS = 30.0

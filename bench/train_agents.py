@@ -23,9 +23,6 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from agents.catalogue import UNSEEN_TCR
-from agents.checkpoint import SHIPPED, Card, Checkpoint, Score, find_checkpoint, rescored
-from agents.populations import population
 from bench._agents_report import measured_part, write_report
 from bench._chart import chart
 from bench._curriculum import train_all
@@ -33,8 +30,11 @@ from bench._episodes import EpisodeLog, Outcome
 from bench._roster import CHOOSING_BY_NFD, CONTROL, OF_A, OF_BOTH, PAPER_BASS, SCRIPTED, Field
 from bench.bass import Numbers, bass_agent_of, held_out_episodes, measure
 from bench.learning import mean_error, play_all, runs
-from maps import map_names
-from maps.errors import MovingOutError
+from movingout.agents.catalogue import UNSEEN_TCR
+from movingout.agents.checkpoint.checkpoint import SHIPPED, Card, Checkpoint, Score, find_checkpoint, rescored
+from movingout.agents.scripted.populations import population
+from movingout.maps import map_names
+from movingout.maps.errors import MovingOutError
 
 
 def main(words: Sequence[str] | None = None) -> None:

@@ -16,16 +16,23 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from agents.corrections import SUFFIX, load_correction
-from agents.dataset import Trajectory, Windows, read_trajectories, recording_files, trajectory_pieces, windows_of
-from agents.features import feature_encoder
-from agents.observing import start_state
-from agents.training.config import PolicyConfig, policy_preset
 from bench import print_table
 from bench.world import driving
-from maps import load_map, map_names
-from maps.errors import MovingOutError
-from world import World
+from movingout.agents.data.dagger import SUFFIX, load_correction
+from movingout.agents.data.dataset import (
+    Trajectory,
+    Windows,
+    read_trajectories,
+    recording_files,
+    trajectory_pieces,
+    windows_of,
+)
+from movingout.agents.observation.features import feature_encoder
+from movingout.agents.observing import start_state
+from movingout.agents.training.config import PolicyConfig, policy_preset
+from movingout.maps import load_map, map_names
+from movingout.maps.errors import MovingOutError
+from movingout.world import World
 
 TARGET = 500_000  # windows/s
 ROWS = 200_000

@@ -11,12 +11,12 @@ from collections.abc import Callable
 import numpy as np
 
 from bench import print_table
-from maps import MapSpec, load_map, map_names
-from world import World
-from world.constants import SUB_STEP_SECONDS, SUB_STEPS_PER_HALF
-from world.metrics import EpisodeMetrics
-from world.observation import encoder
-from world.state import Floats
+from movingout.maps import MapSpec, load_map, map_names
+from movingout.world import World
+from movingout.world.constants import SUB_STEP_SECONDS, SUB_STEPS_PER_HALF
+from movingout.world.metrics import EpisodeMetrics
+from movingout.world.observation import encoder
+from movingout.world.state import Floats
 
 TICKS = 500
 ROUNDS = 5

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from agents.catalogue import agent_cards
-from matches import Grid, run_grid
-from matches.table import markdown
+from movingout.agents.catalogue import agent_cards
+from movingout.matches import Grid, run_grid
+from movingout.matches.results.table import markdown
 
 
 class MyPolicy:

@@ -1,9 +1,9 @@
 """Random and scripted baselines in the PettingZoo environment: `.venv/bin/python examples/pettingzoo_baselines.py`."""
 
-from agents.base import EpisodeInfo
-from agents.catalogue import load_agent
-from agents.observing import observe
-from world.env import MovingOutEnv
+from movingout.agents.base import EpisodeInfo
+from movingout.agents.catalogue import load_agent
+from movingout.agents.observing import observe
+from movingout.world.env import MovingOutEnv
 
 
 def run(env, policy):

@@ -1,9 +1,9 @@
 """The maps: what a level is, the 12 of the paper, checking and randomising them."""
 
-from maps.errors import MapError, MovingOutError
-from maps.json_format import map_from_json, map_to_json
-from maps.library import PRACTICE, load_map, map_names
-from maps.spec import ItemSpec, MapSpec, Pose, Rect
+from movingout.maps.errors import MapError, MovingOutError
+from movingout.maps.json_format import map_from_json, map_to_json
+from movingout.maps.library import PRACTICE, load_map, map_names
+from movingout.maps.spec import ItemSpec, MapSpec, Pose, Rect
 
 __all__ = [
     "PRACTICE",

@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any, NamedTuple
 
-from maps.errors import MapError
-from maps.json_format import map_from_json, map_to_json
-from maps.library import PRACTICE, load_map
-from maps.packing import fits_alone, narrowest, unplaced_items
-from maps.passage import GRID, areas_near, best_near, robot_areas, way_to_goal, window
-from maps.solid import Solid, beyond_arena, item_solid, robot_solid, wall_solid
-from maps.spec import ROBOT_RADIUS, SEAT_COLOURS, ItemSpec, MapSpec
+from movingout.maps.errors import MapError
+from movingout.maps.json_format import map_from_json, map_to_json
+from movingout.maps.library import PRACTICE, load_map
+from movingout.maps.packing import fits_alone, narrowest, unplaced_items
+from movingout.maps.passage import GRID, areas_near, best_near, robot_areas, way_to_goal, window
+from movingout.maps.solid import Solid, beyond_arena, item_solid, robot_solid, wall_solid
+from movingout.maps.spec import ROBOT_RADIUS, SEAT_COLOURS, ItemSpec, MapSpec
 
 _GRAZE = 0.0025  # items are taken this much smaller: two corners of the official HandOff graze, harmlessly
 _STANDS = (0.1, 0.16)  # a robot grabs with its centre 0.12 to 0.135 from the surface; widened by half a grid step

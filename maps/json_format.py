@@ -8,8 +8,8 @@ import re
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from maps.errors import MapError
-from maps.spec import ARENA_HALF, MODES, SHAPES, SIZES, ItemSpec, MapSpec, Pose, Rect
+from movingout.maps.errors import MapError
+from movingout.maps.spec import ARENA_HALF, MODES, SHAPES, SIZES, ItemSpec, MapSpec, Pose, Rect
 
 FORMAT = 1
 UNITS = {

@@ -6,10 +6,10 @@ import os
 from functools import lru_cache
 from pathlib import Path
 
-from maps.errors import MapError
-from maps.json_format import map_from_json
-from maps.official import is_official, map_from_official
-from maps.spec import MapSpec
+from movingout.maps.errors import MapError
+from movingout.maps.json_format import map_from_json
+from movingout.maps.official import is_official, map_from_official
+from movingout.maps.spec import MapSpec
 
 PRACTICE = "Simple"
 

@@ -6,9 +6,9 @@ Only what the physics needs is taken; colours and hold flags mean nothing here.
 import re
 from typing import Any
 
-from maps.errors import MapError
-from maps.json_format import FORMAT, map_from_json
-from maps.spec import MapSpec
+from movingout.maps.errors import MapError
+from movingout.maps.json_format import FORMAT, map_from_json
+from movingout.maps.spec import MapSpec
 
 
 def is_official(document: object) -> bool:

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from maps.solid import WALL_MARGIN
-from maps.spec import ARENA_HALF, ROBOT_RADIUS, Rect
+from movingout.maps.solid import WALL_MARGIN
+from movingout.maps.spec import ARENA_HALF, ROBOT_RADIUS, Rect
 
 SPACING = 0.025
 _SIDE = round(2 * ARENA_HALF / SPACING) + 1

@@ -6,8 +6,8 @@ from functools import lru_cache
 
 from PIL import Image, ImageDraw, ImageFont
 
-from maps.scene import LIGHT, Box, Disc, Label, Line, Moment, Point, Polygon, Shape, Theme, backdrop, movers
-from maps.spec import ARENA_HALF, MapSpec
+from movingout.maps.scene import LIGHT, Box, Disc, Label, Line, Moment, Point, Polygon, Shape, Theme, backdrop, movers
+from movingout.maps.spec import ARENA_HALF, MapSpec
 
 OVERSAMPLING = 3
 SMALL_SIDE = 400  # below this many pixels the marks are drawn larger, to stay readable

@@ -24,13 +24,13 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from maps.check import seats_at
-from maps.errors import MapError
-from maps.packing import GOAL_MARGIN, unplaced_items
-from maps.passage import best_near, way_to_goal
-from maps.shapes import circumradius, corner_radius
-from maps.solid import Solid, beyond_arena, item_solid, robot_solid, wall_solid
-from maps.spec import SHAPES, SIZES, ItemSpec, MapSpec, Pose, Shape, Size
+from movingout.maps.check import seats_at
+from movingout.maps.errors import MapError
+from movingout.maps.packing import GOAL_MARGIN, unplaced_items
+from movingout.maps.passage import best_near, way_to_goal
+from movingout.maps.shapes import circumradius, corner_radius
+from movingout.maps.solid import Solid, beyond_arena, item_solid, robot_solid, wall_solid
+from movingout.maps.spec import SHAPES, SIZES, ItemSpec, MapSpec, Pose, Shape, Size
 
 Split = Literal["train", "evaluation"]
 Pair = tuple[Size, Shape]

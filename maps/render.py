@@ -3,9 +3,9 @@
 import io
 from html import escape
 
-from maps.picture import paint_moment
-from maps.scene import LIGHT, Box, Disc, Label, Line, Point, Polygon, Shape, Theme, backdrop, movers, start_of
-from maps.spec import ARENA_HALF, MapSpec
+from movingout.maps.picture import paint_moment
+from movingout.maps.scene import LIGHT, Box, Disc, Label, Line, Point, Polygon, Shape, Theme, backdrop, movers, start_of
+from movingout.maps.spec import ARENA_HALF, MapSpec
 
 PNG_SIDE = 640
 _SVG_SIDE = 960  # of the viewBox; 400 per arena unit

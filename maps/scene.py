@@ -1,7 +1,7 @@
 """What a picture of a map shows, as a list of plain shapes in arena units; it knows no file format and no pixels.
 
 `maps.picture` paints the list with Pillow, `maps.render` writes it as SVG. The proportions and colours are those of
-the browser (`web/render.js`, `web/tokens.css`), so that all pictures of the project look alike.
+the browser (`web/view/render.js`, `web/styles/tokens.css`), so that all pictures of the project look alike.
 """
 
 import math
@@ -9,8 +9,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from maps.shapes import outline
-from maps.spec import ARENA_HALF, ROBOT_RADIUS, ItemSpec, MapSpec, Pose, Rect
+from movingout.maps.shapes import outline
+from movingout.maps.spec import ARENA_HALF, ROBOT_RADIUS, ItemSpec, MapSpec, Pose, Rect
 
 Point = tuple[float, float]
 

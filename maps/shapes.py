@@ -9,7 +9,7 @@ arithmetic matters, because the physics is compared to the bit.
 import math
 from functools import lru_cache
 
-from maps.spec import Shape
+from movingout.maps.spec import Shape
 
 Vertices = tuple[tuple[float, float], ...]
 

@@ -7,8 +7,8 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from maps.shapes import corner_radius, outline
-from maps.spec import ARENA_HALF, ROBOT_RADIUS, ItemSpec, Pose, Rect
+from movingout.maps.shapes import corner_radius, outline
+from movingout.maps.spec import ARENA_HALF, ROBOT_RADIUS, ItemSpec, Pose, Rect
 
 WALL_MARGIN = 0.01  # walls are built this much thicker than drawn
 _FAR = 0.1

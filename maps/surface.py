@@ -5,8 +5,8 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
-from maps.shapes import corner_radius, outline
-from maps.spec import Shape
+from movingout.maps.shapes import corner_radius, outline
+from movingout.maps.spec import Shape
 
 Floats = npt.NDArray[np.float64]
 

@@ -1,9 +1,9 @@
 """Headless matches: one, a grid of them, on one machine or many."""
 
-from matches.errors import MatchError
-from matches.grid import Grid, read_grid
-from matches.match import Match, MatchResult
-from matches.run import GridRun, open_run, play, play_matches, run_grid
+from movingout.matches.errors import MatchError
+from movingout.matches.experiment.grid import Grid, read_grid
+from movingout.matches.match import Match, MatchResult
+from movingout.matches.run import GridRun, open_run, play, play_matches, run_grid
 
 __all__ = [
     "Grid",

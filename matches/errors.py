@@ -1,6 +1,6 @@
 """What can go wrong with matches."""
 
-from maps.errors import MovingOutError
+from movingout.maps.errors import MovingOutError
 
 
 class MatchError(MovingOutError):

@@ -6,9 +6,9 @@ from dataclasses import asdict, dataclass, field, fields
 from functools import lru_cache
 from typing import Any, Literal
 
-from maps import MapSpec, load_map
-from maps.randomize import Split, randomize
-from matches.errors import MatchError
+from movingout.maps import MapSpec, load_map
+from movingout.maps.randomize import Split, randomize
+from movingout.matches.errors import MatchError
 
 Challenge = Literal[1, 2]
 Ending = Literal["delivered", "time", "failed"]

@@ -8,18 +8,18 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from agents.catalogue import load_agent
-from agents.checkpoint import fingerprint
-from maps import map_names
-from matches.dispatch import Crew, dispatch
-from matches.errors import MatchError
-from matches.grid import Grid, read_grid
-from matches.lockstep import AGENT_LIMIT_S
-from matches.match import LIMIT_TICKS, Challenge, Match, MatchResult
-from matches.plan import Entry, entries, matches_of, missing_agents
-from matches.processes import LocalCrew
-from matches.store import Shard, open_folder, read_head, read_results, write_whole
-from matches.table import Row, markdown, rows_of
+from movingout.agents.catalogue import load_agent
+from movingout.agents.checkpoint.checkpoint import fingerprint
+from movingout.maps import map_names
+from movingout.matches.errors import MatchError
+from movingout.matches.execution.dispatch import Crew, dispatch
+from movingout.matches.execution.local_workers import LocalCrew
+from movingout.matches.execution.lockstep import AGENT_LIMIT_S
+from movingout.matches.experiment.grid import Grid, read_grid
+from movingout.matches.experiment.plan import Entry, entries, matches_of, missing_agents
+from movingout.matches.match import LIMIT_TICKS, Challenge, Match, MatchResult
+from movingout.matches.results.results_folder import Shard, open_folder, read_head, read_results, write_whole
+from movingout.matches.results.table import Row, markdown, rows_of
 
 Progress = Callable[[int, int], None]
 """Called with (finished, all) matches."""

@@ -1,20 +1,12 @@
 """What happened, on disk: one MCAP file per episode, written live, recovered after a crash, verified."""
 
-from recordings.episode import (
-    AgentDecision,
-    Episode,
-    EpisodeHeader,
-    Event,
-    InputSample,
-    SeatInfo,
-    TickRecord,
-)
-from recordings.errors import RecordingError
-from recordings.finished import Recovery, finalise, recover
-from recordings.reader import read_episode
-from recordings.replay import browser_replay
-from recordings.verification import Divergence, Verification, verify
-from recordings.writer import EpisodeWriter
+from movingout.recordings.episode import AgentDecision, Episode, EpisodeHeader, Event, InputSample, SeatInfo, TickRecord
+from movingout.recordings.errors import RecordingError
+from movingout.recordings.file_format.reader import read_episode
+from movingout.recordings.file_format.writer import EpisodeWriter
+from movingout.recordings.replay import browser_replay
+from movingout.recordings.storage.finished import Recovery, finalise, recover
+from movingout.recordings.verification import Divergence, Verification, verify
 
 __all__ = [
     "AgentDecision",

@@ -6,8 +6,8 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from maps import MapSpec
-from world.state import Floats, WorldState
+from movingout.maps import MapSpec
+from movingout.world.state import Floats, WorldState
 
 SeatKind = Literal["human", "agent", "remote", "ghost", "idle"]
 Source = Literal["live", "match", "scripted", "import"]

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from maps.errors import MovingOutError
+from movingout.maps.errors import MovingOutError
 
 
 class RecordingError(MovingOutError):

@@ -4,12 +4,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from maps import MapSpec
-from maps.spec import SEAT_COLOURS
-from recordings.errors import RecordingError
-from recordings.finished import SUFFIX
-from recordings.reader import read_episode
-from world.state import Floats
+from movingout.maps import MapSpec
+from movingout.maps.spec import SEAT_COLOURS
+from movingout.recordings.errors import RecordingError
+from movingout.recordings.file_format.reader import read_episode
+from movingout.recordings.storage.finished import SUFFIX
+from movingout.world.state import Floats
 
 GHOST: Final = "ghost"  # ghost:FILE#red
 

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from recordings.errors import RecordingError, cannot
+from movingout.recordings.errors import RecordingError, cannot
 
 
 def check_name(path: Path) -> None:

@@ -5,10 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from maps.spec import ARENA_HALF
-from recordings.solids import SEAT_RGB
-from world.metrics import TICK_S
-from world.state import Floats, WorldState
+from movingout.maps.spec import ARENA_HALF
+from movingout.recordings.solids import SEAT_RGB
+from movingout.world.metrics import TICK_S
+from movingout.world.state import Floats, WorldState
 
 HEAT_OPACITY = 0.85
 CELLS = 48  # per side: cells of 0.05 arena units, as in the distance grid of the metrics

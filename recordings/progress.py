@@ -8,7 +8,7 @@ from typing import TypeVar
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from recordings.processes import pool
+from movingout.recordings.processes import pool
 
 T = TypeVar("T")
 R = TypeVar("R")

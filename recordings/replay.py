@@ -11,16 +11,16 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from maps.json_format import map_to_json
-from maps.spec import SEAT_COLOURS
-from recordings.derived import curves, result
-from recordings.episode import Episode
-from recordings.metadata import utc
-from recordings.reader import read_episode
-from recordings.verification import difference
-from recordings.viewer.candidates import candidates, guesses, made_in
-from world import World
-from world.state import Floats, WorldState
+from movingout.maps.json_format import map_to_json
+from movingout.maps.spec import SEAT_COLOURS
+from movingout.recordings.episode import Episode
+from movingout.recordings.file_format.derived_topics import curves, result
+from movingout.recordings.file_format.metadata import utc
+from movingout.recordings.file_format.reader import read_episode
+from movingout.recordings.verification import difference
+from movingout.recordings.viewer.candidates import candidates, guesses, made_in
+from movingout.world import World
+from movingout.world.state import Floats, WorldState
 
 POSES_PER_TICK = 5
 POSE_SPACING_MS = 20

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from maps.shapes import outline
-from maps.spec import ROBOT_RADIUS, ItemSpec, MapSpec, Rect
+from movingout.maps.shapes import outline
+from movingout.maps.spec import ROBOT_RADIUS, ItemSpec, MapSpec, Rect
 
 WALL_HEIGHT = 0.12  # arena units; heights are for looking at, the world is flat
 ROBOT_HEIGHT = 0.10

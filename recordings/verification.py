@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 
-from recordings.episode import Episode, InputSample
-from recordings.reader import read_episode
-from recordings.versions import why_not_exact
-from world import World
-from world.state import WorldState
+from movingout.recordings.episode import Episode, InputSample
+from movingout.recordings.file_format.reader import read_episode
+from movingout.recordings.versions import why_not_exact
+from movingout.world import World
+from movingout.world.state import WorldState
 
 _FIELDS = ("robot_poses", "robot_velocities", "held", "item_poses")
 

@@ -7,10 +7,10 @@ from fastapi import APIRouter, FastAPI
 from starlette.routing import WebSocketRoute
 from starlette.types import Lifespan
 
-from server import http_api, pages, thoughts
-from server.headers import BodyLimit, SecureHeaders
-from server.host import Host
-from server.settings import Settings
+from movingout.server.api import agent_debug, pages, routes
+from movingout.server.api.middleware import BodyLimit, SecureHeaders
+from movingout.server.host import Host
+from movingout.server.settings import Settings
 
 
 def create_app(settings: Settings) -> FastAPI:
@@ -32,9 +32,9 @@ def assemble(host: Host, lifespan: Lifespan[FastAPI], *first: APIRouter) -> Fast
     app.state.host = host
     for router in first:
         app.include_router(router)
-    http_api.install(app, host)
+    routes.install(app, host)
     app.include_router(pages.router)
-    app.include_router(thoughts.routes(host))
+    app.include_router(agent_debug.routes(host))
     app.mount("/static", pages.StaticModules(directory=pages.WEB))
     app.router.routes.append(WebSocketRoute("/ws", host.endpoint))
     app.add_middleware(BodyLimit, limit=host.settings.limits.body_bytes)

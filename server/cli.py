@@ -5,7 +5,7 @@ import importlib
 import sys
 from typing import NamedTuple, Protocol, cast
 
-from maps.errors import MovingOutError
+from movingout.maps.errors import MovingOutError
 
 
 class Command(NamedTuple):
@@ -22,18 +22,23 @@ class CommandModule(Protocol):
 
 
 COMMANDS = {
-    "play": Command("server.play_command", "serve the game in the browser"),
-    "match": Command("matches.command", "play agent-vs-agent matches without a screen"),
-    "demos": Command("agents.demos_command", "let scripted people play and record them"),
-    "train": Command("agents.train_command", "train a policy from recordings"),
-    "agents": Command("agents.command", "list, show and probe agents"),
-    "maps": Command("maps.command", "list, show, check, render and randomize maps"),
-    "recordings": Command("recordings.command", "list, verify, view, report, export and import recordings"),
-    "study": Command(
-        "server.study.command", "write and check study files; serve them; report, export and forget their data"
+    "play": Command("movingout.server.commands.play", "serve the game in the browser"),
+    "match": Command("movingout.matches.commands.match", "play agent-vs-agent matches without a screen"),
+    "demos": Command("movingout.agents.commands.demos", "let scripted people play and record them"),
+    "train": Command("movingout.agents.commands.train", "train a policy from recordings"),
+    "agents": Command("movingout.agents.commands.agents", "list, show and probe agents"),
+    "maps": Command("movingout.maps.commands.maps", "list, show, check, render and randomize maps"),
+    "recordings": Command(
+        "movingout.recordings.commands.recordings", "list, verify, view, report, export and import recordings"
     ),
-    "loadtest": Command("server.loadtest", "measure the server with bots that speak the real protocol"),
-    "doctor": Command("server.doctor", "check this machine and this installation"),
+    "study": Command(
+        "movingout.server.study.commands.study",
+        "write and check study files; serve them; report, export and forget their data",
+    ),
+    "loadtest": Command(
+        "movingout.server.commands.loadtest", "measure the server with bots that speak the real protocol"
+    ),
+    "doctor": Command("movingout.server.commands.doctor", "check this machine and this installation"),
 }
 
 

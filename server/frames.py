@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from maps.errors import MovingOutError
-from server import messages as m
-from world.state import Floats
+from movingout.maps.errors import MovingOutError
+from movingout.server import messages as m
+from movingout.world.state import Floats
 
 MOST_POSITION = 32767 / m.POSITION_SCALE
 

@@ -8,26 +8,26 @@ import time
 
 import psutil
 
-from agents.catalogue import agent_cards
-from maps import PRACTICE, MovingOutError, load_map, map_names
-from maps.randomize import Split
-from recordings.journal import JOURNAL_SUFFIX
-from server.agent_seat import AgentPool
-from server.answers import Answers
-from server.archive import Archive
-from server.directory import Directory
-from server.disk import sync_recordings
-from server.gate import Gate
-from server.restart import restore_room, room_file
-from server.room import Room
-from server.services import RoomConfig
-from server.settings import Settings
-from server.socket import SocketEndpoint
-from server.store import RoomStore
-from server.ticker import Ticker
-from server.tokens import hash_token, new_token, token_matches
-from world import World
-from world.distance import paper_distances
+from movingout.agents.catalogue import agent_cards
+from movingout.maps import PRACTICE, MovingOutError, load_map, map_names
+from movingout.maps.randomize import Split
+from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
+from movingout.server.agent_workers.pool import AgentPool
+from movingout.server.connection.admission import Gate
+from movingout.server.connection.endpoint import SocketEndpoint
+from movingout.server.persistence.answer_log import Answers
+from movingout.server.persistence.fsync import sync_recordings
+from movingout.server.persistence.recording_service import Archive
+from movingout.server.persistence.room_snapshot import restore_room, room_file
+from movingout.server.persistence.room_store import RoomStore
+from movingout.server.rooms.registry import Directory
+from movingout.server.rooms.room import Room
+from movingout.server.rooms.scheduler import Ticker
+from movingout.server.rooms.services import RoomConfig
+from movingout.server.security.tokens import hash_token, new_token, token_matches
+from movingout.server.settings import Settings
+from movingout.world import World
+from movingout.world.distance import paper_distances
 
 log = logging.getLogger(__name__)
 

@@ -2,7 +2,7 @@
 
 Subprotocol `movingout.v1`. Control messages are JSON text frames with a `type`; the hot path (bundle, beat,
 input, ping, pong) is binary, little endian. `web/messages.js` is generated from this module
-(`python -m server.messages_js`), and a test fails when it is stale. docs/protocol.md explains the conversation.
+(`python -m movingout.server.messages_js`); a test fails when it is stale. docs/protocol.md explains the conversation.
 """
 
 import struct

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from maps.errors import MovingOutError
+from movingout.maps.errors import MovingOutError
 
 
 class StudyError(MovingOutError):

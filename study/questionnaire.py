@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from random import Random
 from typing import Final, Literal, get_args
 
-from maps.errors import MovingOutError
+from movingout.maps.errors import MovingOutError
 
 LIKERT_MIN: Final = 1  # strongly disagree
 LIKERT_MAX: Final = 7  # strongly agree

@@ -24,19 +24,21 @@ def _modules_after(statement: str) -> set[str]:
 
 
 def test_the_server_never_imports_torch() -> None:
-    modules = _modules_after("import server.app")
-    assert "server.app" in modules
+    modules = _modules_after("import movingout.server.app")
+    assert "movingout.server.app" in modules
     assert not modules & {"torch", "onnxruntime", "viser"}
 
 
 def test_help_imports_no_heavy_library() -> None:
-    modules = _modules_after("import server.cli")
-    assert "server.cli" in modules
+    modules = _modules_after("import movingout.server.cli")
+    assert "movingout.server.cli" in modules
     assert not modules & {"pymunk", "numpy", "fastapi", "torch", "mcap", "rich"}
 
 
 def test_a_wrong_command_is_answered_with_the_known_ones_and_exit_code_2() -> None:
-    done = subprocess.run([sys.executable, "-m", "server.cli", "plya"], capture_output=True, text=True, cwd=ROOT)
+    done = subprocess.run(
+        [sys.executable, "-m", "movingout.server.cli", "plya"], capture_output=True, text=True, cwd=ROOT
+    )
     assert done.returncode == 2
     assert "plya" in done.stderr and "play" in done.stderr and "Traceback" not in done.stderr
 

@@ -4,13 +4,13 @@
  * What the pages hold is in questionnaire_pages.js, how answers reach the server in answer_queue.js.
  */
 
-import { AnswerQueue } from "./answer_queue.js";
-import { ApiError, requestJson } from "./api.js";
-import { el, notice } from "./dom.js";
-import { givenAnswers, missing, missingSentence, pageTitle, paginate, resumePage } from "./questionnaire_pages.js";
+import { AnswerQueue } from "./core/answer_queue.js";
+import { ApiError, requestJson } from "./core/api.js";
+import { el, notice } from "./core/dom.js";
+import { givenAnswers, missing, missingSentence, pageTitle, paginate, resumePage } from "./study/forms/questionnaire_pages.js";
 
-/** @typedef {import("./questionnaire_pages.js").Item} Item */
-/** @typedef {import("./questionnaire_pages.js").Given} Given */
+/** @typedef {import("./study/forms/questionnaire_pages.js").Item} Item */
+/** @typedef {import("./study/forms/questionnaire_pages.js").Given} Given */
 /** @typedef {{room: string, token: string, partnerName: string, onDone: () => void}} Options */
 
 const SCALE = [1, 2, 3, 4, 5, 6, 7];

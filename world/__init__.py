@@ -1,7 +1,7 @@
 """The simulated world."""
 
-from world.errors import ActionError, WorldError
-from world.physics import Snapshot, World
-from world.state import WorldState
+from movingout.world.errors import ActionError, WorldError
+from movingout.world.physics import Snapshot, World
+from movingout.world.state import WorldState
 
 __all__ = ["ActionError", "Snapshot", "World", "WorldError", "WorldState"]

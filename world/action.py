@@ -12,8 +12,8 @@ lets go, 0 changes nothing. Everything that enters from outside is clipped and c
 import numpy as np
 import numpy.typing as npt
 
-from world.errors import ActionError
-from world.state import Floats
+from movingout.world.errors import ActionError
+from movingout.world.state import Floats
 
 POLICY_SIZE = 4  # distance, cos, sin, grasp
 WORLD_SIZE = 3  # distance, heading, grasp

@@ -14,10 +14,10 @@ import pymunk
 from pymunk import autogeometry
 from pymunk._chipmunk_cffi import lib
 
-from maps.shapes import box_sides, corner_radius, outline
-from maps.spec import ARENA_HALF, ROBOT_RADIUS, ItemSpec, MapSpec, Pose, Rect
-from world import constants as c
-from world.drive import EMPTY_HAND, Hand
+from movingout.maps.shapes import box_sides, corner_radius, outline
+from movingout.maps.spec import ARENA_HALF, ROBOT_RADIUS, ItemSpec, MapSpec, Pose, Rect
+from movingout.world import constants as c
+from movingout.world.drive import EMPTY_HAND, Hand
 
 
 @dataclass(slots=True, eq=False)

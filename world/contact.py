@@ -2,9 +2,9 @@
 
 import math
 
-from maps.spec import ROBOT_RADIUS
-from world.constants import TICK_SECONDS
-from world.state import WorldState
+from movingout.maps.spec import ROBOT_RADIUS
+from movingout.world.constants import TICK_SECONDS
+from movingout.world.state import WorldState
 
 TOUCHING = 0.005  # u; robots that push each other stay nearer than this, to the engine's slop of 0.001
 

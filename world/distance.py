@@ -22,9 +22,9 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
-from maps import MapSpec, Rect
-from maps.spec import ARENA_HALF
-from world.state import Floats
+from movingout.maps import MapSpec, Rect
+from movingout.maps.spec import ARENA_HALF
+from movingout.world.state import Floats
 
 CELL = 0.05
 PAPER_CELLS = 48

@@ -6,7 +6,7 @@ Pure arithmetic of the official controller, in its exact order of operations.
 import math
 from typing import NamedTuple
 
-from world import constants as c
+from movingout.world import constants as c
 
 
 class Hand(NamedTuple):

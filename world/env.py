@@ -14,18 +14,18 @@ import numpy.typing as npt
 from gymnasium import spaces
 from pettingzoo import ParallelEnv
 
-from maps import MapSpec, load_map
-from maps.randomize import Split, randomize
-from maps.spec import SEAT_COLOURS
-from world import raster
-from world.action import to_world
-from world.errors import WorldError
-from world.metrics import EpisodeMetrics
-from world.observation import Encoder
-from world.official_reward import OfficialDenseReward
-from world.physics import World
-from world.reward import PaperReward
-from world.state import Floats, WorldState
+from movingout.maps import MapSpec, load_map
+from movingout.maps.randomize import Split, randomize
+from movingout.maps.spec import SEAT_COLOURS
+from movingout.world import raster
+from movingout.world.action import to_world
+from movingout.world.errors import WorldError
+from movingout.world.metrics import EpisodeMetrics
+from movingout.world.observation import Encoder
+from movingout.world.official_reward import OfficialDenseReward
+from movingout.world.physics import World
+from movingout.world.reward import PaperReward
+from movingout.world.state import Floats, WorldState
 
 LIMIT_TICKS = 500  # 50 s, as in the paper's evaluation
 

@@ -1,6 +1,6 @@
 """What can go wrong in the world, each with a sentence that says what would work."""
 
-from maps.errors import MovingOutError
+from movingout.maps.errors import MovingOutError
 
 
 class WorldError(MovingOutError):

@@ -9,9 +9,9 @@ import math
 
 import pymunk
 
-from world import constants as c
-from world.bodies import Bodies, Item, Robot
-from world.drive import EMPTY_HAND, Hand
+from movingout.world import constants as c
+from movingout.world.bodies import Bodies, Item, Robot
+from movingout.world.drive import EMPTY_HAND, Hand
 
 _ALL_SHAPES = pymunk.ShapeFilter()
 

@@ -12,11 +12,11 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
-from maps import MapSpec
-from maps.spec import Size
-from world.distance import Distances, official_distances, paper_distances
-from world.scoring import delivered_items, goal_boxes, is_delivered
-from world.state import Floats, WorldState
+from movingout.maps import MapSpec
+from movingout.maps.spec import Size
+from movingout.world.distance import Distances, official_distances, paper_distances
+from movingout.world.scoring import delivered_items, goal_boxes, is_delivered
+from movingout.world.state import Floats, WorldState
 
 TICK_S = 0.1
 WEIGHTS: dict[Size, float] = {"small": 1.0, "middle": 2.0, "large": 2.0}

@@ -28,10 +28,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from maps import MapSpec, Rect
-from maps.spec import SHAPES, SIZES
-from world.errors import WorldError
-from world.state import Floats, Ints, WorldState
+from movingout.maps import MapSpec, Rect
+from movingout.maps.spec import SHAPES, SIZES
+from movingout.world.errors import WorldError
+from movingout.world.state import Floats, Ints, WorldState
 
 ROBOT_WIDTH = 8
 ITEM_WIDTH = 4 + len(SHAPES) + len(SIZES)

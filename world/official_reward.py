@@ -11,11 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from maps import MapSpec
-from maps.shapes import circumradius
-from world.distance import official_distances
-from world.scoring import delivered_items
-from world.state import Floats, WorldState
+from movingout.maps import MapSpec
+from movingout.maps.shapes import circumradius
+from movingout.world.distance import official_distances
+from movingout.world.scoring import delivered_items
+from movingout.world.state import Floats, WorldState
 
 STEP_COST = -0.001
 ZONE_BONUS = 20.0  # per item entering (+) or leaving (-) a goal zone, to whoever holds it, else to the nearest

@@ -10,14 +10,14 @@ import numpy as np
 import numpy.typing as npt
 from pymunk._chipmunk_cffi import lib  # the engine without its Python wrapper: the same numbers, sooner
 
-from maps.spec import SEAT_COLOURS, MapSpec
-from world import constants as c
-from world.bodies import build_bodies
-from world.drive import drive_command
-from world.errors import ActionError, WorldError
-from world.grab import toggle_hand
-from world.scoring import goal_boxes, is_delivered
-from world.state import Floats, WorldState
+from movingout.maps.spec import SEAT_COLOURS, MapSpec
+from movingout.world import constants as c
+from movingout.world.bodies import build_bodies
+from movingout.world.drive import drive_command
+from movingout.world.errors import ActionError, WorldError
+from movingout.world.grab import toggle_hand
+from movingout.world.scoring import goal_boxes, is_delivered
+from movingout.world.state import Floats, WorldState
 
 # Sub-steps of the two halves; with sub-poses, cut where one is due: after sub-step 4, 8, 12 and 16.
 _PLAIN_HALVES = ((10,), (10,))
@@ -107,7 +107,7 @@ class World:
         return WorldState(self.tick, poses[:_ITEMS], velocities, np.array(self._held, dtype=np.int64), poses[_ITEMS:])
 
     def delivered(self) -> npt.NDArray[np.bool_]:
-        """(N,) which items are delivered now (see world.scoring)."""
+        """(N,) which items are delivered now (see movingout.world.scoring)."""
         return np.array(self._delivery_flags(), dtype=np.bool_)
 
     def score(self) -> float:

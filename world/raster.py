@@ -7,11 +7,11 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
-from maps import MapSpec
-from maps.picture import paint_moment
-from maps.scene import LIGHT, Moment, Theme
-from world.scoring import delivered_items
-from world.state import WorldState
+from movingout.maps import MapSpec
+from movingout.maps.picture import paint_moment
+from movingout.maps.scene import LIGHT, Moment, Theme
+from movingout.world.scoring import delivered_items
+from movingout.world.state import WorldState
 
 SIDE = 256
 

@@ -11,11 +11,11 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from maps import MapSpec
-from maps.shapes import box_sides
-from world.distance import paper_distances
-from world.scoring import delivered_items
-from world.state import Floats, WorldState
+from movingout.maps import MapSpec
+from movingout.maps.shapes import box_sides
+from movingout.world.distance import paper_distances
+from movingout.world.scoring import delivered_items
+from movingout.world.state import Floats, WorldState
 
 GAMMA = 20.0  # per unit of distance gained
 HOLD, HOLD_UNWANTED = 0.5, -0.5

@@ -10,10 +10,10 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
-from maps.shapes import corner_radius, outline
-from maps.spec import ItemSpec, MapSpec
-from world import constants as c
-from world.state import Floats
+from movingout.maps.shapes import corner_radius, outline
+from movingout.maps.spec import ItemSpec, MapSpec
+from movingout.world import constants as c
+from movingout.world.state import Floats
 
 Box = tuple[float, float, float, float]  # left, bottom, right, top
 

@@ -5,18 +5,18 @@ from functools import lru_cache
 
 import numpy as np
 
-from agents.base import EpisodeInfo, Observation
-from agents.bass.judging import judge, judge_many
-from agents.bass.selection import Choice, Simulator, joint_chunks, judged
-from agents.bass.state_vector import constant, item_places, moving, robot_places
-from agents.bass.value import Value
-from agents.checkpoint import Checkpoint, SelectionSpec
-from agents.errors import AgentError, CheckpointError
-from agents.policy_spec import PolicySpec
-from agents.serving import Network, PolicyAgent, PolicyNetwork, Singles, View, encoded
-from world import World
-from world.physics import Snapshot
-from world.state import Floats, WorldState
+from movingout.agents.base import EpisodeInfo, Observation
+from movingout.agents.bass.score_functions import judge, judge_many
+from movingout.agents.bass.selection import Choice, Simulator, joint_chunks, judged
+from movingout.agents.bass.state_vector import constant, item_places, moving, robot_places
+from movingout.agents.bass.value import Value
+from movingout.agents.checkpoint.checkpoint import Checkpoint, SelectionSpec
+from movingout.agents.checkpoint.policy_spec import PolicySpec
+from movingout.agents.errors import AgentError, CheckpointError
+from movingout.agents.inference.policy_agent import Network, PolicyAgent, PolicyNetwork, Singles, View, encoded
+from movingout.world import World
+from movingout.world.physics import Snapshot
+from movingout.world.state import Floats, WorldState
 
 SPREAD = 0.3  # standard deviation of what is added to distance, cos and sin where a policy makes no noise
 

@@ -8,15 +8,15 @@ paper's baseline for comparison.
 
 With `rigid`, networks predict robots and hands only: an item in a hand moves as one body with its holder (to 0.001 u
 in a tick of the engine, measured), one that nobody holds stays where it is, and neither needs learning. With
-`grasping`, what a press does is not predicted either but calculated (`agents.bass.grasping`).
+`grasping`, what a press does is not predicted either but calculated (`agents.bass.grasp_model`).
 """
 
 import torch
 from torch import Tensor, nn
 from torch.nn import functional as F
 
-from agents.bass.grasping import Grasping
-from agents.bass.state_vector import (
+from movingout.agents.bass.grasp_model import Grasping
+from movingout.agents.bass.state_vector import (
     ACTION_WIDTH,
     CONSTANT_WIDTH,
     HELD_START,
@@ -25,8 +25,8 @@ from agents.bass.state_vector import (
     MOVING_WIDTH,
     ROBOT_WIDTH,
 )
-from agents.checkpoint import DynamicsSpec
-from agents.policy_spec import Grasp
+from movingout.agents.checkpoint.checkpoint import DynamicsSpec
+from movingout.agents.checkpoint.policy_spec import Grasp
 
 KL_WEIGHT = 1e-5
 LATENT_WEIGHT = 0.1

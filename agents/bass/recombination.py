@@ -14,15 +14,15 @@ from typing import Literal
 
 import numpy as np
 
-from agents.bass.restaging import restage
-from agents.dataset import Indices, Singles, Trajectory
-from agents.hold import toggles
-from maps import MapSpec
-from maps.spec import ARENA_HALF
-from recordings.progress import track
-from world.distance import CELL, PAPER_CELLS
-from world.errors import WorldError
-from world.state import Floats, WorldState
+from movingout.agents.bass.restored_world import restage
+from movingout.agents.data.dataset import Indices, Singles, Trajectory
+from movingout.agents.hold import toggles
+from movingout.maps import MapSpec
+from movingout.maps.spec import ARENA_HALF
+from movingout.recordings.progress import track
+from movingout.world.distance import CELL, PAPER_CELLS
+from movingout.world.errors import WorldError
+from movingout.world.state import Floats, WorldState
 
 LENGTH = 8  # ticks of a piece
 TOLERANCE = 0.06  # [u] how far the engine may end from the pieces' own ends: joints are made anew

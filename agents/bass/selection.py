@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from agents.bass.judging import Judge
-from agents.checkpoint import SelectionSpec
-from world.state import Floats
+from movingout.agents.bass.score_functions import Judge
+from movingout.agents.checkpoint.checkpoint import SelectionSpec
+from movingout.world.state import Floats
 
 Simulator = Callable[[Floats], Floats]
 """Joint chunks (R, depth, 2, 4) in seat order to predicted moving states (R, depth, 58)."""

@@ -18,11 +18,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from agents.observing import start_state
-from maps import MapSpec
-from maps.spec import SHAPES, SIZES
-from world.observation import ITEM_SLOTS, encode_state
-from world.state import Floats, Ints, WorldState
+from movingout.agents.observing import start_state
+from movingout.maps import MapSpec
+from movingout.maps.spec import SHAPES, SIZES
+from movingout.world.observation import ITEM_SLOTS, encode_state
+from movingout.world.state import Floats, Ints, WorldState
 
 ROBOT_WIDTH = 7
 HELD_START = 2 * ROBOT_WIDTH

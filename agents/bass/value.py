@@ -16,14 +16,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agents.bass.state_vector import states_of
-from agents.checkpoint import ValueSpec
-from agents.features import feature_encoder
-from agents.serving import Network
-from maps import MapSpec
-from world.metrics import WEIGHTS, normalized_final_distance
-from world.observation import ITEM_SLOTS
-from world.state import Floats
+from movingout.agents.bass.state_vector import states_of
+from movingout.agents.checkpoint.checkpoint import ValueSpec
+from movingout.agents.inference.policy_agent import Network
+from movingout.agents.observation.features import feature_encoder
+from movingout.maps import MapSpec
+from movingout.world.metrics import WEIGHTS, normalized_final_distance
+from movingout.world.observation import ITEM_SLOTS
+from movingout.world.state import Floats
 
 LAYOUT = "aware-v1"  # what the network sees, from the seat that chooses
 

@@ -5,8 +5,8 @@ import math
 import torch
 from torch import Tensor, nn
 
-from agents.policies.observers import FlatObserver, ItemObserver, ResidualBlock
-from agents.policy_spec import ACTION_WIDTH, PolicySpec
+from movingout.agents.checkpoint.policy_spec import ACTION_WIDTH, PolicySpec
+from movingout.agents.policies.observers import FlatObserver, ItemObserver, ResidualBlock
 
 TIME_WIDTH = 64
 ITEM_WIDTH = 128  # numbers by which the items are told apart

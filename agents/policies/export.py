@@ -13,9 +13,9 @@ import torch
 from onnx import helper, numpy_helper
 from torch import Tensor, nn
 
-from agents.onnx_guard import check_onnx
-from agents.policies.policy import Policy
-from agents.policy_spec import ACTION_WIDTH
+from movingout.agents.checkpoint.onnx_validation import check_onnx
+from movingout.agents.checkpoint.policy_spec import ACTION_WIDTH
+from movingout.agents.policies.policy import Policy
 
 OPSET = 17
 LARGE = 1024  # numbers: smaller tensors (biases, normalisation) keep their full precision

@@ -6,8 +6,8 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional as F
 
-from agents.features import ITEM_COLUMNS, LAYOUT_SIZES
-from agents.policy_spec import PolicySpec
+from movingout.agents.checkpoint.policy_spec import PolicySpec
+from movingout.agents.observation.features import ITEM_COLUMNS, LAYOUT_SIZES
 
 HEADS = 4  # a multiple of it is the width of an item
 

@@ -4,10 +4,10 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional as F
 
-from agents.policies.denoisers import ResMlpDenoiser, UNetDenoiser
-from agents.policies.observers import alike_for_items
-from agents.policies.processes import make_process
-from agents.policy_spec import ACTION_WIDTH, PolicySpec
+from movingout.agents.checkpoint.policy_spec import ACTION_WIDTH, PolicySpec
+from movingout.agents.policies.denoisers import ResMlpDenoiser, UNetDenoiser
+from movingout.agents.policies.observers import alike_for_items
+from movingout.agents.policies.processes import make_process
 
 MOTION = 3  # the first numbers of an action: distance, cos, sin; the other two are the grasp one-hot
 CLIP = 5.0  # normalised features beyond this many standard deviations are cut: a policy must survive a new map

@@ -10,7 +10,7 @@ from typing import Protocol
 import torch
 from torch import Tensor
 
-from agents.policy_spec import PolicySpec
+from movingout.agents.checkpoint.policy_spec import PolicySpec
 
 MAX_BETA = 0.999
 

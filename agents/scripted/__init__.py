@@ -1,5 +1,5 @@
 """The scripted partner."""
 
-from agents.scripted.agent import ScriptedAgent
+from movingout.agents.scripted.agent import ScriptedAgent
 
 __all__ = ["ScriptedAgent"]

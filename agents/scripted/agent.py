@@ -5,18 +5,18 @@ from random import Random
 
 import numpy as np
 
-from agents.base import ActionChunk, EpisodeInfo, Observation
-from agents.scripted.choosing import WAIT_ASIDE, Chooser
-from agents.scripted.driving import REST, Command
-from agents.scripted.errand import Errand
-from agents.scripted.fetching import Carry, Fetch
-from agents.scripted.lifting import Lift
-from agents.scripted.places import Looks
-from agents.scripted.situation import Floors, Situation
-from agents.scripted.style import Style, varied
-from agents.scripted.traffic import meeting_danger, partners_way, touching
-from agents.scripted.waiting import Aside, WalkTo
-from world.state import Floats
+from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
+from movingout.agents.scripted.navigation.motion_choice import REST, Command
+from movingout.agents.scripted.placement.goal_places import Looks
+from movingout.agents.scripted.situation import Floors, Situation
+from movingout.agents.scripted.style import Style, varied
+from movingout.agents.scripted.task_choice import WAIT_ASIDE, Chooser
+from movingout.agents.scripted.tasks.fetch import Carry, Fetch
+from movingout.agents.scripted.tasks.lift import Lift
+from movingout.agents.scripted.tasks.task import Errand
+from movingout.agents.scripted.tasks.wait import Aside, WalkTo
+from movingout.agents.scripted.traffic import meeting_danger, partners_way, touching
+from movingout.world.state import Floats
 
 SLICES_PER_TICK = 2  # of thinking; they are counted, not timed: equal states give equal actions on any machine
 STALLED_AFTER = 7  # ticks without getting on

@@ -6,13 +6,13 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from agents.scripted.outlook import Outlook
-from agents.scripted.places import Looks
-from agents.scripted.terrain import Terrain, terrain, with_robot
-from maps import ItemSpec, MapSpec
-from maps.shapes import circumradius
-from world.scoring import delivered_items
-from world.state import Floats, WorldState
+from movingout.agents.scripted.navigation.terrain import Terrain, terrain, with_robot
+from movingout.agents.scripted.placement.goal_places import Looks
+from movingout.agents.scripted.placement.remaining_items import Outlook
+from movingout.maps import ItemSpec, MapSpec
+from movingout.maps.shapes import circumradius
+from movingout.world.scoring import delivered_items
+from movingout.world.state import Floats, WorldState
 
 Floors = dict[tuple[frozenset[int], bytes], Terrain]  # by the items left out and the poses of the others
 _FLOORS = 16  # remembered: most stay as they are for many ticks

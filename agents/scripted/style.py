@@ -1,7 +1,7 @@
 """How one scripted person plays: a handful of habits, drawn once per person and kept for all its episodes.
 
 Those in `PLAN_HABITS` decide what a plan is like and are heeded by the scripted player itself; the others describe
-eyes and hand, and are carried out by whoever plays the plan as a person (`agents.person`).
+eyes and hand, and are carried out by whoever plays the plan as a person (`agents.scripted.human_model`).
 """
 
 from collections.abc import Mapping
@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass, replace
 from random import Random
 from typing import Any
 
-from agents.errors import AgentError
+from movingout.agents.errors import AgentError
 
 _LIMITS = {
     "patience": (5, 500),

@@ -5,20 +5,20 @@ from functools import lru_cache
 
 import numpy as np
 
-from agents.scripted.driving import HORIZON, STRIDE, Danger, no_danger
-from agents.scripted.flood import Mask, grown, to_bits, to_mask
-from agents.scripted.geometry import Disc, heading_of
-from agents.scripted.grasping import HEADINGS, in_frame
-from agents.scripted.hauling import Body, carried_discs
-from agents.scripted.lattice import CARRIER, UNREACHED
-from agents.scripted.searching import Search
-from agents.scripted.situation import Situation
-from agents.scripted.storage import storage
-from agents.scripted.terrain import AXIS, CELLS, Terrain, cell_of, sample, with_robot
-from agents.scripted.walking import Way, way_to
-from maps import MapSpec
-from maps.spec import ROBOT_RADIUS
-from world.state import Floats
+from movingout.agents.scripted.carrying.solo_carry import Body, carried_discs
+from movingout.agents.scripted.navigation.cost_search import Search
+from movingout.agents.scripted.navigation.flood_fill import Mask, grown, to_bits, to_mask
+from movingout.agents.scripted.navigation.geometry import Disc, heading_of
+from movingout.agents.scripted.navigation.grasp_stance import HEADINGS, in_frame
+from movingout.agents.scripted.navigation.lattice import CARRIER, UNREACHED
+from movingout.agents.scripted.navigation.motion_choice import HORIZON, STRIDE, Danger, no_danger
+from movingout.agents.scripted.navigation.terrain import AXIS, CELLS, Terrain, cell_of, sample, with_robot
+from movingout.agents.scripted.navigation.walking_distance import Way, way_to
+from movingout.agents.scripted.placement.goal_storage import storage
+from movingout.agents.scripted.situation import Situation
+from movingout.maps import MapSpec
+from movingout.maps.spec import ROBOT_RADIUS
+from movingout.world.state import Floats
 
 _APART = 2 * ROBOT_RADIUS + 0.02
 _TOUCHING = 0.09  # units between two bodies below which they are in each other's way

@@ -11,10 +11,17 @@ from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import BaseModel, Field, FiniteFloat, TypeAdapter, ValidationError
 
-from agents.bass.recombination import Matching
-from agents.checkpoint import Combine, DynamicsKind, DynamicsSpec, SelectionScore, SelectionSpec, ValueSpec
-from agents.errors import DataError
-from agents.policy_spec import Denoiser, Grasp, Layout, PolicyKind, PolicySpec, Process
+from movingout.agents.bass.recombination import Matching
+from movingout.agents.checkpoint.checkpoint import (
+    Combine,
+    DynamicsKind,
+    DynamicsSpec,
+    SelectionScore,
+    SelectionSpec,
+    ValueSpec,
+)
+from movingout.agents.checkpoint.policy_spec import Denoiser, Grasp, Layout, PolicyKind, PolicySpec, Process
+from movingout.agents.errors import DataError
 
 PRESETS = ("fast", "paper")
 Order = Literal["joint", "fine-tuned", "separate"]

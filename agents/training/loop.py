@@ -22,9 +22,9 @@ from safetensors.torch import load_file, save_file
 from torch import Tensor, nn
 from torch.utils.tensorboard import SummaryWriter
 
-from agents.errors import DataError
-from agents.training.config import Optimisation
-from agents.training.run import RESUME
+from movingout.agents.errors import DataError
+from movingout.agents.training.config import Optimisation
+from movingout.agents.training.run import RESUME
 
 NetworkT = TypeVar("NetworkT", bound=nn.Module, covariant=True)
 Losses = dict[str, Tensor]

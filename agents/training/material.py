@@ -5,9 +5,10 @@ from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 
-from agents.bass.recombination import Part
-from agents.corrections import SUFFIX, Correction, correction_pieces, load_correction, taught_stretches
-from agents.dataset import (
+from movingout.agents.bass.recombination import Part
+from movingout.agents.checkpoint.policy_spec import PolicySpec
+from movingout.agents.data.dagger import SUFFIX, Correction, correction_pieces, load_correction, taught_stretches
+from movingout.agents.data.dataset import (
     Piece,
     SeatChoice,
     Trajectory,
@@ -17,8 +18,7 @@ from agents.dataset import (
     recording_files,
     trajectory_pieces,
 )
-from agents.errors import DataError
-from agents.policy_spec import PolicySpec
+from movingout.agents.errors import DataError
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,7 +3,7 @@
 import torch
 from torch import Tensor
 
-from world.observation import LAYOUTS, ROBOT_WIDTH
+from movingout.world.observation import LAYOUTS, ROBOT_WIDTH
 
 _PARTNER = slice(ROBOT_WIDTH, ROBOT_WIDTH + 4)  # x, y, cos, sin of the partner in every layout
 _AWARE_PARTNER = LAYOUTS["map-v1"].size  # where aware-v1 says the partner's place relative to oneself

@@ -10,14 +10,14 @@ import torch
 from safetensors.torch import save
 from torch import nn
 
-from agents.checkpoint import Checkpoint, Training, write_checkpoint
-from agents.dataset import Indices, Windows
-from agents.policies.export import export_policy, halved_weights
-from agents.policies.policy import MOTION, Policy, build_policy
-from agents.policy_spec import PolicyKind
-from agents.training.config import PolicyConfig
-from agents.training.loop import Fitted, Losses, Task, fit
-from agents.training.noise import noisy_partner
+from movingout.agents.checkpoint.checkpoint import Checkpoint, Training, write_checkpoint
+from movingout.agents.checkpoint.policy_spec import PolicyKind
+from movingout.agents.data.dataset import Indices, Windows
+from movingout.agents.policies.export import export_policy, halved_weights
+from movingout.agents.policies.policy import MOTION, Policy, build_policy
+from movingout.agents.training.config import PolicyConfig
+from movingout.agents.training.loop import Fitted, Losses, Task, fit
+from movingout.agents.training.noise import noisy_partner
 
 NORMALISER_ROWS = 200_000  # rows from which mean and deviation are estimated
 VALIDATION_ROWS = 4096

@@ -11,9 +11,9 @@ import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from agents.checkpoint import CARD, Checkpoint
-from agents.errors import DataError
-from agents.training.config import Change, Optimisation
+from movingout.agents.checkpoint.checkpoint import CARD, Checkpoint
+from movingout.agents.errors import DataError
+from movingout.agents.training.config import Change, Optimisation
 
 CONFIG = "config.json"
 RESUME = "resume.safetensors"

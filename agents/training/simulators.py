@@ -9,9 +9,9 @@ import torch
 from safetensors.torch import save
 from torch import nn
 
-from agents.bass.dynamics import Dynamics, Rollout, build_dynamics
-from agents.bass.grasping import hands_of
-from agents.bass.state_vector import (
+from movingout.agents.bass.dynamics import Dynamics, Rollout, build_dynamics
+from movingout.agents.bass.grasp_model import hands_of
+from movingout.agents.bass.state_vector import (
     ACTION_WIDTH,
     CONSTANT_WIDTH,
     ITEMS_START,
@@ -19,16 +19,16 @@ from agents.bass.state_vector import (
     constant,
     moving_arrays,
 )
-from agents.checkpoint import Checkpoint, DynamicsSpec, FileName, Training, write_checkpoint
-from agents.dataset import Indices, Singles, Trajectory, split_rows
-from agents.errors import CheckpointError
-from agents.policies.export import export, halved_weights
-from agents.policy_spec import Grasp
-from agents.training.config import BassConfig
-from agents.training.loop import Fitted, Losses, Task, fit
-from agents.training.stages import Batch, Stage, stages
-from agents.training.values import ValueFile
-from maps import MapSpec
+from movingout.agents.checkpoint.checkpoint import Checkpoint, DynamicsSpec, FileName, Training, write_checkpoint
+from movingout.agents.checkpoint.policy_spec import Grasp
+from movingout.agents.data.dataset import Indices, Singles, Trajectory, split_rows
+from movingout.agents.errors import CheckpointError
+from movingout.agents.policies.export import export, halved_weights
+from movingout.agents.training.config import BassConfig
+from movingout.agents.training.loop import Fitted, Losses, Task, fit
+from movingout.agents.training.stages import Batch, Stage, stages
+from movingout.agents.training.values import ValueFile
+from movingout.maps import MapSpec
 
 VALIDATION_ROWS = 8192
 

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 from torch import Tensor
 
-from agents.bass.dynamics import Dynamics, VaeDynamics
-from agents.training.config import Order
-from agents.training.loop import Losses
+from movingout.agents.bass.dynamics import Dynamics, VaeDynamics
+from movingout.agents.training.config import Order
+from movingout.agents.training.loop import Losses
 
 Batch = tuple[Tensor, Tensor, Tensor, Tensor]
 """States (B, 58), constants (B, 146), actions (B, 8), next states (B, 58)."""

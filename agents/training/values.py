@@ -10,16 +10,16 @@ import numpy.typing as npt
 import torch
 from torch import Tensor, nn
 
-from agents.bass.value import LAYOUT, progress
-from agents.checkpoint import Checkpoint, Training, ValueSpec
-from agents.dataset import Indices, Singles, Trajectory, split_rows
-from agents.errors import CheckpointError, DataError
-from agents.features import LAYOUT_SIZES, feature_encoder
-from agents.policies.export import export
-from agents.policies.observers import ItemObserver, ResidualBlock, alike_for_items
-from agents.training.config import BassConfig
-from agents.training.loop import Fitted, Losses, Task, fit
-from world.state import Floats
+from movingout.agents.bass.value import LAYOUT, progress
+from movingout.agents.checkpoint.checkpoint import Checkpoint, Training, ValueSpec
+from movingout.agents.data.dataset import Indices, Singles, Trajectory, split_rows
+from movingout.agents.errors import CheckpointError, DataError
+from movingout.agents.observation.features import LAYOUT_SIZES, feature_encoder
+from movingout.agents.policies.export import export
+from movingout.agents.policies.observers import ItemObserver, ResidualBlock, alike_for_items
+from movingout.agents.training.config import BassConfig
+from movingout.agents.training.loop import Fitted, Losses, Task, fit
+from movingout.world.state import Floats
 
 TAIL = 60  # ticks at the end of an episode that time has cut off: what would have followed is not known
 VALIDATION_ROWS = 16384

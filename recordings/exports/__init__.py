@@ -3,8 +3,8 @@
 import importlib
 from typing import NamedTuple, Protocol, cast
 
-from recordings.errors import RecordingError
-from recordings.exports.plan import Plan
+from movingout.recordings.errors import RecordingError
+from movingout.recordings.exports.plan import Plan
 
 
 class Format(NamedTuple):
@@ -42,7 +42,7 @@ def export(name: str, plan: Plan) -> None:
         raise RecordingError("no recordings to export; name .mcap files or a folder that holds some")
     chosen = FORMATS[name]
     try:
-        module = cast(FormatModule, importlib.import_module(f"recordings.exports.{chosen.module}"))
+        module = cast(FormatModule, importlib.import_module(f"movingout.recordings.exports.{chosen.module}"))
     except ImportError as error:
         raise RecordingError(
             f"{name} needs {chosen.library}; install it: pip install 'moving-out-live[{chosen.extra}]'"

@@ -4,9 +4,9 @@ import csv
 from contextlib import ExitStack
 from pathlib import Path
 
-from recordings.exports.plan import Plan
-from recordings.exports.tables import TABLES, Row, data_dictionary, episode_row, event_rows, tick_rows
-from recordings.exports.target import building
+from movingout.recordings.exports.plan import Plan
+from movingout.recordings.exports.tables import TABLES, Row, data_dictionary, episode_row, event_rows, tick_rows
+from movingout.recordings.exports.target import building
 
 
 def write(plan: Plan) -> None:

@@ -8,15 +8,15 @@ from typing import Any
 
 from PIL import Image, ImageDraw, ImageFont
 
-from maps.picture import paint_moment
-from maps.scene import LIGHT, Moment
-from recordings.episode import Episode
-from recordings.errors import RecordingError
-from recordings.exports.plan import Plan
-from recordings.exports.target import building
-from recordings.progress import over_processes
-from recordings.reader import read_episode
-from recordings.replay import POSES_PER_TICK, replay_poses
+from movingout.maps.picture import paint_moment
+from movingout.maps.scene import LIGHT, Moment
+from movingout.recordings.episode import Episode
+from movingout.recordings.errors import RecordingError
+from movingout.recordings.exports.plan import Plan
+from movingout.recordings.exports.target import building
+from movingout.recordings.file_format.reader import read_episode
+from movingout.recordings.progress import over_processes
+from movingout.recordings.replay import POSES_PER_TICK, replay_poses
 
 TICK_S = 0.1
 _CAPTION = 0.075  # height of the caption, in sides of the picture

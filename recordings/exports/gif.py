@@ -4,8 +4,8 @@ from pathlib import Path
 
 from PIL import Image
 
-from recordings.exports.film import Film, write_films
-from recordings.exports.plan import Plan
+from movingout.recordings.exports.film import Film, write_films
+from movingout.recordings.exports.plan import Plan
 
 FPS = 10
 COLOURS = 64  # few and undithered: flat areas stay flat and compress well

@@ -16,13 +16,13 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from recordings.errors import RecordingError
-from recordings.exports.plan import Plan
-from recordings.exports.split import TEST, TRAIN
-from recordings.exports.statistics import Moments, statistics, streamed
-from recordings.exports.target import building
-from recordings.exports.trajectories import Trajectory, action_names, trajectories
-from world.observation import LAYOUTS
+from movingout.recordings.errors import RecordingError
+from movingout.recordings.exports.plan import Plan
+from movingout.recordings.exports.split import TEST, TRAIN
+from movingout.recordings.exports.statistics import Moments, statistics, streamed
+from movingout.recordings.exports.target import building
+from movingout.recordings.exports.trajectories import Trajectory, action_names, trajectories
+from movingout.world.observation import LAYOUTS
 
 FPS = 10
 FILE_BYTES = 100_000_000

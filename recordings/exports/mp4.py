@@ -6,8 +6,8 @@ from pathlib import Path
 import av
 import numpy as np
 
-from recordings.exports.film import Film, write_films
-from recordings.exports.plan import Plan
+from movingout.recordings.exports.film import Film, write_films
+from movingout.recordings.exports.plan import Plan
 
 FPS = 25
 

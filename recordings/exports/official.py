@@ -3,9 +3,9 @@
 import json
 from collections import Counter
 
-from recordings.exports.plan import Plan
-from recordings.exports.target import building
-from recordings.official import dataset_row, recorder_steps
+from movingout.recordings.exports.plan import Plan
+from movingout.recordings.exports.target import building
+from movingout.recordings.official_format import dataset_row, recorder_steps
 
 
 def write(plan: Plan) -> None:

@@ -6,8 +6,8 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from recordings.exports.plan import Plan
-from recordings.exports.tables import (
+from movingout.recordings.exports.plan import Plan
+from movingout.recordings.exports.tables import (
     TABLES,
     Column,
     data_dictionary,
@@ -16,7 +16,7 @@ from recordings.exports.tables import (
     observation_columns,
     tick_rows,
 )
-from recordings.exports.target import building
+from movingout.recordings.exports.target import building
 
 _TYPES: dict[str, Any] = {
     "string": pa.string(),

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from recordings.episode import Episode
-from recordings.errors import RecordingError
-from recordings.exports.split import TRAIN, split
-from recordings.listing import Players, read_players
-from recordings.progress import track
-from recordings.reader import read_episode
+from movingout.recordings.episode import Episode
+from movingout.recordings.errors import RecordingError
+from movingout.recordings.exports.split import TRAIN, split
+from movingout.recordings.file_format.reader import read_episode
+from movingout.recordings.progress import track
+from movingout.recordings.storage.listing import Players, read_players
 
 
 @dataclass(frozen=True)

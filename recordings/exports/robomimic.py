@@ -6,11 +6,11 @@ from typing import Any
 import h5py
 import numpy as np
 
-from recordings.errors import RecordingError
-from recordings.exports.plan import Plan
-from recordings.exports.split import TRAIN
-from recordings.exports.target import building
-from recordings.exports.trajectories import Trajectory, action_names, trajectories
+from movingout.recordings.errors import RecordingError
+from movingout.recordings.exports.plan import Plan
+from movingout.recordings.exports.split import TRAIN
+from movingout.recordings.exports.target import building
+from movingout.recordings.exports.trajectories import Trajectory, action_names, trajectories
 
 SUFFIXES = ("", ".hdf5", ".h5")
 OBSERVATION = "state"  # the one low-dimensional modality

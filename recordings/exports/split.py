@@ -4,10 +4,10 @@ import hashlib
 from collections import defaultdict
 from collections.abc import Sequence
 
-from maps.spec import SEAT_COLOURS
-from recordings.episode import SeatInfo
-from recordings.ghost import GHOST
-from recordings.listing import Players
+from movingout.maps.spec import SEAT_COLOURS
+from movingout.recordings.episode import SeatInfo
+from movingout.recordings.ghost import GHOST
+from movingout.recordings.storage.listing import Players
 
 TRAIN, TEST = "train", "test"
 

@@ -4,9 +4,9 @@ from pathlib import Path
 
 from PIL import Image
 
-from maps.scene import LIGHT
-from recordings.exports.film import TICK_S, Film, write_films
-from recordings.exports.plan import Plan
+from movingout.maps.scene import LIGHT
+from movingout.recordings.exports.film import TICK_S, Film, write_films
+from movingout.recordings.exports.plan import Plan
 
 
 def write(plan: Plan) -> None:

@@ -7,13 +7,13 @@ from typing import Any, Literal
 import numpy as np
 import orjson
 
-from maps.spec import SEAT_COLOURS
-from recordings.derived import result
-from recordings.episode import Episode, TickRecord
-from recordings.metadata import utc
-from world.metrics import EpisodeMetrics
-from world.observation import ITEM_SLOTS, LAYOUTS, encoder
-from world.state import WorldState
+from movingout.maps.spec import SEAT_COLOURS
+from movingout.recordings.episode import Episode, TickRecord
+from movingout.recordings.file_format.derived_topics import result
+from movingout.recordings.file_format.metadata import utc
+from movingout.world.metrics import EpisodeMetrics
+from movingout.world.observation import ITEM_SLOTS, LAYOUTS, encoder
+from movingout.world.state import WorldState
 
 ColumnType = Literal["string", "int64", "float64", "bool", "list<float32>"]
 Row = dict[str, Any]

@@ -5,7 +5,7 @@ import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
-from recordings.errors import RecordingError, cannot
+from movingout.recordings.errors import RecordingError, cannot
 
 
 @contextlib.contextmanager

@@ -10,12 +10,12 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from maps.spec import SEAT_COLOURS
-from recordings.episode import Episode
-from recordings.errors import RecordingError
-from world.action import to_policy
-from world.observation import LAYOUTS, encoder
-from world.reward import PaperReward
+from movingout.maps.spec import SEAT_COLOURS
+from movingout.recordings.episode import Episode
+from movingout.recordings.errors import RecordingError
+from movingout.world.action import to_policy
+from movingout.world.observation import LAYOUTS, encoder
+from movingout.world.reward import PaperReward
 
 Singles = npt.NDArray[np.float32]
 ACTION_NAMES = ("distance", "cos", "sin", "grasp")

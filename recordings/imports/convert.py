@@ -13,18 +13,18 @@ from typing import Any
 
 import numpy as np
 
-from maps import MapSpec
-from maps.spec import ARENA_HALF
-from recordings.episode import ActionSource, EpisodeHeader, Event, EventKind, Outcome, SeatInfo, TickRecord
-from recordings.errors import RecordingError
-from recordings.finished import SUFFIX, finalise
-from recordings.imports.map_match import official_map, played_map
-from recordings.imports.sources import Source
-from recordings.imports.steps import Steps, parse
-from recordings.writer import EpisodeWriter
-from world import World
-from world.scoring import delivered_items
-from world.state import Floats, WorldState
+from movingout.maps import MapSpec
+from movingout.maps.spec import ARENA_HALF
+from movingout.recordings.episode import ActionSource, EpisodeHeader, Event, EventKind, Outcome, SeatInfo, TickRecord
+from movingout.recordings.errors import RecordingError
+from movingout.recordings.file_format.writer import EpisodeWriter
+from movingout.recordings.imports.map_match import official_map, played_map
+from movingout.recordings.imports.sources import Source
+from movingout.recordings.imports.steps import Steps, parse
+from movingout.recordings.storage.finished import SUFFIX, finalise
+from movingout.world import World
+from movingout.world.scoring import delivered_items
+from movingout.world.state import Floats, WorldState
 
 LIMIT_TICKS = 500
 AGREE = 1e-9  # arena units or rad: what re-simulation may differ by and still count as the same

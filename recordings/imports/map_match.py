@@ -3,12 +3,12 @@
 from dataclasses import replace
 from typing import Any, cast, get_args
 
-from maps import MapSpec, Pose, Rect, load_map, map_names
-from maps.errors import MapError
-from maps.json_format import map_from_json, map_to_json
-from maps.spec import ItemSpec, Shape, Size
-from recordings.errors import RecordingError
-from recordings.imports.steps import Item, Steps
+from movingout.maps import MapSpec, Pose, Rect, load_map, map_names
+from movingout.maps.errors import MapError
+from movingout.maps.json_format import map_from_json, map_to_json
+from movingout.maps.spec import ItemSpec, Shape, Size
+from movingout.recordings.errors import RecordingError
+from movingout.recordings.imports.steps import Item, Steps
 
 # The official environment's old numbers: 1000-1003 are maps 1-4, 2000-2007 are maps 5-12.
 OLD_NUMBERS = {number: name for number, name in zip([*range(1000, 1004), *range(2000, 2008)], map_names(), strict=True)}

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from recordings.errors import RecordingError
-from recordings.reader import read_bytes
+from movingout.recordings.errors import RecordingError
+from movingout.recordings.file_format.reader import read_bytes
 
 SUFFIXES = (".json", ".jsonl", ".parquet")
 Shape = Literal["recorder", "evaluator", "dataset"]

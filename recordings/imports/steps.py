@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from recordings.errors import RecordingError
-from recordings.official import ROBOTS
-from world.constants import REACH
-from world.state import Floats, Ints
+from movingout.recordings.errors import RecordingError
+from movingout.recordings.official_format import ROBOTS
+from movingout.world.constants import REACH
+from movingout.world.state import Floats, Ints
 
 ITEM_KEYS = ("items", "debris", "objects")
 MAX_STEPS = 100_000

@@ -8,19 +8,19 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from maps.spec import MapSpec
-from recordings.derived import result
-from recordings.episode import Episode, EpisodeHeader, Outcome, SeatInfo
-from recordings.errors import RecordingError
-from recordings.listing import Unreadable
-from recordings.metadata import utc
-from recordings.occupancy import occupancy
-from recordings.reader import read_episode
-from recordings.report.failures import Failure, failures
-from recordings.report.track import Track
-from recordings.report.waiting import Wait, waits
-from world.metrics import tick_consistency
-from world.state import Floats
+from movingout.maps.spec import MapSpec
+from movingout.recordings.episode import Episode, EpisodeHeader, Outcome, SeatInfo
+from movingout.recordings.errors import RecordingError
+from movingout.recordings.file_format.derived_topics import result
+from movingout.recordings.file_format.metadata import utc
+from movingout.recordings.file_format.reader import read_episode
+from movingout.recordings.occupancy import occupancy
+from movingout.recordings.report.failures import Failure, failures
+from movingout.recordings.report.track import Track
+from movingout.recordings.report.waiting import Wait, waits
+from movingout.recordings.storage.listing import Unreadable
+from movingout.world.metrics import tick_consistency
+from movingout.world.state import Floats
 
 PLAYED_OUT: frozenset[Outcome] = frozenset({"delivered", "time"})
 SECOND = 10  # ticks

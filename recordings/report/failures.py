@@ -13,11 +13,11 @@ from typing import Literal
 
 import numpy as np
 
-from maps.spec import ROBOT_RADIUS
-from recordings.report.track import Ints, Mask, Span, Track, spans
-from world.distance import paper_distances
-from world.metrics import TICK_S
-from world.state import Floats
+from movingout.maps.spec import ROBOT_RADIUS
+from movingout.recordings.report.track import Ints, Mask, Span, Track, spans
+from movingout.world.distance import paper_distances
+from movingout.world.metrics import TICK_S
+from movingout.world.state import Floats
 
 Case = Literal["keeps", "stays_away", "no_grasp"]
 TITLES: dict[Case, str] = {

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from recordings.report.tally import Estimate
+from movingout.recordings.report.tally import Estimate
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,8 +1,8 @@
 """The last section of a report: by which rules everything on it was measured."""
 
-from recordings.report import failures as cases
-from recordings.report.failures import TITLES, Case
-from world.metrics import TICK_S
+from movingout.recordings.report import failures as cases
+from movingout.recordings.report.failures import TITLES, Case
+from movingout.world.metrics import TICK_S
 
 
 def method() -> str:

@@ -6,15 +6,15 @@ from html import escape
 from pathlib import Path
 from urllib.parse import quote
 
-from maps.spec import SEAT_COLOURS, MapSpec
-from recordings.report import svg
-from recordings.report.facts import Pair
-from recordings.report.failures import TITLES, Case
-from recordings.report.measures import MEASURES, in_words, with_error
-from recordings.report.method import method
-from recordings.report.tally import Found, Group, Strip, Tally
-from recordings.report.waiting import Wait
-from world.metrics import TICK_S
+from movingout.maps.spec import SEAT_COLOURS, MapSpec
+from movingout.recordings.report import svg
+from movingout.recordings.report.facts import Pair
+from movingout.recordings.report.failures import TITLES, Case
+from movingout.recordings.report.measures import MEASURES, in_words, with_error
+from movingout.recordings.report.method import method
+from movingout.recordings.report.tally import Found, Group, Strip, Tally
+from movingout.recordings.report.waiting import Wait
+from movingout.world.metrics import TICK_S
 
 MOST_LISTED = 300  # findings per case; the JSON output has all
 MOST_ABREAST = 4  # populations of a map in one row

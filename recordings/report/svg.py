@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from PIL import Image
 
-from maps.shapes import outline
-from maps.spec import ARENA_HALF, SEAT_COLOURS, ItemSpec, MapSpec, Rect
-from recordings.occupancy import heat_picture, smoothed
-from world.state import Floats
+from movingout.maps.shapes import outline
+from movingout.maps.spec import ARENA_HALF, SEAT_COLOURS, ItemSpec, MapSpec, Rect
+from movingout.recordings.occupancy import heat_picture, smoothed
+from movingout.world.state import Floats
 
 SIDE = 240  # of an arena picture
 _UNIT = SIDE / (2 * ARENA_HALF)

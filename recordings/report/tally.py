@@ -7,15 +7,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from maps.spec import MapSpec
-from recordings.listing import Unreadable
-from recordings.occupancy import CELLS
-from recordings.report.facts import SECOND, EpisodeFacts, Pair
-from recordings.report.failures import TITLES, Case, Failure
-from recordings.report.track import Ints
-from recordings.report.waiting import Wait
-from world.metrics import TICK_S
-from world.state import Floats
+from movingout.maps.spec import MapSpec
+from movingout.recordings.occupancy import CELLS
+from movingout.recordings.report.facts import SECOND, EpisodeFacts, Pair
+from movingout.recordings.report.failures import TITLES, Case, Failure
+from movingout.recordings.report.track import Ints
+from movingout.recordings.report.waiting import Wait
+from movingout.recordings.storage.listing import Unreadable
+from movingout.world.metrics import TICK_S
+from movingout.world.state import Floats
 
 MEASURES = ("success", "seconds", "tcr", "nfd", "wt_s", "ac")
 

@@ -7,13 +7,13 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from maps.spec import ItemSpec, MapSpec
-from maps.surface import surface_distance
-from recordings.episode import Episode
-from world.constants import REACH
-from world.distance import paper_distances
-from world.scoring import delivered_items
-from world.state import Floats
+from movingout.maps.spec import ItemSpec, MapSpec
+from movingout.maps.surface import surface_distance
+from movingout.recordings.episode import Episode
+from movingout.world.constants import REACH
+from movingout.world.distance import paper_distances
+from movingout.world.scoring import delivered_items
+from movingout.world.state import Floats
 
 Mask = npt.NDArray[np.bool_]
 Ints = npt.NDArray[np.int64]

@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from recordings.report.track import Track, spans
-from world.metrics import TICK_S
+from movingout.recordings.report.track import Track, spans
+from movingout.world.metrics import TICK_S
 
 
 @dataclass(frozen=True, slots=True)

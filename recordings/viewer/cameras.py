@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from world.state import Floats
+from movingout.world.state import Floats
 
 Vector = tuple[float, float, float]
 

@@ -15,12 +15,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from recordings.episode import AgentDecision
-from recordings.solids import SEAT_RGB
-from recordings.viewer.trails import segments
-from world.constants import DRIVE_SPEED
-from world.metrics import TICK_S
-from world.state import Floats, WorldState
+from movingout.recordings.episode import AgentDecision
+from movingout.recordings.solids import SEAT_RGB
+from movingout.recordings.viewer.trails import segments
+from movingout.world.constants import DRIVE_SPEED
+from movingout.world.metrics import TICK_S
+from movingout.world.state import Floats, WorldState
 
 HEIGHT = 0.14  # arena units above the floor, over the walls
 EXPECTED_HEIGHT = 0.13  # of what is expected of the robots, below what was considered

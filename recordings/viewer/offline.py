@@ -2,13 +2,13 @@
 
 from collections.abc import Sequence
 
-from recordings.episode import Episode
-from recordings.progress import track
-from recordings.viewer.cameras import CORNER, camera
-from recordings.viewer.row import Row, row_width
-from recordings.viewer.stage import Layers
-from recordings.viewer.viewer import close_server, open_server
-from world.metrics import TICK_S
+from movingout.recordings.episode import Episode
+from movingout.recordings.progress import track
+from movingout.recordings.viewer.cameras import CORNER, camera
+from movingout.recordings.viewer.episode_scene import Layers
+from movingout.recordings.viewer.side_by_side import Row, row_width
+from movingout.recordings.viewer.viewer import close_server, open_server
+from movingout.world.metrics import TICK_S
 
 LAYERS = Layers(trail_ticks=50, heat="both", candidates=True)
 

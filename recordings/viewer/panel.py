@@ -10,15 +10,15 @@ from dataclasses import replace
 
 import viser
 
-from maps.spec import SEAT_COLOURS
-from recordings.episode import Episode, Event
-from recordings.errors import RecordingError
-from recordings.viewer.cameras import CORNER, PRESETS, Camera, camera
-from recordings.viewer.playback import SPEEDS, Playback
-from recordings.viewer.row import Row, row_width
-from recordings.viewer.shelf import Shelf
-from recordings.viewer.stage import HEAT_CHOICES, Layers, Stage, score_table
-from world.metrics import TICK_S
+from movingout.maps.spec import SEAT_COLOURS
+from movingout.recordings.episode import Episode, Event
+from movingout.recordings.errors import RecordingError
+from movingout.recordings.viewer.cameras import CORNER, PRESETS, Camera, camera
+from movingout.recordings.viewer.episode_scene import HEAT_CHOICES, Layers, Stage, score_table
+from movingout.recordings.viewer.playback import SPEEDS, Playback
+from movingout.recordings.viewer.recording_cache import Shelf
+from movingout.recordings.viewer.side_by_side import Row, row_width
+from movingout.world.metrics import TICK_S
 
 ALONE = "nothing"
 _STEPS = {"-10": -10, "-1": -1, "+1": 1, "+10": 10}

@@ -1,6 +1,6 @@
 """The position on a timeline and how it moves: play, speed, step, seek. Pure: time comes in as an argument."""
 
-from world.metrics import TICK_S
+from movingout.world.metrics import TICK_S
 
 SPEEDS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from world.state import Floats, WorldState
+from movingout.world.state import Floats, WorldState
 
 TRAIL_HEIGHT = 0.012  # arena units above the floor
 

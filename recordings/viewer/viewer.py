@@ -13,10 +13,10 @@ from typing import Self
 
 import viser
 
-from recordings.errors import RecordingError
-from recordings.viewer.cameras import Camera
-from recordings.viewer.panel import Panel
-from recordings.viewer.shelf import Shelf
+from movingout.recordings.errors import RecordingError
+from movingout.recordings.viewer.cameras import Camera
+from movingout.recordings.viewer.panel import Panel
+from movingout.recordings.viewer.recording_cache import Shelf
 
 FRAME_S = 0.05  # how often the play heads move
 _LAST_PORT = 65_535

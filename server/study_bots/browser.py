@@ -8,7 +8,7 @@ from typing import Any
 
 import httpx
 
-from study.errors import StudyError
+from movingout.study.errors import StudyError
 
 RETRY_S = 0.25
 PATIENCE_S = 120.0  # without any answer

@@ -8,11 +8,11 @@ from urllib.parse import urlsplit
 
 import httpx
 
-from agents.populations import PEOPLE, POPULATIONS
-from server.study_bots.browser import Refusal, SimulationError, StudyBrowser
-from server.study_bots.faults import Faults, chaos
-from server.study_bots.participant import Diary, Participant
-from server.study_bots.pilot import CirclingPilot, Pilot, ScriptedPilot
+from movingout.agents.scripted.populations import PEOPLE, POPULATIONS
+from movingout.server.study_bots.browser import Refusal, SimulationError, StudyBrowser
+from movingout.server.study_bots.faults import Faults, chaos
+from movingout.server.study_bots.participant import Diary, Participant
+from movingout.server.study_bots.pilot import CirclingPilot, Pilot, ScriptedPilot
 
 TIMEOUT = httpx.Timeout(30.0)
 STAGGER_S = 0.1  # between two arrivals

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 from random import Random
 from typing import Any, NamedTuple
 
-from server.study_bots.answering import Opinions
-from server.study_bots.browser import Refusal, StudyBrowser, View
-from server.study_bots.faults import Faults
-from server.study_bots.pilot import Pilot
-from server.study_bots.player import Player
+from movingout.server.study_bots.answers import Opinions
+from movingout.server.study_bots.browser import Refusal, StudyBrowser, View
+from movingout.server.study_bots.faults import Faults
+from movingout.server.study_bots.pilot import Pilot
+from movingout.server.study_bots.player import Player
 
 LOOK_S = 2.0  # without news the view is asked for again
 READING_S = (0.5, 2.0)  # before each screen is dealt with

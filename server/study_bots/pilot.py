@@ -5,13 +5,13 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from agents.base import EpisodeInfo
-from agents.observing import observe
-from agents.person import Person
-from maps import MapSpec
-from server.frames import Bundle
-from world.metrics import TICK_S
-from world.state import WorldState
+from movingout.agents.base import EpisodeInfo
+from movingout.agents.observing import observe
+from movingout.agents.scripted.human_model import Person
+from movingout.maps import MapSpec
+from movingout.server.frames import Bundle
+from movingout.world.metrics import TICK_S
+from movingout.world.state import WorldState
 
 POSE_S = 0.02  # between two poses of a bundle
 NOT_AGAIN = 2  # ticks after a press, until its effect is seen
@@ -34,7 +34,7 @@ class Pilot(Protocol):
 
 
 class ScriptedPilot:
-    """A scripted person (agents/person.py) who sees what the wire shows: poses, hands, nothing else."""
+    """A scripted person (agents/scripted/human_model.py) who sees what the wire shows: poses, hands, nothing else."""
 
     def __init__(self, name: str, seed: int) -> None:
         self._person = Person(name, seed)

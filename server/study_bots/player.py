@@ -9,10 +9,10 @@ import msgspec
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, WebSocketException
 
-from maps import map_from_json
-from server import messages as m
-from server.frames import Bundle, Input
-from server.study_bots.pilot import Pilot
+from movingout.maps import map_from_json
+from movingout.server import messages as m
+from movingout.server.frames import Bundle, Input
+from movingout.server.study_bots.pilot import Pilot
 
 OVER = ("round_over", "series_over", "closed")
 SILENCE_S = 5.0  # the room says where it is every second

@@ -7,7 +7,7 @@ import threading
 from pathlib import Path
 from typing import NamedTuple
 
-from server.study_bots.browser import SimulationError
+from movingout.server.study_bots.browser import SimulationError
 
 START_S = 60.0
 STOP_S = 60.0
@@ -26,7 +26,7 @@ class RehearsalServer:
     def __init__(self, file: Path, data: Path, speed: float) -> None:
         self.served = Served("")
         quiet = ["-W", "ignore:resource_tracker:UserWarning"]  # what a killed server leaves is cleaned up in silence
-        program = [sys.executable, *quiet, "-m", "server.cli", "study", "serve", str(file)]
+        program = [sys.executable, *quiet, "-m", "movingout.server.cli", "study", "serve", str(file)]
         self._command = [*program, "--data", str(data), "--rehearse", f"{speed:g}"]
         self._port = "0"
         self._process: subprocess.Popen[str] | None = None

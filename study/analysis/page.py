@@ -4,12 +4,12 @@ from collections.abc import Sequence
 from html import escape
 from importlib.resources import files
 
-from recordings.report import svg
-from study.analysis import tables
-from study.analysis.likert import VALUES, likert_bars
-from study.analysis.results import METRICS, Results
-from study.analysis.statistics import estimate
-from study.analysis.tables import HEADS, Namer, Table
+from movingout.recordings.report import svg
+from movingout.study.analysis import tables
+from movingout.study.analysis.likert import VALUES, likert_bars
+from movingout.study.analysis.results import METRICS, Results
+from movingout.study.analysis.tables import HEADS, Namer, Table
+from movingout.study.analysis.tests_and_estimates import estimate
 
 _ENDS = {1: " strongly disagree", 4: " neutral", 7: " strongly agree"}
 
@@ -50,8 +50,8 @@ def page(results: Results, name: Namer, about: str, simulated: bool = False) -> 
         _table(by_name["flags"]),
         f'<p class="quiet small">{escape(about)}</p>',
     ]
-    css = files("recordings.report").joinpath("page.css").read_text(encoding="utf-8")
-    css += files("study.analysis").joinpath("report.css").read_text(encoding="utf-8")
+    css = files("movingout.recordings.report").joinpath("page.css").read_text(encoding="utf-8")
+    css += files("movingout.study.analysis").joinpath("report.css").read_text(encoding="utf-8")
     return (
         f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         f'<meta name="viewport" content="width=device-width, initial-scale=1">\n<title>{escape(title)}</title>\n'

@@ -5,10 +5,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from study.definition import Study
-from study.questionnaire import NO_ANSWER, Item
-from study.store.store import Store
-from study.store.tables import answers, counts, participants, players, rounds, tombstones, units
+from movingout.study.design.definition import Study
+from movingout.study.questionnaire import NO_ANSWER, Item
+from movingout.study.store.store import Store
+from movingout.study.store.tables import answers, counts, participants, players, rounds, tombstones, units
 
 METRICS = ("tcr", "nfd", "wt_s", "ac")
 FINISHED = ("delivered", "time")

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import combinations
 
-from study.analysis.results import METRICS, Results
-from study.analysis.statistics import Comparison, Estimate, compare, corrected, estimate, trend
+from movingout.study.analysis.results import METRICS, Results
+from movingout.study.analysis.tests_and_estimates import Comparison, Estimate, compare, corrected, estimate, trend
 
 HEADS = {"tcr": "TCR ↑", "nfd": "NFD ↑", "wt_s": "WT, s ↓", "ac": "AC ↑"}
 Namer = Callable[[str], str]

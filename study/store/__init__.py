@@ -1,6 +1,6 @@
 """Where a study keeps what happens: one database for the data, another for who the participants are."""
 
-from study.store.identity import IdentityStore
-from study.store.store import Store, Unit
+from movingout.study.store.identity import IdentityStore
+from movingout.study.store.store import Store, Unit
 
 __all__ = ["IdentityStore", "Store", "Unit"]

@@ -6,7 +6,7 @@ from typing import Literal
 
 from sqlalchemy import Connection, insert, select
 
-from study.store.tables import audit, study
+from movingout.study.store.tables import audit, study
 
 Actor = Literal["participant", "experimenter", "server"]
 

@@ -11,7 +11,7 @@ from alembic.config import Config
 from sqlalchemy import Connection, Engine, create_engine, event, make_url
 from sqlalchemy.exc import ArgumentError, DBAPIError, SQLAlchemyError
 
-from study.errors import StoreError
+from movingout.study.errors import StoreError
 
 Kind = Literal["main", "identity"]
 _MIGRATIONS = Path(__file__).parent / "migrations"

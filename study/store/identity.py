@@ -7,9 +7,9 @@ from pathlib import Path
 
 from sqlalchemy import delete, insert, select, update
 
-from study.store.clock import now_ms
-from study.store.database import Database
-from study.store.tables import identities
+from movingout.study.store.clock import now_ms
+from movingout.study.store.database import Database
+from movingout.study.store.tables import identities
 
 _ALPHABET = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789"  # nothing that is misread
 _PID_LENGTH = 6

@@ -2,10 +2,10 @@
 
 from sqlalchemy import ColumnElement, Connection, Table, delete, insert, or_, select, update
 
-from study.errors import StudyError
-from study.store.audit import record, subject_of
-from study.store.store import Store
-from study.store.tables import answers, consents, notes, participants, players, rounds, tombstones, units
+from movingout.study.errors import StudyError
+from movingout.study.store.audit import record, subject_of
+from movingout.study.store.store import Store
+from movingout.study.store.tables import answers, consents, notes, participants, players, rounds, tombstones, units
 
 
 def episodes_of(store: Store, pid: str) -> tuple[str, ...]:

@@ -5,11 +5,11 @@ from dataclasses import asdict, dataclass
 
 from sqlalchemy import func, insert, select, update
 
-from study.errors import StudyError
-from study.protocol import Step
-from study.store.audit import record
-from study.store.store import Store, Unit
-from study.store.tables import consents, players, rounds
+from movingout.study.design.steps import Step
+from movingout.study.errors import StudyError
+from movingout.study.store.audit import record
+from movingout.study.store.store import Store, Unit
+from movingout.study.store.tables import consents, players, rounds
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,13 +15,13 @@ from typing import Any
 from sqlalchemy import Connection, Row, Table, func, insert, select, update
 from sqlalchemy.dialects import postgresql, sqlite
 
-from study.allocation import next_slot
-from study.definition import Outcome
-from study.errors import StoreError, StudyError
-from study.store.audit import Actor, record
-from study.store.clock import now_ms
-from study.store.database import Database
-from study.store.tables import answers, consents, counts, metadata, notes, participants, study, units
+from movingout.study.design.allocation import next_slot
+from movingout.study.design.definition import Outcome
+from movingout.study.errors import StoreError, StudyError
+from movingout.study.store.audit import Actor, record
+from movingout.study.store.clock import now_ms
+from movingout.study.store.database import Database
+from movingout.study.store.tables import answers, consents, counts, metadata, notes, participants, study, units
 
 
 @dataclass(frozen=True, slots=True)

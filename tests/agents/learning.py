@@ -4,12 +4,12 @@ from pathlib import Path
 
 import numpy as np
 
-from agents.dataset import Trajectory
-from agents.policy_spec import PolicySpec
-from maps import MapSpec, load_map
-from recordings import EpisodeHeader, EpisodeWriter, SeatInfo, TickRecord, finalise
-from world import World
-from world.state import WorldState
+from movingout.agents.checkpoint.policy_spec import PolicySpec
+from movingout.agents.data.dataset import Trajectory
+from movingout.maps import MapSpec, load_map
+from movingout.recordings import EpisodeHeader, EpisodeWriter, SeatInfo, TickRecord, finalise
+from movingout.world import World
+from movingout.world.state import WorldState
 
 
 def tiny_spec(**changes: object) -> PolicySpec:

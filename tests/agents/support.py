@@ -5,7 +5,7 @@ import time
 
 import numpy as np
 
-from agents.base import ActionChunk, EpisodeInfo, Observation
+from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
 
 HERE = "tests.agents.support"
 

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from agents.catalogue import agent_card, agent_cards, load_agent, unseen_map
-from agents.errors import AgentError, CheckpointError
-from maps import load_map, map_names
-from maps.randomize import randomize
-from server.cli import main
+from movingout.agents.catalogue import agent_card, agent_cards, load_agent, unseen_map
+from movingout.agents.errors import AgentError, CheckpointError
+from movingout.maps import load_map, map_names
+from movingout.maps.randomize import randomize
+from movingout.server.cli import main
 from tests.agents.support import HERE, Forward
 
 

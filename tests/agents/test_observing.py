@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agents.observing import observe, said, start_state
-from maps import MovingOutError, load_map
-from world import World
-from world.observation import encode_state
+from movingout.agents.observing import observe, said, start_state
+from movingout.maps import MovingOutError, load_map
+from movingout.world import World
+from movingout.world.observation import encode_state
 
 
 def test_an_observation_encodes_its_own_state_and_seat() -> None:

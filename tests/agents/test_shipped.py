@@ -3,17 +3,17 @@
 import numpy as np
 import pytest
 
-from agents.bass.agent import BassAgent
-from agents.bass.selection import pairs_of
-from agents.bass.state_vector import held_of
-from agents.catalogue import load_agent, trained_cards
-from agents.checkpoint import SHIPPED, checkpoint_folders, read_checkpoint
-from agents.idle import IdleAgent
-from agents.rollout import rollout
-from agents.scripted import ScriptedAgent
-from agents.serving import PolicyAgent
-from maps import MapSpec, load_map
-from maps.randomize import randomize
+from movingout.agents.baseline.idle import IdleAgent
+from movingout.agents.bass.agent import BassAgent
+from movingout.agents.bass.selection import pairs_of
+from movingout.agents.bass.state_vector import held_of
+from movingout.agents.catalogue import load_agent, trained_cards
+from movingout.agents.checkpoint.checkpoint import SHIPPED, checkpoint_folders, read_checkpoint
+from movingout.agents.data.rollout import rollout
+from movingout.agents.inference.policy_agent import PolicyAgent
+from movingout.agents.scripted import ScriptedAgent
+from movingout.maps import MapSpec, load_map
+from movingout.maps.randomize import randomize
 
 FOLDERS = list(checkpoint_folders(SHIPPED))
 IDS = [read_checkpoint(folder).card.id for folder in FOLDERS]

@@ -6,8 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from agents.catalogue import UNSEEN_TCR
-from agents.checkpoint import SHIPPED, Checkpoint, Score, read_checkpoint
 from bench import train_agents
 from bench._agents_report import BEGIN, END, measured_part, write_report
 from bench._chart import chart
@@ -16,6 +14,8 @@ from bench._leads import against_aim, gains, lead, leads
 from bench._roster import CHOOSING_BY_NFD, OF_A, OF_BOTH
 from bench.bass import Numbers
 from bench.train_agents import main
+from movingout.agents.catalogue import UNSEEN_TCR
+from movingout.agents.checkpoint.checkpoint import SHIPPED, Checkpoint, Score, read_checkpoint
 
 
 def _outcome(agent: str, tcr: float, the_map: str = "HandOff") -> Outcome:

@@ -8,19 +8,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agents.base import EpisodeInfo
-from agents.bass.agent import OracleBassAgent
-from agents.bass.judging import Judge
-from agents.bass.selection import Choice, choose
-from agents.bass.state_vector import HELD_START, moving
-from agents.checkpoint import DynamicsSpec
 from bench import _bass_report, bass
 from bench._bass_report import BASS, GRU, ORACLE, RANDOM, role, tables
 from bench.bass import Numbers, _poses, bass_agent_of, main, measure
-from maps import load_map
+from movingout.agents.base import EpisodeInfo
+from movingout.agents.bass.agent import OracleBassAgent
+from movingout.agents.bass.score_functions import Judge
+from movingout.agents.bass.selection import Choice, choose
+from movingout.agents.bass.state_vector import HELD_START, moving
+from movingout.agents.checkpoint.checkpoint import DynamicsSpec
+from movingout.maps import load_map
+from movingout.world import World
+from movingout.world.state import Floats
 from tests.agents.learning import recorded, walked
-from world import World
-from world.state import Floats
 
 SHORT = walked("SingleRotation", ticks=30)
 

@@ -8,8 +8,8 @@ import pytest
 from bench import diversity, learning
 from bench.__main__ import main
 from bench.world import EngineTimedWorld, driving
-from maps import load_map
-from world import World
+from movingout.maps import load_map
+from movingout.world import World
 
 
 def test_an_unknown_benchmark_is_answered_with_the_known_ones(capsys: pytest.CaptureFixture[str]) -> None:

@@ -4,14 +4,14 @@ from pathlib import Path
 
 import pytest
 
-import agents.serving
-import maps.library
-import matches.lockstep
-import world.physics
 from bench import _episodes
 from bench._episodes import EpisodeLog, Outcome, Run, meaning
 from bench.learning import play_all
-from maps.errors import MovingOutError
+from movingout.agents.inference import policy_agent
+from movingout.maps import library
+from movingout.maps.errors import MovingOutError
+from movingout.matches.execution import lockstep
+from movingout.world import physics
 
 RUN = Run("idle", "person:name=C01", "HandOff", 0, 1, 3)
 
@@ -83,5 +83,5 @@ def test_all_code_that_plays_counts(monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[bytes] = []
     monkeypatch.setattr(_episodes, "meaning", lambda source: seen.append(source) or "")  # type: ignore[func-returns-value]
     _episodes._code.__wrapped__()
-    for module in (agents.serving, maps.library, matches.lockstep, world.physics):
+    for module in (policy_agent, library, lockstep, physics):
         assert Path(str(module.__file__)).read_bytes() in seen

@@ -9,7 +9,7 @@ from bench import learning
 from bench._episodes import EpisodeLog, Outcome, Run
 from bench.learning import mean_error, play_all, runs, table
 from bench.train_agents import scores
-from matches import MatchError
+from movingout.matches import MatchError
 from tests.matches.support import HERE
 
 

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from agents.training.config import policy_preset
 from bench import windows
 from bench.windows import driven, encoded, main
+from movingout.agents.training.config import policy_preset
 from tests.agents.learning import recorded
 
 

@@ -10,10 +10,10 @@ from typing import Any
 
 from playwright.sync_api import Page, Route
 
-from maps import load_map, map_to_json
-from server.headers import content_security_policy
-from study.instruments import DEMOGRAPHICS, NASA_TLX
-from study.questionnaire import PAPER, Questionnaire
+from movingout.maps import load_map, map_to_json
+from movingout.server.api.middleware import content_security_policy
+from movingout.study.design.instruments import DEMOGRAPHICS, NASA_TLX
+from movingout.study.questionnaire import PAPER, Questionnaire
 from tests.support import ROOT
 
 Step = dict[str, Any]

@@ -90,7 +90,7 @@ def start_process(server: Server, *action: str) -> subprocess.Popen[bytes]:
     """The process of a server, once it answers; `action` is "play" or, say, "study", "serve", FILE."""
     port = server.url.rpartition(":")[2]
     action = action or ("play", "--countdown", "1")
-    command = [sys.executable, "-m", "server.cli", *action, "--port", port, "--data", str(server.data)]
+    command = [sys.executable, "-m", "movingout.server.cli", *action, "--port", port, "--data", str(server.data)]
     with server.log.open("ab") as log:
         process = subprocess.Popen(
             command, stdout=log, stderr=subprocess.STDOUT, env={**os.environ, "PYTHONUNBUFFERED": "1"}

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from playwright.sync_api import Browser, Page, expect
 
-from recordings import finalise
+from movingout.recordings import finalise
 from tests.browser.pages import admin_token, complaining_page, overflow, violations
 from tests.browser.support import PHONE, Server
 from tests.recordings.support import record

@@ -6,7 +6,7 @@ from typing import Any
 
 from playwright.sync_api import Browser, Page, expect
 
-from study.questionnaire import PAPER
+from movingout.study.questionnaire import PAPER
 from tests.browser.pages import complaining_page, overflow, violations
 from tests.browser.support import PHONE, Server, seat_tokens_script, wait_for
 

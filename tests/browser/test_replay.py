@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from playwright.sync_api import Browser, Page, Route, expect
 
-from recordings import Episode, finalise, read_episode
+from movingout.recordings import Episode, finalise, read_episode
+from movingout.world.metrics import EpisodeMetrics
 from tests.browser.pages import admin_token, complaining_page, overflow, violations
 from tests.browser.support import PHONE, Server
 from tests.recordings.support import record
-from world.metrics import EpisodeMetrics
 
 OpenPage = Callable[..., Page]
 

@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, expect
 
-from recordings import finalise
-from server.cli import main
+from movingout.recordings import finalise
+from movingout.server.cli import main
 from tests.browser.pages import THEMES, overflow, violations
 from tests.browser.support import DESKTOP, PHONE, complaints
 from tests.recordings.support import record

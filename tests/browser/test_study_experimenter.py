@@ -6,7 +6,7 @@ from typing import Any
 
 from playwright.sync_api import Browser, Page, Route, expect
 
-from server.headers import content_security_policy
+from movingout.server.api.middleware import content_security_policy
 from tests.browser.pages import complaining_page, overflow, sent_body, violations
 from tests.browser.support import PHONE, Server
 from tests.support import ROOT

@@ -2,7 +2,7 @@
 
 from playwright.sync_api import Browser, expect
 
-from study.questionnaire import PAPER
+from movingout.study.questionnaire import PAPER
 from tests.browser import study_fake as fake
 from tests.browser.pages import complaining_page, heading, violations
 from tests.browser.study_fake import FakePerson, FakeStudy

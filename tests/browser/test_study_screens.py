@@ -5,8 +5,8 @@ from pathlib import Path
 
 from playwright.sync_api import Browser, Page, expect
 
-from study.instruments import DEMOGRAPHICS, NASA_TLX
-from study.questionnaire import PAPER
+from movingout.study.design.instruments import DEMOGRAPHICS, NASA_TLX
+from movingout.study.questionnaire import PAPER
 from tests.browser import study_fake as fake
 from tests.browser.conftest import OpenPage
 from tests.browser.pages import complaining_page, heading, overflow, press, violations

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 
-from server.study_bots.checking import read_kept
-from study.folder import StudyFolder
-from study.store.tables import notes
-from study.study_file import read_study
+from movingout.server.study_bots.data_check import read_kept
+from movingout.study.data.study_folder import StudyFolder
+from movingout.study.design.study_file import read_study
+from movingout.study.store.tables import notes
 from tests.browser.pages import overflow, violations
 from tests.browser.study_participant import SCREEN, KeyboardParticipant
 from tests.browser.study_served import StudyServer, served_study

@@ -11,9 +11,9 @@ import viser
 from PIL import Image
 from playwright.sync_api import Browser, Page, ViewportSize
 
-from recordings.viewer.shelf import Shelf
-from recordings.viewer.viewer import Viewer
-from server.cli import main
+from movingout.recordings.viewer.recording_cache import Shelf
+from movingout.recordings.viewer.viewer import Viewer
+from movingout.server.cli import main
 from tests.browser.install import find_chromium
 from tests.recordings.viewer.support import put, recorded
 

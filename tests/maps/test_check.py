@@ -5,9 +5,9 @@ from typing import Any
 
 import pytest
 
-from maps import ItemSpec, MapSpec, Pose, Rect, load_map, map_names, map_to_json
-from maps.check import check_document, check_map, seats_at
-from maps.spec import SHAPES
+from movingout.maps import ItemSpec, MapSpec, Pose, Rect, load_map, map_names, map_to_json
+from movingout.maps.check import check_document, check_map, seats_at
+from movingout.maps.spec import SHAPES
 from tests.support import reference
 
 OPEN = load_map("Simple")

@@ -2,8 +2,8 @@
 
 import json
 
-from maps import map_from_json
-from maps.check import check_map
+from movingout.maps import map_from_json
+from movingout.maps.check import check_map
 from tests.support import ROOT
 
 

@@ -8,10 +8,10 @@ from typing import Any
 import jsonschema
 import pytest
 
-import maps
-from maps import MapError, load_map, map_from_json, map_names, map_to_json
+from movingout import maps
+from movingout.maps import MapError, load_map, map_from_json, map_names, map_to_json
 
-SCHEMA = json.loads((Path(maps.__file__).parent / "map.schema.json").read_text())
+SCHEMA = json.loads((Path(str(maps.__file__)).parent / "map.schema.json").read_text())
 ALL_MAPS = (*map_names(), "Simple")
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from maps import MapError, MapSpec, load_map, map_names, map_to_json
+from movingout.maps import MapError, MapSpec, load_map, map_names, map_to_json
 from tests.support import reference
 
 MODES = ("coordination", "awareness", "action consistency")

@@ -3,9 +3,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from maps import Rect, load_map
-from maps.packing import fits_alone, narrowest, smallest_box, unplaced_items
-from maps.passage import areas_near, best_near, clearance, robot_areas, way_to_goal
+from movingout.maps import Rect, load_map
+from movingout.maps.packing import fits_alone, narrowest, smallest_box, unplaced_items
+from movingout.maps.passage import areas_near, best_near, clearance, robot_areas, way_to_goal
 
 GOAL = (Rect(-1.2, 0.8, -0.8, 1.2),)
 

@@ -5,18 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from maps import MapError, MapSpec, Rect, load_map, map_from_json, map_names, map_to_json
-from maps.check import check_map
-from maps.randomize import EVALUATION_PAIRS, SPLITS, Split, pairs_of, randomize
-from maps.spec import SHAPES, SIZES
-from world.bodies import build_bodies
-from world.scoring import delivered_items
+from movingout.maps import MapError, MapSpec, Rect, load_map, map_from_json, map_names, map_to_json
+from movingout.maps.check import check_map
+from movingout.maps.randomize import EVALUATION_PAIRS, SPLITS, Split, pairs_of, randomize
+from movingout.maps.spec import SHAPES, SIZES
+from movingout.world.bodies import build_bodies
+from movingout.world.scoring import delivered_items
 
 NAMES = [*map_names(), "Simple"]
 
 
 def collisions(spec: MapSpec) -> Iterator[str]:
-    """What touches what at the start, by the engine's own shapes: an opinion independent of maps.solid."""
+    """What touches what at the start, by the engine's own shapes: an opinion independent of movingout.maps.solid."""
     bodies = build_bodies(spec)
     owners = [(f"item {item.index}", item.shapes) for item in bodies.items]
     owners += [(name, list(robot.body.shapes)) for name, robot in zip(("blue", "red"), bodies.robots, strict=True)]

@@ -5,9 +5,9 @@ from dataclasses import replace
 import pytest
 from PIL import Image
 
-from maps import load_map, map_names
-from maps.render import map_png, map_svg
-from maps.scene import DARK, LIGHT
+from movingout.maps import load_map, map_names
+from movingout.maps.render import map_png, map_svg
+from movingout.maps.scene import DARK, LIGHT
 
 SVG = "{http://www.w3.org/2000/svg}"
 

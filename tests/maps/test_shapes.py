@@ -5,8 +5,8 @@ import math
 
 import pytest
 
-from maps.shapes import circumradius, corner_radius, outline
-from maps.spec import SHAPES, Shape
+from movingout.maps.shapes import circumradius, corner_radius, outline
+from movingout.maps.spec import SHAPES, Shape
 from tests.support import reference
 
 SCALE = 0.11

@@ -4,10 +4,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from maps import ItemSpec, Pose, Rect
-from maps.shapes import circumradius
-from maps.solid import beyond_arena, item_solid, robot_solid, wall_solid
-from maps.spec import SHAPES
+from movingout.maps import ItemSpec, Pose, Rect
+from movingout.maps.shapes import circumradius
+from movingout.maps.solid import beyond_arena, item_solid, robot_solid, wall_solid
+from movingout.maps.spec import SHAPES
 
 
 def item(shape: str, x: float = 0.0, y: float = 0.0, angle: float = 0.0, scale: float = 0.1) -> ItemSpec:

@@ -6,9 +6,9 @@ import numpy as np
 import pymunk
 import pytest
 
-from maps.shapes import corner_radius, outline
-from maps.spec import Shape
-from maps.surface import surface_distance
+from movingout.maps.shapes import corner_radius, outline
+from movingout.maps.spec import Shape
+from movingout.maps.surface import surface_distance
 
 
 def solid(shape: Shape, scale: float) -> list[pymunk.Shape]:

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from agents.base import ActionChunk, EpisodeInfo, Observation
-from matches.grid import Grid
+from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
+from movingout.matches.experiment.grid import Grid
 
 HERE = "tests.matches.support"
 

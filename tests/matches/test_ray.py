@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from matches import MatchError, run_grid
-from matches.ray_cluster import ray_crew
+from movingout.matches import MatchError, run_grid
+from movingout.matches.execution.ray_workers import ray_crew
 from tests.matches.support import HERE, small_grid
 
 pytestmark = pytest.mark.filterwarnings("ignore")  # Ray's own

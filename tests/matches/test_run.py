@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from matches import MatchError, MatchResult, open_run, play, run_grid
-from matches.match import Match
-from matches.processes import LocalCrew
-from matches.store import Shard, open_folder
+from movingout.matches import MatchError, MatchResult, open_run, play, run_grid
+from movingout.matches.execution.local_workers import LocalCrew
+from movingout.matches.match import Match
+from movingout.matches.results.results_folder import Shard, open_folder
 from tests.matches.support import HERE, small_grid
 
 GRID = f"""
@@ -47,7 +47,18 @@ def test_shards_add_up_to_the_whole(tmp_path: Path) -> None:
 def test_a_killed_run_goes_on_and_plays_nothing_twice(tmp_path: Path) -> None:
     grid, folder = tmp_path / "grid.yaml", tmp_path / "out"
     grid.write_text(GRID)
-    command = [sys.executable, "-m", "server.cli", "match", "grid", str(grid), "--out", str(folder), "--workers", "1"]
+    command = [
+        sys.executable,
+        "-m",
+        "movingout.server.cli",
+        "match",
+        "grid",
+        str(grid),
+        "--out",
+        str(folder),
+        "--workers",
+        "1",
+    ]
     driver = subprocess.Popen(command, stdout=subprocess.DEVNULL, start_new_session=True)
     shard = folder / "results-0-of-1.jsonl"
     while not (shard.exists() and shard.stat().st_size) and driver.poll() is None:

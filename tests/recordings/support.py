@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from maps import load_map
-from recordings import (
+from movingout.maps import load_map
+from movingout.recordings import (
     AgentDecision,
     Episode,
     EpisodeHeader,
@@ -18,9 +18,9 @@ from recordings import (
     SeatInfo,
     TickRecord,
 )
-from recordings.episode import Outcome
-from world import World
-from world.state import Floats
+from movingout.recordings.episode import Outcome
+from movingout.world import World
+from movingout.world.state import Floats
 
 STARTED_NS = 1_790_000_000_000_000_000
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from mcap.reader import make_reader
 
-from recordings import finalise
+from movingout.recordings import finalise
 from tests.recordings.support import record
 from tests.support import ROOT
 

@@ -8,8 +8,9 @@ from typing import Any
 import pytest
 from mcap.reader import make_reader
 
-from recordings import finalise, foxglove
-from recordings.topics import METRICS, TRUTH, Schema
+from movingout.recordings import finalise
+from movingout.recordings.file_format import foxglove
+from movingout.recordings.file_format.topics import METRICS, TRUTH, Schema
 from tests.recordings.support import record
 
 LAYOUT: dict[str, Any] = json.loads(

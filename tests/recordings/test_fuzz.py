@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from recordings import Episode, RecordingError, finalise, read_episode, recover
+from movingout.recordings import Episode, RecordingError, finalise, read_episode, recover
 from tests.recordings.support import plain, record
 
 pytestmark = pytest.mark.slow

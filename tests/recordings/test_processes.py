@@ -5,11 +5,11 @@ import signal
 import subprocess
 import sys
 
-from recordings.processes import pool
+from movingout.recordings.processes import pool
 
 KILLED_AT_WORK = """
 import os, signal
-from recordings.processes import pool
+from movingout.recordings.processes import pool
 
 if __name__ == "__main__":
     print(pool(1).submit(os.getpid).result(), flush=True)

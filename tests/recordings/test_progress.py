@@ -2,7 +2,7 @@
 
 import signal
 
-from recordings.progress import over_processes
+from movingout.recordings.progress import over_processes
 
 
 def deaf(_: int) -> bool:

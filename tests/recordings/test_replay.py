@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from recordings import EpisodeWriter, TickRecord, browser_replay, finalise, read_episode
-from recordings.replay import replay_poses
+from movingout.recordings import EpisodeWriter, TickRecord, browser_replay, finalise, read_episode
+from movingout.recordings.replay import replay_poses
+from movingout.world import World
+from movingout.world.state import WorldState
 from tests.recordings.support import header, record
-from world import World
-from world.state import WorldState
 
 POSITION, ANGLE = 20000.0, 32768 / math.pi
 

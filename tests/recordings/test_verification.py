@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from recordings import Episode, EpisodeWriter, TickRecord, finalise, read_episode, verify
-from recordings.verification import first_divergence, first_unexplained
-from recordings.versions import versions, why_not_exact
+from movingout.recordings import Episode, EpisodeWriter, TickRecord, finalise, read_episode, verify
+from movingout.recordings.verification import first_divergence, first_unexplained
+from movingout.recordings.versions import versions, why_not_exact
+from movingout.world import World
+from movingout.world.state import WorldState
 from tests.recordings.support import record
-from world import World
-from world.state import WorldState
 
 
 @pytest.fixture(scope="module")

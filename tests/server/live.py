@@ -17,13 +17,13 @@ from fastapi import FastAPI
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
-from server import messages as m
-from server.app import create_app
-from server.frames import Bundle, Input
-from server.host import Host
-from server.listening import game_server, listen
-from server.room import Room
-from server.settings import Limits, Settings
+from movingout.server import messages as m
+from movingout.server.app import create_app
+from movingout.server.frames import Bundle, Input
+from movingout.server.host import Host
+from movingout.server.rooms.room import Room
+from movingout.server.settings import Limits, Settings
+from movingout.server.uvicorn_server import game_server, listen
 
 ADMIN = "the-admin-token-of-the-tests"
 WAIT_S = 20.0

@@ -8,18 +8,18 @@ from typing import Any
 
 import numpy as np
 
-from maps import MapSpec, load_map
-from maps.randomize import Split
-from recordings import EpisodeHeader, EpisodeWriter
-from server import messages as m
-from server import requests
-from server.agent_seat import AgentAnswer
-from server.frames import Bundle, Input
-from server.recorder import Recorder
-from server.room import Room
-from server.seats import AgentPlayer, Seat
-from server.services import RoomConfig
-from world.state import Floats, WorldState
+from movingout.maps import MapSpec, load_map
+from movingout.maps.randomize import Split
+from movingout.recordings import EpisodeHeader, EpisodeWriter
+from movingout.server import messages as m
+from movingout.server.agent_workers.pool import AgentAnswer
+from movingout.server.connection import control_messages
+from movingout.server.frames import Bundle, Input
+from movingout.server.rooms.recorder import Recorder
+from movingout.server.rooms.room import Room
+from movingout.server.rooms.seat import AgentPlayer, Seat
+from movingout.server.rooms.services import RoomConfig
+from movingout.world.state import Floats, WorldState
 
 TICK = 0.1
 
@@ -164,11 +164,11 @@ class Table:
         return self.join(claim=1), self.join(claim=1)
 
     def say(self, ear: Ear, message: m.ClientMessage) -> None:
-        requests.handle(self.room, ear, message, self.now)
+        control_messages.handle(self.room, ear, message, self.now)
 
     def push(self, ear: Ear, seat: int, move: float = 1.0, heading: float = 0.0, grabs: int = 0, seq: int = 0) -> None:
         frame = Input(seat, seq or next(self.seqs), 0, 0, move, heading, grabs, 0, 0.0)
-        requests.submit(self.room, ear, frame, self.now)
+        control_messages.submit(self.room, ear, frame, self.now)
 
     def step(self, ticks: int = 1) -> None:
         for _ in range(ticks):

@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from server.frames import Beat, Bundle, BundleEvent, FrameError, Input, Ping, Pong, decode_client_frame
-from server.messages_js import TARGET, generate
+from movingout.server.frames import Beat, Bundle, BundleEvent, FrameError, Input, Ping, Pong, decode_client_frame
+from movingout.server.messages_js import TARGET, generate
 
 GOLDEN = json.loads((Path(__file__).parent / "golden_frames.json").read_text())
 Frame = Beat | Bundle | Input | Ping | Pong
@@ -43,7 +43,7 @@ def test_frames_have_the_golden_bytes_and_come_back_from_them(golden: dict[str, 
 
 
 def test_the_generated_javascript_is_current() -> None:
-    assert TARGET.read_text(encoding="utf-8") == generate(), "run: python -m server.messages_js"
+    assert TARGET.read_text(encoding="utf-8") == generate(), "run: python -m movingout.server.messages_js"
 
 
 def test_positions_beyond_the_wire_are_clipped_and_angles_wrap() -> None:

@@ -10,10 +10,10 @@ from fastapi.routing import APIRoute
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
-from server import http_api
-from server import messages as m
-from server.host import Host
-from server.settings import Limits, Settings
+from movingout.server import messages as m
+from movingout.server.api import routes
+from movingout.server.host import Host
+from movingout.server.settings import Limits, Settings
 from tests.server.live import ADMIN, Live, limits, serve
 from tests.server.threats import close_code, player
 
@@ -102,7 +102,7 @@ def test_3_every_admin_route_wants_the_admin_token(live: Live) -> None:
 def _routes(live: Live) -> list[object]:
     """All routes of a fresh application, included ones flattened."""
     app = FastAPI()
-    http_api.install(app, live.host)
+    routes.install(app, live.host)
     found: list[object] = []
     waiting = list(app.router.routes)
     while waiting:

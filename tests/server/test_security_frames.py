@@ -15,8 +15,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
-from server import messages as m
-from server.frames import Bundle, FrameError, Input, decode_client_frame
+from movingout.server import messages as m
+from movingout.server.frames import Bundle, FrameError, Input, decode_client_frame
 from tests.server.live import Live, raw_socket, serve
 from tests.server.threats import close_code, player
 

@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 from websockets.exceptions import InvalidStatus
 
-from server import messages as m
-from server.headers import content_security_policy
-from server.pages import WEB
+from movingout.server import messages as m
+from movingout.server.api.middleware import content_security_policy
+from movingout.server.api.pages import WEB
 from tests.server.live import Live, limits, raw_socket, serve
 from tests.server.threats import close_code, player
 

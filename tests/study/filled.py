@@ -6,15 +6,15 @@ from pathlib import Path
 
 import numpy as np
 
-from recordings import SeatInfo, finalise
-from study.allocation import assign
-from study.definition import Study
-from study.folder import StudyFolder
-from study.protocol import Step, steps
-from study.store import Store, Unit
-from study.store.rounds import Played, Rounds, Seated
-from study.study_file import parse_study
-from study.template import template_text
+from movingout.recordings import SeatInfo, finalise
+from movingout.study.data.study_folder import StudyFolder
+from movingout.study.design.allocation import assign
+from movingout.study.design.definition import Study
+from movingout.study.design.steps import Step, steps
+from movingout.study.design.study_file import parse_study
+from movingout.study.design.templates import template_text
+from movingout.study.store import Store, Unit
+from movingout.study.store.rounds import Played, Rounds, Seated
 from tests.recordings.support import record
 from tests.study.support import OPENED, Clock
 

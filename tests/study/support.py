@@ -3,12 +3,12 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from study.allocation import assign
-from study.definition import Study
-from study.protocol import Step, steps
-from study.store import IdentityStore, Store
-from study.study_file import parse_study
-from study.template import template_text
+from movingout.study.design.allocation import assign
+from movingout.study.design.definition import Study
+from movingout.study.design.steps import Step, steps
+from movingout.study.design.study_file import parse_study
+from movingout.study.design.templates import template_text
+from movingout.study.store import IdentityStore, Store
 
 TEXT = template_text("agent_survey")
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from server.study import command
-from study.definition import Block, Study
-from study.template import template_names
+from movingout.server.study.commands import study
+from movingout.study.design.definition import Block, Study
+from movingout.study.design.templates import template_names
 
 PAGE = (Path(__file__).parents[2] / "docs" / "study.md").read_text(encoding="utf-8")
 
@@ -20,6 +20,6 @@ def test_every_field_and_template_is_explained(name: str) -> None:
 
 def test_every_command_is_shown_and_every_shown_one_exists() -> None:
     parser = argparse.ArgumentParser()
-    command.configure(parser)
+    study.configure(parser)
     (choices,) = [action.choices for action in parser._actions if isinstance(action, argparse._SubParsersAction)]
     assert set(re.findall(r"^movingout study (\w+)", PAGE, re.MULTILINE)) == set(choices)

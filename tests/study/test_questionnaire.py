@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from study.questionnaire import PAPER, AnswerError
+from movingout.study.questionnaire import PAPER, AnswerError
 
 SOURCE = Path(__file__).parents[2] / ".." / "shared" / "paper.tex"
 

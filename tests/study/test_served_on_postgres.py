@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from server.cli import main
-from study.store.tables import answers, participants, rounds
+from movingout.server.cli import main
+from movingout.study.store.tables import answers, participants, rounds
 from tests.server.study.support import SOLO, Visitor, served
 
 

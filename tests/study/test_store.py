@@ -15,13 +15,13 @@ from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 from sqlalchemy import create_engine
 
-from study.errors import StoreError, StudyError
-from study.store import IdentityStore, Store, Unit
-from study.store.clock import now_ms
-from study.store.database import Database, alembic_config
-from study.store.removal import clear, has_deeds
-from study.store.rounds import Played, Rounds, Seated
-from study.store.tables import (
+from movingout.study.errors import StoreError, StudyError
+from movingout.study.store import IdentityStore, Store, Unit
+from movingout.study.store.clock import now_ms
+from movingout.study.store.database import Database, alembic_config
+from movingout.study.store.removal import clear, has_deeds
+from movingout.study.store.rounds import Played, Rounds, Seated
+from movingout.study.store.tables import (
     answers,
     audit,
     consents,

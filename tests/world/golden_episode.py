@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from maps import load_map
-from world import World, WorldState
+from movingout.maps import load_map
+from movingout.world import World, WorldState
 
 FOLDER = Path(__file__).parent / "golden"
 WINDOW_TICKS = 100  # whole states are kept at most this far ...

@@ -10,14 +10,14 @@ import numpy as np
 import numpy.typing as npt
 import pymunk
 
-from agents.base import EpisodeInfo, Observation
-from agents.catalogue import load_agent
-from maps import MapSpec, Pose, load_map, map_names
+from movingout.agents.base import EpisodeInfo, Observation
+from movingout.agents.catalogue import load_agent
+from movingout.maps import MapSpec, Pose, load_map, map_names
+from movingout.world import World, WorldState
+from movingout.world.action import to_world
+from movingout.world.observation import encode_state
 from tests.world import golden_episode
 from tests.world.carries import EPISODES
-from world import World, WorldState
-from world.action import to_world
-from world.observation import encode_state
 
 DRIVING_TICKS = 150
 AGENT_TICKS = 500

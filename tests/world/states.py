@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from maps import MapSpec, load_map
+from movingout.maps import MapSpec, load_map
+from movingout.world.state import WorldState
 from tests.support import REFERENCE
-from world.state import WorldState
 
 OFFICIAL_FILES = sorted((REFERENCE / "golden").glob("*.npz"))
 

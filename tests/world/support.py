@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from maps import load_map
-from world import World
-from world.constants import REACH, REACH_TOLERANCE
+from movingout.maps import load_map
+from movingout.world import World
+from movingout.world.constants import REACH, REACH_TOLERANCE
 
 BLUE, RED = 0, 1
 CIRCLE = 1  # index of the round item, easy to face, on Simple, DistancePriority and LeftRight alike

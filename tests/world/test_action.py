@@ -3,8 +3,8 @@ import math
 import numpy as np
 import pytest
 
-from world.action import checked, clipped, to_policy, to_world
-from world.errors import ActionError
+from movingout.world.action import checked, clipped, to_policy, to_world
+from movingout.world.errors import ActionError
 
 
 def test_a_policy_action_becomes_distance_heading_and_a_press() -> None:

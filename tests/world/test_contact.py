@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from maps.spec import ROBOT_RADIUS
+from movingout.maps.spec import ROBOT_RADIUS
+from movingout.world.constants import COLLISION_SLOP, DRIVE_SPEED
+from movingout.world.contact import TOUCHING, collision_speed
+from movingout.world.state import WorldState
 from tests.world.support import Script
-from world.constants import COLLISION_SLOP, DRIVE_SPEED
-from world.contact import TOUCHING, collision_speed
-from world.state import WorldState
 
 
 def test_a_contact_is_seen_once_however_long_the_robots_push_each_other() -> None:

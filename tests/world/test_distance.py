@@ -4,8 +4,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from maps import MapSpec, Rect, load_map
-from world.distance import flood, official_distances, paper_distances
+from movingout.maps import MapSpec, Rect, load_map
+from movingout.world.distance import flood, official_distances, paper_distances
 
 
 @pytest.fixture

@@ -10,11 +10,11 @@ pytest.importorskip("pettingzoo", reason="the extra `env` is not installed")
 
 from pettingzoo.test import parallel_api_test, parallel_seed_test
 
-from maps import Rect, load_map
-from world import ActionError, World, WorldError
-from world.action import to_world
-from world.env import REWARDS, MovingOutEnv
-from world.observation import LAYOUTS, encode_state
+from movingout.maps import Rect, load_map
+from movingout.world import ActionError, World, WorldError
+from movingout.world.action import to_world
+from movingout.world.env import REWARDS, MovingOutEnv
+from movingout.world.observation import LAYOUTS, encode_state
 
 STILL = np.array([0.0, 1.0, 0.0, 0.0], np.float32)
 SCORED_LAST = {"score", "tcr", "nfd", "wt_s", "ac"}
@@ -113,5 +113,7 @@ def test_wrong_arguments_and_actions_are_refused() -> None:
 
 def test_the_world_package_itself_needs_no_pettingzoo() -> None:
 
-    program = "import sys, world, world.metrics, world.raster; sys.exit('pettingzoo' in sys.modules)"
+    program = (
+        "import sys, world, movingout.world.metrics, movingout.world.raster; sys.exit('pettingzoo' in sys.modules)"
+    )
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0

@@ -4,8 +4,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from maps import load_map, map_names
-from world import World, WorldError
+from movingout.maps import load_map, map_names
+from movingout.world import World, WorldError
 
 EPISODE_TICKS = 400
 ALL_MAPS = (*map_names(), "Simple")

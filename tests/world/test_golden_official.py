@@ -6,9 +6,9 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from maps import load_map
+from movingout.maps import load_map
+from movingout.world import World
 from tests.support import REFERENCE, reference
-from world import World
 
 FILES = sorted((REFERENCE / "golden").glob("*.npz"))
 

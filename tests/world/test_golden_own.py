@@ -11,10 +11,10 @@ import numpy as np
 import pymunk
 import pytest
 
-from maps import load_map, map_names
+from movingout.maps import load_map, map_names
+from movingout.world import World
 from tests.world import golden_episode
 from tests.world.carries import EPISODES
-from world import World
 
 FILES = sorted(golden_episode.FOLDER.glob("*.npz"))
 TOLERANCE = 1e-6  # arena units and radians, within the window in which a nudge of 1e-14 stays below 1e-10

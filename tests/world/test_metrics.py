@@ -4,9 +4,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from maps import ItemSpec, MapSpec, Pose, Rect, load_map
-from tests.world.states import OFFICIAL_FILES, changed, official_arrays, official_states, start_of
-from world.metrics import (
+from movingout.maps import ItemSpec, MapSpec, Pose, Rect, load_map
+from movingout.world.metrics import (
     EpisodeMetrics,
     Metrics,
     normalized_final_distance,
@@ -15,6 +14,7 @@ from world.metrics import (
     task_completion_rate,
     tick_consistency,
 )
+from tests.world.states import OFFICIAL_FILES, changed, official_arrays, official_states, start_of
 
 STILL = np.zeros((2, 3))
 SIDE_BY_SIDE = np.array([(-0.3, 0.0, 0.0), (0.3, 0.0, 0.0)])  # the line between them is the x axis

@@ -4,12 +4,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from maps import Rect, load_map, map_names
-from maps.spec import SHAPES, SIZES
+from movingout.maps import Rect, load_map, map_names
+from movingout.maps.spec import SHAPES, SIZES
+from movingout.world.errors import WorldError
+from movingout.world.observation import LAYOUTS, Encoder, encode_state, encoder
 from tests.support import reference
 from tests.world.states import OFFICIAL_FILES, changed, official_arrays, official_states, start_of
-from world.errors import WorldError
-from world.observation import LAYOUTS, Encoder, encode_state, encoder
 
 
 def test_the_official_recordings_are_there() -> None:

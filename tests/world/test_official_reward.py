@@ -4,9 +4,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from movingout.world.official_reward import OfficialDenseReward
 from tests.support import reference
 from tests.world.states import OFFICIAL_FILES, official_arrays, official_states
-from world.official_reward import OfficialDenseReward
 
 
 def test_the_recorded_rewards_are_there() -> None:

@@ -6,10 +6,10 @@ from dataclasses import astuple
 import numpy as np
 import pytest
 
-from maps import load_map
+from movingout.maps import load_map
+from movingout.world import ActionError, World, WorldError, WorldState
 from tests.world.carries import HOLDS
 from tests.world.support import CIRCLE
-from world import ActionError, World, WorldError, WorldState
 
 STILL = np.zeros((2, 3))
 

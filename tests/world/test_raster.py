@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from maps import load_map, map_names
+from movingout.maps import load_map, map_names
+from movingout.world.raster import pixels
 from tests.world.states import changed, start_of
-from world.raster import pixels
 
 BLUE, RED, WHITE = (0x00, 0x72, 0xB2), (0xD5, 0x5E, 0x00), (255, 255, 255)
 

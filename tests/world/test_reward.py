@@ -2,10 +2,10 @@ from dataclasses import replace
 
 import pytest
 
-from maps import ItemSpec, MapSpec, Pose, Rect, load_map
+from movingout.maps import ItemSpec, MapSpec, Pose, Rect, load_map
+from movingout.world import WorldState
+from movingout.world.reward import PaperReward
 from tests.world.states import changed, start_of
-from world import WorldState
-from world.reward import PaperReward
 
 FAR, NEAR = (-1.025, -1.025, 0.0), (-1.025, -0.975, 0.0)  # one cell apart on the way up
 HOME = (0.0, 1.08, 0.0)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from maps import load_map
-from world.scoring import delivered_items, delivered_many
+from movingout.maps import load_map
+from movingout.world.scoring import delivered_items, delivered_many
 
 
 @pytest.mark.parametrize("name", ["FourCorners", "HandOff", "AdaptiveAssist"])

@@ -2,14 +2,14 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { ApiError } from "../api.js";
-import { missing, paginate } from "../questionnaire_pages.js";
-import { Persistence } from "../study_persistence.js";
-import { measureRtt, median } from "../study_rtt.js";
-import { TriedControls } from "../tried_controls.js";
-import { UnsentAnswers } from "../unsent_answers.js";
+import { ApiError } from "../core/api.js";
+import { missing, paginate } from "../study/forms/questionnaire_pages.js";
+import { Persistence } from "../study/forms/persistence.js";
+import { measureRtt, median } from "../study/input_check/rtt.js";
+import { TriedControls } from "../study/input_check/tried_controls.js";
+import { UnsentAnswers } from "../study/forms/unsent_answers.js";
 
-/** @typedef {import("../questionnaire_pages.js").Kind} Kind */
+/** @typedef {import("../study/forms/questionnaire_pages.js").Kind} Kind */
 /** @param {string} id @param {Kind} kind @param {boolean} [required] */
 const item = (id, kind, required) => ({ id, kind, label: id, text: id, required });
 

@@ -7,25 +7,25 @@ import numpy as np
 import pytest
 import torch
 
-from agents.base import EpisodeInfo
-from agents.bass.agent import BassAgent, engine_simulator, spread
-from agents.bass.dynamics import Rollout, build_dynamics, carried, holding
-from agents.bass.state_vector import ITEMS_START, moving, moving_arrays
-from agents.checkpoint import DynamicsKind, DynamicsSpec, SelectionSpec, find_checkpoint
-from agents.chunk import checked_chunk
-from agents.errors import DataError
-from agents.observing import observe, start_state
-from agents.policies.export import export_policy, halved_weights
-from agents.policies.policy import build_policy
-from agents.rollout import rollout
-from agents.scripted import ScriptedAgent
-from agents.serving import Network, PolicyNetwork, Singles, agent_of
-from agents.training.config import BassConfig, Order
-from agents.training.simulators import export_dynamics, train_dynamics, transitions_of
-from maps import load_map
-from server.cli import main
+from movingout.agents.action_chunk import checked_chunk
+from movingout.agents.base import EpisodeInfo
+from movingout.agents.bass.agent import BassAgent, engine_simulator, spread
+from movingout.agents.bass.dynamics import Rollout, build_dynamics, carried, holding
+from movingout.agents.bass.state_vector import ITEMS_START, moving, moving_arrays
+from movingout.agents.checkpoint.checkpoint import DynamicsKind, DynamicsSpec, SelectionSpec, find_checkpoint
+from movingout.agents.data.rollout import rollout
+from movingout.agents.errors import DataError
+from movingout.agents.inference.policy_agent import Network, PolicyNetwork, Singles, agent_of
+from movingout.agents.observing import observe, start_state
+from movingout.agents.policies.export import export_policy, halved_weights
+from movingout.agents.policies.policy import build_policy
+from movingout.agents.scripted import ScriptedAgent
+from movingout.agents.training.config import BassConfig, Order
+from movingout.agents.training.simulators import export_dynamics, train_dynamics, transitions_of
+from movingout.maps import load_map
+from movingout.server.cli import main
+from movingout.world import World
 from tests.agents.learning import random_walk, recorded, tiny_spec, walked
-from world import World
 
 TINY = ["--updates", "4", "--batch", "32", "--width", "16"]
 

@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from agents.bass.recombination import LENGTH, Part, Piece, augmentation, draw_pieces, recombined
-from agents.bass.restaging import restage
-from agents.dataset import Trajectory, windows_of
-from maps import load_map
+from movingout.agents.bass.recombination import LENGTH, Part, Piece, augmentation, draw_pieces, recombined
+from movingout.agents.bass.restored_world import restage
+from movingout.agents.data.dataset import Trajectory, windows_of
+from movingout.maps import load_map
+from movingout.world.errors import WorldError
 from tests.agents.learning import states_of, trajectory_of_actions
-from world.errors import WorldError
 
 
 def _straight(blue: float, red: float, ticks: int = 20) -> Trajectory:

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from agents.bass.judging import judge
-from agents.bass.selection import choose, pairs_of
-from agents.bass.state_vector import ITEMS_START, item_places, moving, moving_arrays, robot_places
-from agents.checkpoint import SelectionSpec
-from maps import load_map
+from movingout.agents.bass.score_functions import judge
+from movingout.agents.bass.selection import choose, pairs_of
+from movingout.agents.bass.state_vector import ITEMS_START, item_places, moving, moving_arrays, robot_places
+from movingout.agents.checkpoint.checkpoint import SelectionSpec
+from movingout.maps import load_map
+from movingout.world.state import Floats
 from tests.agents.learning import states_of, walked
-from world.state import Floats
 
 MAP = load_map("DistancePriority")
 START = moving(states_of(MAP, np.zeros((0, 2, 3)))[0])

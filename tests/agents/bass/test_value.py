@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from agents.bass.judging import judge
-from agents.bass.state_vector import moving_arrays, states_of
-from agents.bass.value import Value, progress
-from agents.checkpoint import SelectionSpec, ValueSpec
-from agents.errors import AgentError
-from maps import load_map
+from movingout.agents.bass.score_functions import judge
+from movingout.agents.bass.state_vector import moving_arrays, states_of
+from movingout.agents.bass.value import Value, progress
+from movingout.agents.checkpoint.checkpoint import SelectionSpec, ValueSpec
+from movingout.agents.errors import AgentError
+from movingout.maps import load_map
+from movingout.world.metrics import normalized_final_distance, task_completion_rate
+from movingout.world.state import Floats
 from tests.agents.learning import walked
-from world.metrics import normalized_final_distance, task_completion_rate
-from world.state import Floats
 
 MAP = load_map("DistancePriority")
 COUNT = len(MAP.items)

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 import torch
 
-from agents.features import ITEM_COLUMNS
-from agents.policies.export import export_policy, halved_weights
-from agents.policies.observers import alike_for_items
-from agents.policies.policy import build_policy
-from agents.policies.processes import Diffusion, Flow
-from agents.serving import PolicyNetwork
+from movingout.agents.inference.policy_agent import PolicyNetwork
+from movingout.agents.observation.features import ITEM_COLUMNS
+from movingout.agents.policies.export import export_policy, halved_weights
+from movingout.agents.policies.observers import alike_for_items
+from movingout.agents.policies.policy import build_policy
+from movingout.agents.policies.processes import Diffusion, Flow
 from tests.agents.learning import tiny_spec
 
 VARIANTS = [

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from agents.rollout import Step, rollout
-from agents.scripted import ScriptedAgent
-from agents.scripted.lattice import CARRIER, lattice_pose, next_pose
-from agents.scripted.situation import Situation
-from maps import load_map
-from world import World
-from world.scoring import delivered_items
+from movingout.agents.data.rollout import Step, rollout
+from movingout.agents.scripted import ScriptedAgent
+from movingout.agents.scripted.navigation.lattice import CARRIER, lattice_pose, next_pose
+from movingout.agents.scripted.situation import Situation
+from movingout.maps import load_map
+from movingout.world import World
+from movingout.world.scoring import delivered_items
 
 
 def _last(name: str, ticks: int) -> Step:

@@ -5,22 +5,22 @@ from typing import Any
 
 import numpy as np
 
-from agents.base import EpisodeInfo
-from agents.scripted.agent import ScriptedAgent
-from agents.scripted.approaching import walk_costs
-from agents.scripted.choosing import HOLDS_FOR, IDLE_AFTER, Chooser
-from agents.scripted.driving import no_danger
-from agents.scripted.fetching import Carry, Fetch
-from agents.scripted.grasping import stands
-from agents.scripted.lattice import UNREACHED
-from agents.scripted.lifting import APART, LET_GO, Lift, cramped
-from agents.scripted.lifting import FED_UP as PAIR_FED_UP
-from agents.scripted.situation import Situation
-from agents.scripted.style import Style
-from agents.scripted.terrain import with_robot
-from agents.scripted.waiting import Aside
-from maps import load_map
-from world import World
+from movingout.agents.base import EpisodeInfo
+from movingout.agents.scripted.agent import ScriptedAgent
+from movingout.agents.scripted.navigation.grasp_stance import stands
+from movingout.agents.scripted.navigation.lattice import UNREACHED
+from movingout.agents.scripted.navigation.motion_choice import no_danger
+from movingout.agents.scripted.navigation.terrain import with_robot
+from movingout.agents.scripted.situation import Situation
+from movingout.agents.scripted.style import Style
+from movingout.agents.scripted.task_choice import HOLDS_FOR, IDLE_AFTER, Chooser
+from movingout.agents.scripted.tasks.approach import walk_costs
+from movingout.agents.scripted.tasks.fetch import Carry, Fetch
+from movingout.agents.scripted.tasks.lift import APART, LET_GO, Lift, cramped
+from movingout.agents.scripted.tasks.lift import FED_UP as PAIR_FED_UP
+from movingout.agents.scripted.tasks.wait import Aside
+from movingout.maps import load_map
+from movingout.world import World
 
 THINK = 1000  # slices: to the end
 

@@ -7,22 +7,22 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agents.catalogue import load_agent
-from agents.errors import AgentError
-from agents.rollout import rollout
-from agents.scripted import ScriptedAgent
-from agents.scripted.choosing import FETCHED_WITHIN, Chooser
-from agents.scripted.errand import Errand
-from agents.scripted.fetching import Fetch
-from agents.scripted.grasping import HEADINGS
-from agents.scripted.lifting import Lift
-from agents.scripted.relay import relay
-from agents.scripted.situation import Situation
-from agents.scripted.style import Style
-from agents.scripted.traffic import side_prices
-from maps import load_map
-from world import World
-from world.scoring import delivered_items
+from movingout.agents.catalogue import load_agent
+from movingout.agents.data.rollout import rollout
+from movingout.agents.errors import AgentError
+from movingout.agents.scripted import ScriptedAgent
+from movingout.agents.scripted.navigation.grasp_stance import HEADINGS
+from movingout.agents.scripted.placement.handover_lanes import relay
+from movingout.agents.scripted.situation import Situation
+from movingout.agents.scripted.style import Style
+from movingout.agents.scripted.task_choice import FETCHED_WITHIN, Chooser
+from movingout.agents.scripted.tasks.fetch import Fetch
+from movingout.agents.scripted.tasks.lift import Lift
+from movingout.agents.scripted.tasks.task import Errand
+from movingout.agents.scripted.traffic import side_prices
+from movingout.maps import load_map
+from movingout.world import World
+from movingout.world.scoring import delivered_items
 
 
 def _situation(name: str, seat: int = 0, tick: int = 0, **fields: Any) -> Situation:

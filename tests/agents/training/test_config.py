@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from agents.checkpoint import MAX_NAME, MAX_POPULATION
-from agents.training.config import PRESETS, bass_preset, policy_preset
-from agents.training.options import add_fields, overridden
-from server.cli import main
+from movingout.agents.checkpoint.checkpoint import MAX_NAME, MAX_POPULATION
+from movingout.agents.training.config import PRESETS, bass_preset, policy_preset
+from movingout.agents.training.options import add_fields, overridden
+from movingout.server.cli import main
 
 
 @pytest.mark.parametrize(

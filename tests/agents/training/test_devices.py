@@ -9,14 +9,14 @@ import pytest
 import torch
 from torch import nn
 
-from agents.dataset import trajectory_windows
-from agents.policy_spec import PolicyKind
-from agents.training import policies, simulators, values
-from agents.training.config import BassConfig, Optimisation, PolicyConfig, Precision
-from agents.training.loop import Fitted, Task
-from agents.training.policies import train_policy
-from agents.training.simulators import train_dynamics, transitions_of
-from agents.training.values import Returns, train_value
+from movingout.agents.checkpoint.policy_spec import PolicyKind
+from movingout.agents.data.dataset import trajectory_windows
+from movingout.agents.training import policies, simulators, values
+from movingout.agents.training.config import BassConfig, Optimisation, PolicyConfig, Precision
+from movingout.agents.training.loop import Fitted, Task
+from movingout.agents.training.policies import train_policy
+from movingout.agents.training.simulators import train_dynamics, transitions_of
+from movingout.agents.training.values import Returns, train_value
 from tests.agents.learning import walked
 
 POLICIES: list[tuple[PolicyKind, dict[str, object]]] = [

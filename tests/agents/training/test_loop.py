@@ -8,10 +8,10 @@ import pytest
 import torch
 from torch import nn
 
-from agents.errors import DataError
-from agents.training.config import Optimisation, Precision
-from agents.training.loop import Fitted, Losses, Task, fit
-from agents.training.run import RESUME
+from movingout.agents.errors import DataError
+from movingout.agents.training.config import Optimisation, Precision
+from movingout.agents.training.loop import Fitted, Losses, Task, fit
+from movingout.agents.training.run import RESUME
 
 CONFIG = Optimisation(rate=0.1, warmup=0, evaluate_every=2)
 

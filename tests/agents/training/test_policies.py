@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from agents.dataset import windows_of
-from agents.errors import DataError
-from agents.training.config import PolicyConfig
-from agents.training.policies import SOON, hand_changes, train_policy
+from movingout.agents.data.dataset import windows_of
+from movingout.agents.errors import DataError
+from movingout.agents.training.config import PolicyConfig
+from movingout.agents.training.policies import SOON, hand_changes, train_policy
 
 
 def test_windows_before_a_hand_changes_are_found_and_those_that_begin_with_the_press() -> None:

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from agents.errors import DataError
-from agents.training.config import Optimisation, PolicyConfig, policy_preset
-from agents.training.run import CONFIG, RESUME, begin
+from movingout.agents.errors import DataError
+from movingout.agents.training.config import Optimisation, PolicyConfig, policy_preset
+from movingout.agents.training.run import CONFIG, RESUME, begin
 
 ABOUT = {"id": "dp@mine", "kind": "dp", "preset": "fast", "seats": "acting", "data_sha256": "a" * 64}
 CONFIGURATION = policy_preset("dp", "fast")

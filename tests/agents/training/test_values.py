@@ -7,12 +7,20 @@ import numpy as np
 import pytest
 import torch
 
-from agents.checkpoint import SHIPPED, find_checkpoint
-from agents.errors import CheckpointError, DataError
-from agents.serving import Network
-from agents.training.config import BassConfig
-from agents.training.values import TAIL, Returns, discounted, exported_value, returns_of, train_value, value_of
-from maps import load_map
+from movingout.agents.checkpoint.checkpoint import SHIPPED, find_checkpoint
+from movingout.agents.errors import CheckpointError, DataError
+from movingout.agents.inference.policy_agent import Network
+from movingout.agents.training.config import BassConfig
+from movingout.agents.training.values import (
+    TAIL,
+    Returns,
+    discounted,
+    exported_value,
+    returns_of,
+    train_value,
+    value_of,
+)
+from movingout.maps import load_map
 from tests.agents.learning import walked
 
 

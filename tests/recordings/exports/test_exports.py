@@ -14,15 +14,15 @@ import pyarrow.parquet as pq
 import pytest
 from PIL import Image
 
-from maps import load_map
-from recordings import Episode, RecordingError, SeatInfo, finalise, read_episode
-from recordings.exports import FORMATS, export
-from recordings.exports.plan import Plan
-from recordings.exports.tables import TABLES
+from movingout.maps import load_map
+from movingout.recordings import Episode, RecordingError, SeatInfo, finalise, read_episode
+from movingout.recordings.exports import FORMATS, export
+from movingout.recordings.exports.plan import Plan
+from movingout.recordings.exports.tables import TABLES
+from movingout.world.action import to_policy, to_world
+from movingout.world.metrics import EpisodeMetrics
+from movingout.world.observation import encode_state
 from tests.recordings.support import record
-from world.action import to_policy, to_world
-from world.metrics import EpisodeMetrics
-from world.observation import encode_state
 
 TICKS = 14
 
@@ -298,7 +298,7 @@ def test_no_path_of_this_machine_gets_out(
 def test_a_missing_library_is_named_with_the_command_that_installs_it(
     recordings: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.delitem(sys.modules, "recordings.exports.robomimic", raising=False)
+    monkeypatch.delitem(sys.modules, "movingout.recordings.exports.robomimic", raising=False)
     monkeypatch.setitem(sys.modules, "h5py", None)
     with pytest.raises(
         RecordingError, match=r"robomimic needs h5py; install it: pip install 'moving-out-live\[hdf5\]'"

@@ -2,9 +2,9 @@
 
 import argparse
 
-from recordings import export_command
-from recordings.exports import FORMATS
-from recordings.imports.sources import SUFFIXES
+from movingout.recordings.commands import exports
+from movingout.recordings.exports import FORMATS
+from movingout.recordings.imports.sources import SUFFIXES
 from tests.support import ROOT
 
 PAGE = (ROOT / "docs" / "exports.md").read_text(encoding="utf-8")
@@ -18,7 +18,7 @@ def test_the_page_names_every_format_and_its_extra() -> None:
 
 def test_every_option_on_the_page_exists() -> None:
     parser = argparse.ArgumentParser()
-    export_command.configure(parser)
+    exports.configure(parser)
     options = {option for action in parser._actions for option in action.option_strings}
     for option in ("--to", "--out", "--test-share", "--view", "--layout", "--speed", "--every", "--no-overlay"):
         assert option in options

@@ -11,11 +11,11 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from recordings import finalise
-from recordings.exports import export, lerobot
-from recordings.exports.plan import Plan
-from recordings.exports.statistics import statistics
-from recordings.exports.trajectories import Trajectory, trajectories
+from movingout.recordings import finalise
+from movingout.recordings.exports import export, lerobot
+from movingout.recordings.exports.plan import Plan
+from movingout.recordings.exports.statistics import statistics
+from movingout.recordings.exports.trajectories import Trajectory, trajectories
 from tests.recordings.support import record
 
 EPISODES, TICKS = 7, 5

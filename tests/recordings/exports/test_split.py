@@ -2,9 +2,9 @@
 
 import random
 
-from recordings import SeatInfo
-from recordings.exports.split import TEST, TRAIN, participants, split
-from recordings.listing import Players
+from movingout.recordings import SeatInfo
+from movingout.recordings.exports.split import TEST, TRAIN, participants, split
+from movingout.recordings.storage.listing import Players
 
 
 def players(episode_id: str, blue: str, red: str, red_kind: str = "human") -> Players:

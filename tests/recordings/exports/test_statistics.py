@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from recordings.exports.statistics import STEPS, Moments, Statistics, statistics, streamed
+from movingout.recordings.exports.statistics import STEPS, Moments, Statistics, statistics, streamed
 
 WHOLE = np.random.default_rng(3).normal(1e6, [1.0, 0.0, 30.0], (5000, 3))
 

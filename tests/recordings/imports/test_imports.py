@@ -11,12 +11,12 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from maps import load_map
-from recordings import Episode, RecordingError, finalise, read_episode, verify
-from recordings.imports.convert import Report, import_source, pseudonym
-from recordings.imports.sources import find, read
-from recordings.official import dataset_row, evaluator_steps, recorder_steps
-from server.cli import main
+from movingout.maps import load_map
+from movingout.recordings import Episode, RecordingError, finalise, read_episode, verify
+from movingout.recordings.imports.convert import Report, import_source, pseudonym
+from movingout.recordings.imports.sources import find, read
+from movingout.recordings.official_format import dataset_row, evaluator_steps, recorder_steps
+from movingout.server.cli import main
 from tests.recordings.support import plain, record
 from tests.support import reference
 

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from maps import MapSpec, load_map
-from maps.spec import ItemSpec, Pose, Rect
-from recordings.report.track import Track
+from movingout.maps import MapSpec, load_map
+from movingout.maps.spec import ItemSpec, Pose, Rect
+from movingout.recordings.report.track import Track
 
 GOAL = Rect(-1.2, -0.3, -0.8, 0.3)  # at the left edge
 SMALL = ItemSpec(0, "circle", "small", 0.06, 0.5, Pose(0.5, 0.0, 0.0))

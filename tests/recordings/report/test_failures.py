@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from maps.spec import Rect
-from recordings.report.failures import Failure, fails_to_grasp, failures, keeps_at_hand_over, stays_away
-from recordings.report.track import Track
+from movingout.maps.spec import Rect
+from movingout.recordings.report.failures import Failure, fails_to_grasp, failures, keeps_at_hand_over, stays_away
+from movingout.recordings.report.track import Track
 from tests.recordings.report.support import LARGE, SMALL, arena, still
 
 BLUE, RED = 0, 1

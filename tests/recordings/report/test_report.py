@@ -9,15 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from maps import load_map
-from recordings import SeatInfo, finalise
-from recordings.listing import Unreadable
-from recordings.report.facts import GROUPINGS, EpisodeFacts, facts_of
-from recordings.report.failures import Failure
-from recordings.report.page import Page
-from recordings.report.tally import Estimate, Tally, estimate
-from recordings.report.waiting import Wait
-from server.cli import main
+from movingout.maps import load_map
+from movingout.recordings import SeatInfo, finalise
+from movingout.recordings.report.facts import GROUPINGS, EpisodeFacts, facts_of
+from movingout.recordings.report.failures import Failure
+from movingout.recordings.report.page import Page
+from movingout.recordings.report.tally import Estimate, Tally, estimate
+from movingout.recordings.report.waiting import Wait
+from movingout.recordings.storage.listing import Unreadable
+from movingout.server.cli import main
 from tests.recordings.support import header, record
 from tests.support import ROOT
 
@@ -140,7 +140,7 @@ def test_the_page_asks_the_network_for_nothing_and_runs_no_script() -> None:
 
 def test_the_page_has_the_colours_of_the_product() -> None:
     own = (ROOT / "recordings" / "report" / "page.css").read_text(encoding="utf-8")
-    web = (ROOT / "web" / "tokens.css").read_text(encoding="utf-8")
+    web = (ROOT / "web" / "styles" / "tokens.css").read_text(encoding="utf-8")
     tokens = re.compile(r"(--[\w-]+):\s*(#[0-9a-f]{6})")
     light, dark = (dict(tokens.findall(text)) for text in own.split("@media (prefers-color-scheme: dark)", 1))
     web_light, web_dark = web.split("@media (prefers-color-scheme: dark)", 1)

@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from maps.spec import ItemSpec, Pose
-from recordings import read_episode
-from recordings.derived import result
-from recordings.report.facts import consistency_per_second
-from recordings.report.track import Span, Track, clearance, spans
-from recordings.report.waiting import Wait, waits
+from movingout.maps.spec import ItemSpec, Pose
+from movingout.recordings import read_episode
+from movingout.recordings.file_format.derived_topics import result
+from movingout.recordings.report.facts import consistency_per_second
+from movingout.recordings.report.track import Span, Track, clearance, spans
+from movingout.recordings.report.waiting import Wait, waits
 from tests.recordings.report.support import still
 from tests.recordings.support import record
 

@@ -5,10 +5,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from recordings.viewer.cameras import Camera
-from recordings.viewer.panel import Panel
-from recordings.viewer.shelf import Shelf
-from recordings.viewer.viewer import close_server, open_server
+from movingout.recordings.viewer.cameras import Camera
+from movingout.recordings.viewer.panel import Panel
+from movingout.recordings.viewer.recording_cache import Shelf
+from movingout.recordings.viewer.viewer import close_server, open_server
 from tests.recordings.support import record
 
 

@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from maps import load_map
-from recordings import AgentDecision
-from recordings.solids import SEAT_RGB
-from recordings.viewer.candidates import CHOSEN_RGB, Decisions, candidate_lines, candidates, guesses
+from movingout.maps import load_map
+from movingout.recordings import AgentDecision
+from movingout.recordings.solids import SEAT_RGB
+from movingout.recordings.viewer.candidates import CHOSEN_RGB, Decisions, candidate_lines, candidates, guesses
+from movingout.world import World
 from tests.recordings.viewer.support import panel, put, recorded
-from world import World
 
 START = World(load_map("HandOff")).state()
 

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from recordings import read_episode
-from recordings.viewer.cameras import ABOVE, BLUE, Camera
-from recordings.viewer.panel import ALONE, Panel
-from recordings.viewer.stage import Stage
+from movingout.recordings import read_episode
+from movingout.recordings.viewer.cameras import ABOVE, BLUE, Camera
+from movingout.recordings.viewer.episode_scene import Stage
+from movingout.recordings.viewer.panel import ALONE, Panel
 from tests.recordings.viewer.support import panel, put, recorded
 
 

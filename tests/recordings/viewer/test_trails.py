@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
-from recordings import read_episode
-from recordings.occupancy import CELLS, heat_picture, occupancy, shades, smoothed
-from recordings.viewer.trails import trail
+from movingout.recordings import read_episode
+from movingout.recordings.occupancy import CELLS, heat_picture, occupancy, shades, smoothed
+from movingout.recordings.viewer.trails import trail
 from tests.recordings.viewer.support import recorded
 
 

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from recordings import RecordingError
-from recordings.viewer.shelf import Shelf
-from recordings.viewer.viewer import Viewer, open_server
-from server.cli import main
+from movingout.recordings import RecordingError
+from movingout.recordings.viewer.recording_cache import Shelf
+from movingout.recordings.viewer.viewer import Viewer, open_server
+from movingout.server.cli import main
 from tests.recordings.viewer.support import recorded
 
 

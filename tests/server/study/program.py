@@ -41,7 +41,7 @@ class Program:
 
 @contextmanager
 def program(file: Path, data: Path, port: int, *options: str) -> Iterator[Program]:
-    command = [sys.executable, "-m", "server.cli", "study", "serve", str(file), "--data", str(data)]
+    command = [sys.executable, "-m", "movingout.server.cli", "study", "serve", str(file), "--data", str(data)]
     command += ["--port", str(port), *options]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         try:

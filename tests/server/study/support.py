@@ -13,14 +13,14 @@ from typing import Any
 
 from websockets.exceptions import ConnectionClosed
 
-from server.study.app import create_study_app
-from server.study.caretaker import Caretaker
-from server.study.dashboard import Dashboard
-from server.study.running import RunningStudy
-from server.study.views import Views
-from server.tokens import hash_token
-from study.folder import StudyFolder
-from study.study_file import parse_study
+from movingout.server.security.tokens import hash_token
+from movingout.server.study.api.app import create_study_app
+from movingout.server.study.api.dashboard import Dashboard
+from movingout.server.study.api.participant_view import Views
+from movingout.server.study.monitor import Caretaker
+from movingout.server.study.running_study import RunningStudy
+from movingout.study.data.study_folder import StudyFolder
+from movingout.study.design.study_file import parse_study
 from tests.server.live import ADMIN, WAIT_S, Live, Person, limits, serve
 
 SPEED = 20  # ticks of 5 ms

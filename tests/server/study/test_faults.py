@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from study.store.tables import answers, rounds
+from movingout.study.store.tables import answers, rounds
 from tests.server.study.support import SOLO, Served, Visitor, served
 
 LONG = SOLO.replace("[HandOff], limit_ticks: 20", "[HandOff], limit_ticks: 60")

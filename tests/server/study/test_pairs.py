@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from recordings.index import list_recordings
-from server import messages as m
-from server.study.crew import Crew
-from study.store.tables import rounds
-from study.way import WAITING
+from movingout.recordings.storage.index import list_recordings
+from movingout.server import messages as m
+from movingout.server.study.unit import Crew
+from movingout.study.design.step_order import WAITING
+from movingout.study.store.tables import rounds
 from tests.server.live import Person
 from tests.server.study.support import PAIR, Served, Visitor, served
 

@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 from websockets.exceptions import ConnectionClosed
 
-import server.study
-from recordings.index import list_recordings
-from server import pages
-from study.store.tables import answers, consents, counts, identities, participants, rounds
+import movingout.server.study
+from movingout.recordings.storage.index import list_recordings
+from movingout.server.api import pages
+from movingout.study.store.tables import answers, consents, counts, identities, participants, rounds
 from tests.server.live import Person
 from tests.server.study.support import SOLO, Served, Visitor, events_of, served
 
@@ -264,7 +264,7 @@ def test_a_study_that_has_everybody_it_needs_says_so(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("language", ["en", "de"])
 def test_whatever_a_participant_is_refused_for_the_page_has_words_for_it(language: str) -> None:
-    sources = Path(server.study.__path__[0]).glob("*.py")
+    sources = Path(movingout.server.study.__path__[0]).rglob("*.py")
     refusal = re.compile(r'(?:NotWelcome\(|WrongAnswer\(|ApiError\(\d+, |guest\.refused = )"(\w+)"')
     codes = {code for source in sources for code in refusal.findall(source.read_text(encoding="utf-8"))}
     words = json.loads((pages.WEB / "words" / f"study.{language}.json").read_text(encoding="utf-8"))

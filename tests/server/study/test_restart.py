@@ -7,14 +7,14 @@ from typing import Any
 import pytest
 from sqlalchemy import update
 
-from recordings import verify
-from recordings.index import list_recordings
-from study.folder import StudyFolder
-from study.store.tables import answers, participants, rounds
-from study.study_file import parse_study
+from movingout.recordings import verify
+from movingout.recordings.storage.index import list_recordings
+from movingout.study.data.study_folder import StudyFolder
+from movingout.study.design.study_file import parse_study
+from movingout.study.store.tables import answers, participants, rounds
+from tests.server.persistence.test_room_snapshot import free_port
 from tests.server.study.program import program
 from tests.server.study.support import SOLO, Served, Visitor, served
-from tests.server.test_restart import free_port
 
 LONG = SOLO.replace("[HandOff], limit_ticks: 20", "[HandOff], limit_ticks: 120")
 

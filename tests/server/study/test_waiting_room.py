@@ -1,6 +1,6 @@
 """Where participants wait for a partner, with a clock that the test turns."""
 
-from server.study.waiting_room import GHOST_S, WaitingRoom
+from movingout.server.study.waiting_room import GHOST_S, WaitingRoom
 
 
 def test_who_came_first_is_paired_first() -> None:

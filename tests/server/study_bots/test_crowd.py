@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from server.study_bots.browser import SimulationError
-from server.study_bots.crowd import Crowd, Plan
+from movingout.server.study_bots.browser import SimulationError
+from movingout.server.study_bots.crowd import Crowd, Plan
 from tests.server.study.support import served
 
 

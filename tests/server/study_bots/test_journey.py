@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from recordings.index import list_recordings
-from server.cli import main
-from server.study_bots.checking import read_kept
-from study.folder import StudyFolder
-from study.study_file import read_study
+from movingout.recordings.storage.index import list_recordings
+from movingout.server.cli import main
+from movingout.server.study_bots.data_check import read_kept
+from movingout.study.data.study_folder import StudyFolder
+from movingout.study.design.study_file import read_study
 from tests.server.study_bots.support import agents_text
 
 

@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from maps import load_map
-from recordings.index import list_recordings
-from server.frames import Bundle
-from server.study_bots.pilot import ScriptedPilot, state_of
-from server.study_bots.player import Player
-from server.tokens import hash_token
+from movingout.maps import load_map
+from movingout.recordings.storage.index import list_recordings
+from movingout.server.frames import Bundle
+from movingout.server.security.tokens import hash_token
+from movingout.server.study_bots.pilot import ScriptedPilot, state_of
+from movingout.server.study_bots.player import Player
+from movingout.world import World
 from tests.server.live import serve
-from world import World
 
 
 def _bundle(world: World) -> Bundle:

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from server.study_bots.checking import losses, read_kept
-from server.study_bots.crowd import Plan
-from server.study_bots.participant import Click
-from server.study_bots.simulating import Rehearsed, rehearse
-from study.folder import StudyFolder
-from study.study_file import read_study
+from movingout.server.study_bots.commands.simulation import Rehearsed, rehearse
+from movingout.server.study_bots.crowd import Plan
+from movingout.server.study_bots.data_check import losses, read_kept
+from movingout.server.study_bots.participant import Click
+from movingout.study.data.study_folder import StudyFolder
+from movingout.study.design.study_file import read_study
 from tests.server.study_bots.support import agents_text, pairs_text
 
 

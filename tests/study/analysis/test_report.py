@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from server.cli import main
-from study.analysis.page import all_tables, page
-from study.analysis.results import Results, collect
-from study.analysis.tables import metric_comparisons, performance
-from study.store.rounds import Rounds
+from movingout.server.cli import main
+from movingout.study.analysis.page import all_tables, page
+from movingout.study.analysis.results import Results, collect
+from movingout.study.analysis.tables import metric_comparisons, performance
+from movingout.study.store.rounds import Rounds
 from tests.study.filled import fill, template
 from tests.study.support import TEXT, open_store, study
 

@@ -1,0 +1,51 @@
+"""Action chunks: the check at the rim, and the rows that the world wants."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from movingout.agents.base import ActionChunk, Agent
+from movingout.agents.errors import AgentError
+from movingout.world.action import to_world
+from movingout.world.state import Floats
+
+MAX_ROWS = 64  # a chunk is at most 6.4 s long
+
+NEUTRAL: tuple[float, float, float] = (0.0, 0.0, 0.0)
+"""The world action of a seat whose agent did not answer: stand still, keep the heading, keep holding."""
+
+
+def checked_chunk(answer: object) -> ActionChunk:
+    """Return `answer` as a clean (H, 4) float64 array: distance clipped to [-1, 1], toggles 0 or 1.
+
+    Raises AgentError when the shape is wrong, a number is not finite, or the heading (cos, sin) is the zero vector.
+    """
+    try:
+        chunk = np.array(answer, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise AgentError(f"an action chunk is a (H, 4) array of numbers, not {type(answer).__name__}") from error
+    if chunk.ndim != 2 or chunk.shape[1] != 4 or not 1 <= chunk.shape[0] <= MAX_ROWS:
+        raise AgentError(f"an action chunk has shape (H, 4) with H from 1 to {MAX_ROWS}, not {chunk.shape}")
+    if not np.isfinite(chunk).all():
+        raise AgentError("an action chunk must hold finite numbers; this one has NaN or infinity")
+    if (np.hypot(chunk[:, 1], chunk[:, 2]) < 1e-6).any():
+        raise AgentError("columns 1 and 2 of an action chunk are the cosine and sine of the heading, never both 0")
+    chunk[:, 0] = np.clip(chunk[:, 0], -1.0, 1.0)
+    chunk[:, 3] = chunk[:, 3] > 0.5
+    return chunk
+
+
+def rows_to_execute(agent: Agent, chunk: ActionChunk) -> int:
+    """How many rows to play before the agent is asked again.
+
+    All of them, unless the agent has an attribute `execute_rows`: a longer chunk then leaves rows to fall back on
+    when an answer comes too late.
+    """
+    wanted = getattr(agent, "execute_rows", len(chunk))
+    return min(max(int(wanted), 1), len(chunk))
+
+
+def world_action(row: Sequence[float] | Floats) -> tuple[float, float, float]:
+    """Turn one chunk row into what `World.step` takes for a seat: distance, heading [rad], toggle."""
+    distance, heading, toggle = to_world(row).tolist()
+    return distance, heading, toggle

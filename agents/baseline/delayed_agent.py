@@ -1,0 +1,56 @@
+"""Playing some ticks late: at tick t what was decided at t - lag (paper, "Inference Speed of DP/BASS": lag 1).
+
+The paper's agents hide their decision time that way. Ours answer within the tick; studies that want the same ask for
+it in the id of any agent: `bass@all:lag=1`.
+"""
+
+from collections import deque
+
+import numpy as np
+
+from movingout.agents.action_chunk import checked_chunk, rows_to_execute
+from movingout.agents.base import ActionChunk, Agent, EpisodeInfo, Observation
+from movingout.agents.data.rollout import Watcher
+from movingout.agents.errors import AgentError
+from movingout.world import World
+from movingout.world.state import Floats
+
+MAX_LAG = 10  # [ticks]
+_REST = np.array([0.0, 1.0, 0.0, 0.0])
+
+
+class LaggedAgent:
+    """Any agent, `lag` ticks late; it stands still until its first action is due."""
+
+    execute_rows = 1
+
+    def __init__(self, agent: Agent, lag: int) -> None:
+        """Raises AgentError for a lag that is no whole number of ticks from 1 to MAX_LAG."""
+        if type(lag) is not int or not 1 <= lag <= MAX_LAG:
+            raise AgentError(f"lag is a whole number of ticks from 1 to {MAX_LAG}, not {lag!r}")
+        self.agent = agent
+        self.lag = lag
+
+    @property
+    def detail(self) -> object:
+        """What the agent says about the decision it has just made (and plays later)."""
+        return getattr(self.agent, "detail", {})
+
+    def reset(self, episode: EpisodeInfo) -> None:
+        """Begin an episode."""
+        self._planned: deque[Floats] = deque()
+        self._due: deque[Floats] = deque([_REST] * self.lag)
+        self.agent.reset(episode)
+
+    def watch(self, world: World) -> None:
+        """Let an oracle look into the world."""
+        if isinstance(self.agent, Watcher):
+            self.agent.watch(world)
+
+    def act(self, observation: Observation) -> ActionChunk:
+        """One row (1, 4): the one decided `lag` ticks ago."""
+        if not self._planned:
+            chunk = checked_chunk(self.agent.act(observation))
+            self._planned.extend(chunk[: rows_to_execute(self.agent, chunk)])
+        self._due.append(self._planned.popleft())
+        return self._due.popleft()[None].copy()

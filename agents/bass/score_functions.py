@@ -1,0 +1,58 @@
+"""What simulated futures are worth: the paper's scores, or a learned value."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from movingout.agents.bass.state_vector import item_places, robot_places
+from movingout.agents.bass.value import Outlooker, Value
+from movingout.agents.checkpoint.checkpoint import SelectionSpec
+from movingout.agents.errors import AgentError
+from movingout.maps import MapSpec
+from movingout.world.metrics import normalized_final_distance
+from movingout.world.state import Floats
+
+AC_WEIGHT = 0.05  # of action consistency beside NFD; the paper does not say which it used
+
+Judge = Callable[[Floats, Floats], Floats]
+"""Joint chunks (R, depth, 2, 4) and the states (R, depth, 58) that they lead to, to scores (R,)."""
+
+
+def judge(map_spec: MapSpec, seat: int, spec: SelectionSpec, value: Value | None = None) -> Judge:
+    """The judge that a selection asks for. Raises AgentError when it asks for a value and there is none."""
+    if spec.score == "value" and value is None:
+        raise AgentError("this agent has no value network to choose by; use score=nfd or nfd+ac")
+    return lambda joint, predicted: judge_many([(map_spec, seat)], [joint], [predicted], spec, value)[0]
+
+
+def judge_many(
+    views: Sequence[Outlooker], joints: Sequence[Floats], predicted: Sequence[Floats], spec: SelectionSpec,
+    value: Value | None,
+) -> list[Floats]:  # fmt: skip
+    """What the judge of each would say, for agents that choose in the same way."""
+    if value is not None and spec.score == "value":
+        return value.outlooks(views, [rollouts[:, -1] for rollouts in predicted], spec.depth)
+    by = _by_distance if spec.score == "nfd" else _by_distance_and_consistency
+    return [by(view[0], joint, rollouts) for view, joint, rollouts in zip(views, joints, predicted, strict=True)]
+
+
+def _by_distance(map_spec: MapSpec, joint: Floats, predicted: Floats) -> Floats:
+    """(R,) NFD of the last states (paper, "Action Selection")."""
+    return normalized_final_distance(map_spec, item_places(predicted[:, -1], len(map_spec.items)))
+
+
+def _by_distance_and_consistency(map_spec: MapSpec, joint: Floats, predicted: Floats) -> Floats:
+    """(R,) the same, and the agents' pulling together."""
+    return _by_distance(map_spec, joint, predicted) + AC_WEIGHT * _consistency(joint, predicted)
+
+
+def _consistency(joint: Floats, predicted: Floats) -> Floats:
+    """(R,) mean over ticks of |(f1 + f2) . d| / (|f1| + |f2|), f the pushes and d the line between the robots."""
+    pushes = joint[..., 0:1] * np.stack((-joint[..., 2], joint[..., 1]), axis=-1)  # (R, depth, 2, 2)
+    places = robot_places(predicted)
+    line = places[:, :, 1] - places[:, :, 0]
+    line /= np.maximum(np.linalg.norm(line, axis=-1, keepdims=True), 1e-6)
+    along = np.abs((pushes.sum(axis=2) * line).sum(axis=-1))
+    total = np.linalg.norm(pushes, axis=-1).sum(axis=-1)
+    consistency: Floats = (along / np.maximum(total, 1e-6)).mean(axis=-1)
+    return consistency

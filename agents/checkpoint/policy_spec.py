@@ -1,0 +1,62 @@
+"""The shape of a policy as data: enough to build its network again, and nothing that could run code."""
+
+from typing import Annotated, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from movingout.agents.observation.features import LAYOUT_SIZES
+
+ACTION_WIDTH = 5
+"""Per tick: distance, cos, sin of the heading, and the grasp one-hot (no, yes), +1 where it is and -1 where not."""
+
+PolicyKind = Literal["mlp", "gru", "dp"]
+Grasp = Literal["hold", "toggle"]
+Layout = Literal["official-v1", "map-v1", "aware-v1"]
+Denoiser = Literal["resmlp", "items", "unet"]
+Process = Literal["flow", "ddim", "ddpm"]
+
+
+class PolicySpec(BaseModel):
+    """Which policy, with every number that shapes its network. Bounds keep a foreign card from asking for the moon."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    kind: PolicyKind
+    layout: Layout
+    obs_horizon: Annotated[int, Field(ge=1, le=8)]
+    horizon: Annotated[int, Field(ge=1, le=32)]
+    execute: Annotated[int, Field(ge=1, le=32)]
+    grasp: Grasp = "hold"
+    width: Annotated[int, Field(ge=4, le=4096)]
+    depth: Annotated[int, Field(ge=1, le=16)]
+    dropout: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
+    denoiser: Denoiser = "resmlp"
+    process: Process = "flow"
+    train_steps: Annotated[int, Field(ge=1, le=1000)] = 36
+    sample_steps: Annotated[int, Field(ge=1, le=1000)] = 4
+    restless: Annotated[float, Field(ge=1.0, le=4.0)] = 1.0  # dp: noise is so many times as wide at a standstill
+
+    @model_validator(mode="after")
+    def _can_be_built(self) -> Self:
+        if self.execute > self.horizon:
+            raise ValueError(f"of a horizon of {self.horizon} actions {self.execute} cannot be executed")
+        if self.kind == "dp" and self.denoiser == "unet" and (self.horizon % 4 or self.width % 8):
+            raise ValueError(
+                "a U-Net halves its horizon twice and groups its channels by eight: "
+                f"horizon {self.horizon} is to be a multiple of 4, width {self.width} of 8"
+            )
+        if self.denoiser == "items" and (self.kind != "dp" or self.layout != "aware-v1"):
+            raise ValueError("denoiser items is for dp with layout aware-v1; other layouts take --denoiser resmlp")
+        return self
+
+    @property
+    def features(self) -> int:
+        """D, the numbers of one observation."""
+        return LAYOUT_SIZES[self.layout]
+
+    @property
+    def noise_rows(self) -> int:
+        """How many noise tensors (horizon, 5) one sample needs: none for mlp and gru, fresh ones per step for DDPM."""
+        if self.kind != "dp":
+            return 0
+        return self.sample_steps if self.process == "ddpm" else 1

@@ -1,0 +1,1 @@
+"""`movingout agents`, `demos` and `train`."""

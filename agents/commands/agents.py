@@ -1,0 +1,115 @@
+"""`movingout agents`: list, show and probe."""
+
+import argparse
+import json
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import asdict
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from movingout.agents.action_chunk import rows_to_execute
+from movingout.agents.base import THREADS, ActionChunk, Agent, EpisodeInfo, Observation
+from movingout.agents.baseline.idle import IdleAgent
+from movingout.agents.catalogue import AgentCard, agent_card, agent_cards, load_agent, unseen_map
+from movingout.agents.checkpoint.checkpoint import MODEL_ROOTS, damage
+from movingout.agents.data.rollout import rollout
+from movingout.agents.errors import AgentError
+from movingout.maps import load_map
+
+TICK_MS = 100.0
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    commands = parser.add_subparsers(dest="action", metavar="COMMAND", required=True, title="commands")
+    listing = commands.add_parser("list", help="the agents that come with the project, and those with a checkpoint")
+    listing.set_defaults(perform=_list)
+    show = commands.add_parser("show", help="one agent: what it does, its maps and its scores")
+    show.set_defaults(perform=_show)
+    probe = commands.add_parser("probe", help="let it play beside a partner who stands still, and time its decisions")
+    probe.add_argument("--map", default="HandOff", help="a map's name or file (HandOff)")
+    probe.add_argument("--ticks", type=int, default=200, help="length of the episode (200)")
+    probe.set_defaults(perform=_probe)
+    for command in (show, probe):
+        command.add_argument("agent", metavar="ID", help="an id of the list, or package.module:Factory")
+    for command in (listing, show, probe):
+        command.add_argument("--json", action="store_true", help="one JSON document on standard output")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    perform: Callable[[argparse.Namespace], int] = arguments.perform
+    return perform(arguments)
+
+
+def _list(arguments: argparse.Namespace) -> int:
+    cards = agent_cards()
+    for sentence in damage(*MODEL_ROOTS):
+        print(f"movingout: left out: {sentence}", file=sys.stderr)
+    if arguments.json:
+        print(json.dumps({"agents": [_document(card) for card in cards]}))
+        return 0
+    table = Table("agent", "kind", "maps", "scores", "what it does", box=None, header_style="dim", pad_edge=False)
+    for card in cards:
+        table.add_row(card.id, card.kind, card.maps, _scores(card), card.description)
+    Console(highlight=False, markup=False).print(table)
+    return 0
+
+
+def _show(arguments: argparse.Namespace) -> int:
+    card = agent_card(arguments.agent)
+    load_agent(arguments.agent)  # with its options: complains now rather than in a game
+    if arguments.json:
+        print(json.dumps(_document(card)))
+        return 0
+    print(f"{card.name}  ({card.id}, {card.kind})\n{card.description}\nmaps: {card.maps}")
+    if card.scores:
+        print(f"scores: {_scores(card)}")
+    return 0
+
+
+class Timed:
+    """An agent whose decisions are timed; `decisions_ms` has one entry per question."""
+
+    def __init__(self, agent: Agent) -> None:
+        self.agent = agent
+        self.decisions_ms: list[float] = []
+
+    def reset(self, episode: EpisodeInfo) -> None:
+        self.agent.reset(episode)
+
+    def act(self, observation: Observation) -> ActionChunk:
+        began = time.perf_counter()
+        chunk = self.agent.act(observation)
+        self.decisions_ms.append((time.perf_counter() - began) * 1e3)
+        return chunk[: rows_to_execute(self.agent, chunk)]
+
+
+def _probe(arguments: argparse.Namespace) -> int:
+    if arguments.ticks < 1:
+        raise AgentError(f"an episode has at least 1 tick, not {arguments.ticks}")
+    timed, the_map = Timed(load_agent(arguments.agent)), load_map(arguments.map)
+    if caution := unseen_map(arguments.agent, the_map.name):
+        print(f"movingout: {caution}", file=sys.stderr)
+    ticks = sum(1 for _ in rollout(the_map, (timed, IdleAgent()), seed=0, ticks=arguments.ticks))
+    p50, p99 = np.percentile(timed.decisions_ms, (50, 99)).tolist()
+    holds = p99 < TICK_MS
+    if arguments.json:
+        decision_ms = {"p50": p50, "p99": p99, "n": len(timed.decisions_ms)}
+        document = {"id": arguments.agent, "map": arguments.map, "ticks": ticks, "decision_ms": decision_ms}
+        print(json.dumps({**document, "threads": THREADS, "holds_10hz": holds}))
+    else:
+        verdict = "holds 10 Hz on this machine" if holds else "too slow for 10 Hz on this machine"
+        print(f"{arguments.agent} on {arguments.map}: {len(timed.decisions_ms)} decisions in {ticks} ticks, ", end="")
+        print(f"p50 {p50:.1f} ms, p99 {p99:.1f} ms of {TICK_MS:.0f} ms: {verdict}")
+    return 0 if holds else 1
+
+
+def _scores(card: AgentCard) -> str:
+    return ", ".join(f"{name} {mean:.3f}" for name, mean in card.scores.items())
+
+
+def _document(card: AgentCard) -> dict[str, object]:
+    return {**asdict(card), "scores": dict(card.scores)}

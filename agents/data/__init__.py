@@ -1,0 +1,1 @@
+"""Episodes to learn from: made, labelled, and cut into training windows."""

@@ -1,0 +1,231 @@
+"""What the expert does where a learner went (DAgger, Ross et al. 2011): states of one, actions of the other.
+
+A learner plays with a scripted person; every few seconds the expert takes the stick for a while and goes on from there,
+and what it does is what is to be learned. It really acts, instead of only saying what it would do, so that its chunks
+belong together and its memory is of what happened; and each time it is an expert with a fresh mind, because a policy
+has no memory that could explain an old plan. Now and then the hand slips for some ticks, so that the way back is
+learned too. With the expert itself as the learner this makes the first data. Kept as .npz of plain arrays.
+"""
+
+import io
+import json
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from movingout.agents.base import EpisodeInfo
+from movingout.agents.catalogue import load_agent
+from movingout.agents.data.dataset import Piece, Singles, Trajectory
+from movingout.agents.data.rollout import Player
+from movingout.agents.errors import AgentError, DataError
+from movingout.maps import MapSpec, map_from_json, map_to_json
+from movingout.world import World
+from movingout.world.state import Floats, WorldState
+
+SLIP_CHANCE = 0.01  # per tick
+SLIP_TICKS = (3, 9)
+SLIP_PRESS_CHANCE = 0.05  # per tick of a slip
+LEARNER_TICKS = (5, 45)  # how long the learner has the stick
+EXPERT_TICKS = (20, 80)
+TEACHER = "scripted:slices=1000,patience=25,yields=1"
+"""The expert as one can learn from it: it never stands still to think, and does not insist."""
+SHORTEST = 4  # ticks of a stretch that is worth learning
+LONGEST_REST = 15  # ticks of standing still that are learned: who learns to wait must not learn nothing else
+SUFFIX = ".corrections.npz"
+_ARRAYS = ("robot_poses", "robot_velocities", "held", "item_poses", "actions")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Correction:
+    """An episode, the learner's seat in it, and what the expert did there."""
+
+    trajectory: Trajectory
+    seat: int
+    labels: Singles  # (T, 5), the grasp as desired level
+    taught: npt.NDArray[np.bool_]  # (T,) whether the tick was the expert's, its hand steady
+
+
+@dataclass(frozen=True, slots=True)
+class Lesson:
+    """One episode to be played: who learns, with whom, where."""
+
+    map: MapSpec
+    learner: str  # agent id
+    expert: str  # agent id
+    partner: tuple[str, str]  # name and agent id
+    seat: int  # the learner's
+    seed: int
+    ticks: int
+
+
+def teach(lesson: Lesson, slips: bool = True) -> Correction:
+    """Play one episode."""
+    world = World(lesson.map, record_sub_poses=False)
+    partner_seat = 1 - lesson.seat
+    partner = Player(
+        load_agent(lesson.partner[1]), EpisodeInfo(lesson.map, partner_seat, lesson.seed + 1, lesson.ticks)
+    )
+    turns = _Turns(lesson)
+    hand = _SlippingHand(lesson.seed, SLIP_CHANCE if slips else 0.0)
+    states, actions, labels, taught = [world.state()], [], [], []
+    while world.tick < lesson.ticks and not world.delivered().all():
+        state = states[-1]
+        wanted, by_expert = turns.action(state)
+        both = np.zeros((2, 3))
+        both[lesson.seat], steady = hand.action(np.array(wanted))
+        both[partner_seat] = partner.action(state)
+        labels.append(_label(wanted, state, lesson.seat))
+        taught.append(by_expert and steady)
+        world.step(both)
+        actions.append(both)
+        states.append(world.state())
+    names = (f"expert:{lesson.partner[0]}", lesson.partner[0])
+    return Correction(
+        Trajectory(
+            lesson.map,
+            names if lesson.seat == 0 else names[::-1],
+            np.array([state.robot_poses for state in states]),
+            np.array([state.robot_velocities for state in states]),
+            np.array([state.held for state in states]),
+            np.array([state.item_poses for state in states]),
+            np.array(actions),
+        ),
+        lesson.seat,
+        np.array(labels, dtype=np.float32),
+        np.array(taught),
+    )
+
+
+class _Turns:
+    """Who has the stick of the learner's seat: the learner and the expert in turn, or always the expert."""
+
+    def __init__(self, lesson: Lesson) -> None:
+        self._lesson = lesson
+        self._random = np.random.default_rng([lesson.seed, 78])
+        self._learner = self._player(lesson.learner) if lesson.learner != lesson.expert else None
+        self._by_expert = self._learner is None
+        self._expert = self._player(lesson.expert)
+        self._left = self._turn()
+
+    def action(self, state: WorldState) -> tuple[tuple[float, float, float], bool]:
+        """The world action of the seat, and whether it is the expert's."""
+        if self._learner is None:
+            return self._expert.action(state), True
+        if self._left == 0:
+            self._by_expert = not self._by_expert
+            self._left = self._turn()
+            if self._by_expert:
+                self._expert = self._player(self._lesson.expert)
+        self._left -= 1
+        return (self._expert if self._by_expert else self._learner).action(state), self._by_expert
+
+    def _turn(self) -> int:
+        return int(self._random.integers(*(EXPERT_TICKS if self._by_expert else LEARNER_TICKS)))
+
+    def _player(self, agent_id: str) -> Player:
+        lesson = self._lesson
+        return Player(load_agent(agent_id), EpisodeInfo(lesson.map, lesson.seat, lesson.seed, lesson.ticks))
+
+
+def _label(wanted: tuple[float, float, float], state: WorldState, seat: int) -> list[float]:
+    """A world action as targets (5,): the hand it wants is the one it has, or the other if it presses.
+
+    Who rests faces where it faces, so that no heading has to be learned that means nothing.
+    """
+    distance, heading, press = wanted
+    facing = heading if distance != 0.0 else float(state.robot_poses[seat, 2])
+    hold = 1.0 if (state.held[seat] >= 0) != (press > 0.5) else -1.0
+    return [distance, math.cos(facing), math.sin(facing), -hold, hold]
+
+
+class _SlippingHand:
+    """Replaces an action by a random one for a few ticks, now and then."""
+
+    def __init__(self, seed: int, chance: float) -> None:
+        """`chance` per tick."""
+        self._random = np.random.default_rng([seed, 77])
+        self._chance = chance
+        self._left = 0
+        self._action = np.zeros(3)
+
+    def action(self, wanted: Floats) -> tuple[Floats, bool]:
+        """The action (3,) that is really made, and whether it is the wanted one."""
+        if self._left == 0 and self._random.random() < self._chance:
+            self._left = int(self._random.integers(*SLIP_TICKS))
+            self._action = np.array([self._random.uniform(0.0, 1.0), self._random.uniform(-np.pi, np.pi), 0.0])
+        if self._left == 0:
+            return wanted, True
+        self._left -= 1
+        self._action[2] = self._random.random() < SLIP_PRESS_CHANCE
+        return self._action, False
+
+
+def correction_pieces(corrections: Iterable[Correction], layout: str) -> Iterator[Piece]:
+    """The stretches in which the expert acted, in the learners' seats."""
+    for one in corrections:
+        features = one.trajectory.features(one.seat, layout)
+        for begin, end in taught_stretches(one):
+            yield one.trajectory.participants[one.seat], features[begin:end], one.labels[begin:end]
+
+
+def taught_stretches(one: Correction) -> Iterator[tuple[int, int]]:
+    """First tick and the one after the last of each run of taught ticks that is long enough."""
+    resting = 0
+    taught = one.taught.copy()
+    stays = np.diff(one.labels[:, 4], prepend=one.labels[:1, 4]) == 0.0  # letting go at last is no rest
+    for tick, rests in enumerate((one.labels[:, 0] == 0.0) & stays):
+        resting = resting + 1 if rests else 0
+        taught[tick] &= resting <= LONGEST_REST
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], taught, [False])).astype(np.int8)))
+    for begin, end in edges.reshape(-1, 2).tolist():
+        if end - begin >= SHORTEST:
+            yield begin, end
+
+
+def save_correction(path: Path, correction: Correction) -> None:
+    """Write one file."""
+    walk = correction.trajectory
+    about = {"map": map_to_json(walk.map), "participants": walk.participants, "seat": correction.seat}
+    data = io.BytesIO()
+    arrays = {name: getattr(walk, name) for name in _ARRAYS}
+    arrays |= {"labels": correction.labels, "taught": correction.taught, "about": np.array(json.dumps(about))}
+    np.savez_compressed(data, allow_pickle=False, **arrays)
+    part = path.with_suffix(".part")
+    part.write_bytes(data.getvalue())
+    part.replace(path)
+
+
+def load_correction(path: Path) -> Correction:
+    """Read one file; DataError for one that is not ours."""
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            about = json.loads(str(file["about"]))
+            arrays = {name: file[name] for name in _ARRAYS}
+            labels, taught = file["labels"], file["taught"]
+            blue, red = about["participants"]
+            walk = Trajectory(map_from_json(about["map"]), (blue, red), **arrays)
+            seat = int(about["seat"])
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise DataError(f"{path} is not a file of corrections: {error}") from error
+    if labels.shape != (walk.ticks, 5) or taught.shape != (walk.ticks,) or seat not in (0, 1):
+        raise DataError(f"{path}: labels of shape {labels.shape} for {walk.ticks} ticks; make the file anew")
+    return Correction(walk, seat, labels, taught)
+
+
+def lessons(
+    maps: list[MapSpec], partners: list[tuple[str, str]], learner: str, expert: str, count: int, ticks: int, seed: int
+) -> list[Lesson]:
+    """`count` lessons per map, seats and partners in turn; maps alternate, so that a part is of use too."""
+    if not partners:
+        raise AgentError("a lesson needs at least one partner")
+    made = []
+    for number in range(count):
+        for index, the_map in enumerate(maps):
+            turn = seed * 7919 + index * count + number
+            partner = partners[turn % len(partners)]
+            made.append(Lesson(the_map, learner, expert, partner, (number + index) % 2, turn, ticks))
+    return made

@@ -1,0 +1,248 @@
+"""Recordings as training windows: every episode encoded once, by the code that also plays live, then only gathers.
+
+A window is one seat at one tick: the observations up to it and the actions from it on. It never crosses the ends of
+its episode: before the first tick the first observation repeats, after the last one the last action does.
+"""
+
+import hashlib
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from movingout.agents.checkpoint.policy_spec import Grasp
+from movingout.agents.errors import DataError
+from movingout.agents.hold import levels_of, presses_of
+from movingout.agents.observation.features import feature_encoder
+from movingout.maps import MapSpec
+from movingout.recordings import Episode, read_episode
+from movingout.recordings.episode import SeatKind
+from movingout.world.state import Floats, Ints
+
+Singles = npt.NDArray[np.float32]
+Indices = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trajectory:
+    """An episode of T ticks as arrays."""
+
+    map: MapSpec
+    participants: tuple[str, str]  # who sat in blue and in red
+    robot_poses: Floats  # (T + 1, 2, 3)
+    robot_velocities: Floats  # (T + 1, 2, 3)
+    held: Ints  # (T + 1, 2)
+    item_poses: Floats  # (T + 1, N, 3)
+    actions: Floats  # (T, 2, 3) world actions: distance, heading, toggle
+    kinds: tuple[SeatKind, SeatKind] = ("agent", "agent")  # what sat in blue and in red
+
+    @property
+    def ticks(self) -> int:
+        return len(self.actions)
+
+    @property
+    def cast(self) -> frozenset[str]:
+        """The people in it; a trained agent is none, and the expert beside somebody counts as that one."""
+        names = (person(name).removeprefix("expert:") for name in self.participants)
+        return frozenset(name for name in names if "@" not in name)
+
+    def features(self, seat: int, layout: str) -> Singles:
+        """(T, D) what `seat` saw before each tick."""
+        encoder = feature_encoder(self.map, layout)
+        encoded = encoder.encode_arrays(
+            self.robot_poses[:-1], self.robot_velocities[:-1], self.held[:-1], self.item_poses[:-1], seat
+        )
+        return encoded.astype(np.float32)
+
+    def targets(self, seat: int, grasp: Grasp) -> Singles:
+        """(T, 5) what `seat` did in each tick, see `policy_spec.ACTION_WIDTH`."""
+        yes = (levels_of if grasp == "hold" else presses_of)(self.held)[:, seat]
+        heading = self.actions[:, seat, 1]
+        columns = (
+            np.clip(self.actions[:, seat, 0], -1.0, 1.0),
+            np.cos(heading),
+            np.sin(heading),
+            np.where(yes, -1.0, 1.0),
+            np.where(yes, 1.0, -1.0),
+        )
+        return np.stack(columns, axis=1).astype(np.float32)
+
+
+def person(name: str) -> str:
+    """Who is behind the name of a seat: `A01` in demonstrations is `person:name=A01` in matches."""
+    kind, _, options = name.partition(":")
+    given = dict(option.partition("=")[::2] for option in options.split(","))
+    return given.get("name", name) if kind == "person" else name
+
+
+def trajectory_of(episode: Episode) -> Trajectory:
+    """A recording's arrays. Raises DataError when it has no tick."""
+    if not episode.ticks:
+        raise DataError(f"recording {episode.header.episode_id} holds no tick; leave it out of the training data")
+    states = episode.states
+    return Trajectory(
+        map=episode.header.map,
+        participants=(episode.header.seats[0].name, episode.header.seats[1].name),
+        robot_poses=np.array([state.robot_poses for state in states]),
+        robot_velocities=np.array([state.robot_velocities for state in states]),
+        held=np.array([state.held for state in states]),
+        item_poses=np.array([state.item_poses for state in states]),
+        actions=episode.actions,
+        kinds=(episode.header.seats[0].kind, episode.header.seats[1].kind),
+    )
+
+
+SeatChoice = Literal["acting", "human", "all"]
+"""From whom a policy learns: all who act by themselves, people at the stick alone, or also idle seats and ghosts."""
+
+
+def learned_seats(walk: Trajectory, choice: SeatChoice) -> tuple[int, ...]:
+    """The seats of an episode from which a policy learns."""
+    return tuple(seat for seat in (0, 1) if _is_learned(walk.kinds[seat], walk.participants[seat], choice))
+
+
+def _is_learned(kind: SeatKind, name: str, choice: SeatChoice) -> bool:
+    match choice:
+        case "all":
+            return True
+        case "human":
+            return kind == "human"
+        case "acting":  # in a match somebody idle is an agent of that name
+            return kind not in ("idle", "ghost") and name.partition(":")[0] != "idle"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Windows:
+    """Rows of many trajectories, one after the other, and their targets likewise, which may be more.
+
+    A window is named by the index of its row.
+    """
+
+    features: Singles  # (M, D)
+    targets: Singles  # (N, 5), N >= M
+    starts: Indices  # (M,) first row of the row's trajectory
+    first_targets: Indices  # (M,) where the row's own target is
+    ends: Indices  # (M,) one past the last target of the row's trajectory
+    people: npt.NDArray[np.int32]  # (M,) index into `names`: whose actions these are
+    names: tuple[str, ...]
+
+    def __len__(self) -> int:
+        return len(self.features)
+
+    def observations(self, rows: Indices, history: int) -> Singles:
+        """(B, history, D): the rows up to and with `rows`, oldest first."""
+        back = rows[:, None] + np.arange(1 - history, 1)
+        found: Singles = self.features[np.maximum(back, self.starts[rows, None])]
+        return found
+
+    def chunks(self, rows: Indices, horizon: int) -> Singles:
+        """(B, horizon, 5): the actions from `rows` on; the last one again where there are no more."""
+        ahead = self.first_targets[rows, None] + np.arange(horizon)
+        found: Singles = self.targets[np.minimum(ahead, self.ends[rows, None] - 1)]
+        return found
+
+    def split(self, held_out: float, seed: int) -> tuple[Indices, Indices]:
+        """Rows for training and for validation, by person: nobody is in both. `held_out` is the share of people.
+
+        With a single person everything is for training.
+        """
+        out = np.isin(self.people, _drawn(len(self.names), held_out, seed))
+        return np.flatnonzero(~out), np.flatnonzero(out)
+
+
+def _drawn(people: int, share: float, seed: int) -> Indices:
+    """The numbers of those who are held out among so many people; never all of them."""
+    order = np.random.default_rng(seed).permutation(people)
+    return order[: max(min(round(share * people), people - 1), 0)]
+
+
+def held_out_episodes(casts: Sequence[Collection[str]], share: float, seed: int) -> npt.NDArray[np.bool_]:
+    """(E,) which episodes are for validation, from who sat in each: all those of a share of the people.
+
+    Nobody of these people is in the others. Where that leaves nothing on one side, every tenth episode is held out.
+    """
+    names = sorted({name for cast in casts for name in cast})
+    chosen = {names[number] for number in _drawn(len(names), share, seed)}
+    out = np.array([not chosen.isdisjoint(cast) for cast in casts], dtype=np.bool_)
+    return out if 0 < out.sum() < len(out) else np.arange(len(casts)) % 10 == 9
+
+
+def split_rows(episodes: Indices, casts: Sequence[Collection[str]], share: float, seed: int) -> tuple[Indices, Indices]:
+    """Of rows whose episodes are given (M,), those to train on and those to validate with.
+
+    By `held_out_episodes`; where all rows are of one side (the others were too short to have any) they are for both.
+    """
+    out = held_out_episodes(casts, share, seed)[episodes]
+    if out.all() or not out.any():
+        return np.arange(len(episodes)), np.arange(len(episodes))
+    return np.flatnonzero(~out), np.flatnonzero(out)
+
+
+Piece = tuple[str, Singles, Singles]
+"""A seat of an episode: participant, features (T, D), targets (T or more, 5): of these ticks and of what came next."""
+
+
+def windows_of(rows: Iterable[Piece]) -> Windows:
+    """Put pieces one after the other."""
+    pieces = list(rows)
+    if not pieces:
+        raise DataError("there is nothing to train on: no recording has a seat to learn from; --seats all takes all")
+    names = tuple(sorted({name for name, _, _ in pieces}))
+    lengths = np.array([len(features) for _, features, _ in pieces])
+    ends = np.cumsum(lengths)
+    target_lengths = np.array([len(targets) for _, _, targets in pieces])
+    target_ends = np.cumsum(target_lengths)
+    index = {name: number for number, name in enumerate(names)}
+    return Windows(
+        features=np.concatenate([features for _, features, _ in pieces]),
+        targets=np.concatenate([targets for _, _, targets in pieces]),
+        starts=np.repeat(ends - lengths, lengths),
+        first_targets=np.arange(ends[-1]) + np.repeat(target_ends - target_lengths - (ends - lengths), lengths),
+        ends=np.repeat(target_ends, lengths),
+        people=np.repeat(np.array([index[name] for name, _, _ in pieces], dtype=np.int32), lengths),
+        names=names,
+    )
+
+
+def trajectory_pieces(
+    trajectories: Sequence[Trajectory], layout: str, grasp: Grasp, seats: SeatChoice = "acting"
+) -> Iterator[Piece]:
+    """What was done in these seats of all trajectories."""
+    for walk in trajectories:
+        for seat in learned_seats(walk, seats):
+            yield person(walk.participants[seat]), walk.features(seat, layout), walk.targets(seat, grasp)
+
+
+def trajectory_windows(trajectories: Sequence[Trajectory], layout: str, grasp: Grasp) -> Windows:
+    """The windows of all who act in trajectories."""
+    return windows_of(trajectory_pieces(trajectories, layout, grasp))
+
+
+def recording_files(places: Sequence[Path], suffixes: tuple[str, ...] = (".mcap",)) -> list[Path]:
+    """The files with one of the suffixes among `places` and in folders there, sorted.
+
+    Raises DataError when a place does not exist or nothing is found.
+    """
+    missing = [place for place in places if not place.exists()]
+    if missing:
+        raise DataError(f"there is no recording at {missing[0]}")
+    candidates = [file for place in places for file in (place.rglob("*") if place.is_dir() else [place])]
+    files = sorted({file for file in candidates if file.name.endswith(suffixes)})
+    if not files:
+        where = ", ".join(str(place) for place in places)
+        raise DataError(f"no recording ({', '.join(suffixes)}) under {where}; `movingout demos generate` makes some")
+    return files
+
+
+def read_trajectories(files: Sequence[Path]) -> list[Trajectory]:
+    """Read recordings. Raises RecordingError or DataError, naming the file, for one that cannot be used."""
+    return [trajectory_of(read_episode(file)) for file in files]
+
+
+def data_hash(files: Sequence[Path]) -> str:
+    """SHA-256 of the files' contents, independent of their names and order."""
+    digests = sorted(hashlib.sha256(file.read_bytes()).hexdigest() for file in files)
+    return hashlib.sha256("".join(digests).encode()).hexdigest()

@@ -1,0 +1,125 @@
+"""Episodes of scripted pairs, written as live play is: one MCAP file each, in parallel processes."""
+
+import re
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import as_completed
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from movingout.agents.catalogue import load_agent
+from movingout.agents.data.dagger import SUFFIX, Lesson, save_correction, teach
+from movingout.agents.data.rollout import rollout
+from movingout.agents.scripted.populations import Participant
+from movingout.maps import MapSpec
+from movingout.recordings import EpisodeHeader, EpisodeWriter, SeatInfo, TickRecord, finalise
+from movingout.recordings.processes import pool
+from movingout.world.metrics import EpisodeMetrics, task_completion_rate
+from movingout.world.scoring import delivered_items
+
+Pair = tuple[Participant, Participant]
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """One episode to play: who sits in blue and in red, where, with which seed."""
+
+    episode_id: str
+    map: MapSpec
+    seats: Pair
+    seed: int
+    ticks: int
+
+
+@dataclass(frozen=True, slots=True)
+class Made:
+    """One episode that was written."""
+
+    path: Path
+    map: str
+    ticks: int
+    tcr: float
+
+
+def jobs(
+    people: Sequence[Participant], maps: Sequence[MapSpec], episodes: int, ticks: int, seed: int, prefix: str
+) -> list[Job]:
+    """`episodes` per pair and map, pairs of neighbours in the list; after half of them the two change seats (paper)."""
+    pairs = [(people[k], people[k + 1]) for k in range(0, len(people) - 1, 2)]
+    made = []
+    for the_map in maps:
+        for number, pair in enumerate(pairs):
+            for episode in range(episodes):
+                seats = pair if episode < (episodes + 1) // 2 else (pair[1], pair[0])
+                name = f"{prefix}-{_map_name(the_map)}-{pair[0].name}{pair[1].name}-{episode:02d}"
+                made.append(Job(name, the_map, seats, seed + number * episodes + episode, ticks))
+    return made
+
+
+def _map_name(the_map: MapSpec) -> str:
+    """What a map is called in names of episodes, which tell variants of Challenge 2 apart."""
+    return f"{the_map.name}-{the_map.variant}" if the_map.variant else the_map.name
+
+
+def make(job: Job, folder: Path) -> Made:
+    """Play and write one episode."""
+    agents = (load_agent(job.seats[0].agent_id), load_agent(job.seats[1].agent_id))
+    blue, red = (SeatInfo("agent", person.name, person.sha256) for person in job.seats)
+    header = EpisodeHeader(
+        job.episode_id, job.map, job.seed, job.ticks, (blue, red), time.time_ns(), "scripted",
+        {"blue": job.seats[0].agent_id, "red": job.seats[1].agent_id},
+    )  # fmt: skip
+    metrics = EpisodeMetrics(job.map)
+    writer: EpisodeWriter | None = None
+    played = 0
+    for step in rollout(job.map, agents, job.seed, job.ticks):
+        writer = writer or EpisodeWriter.create(folder, header, step.before)
+        delivered = tuple(delivered_items(job.map, step.after.item_poses).tolist())
+        writer.tick(TickRecord(step.actions, ("agent", "agent"), (-1, -1), step.after, delivered, 0.0))
+        metrics.update(step.before, step.actions, step.after)
+        played = step.after.tick
+    assert writer is not None, "an episode has at least one tick"
+    tcr = metrics.result().tcr
+    path = finalise(writer.close("delivered" if tcr == 1.0 else "time"))
+    return Made(path, job.map.name, played, tcr)
+
+
+def make_all(todo: Sequence[Job], folder: Path, workers: int) -> Iterator[Made]:
+    """Play and write all episodes in `workers` processes, as they are finished. What exists already is skipped."""
+    folder.mkdir(parents=True, exist_ok=True)
+    missing = [job for job in todo if not (folder / f"{job.episode_id}.mcap").exists()]
+    for job in missing:
+        (folder / f"{job.episode_id}.mcap.journal").unlink(missing_ok=True)  # of a run that was stopped
+    yield from _in_processes([partial(make, job, folder) for job in missing], workers)
+
+
+def teach_all(todo: Sequence[Lesson], folder: Path, workers: int) -> Iterator[Made]:
+    """Play and label all lessons likewise."""
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = {lesson: folder / f"{_file_name(lesson)}{SUFFIX}" for lesson in todo}
+    missing = [(lesson, path) for lesson, path in paths.items() if not path.exists()]
+    yield from _in_processes([partial(_teach, lesson, path) for lesson, path in missing], workers)
+
+
+def _file_name(lesson: Lesson) -> str:
+    """A file name that tells lessons apart."""
+    learner = re.sub(r"[^A-Za-z0-9]+", "-", lesson.learner)
+    return f"{learner}-{_map_name(lesson.map)}-{lesson.partner[0]}-{lesson.seed}"
+
+
+def _teach(lesson: Lesson, path: Path) -> Made:
+    correction = teach(lesson)
+    save_correction(path, correction)
+    walk = correction.trajectory
+    rate = task_completion_rate(walk.map, delivered_items(walk.map, walk.item_poses[-1]))
+    return Made(path, walk.map.name, walk.ticks, rate)
+
+
+def _in_processes(calls: Sequence[Callable[[], Made]], workers: int) -> Iterator[Made]:
+    if workers == 1:
+        yield from (call() for call in calls)
+        return
+    with pool(workers) as processes:
+        for future in as_completed([processes.submit(call) for call in calls]):
+            yield future.result()

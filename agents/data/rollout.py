@@ -1,0 +1,64 @@
+"""Two agents in one world, as fast as it goes: no clock, no network. Demonstrations and training aids are made here."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from movingout.agents.action_chunk import checked_chunk, rows_to_execute, world_action
+from movingout.agents.base import ActionChunk, Agent, EpisodeInfo
+from movingout.agents.observing import observe
+from movingout.maps import MapSpec
+from movingout.world import World
+from movingout.world.state import Floats, WorldState
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Step:
+    """One tick: the state before, the world actions (2, 3), the state after."""
+
+    before: WorldState
+    actions: Floats
+    after: WorldState
+
+
+class Player:
+    """An agent in a seat: plays the rows of its chunk, then asks again."""
+
+    def __init__(self, agent: Agent, episode: EpisodeInfo) -> None:
+        self.agent = agent
+        self.episode = episode
+        self._rows: list[Floats] = []
+        agent.reset(episode)
+
+    def action(self, state: WorldState) -> tuple[float, float, float]:
+        """The world action for the coming tick. Raises AgentError for an answer that is no chunk."""
+        if not self._rows:
+            observation = observe(self.episode.map, state, self.episode.seat)
+            chunk: ActionChunk = checked_chunk(self.agent.act(observation))
+            self._rows = list(chunk[: rows_to_execute(self.agent, chunk)])
+        return world_action(self._rows.pop(0))
+
+
+@runtime_checkable
+class Watcher(Protocol):
+    """An agent that wants to look into the world it plays in: an oracle, for experiments."""
+
+    def watch(self, world: World) -> None: ...
+
+
+def rollout(the_map: MapSpec, agents: tuple[Agent, Agent], seed: int, ticks: int) -> Iterator[Step]:
+    """Play until everything is delivered or `ticks` are over."""
+    world = World(the_map, record_sub_poses=False)
+    players = [Player(agent, EpisodeInfo(the_map, seat, seed, ticks)) for seat, agent in enumerate(agents)]
+    for agent in agents:
+        if isinstance(agent, Watcher):
+            agent.watch(world)
+    before = world.state()
+    while world.tick < ticks and not world.delivered().all():
+        actions = np.array([player.action(before) for player in players])
+        world.step(actions)
+        after = world.state()
+        yield Step(before, actions, after)
+        before = after

@@ -1,0 +1,1 @@
+"""Trained agents at play, without torch."""

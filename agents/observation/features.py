@@ -1,0 +1,128 @@
+"""What a learned policy sees: a named layout of numbers, the same in training, in a match and in a live room.
+
+`official-v1` and `map-v1` are those of `world.observation`. `aware-v1` is ours: `map-v1` and then what a person sees at
+a glance but a small network cannot work out from poses, so that one policy can play all maps.
+
+| index | `aware-v1` |
+|---|---|
+| 0-168 | `map-v1` |
+| 169-170 | partner minus own position |
+| 171-172 | unit vector of the way to the partner, around walls |
+| 173 + 15 i | item i (i = 0-6): 1 when it exists, delivered, held by oneself, held by the partner, |
+| + 4-5 | item minus own position, |
+| + 6-7 | unit vector of the way from oneself to the item, + 8 its length / 4, |
+| + 9-10 | unit vector of the way from the item to its nearest goal region, + 11 its length / 4, |
+| + 12 | distance from one's grasp point to the item's outline's circle [u], |
+| + 13-14 | scale, and ln(1 + mass) / 4 |
+"""
+
+from functools import lru_cache
+
+import numpy as np
+
+from movingout.agents.errors import AgentError
+from movingout.agents.observation.navigation import located, navigation
+from movingout.maps import MapSpec
+from movingout.world import constants as c
+from movingout.world.observation import ITEM_SLOTS, ITEM_WIDTH, LAYOUTS, ROBOT_WIDTH, encoder
+from movingout.world.scoring import delivered_many
+from movingout.world.state import Floats, Ints, WorldState
+
+_MAP_LAYOUT = "map-v1"
+_MAP_SIZE = LAYOUTS[_MAP_LAYOUT].size
+_ITEM_WIDTH = 15
+_PARTNER_WIDTH = 4
+_BODIES = 2 * ROBOT_WIDTH  # where the first item's numbers begin in the official layout
+_RELATIONS = _MAP_SIZE + _PARTNER_WIDTH  # and in ours
+_LENGTH_UNIT = 4.0  # [u] brings way lengths to about 1
+
+LAYOUT_SIZES = {
+    **{name: layout.size for name, layout in LAYOUTS.items()},
+    "aware-v1": _RELATIONS + ITEM_SLOTS * _ITEM_WIDTH,
+}
+
+ITEM_COLUMNS = tuple(
+    (
+        *range(_BODIES + slot * ITEM_WIDTH, _BODIES + (slot + 1) * ITEM_WIDTH),
+        *range(_RELATIONS + slot * _ITEM_WIDTH, _RELATIONS + (slot + 1) * _ITEM_WIDTH),
+    )
+    for slot in range(ITEM_SLOTS)
+)
+"""(7, 30) where the numbers about each item stand in `aware-v1`."""
+
+
+class FeatureEncoder:
+    """Encodes states of one map in one layout."""
+
+    def __init__(self, map_spec: MapSpec, layout: str) -> None:
+        """Raises AgentError for an unknown layout, WorldError for a map that does not fit into it."""
+        if layout not in LAYOUT_SIZES:
+            raise AgentError(f"unknown observation layout {layout!r}; known: {', '.join(LAYOUT_SIZES)}")
+        self.size = LAYOUT_SIZES[layout]
+        self._map = map_spec
+        self._aware = layout == "aware-v1"
+        self._base = encoder(map_spec, _MAP_LAYOUT if self._aware else layout)
+        self._bulk = np.array([[item.scale, np.log1p(item.mass) / 4] for item in map_spec.items]).reshape(-1, 2)
+
+    def encode(self, state: WorldState, seat: int) -> Floats:
+        """The vector (D,) that `seat` sees."""
+        rows = self.encode_arrays(
+            state.robot_poses[None], state.robot_velocities[None], state.held[None], state.item_poses[None], seat
+        )
+        vector: Floats = rows[0]
+        return vector
+
+    def encode_arrays(
+        self, robot_poses: Floats, robot_velocities: Floats, held: Ints, item_poses: Floats, seat: int
+    ) -> Floats:
+        """The vectors (T, D) of states given as arrays: (T, 2, 3), (T, 2, 3), (T, 2) and (T, N, 3)."""
+        base = self._base.encode_arrays(robot_poses, robot_velocities, held, item_poses, seat)
+        if not self._aware:
+            return base
+        partner, items = self._relations(robot_poses, held, item_poses, seat)
+        ticks, count = items.shape[:2]
+        slots = np.zeros((ticks, ITEM_SLOTS, _ITEM_WIDTH))
+        slots[:, :count] = items
+        return np.concatenate((base, partner, slots.reshape(ticks, -1)), axis=1)
+
+    @staticmethod
+    def delivered(rows: Floats) -> Floats:
+        """(B, 7) whether each item is delivered, 1 or 0, out of rows (B, D) of `aware-v1`."""
+        items = rows[:, _RELATIONS:].reshape(-1, ITEM_SLOTS, _ITEM_WIDTH)
+        flags: Floats = items[..., 1]
+        return flags
+
+    def _relations(self, robot_poses: Floats, held: Ints, item_poses: Floats, seat: int) -> tuple[Floats, Floats]:
+        """The partner's (T, 4) and the items' (T, N, 15) numbers of `aware-v1`."""
+        ways = navigation(self._map)
+        own, other = robot_poses[:, seat, :2], robot_poses[:, 1 - seat, :2]
+        places = item_poses[..., :2]
+        here, there = located(own[:, None]), located(places)
+        to_items, lengths = ways.ways(here, there)
+        homewards, lengths_home = ways.ways(there, ways.nearest_goal(there))
+        to_other, _ = ways.ways(here, located(other[:, None]))
+        angles = robot_poses[:, seat, 2]
+        grasp = own + c.REACH * np.stack((-np.sin(angles), np.cos(angles)), axis=-1)
+        index = np.arange(places.shape[1])
+        numbers = [
+            np.ones(places.shape[:2]),
+            delivered_many(self._map, item_poses),
+            held[:, seat, None] == index,
+            held[:, 1 - seat, None] == index,
+            places - own[:, None],
+            to_items,
+            lengths / _LENGTH_UNIT,
+            homewards,
+            lengths_home / _LENGTH_UNIT,
+            np.linalg.norm(places - grasp[:, None], axis=-1) - self._bulk[:, 0],
+            np.broadcast_to(self._bulk, (*places.shape[:2], 2)),
+        ]
+        columns = [part if part.ndim == 3 else part[..., None] for part in numbers]
+        partner = np.concatenate((other - own, to_other[:, 0]), axis=1)
+        return partner, np.concatenate(columns, axis=-1)
+
+
+@lru_cache(maxsize=64)
+def feature_encoder(map_spec: MapSpec, layout: str) -> FeatureEncoder:
+    """The one encoder of a map and layout in this process."""
+    return FeatureEncoder(map_spec, layout)

@@ -1,0 +1,1 @@
+"""Driving what is held: alone, and by two."""

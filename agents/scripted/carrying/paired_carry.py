@@ -1,0 +1,174 @@
+"""Carrying one item with two robots: a rigid body of three, moved by two robots that each know the common plan.
+
+Both robots compute the same plan from the same visible state, so nothing has to be said. The body's reference point
+is the item's centre; its heading is how far the item has turned since both hands closed.
+"""
+
+import math
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from movingout.agents.scripted.carrying.solo_carry import LINGER, Progress
+from movingout.agents.scripted.navigation.cost_search import Field, Search, shared_search
+from movingout.agents.scripted.navigation.geometry import Disc, covering_discs, half_extents, heading_of, wrap
+from movingout.agents.scripted.navigation.lattice import PAIR, UNIT_PER_TICK, UNREACHED, nearest_value, values
+from movingout.agents.scripted.navigation.motion_choice import STRIDE, Command
+from movingout.agents.scripted.navigation.terrain import Terrain, squeeze
+from movingout.agents.scripted.placement.goal_places import Places, place_costs
+from movingout.maps import ItemSpec
+from movingout.maps.spec import ROBOT_RADIUS
+from movingout.world.constants import TOGETHER_TURN_DIVISOR
+from movingout.world.scoring import goal_boxes, is_delivered
+from movingout.world.state import Floats
+
+EASY, TIGHT = 0.012, 0.002  # units kept from everything
+_SETTLED = 3.0
+_LOOK = 3  # ticks that a try lasts
+_TICKS = UNIT_PER_TICK * np.arange(1, _LOOK + 1)
+_SPIN_PER_TICK = 0.16  # rad that two robots turn an item in a tick at most
+_LETTING_GO = Command(0.0, 0.0, grasp=True)
+_FOUND = 8  # twists remembered: the partner asks in the same tick
+
+
+class Twist(NamedTuple):
+    """How the body moves in one tick: distances and angle."""
+
+    dx: float
+    dy: float
+    turn: float
+
+
+def _make_twists() -> Floats:
+    rows = [(0.0, 0.0, sign * turn) for sign in (1, -1) for turn in (_SPIN_PER_TICK, _SPIN_PER_TICK / 2)]
+    for number in range(16):
+        angle = number * math.pi / 8
+        for speed in (STRIDE, STRIDE / 3):
+            for turn in (0.0, 0.09, -0.09):
+                rows.append((speed * math.cos(angle), speed * math.sin(angle), turn))
+    return np.array(rows)
+
+
+_TWISTS = _make_twists()
+_STEPS = np.arange(1, _LOOK + 1)[None, :, None]
+_found: dict[tuple[Search, int, bytes], Twist] = {}  # by the search, how far it was followed, and the pose
+
+
+class PairHaul:
+    """The way of an item that both robots hold, or would hold with these grips."""
+
+    def __init__(
+        self,
+        ground: Terrain,
+        item: ItemSpec,
+        item_pose: Floats,
+        robots: Floats,
+        look: Places,
+        margin: float = EASY,
+    ) -> None:
+        """`robots` (2, 2+) are the holders' positions while the item is at `item_pose`; the terrain is without it.
+
+        `look` says what the places in the goal regions are worth.
+        """
+        self.item = item
+        self._origin_angle = float(item_pose[2])
+        self._goals = goal_boxes(ground.map)
+        self._ground = ground
+        self._discs = _discs(item, item_pose, robots)
+        self._search = _search(ground, item, self._origin_angle, self._discs, look, margin)
+        self.field = Field(self._search)
+        self._places = self._search.starts
+        self._progress = Progress()
+
+    @property
+    def idle_ticks(self) -> int:
+        """For how long the two have not got nearer."""
+        return self._progress.ticks
+
+    def cost(self, item_pose: Floats) -> float:
+        """Quarter ticks from an item pose (3,)."""
+        return float(values(self.field.cost, PAIR, self._body(item_pose)[None])[0])
+
+    def drive(self, item_pose: Floats, robots: Floats) -> tuple[Command, Command]:
+        """The next commands of both robots, whose poses are (2, 3)."""
+        body = self._body(item_pose)
+        left = float(values(self.field.cost, PAIR, body[None])[0])
+        if left >= UNREACHED and not self.field.done:
+            self.field.search()
+        settled = (
+            self._progress.idle_ticks(left) >= LINGER or nearest_value(self._places, PAIR, body) <= left + _SETTLED
+        )
+        if settled and is_delivered(self.item, tuple(item_pose.tolist()), self._goals):
+            return _LETTING_GO, _LETTING_GO
+        return commands(self._best_twist(body), item_pose, robots)
+
+    def _best_twist(self, body: Floats) -> Twist:
+        """What both holders find; whoever asks second is told what the first one found."""
+        asked = (self._search, self.field.level, body.tobytes())
+        if asked not in _found:
+            if len(_found) >= _FOUND:
+                _found.clear()
+            _found[asked] = self._look_for_twist(body)
+        return _found[asked]
+
+    def _look_for_twist(self, body: Floats) -> Twist:
+        moves = body + _TWISTS[:, None, :] * _STEPS
+        left = values(self.field.cost, PAIR, moves.reshape(-1, 3)).reshape(moves.shape[:2])
+        through = (left + _TICKS).max(axis=1)
+        pressed = squeeze(self._ground, self._discs, moves).max(axis=1)
+        best = _TWISTS[int(np.argmin(0.5 * (left[:, -1] + through) + pressed))]
+        return Twist(*best.tolist())
+
+    def _body(self, item_pose: Floats) -> Floats:
+        return np.array([item_pose[0], item_pose[1], item_pose[2] - self._origin_angle])
+
+
+@lru_cache(maxsize=32)
+def _search(
+    ground: Terrain, item: ItemSpec, angle: float, discs: tuple[Disc, ...], look: Places, margin: float
+) -> Search:
+    """`angle` is the item's while the body's heading is 0; the last two discs are the holders."""
+    turns = angle + np.arange(PAIR.headings) * 2 * np.pi / PAIR.headings
+    extents = np.array([half_extents(item, float(turn)) for turn in turns])
+    holders = [(x, y) for x, y, _ in discs[-2:]]
+    return shared_search(ground, discs, PAIR, margin, place_costs(ground, PAIR, (0.0, 0.0), extents, holders, look))
+
+
+def _discs(item: ItemSpec, item_pose: Floats, robots: Floats) -> tuple[Disc, ...]:
+    cos, sin = math.cos(item_pose[2]), math.sin(item_pose[2])
+    discs = [(cos * x - sin * y, sin * x + cos * y, radius) for x, y, radius in covering_discs(item)]
+    for robot in robots:
+        discs.append((float(robot[0] - item_pose[0]), float(robot[1] - item_pose[1]), ROBOT_RADIUS))
+    return tuple(discs)
+
+
+def commands(twist: Twist, item_pose: Floats, robots: Floats) -> tuple[Command, Command]:
+    """What the two holders (2, 3) do to move the item by a twist.
+
+    Each robot drives the way its own place in the body has to go. Ahead or backward is the same for the motion but
+    not for the turn that the world adds (a tenth of the heading error, away from it): of the four choices the one
+    is taken whose added turn is nearest to the wanted one.
+    """
+    steps = [
+        (twist.dx - twist.turn * float(robot[1] - item_pose[1]), twist.dy + twist.turn * float(robot[0] - item_pose[0]))
+        for robot in robots
+    ]
+    longest = max(math.hypot(*step) for step in steps)
+    scale = STRIDE * max(longest / STRIDE, 1.0)
+    choices = [_two_ways(dx, dy, scale, float(robot[2])) for (dx, dy), robot in zip(steps, robots, strict=True)]
+    pairs = [(one, other) for one in choices[0] for other in choices[1]]
+    best = min(pairs, key=lambda pair: abs((pair[0][1] + pair[1][1]) / 2 - twist.turn))
+    return best[0][0], best[1][0]
+
+
+def _two_ways(dx: float, dy: float, scale: float, angle: float) -> list[tuple[Command, float]]:
+    """The same step driven ahead and backward, each with the turn that the world adds to it."""
+    distance, heading = math.hypot(dx, dy) / scale, heading_of(dx, dy)
+    ways = []
+    for command in (Command(distance, heading), Command(-distance, wrap(heading + math.pi))):
+        error = wrap(command.heading - angle)
+        if abs(error) > math.pi / 2:
+            error = math.copysign(math.pi, error) - error
+        ways.append((command, error / TOGETHER_TURN_DIVISOR))
+    return ways

@@ -1,0 +1,96 @@
+"""A scripted person: the scripted player's plans, seen with a person's eyes and carried out by a person's hand.
+
+The plan decides what and where; the style decides the order of things, and here how late the partner is seen, how
+fast the stick is pushed, how much the steering wanders, how often the person hesitates and whether the stick is keys.
+"""
+
+import math
+from collections import deque
+from dataclasses import fields, replace
+
+import numpy as np
+
+from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
+from movingout.agents.errors import AgentError
+from movingout.agents.observing import observe
+from movingout.agents.scripted import ScriptedAgent
+from movingout.agents.scripted.keyboard_model import Keys
+from movingout.agents.scripted.populations import participant
+from movingout.agents.scripted.style import Style
+from movingout.world.state import Floats, WorldState
+
+WANDER_KEEPS = 0.9  # share of the steering error that stays from tick to tick
+PAUSE_TICKS = 3
+
+
+class Person:
+    """One participant at play; deterministic given name, seed and episode."""
+
+    execute_rows = 1
+
+    def __init__(self, name: str = "A01", seed: int = 0, **habits: float | str) -> None:
+        """`name` as in the populations: A01 to C20; `habits` are fields of `Style` in which this one is different.
+
+        Raises DataError for another name, AgentError for another habit.
+        """
+        known = [field.name for field in fields(Style)]
+        wrong = [habit for habit in habits if habit not in known]
+        if wrong:
+            raise AgentError(f"style: no habit {wrong[0]!r}; known: {', '.join(known)}")
+        self.style: Style = replace(participant(name).style, **habits)  # type: ignore[arg-type]
+        self._plan = ScriptedAgent(seed=seed)
+        self._plan.style = replace(self.style, speed=1.0, delay=0, noise=0.0, hesitation=0.0, stick=0)
+        self._plan.foresees = False
+        self._name = name
+        self._seed = seed
+
+    @property
+    def detail(self) -> dict[str, object]:
+        """What the plan says about its last decision."""
+        return self._plan.detail
+
+    def reset(self, episode: EpisodeInfo) -> None:
+        """Begin an episode."""
+        self._episode = episode
+        self._plan.reset(episode)
+        number = int(self._name[1:]) + 100 * ord(self._name[0])
+        self._random = np.random.default_rng([number, self._seed, episode.seed, episode.seat])
+        self._seen: deque[tuple[Floats, Floats]] = deque(maxlen=self.style.delay + 1)
+        self._wander = 0.0
+        self._pause = 0
+        self._heading = 0.0
+        self._keys = Keys(episode.map, episode.seat) if self.style.stick else None
+
+    def act(self, observation: Observation) -> ActionChunk:
+        """One row."""
+        state = self._late(observation.state)
+        row = self._plan.act(observe(self._episode.map, state, self._episode.seat, observation.tick))[0].copy()
+        wanted = math.atan2(row[2], row[1])
+        if self._hesitates():
+            row[0], row[3], wanted = 0.0, 0.0, self._heading
+        keeps = WANDER_KEEPS
+        self._wander = (
+            keeps * self._wander + math.sqrt(1 - keeps**2) * self.style.noise * self._random.standard_normal()
+        )
+        steered = wanted + (self._wander if row[0] != 0.0 else 0.0)
+        self._heading = wanted
+        distance = row[0] * self.style.speed
+        if self._keys is not None:
+            distance, steered = self._keys.press(state, distance, steered)
+        return np.array([[distance, math.cos(steered), math.sin(steered), row[3]]])
+
+    def _late(self, state: WorldState) -> WorldState:
+        """The state with the partner as it was some ticks ago; a shared item is felt at once."""
+        other = 1 - self._episode.seat
+        self._seen.append((state.robot_poses[other], state.robot_velocities[other]))
+        if state.held[0] >= 0 and state.held[0] == state.held[1]:
+            return state
+        poses, velocities = state.robot_poses.copy(), state.robot_velocities.copy()
+        poses[other], velocities[other] = self._seen[0]
+        return replace(state, robot_poses=poses, robot_velocities=velocities)
+
+    def _hesitates(self) -> bool:
+        if self._pause == 0 and self._random.random() < self.style.hesitation:
+            self._pause = PAUSE_TICKS
+        self._pause = max(self._pause - 1, 0)
+        return self._pause > 0

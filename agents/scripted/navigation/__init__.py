@@ -1,0 +1,1 @@
+"""Ways over the floor, for robots and for what they carry."""

@@ -1,0 +1,176 @@
+"""Walking with empty hands: lengths of ways over the floor, and where to turn to from everywhere."""
+
+import math
+from collections.abc import Iterable, Sequence
+from functools import cached_property, lru_cache
+
+import numpy as np
+
+from movingout.agents.scripted.navigation.flood_fill import Mask, lengths, standing_room, to_bits
+from movingout.agents.scripted.navigation.lattice import UNREACHED, Cost
+from movingout.agents.scripted.navigation.terrain import AXIS, CELL, CELLS, Terrain, cell_of
+from movingout.maps.spec import ROBOT_RADIUS
+from movingout.world.state import Floats
+
+_MARGIN = 0.004  # units kept from everything
+_LOOK_AHEAD = 3  # doublings: the direction at a cell looks 2**3 cells down the way
+_TURN_COST = 9.0  # quarter ticks per radian off the way
+_NEIGHBOURS = np.arange(-1, 3)[:, None]  # of a point, per axis
+_HALF = 0.49  # of a cell: a point nearer than this to a grid point is nearest to that one
+_SHIFTS = tuple((dy, dx) for dy in (-1, 0, 1) for dx in (-1, 0, 1))
+_FARTHEST = 2**_LOOK_AHEAD  # cells per axis
+_STEPS = np.arange(-_FARTHEST, _FARTHEST + 1.0)
+_DIRECTIONS: Floats = np.arctan2(-_STEPS, _STEPS[:, None])  # headings, by steps in y and in x
+_HERE = np.arange(CELLS * CELLS)
+_ROWS, _COLUMNS = np.divmod(_HERE, CELLS)
+
+Point = tuple[float, float]
+Cell = tuple[int, int]
+
+
+def walk_lengths(ground: Terrain, targets: Sequence[Point], shunned: Mask | None = None) -> Cost:
+    """(CELLS, CELLS) quarter ticks on foot to the nearest of `targets`; UNREACHED where there is no way.
+
+    Those inside obstacles are moved to the nearest free cell. Steps from `shunned` cells (CELLS, CELLS) count more
+    than double.
+    """
+    cells = _standing_cells(ground, targets)
+    if shunned is None:
+        return _lengths(ground, cells)
+    return lengths(_bits_of(cells), standing_room(ground, ROBOT_RADIUS + _MARGIN), to_bits(shunned))
+
+
+def _standing_cells(ground: Terrain, targets: Sequence[Point]) -> frozenset[Cell]:
+    free = ground.clearance >= ROBOT_RADIUS + _MARGIN
+    return frozenset(nearest_free(free, x, y, within=9) for x, y in targets)
+
+
+def _bits_of(cells: Iterable[Cell]) -> int:
+    mask = np.zeros((CELLS, CELLS), dtype=np.bool_)
+    for cell in cells:
+        mask[cell] = True
+    return to_bits(mask)
+
+
+@lru_cache(maxsize=64)
+def _lengths(ground: Terrain, cells: frozenset[Cell]) -> Cost:
+    return lengths(_bits_of(cells), standing_room(ground, ROBOT_RADIUS + _MARGIN))
+
+
+def nearest_free(free: Mask, x: float, y: float, within: int = 5) -> Cell:
+    """Row and column of the free cell nearest to (x, y), or of (x, y) itself when there is none near."""
+    row, column = cell_of(x, y)
+    if free[row, column] and abs(AXIS[row] - y) < _HALF * CELL and abs(AXIS[column] - x) < _HALF * CELL:
+        return row, column
+    rows, columns = slice(max(row - within, 0), row + within + 1), slice(max(column - within, 0), column + within + 1)
+    found = np.argwhere(free[rows, columns])
+    if not len(found):
+        return row, column
+    found += np.array([rows.start, columns.start])
+    gaps = np.hypot(AXIS[found[:, 0]] - y, AXIS[found[:, 1]] - x)
+    best = found[int(np.argmin(gaps))]
+    return int(best[0]), int(best[1])
+
+
+def cost_at(lengths_there: Cost, x: float, y: float) -> float:
+    """Quarter ticks from (x, y); UNREACHED when there is no way."""
+    return float(lengths_there[nearest_free(lengths_there < UNREACHED, x, y, within=4)])
+
+
+class Way:
+    """The way on foot to some place, from anywhere, with the direction to take at each cell."""
+
+    def __init__(self, there: Cost) -> None:
+        """`there` (CELLS, CELLS) are the lengths of the way."""
+        self.lengths = there
+        self._smooth = np.minimum(there.astype(np.float64), 2000.0)
+
+    @cached_property
+    def _ahead(self) -> tuple[Floats, Mask]:
+        """(CELLS, CELLS) where to turn to, and where that does not matter."""
+        return _headings(_filled(self._smooth))
+
+    def cost(self, x: float, y: float) -> float:
+        """Quarter ticks from (x, y) to the target; UNREACHED when there is no way."""
+        return cost_at(self.lengths, x, y)
+
+    def costs(self, moves: Floats) -> Floats:
+        """(K,) for short moves (K, HORIZON, 3): what is left at their end, turning included."""
+        ends = moves[:, -1]
+        left = _values(self._smooth, ends)
+        nearest = np.rint((ends[:, :2] - AXIS[0]) / CELL).astype(np.int64)
+        columns, rows = np.minimum(np.maximum(nearest, 0), CELLS - 1).T
+        cells = rows * CELLS + columns
+        heading, near = self._ahead
+        off = np.abs((ends[:, 2] - heading.take(cells) + math.pi) % (2 * math.pi) - math.pi)
+        return left + np.where(near.take(cells), 0.0, off * _TURN_COST)
+
+    def path(self, x: float, y: float, length: int) -> Floats:
+        """(n <= length, 2) the cells on the way from (x, y)."""
+        grid = self._smooth
+        row, column = nearest_free(grid < 2000.0, x, y)
+        cells = [(row, column)]
+        while len(cells) < length and grid[row, column] > 0:
+            rows, columns = slice(max(row - 1, 0), row + 2), slice(max(column - 1, 0), column + 2)
+            window = grid[rows, columns]
+            step = np.unravel_index(int(np.argmin(window)), window.shape)
+            following = (rows.start + int(step[0]), columns.start + int(step[1]))
+            if grid[following] >= grid[row, column]:
+                break
+            row, column = following
+            cells.append(following)
+        indices = np.array(cells)
+        return np.stack([AXIS[indices[:, 1]], AXIS[indices[:, 0]]], axis=1)
+
+
+def way_to(ground: Terrain, targets: Sequence[Point], shunned: Mask | None = None) -> Way:
+    """The way to the nearest of `targets`; see `walk_lengths`."""
+    if shunned is None:
+        return _way(ground, _standing_cells(ground, targets))
+    return Way(walk_lengths(ground, targets, shunned))
+
+
+@lru_cache(maxsize=64)
+def _way(ground: Terrain, cells: frozenset[Cell]) -> Way:
+    return Way(_lengths(ground, cells))
+
+
+def _filled(cost: Floats) -> Floats:
+    """Costs also a little way into obstacles, where contact may press a robot: the way out of there first."""
+    padded = np.full((CELLS + 2, CELLS + 2), 2000.0)
+    filled = padded[1:-1, 1:-1]
+    filled[:] = cost
+    for _ in range(3):
+        lowest = np.minimum(padded[:-2], padded[2:])
+        np.minimum(lowest, padded[1:-1], out=lowest)
+        lowest = np.minimum(np.minimum(lowest[:, :-2], lowest[:, 2:]), lowest[:, 1:-1])
+        np.copyto(filled, np.minimum(lowest + 5.0, 2000.0), where=filled >= 2000.0)
+    return filled
+
+
+def _values(grid: Floats, poses: Floats) -> Floats:
+    u, v = (poses[:, 0] - AXIS[0]) / CELL, (poses[:, 1] - AXIS[0]) / CELL
+    i = np.minimum(np.maximum(np.floor(u).astype(np.int64) + _NEIGHBOURS, 0), CELLS - 1)  # (4, M)
+    j = np.minimum(np.maximum(np.floor(v).astype(np.int64) + _NEIGHBOURS, 0), CELLS - 1)
+    gap = np.hypot((v - j)[:, None], u - i) * 2.0  # (4, 4, M)
+    total = grid.take((j * CELLS)[:, None] + i) + gap
+    return np.asarray(total.reshape(-1, len(poses)).min(axis=0))
+
+
+def _headings(cost: Floats) -> tuple[Floats, Mask]:
+    """For each cell the heading of the way ahead, and whether the target is so near that it does not matter."""
+    padded = np.full((CELLS + 2, CELLS + 2), 1e9)
+    padded[1:-1, 1:-1] = cost
+    lowest = padded[:-2, :-2].copy()
+    offset = np.full((CELLS, CELLS), -CELLS - 1)
+    for dy, dx in _SHIFTS[1:]:  # the first of equals stays
+        there = padded[1 + dy : 1 + dy + CELLS, 1 + dx : 1 + dx + CELLS]
+        np.copyto(offset, dy * CELLS + dx, where=there < lowest)
+        np.minimum(lowest, there, out=lowest)
+    following = _HERE + offset.ravel()
+    for _ in range(_LOOK_AHEAD):
+        following = following.take(following)
+    dx, dy = _COLUMNS.take(following) - _COLUMNS, _ROWS.take(following) - _ROWS
+    near = (np.maximum(np.abs(dx), np.abs(dy)) <= 1).reshape(CELLS, CELLS)
+    step = (dy + _FARTHEST) * len(_STEPS) + dx + _FARTHEST
+    return _DIRECTIONS.take(step).reshape(CELLS, CELLS), near

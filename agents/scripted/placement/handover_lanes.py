@@ -1,0 +1,115 @@
+"""Lanes too narrow for two: one robot brings things to a meeting place, the other takes them home from there.
+
+On a locked map nobody can pass anybody, so the robot nearer to the goal stays the nearer one for ever.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from movingout.agents.scripted.navigation.flood_fill import Mask, flood, lengths, standing_room, to_bits
+from movingout.agents.scripted.navigation.lattice import UNREACHED, Cost, Motion
+from movingout.agents.scripted.navigation.terrain import AXIS, CELLS, Terrain, cell_of, terrain
+from movingout.agents.scripted.navigation.walking_distance import way_to
+from movingout.agents.scripted.placement.goal_storage import cells, moved, storage
+from movingout.agents.scripted.placement.remaining_items import Point
+from movingout.maps import MapSpec
+from movingout.maps.spec import ROBOT_RADIUS
+from movingout.world.state import Floats
+
+_LONG = 4  # places on the way at least, to speak of a lane
+_LOCKED_SHARE = 0.9  # of the places on the way at which a robot blocks it
+_STORING = 25.0  # quarter ticks that the outer robot needs besides: into the goal region and out again
+_BAND = 14.0  # quarter ticks around the meeting place at which an item may be handed over
+FARTHEST = 0.8  # share of the way home: nobody hands over farther from the goal
+_STANDOFF = 50.0  # quarter ticks between the meeting place and the robot that waits for things
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Relay:
+    """`way_home` (CELLS, CELLS) is the way from anywhere to the goal regions, in quarter ticks."""
+
+    locked: bool
+    last_lane: Mask  # (CELLS, CELLS) the part of the way before the goal on which two cannot pass each other
+    way_home: Floats
+    meeting: float  # on that way
+
+    def left(self, pose: Floats) -> float:
+        """The way home from a pose."""
+        return float(self.way_home[cell_of(float(pose[0]), float(pose[1]))])
+
+    def waiting_place(self) -> tuple[float, float]:
+        """Where the outer robot waits for things."""
+        gaps = np.abs(self.way_home - max(self.meeting - _STANDOFF, 0.0))
+        row, column = np.unravel_index(int(np.argmin(gaps)), gaps.shape)
+        return float(AXIS[column]), float(AXIS[row])
+
+    def is_handed_over(self, item_pose: Floats) -> bool:
+        """Whether an item lies where the outer robot fetches it."""
+        return self.left(item_pose) <= self.meeting + _BAND + 4.0
+
+
+def meeting_costs(plan: Relay, motion: Motion, offset: Point) -> Cost:
+    """Start costs (headings, CELLS, CELLS) of putting an item down at the meeting place, for a `Search`.
+
+    `offset` is the item's centre in the robot's frame. The robot must stand on the far side of it, not on the way home.
+    """
+    angles = np.arange(motion.headings) * 2 * np.pi / motion.headings
+    x, y = moved(offset, angles)
+    shape = (motion.headings, CELLS, CELLS)
+    item = cells(np.broadcast_to(x, shape), np.broadcast_to(y, shape))
+    left = plan.way_home[item]
+    off = np.abs(left - plan.meeting)
+    behind = plan.way_home[None] > left + 4.0
+    return np.where(off <= _BAND, 0.5 * off + np.where(behind, 0.0, 80.0), UNREACHED).astype(np.int16)
+
+
+@lru_cache(maxsize=64)
+def relay(map_spec: MapSpec, handover: float) -> Relay:
+    """What a map is like in this respect, judged from where its first small item starts.
+
+    `handover` is the share of the way home that lies beyond the meeting place.
+    """
+    bare = terrain(map_spec, ())
+    way_home = lengths(to_bits(storage(map_spec).inside), standing_room(bare, 0.06)).astype(np.float64)
+    small = next((item for item in map_spec.items if item.size == "small"), None)
+    if small is None:
+        return Relay(False, np.zeros((CELLS, CELLS), dtype=np.bool_), way_home, 0.0)
+    start = (small.pose.x, small.pose.y)
+    whole = float(way_home[cell_of(*start)])
+    places, blocked = _bottlenecks(bare, start)
+    locked = len(places) >= _LONG and float(blocked.mean()) >= _LOCKED_SHARE
+    return Relay(locked, _last_lane(places, blocked), way_home, max((whole - _STORING) * handover, 0.0))
+
+
+def _bottlenecks(bare: Terrain, start: Point) -> tuple[Floats, Mask]:
+    """Places (n, 2) on the way from an item to the goal, and at which of them a robot blocks every way."""
+    inside = storage(bare.map).inside
+    free = standing_room(bare, ROBOT_RADIUS + 0.004)
+    goal = to_bits(inside) & free
+    rows, columns = np.nonzero(inside & (bare.clearance > ROBOT_RADIUS))
+    if not len(rows):
+        return np.empty((0, 2)), np.empty(0, dtype=np.bool_)
+    middle = len(rows) // 2
+    path = way_to(bare, [(float(AXIS[columns[middle]]), float(AXIS[rows[middle]]))]).path(*start, 400)
+    x, y = np.meshgrid(AXIS, AXIS)
+    home = np.zeros((CELLS, CELLS), dtype=np.bool_)
+    home[cell_of(float(path[0, 0]), float(path[0, 1]))] = True
+    places = path[14:-14:4]
+    blocked = []
+    for px, py in places:
+        left = free & ~to_bits(np.hypot(x - px, y - py) < 2 * ROBOT_RADIUS)
+        blocked.append(not flood(to_bits(home) & left, left) & goal)
+    return places, np.array(blocked, dtype=np.bool_)
+
+
+def _last_lane(places: Floats, blocked: Mask) -> Mask:
+    """(CELLS, CELLS) the part of the way just before the goal that nobody can avoid."""
+    x, y = np.meshgrid(AXIS, AXIS)
+    lane = np.zeros((CELLS, CELLS), dtype=np.bool_)
+    for (px, py), blocks in zip(places[::-1].tolist(), blocked[::-1].tolist(), strict=True):
+        if not blocks:
+            break
+        lane |= np.hypot(x - px, y - py) < 2 * ROBOT_RADIUS
+    return lane

@@ -1,0 +1,78 @@
+"""Whether everything that is still to come finds a place in the goal regions."""
+
+import numpy as np
+import numpy.typing as npt
+
+from movingout.agents.scripted.navigation.flood_fill import Mask, flood_around, pieces, standing_room, to_mask
+from movingout.agents.scripted.navigation.terrain import AXIS, Terrain
+from movingout.agents.scripted.placement.goal_storage import storage, within_goals
+from movingout.agents.scripted.placement.remaining_items import Outlook, around
+from movingout.world.state import Floats
+
+_ELBOWS = 0.1  # units of room that two robots want around what they put down
+_ABREAST = (0.1, 0.05, 0.02)  # units of room on both sides of a heavy item on its way, the best first
+_SMALL = 0.09  # radius up to which an item is a small one
+
+
+class Packing:
+    """Tries whether the items to come still find places, one after the other, the largest first, deep places first."""
+
+    def __init__(self, ground: Terrain, outlook: Outlook) -> None:
+        sizes = outlook.sizes
+        self._heavy = outlook.heavy
+        store = storage(ground.map)
+        rows, columns = np.nonzero(store.inside & (ground.clearance > 0.0))
+        order = np.lexsort((ground.clearance[rows, columns], -store.depth[rows, columns]))
+        self._cells = rows[order], columns[order]
+        self._x, self._y = AXIS[columns[order]], AXIS[rows[order]]
+        self._room = ground.clearance[self._cells]
+        self._sizes = sizes
+        self._gaps: dict[int, Floats] = {}  # by cell: how far all the others are
+        self._fits = {size: within_goals(ground.map, self._x, self._y, size) for size in set(sizes)}
+        self._wide = {size: self._ways(ground, size) for size in set(sizes) if size > _SMALL}
+
+    def try_all(self, x: float, y: float, radius: float, arms_reach: Mask) -> tuple[int, int]:
+        """How many find no place once a disc lies at (x, y), and how many places the largest has to choose from."""
+        left = np.minimum(self._room, np.hypot(self._x - x, self._y - y) - radius)
+        reached = arms_reach[self._cells]
+        missing, choice = 0, -1
+        for size in self._sizes:
+            if size <= _SMALL:
+                possible = self._fits[size] & reached & (left >= size + 0.01)
+            else:
+                way = self._carried(x, y, radius, size)
+                possible = self._fits[size] & way & (left >= size + _ELBOWS)
+            choice = int(np.count_nonzero(possible)) if choice < 0 else choice
+            first = int(possible.argmax()) if possible.size else 0
+            if possible.size and possible[first]:
+                left = np.minimum(left, self._gaps_to(first) - size)
+            else:
+                missing += 1
+        return missing, max(choice, 0)
+
+    def _gaps_to(self, cell: int) -> Floats:
+        """(n,) from all cells to one; the first that is free is often the same."""
+        if cell not in self._gaps:
+            self._gaps[cell] = np.hypot(self._x[cell] - self._x, self._y[cell] - self._y)
+        return self._gaps[cell]
+
+    def _ways(self, ground: Terrain, size: float) -> tuple[float, list[int], int]:
+        """How much room a heavy item's way can have now, the floor with that room in pieces, where the way starts."""
+        start = 0
+        for point in self._heavy:
+            start |= around(*point, 2 * size + 0.2)  # the item itself still stands there
+        for abreast in _ABREAST:
+            wide = standing_room(ground, size + abreast)
+            floor = pieces(start, wide)
+            if any((to_mask(piece)[self._cells] & self._fits[size]).any() for piece in floor):
+                return abreast, floor, start
+        return 0.0, [], 0
+
+    def _carried(self, x: float, y: float, radius: float, size: float) -> npt.NDArray[np.bool_]:
+        """(n,) which cells a heavy item still gets to with a disc at (x, y)."""
+        abreast, floor, start = self._wide[size]
+        if not floor:
+            return np.ones(self._x.shape, dtype=np.bool_)
+        hole = around(x, y, radius + size + abreast)
+        left = sum(flood_around(hole, start, piece) for piece in floor)  # pieces have nothing in common
+        return to_mask(left)[self._cells]

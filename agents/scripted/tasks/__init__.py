@@ -1,0 +1,1 @@
+"""What a scripted player can be busy with."""

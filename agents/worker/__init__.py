@@ -1,0 +1,1 @@
+"""The process in which agents decide, and what it says to the server."""

@@ -1,0 +1,152 @@
+"""What the server and an agent worker say to each other: length-prefixed msgpack frames over a local socket.
+
+Both ends run the same code, so there is no version; the server's end is `server.agent_workers.process`.
+"""
+
+import struct
+from collections.abc import Iterator, Mapping
+
+import msgspec
+import numpy as np
+
+from movingout.agents.base import ActionChunk
+from movingout.maps import MapSpec
+from movingout.world.state import WorldState
+
+_LENGTH = struct.Struct("<I")
+
+
+class Open(msgspec.Struct, tag=True, array_like=True, frozen=True):
+    """An episode begins for a seat; `key` names it in everything that follows."""
+
+    key: int
+    agent_id: str
+    map: MapSpec
+    seat: int
+    seed: int
+    ticks: int
+
+
+class Observe(msgspec.Struct, tag=True, array_like=True, frozen=True):
+    """Please decide for `tick` before `deadline` (seconds of the machine's monotonic clock)."""
+
+    key: int
+    tick: int
+    deadline: float
+    state_tick: int
+    state: bytes  # float64: robot poses (2, 3), velocities (2, 3), held (2,), item poses (N, 3)
+
+
+class Close(msgspec.Struct, tag=True, array_like=True, frozen=True):
+    """The episode is over; the agent may be used for another one."""
+
+    key: int
+
+
+class Opened(msgspec.Struct, tag=True, array_like=True, frozen=True):
+    """The agent is loaded, warm and reset."""
+
+    key: int
+
+
+class Answer(msgspec.Struct, tag=True, array_like=True, frozen=True):
+    """The chunk for `tick`; of its rows, `execute` are to be played before the next question."""
+
+    key: int
+    tick: int
+    chunk: bytes  # float64 (H, 4)
+    execute: int
+    decision_ms: float
+    detail: dict[str, object]
+
+
+class Skipped(msgspec.Struct, tag=True, array_like=True, frozen=True):
+    """The deadline had passed before the worker could begin."""
+
+    key: int
+    tick: int
+
+
+class Failed(msgspec.Struct, tag=True, array_like=True, frozen=True):
+    """The agent raised, answered nonsense or could not be made; `fatal` when asking again is useless."""
+
+    key: int
+    tick: int
+    reason: str
+    fatal: bool
+
+
+ToWorker = Open | Observe | Close
+FromWorker = Opened | Answer | Skipped | Failed
+
+_encoder = msgspec.msgpack.Encoder()
+_to_worker: msgspec.msgpack.Decoder[ToWorker] = msgspec.msgpack.Decoder(ToWorker)
+_from_worker: msgspec.msgpack.Decoder[FromWorker] = msgspec.msgpack.Decoder(FromWorker)
+
+
+def frame(message: ToWorker | FromWorker) -> bytes:
+    """A message as it goes over the socket."""
+    body = _encoder.encode(message)
+    return _LENGTH.pack(len(body)) + body
+
+
+class FrameBuffer:
+    """Collects what arrives and gives out whole frame bodies."""
+
+    def __init__(self) -> None:
+        self._bytes = bytearray()
+
+    def feed(self, data: bytes) -> Iterator[bytes]:
+        """Add `data`; yield every frame body that is now complete."""
+        self._bytes += data
+        while len(self._bytes) >= _LENGTH.size:
+            (size,) = _LENGTH.unpack_from(self._bytes)
+            if len(self._bytes) < _LENGTH.size + size:
+                return
+            body = bytes(self._bytes[_LENGTH.size : _LENGTH.size + size])
+            del self._bytes[: _LENGTH.size + size]
+            yield body
+
+
+def read_to_worker(body: bytes) -> ToWorker:
+    """Decode a frame body at the worker's end."""
+    return _to_worker.decode(body)
+
+
+def read_from_worker(body: bytes) -> FromWorker:
+    """Decode a frame body at the server's end."""
+    return _from_worker.decode(body)
+
+
+def observe_message(key: int, tick: int, deadline: float, state: WorldState) -> Observe:
+    """Pack a state."""
+    values = np.concatenate(
+        [state.robot_poses.ravel(), state.robot_velocities.ravel(), state.held, state.item_poses.ravel()]
+    )
+    return Observe(key, tick, deadline, state.tick, values.astype(np.float64).tobytes())
+
+
+def observed_state(message: Observe) -> WorldState:
+    """Unpack a state."""
+    values = np.frombuffer(message.state, dtype=np.float64)
+    return WorldState(
+        tick=message.state_tick,
+        robot_poses=values[0:6].reshape(2, 3),
+        robot_velocities=values[6:12].reshape(2, 3),
+        held=values[12:14].astype(np.int64),
+        item_poses=values[14:].reshape(-1, 3),
+    )
+
+
+def answer_message(
+    key: int, tick: int, chunk: ActionChunk, execute: int, decision_ms: float, detail: Mapping[str, object]
+) -> Answer:
+    """Pack a chunk."""
+    return Answer(
+        key, tick, np.ascontiguousarray(chunk, dtype=np.float64).tobytes(), execute, decision_ms, dict(detail)
+    )
+
+
+def answered_chunk(message: Answer) -> ActionChunk:
+    """Unpack a chunk (H, 4)."""
+    return np.frombuffer(message.chunk, dtype=np.float64).reshape(-1, 4)

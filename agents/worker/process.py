@@ -1,0 +1,239 @@
+"""The process in which agents think: one thread, earliest deadline first, no knowledge of rooms or browsers.
+
+Questions that wait at the same time for agents with the same networks are answered in one batch.
+
+Started by `server.agent_workers.process` as `python -m movingout.agents.worker.process SOCKET_FD BOARD_FD`; ends when
+the socket closes.
+"""
+
+import os
+import select
+import signal
+import socket
+import sys
+import threading
+import time
+from collections.abc import Hashable
+from dataclasses import dataclass
+
+from movingout.agents.action_chunk import checked_chunk, rows_to_execute
+from movingout.agents.base import ActionChunk, Agent, BatchAgent, EpisodeInfo, Observation
+from movingout.agents.catalogue import load_agent
+from movingout.agents.checkpoint.checkpoint import fingerprint
+from movingout.agents.observing import observe, said, start_state
+from movingout.agents.worker.heartbeat import Blackboard
+from movingout.agents.worker.messages import (
+    Close,
+    Failed,
+    FrameBuffer,
+    FromWorker,
+    Observe,
+    Open,
+    Opened,
+    Skipped,
+    ToWorker,
+    answer_message,
+    frame,
+    observed_state,
+    read_to_worker,
+)
+
+IDLE_WAIT_S = 0.5  # how often an idle worker says that it lives
+GIVE_UP_AFTER = 20  # failures in a row after which a seat is not asked again
+MAX_BATCH = 10  # questions answered together: more would let the first of them wait for too long
+
+
+@dataclass(slots=True)
+class _Seat:
+    agent: Agent
+    kept_as: "_Kept"
+    episode: EpisodeInfo
+    group: Hashable  # of the agents that answer together with it; None for one that answers alone
+    failures: int = 0
+
+
+_Kept = tuple[str, str]
+"""An agent's id and the fingerprint of its checkpoint: one that was trained anew meanwhile is another agent."""
+
+
+class Desk:
+    """The seats of one worker and their open questions; knows no socket."""
+
+    def __init__(self, board: Blackboard) -> None:
+        self._board = board
+        self._seats: dict[int, _Seat] = {}
+        self._questions: dict[int, Observe] = {}
+        self._spare: dict[_Kept, list[Agent]] = {}
+
+    @property
+    def busy(self) -> bool:
+        """Whether a question waits."""
+        return bool(self._questions)
+
+    def take(self, message: ToWorker) -> FromWorker | None:
+        """Note a message; opening a seat loads its agent at once."""
+        match message:
+            case Open():
+                return self._open(message)
+            case Observe():
+                if message.key in self._seats:
+                    self._questions[message.key] = message
+            case Close():
+                self._questions.pop(message.key, None)
+                seat = self._seats.pop(message.key, None)
+                if seat is not None and seat.failures == 0:
+                    self._spare.setdefault(seat.kept_as, []).append(seat.agent)
+        return None
+
+    def answer_next(self, now: float) -> list[FromWorker]:
+        """Answer the question with the earliest deadline (there is one: see `busy`), and those that go with it."""
+        question = min(self._questions.values(), key=lambda waiting: waiting.deadline)
+        if now > question.deadline:
+            del self._questions[question.key]
+            return [Skipped(question.key, question.tick)]
+        asked = self._together(question, now)
+        for one in asked:
+            del self._questions[one.key]
+        self._board.write("deciding", question.key)
+        if len(asked) > 1 and (answers := self._decide_together(asked)) is not None:
+            return answers
+        return [self._decide(self._seats[one.key], one) for one in asked]
+
+    def _together(self, question: Observe, now: float) -> list[Observe]:
+        """The question and others, in time, that agents with the same networks answer; earliest deadlines first."""
+        group = self._seats[question.key].group
+        if group is None:
+            return [question]
+        others = [
+            other
+            for other in self._questions.values()
+            if other is not question and now <= other.deadline and self._seats[other.key].group == group
+        ]
+        return [question, *sorted(others, key=lambda other: other.deadline)[: MAX_BATCH - 1]]
+
+    def _open(self, message: Open) -> FromWorker:
+        self._board.write("loading", message.key)
+        episode = EpisodeInfo(message.map, message.seat, message.seed, message.ticks)
+        try:
+            kept_as = message.agent_id, fingerprint(message.agent_id)
+            spare = self._spares(kept_as)
+            agent = spare.pop() if spare else _warm(load_agent(message.agent_id), episode)
+            agent.reset(episode)
+            group = (type(agent), agent.batch_key) if isinstance(agent, BatchAgent) else None
+        except Exception as error:  # noqa: BLE001 - the boundary around an agent
+            return Failed(message.key, -1, _sentence(error), fatal=True)
+        self._seats[message.key] = _Seat(agent, kept_as, episode, group)
+        return Opened(message.key)
+
+    def _spares(self, kept_as: _Kept) -> list[Agent]:
+        """Agents that sat before; those of an older checkpoint of the same id are let go."""
+        for other in [other for other in self._spare if other[0] == kept_as[0] and other != kept_as]:
+            del self._spare[other]
+        return self._spare.get(kept_as, [])
+
+    def _decide(self, seat: _Seat, question: Observe) -> FromWorker:
+        begun = time.perf_counter()
+        try:
+            chunk = checked_chunk(seat.agent.act(_seen(seat, question)))
+            return _answer(seat, question, chunk, begun)
+        except Exception as error:  # noqa: BLE001 - the boundary around an agent
+            return self._failed(seat, question, error)
+
+    def _decide_together(self, asked: list[Observe]) -> list[FromWorker] | None:
+        """All answers from one call; None when it failed, so that each is asked alone and the culprit is found.
+
+        A call that failed may have moved the agents' memories and random numbers: what they answer then is theirs, but
+        not to the bit what they would have answered alone.
+        """
+        begun = time.perf_counter()
+        seats = [self._seats[question.key] for question in asked]
+        first = seats[0].agent
+        assert isinstance(first, BatchAgent)
+        try:
+            observations = [_seen(seat, question) for seat, question in zip(seats, asked, strict=True)]
+            given = first.act_many([seat.agent for seat in seats], observations)
+            chunks = [checked_chunk(chunk) for chunk in given]
+            return [
+                _answer(seat, question, chunk, begun)
+                for seat, question, chunk in zip(seats, asked, chunks, strict=True)
+            ]
+        except Exception:  # noqa: BLE001 - the boundary around an agent
+            return None
+
+    def _failed(self, seat: _Seat, question: Observe, error: Exception) -> Failed:
+        seat.failures += 1
+        fatal = seat.failures >= GIVE_UP_AFTER
+        try:
+            seat.agent.reset(seat.episode)  # what it remembers may be the cause
+        except Exception:  # noqa: BLE001 - the boundary around an agent
+            fatal = True
+        if fatal:
+            del self._seats[question.key]
+        return Failed(question.key, question.tick, _sentence(error), fatal)
+
+
+def _seen(seat: _Seat, question: Observe) -> Observation:
+    return observe(seat.episode.map, observed_state(question), seat.episode.seat, question.tick)
+
+
+def _answer(seat: _Seat, question: Observe, chunk: ActionChunk, begun: float) -> FromWorker:
+    """The message with a checked chunk; the agent has been asked at `begun`."""
+    execute, detail = rows_to_execute(seat.agent, chunk), said(seat.agent)
+    seat.failures = 0
+    return answer_message(question.key, question.tick, chunk, execute, (time.perf_counter() - begun) * 1e3, detail)
+
+
+def _warm(agent: Agent, episode: EpisodeInfo) -> Agent:
+    """Let the first, slow decision happen before anybody waits for it."""
+    agent.reset(episode)
+    agent.act(observe(episode.map, start_state(episode.map), episode.seat))
+    return agent
+
+
+def _sentence(error: Exception) -> str:
+    text = str(error).strip()
+    return f"{type(error).__name__}: {text}"[:500] if text else type(error).__name__
+
+
+def serve(link: socket.socket, board: Blackboard) -> None:
+    """Answer until the other end closes the socket."""
+    desk = Desk(board)
+    buffer = FrameBuffer()
+    while True:
+        board.write("idle")
+        readable, _, _ = select.select([link], [], [], 0.0 if desk.busy else IDLE_WAIT_S)
+        if readable:
+            data = link.recv(1 << 16)
+            if not data:
+                return
+            for body in buffer.feed(data):
+                reply = desk.take(read_to_worker(body))
+                if reply is not None:
+                    link.sendall(frame(reply))
+        elif desk.busy:
+            for answer in desk.answer_next(time.monotonic()):
+                link.sendall(frame(answer))
+
+
+def main(arguments: list[str]) -> None:
+    """Serve on the inherited descriptors."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the server's affair; it closes the socket
+    os.dup2(2, 1)  # an agent that prints must not disturb the server's standard output
+    os.nice(10)  # people's ticks come first
+    threading.Thread(target=_end_with_parent, args=(os.getppid(),), daemon=True).start()
+    with socket.socket(fileno=int(arguments[0])) as link:
+        try:
+            serve(link, Blackboard(int(arguments[1])))
+        except (ConnectionResetError, BrokenPipeError):
+            return  # the server is gone
+
+
+def _end_with_parent(parent: int) -> None:
+    """A worker that hangs does not notice a closed socket: nobody may outlive the server."""
+    while os.getppid() == parent:
+        time.sleep(1.0)
+    os._exit(0)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,129 @@
+"""`movingout match grid GRID.yaml`: play a grid into a results folder, or say what that would take."""
+
+import argparse
+import json
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from movingout.matches.commands.progress import bar
+from movingout.matches.commands.worker_options import add_workers, crew_of, workers_of
+from movingout.matches.errors import MatchError
+from movingout.matches.execution.lockstep import Lockstep
+from movingout.matches.experiment.grid import Grid, read_grid
+from movingout.matches.experiment.plan import entries, matches_of, missing_agents
+from movingout.matches.experiment.shipped_grids import protocol_path
+from movingout.matches.report.html_page import write_page
+from movingout.matches.report.parquet import write_parquet
+from movingout.matches.results.results_folder import GRID, read_results
+from movingout.matches.results.table import ALL_MAPS, markdown
+from movingout.matches.run import GridRun, run_grid
+
+_PROBES = 4  # matches played for an estimate
+_PROBE_TICKS = 100
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("grid", type=Path, metavar="GRID.yaml", help="a file, or the name of a shipped protocol")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="results folder; default: data/matches/<name of file>")
+    add_workers(parser)
+    parser.add_argument("--shard", default="0/1", metavar="I/N", help="only each N-th match from the I-th (0 to N-1)")
+    parser.add_argument("--record", action="store_true", help="write each match as a recording into DIR/recordings")
+    parser.add_argument("--html", action="store_true", help="also the tournament view, DIR/results.html")
+    parser.add_argument(
+        "--dry-run", action="store_true", help="only say how much there is to do, and how long it takes"
+    )
+    parser.add_argument("--json", action="store_true", help="one JSON document on standard output")
+    parser.set_defaults(perform=perform)
+
+
+def perform(args: argparse.Namespace) -> int:
+    shard, path = _shard(args.shard), protocol_path(args.grid)
+    grid = read_grid(path)
+    folder: Path = args.out or Path("data/matches") / path.stem
+    crew = crew_of(args)
+    if args.dry_run:
+        return _dry_run(grid, folder, workers_of(args), args.json)
+    try:
+        with bar("matches") as progress:
+            run = run_grid(
+                grid, folder, workers=workers_of(args), record=args.record, shard=shard, crew=crew,
+                progress=progress,
+            )  # fmt: skip
+    except KeyboardInterrupt:
+        print("movingout: stopped; what is finished is kept, the same command goes on from there", file=sys.stderr)
+        return 130
+    notes = [write_parquet(run)]
+    if args.html:
+        write_page(run)
+    _show(run, args, [note for note in notes if note])
+    return 0
+
+
+def _show(run: GridRun, args: argparse.Namespace, notes: list[str]) -> None:
+    if args.json:
+        print(json.dumps({**run.to_json(), "folder": str(run.folder), "notes": notes}, indent=2))
+    else:
+        rows = [row for row in run.rows if row.map == ALL_MAPS] or run.rows
+        print(markdown(rows))
+        files = "results.html, " if args.html else ""
+        by_map = ", by map" if len(rows) < len(run.rows) else ""
+        print(f"{len(run.results)} matches in {run.folder}: {files}results.md{by_map}, results.json, results-*.jsonl")
+    if run.missing:
+        print(f"movingout: {run.missing} matches of other shards are not here yet", file=sys.stderr)
+    for result in run.failures[:5]:
+        print(f"movingout: {result.match.map}, seed {result.match.seed}: lost: {result.failure}", file=sys.stderr)
+    if len(run.failures) > 5:
+        print(f"movingout: and {len(run.failures) - 5} more failed matches, see results.json", file=sys.stderr)
+    for note in notes:
+        print(f"movingout: {note}", file=sys.stderr)
+
+
+def _dry_run(grid: Grid, folder: Path, workers: int, as_json: bool) -> int:
+    missing = missing_agents(grid)
+    matches = matches_of(entries(grid))
+    finished = read_results(folder).keys() if (folder / GRID).exists() else ()
+    todo = [match for match in matches if match.id not in finished]
+    seconds = None if missing else _seconds_per_match(grid) * len(todo) / workers if todo else 0.0
+    document: dict[str, Any] = {
+        "grid": grid.name, "matches": len(matches), "finished": len(matches) - len(todo), "to_play": len(todo),
+        "workers": workers, "estimated_s": seconds, "missing_agents": missing,
+    }  # fmt: skip
+    if as_json:
+        print(json.dumps(document, indent=2))
+        return 0
+    print(f"{grid.name}: {len(matches)} matches, {len(matches) - len(todo)} finished, {len(todo)} to play")
+    if seconds:
+        print(f"about {_span(seconds)} with {workers} worker(s) on this machine, from {_PROBES} short trials")
+    for sentence in missing:
+        print(f"not here: {sentence}")
+    return 0
+
+
+def _seconds_per_match(grid: Grid) -> float:
+    """Processor seconds of a match at full length, from a few short ones spread over the grid."""
+    matches = matches_of(entries(grid))
+    step = max(len(matches) // _PROBES, 1)
+    lockstep, spent = Lockstep(company=1), 0.0
+    probes = matches[::step][:_PROBES]
+    for match in probes:
+        ticks = min(match.ticks, _PROBE_TICKS)
+        begun = time.process_time()
+        list(lockstep.play([replace(match, ticks=ticks)]))
+        spent += (time.process_time() - begun) * match.ticks / ticks
+    return spent / len(probes)
+
+
+def _span(seconds: float) -> str:
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"
+
+
+def _shard(text: str) -> tuple[int, int]:
+    index, slash, count = text.partition("/")
+    if not slash or not index.isdecimal() or not count.isdecimal() or int(index) >= int(count):
+        raise MatchError(f"--shard is I/N with I from 0 to N-1, as in 0/4, not {text!r}")
+    return int(index), int(count)

@@ -1,0 +1,127 @@
+"""`movingout match`: one pair here; a grid and the report beside the paper in modules of their own."""
+
+import argparse
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from movingout.agents.catalogue import unseen_map
+from movingout.maps import load_map, map_names
+from movingout.matches.commands import grid, report
+from movingout.matches.commands.progress import bar
+from movingout.matches.commands.worker_options import add_workers, crew_of, workers_of
+from movingout.matches.errors import MatchError
+from movingout.matches.experiment.grid import PEOPLE
+from movingout.matches.experiment.plan import Entry, seated
+from movingout.matches.match import LIMIT_TICKS, MAX_TICKS, Match, MatchResult
+from movingout.matches.results.table import MEASURES, rows_of, words
+from movingout.matches.run import play_matches
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--red", metavar="AGENT", help="agent id, package.module:Factory, or people:C")
+    parser.add_argument("--blue", metavar="AGENT")
+    parser.add_argument("--map", default="all", metavar="NAME|all", help="several joined by commas; default: all")
+    parser.add_argument("--episodes", type=int, default=1, help="per map; default 1")
+    parser.add_argument("--seed", type=int, default=0, help="of the first episode; the next has the next")
+    parser.add_argument("--challenge", type=int, choices=(1, 2), default=1, help="2: items as never seen in training")
+    parser.add_argument("--ticks", type=int, default=LIMIT_TICKS, help="limit of an episode, 10 per second")
+    add_workers(parser)
+    parser.add_argument("--record", type=Path, metavar="DIR", help="write each match as a recording")
+    parser.add_argument("--json", action="store_true", help="one JSON document on standard output")
+    parser.set_defaults(perform=_pair)
+    actions = parser.add_subparsers(metavar="COMMAND", title="more")
+    grid.configure(actions.add_parser("grid", help="play a grid of agents, maps and seeds; resumable"))
+    report.configure(actions.add_parser("report", help="lay results beside the paper's tables"))
+
+
+def run(args: argparse.Namespace) -> int:
+    perform: Callable[[argparse.Namespace], int] = args.perform
+    return perform(args)
+
+
+def _pair(args: argparse.Namespace) -> int:
+    plan, crew = _plan(args), crew_of(args)
+    for caution in cautions([entry.match for entry in plan]):
+        print(f"movingout: {caution}", file=sys.stderr)
+    with bar("matches") as progress:
+        results = play_matches(
+            [entry.match for entry in plan], workers=workers_of(args), record=args.record, crew=crew,
+            progress=progress,
+        )  # fmt: skip
+    found = dict(zip((entry.match for entry in plan), results, strict=True))
+    rows = [row for row in rows_of(plan, found) if row.map in {entry.match.map for entry in plan}]
+    if args.json:
+        document = {
+            "seed": args.seed,
+            "ticks": args.ticks,
+            "challenge": args.challenge,
+            "results": [_row_json(row.to_json()) for row in rows],
+            "failures": [_failure_json(result) for result in results if result.ending == "failed"],
+            "recordings": [result.recording for result in results if result.recording],
+        }
+        print(json.dumps(document, indent=2))
+    else:
+        print(_table(args.blue, args.red, rows_of(plan, found)))
+    lost = failure_lines(results)
+    for line in lost:
+        print(f"movingout: {line}", file=sys.stderr)
+    return 1 if lost else 0  # a pair was asked for, and did not play; a grid counts such matches and goes on
+
+
+def _plan(args: argparse.Namespace) -> list[Entry]:
+    if args.blue is None or args.red is None:
+        raise MatchError("name both agents, as in: movingout match --blue scripted --red idle --map HandOff")
+    if args.episodes < 1 or not 1 <= args.ticks <= MAX_TICKS or args.seed < 0:
+        raise MatchError(f"--episodes from 1, --ticks from 1 to {MAX_TICKS}, --seed from 0")
+    names = map_names() if args.map == "all" else args.map.split(",")
+    for name in names:
+        load_map(name)
+    same = args.blue == args.red
+    for agent_id in (args.blue, args.red):
+        if agent_id.startswith(PEOPLE):
+            seated(agent_id, 0)
+    return [
+        Entry("", args.blue, args.red, 0, Match(name, seated(args.blue, seed), seated(args.red, seed, other=same),
+              seed, args.challenge, args.ticks))
+        for name in names
+        for seed in range(args.seed, args.seed + args.episodes)
+    ]  # fmt: skip
+
+
+def _row_json(row: dict[str, Any]) -> dict[str, Any]:
+    """The fixed fields of `match --json`, and more."""
+    rest = {name: value for name, value in row.items() if name not in ("condition", "challenge", "agent", "partner")}
+    return {"map": row["map"], "blue": row["agent"], "red": row["partner"], **rest, "wt": row["wt_s"]}
+
+
+def _failure_json(result: MatchResult) -> dict[str, Any]:
+    match = result.match
+    return {"map": match.map, "seed": match.seed, "seat": result.failed_seat, "tick": result.ticks,
+            "reason": result.failure}  # fmt: skip
+
+
+def cautions(matches: list[Match]) -> list[str]:
+    """Which trained agents play which maps that they were not trained on, each once."""
+    seated_on = dict.fromkeys((agent_id, match.map) for match in matches for agent_id in match.seats)
+    return [caution for agent_id, name in seated_on if (caution := unseen_map(agent_id, load_map(name).name))]
+
+
+def failure_lines(results: list[MatchResult]) -> list[str]:
+    """The reasons of failed matches, at most five, and how many more there are."""
+    failed = [result for result in results if result.ending == "failed"]
+    lines = [f"{one.match.map}, seed {one.match.seed}: lost: {one.failure}" for one in failed[:5]]
+    return [*lines, *([f"and {len(failed) - 5} more failed matches"] if len(failed) > 5 else [])]
+
+
+def _table(blue: str, red: str, rows: list[Any]) -> str:
+    heads = ["map", "episodes", "delivered", *(measure.heading for measure in MEASURES)]
+    lines = [heads]
+    for row in rows:
+        full = sum(result.ending == "delivered" for result in row.results)
+        lines.append([row.map, str(len(row.results)), str(full), *(words(row.estimate(m)) for m in MEASURES)])
+    widths = [max(len(line[k]) for line in lines) for k in range(len(heads))]
+    table = "\n".join("  ".join(map(str.ljust, line, widths)).rstrip() for line in lines)
+    return f"blue {blue}, red {red}; means ± standard errors\n\n{table}"

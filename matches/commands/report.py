@@ -1,0 +1,28 @@
+"""`movingout match report DIR...`: results folders beside the paper's tables."""
+
+import argparse
+import json
+from pathlib import Path
+
+from movingout.matches.report.comparison import json_report, markdown_report
+from movingout.matches.results.results_folder import write_whole
+from movingout.matches.run import open_run
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("folders", nargs="+", type=Path, metavar="DIR", help="results folders of `match grid`")
+    parser.add_argument("--out", type=Path, metavar="FILE.md", help="write the report there instead of printing it")
+    parser.add_argument("--json", action="store_true", help="one JSON document on standard output")
+    parser.set_defaults(perform=perform)
+
+
+def perform(args: argparse.Namespace) -> int:
+    runs = [open_run(folder) for folder in args.folders]
+    if args.json:
+        print(json.dumps(json_report(runs), indent=2))
+    elif args.out is not None:
+        write_whole(args.out, markdown_report(runs))
+        print(f"written to {args.out}")
+    else:
+        print(markdown_report(runs))
+    return 0

@@ -1,0 +1,1 @@
+"""How matches are played: on processes of this machine, or on Ray."""

@@ -1,0 +1,170 @@
+"""A grid as written in YAML: agents x partners x maps x seeds x challenge, in one or several conditions.
+
+name: cross-play
+agents: [scripted, "scripted:patience=20"]      # everybody with everybody, when no partners are given
+maps: all
+seeds: 20
+"""
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+
+from movingout.agents.scripted.populations import POPULATIONS
+from movingout.maps import load_map, map_names
+from movingout.maps.errors import MapError
+from movingout.matches.experiment.paper_reference import paper_tables
+from movingout.matches.experiment.yaml_file import read_yaml
+from movingout.matches.match import LIMIT_TICKS, MAX_TICKS, Challenge
+
+PEOPLE = "people:"
+"""`people:C` is a scripted person of population C, another one for each seed."""
+
+AgentId = Annotated[str, Field(min_length=1, max_length=300)]
+SeatName = Literal["both", "blue", "red"]
+MAX_SEEDS = 1_000_000
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+
+class Contestant(_Strict):
+    """Who is evaluated."""
+
+    agent: AgentId
+    label: Annotated[str, Field(max_length=60)] = ""  # its name in tables; default: the id
+    partners: Annotated[list[AgentId], Field(min_length=1)] | Literal["self"] | None = None  # instead of all
+    needs: Annotated[str, Field(max_length=300)] = ""  # how to get the agent where it is missing
+
+    @property
+    def name(self) -> str:
+        return self.label or self.agent
+
+
+class Condition(_Strict):
+    """One set of agents and partners."""
+
+    name: Annotated[str, Field(min_length=1, max_length=60)]
+    agents: Annotated[list[AgentId | Contestant], Field(min_length=1)]
+    partners: Annotated[list[AgentId], Field(min_length=1)] | Literal["self"] | None = None
+    against: Annotated[str, Field(max_length=60)] = ""  # the condition from which the change in % is counted
+    paper: Annotated[str, Field(max_length=120)] = ""  # "table: rows", the paper's figures to lay beside
+
+    @property
+    def contestants(self) -> list[Contestant]:
+        return [Contestant(agent=one) if isinstance(one, str) else one for one in self.agents]
+
+    def partners_of(self, one: Contestant) -> list[str]:
+        """Agent ids: the contestant's own, the condition's, or all agents of the condition (cross-play)."""
+        chosen = one.partners or self.partners
+        if chosen == "self":
+            return [one.agent]
+        return chosen or [other.agent for other in self.contestants]
+
+
+class Seeds(_Strict):
+    """Seeds first, first + 1, ..."""
+
+    first: Annotated[int, Field(ge=0)] = 0
+    count: Annotated[int, Field(ge=1, le=MAX_SEEDS)]
+
+
+class Grid(_Strict):
+    """The whole file."""
+
+    format: Literal[1] = 1
+    name: Annotated[str, Field(min_length=1, max_length=80)]
+    about: Annotated[str, Field(max_length=2000)] = ""
+    agents: Annotated[list[AgentId | Contestant], Field(min_length=1)] | None = None
+    partners: Annotated[list[AgentId], Field(min_length=1)] | Literal["self"] | None = None
+    conditions: Annotated[list[Condition], Field(min_length=1)] | None = None
+    maps: Literal["all"] | list[str] = "all"
+    challenge: Challenge | Annotated[list[Challenge], Field(min_length=1, max_length=2)] = 1
+    split: Literal["train", "evaluation"] = "evaluation"
+    seeds: Annotated[int, Field(ge=1, le=MAX_SEEDS)] | Seeds = 20
+    seats: SeatName = "both"
+    ticks: Annotated[int, Field(ge=1, le=MAX_TICKS)] = LIMIT_TICKS
+    agent_limit_s: Annotated[float, Field(gt=0, le=3600, strict=False)] = 20.0
+
+    @field_validator("maps")
+    @classmethod
+    def _known_maps(cls, maps: str | list[str]) -> str | list[str]:
+        for name in maps if isinstance(maps, list) else []:
+            try:
+                load_map(name)
+            except MapError as error:
+                raise ValueError(str(error)) from error
+        if isinstance(maps, list):
+            _refuse_doubles(maps, "map")
+        if not maps:
+            raise ValueError("name at least one map, or write all")
+        return maps
+
+    @field_validator("challenge")
+    @classmethod
+    def _once_each(cls, challenge: Challenge | list[Challenge]) -> Challenge | list[Challenge]:
+        if isinstance(challenge, list):
+            _refuse_doubles(challenge, "challenge")
+        return challenge
+
+    @model_validator(mode="after")
+    def _whole(self) -> "Grid":
+        if (self.agents is None) == (self.conditions is None):
+            raise ValueError("a grid has either 'agents' (and 'partners') or 'conditions', not both and not neither")
+        if self.conditions is not None and self.partners is not None:
+            raise ValueError("'partners' beside 'conditions' would never be used; give each condition its own")
+        names = [condition.name for condition in self.all_conditions]
+        _refuse_doubles(names, "condition")
+        for condition in self.all_conditions:
+            pairs = [(one.agent, partner) for one in condition.contestants for partner in condition.partners_of(one)]
+            _refuse_doubles([f"{agent} with {partner}" for agent, partner in pairs], "the pair")
+            if condition.paper and condition.paper not in paper_tables():
+                known = ", ".join(sorted(paper_tables()))
+                raise ValueError(f"paper {condition.paper!r} is no table here; known: {known}")
+            if condition.against and (condition.against not in names or condition.against == condition.name):
+                raise ValueError(f"condition {condition.name!r} is against {condition.against!r}, not another one here")
+            for agent_id in [a for one in condition.contestants for a in (one.agent, *condition.partners_of(one))]:
+                if agent_id.startswith(PEOPLE) and agent_id.removeprefix(PEOPLE) not in POPULATIONS:
+                    raise ValueError(f"{agent_id!r}: populations are {', '.join(POPULATIONS)}, as people:C")
+        return self
+
+    @property
+    def all_conditions(self) -> list[Condition]:
+        if self.conditions is not None:
+            return self.conditions
+        assert self.agents is not None
+        return [Condition(name=self.name[:60], agents=self.agents, partners=self.partners)]
+
+    @property
+    def map_list(self) -> list[str]:
+        return list(map_names()) if self.maps == "all" else list(self.maps)
+
+    @property
+    def challenges(self) -> list[Challenge]:
+        return list(self.challenge) if isinstance(self.challenge, list) else [self.challenge]
+
+    @property
+    def seed_range(self) -> range:
+        seeds = Seeds(count=self.seeds) if isinstance(self.seeds, int) else self.seeds
+        return range(seeds.first, seeds.first + seeds.count)
+
+    @property
+    def sha256(self) -> str:
+        """What the grid asks for, apart from words about it."""
+        asked = self.model_dump(mode="json", exclude={"name", "about"})
+        return hashlib.sha256(json.dumps(asked, sort_keys=True).encode()).hexdigest()
+
+
+def read_grid(path: Path) -> Grid:
+    """Read and check a grid file. Raises MatchError with the line and the path of each fault."""
+    return read_yaml(path, Grid)
+
+
+def _refuse_doubles(values: list[Any], what: str) -> None:
+    for value in values:
+        if values.count(value) > 1:
+            raise ValueError(f"{what} {value} stands there twice")

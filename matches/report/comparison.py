@@ -1,0 +1,155 @@
+"""Our numbers beside the paper's, and what they may not be read as."""
+
+from collections import defaultdict
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+from movingout.matches.experiment.paper_reference import Figure, paper_figures
+from movingout.matches.match import MatchResult
+from movingout.matches.results.estimates import Estimate, estimate, stars, welch
+from movingout.matches.results.table import MEASURES, Measure, words
+from movingout.matches.run import GridRun
+
+CAUTION = (
+    "Read with care. The paper's agents learned from people; ours learned from scripted people or are scripted "
+    "themselves, on other hardware, with their own training. So the columns answer the same question in two different "
+    "settings; equal numbers do not mean that a result was reproduced, and unequal ones do not mean that it was not. "
+    "In the rows of the paper called Play with Human its partners are humans, ours are scripted people. Its waiting "
+    "times lie between 0 and 1; they are laid beside the share of ticks that its code counts, not beside seconds."
+)
+
+
+WAITING = Measure("waiting_share", "WT [share]", False, lambda result: result.waiting_share)
+COMPARED = tuple(WAITING if measure.key == "wt_s" else measure for measure in MEASURES)
+
+
+class Line(NamedTuple):
+    """One method in one condition, all maps and partners together."""
+
+    condition: str
+    challenge: int
+    label: str
+    results: tuple[MatchResult, ...]
+    table: str  # of the paper, empty for none
+    against: "tuple[MatchResult, ...] | None"
+    against_table: str  # of the paper, of the condition that this one is against
+
+    def ours(self, measure: Measure) -> Estimate:
+        return _estimate(self.results, measure)
+
+    def theirs(self, measure: Measure) -> Figure | None:
+        return paper_figures(self.table, self.challenge, self.label).get(measure.key)
+
+    def change(self, measure: Measure) -> tuple[float | None, float | None]:
+        """Our change in % from the condition this one is against, and Welch's p; None where there is none."""
+        if self.against is None:
+            return None, None
+        before, now = _estimate(self.against, measure), self.ours(measure)
+        return _percent(before.mean, now.mean), welch(before, now)
+
+    def their_change(self, measure: Measure) -> float | None:
+        """The paper's change in %, from its means."""
+        before = paper_figures(self.against_table, self.challenge, self.label).get(measure.key)
+        now = self.theirs(measure)
+        return None if before is None or now is None else _percent(before.mean, now.mean)
+
+
+def _percent(before: float | None, now: float | None) -> float | None:
+    return 100.0 * (now - before) / before if before and now is not None else None
+
+
+def lines_of(run: GridRun) -> list[Line]:
+    """A line per condition, challenge and label, in the order of the grid."""
+    pooled: dict[tuple[str, int, str], dict[str, MatchResult]] = defaultdict(dict)
+    for entry in run.plan:
+        result = run.results.get(entry.match)
+        if result is not None:
+            pooled[entry.condition, entry.match.challenge, entry.agent][result.match.id] = result
+    found = {key: tuple(results.values()) for key, results in pooled.items()}
+    papers = {condition.name: condition.paper for condition in run.grid.all_conditions}
+    against = {condition.name: condition.against for condition in run.grid.all_conditions}
+    return [
+        Line(name, challenge, label, results, papers[name],
+             found.get((against[name], challenge, label)), papers.get(against[name], ""))
+        for (name, challenge, label), results in sorted(found.items(), key=lambda item: item[0][1])
+    ]  # fmt: skip
+
+
+def markdown_report(runs: Sequence[GridRun]) -> str:
+    """The report of several grids."""
+    parts = ["# Results beside the paper", CAUTION]
+    for run in runs:
+        parts += [f"## {run.grid.name}", run.grid.about.strip(), _table(lines_of(run)), _notes(run)]
+    return "\n\n".join(part for part in parts if part) + "\n"
+
+
+def json_report(runs: Sequence[GridRun]) -> dict[str, Any]:
+    """The same as one document."""
+    return {"caution": CAUTION, "grids": [_grid_json(run) for run in runs]}
+
+
+def _table(lines: Sequence[Line]) -> str:
+    heads = ["condition", "challenge", "agent", "n"]
+    for measure in COMPARED:
+        heads += [f"{measure.heading} here", "paper"]
+    rows = [heads, ["---"] * 3 + ["--:"] * (len(heads) - 3)]
+    for line in lines:
+        row = [line.condition, str(line.challenge), line.label, str(len(line.results))]
+        for measure in COMPARED:
+            row.append(words(line.ours(measure)) + _change_words(*line.change(measure)))
+            row.append(_figure_words(line.theirs(measure)) + _change_words(line.their_change(measure), None))
+        rows.append(row)
+    tables = sorted({line.table for line in lines if line.table})
+    source = f"\n\nPaper: {', '.join(tables)}." if tables else "\n\nThe paper has no such table."
+    return "\n".join("| " + " | ".join(row) + " |" for row in rows) + source
+
+
+def _change_words(percent: float | None, p: float | None) -> str:
+    return "" if percent is None else f" ({percent:+.1f} %{stars(p)})"
+
+
+def _figure_words(figure: Figure | None) -> str:
+    if figure is None:
+        return ""
+    return f"{figure.mean:.4f}" + ("" if figure.stderr is None else f" ± {figure.stderr:.4f}")
+
+
+def _notes(run: GridRun) -> str:
+    notes = ["Means ± standard errors over matches; % is the change from the condition compared with, "
+             "marked * p < 0.05, ** p < 0.01, *** p < 0.001 (Welch, uncorrected)."]  # fmt: skip
+    if run.missing:
+        notes.append(f"**Incomplete: {run.missing} matches have not been played.**")
+    if run.failures:
+        notes.append(f"{len(run.failures)} matches were lost by a fault and count as nothing delivered, for example: "
+                     f"{run.failures[0].failure}")  # fmt: skip
+    return " ".join(notes)
+
+
+def _grid_json(run: GridRun) -> dict[str, Any]:
+    return {
+        "grid": run.grid.name,
+        "missing": run.missing,
+        "failed": len(run.failures),
+        "lines": [
+            {
+                "condition": line.condition,
+                "challenge": line.challenge,
+                "agent": line.label,
+                "paper_table": line.table,
+                "ours": {measure.key: line.ours(measure).to_json() for measure in (*MEASURES, WAITING)},
+                "paper": {
+                    measure.key: figure._asdict()
+                    for measure in COMPARED
+                    if (figure := line.theirs(measure)) is not None
+                },
+                "change_percent": {measure.key: line.change(measure)[0] for measure in COMPARED},
+                "p": {measure.key: line.change(measure)[1] for measure in COMPARED},
+            }
+            for line in lines_of(run)
+        ],
+    }
+
+
+def _estimate(results: Sequence[MatchResult], measure: Measure) -> Estimate:
+    values = (measure.value(result) for result in results)
+    return estimate([value for value in values if value is not None])

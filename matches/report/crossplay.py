@@ -1,0 +1,108 @@
+"""Cross-play: who does how well with whom, as matrices, and the worst matches with where to look in them."""
+
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from movingout.matches.match import MatchResult
+from movingout.matches.results.estimates import Estimate, holm, welch
+from movingout.matches.results.table import Measure, Row
+from movingout.matches.run import GridRun
+from movingout.recordings import RecordingError, read_episode
+from movingout.recordings.report.failures import TITLES, failures
+from movingout.recordings.report.track import Track
+from movingout.recordings.report.waiting import waits
+
+WORST = 12  # matches listed
+MOMENTS = 4  # per match
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """An agent (row) with a partner (column)."""
+
+    estimate: Estimate
+    best: bool  # of its column
+    p: float | None  # that it equals the best of its column, Welch with Holm's correction in the column
+
+
+@dataclass(frozen=True, slots=True)
+class Matrix:
+    """One metric on one map: cells by (agent, partner)."""
+
+    measure: Measure
+    agents: tuple[str, ...]
+    partners: tuple[str, ...]
+    cells: dict[tuple[str, str], Cell]
+
+    def strength(self, found: Estimate) -> float:
+        """How good a value is among all of the matrix, in [0, 1]."""
+        means = [cell.estimate.mean for cell in self.cells.values() if cell.estimate.mean is not None]
+        if found.mean is None or max(means) == min(means):
+            return 0.0
+        share = (found.mean - min(means)) / (max(means) - min(means))
+        return share if self.measure.more_is_better else 1.0 - share
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """A place in a match worth a look."""
+
+    tick: int
+    words: str
+
+
+def matrix(rows: Iterable[Row], measure: Measure) -> Matrix:
+    """The matrix of the rows of one condition, challenge and map."""
+    found = {(row.agent, row.partner): row.estimate(measure) for row in rows}
+    agents = tuple(dict.fromkeys(agent for agent, _ in found))
+    partners = tuple(dict.fromkeys(partner for _, partner in found))
+    cells: dict[tuple[str, str], Cell] = {}
+    for partner in partners:
+        column = {agent: found[agent, partner] for agent in agents if (agent, partner) in found}
+        cells |= {(agent, partner): cell for agent, cell in _judged(column, measure).items()}
+    return Matrix(measure, agents, partners, cells)
+
+
+def _judged(column: dict[str, Estimate], measure: Measure) -> dict[str, Cell]:
+    """Each value of a column beside its best."""
+    sign = 1.0 if measure.more_is_better else -1.0
+    means = {agent: sign * found.mean for agent, found in column.items() if found.mean is not None}
+    best = max(means, key=means.__getitem__) if len(set(means.values())) > 1 else ""
+    tests = [None if not best or agent == best else welch(column[best], found) for agent, found in column.items()]
+    corrected = holm(tests)
+    return {agent: Cell(found, agent == best, p) for (agent, found), p in zip(column.items(), corrected, strict=True)}
+
+
+def worst_matches(run: GridRun) -> list[MatchResult]:
+    """The lost ones first; then the worst of each pairing, the second worst of each, and so on.
+
+    Matches with everything delivered are not among them.
+    """
+    pairings = {entry.match: (entry.condition, entry.agent, entry.partner) for entry in run.plan}
+    ranks: Counter[tuple[str, str, str]] = Counter()
+    order: list[tuple[bool, int, MatchResult]] = []
+    bad = [result for result in run.results.values() if result.ending != "delivered"]
+    for result in sorted(bad, key=lambda one: (one.tcr, one.nfd, one.match.id)):
+        pairing = pairings[result.match]
+        order.append((result.ending != "failed", ranks[pairing], result))
+        ranks[pairing] += 1
+    return [result for _, _, result in sorted(order, key=lambda one: one[:2])[:WORST]]
+
+
+def moments(run: GridRun, result: MatchResult) -> list[Moment]:
+    """Where to look: the fault, the failure cases found and the longest waits; empty without a recording."""
+    if result.ending == "failed":
+        return [Moment(result.ticks, result.failure)]
+    path = Path(run.folder, result.recording)
+    if not result.recording or not path.is_file():
+        return []
+    try:
+        track = Track.of(read_episode(path))
+    except RecordingError:
+        return []
+    found = [Moment(one.start, f"{TITLES[one.case]} ({one.seconds:.0f} s)") for one in failures(track)]
+    longest = sorted(waits(track), key=lambda wait: wait.start - wait.end)
+    found += [Moment(one.start, f"waits for help ({one.seconds:.0f} s)") for one in longest[:1]]
+    return sorted(found, key=lambda moment: moment.tick)[:MOMENTS]

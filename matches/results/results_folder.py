@@ -1,0 +1,141 @@
+"""A results folder: what was asked for, and one line per finished match, appended and never changed.
+
+grid.json              the grid, its hash, the software and the checkpoints it was begun with
+results-0-of-1.jsonl   one shard per driver; a torn last line (a killed driver, a full disk) is cut off on return
+"""
+
+import fcntl
+import json
+import os
+from collections.abc import Iterable
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from movingout.matches.errors import MatchError
+from movingout.matches.experiment.grid import Grid
+from movingout.matches.match import MatchResult, result_from_json
+from movingout.recordings.versions import versions
+
+GRID = "grid.json"
+FORMAT = 2
+_EXACT = ("movingout", "pymunk")  # other versions may give other numbers
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write a file so that it is there wholly or not at all. Raises MatchError."""
+    draft = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        draft.write_text(text, encoding="utf-8")
+        draft.replace(path)
+    except OSError as error:
+        draft.unlink(missing_ok=True)
+        raise MatchError(f"cannot write {path}: {error.strerror or error}") from error
+
+
+def open_folder(folder: Path, grid: Grid, checkpoints: dict[str, str]) -> None:
+    """Make the folder the grid's, or check that it is. Raises MatchError when it holds another grid's results."""
+    mine = {
+        "format": FORMAT,
+        "sha256": grid.sha256,
+        "grid": grid.model_dump(mode="json"),
+        "versions": versions(),
+        "checkpoints": checkpoints,
+    }
+    if not (folder / GRID).exists():
+        if any(folder.glob("results-*.jsonl")):
+            raise MatchError(f"{folder} holds results but no {GRID}; choose another folder")
+        write_whole(folder / GRID, json.dumps(mine, indent=1) + "\n")
+        return
+    theirs = read_head(folder)
+    if theirs["sha256"] != mine["sha256"]:
+        raise MatchError(
+            f"{folder} holds results of another grid ({theirs['grid'].get('name')!r}); choose another folder with --out"
+        )
+    for name in _EXACT:
+        if theirs["versions"].get(name) != versions()[name]:
+            raise MatchError(
+                f"{folder} was begun with {name} {theirs['versions'].get(name)}, here is {versions()[name]}: "
+                "their numbers do not belong together; choose another folder with --out"
+            )
+    changed = [agent_id for agent_id, sha in checkpoints.items() if theirs["checkpoints"].get(agent_id, sha) != sha]
+    if changed:
+        raise MatchError(f"{folder} was begun with other weights of {', '.join(changed)}; choose another folder")
+
+
+def read_head(folder: Path) -> dict[str, Any]:
+    """`grid.json` of a results folder. Raises MatchError when it is none."""
+    try:
+        head = json.loads((folder / GRID).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise MatchError(f"{folder} is no results folder: {GRID}: {error.strerror or error}") from error
+    except ValueError as error:
+        raise MatchError(f"{folder / GRID} is damaged: {error}") from error
+    if not isinstance(head, dict) or head.get("format") != FORMAT or not {"sha256", "grid", "versions"} <= head.keys():
+        raise MatchError(f"{folder / GRID} is not of format {FORMAT}: another version wrote it; choose another folder")
+    return head
+
+
+def read_results(folder: Path) -> dict[str, MatchResult]:
+    """The results of all shards by match id. Raises MatchError for a line that is damaged in the middle of a file."""
+    results: dict[str, MatchResult] = {}
+    for path in sorted(folder.glob("results-*.jsonl")):
+        try:
+            lines = path.read_bytes().split(b"\n")
+        except OSError as error:
+            raise MatchError(f"cannot read {path}: {error.strerror or error}") from error
+        for number, line in enumerate(lines[:-1], start=1):  # what follows the last newline is torn
+            try:
+                result = result_from_json(json.loads(line))
+            except (ValueError, AttributeError, MatchError) as error:
+                raise MatchError(f"{path}, line {number}: {error}") from error
+            results[result.match.id] = result
+    return results
+
+
+class Shard:
+    """The file that one driver appends to; nobody else may, as long as it is open."""
+
+    def __init__(self, folder: Path, index: int = 0, count: int = 1) -> None:
+        self.path = folder / f"results-{index}-of-{count}.jsonl"
+        try:
+            self._file = os.open(self.path, os.O_RDWR | os.O_CREAT, 0o644)
+        except OSError as error:
+            raise MatchError(f"cannot write {self.path}: {error.strerror or error}") from error
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            os.close(self._file)
+            raise MatchError(f"another process is filling {self.path}; wait for it, or use --shard") from error
+        self._end = self._cut_torn_line()
+
+    def __enter__(self) -> "Shard":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        os.close(self._file)
+
+    def append(self, results: Iterable[MatchResult]) -> None:
+        """Write results, all or none, and have the disk confirm them. Raises MatchError."""
+        lines = "".join(json.dumps(result.to_json(), allow_nan=False) + "\n" for result in results).encode()
+        try:
+            written = os.pwrite(self._file, lines, self._end)
+            if written < len(lines):
+                raise OSError(0, "the disk is full")
+            os.fdatasync(self._file)
+        except OSError as error:
+            os.ftruncate(self._file, self._end)
+            raise MatchError(
+                f"cannot write {self.path}: {error.strerror or error}; what is finished is kept, "
+                "the same command goes on from there"
+            ) from error
+        self._end += len(lines)
+
+    def _cut_torn_line(self) -> int:
+        size = os.fstat(self._file).st_size
+        end = os.pread(self._file, size, 0).rfind(b"\n") + 1
+        os.ftruncate(self._file, end)
+        return end

@@ -1,0 +1,119 @@
+"""Results as rows: mean ± standard error per condition, agent, partner and map; as Markdown, HTML and JSON."""
+
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from html import escape
+from typing import Any, NamedTuple
+
+from movingout.matches.experiment.plan import Entry
+from movingout.matches.match import Match, MatchResult
+from movingout.matches.results.estimates import Estimate, estimate
+
+ALL_MAPS = "all maps"
+
+
+class Measure(NamedTuple):
+    """One metric: its heading, whether more is better, and its value of a result (None: it has none)."""
+
+    key: str
+    heading: str
+    more_is_better: bool
+    value: Callable[[MatchResult], float | None]
+
+
+MEASURES = (
+    Measure("tcr", "TCR", True, lambda result: result.tcr),
+    Measure("nfd", "NFD", True, lambda result: result.nfd),
+    Measure("wt_s", "WT [s]", False, lambda result: result.wt_s),
+    Measure("ac", "AC", True, lambda result: result.ac),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One cell of a grid, or of several maps together."""
+
+    condition: str
+    challenge: int
+    agent: str
+    partner: str
+    map: str
+    results: tuple[MatchResult, ...]
+
+    @property
+    def failed(self) -> int:
+        return sum(result.ending == "failed" for result in self.results)
+
+    def estimate(self, measure: Measure) -> Estimate:
+        values = (measure.value(result) for result in self.results)
+        return estimate([value for value in values if value is not None])
+
+    def to_json(self) -> dict[str, Any]:
+        ticks = [result.ticks for result in self.results]
+        return {
+            "condition": self.condition,
+            "challenge": self.challenge,
+            "agent": self.agent,
+            "partner": self.partner,
+            "map": self.map,
+            "episodes": len(self.results),
+            "failed": self.failed,
+            "full_deliveries": sum(result.ending == "delivered" for result in self.results),
+            "mean_ticks": sum(ticks) / len(ticks),
+            **{measure.key: self.estimate(measure).to_json() for measure in MEASURES},
+        }
+
+
+def rows_of(plan: Iterable[Entry], results: Mapping[Match, MatchResult]) -> list[Row]:
+    """A row per cell, and one over all maps where there are several; in the order of the plan."""
+    cells: dict[tuple[str, int, str, str, str], list[MatchResult]] = defaultdict(list)
+    for entry in plan:
+        result = results.get(entry.match)
+        if result is not None:
+            match = entry.match
+            for name in (ALL_MAPS, match.map):
+                cells[entry.condition, match.challenge, entry.agent, entry.partner, name].append(result)
+    maps = {key[-1] for key in cells} - {ALL_MAPS}
+    rows = [Row(*key, tuple(found)) for key, found in cells.items() if len(maps) > 1 or key[-1] != ALL_MAPS]
+    return sorted(rows, key=lambda row: row.map != ALL_MAPS)
+
+
+def markdown(rows: Sequence[Row]) -> str:
+    """A table for people and for papers."""
+    heads = ["condition", "challenge", "map", "agent", "partner", "n", *(m.heading for m in MEASURES), "failed"]
+    lines = [_line(heads), _line(["---"] * 5 + ["--:"] * (len(heads) - 5))]
+    for row in rows:
+        cells = [row.condition, str(row.challenge), row.map, row.agent, row.partner, str(len(row.results))]
+        lines.append(_line([*cells, *(words(row.estimate(measure)) for measure in MEASURES), str(row.failed or "")]))
+    return "\n".join(lines) + "\n"
+
+
+def html(rows: Sequence[Row]) -> str:
+    """The same as the inner part of an HTML page."""
+    heads = ("condition", "challenge", "map", "agent", "partner")
+    top = "".join(f'<th scope="col" class="words">{head}</th>' for head in heads)
+    top += "".join(f'<th scope="col">{head}</th>' for head in ("n", *(m.heading for m in MEASURES), "failed"))
+    body = "".join(
+        "<tr>"
+        + "".join(
+            f'<td class="words">{escape(text)}</td>'
+            for text in (row.condition, str(row.challenge), row.map, row.agent, row.partner)
+        )
+        + f"<td>{len(row.results)}</td>"
+        + "".join(f"<td>{escape(words(row.estimate(measure)))}</td>" for measure in MEASURES)
+        + f"<td>{row.failed or ''}</td></tr>"
+        for row in rows
+    )
+    return f"<table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def words(found: Estimate) -> str:
+    """0.512 ± 0.031, or a dash where nothing was measured; n where it differs is in the JSON."""
+    if found.mean is None:
+        return "–"
+    return f"{found.mean:.3f}" + ("" if found.stderr is None else f" ± {found.stderr:.3f}")
+
+
+def _line(cells: Sequence[str]) -> str:
+    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"

@@ -1,0 +1,34 @@
+"""What the sub-commands of `movingout recordings` have in common."""
+
+import argparse
+import json
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from movingout.recordings.storage.listing import recording_paths
+
+
+def add_data(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--data", type=Path, default=Path("data"), metavar="DIR", help="default: ./data")
+
+
+def add_json(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--json", action="store_true", help="one JSON document on standard output")
+
+
+def add_paths(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("paths", nargs="+", type=Path, metavar="FILE|DIR", help="recordings, or folders of them")
+
+
+def print_json(document: dict[str, Any]) -> None:
+    sys.stdout.write(json.dumps(document, indent=2) + "\n")
+
+
+def expanded(paths: Iterable[Path]) -> list[Path]:
+    """The files named, and the recordings of the folders named."""
+    files: list[Path] = []
+    for path in paths:
+        files += recording_paths(path) if path.is_dir() else [path]
+    return files

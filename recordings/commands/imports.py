@@ -1,0 +1,91 @@
+"""`movingout recordings import`: official trajectories become recordings, with a report."""
+
+import argparse
+import os
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+
+from movingout.recordings.commands.arguments import add_data, add_json, print_json
+from movingout.recordings.errors import RecordingError, cannot
+from movingout.recordings.imports.convert import Report, import_source
+from movingout.recordings.imports.sources import find, read
+from movingout.recordings.progress import over_processes
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "paths",
+        nargs="+",
+        type=Path,
+        metavar="FILE|DIR",
+        help="the official recorder's or evaluator's .json, or data set rows as .parquet, .json or .jsonl",
+    )
+    add_data(parser)
+    parser.add_argument("--out", type=Path, metavar="DIR", help="where the recordings go (default: DATA/recordings)")
+    parser.add_argument("--salt", default="movingout", help="secret text that names are turned into pseudonyms with")
+    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, help="processes (default: all cores)")
+    add_json(parser)
+    parser.set_defaults(perform=perform)
+
+
+def perform(args: argparse.Namespace) -> int:
+    """Exit code 1 when a trajectory was refused."""
+    folder = args.out or args.data / "recordings"
+    _make(folder)
+    found = [source for file in find(args.paths) for source in read(file)]
+    sources = list({source.id: source for source in reversed(found)}.values())[::-1]  # the first of equal ones
+    convert = partial(import_source, folder=folder, salt=args.salt)
+    reports = list(over_processes(convert, sources, args.workers, "importing"))
+    if args.json:
+        trajectories = [report.to_json() for report in reports]
+        print_json({"folder": str(folder), "copies": len(found) - len(sources), "trajectories": trajectories})
+    else:
+        print("\n".join(_page(reports, folder, len(found) - len(sources))))
+    return int(any(report.problem for report in reports))
+
+
+def _make(folder: Path) -> None:
+    """So that a folder that cannot be written is told once, before the work."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise cannot("write to", folder, error) from error
+    if not os.access(folder, os.W_OK):
+        raise RecordingError(f"cannot write to {folder}; change its permissions, or choose another folder: --out DIR")
+
+
+def _page(reports: Sequence[Report], folder: Path, copies: int) -> list[str]:
+    made = [report for report in reports if not report.problem]
+    lines = [f"{len(made)} of {len(reports)} trajectories imported into {folder}"]
+    lines += [f"  copies: {copies} more, of trajectories that are among these, were left out"] if copies else []
+    lines += [f"  refused: {r.file}, {r.place}: {r.problem}" for r in reports if r.problem]
+    if not made:
+        return lines
+    exact = sum(report.drift_tick < 0 for report in made)
+    changed = sum(bool(report.differences) for report in made)
+    nameless = sum(not report.participants_known for report in made)
+    return [
+        *lines,
+        f"  replay: {exact} re-simulate exactly, {len(made) - exact} drift (largest {max(r.drift for r in made):.3g})",
+        f"  maps: {changed} differ from the map as designed",
+        f"  actions: magnitude up to {max(r.largest_magnitude for r in made):.3g}, "
+        f"angle up to {max(r.largest_angle for r in made):.3g} rad",
+        f"  grasp: {sum(r.presses for r in made)} presses, {sum(r.idle_presses for r in made)} of them without effect, "
+        f"{sum(r.unpressed_changes for r in made)} changes without a press, "
+        f"{sum(r.inferred_holds for r in made)} held items inferred",
+        f"  positions outside the arena: {sum(r.outside for r in made)}",
+        f"  last tick: {sum(r.last_tick == 'simulated' for r in made)} simulated, "
+        f"{sum(r.last_tick == 'left out' for r in made)} left out",
+        *([f"  ! {nameless} name no participants: no participant-disjoint split is possible"] if nameless else []),
+        *_drifting(made),
+    ]
+
+
+def _drifting(made: Sequence[Report]) -> list[str]:
+    """The trajectories that our world does not reproduce, one line each."""
+    return [
+        f"  drifts: {r.file}, {r.place} ({r.map}) from tick {r.drift_tick}, up to {r.drift:.3g}"
+        for r in made
+        if r.drift_tick >= 0
+    ]

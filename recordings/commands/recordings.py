@@ -1,0 +1,247 @@
+"""`movingout recordings`: list, inspect, verify and recover here; the other actions have modules of their own."""
+
+import argparse
+import os
+import sys
+from collections.abc import Callable, Sequence
+from datetime import date
+from pathlib import Path
+from typing import Any, get_args
+
+from movingout.recordings.commands import exports, imports
+from movingout.recordings.commands import report as report_command
+from movingout.recordings.commands import view as viewer_command
+from movingout.recordings.commands.arguments import add_data, add_json, add_paths, expanded, print_json
+from movingout.recordings.commands.info_page import info_json, info_page
+from movingout.recordings.episode import Outcome
+from movingout.recordings.errors import RecordingError
+from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
+from movingout.recordings.file_format.reader import read_episode
+from movingout.recordings.progress import over_processes
+from movingout.recordings.storage.finished import SUFFIX, Recovery, recover, recover_journal
+from movingout.recordings.storage.index import Filter, list_recordings
+from movingout.recordings.storage.listing import Summary, path_of, recording_paths
+from movingout.recordings.storage.salvage import recover_recording
+from movingout.recordings.verification import Verification, verify
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    commands = parser.add_subparsers(dest="action", metavar="COMMAND", required=True, title="commands")
+
+    listing = commands.add_parser("list", help="the recordings in a folder, newest first")
+    add_data(listing)
+    listing.add_argument("folder", nargs="?", type=Path, help="default: DATA/recordings")
+    listing.add_argument("--map", help="only this map")
+    listing.add_argument("--agent", help="only with this agent or participant in a seat (part of the name)")
+    listing.add_argument("--study", help="only of this study")
+    listing.add_argument("--since", type=_day, metavar="DATE", help="only from this day on (2026-11-20)")
+    listing.add_argument("--until", type=_day, metavar="DATE", help="only up to and including this day")
+    listing.add_argument("--outcome", choices=get_args(Outcome), metavar="HOW", help=", ".join(get_args(Outcome)))
+    add_json(listing)
+    listing.set_defaults(perform=_list)
+
+    info = commands.add_parser("info", help="one recording on a page")
+    info.add_argument("recording", help="a file, or an episode id in DATA/recordings")
+    add_data(info)
+    add_json(info)
+    info.set_defaults(perform=_info)
+
+    check = commands.add_parser("verify", help="re-simulate and compare bit for bit; exit code 1 on a divergence")
+    add_paths(check)
+    check.add_argument("--workers", type=int, default=os.cpu_count() or 1, help="processes (default: all cores)")
+    add_json(check)
+    check.set_defaults(perform=_verify)
+
+    rescue = commands.add_parser("recover", help="finish what a crash left behind, save what is whole of a torn file")
+    rescue.add_argument("paths", nargs="*", type=Path, metavar="FILE|DIR", help="default: DATA/recordings")
+    add_data(rescue)
+    add_json(rescue)
+    rescue.set_defaults(perform=_recover)
+
+    viewer_command.configure(commands.add_parser("view", help="look at recordings in 3D, or write one as a page"))
+    report_command.configure(
+        commands.add_parser("report", help="a folder's results, heat maps and failures on one page")
+    )
+
+    exports.configure(commands.add_parser("export", help="write them in another format"))
+    imports.configure(commands.add_parser("import", help="read official trajectories, with a report"))
+
+
+def run(args: argparse.Namespace) -> int:
+    perform: Callable[[argparse.Namespace], int] = args.perform
+    return perform(args)
+
+
+# ---- list and info -----------------------------------------------------------------------------------------
+
+
+def _list(args: argparse.Namespace) -> int:
+    folder = args.folder or args.data / "recordings"
+    nothing = not (args.folder or folder.exists()) or not recording_paths(folder)
+    wanted = Filter(args.map, args.agent, args.study, args.since, args.until, args.outcome)
+    found, unreadable = ([], []) if nothing else list_recordings(folder, wanted)
+    if args.json:
+        problems = [{"path": str(entry.path), "problem": entry.problem} for entry in unreadable]
+        print_json({"recordings": [entry.to_json() for entry in found], "unreadable": problems})
+        return 0
+    if nothing:
+        print(f"Nothing has been recorded yet in {folder}. {_HOW_TO_RECORD}")
+    else:
+        print(_table(found) if found else _no_match(folder, wanted))
+    for entry in unreadable:
+        print(f"movingout: {entry.problem}", file=sys.stderr)
+    return 0
+
+
+_HOW_TO_RECORD = """Two ways to change that:
+  movingout play                                                            people play in the browser
+  movingout match --blue scripted --red scripted --record data/recordings   agents play"""
+_NAMED = 20  # players named where none matches
+_HEADINGS = ("id", "started (UTC)", "map", "blue", "red", "time", "delivered", "TCR", "outcome")
+
+
+def _table(entries: Sequence[Summary]) -> str:
+    """Columns as wide as their contents: for eyes and for `grep` alike."""
+    rows = [_HEADINGS, *map(_row, entries)]
+    widths = [max(len(row[column]) for row in rows) for column in range(len(_HEADINGS))]
+    return "\n".join("  ".join(map(str.ljust, row, widths)).rstrip() for row in rows)
+
+
+def _no_match(folder: Path, wanted: Filter) -> str:
+    """That nothing matches, and which names there are where one was asked for that there is not."""
+    entries, _ = list_recordings(folder)
+    maps = sorted({entry.map for entry in entries})
+    seats = sorted({seat for entry in entries for seat in (entry.blue, entry.red)})
+    hints = []
+    if wanted.map is not None and wanted.map not in maps:
+        hints.append(f"no map {wanted.map!r}; maps here: {', '.join(maps)}")
+    if wanted.agent is not None and not any(wanted.agent in seat for seat in seats):
+        hints.append(f"nobody named {wanted.agent!r}; here played: {', '.join(seats[:_NAMED])}")
+    return "\n  ".join(["no recordings that match", *hints])
+
+
+def _day(text: str) -> str:
+    """A day as it is compared with the start of recordings."""
+    try:
+        return date.fromisoformat(text).isoformat()
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"{text!r} is no day; write it like 2026-11-20") from error
+
+
+def _row(entry: Summary) -> tuple[str, ...]:
+    return (
+        entry.id,
+        entry.started[:16].replace("T", " "),
+        entry.map + (f" ({entry.variant})" if entry.variant else ""),
+        entry.blue,
+        entry.red,
+        f"{entry.ticks / 10:.1f} s",
+        f"{entry.metrics['delivered']:.0f} of {entry.metrics['items']:.0f}",
+        f"{entry.metrics['tcr']:.2f}",
+        entry.outcome + (" (damaged)" if entry.damage else ""),
+    )
+
+
+def _info(args: argparse.Namespace) -> int:
+    path = Path(args.recording)
+    if not path.exists():
+        path = path_of(args.data / "recordings", args.recording)
+    episode = read_episode(path)
+    if args.json:
+        print_json(info_json(path, episode))
+    else:
+        print(info_page(path, episode))
+    return 0
+
+
+# ---- verify ------------------------------------------------------------------------------------------------
+
+
+def _verify(args: argparse.Namespace) -> int:
+    paths = expanded(args.paths)
+    if not paths:
+        raise RecordingError("no recordings there to verify; name .mcap files or a folder that holds some")
+    verdicts = list(over_processes(_verdict, paths, min(args.workers, len(paths)), "verifying"))
+    if args.json:
+        print_json({"files": [_verdict_json(path, verdict) for path, verdict in zip(paths, verdicts, strict=True)]})
+    else:
+        for path, verdict in zip(paths, verdicts, strict=True):
+            print(_verdict_line(path, verdict))
+    if any(isinstance(verdict, str) for verdict in verdicts):
+        return 2
+    return int(any(isinstance(verdict, Verification) and not verdict.identical for verdict in verdicts))
+
+
+def _verdict(path: Path) -> Verification | str:
+    """The verdict, or why there is none; a plain value, so that it travels between processes."""
+    try:
+        return verify(path)
+    except RecordingError as error:
+        return str(error)
+
+
+def _verdict_line(path: Path, verdict: Verification | str) -> str:
+    if isinstance(verdict, str):
+        return f"UNREADABLE  {path}: {verdict}"
+    notes = "".join(f"; {note}" for note in (verdict.caveat, verdict.damage) if note)
+    if verdict.first_divergence is None:
+        return f"identical   {path}: {verdict.ticks} ticks equal to the bit{notes}"
+    return f"DIVERGES    {path}: {verdict.first_divergence}{notes}"
+
+
+def _verdict_json(path: Path, verdict: Verification | str) -> dict[str, Any]:
+    if isinstance(verdict, str):
+        return {"path": str(path), "ticks": 0, "identical": False, "first_divergence": None, "problem": verdict}
+    first = verdict.first_divergence
+    return {
+        "path": str(path),
+        "ticks": verdict.ticks,
+        "identical": verdict.identical,
+        "first_divergence": None
+        if first is None
+        else {"tick": first.tick, "field": first.field, "recorded": first.recorded, "simulated": first.simulated},
+        "caveat": verdict.caveat,
+        "damage": verdict.damage,
+    }
+
+
+# ---- recover -----------------------------------------------------------------------------------------------
+
+
+def _recovered(path: Path) -> list[Recovery]:
+    """What became of a folder's journals, of a journal or of a finished file; RecordingError for other files."""
+    if path.is_dir():
+        return recover(path)
+    if path.name.endswith(JOURNAL_SUFFIX):
+        return [recover_journal(path)]
+    if path.exists() and not path.name.endswith(SUFFIX):
+        raise RecordingError(f"{path.name} is neither a recording (*{SUFFIX}) nor a journal (*{JOURNAL_SUFFIX})")
+    return [recover_recording(path)]
+
+
+def _recover(args: argparse.Namespace) -> int:
+    done: list[Recovery] = []
+    usual = args.data / "recordings"
+    for path in args.paths or ([usual] if usual.exists() else []):
+        done += _recovered(path)
+    if args.json:
+        print_json(
+            {
+                "journals": [
+                    {
+                        "journal": str(entry.journal),
+                        "recording": str(entry.recording) if entry.recording else None,
+                        "ticks": entry.ticks,
+                        "note": entry.note,
+                    }
+                    for entry in done
+                ]
+            }
+        )
+        return 0
+    for entry in done:
+        made = f" -> {entry.recording.name}" if entry.recording not in (None, entry.journal) else ""
+        print(f"{entry.journal.name}{made}: {entry.ticks} ticks, {entry.note}")
+    if not done:
+        print("nothing to recover")
+    return 0

@@ -1,0 +1,94 @@
+"""`movingout recordings report`: a folder of recordings as one offline page."""
+
+import argparse
+import json
+import os
+from functools import partial
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+from movingout.maps.spec import SEAT_COLOURS
+from movingout.recordings.errors import RecordingError
+from movingout.recordings.html_file import check_name, write_html
+from movingout.recordings.progress import over_processes
+from movingout.recordings.report.facts import GROUPINGS, facts_of
+from movingout.recordings.report.measures import MEASURES
+from movingout.recordings.report.page import Page
+from movingout.recordings.report.tally import Estimate, Found, Group, Tally
+from movingout.recordings.storage.listing import recording_paths
+
+SERVER = "http://127.0.0.1:8000"
+OUT = Path("report.html")
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("folder", type=Path, metavar="DIR", help="folder of recordings")
+    parser.add_argument("-o", "--out", type=Path, default=OUT, metavar="FILE", help=f"default: {OUT}")
+    parser.add_argument(
+        "--by", choices=tuple(GROUPINGS), default="agent", help="what makes a population (default: agent)"
+    )
+    parser.add_argument("--server", default=SERVER, metavar="URL", help=f"where replays open (default: {SERVER})")
+    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, help="processes (default: all cores)")
+    parser.add_argument("--json", action="store_true", help="also print the figures as one JSON document")
+    parser.set_defaults(perform=report)
+
+
+def report(args: argparse.Namespace) -> int:
+    if urlsplit(args.server).scheme not in ("http", "https"):
+        raise RecordingError(f"{args.server!r} is no address of a server; it should look like {SERVER}")
+    check_name(args.out)
+    paths = recording_paths(args.folder)
+    if not paths:
+        raise RecordingError(f"there are no recordings in {args.folder}; name a folder with .mcap files")
+    facts = over_processes(partial(facts_of, grouping=args.by), paths, min(args.workers, len(paths)), "reading")
+    tally = Tally.of(facts)
+    write_html(Page(args.folder.resolve().name, args.server, tally).html(), args.out)
+    if args.json:
+        print(json.dumps(_document(args.out, tally), indent=2))
+    else:
+        print(_sentence(args.out, tally))
+    return 0
+
+
+def _sentence(out: Path, tally: Tally) -> str:
+    left_out = [f"{tally.broken_off} broken off"] if tally.broken_off else []
+    left_out += [f"{len(tally.unreadable)} unreadable"] if tally.unreadable else []
+    rest = f" ({', '.join(left_out)}: listed there)" if left_out else ""
+    return f"wrote {out}: {tally.episodes} episodes, {len(tally.found)} failure cases{rest}"
+
+
+def _document(out: Path, tally: Tally) -> dict[str, Any]:
+    return {
+        "report": str(out),
+        "episodes": tally.episodes,
+        "broken_off": tally.broken_off,
+        "unreadable": [{"path": str(one.path), "problem": one.problem} for one in tally.unreadable],
+        "groups": [_group(group) for _, groups in tally.by_map() for group in groups],
+        "failures": [_found(one) for one in tally.found],
+    }
+
+
+def _group(group: Group) -> dict[str, Any]:
+    measures = {name: _estimate(group.estimate(name)) for name in MEASURES}
+    blue, red = group.population
+    return {"map": group.map.name, "blue": blue, "red": red, "episodes": group.n, **measures}
+
+
+def _estimate(found: Estimate | None) -> dict[str, float | int | None] | None:
+    return None if found is None else found._asdict()
+
+
+def _found(one: Found) -> dict[str, Any]:
+    facts, failure = one
+    return {
+        "case": failure.case,
+        "id": facts.id,
+        "map": facts.map.name,
+        "seat": SEAT_COLOURS[failure.seat],
+        "who": one.who,
+        "item": failure.item,
+        "start": failure.start,
+        "end": failure.end,
+        "detail": failure.detail,
+    }

@@ -1,0 +1,114 @@
+"""What follows from the truth topics, added when a recording is finished: scene, transforms, log, running metrics."""
+
+from collections.abc import Callable, Iterator
+
+import orjson
+from mcap.writer import Writer
+
+from movingout.recordings.episode import Episode, Event
+from movingout.recordings.file_format import foxglove
+from movingout.recordings.file_format.topics import METRICS
+from movingout.world.metrics import EpisodeMetrics, Metrics
+from movingout.world.scoring import delivered_items
+from movingout.world.state import WorldState
+
+METRIC_NAMES = ("tcr", "nfd", "wt_s", "ac")
+
+
+class Derived:
+    """Follows the truth messages of one episode and writes the derived ones beside them."""
+
+    def __init__(self, writer: Writer, episode: Episode) -> None:
+        self._writer = writer
+        self._map = episode.header.map
+        self._transforms = foxglove.Transforms(self._map)
+        self._metrics = EpisodeMetrics(self._map)
+        self._episode = episode
+        self._next = 0  # index of the state that comes next
+        self._events: Iterator[Event] = iter(episode.events)
+        self._shown: tuple[bool, ...] | None = None  # what /scene/bodies shows as delivered
+        self._channels = _register(writer)
+        self._after: dict[str, Callable[[int, int], None]] = {
+            "/map": self._static,
+            "/state": self._state,
+            "/events": self._event,
+        }
+
+    def follow(self, topic: str, log_ns: int, publish_ns: int) -> None:
+        """Write what follows from the truth message of `topic` that was just written."""
+        after = self._after.get(topic)
+        if after is not None:
+            after(log_ns, publish_ns)
+
+    def _static(self, log_ns: int, publish_ns: int) -> None:
+        self._add("/scene/static", log_ns, publish_ns, foxglove.static_scene(self._map, log_ns))
+
+    def _state(self, log_ns: int, publish_ns: int) -> None:
+        number, self._next = self._next, self._next + 1
+        state, delivered = self._after_tick(number)
+        if delivered != self._shown:
+            self._add("/scene/bodies", log_ns, publish_ns, foxglove.body_scene(self._map, delivered, log_ns))
+            self._shown = delivered
+        self._add("/tf", log_ns, publish_ns, self._transforms.of(state, log_ns))
+        self._add(METRICS.name, log_ns, publish_ns, _metrics_payload(number, delivered, self._metrics.result()))
+
+    def _after_tick(self, number: int) -> tuple[WorldState, tuple[bool, ...]]:
+        if number == 0:
+            start = self._episode.initial
+            return start, tuple(delivered_items(self._map, start.item_poses).tolist())
+        tick = self._episode.ticks[number - 1]
+        before = self._episode.ticks[number - 2].state if number > 1 else self._episode.initial
+        self._metrics.update(before, tick.actions, tick.state)
+        return tick.state, tick.delivered
+
+    def _event(self, log_ns: int, publish_ns: int) -> None:
+        self._add("/log", log_ns, publish_ns, foxglove.log_line(next(self._events), log_ns))
+
+    def _add(self, topic: str, log_ns: int, publish_ns: int, payload: bytes) -> None:
+        self._writer.add_message(self._channels[topic], log_ns, payload, publish_ns)
+
+
+def _register(writer: Writer) -> dict[str, int]:
+    channels = {
+        METRICS.name: writer.register_channel(
+            METRICS.name,
+            "json",
+            writer.register_schema(METRICS.schema_name, "jsonschema", orjson.dumps(METRICS.schema)),
+        )
+    }
+    for name, message in foxglove.TOPICS.items():
+        schema = writer.register_schema(message.DESCRIPTOR.full_name, "protobuf", foxglove.descriptor(message))
+        channels[name] = writer.register_channel(name, "protobuf", schema)
+    return channels
+
+
+def _metrics_payload(tick: int, delivered: tuple[bool, ...], metrics: Metrics) -> bytes:
+    return orjson.dumps({"tick": tick, "delivered": sum(delivered), **_numbers(metrics)})
+
+
+def _numbers(metrics: Metrics) -> dict[str, float]:
+    """The metrics as plain numbers; an action consistency that does not apply is -1."""
+    ac = -1.0 if metrics.ac is None else metrics.ac
+    return {"tcr": metrics.tcr, "nfd": metrics.nfd, "wt_s": metrics.wt_s, "ac": ac}
+
+
+def curves(episode: Episode) -> dict[str, list[float]]:
+    """The metrics after each tick, T values each; `ac` is -1 until something is carried together."""
+    metrics = EpisodeMetrics(episode.header.map)
+    rows = []
+    for before, tick in zip(episode.states, episode.ticks, strict=False):
+        metrics.update(before, tick.actions, tick.state)
+        rows.append(_numbers(metrics.result()))
+    return {name: [row[name] for row in rows] for name in METRIC_NAMES}
+
+
+def result(episode: Episode) -> dict[str, float]:
+    """How it ended: deliveries and the paper's metrics; `ac` is -1 when nothing was carried together."""
+    metrics = EpisodeMetrics(episode.header.map)
+    metrics.update_episode(list(episode.states), episode.actions)
+    delivered = episode.ticks[-1].delivered if episode.ticks else ()
+    return {
+        "delivered": float(sum(delivered)),
+        "items": float(len(episode.header.map.items)),
+        **_numbers(metrics.result()),
+    }

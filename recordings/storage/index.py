@@ -1,0 +1,158 @@
+"""An index of a folder of recordings, so that ten thousand list at once.
+
+It is kept beside the recordings, made from them alone, and thrown away without loss: a file that is new, changed or
+gone is noticed at every look (name, size, time of change). Journals are few and change all the time: read directly.
+"""
+
+import os
+import sqlite3
+from collections.abc import Iterable
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+
+import orjson
+
+from movingout.recordings.errors import RecordingError, cannot
+from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
+from movingout.recordings.progress import track
+from movingout.recordings.storage.finished import SUFFIX
+from movingout.recordings.storage.listing import Summary, Unreadable, read_summary
+
+INDEX_NAME = ".index.sqlite"
+_VERSION = 1  # of this table; another one is rebuilt
+_TABLE = """
+CREATE TABLE IF NOT EXISTS recordings (
+    name TEXT PRIMARY KEY, size INTEGER, changed_ns INTEGER, problem TEXT, summary TEXT,
+    map TEXT, started TEXT, outcome TEXT, blue TEXT, red TEXT, study TEXT
+)
+"""
+
+Stamp = tuple[int, int]  # size, time of change in ns
+
+
+@dataclass(frozen=True, slots=True)
+class Filter:
+    """Which recordings are wanted; None is any."""
+
+    map: str | None = None
+    agent: str | None = None  # part of the name of either seat
+    study: str | None = None  # one of the study's ids
+    since: str | None = None  # first day, 2026-11-20
+    until: str | None = None  # last day
+    outcome: str | None = None
+
+    def condition(self) -> tuple[str, list[str]]:
+        """The SQL condition with its parameters."""
+        terms = [
+            ("map = ?", self.map),
+            ("instr(blue || char(10) || red, ?) > 0", self.agent),
+            ("EXISTS (SELECT 1 FROM json_each(study) WHERE value = ?)", self.study),
+            ("substr(started, 1, 10) >= ?", self.since),
+            ("substr(started, 1, 10) <= ?", self.until),
+            ("outcome = ?", self.outcome),
+        ]
+        used = [(text, value) for text, value in terms if value is not None]
+        return " AND ".join(["summary != ''", *(text for text, _ in used)]), [value for _, value in used]
+
+
+def list_recordings(
+    folder: Path, wanted: Filter | None = None, *, running: bool = True
+) -> tuple[list[Summary], list[Unreadable]]:
+    """The wanted recordings of a folder, newest first, and the files in it that cannot be read.
+
+    Journals are read as far as they go, unless `running` is False.
+    """
+    files, journals = _files(folder)
+    if not running:
+        journals = []
+    try:
+        return _look(folder / INDEX_NAME, folder, files, journals, wanted or Filter())
+    except sqlite3.DatabaseError as error:  # an unwritable folder, a locked or broken index: the files are the truth
+        if not isinstance(error, sqlite3.OperationalError):
+            _discard(folder / INDEX_NAME)
+        return _look(":memory:", folder, files, journals, wanted or Filter())
+
+
+def _look(
+    where: Path | str, folder: Path, files: dict[str, Stamp], journals: list[str], wanted: Filter
+) -> tuple[list[Summary], list[Unreadable]]:
+    with closing(sqlite3.connect(where, timeout=5.0)) as database, database:
+        _prepare(database)
+        _refresh(database, folder, files)
+        database.execute("CREATE TEMP TABLE journals AS SELECT * FROM recordings LIMIT 0")
+        database.executemany(_insert("journals"), (_row(folder / name, (0, 0)) for name in journals))
+        database.execute(
+            "CREATE TEMP VIEW everything AS SELECT * FROM main.recordings UNION ALL SELECT * FROM journals"
+        )
+        condition, values = wanted.condition()
+        query = f"SELECT name, summary FROM everything WHERE {condition} ORDER BY started DESC, name"
+        summaries = [_summary(folder / name, text) for name, text in database.execute(query, values)]
+        problems = database.execute("SELECT name, problem FROM everything WHERE summary = '' ORDER BY name")
+        return summaries, [Unreadable(folder / name, problem) for name, problem in problems]
+
+
+def _files(folder: Path) -> tuple[dict[str, Stamp], list[str]]:
+    """The recordings with their stamps, and the journals."""
+    files: dict[str, Stamp] = {}
+    journals: list[str] = []
+    try:
+        with os.scandir(folder) as entries:
+            for entry in entries:
+                if entry.name.endswith(SUFFIX):
+                    found = entry.stat()
+                    files[entry.name] = (found.st_size, found.st_mtime_ns)
+                elif entry.name.endswith(JOURNAL_SUFFIX):
+                    journals.append(entry.name)
+    except OSError as error:
+        raise cannot("list", folder, error) from error
+    return files, journals
+
+
+def _prepare(database: sqlite3.Connection) -> None:
+    (version,) = database.execute("PRAGMA user_version").fetchone()
+    if version != _VERSION:
+        database.execute("DROP TABLE IF EXISTS recordings")
+        database.execute(f"PRAGMA user_version = {_VERSION}")
+    database.execute(_TABLE)
+
+
+def _refresh(database: sqlite3.Connection, folder: Path, files: dict[str, Stamp]) -> None:
+    known = {name: (size, changed) for name, size, changed in _stamps(database)}
+    gone = known.keys() - files.keys()
+    database.executemany("DELETE FROM recordings WHERE name = ?", ((name,) for name in gone))
+    fresh = [(folder / name, stamp) for name, stamp in files.items() if known.get(name) != stamp]
+    rows = (_row(path, stamp) for path, stamp in track(fresh, len(fresh), "indexing"))
+    database.executemany(_insert("recordings"), rows)
+
+
+def _stamps(database: sqlite3.Connection) -> Iterable[tuple[str, int, int]]:
+    return database.execute("SELECT name, size, changed_ns FROM recordings")
+
+
+def _insert(table: str) -> str:
+    return f"INSERT OR REPLACE INTO {table} VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"
+
+
+def _row(path: Path, stamp: Stamp) -> tuple[str | int, ...]:
+    try:
+        entry = read_summary(path)
+    except RecordingError as error:
+        return (path.name, *stamp, str(error), "", "", "", "", "", "", "{}")
+    text = orjson.dumps(entry.to_json()).decode()
+    study = orjson.dumps(entry.study).decode()
+    return (
+        *(path.name, *stamp, "", text),
+        *(entry.map, entry.started, entry.outcome, entry.blue, entry.red, study),
+    )
+
+
+def _summary(path: Path, text: str) -> Summary:
+    return Summary(**{**orjson.loads(text), "path": path})
+
+
+def _discard(index: Path) -> None:
+    try:
+        index.unlink(missing_ok=True)
+    except OSError:
+        return  # a read-only folder keeps its index; this look does without

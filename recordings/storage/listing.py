@@ -1,0 +1,172 @@
+"""What lies in a folder: one line per recording, read from its metadata alone."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from movingout.recordings.episode import Episode, SeatInfo
+from movingout.recordings.errors import RecordingError, cannot
+from movingout.recordings.file_format.derived_topics import result
+from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
+from movingout.recordings.file_format.metadata import (
+    EPISODE_ID,
+    RECORDING,
+    RESULT,
+    SEATS,
+    STUDY,
+    Entries,
+    episode_record,
+    seats_of,
+    utc,
+)
+from movingout.recordings.file_format.reader import UNREADABLE, read_episode
+from movingout.recordings.file_format.records import MAGIC, metadata_in
+from movingout.recordings.storage.finished import SUFFIX
+
+
+@dataclass(frozen=True, slots=True)
+class Summary:
+    """One recording in a list."""
+
+    path: Path
+    id: str
+    map: str
+    variant: str
+    started: str  # UTC, ISO 8601
+    source: str
+    ticks: int
+    outcome: str
+    blue: str  # kind and name: "human P1"
+    red: str
+    study: dict[str, str]
+    metrics: dict[str, float]
+    complete: bool
+    damage: str  # one sentence, empty for none
+
+    def to_json(self) -> dict[str, Any]:
+        return {name: getattr(self, name) for name in self.__slots__} | {"path": str(self.path)}  # asdict copies deeply
+
+
+@dataclass(frozen=True, slots=True)
+class Unreadable:
+    """A file that looks like a recording by name and cannot be read."""
+
+    path: Path
+    problem: str
+
+
+def recording_paths(folder: Path) -> list[Path]:
+    """The recordings and journals in a folder, by name; RecordingError when there is no such folder."""
+    try:
+        names = [entry for entry in folder.iterdir() if entry.name.endswith((SUFFIX, JOURNAL_SUFFIX))]
+    except OSError as error:
+        raise cannot("list", folder, error) from error
+    return sorted(names)
+
+
+def read_summary(path: Path) -> Summary:
+    """The line of one recording; the messages of a finished one are not opened (`verify` does that)."""
+    if path.name.endswith(JOURNAL_SUFFIX):
+        return _of_episode(path, read_episode(path))
+    records = read_metadata(path)
+    try:
+        return _of_metadata(path, records)
+    except (KeyError, ValueError) as error:
+        raise RecordingError(f"{path.name}: its metadata is incomplete ({error})") from error
+
+
+class Players(NamedTuple):
+    """Who played an episode."""
+
+    episode_id: str
+    seats: tuple[SeatInfo, SeatInfo]
+
+
+def read_players(path: Path) -> Players:
+    """Who played, without opening the messages of a finished recording."""
+    if path.name.endswith(JOURNAL_SUFFIX):
+        header = read_episode(path).header
+        return Players(header.episode_id, header.seats)
+    records = read_metadata(path)
+    try:
+        return Players(_episode_record(path, records)["episode_id"], seats_of(records))
+    except (KeyError, ValueError) as error:
+        raise RecordingError(f"{path.name}: its metadata is incomplete ({error})") from error
+
+
+def read_metadata(path: Path) -> Mapping[str, Entries]:
+    """All metadata records of a finished recording, by name."""
+    try:
+        with path.open("rb") as stream:
+            if stream.read(len(MAGIC)) != MAGIC:
+                raise RecordingError(f"{path.name} is {'not an MCAP file' if path.stat().st_size else 'empty'}")
+            return metadata_in(stream)
+    except OSError as error:
+        raise cannot("read", path, error) from error
+    except UNREADABLE as error:
+        raise RecordingError(f"{path.name} is torn or damaged: it has no whole index") from error
+
+
+def _episode_record(path: Path, records: Mapping[str, Entries]) -> Entries:
+    try:
+        return episode_record(records)
+    except RecordingError as error:
+        raise RecordingError(f"{path.name}: {error}") from error
+
+
+def _of_metadata(path: Path, records: Mapping[str, Entries]) -> Summary:
+    episode = _episode_record(path, records)
+    closing = records[RECORDING]
+    return Summary(
+        path=path,
+        id=episode["episode_id"],
+        map=episode["map"],
+        variant=episode["map_variant"],
+        started=episode["started_utc"],
+        source=episode["source"],
+        ticks=int(closing["ticks"]),
+        outcome=closing["outcome"],
+        blue=seat_title(records[SEATS[0]]["kind"], records[SEATS[0]]["name"]),
+        red=seat_title(records[SEATS[1]]["kind"], records[SEATS[1]]["name"]),
+        study=dict(records.get(STUDY, {})),
+        metrics={name: float(value) for name, value in records[RESULT].items()},
+        complete=closing["complete"] == "true",
+        damage=closing["damage"],
+    )
+
+
+def _of_episode(path: Path, episode: Episode) -> Summary:
+    header = episode.header
+    blue, red = (seat_title(seat.kind, seat.name) for seat in header.seats)
+    return Summary(
+        path=path,
+        id=header.episode_id,
+        map=header.map.name,
+        variant=header.map.variant,
+        started=utc(header.started_ns),
+        source=header.source,
+        ticks=len(episode.ticks),
+        outcome=episode.outcome,
+        blue=blue,
+        red=red,
+        study=dict(header.study),
+        metrics=result(episode),
+        complete=episode.complete,
+        damage=episode.damage,
+    )
+
+
+def seat_title(kind: str, name: str) -> str:
+    """`human P1`, `agent scripted`; a ghost's name says already what it is."""
+    return name if name.startswith(f"{kind}:") else f"{kind} {name}"
+
+
+def path_of(folder: Path, episode_id: str) -> Path:
+    """The file of an episode id in a folder, finished or journal; RecordingError for anything else, `../` included."""
+    if EPISODE_ID.fullmatch(episode_id):
+        for suffix in (SUFFIX, JOURNAL_SUFFIX):
+            path = folder / f"{episode_id}{suffix}"
+            if path.is_file():
+                return path
+    raise RecordingError(f"there is no recording {episode_id!r} in {folder}; `movingout recordings list` names them")

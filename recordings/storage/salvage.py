@@ -1,0 +1,114 @@
+"""What is whole in a finished recording that was torn or damaged: a broken copy, a failing disk.
+
+Every chunk of a file has a checksum of its own, so what is in one is as it was written, or it is not believed. What
+stands outside of chunks (names, seats, the seed) is protected by the checksum at the end of the data alone; where that
+is missing, what was saved says that it could not be checked.
+"""
+
+import errno
+import os
+import shutil
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from mcap.records import Attachment, Channel, Header, Metadata
+from zstandard import ZstdError
+
+from movingout.recordings.episode import Episode
+from movingout.recordings.errors import UnreadableError
+from movingout.recordings.file_format.journal import PROFILE, head, message
+from movingout.recordings.file_format.metadata import END, Entries
+from movingout.recordings.file_format.reader import (
+    UNREADABLE,
+    check_file,
+    episode_of_journal,
+    header_profile,
+    read_bytes,
+    read_episode,
+)
+from movingout.recordings.file_format.records import Message, Record, data_holds, records_of
+from movingout.recordings.file_format.topics import CHANNELS
+from movingout.recordings.storage.finished import DAMAGED_SUFFIX, Recovery, replacing, write_recording
+
+TICK_ENDS = "/timing"  # the last message of each tick
+
+
+def recover_recording(path: Path) -> Recovery:
+    """Put what is whole of a finished recording in its place; the file as it was stays beside it as `.damaged`.
+
+    A whole file is left alone. Raises RecordingError when there is nothing to save, or the disk refuses.
+    """
+    data = read_bytes(path)
+    try:
+        check_file(data, path.name)
+    except UnreadableError:
+        if header_profile(data) != PROFILE:
+            raise
+    else:
+        return Recovery(path, path, len(read_episode(path).ticks), "whole; left as it is")
+    episode, journal = salvage(data, path.name)
+    with replacing(path) as stream:
+        write_recording(stream, episode, journal)
+        _keep_beside(path)
+    return Recovery(path, path, len(episode.ticks), episode.damage or "only its index was lost; whole again")
+
+
+def salvage(data: bytes, name: str) -> tuple[Episode, bytes]:
+    """The episode up to its last whole tick, and the journal that holds just that. Raises UnreadableError."""
+    found = _Found(whole=data_holds(data))
+    try:
+        for record in records_of(data, checked=True):
+            found.take(record)
+    except (*UNREADABLE, ZstdError):
+        pass  # what came before is as it was written
+    journal, ticks = found.journal()
+    damage = f"saved from a torn or damaged file up to tick {ticks}; its names, seats and settings could not be checked"
+    return episode_of_journal(journal, name, "" if found.whole else damage), journal
+
+
+@dataclass
+class _Found:
+    """What can be believed of a file; `whole` where its data are, and only what follows them is not."""
+
+    whole: bool
+    library: str = ""
+    metadata: dict[str, Entries] = field(default_factory=dict)
+    attachments: dict[str, bytes] = field(default_factory=dict)
+    topics: dict[int, str] = field(default_factory=dict)  # by channel
+    messages: list[tuple[str, Message]] = field(default_factory=list)
+
+    def take(self, record: Record) -> None:
+        match record:
+            case Message():
+                if (topic := self.topics[record.channel_id]) in CHANNELS:
+                    self.messages.append((topic, record))
+            case Channel():
+                self.topics[record.id] = record.topic
+            case Metadata():
+                self.metadata[record.name] = record.metadata
+            case Attachment():
+                self.attachments[record.name] = record.data
+            case Header():
+                self.library = record.library
+
+    def journal(self) -> tuple[bytes, int]:
+        """Everything, or what belongs to whole ticks, in the form of a journal without checksums; and the ticks."""
+        ends = [index for index, (topic, _) in enumerate(self.messages) if topic == TICK_ENDS]
+        kept = self.messages if self.whole or not ends else self.messages[: ends[-1] + 1]
+        entries = {name: values for name, values in self.metadata.items() if self.whole or name != END}
+        first = head(self.library, entries, self.attachments, 0)
+        written = [
+            message(CHANNELS[topic], one.sequence, one.log_time, one.publish_time, one.data) for topic, one in kept
+        ]
+        return b"".join([first, *written]), len(ends)
+
+
+def _keep_beside(path: Path) -> None:
+    """A second name for the file, so that there is no moment at which it could be lost. Raises OSError."""
+    aside = path.with_name(path.name + DAMAGED_SUFFIX)
+    if aside.exists():
+        raise FileExistsError(errno.EEXIST, f"{aside.name} is there already; move it away", str(aside))
+    try:
+        os.link(path, aside)
+    except OSError:  # a file system without second names
+        shutil.copy2(path, aside)

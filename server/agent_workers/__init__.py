@@ -1,0 +1,1 @@
+"""Worker processes in which agents decide, as the server sees them."""

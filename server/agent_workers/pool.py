@@ -1,0 +1,270 @@
+"""Seats taken by agents: ask a worker process, play its chunks, and stay neutral when it does not answer.
+
+Nothing here blocks: `observe` hands a question to the worker, `answer` looks at what has come back.
+"""
+
+import asyncio
+import itertools
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from movingout.agents.action_chunk import NEUTRAL, world_action
+from movingout.agents.base import ActionChunk
+from movingout.agents.catalogue import agent_card, unseen_map
+from movingout.agents.errors import AgentsBusyError
+from movingout.agents.worker.heartbeat import Activity
+from movingout.agents.worker.messages import (
+    Answer,
+    Close,
+    Failed,
+    FromWorker,
+    Open,
+    Opened,
+    Skipped,
+    answered_chunk,
+    observe_message,
+)
+from movingout.maps import MapSpec
+from movingout.server.agent_workers.process import AgentProcess
+from movingout.world.state import Floats, WorldState
+
+MAX_LOAD = 0.8  # share of one core that the seats of a worker may need
+FIRST_GUESS_MS = 3.0  # a decision of an agent that was never measured
+STRIKES = 3  # a seat during whose turn the worker was lost this often is not asked again
+TICK_S = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class AgentAnswer:
+    """What an agent seat does in one tick."""
+
+    action: Floats  # (3,) for World.step: distance, heading [rad], toggle
+    missed: bool  # a decision was due and had not come
+    latency_ms: float  # from the question to its answer; -1 while the rest of a chunk is played
+    detail: Mapping[str, object] = field(default_factory=dict)
+    problem: str = ""  # why the agent failed since the last answer, in a sentence
+
+
+@dataclass(frozen=True, slots=True)
+class _Question:
+    state: WorldState
+    tick: int
+    deadline: float
+    asked: float
+
+
+class AgentSeat:
+    """One agent in one seat for one episode. Made by `AgentPool.open`."""
+
+    def __init__(self, pool: "AgentPool", key: int, worker: AgentProcess, opening: Open) -> None:
+        self._pool = pool
+        self._worker = worker
+        self._opening = opening
+        self.key = key
+        self.agent_id = opening.agent_id
+        self.unseen = unseen_map(opening.agent_id, opening.map.name)
+        self.ready = False  # loaded and warm
+        self.failed = ""  # why it will not be asked again; empty while it plays
+        self.decisions = 0
+        self.missed = 0
+        self.failures = 0
+        self.strikes = 0
+        self._problem = ""
+        self._chunk: ActionChunk = np.empty((0, 4))
+        self._chunk_tick = -1
+        self._execute = 0
+        self._detail: Mapping[str, object] = {}
+        self._latency_ms = -1.0
+        self._due = -1  # the tick that the newest question was about
+        self._asked: _Question | None = None
+        self._waiting: _Question | None = None
+
+    def observe(self, state: WorldState, tick: int, deadline: float) -> None:
+        """Ask for the action of `tick`, which starts from `state`; the answer is of use until `deadline`.
+
+        `deadline` is in seconds of `time.monotonic()`. Nothing is asked while the last chunk still lasts.
+        """
+        if self.failed or 0 <= tick - self._chunk_tick < self._execute:
+            return
+        self._due = tick
+        self._waiting = _Question(state, tick, deadline, time.monotonic())
+        self._ask()
+
+    def answer(self, tick: int) -> AgentAnswer:
+        """The action for `tick`: the row of the chunk, what is left of an older chunk, or neutral."""
+        row = tick - self._chunk_tick
+        missed = self._due == tick and self._chunk_tick != tick
+        self.missed += missed
+        covered = 0 <= row < len(self._chunk)
+        action = np.array(world_action(self._chunk[row]) if covered else NEUTRAL)
+        fresh = self._chunk_tick == tick and covered
+        problem, self._problem = self._problem, ""
+        return AgentAnswer(action, missed, self._latency_ms if fresh else -1.0, self._detail if fresh else {}, problem)
+
+    @property
+    def thought(self) -> tuple[int, Mapping[str, object]]:
+        """The newest answer: its tick (-1 before the first), and what the agent says about the decision."""
+        return self._chunk_tick, self._detail
+
+    def close(self) -> None:
+        """The episode is over."""
+        self._pool.forget(self)
+
+    # ---- called by the pool -----------------------------------------------------------------------------------
+
+    def begin(self) -> None:
+        """Open the episode at a worker that has just begun to listen."""
+        self.ready = False
+        self._asked = None
+        if not self.failed:
+            self._worker.send(self._opening)
+
+    def take(self, message: FromWorker) -> None:
+        """Take in what the worker says about this seat."""
+        match message:
+            case Opened():
+                self.ready = True
+            case Answer():
+                self._take_answer(message)
+            case Skipped():
+                self._asked = None
+            case Failed():
+                self._take_failure(message)
+        self._ask()
+
+    def worker_lost(self, guilty: bool) -> None:
+        """The worker is gone; `guilty` when it was lost in this seat's turn."""
+        self.ready = False
+        self._asked = None
+        if guilty:
+            self.strikes += 1
+            self.failures += 1
+            self._problem = "the agent's process died or hung"
+            if self.strikes >= STRIKES:
+                self._give_up(f"the agent's process died or hung {self.strikes} times")
+
+    def _ask(self) -> None:
+        if self._waiting is None or self._asked is not None or not self.ready or self.failed:
+            return
+        self._asked, self._waiting = self._waiting, None
+        self._worker.send(observe_message(self.key, self._asked.tick, self._asked.deadline, self._asked.state))
+
+    def _take_answer(self, message: Answer) -> None:
+        self.decisions += 1
+        self._chunk = answered_chunk(message)
+        self._chunk_tick, self._execute, self._detail = message.tick, message.execute, message.detail
+        if self._asked is not None:
+            self._latency_ms = (time.monotonic() - self._asked.asked) * 1e3
+        self._asked = None
+        self._pool.note_cost(self.agent_id, message.decision_ms, message.execute)
+
+    def _take_failure(self, message: Failed) -> None:
+        self.failures += 1
+        self._asked = None
+        self._problem = message.reason
+        if message.fatal:
+            self._give_up(message.reason)
+
+    def _give_up(self, reason: str) -> None:
+        self.failed = reason
+        self._waiting = None
+        self._execute = 0
+
+
+class AgentPool:
+    """Worker processes for agents and the seats they serve. Use inside a running event loop."""
+
+    def __init__(self, workers: int = 1) -> None:
+        self._seats: dict[int, AgentSeat] = {}
+        self._home: dict[int, AgentProcess] = {}
+        self._costs: dict[str, float] = {}  # share of a core per seat, by agent id
+        self._keys = itertools.count(1)
+        self._workers: list[AgentProcess] = []
+        for _ in range(workers):
+            self._workers.append(self._make_worker())
+
+    def _make_worker(self) -> AgentProcess:
+        def ready() -> None:
+            for seat in self._seats_of(worker):
+                seat.begin()
+
+        def lost(activity: Activity) -> None:
+            for seat in self._seats_of(worker):
+                seat.worker_lost(guilty=activity.phase != "idle" and seat.key == activity.key)
+
+        worker = AgentProcess(self._dispatch, ready, lost)
+        return worker
+
+    async def start(self) -> None:
+        """Spawn the workers; returns at once, they get ready by themselves."""
+        for worker in self._workers:
+            worker.start()
+
+    async def close(self) -> None:
+        """End the workers."""
+        await asyncio.gather(*(worker.close() for worker in self._workers))
+
+    def open(self, agent_id: str, map: MapSpec, seat: int, seed: int, ticks: int) -> AgentSeat:
+        """Seat an agent for one episode; it loads in the background (`AgentSeat.ready`).
+
+        Raises AgentError for an id that names nothing and AgentsBusyError when the workers have no time left. An agent
+        that cannot be made says so later, in `AgentSeat.failed`.
+        """
+        agent_card(agent_id)
+        worker = min(self._workers, key=self.load)
+        load = self.load(worker) + self._cost(agent_id)
+        if load > MAX_LOAD and self._seats_of(worker):  # a worker without seats always takes one
+            raise AgentsBusyError(
+                f"no room for one more {agent_id!r}: the agents here would need {load:.0%} of a core each tick; "
+                "close a room or start the server with more agent workers"
+            )
+        key = next(self._keys)
+        taken = AgentSeat(self, key, worker, Open(key, agent_id, map, seat, seed, ticks))
+        self._seats[key] = taken
+        self._home[key] = worker
+        if worker.connected:
+            taken.begin()
+        return taken
+
+    def load(self, worker: AgentProcess) -> float:
+        """Share of a core that the seats of `worker` need, as measured so far."""
+        return sum(self._cost(seat.agent_id) for seat in self._seats_of(worker))
+
+    def report(self) -> list[dict[str, float]]:
+        """One row per worker for the admin page: pid, restarts, seats, load."""
+        return [
+            {
+                "pid": worker.pid,
+                "restarts": worker.restarts,
+                "seats": len(self._seats_of(worker)),
+                "load": round(self.load(worker), 4),
+            }
+            for worker in self._workers
+        ]
+
+    def forget(self, seat: AgentSeat) -> None:
+        """Called by `AgentSeat.close`."""
+        if self._seats.pop(seat.key, None) is not None:
+            self._home.pop(seat.key).send(Close(seat.key))
+
+    def note_cost(self, agent_id: str, decision_ms: float, execute: int) -> None:
+        """Called by a seat with what a decision took and for how many ticks it lasts.
+
+        It counts for a twentieth, the first one too: that one includes planning ahead, and must not close the door.
+        """
+        cost = decision_ms / 1e3 / (TICK_S * execute)
+        self._costs[agent_id] = 0.95 * self._cost(agent_id) + 0.05 * cost
+
+    def _cost(self, agent_id: str) -> float:
+        return self._costs.get(agent_id, FIRST_GUESS_MS / 1e3 / TICK_S)
+
+    def _seats_of(self, worker: AgentProcess) -> list[AgentSeat]:
+        return [seat for key, seat in self._seats.items() if self._home[key] is worker]
+
+    def _dispatch(self, message: FromWorker) -> None:
+        seat = self._seats.get(message.key)
+        if seat is not None:
+            seat.take(message)

@@ -1,0 +1,147 @@
+"""One agent worker as the server sees it: spawned, watched, and replaced when it dies or hangs.
+
+Everything here runs on the event loop and waits for nothing that the worker could withhold.
+"""
+
+import asyncio
+import contextlib
+import logging
+import os
+import socket
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from typing import IO
+
+import msgspec
+
+from movingout.agents.worker.heartbeat import Activity, Blackboard
+from movingout.agents.worker.messages import FrameBuffer, FromWorker, ToWorker, frame, read_from_worker
+
+log = logging.getLogger(__name__)
+
+HANG_S = {"idle": 3.0, "deciding": 2.0, "loading": 30.0}  # seconds in one phase after which the worker is replaced
+WATCH_EVERY_S = 0.25
+QUICK_DEATH_S = 1.0  # a worker that died younger than this is not replaced at once
+ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+
+
+class AgentProcess:
+    """A worker process that is always there again.
+
+    `on_message` gets everything the worker says; `on_lost` is called each time a worker was lost, with what it was
+    doing, just before the next one is started; `on_ready` when the next one listens.
+    """
+
+    def __init__(
+        self,
+        on_message: Callable[[FromWorker], None],
+        on_ready: Callable[[], None],
+        on_lost: Callable[[Activity], None],
+    ) -> None:
+        self._on_message = on_message
+        self._on_ready = on_ready
+        self._on_lost = on_lost
+        self._link: asyncio.StreamWriter | None = None
+        self._task: asyncio.Task[None] | None = None
+        self.pid = 0
+        self.restarts = 0
+
+    def start(self) -> None:
+        """Spawn the worker and keep it alive until `close`."""
+        self._task = asyncio.get_running_loop().create_task(self._keep_alive())
+
+    async def close(self) -> None:
+        """End the worker for good."""
+        if self._task is not None:
+            self._task.cancel()
+            with contextlib.suppress(asyncio.CancelledError):
+                await self._task
+
+    @property
+    def connected(self) -> bool:
+        """Whether what is sent now reaches a worker."""
+        return self._link is not None
+
+    def send(self, message: ToWorker) -> None:
+        """Hand a message over; without a worker it is dropped (`on_ready` says when to begin again)."""
+        if self._link is not None and not self._link.is_closing():
+            self._link.write(frame(message))
+
+    async def _keep_alive(self) -> None:
+        while True:
+            born = time.monotonic()
+            activity = await self._one_life()
+            self.restarts += 1
+            log.warning("agent worker %d lost while %s; starting another", self.pid, activity.phase)
+            self._on_lost(activity)
+            if time.monotonic() - born < QUICK_DEATH_S:
+                await asyncio.sleep(QUICK_DEATH_S)
+
+    async def _one_life(self) -> Activity:
+        """Spawn a worker and stay with it until it is lost; return what it did last."""
+        ours, theirs = socket.socketpair()
+        with theirs, tempfile.TemporaryFile() as file:
+            process = await _spawn(theirs, file)
+            board = Blackboard(file.fileno())
+        self.pid = process.pid
+        board.write("idle")
+        try:
+            reader, self._link = await asyncio.open_connection(sock=ours)
+            self._on_ready()
+            await self._until_lost(reader, board)
+            return board.read()
+        finally:
+            await self._bury(process)
+            board.close()
+
+    async def _until_lost(self, reader: asyncio.StreamReader, board: Blackboard) -> None:
+        tasks = [asyncio.create_task(self._listen(reader)), asyncio.create_task(_watch(board))]
+        try:
+            await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
+
+    async def _listen(self, reader: asyncio.StreamReader) -> None:
+        buffer = FrameBuffer()
+        try:
+            while data := await reader.read(1 << 16):
+                for body in buffer.feed(data):
+                    self._on_message(read_from_worker(body))
+        except (ConnectionError, msgspec.MsgspecError) as error:
+            log.warning("agent worker %d: %s", self.pid, error)
+
+    async def _bury(self, process: asyncio.subprocess.Process) -> None:
+        if self._link is not None:
+            self._link.close()
+            with contextlib.suppress(ConnectionError):
+                await self._link.wait_closed()
+            self._link = None
+        with contextlib.suppress(ProcessLookupError):
+            process.kill()
+        await process.wait()
+
+
+async def _spawn(link: socket.socket, file: IO[bytes]) -> asyncio.subprocess.Process:
+    arguments = ["-P", "-m", "movingout.agents.worker.process", str(link.fileno()), str(file.fileno())]
+    return await asyncio.create_subprocess_exec(
+        sys.executable,
+        *arguments,
+        stdin=asyncio.subprocess.DEVNULL,
+        pass_fds=(link.fileno(), file.fileno()),
+        env={**os.environ, **ONE_THREAD},
+    )
+
+
+async def _watch(board: Blackboard) -> None:
+    """Return when the worker has been in one phase for too long."""
+    starting = board.read().since
+    while True:
+        await asyncio.sleep(WATCH_EVERY_S)
+        since, phase, _ = board.read()
+        limit = HANG_S["loading"] if since == starting else HANG_S[phase]
+        if time.monotonic() - since > limit:
+            return

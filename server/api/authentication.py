@@ -1,0 +1,58 @@
+"""Who makes a request, and what it carries: address, secret, page of origin, body."""
+
+from typing import Any, TypeVar
+
+import msgspec
+from fastapi import Request
+
+from movingout.server.api.errors import ApiError
+from movingout.server.connection.origin import origin_allowed
+from movingout.server.host import Host
+
+Body = TypeVar("Body")
+
+
+def admin(host: Host) -> Any:
+    """A dependency of routes that only the person who runs the server may ask for."""
+
+    async def check(request: Request) -> None:
+        address = address_of(request)
+        if host.gate.locked(address, "admin"):
+            raise ApiError(429, "locked", "Too many wrong keys from your address; wait a minute.")
+        token = bearer(request)
+        if not token:
+            raise ApiError(401, "no_token", "This needs the admin token that was printed when the server started.")
+        if not host.is_admin(token):
+            host.gate.wrong_token(address, "admin")
+            raise ApiError(403, "wrong_token", "This is not the admin token that was printed when the server started.")
+
+    return check
+
+
+def own_page(host: Host) -> Any:
+    """A dependency of routes that pages of other servers may not use."""
+
+    async def check(request: Request) -> None:
+        if not origin_allowed(request.scope["headers"], request.url.scheme, host.settings.origins):
+            raise ApiError(403, "origin", "This page may not talk to this server.")
+
+    return check
+
+
+def bearer(request: Request) -> str:
+    """The secret that a request carries, empty for none."""
+    scheme, _, token = request.headers.get("authorization", "").partition(" ")
+    return token.strip() if scheme.lower() == "bearer" else ""
+
+
+def address_of(request: Request) -> str:
+    return request.client.host if request.client else ""
+
+
+async def body_of(request: Request, kind: type[Body]) -> Body:
+    """The body, checked. Raises ApiError."""
+    try:
+        body: Body = msgspec.json.decode(await request.body(), type=kind)
+        return body
+    except (msgspec.MsgspecError, RecursionError, UnicodeError) as error:
+        raise ApiError(422, "bad_request", f"the request is not understood: {error}") from None

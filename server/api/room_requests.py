@@ -1,0 +1,136 @@
+"""Opening a room as a page asks for it: which maps, which seats, who may sit there."""
+
+from typing import Any, Literal
+
+import msgspec
+
+from movingout.agents.catalogue import agent_card, agent_cards
+from movingout.agents.errors import AgentError, CheckpointError
+from movingout.maps import PRACTICE, MovingOutError, map_names
+from movingout.maps.spec import SEAT_COLOURS
+from movingout.recordings import RecordingError
+from movingout.recordings.ghost import GHOST, is_ghost
+from movingout.server.api.errors import ApiError
+from movingout.server.host import Host
+from movingout.server.rooms.ghost_partner import Casting, GhostError, ghost_config
+from movingout.server.rooms.seat import Seat
+from movingout.server.rooms.services import RoomConfig
+from movingout.server.security.tokens import hash_token, new_token
+
+MAX_ROUNDS = 36
+MAX_LIMIT_TICKS = 36_000  # an hour
+
+
+class SeatRequest(msgspec.Struct, forbid_unknown_fields=True):
+    """Who shall sit in a seat."""
+
+    kind: Literal["here", "link", "agent", "remote", "ghost"]
+    agent: str = ""
+    recording: str = ""  # of a ghost: the episode whose seat of this colour plays again
+
+
+class RoomRequest(msgspec.Struct, forbid_unknown_fields=True):
+    """The body of POST /api/rooms."""
+
+    maps: list[str]
+    seats: list[SeatRequest]
+    limit_ticks: int = 500
+    practice: bool = False
+    challenge2_seed: int | None = None
+
+
+async def open_room(host: Host, wanted: RoomRequest) -> dict[str, Any]:
+    """Open the room and say how to get in. Raises ApiError with what would be possible."""
+    refusal = host.refusal()
+    if refusal:
+        raise ApiError(503, "full", refusal)
+    castings = await _castings(host, wanted.seats)
+    if castings and not wanted.maps:
+        wanted.maps = [next(iter(castings.values())).map]
+    config = _checked_config(wanted, host.settings.countdown_s)
+    tokens = [new_token() if seat.kind == "here" else None for seat in wanted.seats]
+    try:
+        config = ghost_config(config, [*castings.values()])
+        seats = [
+            _seat(host, index, seat, tokens[index], castings.get(index)) for index, seat in enumerate(wanted.seats)
+        ]
+    except GhostError as error:
+        raise ApiError(422, "ghost", str(error)) from None
+    try:
+        await host.prepare_maps(config)
+        room = host.directory.open(config, seats)
+    except MovingOutError as error:
+        raise ApiError(503, "no_agent", str(error)) from None
+    return {
+        "room": room.id,
+        "tokens": tokens,
+        "join_path": f"/play/{room.id}",
+        "watch_path": f"/watch/{room.id}",
+    }
+
+
+async def _castings(host: Host, seats: list[SeatRequest]) -> dict[int, Casting]:
+    """The recorded seats among `seats`: of this server's own recordings, or the partner that the operator named."""
+    found = {}
+    try:
+        for index, seat in enumerate(seats[:2]):
+            if seat.kind == "ghost":
+                path = await host.archive.path(seat.recording)
+                found[index] = await host.archive.casting(f"{path}#{SEAT_COLOURS[index]}")
+            elif seat.kind == "agent" and seat.agent == host.settings.partner and is_ghost(seat.agent):
+                found[index] = await host.archive.casting(seat.agent.removeprefix(f"{GHOST}:"))
+    except RecordingError as error:
+        raise ApiError(422, "ghost", f"This recording cannot be played against: {error}.") from None
+    return found
+
+
+def _checked_config(wanted: RoomRequest, countdown_s: float) -> RoomConfig:
+    known = (*map_names(), PRACTICE)
+    unknown = [name for name in wanted.maps if name not in known]
+    if unknown:
+        raise ApiError(422, "unknown_map", f"unknown map {unknown[0]!r}; known: {', '.join(known)}")
+    if not 1 <= len(wanted.maps) <= MAX_ROUNDS:
+        raise ApiError(422, "maps", f"a series has 1 to {MAX_ROUNDS} maps, not {len(wanted.maps)}")
+    if len(wanted.seats) != 2:
+        raise ApiError(422, "seats", f"a room has two seats, blue and red, not {len(wanted.seats)}")
+    if not wanted.practice and not 10 <= wanted.limit_ticks <= MAX_LIMIT_TICKS:
+        raise ApiError(422, "limit_ticks", f"a round lasts 10 to {MAX_LIMIT_TICKS} ticks of 0.1 s")
+    if wanted.challenge2_seed is not None and not 0 <= wanted.challenge2_seed < 2**31:
+        raise ApiError(422, "challenge2_seed", "a seed is a whole number from 0 to 2147483647")
+    return RoomConfig(
+        maps=tuple(wanted.maps),
+        limit_ticks=wanted.limit_ticks,
+        practice=wanted.practice,
+        challenge2_seed=wanted.challenge2_seed,
+        countdown_s=countdown_s,
+    )
+
+
+def _seat(host: Host, index: int, wanted: SeatRequest, token: str | None, ghost: Casting | None) -> Seat:
+    if ghost is not None:
+        return ghost.seat_at(index)
+    if wanted.kind == "agent":
+        agent_id = _checked_agent(host, wanted.agent)
+        if agent_id == "idle":
+            return Seat(index, "idle", name="idle")
+        return Seat(index, "agent", agent_id, name=agent_id)
+    if wanted.kind == "remote":
+        return Seat(index, "remote", shared=True)
+    seat = Seat(index, "human", shared=wanted.kind == "link")
+    seat.token = hash_token(token) if token else None
+    return seat
+
+
+def _checked_agent(host: Host, agent_id: str) -> str:
+    """Only what is in the catalogue or what the operator named: an id can otherwise import any module."""
+    known = [card.id for card in agent_cards()]
+    if agent_id == host.settings.partner or agent_id.partition(":")[0] in known:
+        return agent_id
+    try:
+        if "@" in agent_id.partition(":")[0]:
+            agent_card(agent_id)
+    except CheckpointError as error:  # it is there, but damaged
+        raise ApiError(422, "damaged_agent", f"{agent_id} cannot play: {error}") from None
+    except AgentError:
+        pass
+    raise ApiError(422, "unknown_agent", f"unknown agent {agent_id!r}; known: {', '.join(known)}")

@@ -1,0 +1,253 @@
+"""The HTTP API: maps, rooms, questionnaire, recordings, administration. Answers JSON; errors are one sentence."""
+
+import asyncio
+import contextlib
+import io
+from typing import Any
+
+import msgspec
+import segno
+from fastapi import APIRouter, Depends, FastAPI, Request
+from fastapi.responses import FileResponse, JSONResponse, Response
+
+from movingout.agents.catalogue import ALONE_TCR, UNSEEN_TCR, AgentCard, agent_card, agent_cards
+from movingout.agents.errors import CheckpointError
+from movingout.maps import PRACTICE, load_map, map_names, map_to_json
+from movingout.recordings import RecordingError
+from movingout.server import messages as m
+from movingout.server.api import pages
+from movingout.server.api.authentication import address_of, admin, bearer, body_of, own_page
+from movingout.server.api.errors import ApiError
+from movingout.server.api.room_requests import RoomRequest, open_room
+from movingout.server.api.status import report
+from movingout.server.host import Host
+from movingout.server.persistence.recording_service import Replay
+from movingout.server.rooms.room import Room
+from movingout.server.rooms.seat import Seat
+from movingout.study.questionnaire import PAPER, AnswerError
+
+
+class AnswerRequest(msgspec.Struct, forbid_unknown_fields=True):
+    """The body of POST /api/rooms/{room}/answers."""
+
+    question: str
+    value: int
+    text: str = ""
+    elapsed_ms: float = 0.0
+
+
+def install(app: FastAPI, host: Host) -> None:
+    """Add the routes and the shape of errors."""
+
+    @app.exception_handler(ApiError)
+    async def api_error(request: Request, error: ApiError) -> JSONResponse:
+        return JSONResponse({"error": {"code": error.code, "message": str(error)}}, error.status)
+
+    @app.exception_handler(404)
+    async def not_found(request: Request, error: Exception) -> Response:
+        if not request.url.path.startswith(("/api/", "/static/")):
+            return pages.missing()
+        return JSONResponse({"error": {"code": "not_found", "message": "There is nothing at this address."}}, 404)
+
+    app.include_router(_play_routes(host))
+    app.include_router(_answer_routes(host))
+    app.include_router(_recording_routes(host))
+    app.include_router(_admin_routes(host))
+
+
+# ---- rooms ----------------------------------------------------------------------------------------------------
+
+
+def _play_routes(host: Host) -> APIRouter:
+    router = APIRouter()
+
+    @router.get("/healthz")
+    async def health() -> dict[str, Any]:
+        return {"ok": not host.stopping, "rooms": len(host.directory.rooms)}
+
+    @router.get("/api/maps")
+    async def maps() -> dict[str, Any]:
+        return {
+            "maps": [map_to_json(load_map(name)) for name in map_names()],
+            "practice": map_to_json(load_map(PRACTICE)),
+        }
+
+    @router.get("/api/agents")
+    async def agents() -> dict[str, Any]:
+        partner, cards = host.settings.partner, agent_cards()
+        if partner not in {card.id for card in cards}:  # the operator's own, or with options
+            with contextlib.suppress(CheckpointError):  # damaged since the start: the others can be chosen
+                cards.append(agent_card(partner))
+        return {"agents": [_offer(card) for card in cards], "default": partner}
+
+    @router.post("/api/rooms", dependencies=[Depends(own_page(host))])
+    async def new_room(request: Request) -> dict[str, Any]:
+        if not host.settings.lobby and not host.is_admin(bearer(request)):
+            raise ApiError(403, "study", "This server runs a study, which opens its rooms by itself.")
+        if not host.is_admin(bearer(request)) and not host.gate.may_open_room(address_of(request)):
+            raise ApiError(429, "too_many_rooms", "Too many rooms were opened from your address; wait a minute.")
+        return await open_room(host, await body_of(request, RoomRequest))
+
+    @router.get("/api/rooms/{room_id}")
+    async def room(room_id: str) -> dict[str, Any]:
+        return _room_view(_room(host, room_id))
+
+    @router.get("/api/rooms/{room_id}/qr.svg")
+    async def qr(room_id: str, request: Request) -> Response:
+        address = str(request.base_url).rstrip("/") + f"/play/{_room(host, room_id).id}"
+        picture = io.BytesIO()  # with its namespace: the page shows it in an <img>
+        segno.make(address, error="m").save(picture, kind="svg", border=2, scale=4, dark="#000", light="#fff")
+        return Response(picture.getvalue(), media_type="image/svg+xml", headers={"cache-control": "no-store"})
+
+    return router
+
+
+def _offer(card: AgentCard) -> dict[str, Any]:
+    """What the lobby says of an agent; the scores are null where none were measured."""
+    tcr = {"unseen": card.scores.get(UNSEEN_TCR), "alone": card.scores.get(ALONE_TCR)}
+    return {
+        "id": card.id,
+        "name": card.name,
+        "kind": card.kind,
+        "description": card.description,
+        "policy": card.policy,
+        "population": card.population,
+        "tcr": tcr,
+    }
+
+
+def _room_view(room: Room) -> dict[str, Any]:
+    state = room.state()
+    return {
+        "room": room.id,
+        "phase": state.phase,
+        "map": room.round.map.name,
+        "study": bool(room.config.study),
+        "open_seats": [seat.index for seat in room.seats if seat.open],
+        "seats": msgspec.to_builtins(state.seats),
+    }
+
+
+# ---- questionnaire --------------------------------------------------------------------------------------------
+
+
+def _answer_routes(host: Host) -> APIRouter:
+    router = APIRouter()
+
+    @router.get("/api/questionnaire")
+    async def questionnaire() -> dict[str, object]:
+        return PAPER.as_json()
+
+    @router.post("/api/rooms/{room_id}/answers")
+    async def save_answer(room_id: str, request: Request) -> dict[str, bool]:
+        seat = _seat_of_token(host, room_id, request)
+        answer = await body_of(request, AnswerRequest)
+        try:
+            PAPER.check_answer(answer.question, answer.value, answer.text)
+        except AnswerError as error:
+            raise ApiError(422, "answer", str(error)) from None
+        try:
+            await asyncio.to_thread(
+                host.answers.save, room_id, seat.index, answer.question, answer.value, answer.text, answer.elapsed_ms
+            )
+        except OSError as error:
+            raise ApiError(507, "not_saved", f"The answer could not be saved: {error.strerror}.") from None
+        return {"saved": True}
+
+    @router.get("/api/rooms/{room_id}/answers")
+    async def answers(room_id: str, request: Request) -> dict[str, Any]:
+        seat = _seat_of_token(host, room_id, request)
+        return {"answers": await asyncio.to_thread(host.answers.of, room_id, seat.index)}
+
+    return router
+
+
+def _seat_of_token(host: Host, room_id: str, request: Request) -> Seat:
+    room = _room(host, room_id)
+    address = address_of(request)
+    if host.gate.locked(address, "seat"):
+        raise ApiError(429, "locked", "Too many wrong keys from your address; wait a minute.")
+    seat = room.seating.seat_of_token(bearer(request))
+    if seat is None:
+        host.gate.wrong_token(address, "seat")
+        raise ApiError(401, "wrong_token", "This seat's key is not valid; reload the page of the game.")
+    return seat
+
+
+# ---- recordings -----------------------------------------------------------------------------------------------
+
+
+def _recording_routes(host: Host) -> APIRouter:
+    blinded = [] if host.settings.lobby else [Depends(admin(host))]  # a recording says who the partner was
+    router = APIRouter(dependencies=blinded)
+
+    @router.get("/api/recordings", dependencies=[Depends(admin(host))])
+    async def recordings() -> Response:
+        try:
+            document = await host.archive.listing()
+        except RecordingError as error:
+            raise ApiError(503, "no_recordings", str(error)) from None
+        return Response(document, media_type="application/json")
+
+    async def replay_of(episode_id: str) -> Replay:
+        try:
+            return await host.archive.replay(episode_id)
+        except RecordingError as error:
+            raise ApiError(404, "no_recording", str(error)) from None
+
+    @router.get("/api/recordings/{episode_id}")
+    async def recording(episode_id: str) -> Response:
+        return Response((await replay_of(episode_id)).summary, media_type="application/json")
+
+    @router.get("/api/recordings/{episode_id}/poses")
+    async def poses(episode_id: str) -> Response:
+        return Response((await replay_of(episode_id)).poses, media_type="application/octet-stream")
+
+    @router.get("/api/recordings/{episode_id}/thoughts")
+    async def thoughts(episode_id: str) -> Response:
+        return Response((await replay_of(episode_id)).thoughts, media_type="application/json")
+
+    @router.get("/api/recordings/{episode_id}/file")
+    async def file(episode_id: str) -> Response:
+        try:
+            path = await host.archive.path(episode_id)
+        except RecordingError as error:
+            raise ApiError(404, "no_recording", str(error)) from None
+        return FileResponse(path, media_type="application/octet-stream", filename=path.name)
+
+    return router
+
+
+# ---- administration -------------------------------------------------------------------------------------------
+
+
+def _admin_routes(host: Host) -> APIRouter:
+    router = APIRouter(prefix="/api/admin", dependencies=[Depends(admin(host))])
+
+    @router.get("/state")
+    async def state() -> dict[str, Any]:
+        return report(host)
+
+    @router.post("/rooms/{room_id}/close")
+    async def close(room_id: str) -> dict[str, bool]:
+        room = _room(host, room_id)
+        room.close(m.CLOSE_KICKED, "This room was closed by the person who runs the server.")
+        host.directory.remove(room)
+        return {"closed": True}
+
+    @router.post("/measurements/reset")
+    async def reset() -> dict[str, bool]:
+        host.ticker.lateness.clear()
+        return {"reset": True}
+
+    return router
+
+
+# ---- shared ---------------------------------------------------------------------------------------------------
+
+
+def _room(host: Host, room_id: str) -> Room:
+    room = host.directory.rooms.get(room_id)
+    if room is None:
+        raise ApiError(404, "no_room", "There is no such room (any more); open a new one from the start page.")
+    return room

@@ -1,0 +1,61 @@
+"""The state of a server as the admin page and the load test read it."""
+
+import os
+import shutil
+import time
+from typing import TYPE_CHECKING, Any
+
+import msgspec
+import psutil
+
+from movingout.server.rooms.room import Room
+
+if TYPE_CHECKING:
+    from movingout.server.host import Host
+
+
+def report(host: "Host") -> dict[str, Any]:
+    """Everything in one JSON document; times in ms, sizes in bytes unless named."""
+    rooms = list(host.directory.rooms.values())
+    lateness = host.ticker.lateness
+    disk = shutil.disk_usage(host.settings.data)
+    return {
+        "uptime_s": round(time.time() - host.started_at, 1),
+        "cpu_percent": round(100 * host.cpu_share, 1),
+        "rss_mb": round(psutil.Process().memory_info().rss / 1e6, 1),
+        "load": os.getloadavg()[0],
+        "ticks": lateness.ticks,
+        "missed_ticks": lateness.skipped,
+        "late_ms": lateness.report(),
+        "deadline_misses": host.directory.deadline_misses(),
+        "sockets": host.gate.sockets,
+        "bytes_sent": host.endpoint.total_bytes_sent(),
+        "cpu_seconds": round(time.process_time(), 3),
+        "disk_free_mb": round(disk.free / 1e6),
+        "finalising": host.archive.pending,
+        "refusal": host.refusal(),
+        "agents": host.agents.report(),
+        "rooms": [_room(room) for room in rooms],
+    }
+
+
+def _room(room: Room) -> dict[str, Any]:
+    return {
+        "room": room.id,
+        "phase": room.phase,
+        "reason": room.reason,
+        "map": room.round.map.name,
+        "round": room.series.index + 1,
+        "rounds": len(room.config.maps),
+        "tick": room.round.state.tick,
+        "limit_ticks": room.round.limit_ticks,
+        "delivered": sum(room.round.delivered),
+        "items": len(room.round.delivered),
+        "seats": msgspec.to_builtins(room.state().seats),
+        "spectators": room.seating.spectators,
+        "recording": room.recording,
+        "recording_problem": room.round.recorder.problem,
+        "episode": room.round.episode_id,
+        "missed_ticks": room.missed_ticks,
+        "deadline_misses": room.round.deadline_misses,
+    }

@@ -1,0 +1,1 @@
+"""Commands that start, check or measure a server."""

@@ -1,0 +1,232 @@
+"""`movingout loadtest`: measure a server with bots that speak the real protocol from another process.
+
+Lateness is what the server measured (how long after its due time each tick began); gaps and delays are what the
+bots saw. Figures are only worth something on a machine that does nothing else.
+"""
+
+import argparse
+import asyncio
+import json
+import re
+import subprocess
+import sys
+import tempfile
+import urllib.error
+import urllib.request
+from collections.abc import Callable, Coroutine, Iterator
+from contextlib import contextmanager
+from typing import Any, NamedTuple
+from urllib.parse import urlsplit
+
+import uvloop
+
+from movingout.maps import MovingOutError, map_names
+from movingout.server.commands.load_client import Bot, Tally
+from movingout.server.rooms.lateness import Lateness
+
+WARM_UP_S = 2.0
+INPUTS_PER_S = 10.0  # of each client; a keyboard held down sends as much, a moving gamepad 20
+START_LIMIT_S = 60.0
+LIMIT_TICKS = 36_000
+
+
+class LoadTestError(MovingOutError):
+    """The measurement could not be made."""
+
+
+class Target(NamedTuple):
+    """A running server."""
+
+    base: str  # http://127.0.0.1:8000
+    admin_token: str
+
+    @property
+    def host_and_port(self) -> tuple[str, int]:
+        address = urlsplit(self.base)
+        return address.hostname or "127.0.0.1", address.port or 80
+
+
+Beside = Callable[[Target], Coroutine[Any, Any, None]]
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument
+    add("--rooms", type=int, default=100, metavar="N", help="rooms at the same time (%(default)s)")
+    add("--clients", type=int, default=2, metavar="N", help="clients per room; beyond two they watch (%(default)s)")
+    add("--seconds", type=float, default=30.0, metavar="S", help="how long to measure (%(default)s)")
+    add("--inputs", type=float, default=INPUTS_PER_S, metavar="HZ", help="inputs a second of each client (%(default)s)")
+    add(
+        "--partner",
+        default="idle",
+        metavar="ID",
+        help="agent in the other seat when a room has one client (%(default)s)",
+    )
+    add("--url", default="", help="a running server; without it one is started for the test")
+    add("--admin-token", default="", metavar="TOKEN", help="of the server at --url")
+    add("--json", action="store_true", help="print one JSON document")
+
+
+def run(args: argparse.Namespace) -> int:
+    if args.rooms < 1 or args.clients < 1 or args.seconds <= 0:
+        raise LoadTestError("at least one room, one client and some seconds are needed")
+    if args.url:
+        target = Target(args.url.rstrip("/"), args.admin_token)
+        result = measure(target, args.rooms, args.clients, args.seconds, args.inputs, partner=args.partner)
+    else:
+        with running_server(args.rooms, args.clients) as target:
+            result = measure(target, args.rooms, args.clients, args.seconds, args.inputs, partner=args.partner)
+    print(json.dumps(result) if args.json else _table(result))
+    return 0
+
+
+def measure(
+    target: Target,
+    rooms: int,
+    clients: int,
+    seconds: float,
+    inputs_per_s: float = INPUTS_PER_S,
+    beside: Beside | None = None,
+    partner: str = "idle",
+) -> dict[str, Any]:
+    """Play `rooms` rooms and give the fixed fields of the load test, with a few more.
+
+    `beside` runs during the measurement (an abusive client, say) and is then cancelled.
+    """
+    try:
+        return uvloop.run(_measure(target, rooms, clients, seconds, inputs_per_s, beside, partner))
+    except OSError as error:
+        raise LoadTestError(f"the server at {target.base} does not answer as expected: {error}") from error
+
+
+@contextmanager
+def running_server(rooms: int, clients: int) -> Iterator[Target]:
+    """A server of its own on a free port, with data that is thrown away."""
+    with tempfile.TemporaryDirectory(prefix="movingout-loadtest-") as folder:
+        sockets = str(rooms * clients + 100)
+        command = [sys.executable, "-m", "movingout.server.cli", "play", "--port", "0", "--data", folder]
+        command += ["--max-rooms", str(rooms + 10), "--max-sockets", sockets]
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        try:
+            yield _wait_until_ready(process)
+        finally:
+            process.terminate()
+            process.wait(60)
+
+
+def _wait_until_ready(process: "subprocess.Popen[str]") -> Target:
+    assert process.stdout is not None
+    base = ""
+    for line in process.stdout:
+        if found := re.search(r"Play\s+(\S+)/", line):
+            base = found[1]
+        if found := re.search(r"Admin token\s+(\S+)", line):
+            return Target(base, found[1])
+    raise LoadTestError("the server did not start; `movingout play` says why")
+
+
+async def _measure(
+    target: Target,
+    rooms: int,
+    clients: int,
+    seconds: float,
+    inputs_per_s: float,
+    beside: Beside | None,
+    partner: str,
+) -> dict[str, Any]:
+    tally = Tally()
+    bots: list[Bot] = []
+    other: asyncio.Task[None] | None = None
+    try:
+        opened = await _open_rooms(target, rooms, clients, partner)
+        await _fill_rooms(target, opened, clients, inputs_per_s, tally, bots)
+        await _wait_for_play(bots, tally)
+        await asyncio.sleep(WARM_UP_S)
+        await asyncio.to_thread(_call, target, "/api/admin/measurements/reset", {})
+        before = await asyncio.to_thread(_call, target, "/api/admin/state")
+        for bot in bots:
+            bot.measure()
+        other = asyncio.create_task(beside(target)) if beside else None
+        await asyncio.sleep(seconds)
+        after = await asyncio.to_thread(_call, target, "/api/admin/state")
+    finally:
+        for bot in bots:
+            bot.cancel()
+        if other is not None:
+            other.cancel()
+        await asyncio.sleep(0.1)  # for the connections to close
+    return _result(rooms, clients, before, after, tally)
+
+
+async def _open_rooms(target: Target, rooms: int, clients: int, partner: str) -> list[str]:
+    names = map_names()
+    return [
+        await asyncio.to_thread(open_room, target, names[index % len(names)], clients, partner)
+        for index in range(rooms)
+    ]
+
+
+async def _fill_rooms(
+    target: Target, rooms: list[str], clients: int, inputs_per_s: float, tally: Tally, bots: list[Bot]
+) -> None:
+    """Let the clients in; they are added to `bots`."""
+    host, port = target.host_and_port
+    loop = asyncio.get_running_loop()
+    for room in rooms:
+        for client in range(clients):
+            bot = Bot(room, "play" if client < 2 else "watch", tally, f"{host}:{port}", inputs_per_s)
+            await loop.create_connection(lambda bot=bot: bot, host, port)  # type: ignore[misc]
+            bots.append(bot)
+
+
+def open_room(target: Target, name: str, clients: int, partner: str = "idle") -> str:
+    """A room for bots on a map; one client alone plays with the agent `partner`."""
+    other = {"kind": "link"} if clients > 1 else {"kind": "agent", "agent": partner}
+    body = {"maps": [name], "limit_ticks": LIMIT_TICKS, "seats": [{"kind": "link"}, other]}
+    room: str = _call(target, "/api/rooms", body)["room"]
+    return room
+
+
+async def _wait_for_play(bots: list[Bot], tally: Tally) -> None:
+    deadline = asyncio.get_running_loop().time() + START_LIMIT_S
+    while tally.playing < len(bots):
+        if asyncio.get_running_loop().time() > deadline:
+            raise LoadTestError(f"only {tally.playing} of {len(bots)} clients came to play; closed: {tally.closed}")
+        await asyncio.sleep(0.1)
+
+
+def _call(target: Target, path: str, body: object = None) -> Any:
+    data = None if body is None else json.dumps(body).encode()
+    headers = {"content-type": "application/json", "authorization": f"Bearer {target.admin_token}"}
+    request = urllib.request.Request(target.base + path, data, headers)
+    try:
+        with urllib.request.urlopen(request, timeout=30) as answer:
+            return json.load(answer)
+    except urllib.error.HTTPError as error:
+        raise LoadTestError(f"{path} answers {error.code}: {error.read().decode(errors='replace')}") from None
+
+
+def _result(rooms: int, clients: int, before: Any, after: Any, tally: Tally) -> dict[str, Any]:
+    seconds = after["uptime_s"] - before["uptime_s"]
+    delays = Lateness()
+    for delay in tally.delays_ms:
+        delays.add(max(0.0, delay), 0)
+    return {
+        "rooms": rooms,
+        "clients": clients,
+        "seconds": round(seconds, 1),
+        "ticks": after["ticks"] - before["ticks"],
+        "missed_ticks": after["missed_ticks"] - before["missed_ticks"],
+        "late_ms": after["late_ms"],
+        "bytes_per_client_s": round((after["bytes_sent"] - before["bytes_sent"]) / (rooms * clients * seconds)),
+        "cpu_percent": round(100 * (after["cpu_seconds"] - before["cpu_seconds"]) / seconds, 1),
+        "rss_mb": after["rss_mb"],
+        "deadline_misses": after["deadline_misses"] - before["deadline_misses"],
+        "bundles": tally.bundles,
+        "client_gaps": tally.gaps,
+        "client_delay_ms": delays.report(),
+        "closed": tally.closed,
+    }
+
+
+def _table(result: dict[str, Any]) -> str:
+    return "\n".join(f"{name:20} {value}" for name, value in result.items())

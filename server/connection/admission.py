@@ -1,0 +1,97 @@
+"""How much one address, and everybody together, may ask of this server."""
+
+from collections import defaultdict
+from collections.abc import Callable
+from typing import Literal, TypeVar
+
+from movingout.server.connection.token_bucket import Bucket
+from movingout.server.settings import Limits
+
+FORGET_AFTER = 10_000  # addresses, then all are forgotten
+LOCK_S = 60.0
+FLOODS_PER_MINUTE = 10
+BAN_S = 10.0
+
+Secret = Literal["seat", "admin"]
+Key = TypeVar("Key")
+
+
+class Gate:
+    """Counts sockets and wrong tokens by address. Every refusal is a sentence; empty means welcome."""
+
+    def __init__(self, limits: Limits, clock: Callable[[], float]) -> None:
+        self._limits = limits
+        self._clock = clock
+        self._sockets: defaultdict[str, int] = defaultdict(int)
+        self._waiting: defaultdict[str, int] = defaultdict(int)
+        self._guesses: dict[tuple[str, Secret], Bucket] = {}
+        self._openings: dict[str, Bucket] = {}
+        self._floods: dict[str, Bucket] = {}
+        self._banned: dict[str, float] = {}  # until
+        self._locked: dict[tuple[str, Secret], float] = {}  # until
+
+    @property
+    def sockets(self) -> int:
+        return sum(self._sockets.values())
+
+    def enter(self, address: str) -> str:
+        """A socket wants in; when the answer is empty, `leave` must follow."""
+        limits = self._limits
+        if self._clock() < self._banned.get(address, 0.0):
+            return "Connections from your address have flooded this server; wait a few seconds."
+        if self.sockets >= limits.sockets:
+            return "The server is full; try again in a minute."
+        if self._sockets[address] >= limits.sockets_per_address:
+            return f"There are {limits.sockets_per_address} connections from your address already; close some of them."
+        if self._waiting[address] >= limits.waiting_per_address:
+            return "Too many connections from your address have not joined a room yet; try again in a few seconds."
+        self._sockets[address] += 1
+        self._waiting[address] += 1
+        return ""
+
+    def joined(self, address: str) -> None:
+        """The socket has joined a room, or has given up waiting."""
+        _count_down(self._waiting, address)
+
+    def leave(self, address: str) -> None:
+        _count_down(self._sockets, address)
+
+    def flooded(self, address: str) -> bool:
+        """A socket was cut off for flooding; True for the first of a series, which is worth a line in the log.
+
+        Whoever comes back to flood again and again has to wait; games that run from the same address go on.
+        """
+        strikes = self._bucket(self._floods, address, FLOODS_PER_MINUTE)
+        first = strikes.full(self._clock())
+        if not strikes.take(self._clock()):
+            self._banned[address] = self._clock() + BAN_S
+        return first
+
+    def locked(self, address: str, secret: Secret) -> bool:
+        """Whether this address has guessed too often and has to wait. Who guesses seats does not lock the admin out."""
+        return self._clock() < self._locked.get((address, secret), 0.0)
+
+    def wrong_token(self, address: str, secret: Secret) -> None:
+        """Each wrong token costs one of ten; they come back at ten a minute."""
+        per_minute = self._limits.wrong_tokens_per_minute
+        if not self._bucket(self._guesses, (address, secret), per_minute).take(self._clock()):
+            self._locked[address, secret] = self._clock() + LOCK_S
+
+    def may_open_room(self, address: str) -> bool:
+        per_minute = self._limits.rooms_per_address_per_minute
+        return self._bucket(self._openings, address, per_minute).take(self._clock())
+
+    def _bucket(self, buckets: dict[Key, Bucket], key: Key, per_minute: int) -> Bucket:
+        if len(buckets) > FORGET_AFTER:
+            buckets.clear()
+            self._locked.clear()
+            self._banned.clear()
+        if key not in buckets:
+            buckets[key] = Bucket(per_minute / 60.0, per_minute, self._clock())
+        return buckets[key]
+
+
+def _count_down(counts: defaultdict[str, int], address: str) -> None:
+    counts[address] -= 1
+    if counts[address] <= 0:
+        del counts[address]

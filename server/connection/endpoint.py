@@ -1,0 +1,295 @@
+"""The websocket endpoint: from handshake to goodbye for one client, between the wire and its room.
+
+Written against ASGI itself, because the hot path is one decode and one call. On abuse the endpoint returns without a
+close frame: Uvicorn would otherwise keep parsing what the client still sends for ten seconds.
+"""
+
+import asyncio
+import contextlib
+import logging
+import time
+from collections.abc import Awaitable, Callable, MutableMapping
+from typing import Any, Protocol, TypeVar
+
+import msgspec
+
+from movingout.server import messages as m
+from movingout.server.connection import control_messages
+from movingout.server.connection.admission import Gate
+from movingout.server.connection.origin import origin_allowed
+from movingout.server.connection.send_queue import Client
+from movingout.server.connection.token_bucket import Bucket
+from movingout.server.frames import FrameError, Ping, Pong, decode_client_frame
+from movingout.server.rooms.registry import Directory
+from movingout.server.rooms.room import Room
+from movingout.server.rooms.services import Refused, WrongRequest
+from movingout.server.settings import Limits, Settings
+
+log = logging.getLogger(__name__)
+
+Parsed = TypeVar("Parsed")
+Said = TypeVar("Said")
+Message = MutableMapping[str, Any]
+Receive = Callable[[], Awaitable[Message]]
+Send = Callable[[Message], Awaitable[None]]
+WIRE = "movingout.wire"  # where the scope's extensions hold the Wire of a connection
+
+_decode_control = msgspec.json.Decoder(m.ClientMessage).decode
+_decode_join = msgspec.json.Decoder(m.Join).decode
+
+
+class Wire(Protocol):
+    """The short way to a connection (server.connection.uvicorn_protocols.GameWebSocketProtocol)."""
+
+    on_binary: Callable[[bytes], bool] | None  # gets every small binary message; False: nobody listens any more
+    on_writable: Callable[[], None] | None
+
+    def write(self, message: str | bytes) -> bool: ...
+
+    def abort(self) -> None: ...
+
+
+class Hangup(Exception):
+    """The conversation is over; `code` 0 drops the connection without a word."""
+
+    def __init__(self, code: int, message: str) -> None:
+        super().__init__(message)
+        self.code = code
+
+
+class SocketEndpoint:
+    """The ASGI application behind /ws."""
+
+    def __init__(self, settings: Settings, directory: Directory, gate: Gate) -> None:
+        self._settings = settings
+        self._directory = directory
+        self._gate = gate
+        self.open: set[Conversation] = set()
+        self._bytes_sent = 0  # to clients who have gone
+
+    def total_bytes_sent(self) -> int:
+        return self._bytes_sent + sum(each.client.bytes_sent for each in self.open)
+
+    async def __call__(self, scope: Message, receive: Receive, send: Send) -> None:
+        await receive()  # websocket.connect
+        address = scope["client"][0] if scope.get("client") else ""
+        refusal = self._refusal(scope) or ((503, self._gate.enter(address)))
+        if refusal[1]:
+            await _refuse(send, *refusal)
+            return
+        try:
+            await send({"type": "websocket.accept", "subprotocol": m.SUBPROTOCOL})
+            wire: Wire = scope["extensions"][WIRE]
+            conversation = Conversation(self._settings.limits, self._directory, self._gate, wire, address)
+            await self._converse(conversation, receive, send)
+        finally:
+            self._gate.leave(address)
+
+    def _refusal(self, scope: Message) -> tuple[int, str] | None:
+        scheme = "https" if scope["scheme"] == "wss" else "http"
+        if not origin_allowed(scope["headers"], scheme, self._settings.origins):
+            return 403, "This page may not talk to this server: its address is not the server's own (see --origin)."
+        if m.SUBPROTOCOL not in scope["subprotocols"]:
+            return 400, f"This server speaks {m.SUBPROTOCOL}; reload the page, or update the program."
+        return None
+
+    async def _converse(self, conversation: "Conversation", receive: Receive, send: Send) -> None:
+        self.open.add(conversation)
+        sender = asyncio.create_task(conversation.send_all(send))
+        listener = asyncio.create_task(conversation.listen(receive))
+        try:
+            await asyncio.wait((sender, listener), return_when=asyncio.FIRST_COMPLETED)
+            await conversation.part(sender, listener, send)
+        finally:
+            self._bytes_sent += conversation.client.bytes_sent
+            self.open.discard(conversation)
+            conversation.leave()
+
+
+class Conversation:
+    """One connected client."""
+
+    def __init__(self, limits: Limits, directory: Directory, gate: Gate, wire: Wire, address: str) -> None:
+        self._limits = limits
+        self._wire = wire
+        self._directory = directory
+        self._gate = gate
+        self._address = address
+        self._wake = asyncio.Event()
+        self._room: Room | None = None
+        self._seats = 0
+        self._confirmed = False
+        self._bucket = Bucket(self._limits.messages_per_s, self._limits.message_burst, time.monotonic())
+        self._hangup: Hangup | None = None  # from the short way, where nobody catches it
+        self.client = Client(wire.write, self._wake.set)
+
+    async def send_all(self, send: Send) -> None:
+        """Write what the client's queue gives until somebody says goodbye."""
+        client = self.client
+        while True:
+            await self._wake.wait()
+            self._wake.clear()
+            while not client.lost and (frame := client.next_frame()) is not None:
+                client.blocked_since = client.blocked_since or time.monotonic()
+                await _send(send, frame)
+                client.blocked_since = 0.0
+                client.bytes_sent += len(frame)
+            if self._hangup is not None:
+                raise self._hangup
+            if client.lost:
+                raise Hangup(0, "too much waited to be sent")
+            if client.goodbye is not None:
+                raise Hangup(*client.goodbye)
+
+    async def listen(self, receive: Receive) -> None:
+        """The handshake, then one message after the other."""
+        try:
+            await asyncio.wait_for(self._join(receive), self._limits.join_s)
+        except TimeoutError:
+            raise Hangup(m.CLOSE_BAD_MESSAGE, "The first message must be a join, within 5 seconds.") from None
+        finally:
+            self._gate.joined(self._address)
+        self._wire.on_binary = self._hear_binary
+        self._wire.on_writable = self._wake.set
+        while True:
+            message = await receive()
+            if message["type"] != "websocket.receive":
+                raise Hangup(0, "the client went")
+            if message.get("text") is not None:
+                self._hear_control(message["text"])
+            else:  # fragmented, or sent while joining
+                self._hear_binary(message["bytes"])
+
+    async def part(self, sender: "asyncio.Task[None]", listener: "asyncio.Task[None]", send: Send) -> None:
+        """Say goodbye as politely as the end deserves."""
+        hangup = _hangup(listener) or _hangup(sender) or Hangup(0, "")
+        sender.cancel()
+        listener.cancel()
+        await asyncio.gather(sender, listener, return_exceptions=True)
+        self._wire.on_binary = self._wire.on_writable = None
+        if hangup.code == 0 or self.client.blocked_since or self.client.lost:
+            self._wire.abort()
+            return
+        with contextlib.suppress(asyncio.TimeoutError):
+            await asyncio.wait_for(self._say_goodbye(hangup, send), 1.0)
+
+    def leave(self) -> None:
+        if self._room is not None:
+            self._room.depart(self.client, time.monotonic())
+
+    async def _say_goodbye(self, hangup: Hangup, send: Send) -> None:
+        while (frame := self.client.next_frame()) is not None:
+            await _send(send, frame)
+        bye = msgspec.json.encode(m.Bye(hangup.code, str(hangup))).decode()
+        await send({"type": "websocket.send", "text": bye})
+        await send({"type": "websocket.close", "code": hangup.code})
+
+    # ---- what the client says -------------------------------------------------------------------------------
+
+    async def _join(self, receive: Receive) -> None:
+        message = await receive()
+        if message["type"] != "websocket.receive":
+            raise Hangup(0, "the client went")
+        if message.get("text") is None:
+            raise Hangup(m.CLOSE_BAD_MESSAGE, "The first message must be a join (JSON text).")
+        request = _parse(_decode_join, message["text"])
+        if request.tokens and self._gate.locked(self._address, "seat"):
+            raise Hangup(m.CLOSE_UNAUTHORISED, "Too many wrong keys from your address; wait a minute.")
+        room = self._directory.rooms.get(request.room)
+        if room is None:
+            raise Hangup(m.CLOSE_NOT_FOUND, "There is no such room (any more); open a new one from the start page.")
+        self._enter(room, request)
+
+    def _enter(self, room: Room, request: m.Join) -> None:
+        self.client.acknowledges = request.mode == "play"
+        try:
+            welcome = room.join(self.client, request, time.monotonic())
+        except Refused as refusal:
+            if refusal.code == m.CLOSE_UNAUTHORISED and request.tokens:
+                self._gate.wrong_token(self._address, "seat")
+            raise Hangup(refusal.code, str(refusal)) from None
+        self._room = room
+        per_s = self._limits.messages_per_s * max(1, len(welcome.seats))
+        self._bucket = Bucket(per_s, per_s, time.monotonic())
+
+    def _hear_binary(self, raw: bytes) -> bool:
+        """Called by the connection itself, so nothing is raised; False when nothing more is heard."""
+        if self._hangup is None:
+            try:
+                self._hear_frame(raw, time.monotonic())
+            except Hangup as hangup:
+                self._hangup = hangup
+                self._wake.set()
+                if hangup.code == 0:
+                    self._wire.abort()
+        return self._hangup is None
+
+    def _hear_frame(self, raw: bytes, now: float) -> None:
+        self._take_one(now)
+        try:
+            frame = decode_client_frame(raw)
+        except FrameError as error:
+            raise Hangup(m.CLOSE_BAD_MESSAGE, str(error)) from None
+        if isinstance(frame, Ping):
+            self.client.answer(Pong(frame.client_ms, now * 1e3).encode())
+            return
+        self._confirm()
+        self._attempt(control_messages.submit, frame, now)
+
+    def _hear_control(self, text: str) -> None:
+        now = time.monotonic()
+        self._take_one(now)
+        self._confirm()
+        message = _parse(_decode_control, text)
+        self._attempt(control_messages.handle, message, now)
+
+    def _attempt(self, request: Callable[[Room, Client, Said, float], None], said: Said, now: float) -> None:
+        if self._room is None:
+            return
+        try:
+            request(self._room, self.client, said, now)
+        except WrongRequest as error:
+            self.client.tell(m.Problem(error.code, str(error)))
+
+    def _confirm(self) -> None:
+        """Anything but a ping shows that the welcome and its tokens have arrived."""
+        if not self._confirmed and self._room is not None:
+            self._confirmed = True
+            self._room.seating.confirm(self.client)
+
+    def _take_one(self, now: float) -> None:
+        if not self._bucket.take(now):
+            if self._gate.flooded(self._address):
+                log.warning("a client at %s sent too many messages and was cut off", self._address)
+            raise Hangup(0, "too many messages")
+
+
+def _parse(decode: Callable[[str], Parsed], text: str) -> Parsed:
+    try:
+        return decode(text)
+    except (msgspec.MsgspecError, RecursionError, UnicodeError) as error:
+        raise Hangup(m.CLOSE_BAD_MESSAGE, f"This message is not understood: {error}") from None
+
+
+def _hangup(task: "asyncio.Task[None]") -> Hangup | None:
+    """How a task ended; None while it runs. An unexpected error closes with a sentence and is logged."""
+    if not task.done() or task.cancelled():
+        return None
+    error = task.exception()
+    if isinstance(error, Hangup):
+        return error
+    if error is not None and type(error).__name__ != "ClientDisconnected":
+        log.error("a connection failed", exc_info=error)
+        return Hangup(m.CLOSE_RETRY_LATER, "Something went wrong with this connection.")
+    return Hangup(0, "")
+
+
+async def _send(send: Send, frame: str | bytes) -> None:
+    await send({"type": "websocket.send", "text" if isinstance(frame, str) else "bytes": frame})
+
+
+async def _refuse(send: Send, status: int, sentence: str) -> None:
+    body = sentence.encode()
+    headers = [(b"content-type", b"text/plain; charset=utf-8")]
+    await send({"type": "websocket.http.response.start", "status": status, "headers": headers})
+    await send({"type": "websocket.http.response.body", "body": body})

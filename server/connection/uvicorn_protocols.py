@@ -1,0 +1,187 @@
+"""Uvicorn's HTTP and websocket protocols with the two things they lack: deadlines and a way to hang up at once."""
+
+import asyncio
+import struct
+from collections import defaultdict
+from collections.abc import Callable
+from typing import Any
+
+from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
+
+from movingout.server.connection.endpoint import WIRE
+from movingout.server.settings import Limits
+
+try:
+    from websockets.speedups import apply_mask
+except ImportError:  # a platform without the compiled part
+    from websockets.utils import apply_mask
+
+PINGS_PER_S = 5.0
+PING_BURST = 50.0
+AFTER_CLOSE_BYTES = 16 * 1024
+FINAL_TEXT = 0x81
+FINAL_BINARY = 0x82
+MASKED = 0x80
+LONG = 126  # from here on the length field says that the real one follows, in two (126) or in eight bytes (127)
+_LONG_HEAD = struct.Struct(">BBH")
+LONGEST = 0xFFFF  # that it can say
+
+
+def http_protocol(limits: Limits) -> type[HttpToolsProtocol]:
+    """The HTTP protocol of one server: a whole request within the deadline, so many connections per address."""
+    connections: defaultdict[str, int] = defaultdict(int)
+
+    class DeadlineHttpProtocol(HttpToolsProtocol):
+        """Drops a connection that trickles its request (slowloris): Uvicorn alone would wait for ever."""
+
+        _deadline: asyncio.TimerHandle | None = None
+        _address = ""
+
+        def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+            super().connection_made(transport)
+            self._address = self.client[0] if self.client else ""
+            connections[self._address] += 1
+            if connections[self._address] > limits.connections_per_address:
+                transport.abort()
+            else:
+                self._set_deadline()
+
+        def connection_lost(self, exc: Exception | None) -> None:
+            self._clear_deadline()
+            self._count_down()
+            super().connection_lost(exc)
+
+        def on_message_begin(self) -> None:
+            self._set_deadline()
+            super().on_message_begin()
+
+        def on_message_complete(self) -> None:
+            self._clear_deadline()
+            super().on_message_complete()
+
+        def handle_websocket_upgrade(self) -> None:
+            self._clear_deadline()
+            self._count_down()
+            super().handle_websocket_upgrade()
+
+        def _set_deadline(self) -> None:
+            if self._deadline is None:
+                self._deadline = self.loop.call_later(limits.header_s, self.transport.abort)
+
+        def _clear_deadline(self) -> None:
+            if self._deadline is not None:
+                self._deadline.cancel()
+                self._deadline = None
+
+        def _count_down(self) -> None:
+            connections[self._address] -= 1
+            if connections[self._address] <= 0:
+                del connections[self._address]
+
+    return DeadlineHttpProtocol
+
+
+class GameWebSocketProtocol(WebSocketsSansIOProtocol):
+    """Uvicorn's websocket with a short way for the hot path, and no patience for floods of pings.
+
+    After the handshake the stream is cut into whole frames here. A small binary frame goes straight to `on_binary`, and
+    `write` goes straight to the transport: no queue, no task switch, no pausing of the socket per message
+    (together about half the cost of a message). Everything else is left to Uvicorn, which always gets whole frames.
+    """
+
+    on_binary: Callable[[bytes], bool] | None = None
+    on_writable: Callable[[], None] | None = None
+    _rest = b""
+    _after_close = 0
+    _pings = 0.0
+    _pings_at = 0.0
+
+    def handle_connect(self, event: Any) -> None:
+        super().handle_connect(event)
+        scope = getattr(self, "scope", None)  # missing when the handshake was refused
+        if scope is not None:
+            scope["extensions"][WIRE] = self
+
+    async def send(self, message: Any) -> None:
+        await super().send(message)
+        if message["type"] == "websocket.http.response.body":
+            self.handshake_complete = True  # refused, which is an answer: Uvicorn would log it as an error
+
+    def data_received(self, data: bytes) -> None:
+        if not self.handshake_initiated:
+            super().data_received(data)
+            return
+        if self.close_sent and self._floods_on(len(data)):
+            self.transport.abort()
+            return
+        if self.on_binary is not None and not self._rest and _is_small_binary(data):
+            self.on_binary(apply_mask(data[6:], data[2:6]))
+            return
+        buffer = self._rest + data if self._rest else data
+        at = 0
+        while (end := _frame_end(buffer, at, self.config.ws_max_size)) and not self.transport.is_closing():
+            if buffer[at] == FINAL_BINARY and MASKED <= buffer[at + 1] < MASKED + LONG and self.on_binary is not None:
+                heard = self.on_binary(apply_mask(buffer[at + 6 : end], buffer[at + 2 : at + 6]))
+                if not heard and len(buffer) - end > AFTER_CLOSE_BYTES:
+                    self.transport.abort()
+            else:
+                super().data_received(buffer[at:end])
+            at = end
+        self._rest = buffer[at:]
+
+    def _floods_on(self, size: int) -> bool:
+        """Whether a client goes on sending long after our close: Uvicorn would read it for ten seconds."""
+        self._after_close += size
+        return self._after_close > AFTER_CLOSE_BYTES
+
+    def write(self, message: str | bytes) -> bool:
+        """Send a message now; False, and nothing is sent, when the connection would only buffer it."""
+        kind, payload = (FINAL_TEXT, message.encode()) if isinstance(message, str) else (FINAL_BINARY, message)
+        size = len(payload)
+        if not self.writable.is_set() or self.close_sent or size > LONGEST or self.transport.is_closing():
+            return False
+        head = bytes((kind, size)) if size < LONG else _LONG_HEAD.pack(kind, LONG, size)
+        self.transport.write(head + payload)
+        return True
+
+    def resume_writing(self) -> None:
+        super().resume_writing()
+        if self.on_writable is not None:
+            self.on_writable()
+
+    def abort(self) -> None:
+        """Drop the connection at once, whatever still waits to be sent."""
+        self.transport.abort()
+
+    def handle_ping(self) -> None:
+        now = self.loop.time()
+        self._pings = max(0.0, self._pings - (now - self._pings_at) * PINGS_PER_S) + 1.0
+        self._pings_at = now
+        if self._pings > PING_BURST:
+            self.transport.abort()
+            return
+        super().handle_ping()
+
+
+def _is_small_binary(data: bytes) -> bool:
+    """Whether this is one whole small binary frame of a client: what nearly all data of a game is."""
+    return len(data) > 6 and data[0] == FINAL_BINARY and data[1] == MASKED + len(data) - 6 and data[1] < MASKED + LONG
+
+
+def _frame_end(buffer: bytes, at: int, most: int) -> int:
+    """Where the frame that begins at `at` ends; 0 when it is not whole yet.
+
+    A frame that announces more than `most` bytes ends with its head: Uvicorn refuses it when it sees that.
+    """
+    if len(buffer) - at < 2:
+        return 0
+    length, head = buffer[at + 1] & 127, 2
+    if length >= LONG:
+        head = 4 if length == LONG else 10
+        if len(buffer) - at < head:
+            return 0
+        length = int.from_bytes(buffer[at + 2 : at + head], "big")
+    head += 4 if buffer[at + 1] & MASKED else 0
+    end = at + head + (0 if length > most else length)
+    return end if end <= len(buffer) else 0

@@ -1,0 +1,1 @@
+"""What survives a restart: rooms, recordings, answers."""

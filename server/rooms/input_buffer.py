@@ -1,0 +1,65 @@
+"""What one person holds in their hands: the newest stick and the presses of the grab button.
+
+The stick is a level, so the newest packet wins. Presses are edges and carry a counter, so that neither a lost nor a
+doubled packet changes how often the hand toggles. Knows no socket and no clock: times are arguments.
+"""
+
+from typing import NamedTuple
+
+from movingout.server.frames import Input
+from movingout.server.messages import DEVICES
+from movingout.world.state import Floats
+
+STALE_S = 0.5  # a stick not heard of for so long counts as released
+MAX_PRESSES = 4  # presses waiting for their tick; more are a mistake
+
+
+class Latch(NamedTuple):
+    """What a seat does in one tick, and which input that was."""
+
+    action: tuple[float, float, float] | Floats  # distance, heading [rad], grasp toggle
+    seq: int  # -1: nobody said anything
+    slack_ms: float  # how long before the latch the input came, -1 unknown
+    fresh: bool  # False: neutral because the input was stale or there was none
+
+
+NEUTRAL = Latch((0.0, 0.0, 0.0), -1, -1.0, False)
+
+
+class Controls:
+    """One seat's controls, from the `Welcome` of one socket on."""
+
+    def __init__(self) -> None:
+        self._newest: Input | None = None
+        self._arrived = 0.0
+        self._presses = 0
+
+    def submit(self, frame: Input, now: float) -> bool:
+        """Take in an input; False when it is older than what is known."""
+        seen = 0 if self._newest is None else self._newest.grabs
+        if self._newest is not None and frame.seq <= self._newest.seq:
+            return False
+        self._presses = min(MAX_PRESSES, self._presses + (frame.grabs - seen) % 256)
+        self._newest, self._arrived = frame, now
+        return True
+
+    def latch(self, now: float) -> Latch:
+        """The input for the tick that starts now; one waiting press toggles the hand."""
+        newest = self._newest
+        if newest is None or now - self._arrived > STALE_S:
+            return NEUTRAL
+        toggle = self._presses > 0
+        self._presses -= toggle
+        slack_ms = max(0.0, (now - self._arrived) * 1e3)
+        return Latch((newest.move, newest.heading, float(toggle)), newest.seq, slack_ms, True)
+
+    def release(self) -> None:
+        """Nobody holds the stick: the page lost the focus, or play begins anew."""
+        self._presses = 0
+        if self._newest is not None:
+            self._newest = self._newest._replace(move=0.0)
+
+    @property
+    def device(self) -> str:
+        """Empty before the first input."""
+        return "" if self._newest is None else DEVICES[self._newest.device]

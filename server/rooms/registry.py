@@ -1,0 +1,130 @@
+"""All rooms of this process: opening, finding, ticking and closing them; the `Services` they run on."""
+
+import logging
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from movingout.agents.recording_metadata import cards
+from movingout.maps import MapSpec, load_map
+from movingout.maps.randomize import Split, randomize
+from movingout.recordings import EpisodeHeader, EpisodeWriter, RecordingError
+from movingout.server import messages as m
+from movingout.server.rooms.recorder import Recorder
+from movingout.server.rooms.room import Room
+from movingout.server.rooms.scheduler import Entry, Ticker
+from movingout.server.rooms.seat import AgentSource, Seat
+from movingout.server.rooms.services import RoomConfig
+from movingout.server.security.tokens import new_id, new_token
+from movingout.world.state import WorldState
+
+log = logging.getLogger(__name__)
+
+KEPT_VARIANTS = 500
+
+
+class Directory:
+    """The rooms by id. Calls `on_change(room)` when a restart would need to know and `on_journal` to finalise."""
+
+    def __init__(
+        self,
+        recordings: Path,
+        agents: AgentSource,
+        ticker: Ticker,
+        clock: Callable[[], float],
+        on_change: Callable[[Room], None],
+        on_closed: Callable[[str], None],
+        on_journal: Callable[[Path], None],
+    ) -> None:
+        self.rooms: dict[str, Room] = {}
+        self._variants: dict[tuple[str, int, Split], MapSpec] = {}  # randomised maps made ahead
+        self._recordings = recordings
+        self._agents = agents
+        self._ticker = ticker
+        self._clock = clock
+        self._entries: dict[str, Entry] = {}
+        self._on_change = on_change
+        self._on_closed = on_closed
+        self._on_journal = on_journal
+        self.on_ended: Callable[[str, str, m.Result], None] = lambda room_id, episode_id, result: None
+
+    def open(self, config: RoomConfig, seats: list[Seat]) -> Room:
+        """A new room that ticks from now on. Raises MapError and AgentError."""
+        room = Room(new_id(), config, seats, self, self._clock())
+        self.add(room)
+        return room
+
+    def add(self, room: Room) -> None:
+        self.rooms[room.id] = room
+        self._entries[room.id] = self._ticker.add(
+            lambda now, due, skipped: self._tick(room, now, due, skipped), room.beat
+        )
+        self.changed(room.id)
+
+    def has_variant(self, name: str, seed: int, split: Split) -> bool:
+        return (name, seed, split) in self._variants
+
+    def keep_variant(self, name: str, seed: int, split: Split, variant: MapSpec) -> None:
+        """A randomised map that was made ahead; the oldest make room."""
+        self._variants[name, seed, split] = variant
+        while len(self._variants) > KEPT_VARIANTS:
+            del self._variants[next(iter(self._variants))]
+
+    def remove(self, room: Room) -> None:
+        """Forget a closed room."""
+        if self.rooms.pop(room.id, None) is not None:
+            self._ticker.remove(self._entries.pop(room.id))
+            self._on_closed(room.id)
+
+    def deadline_misses(self) -> int:
+        """Decisions of agents that came too late, in the rounds being played."""
+        return sum(room.round.deadline_misses for room in self.rooms.values())
+
+    def _tick(self, room: Room, now: float, due: float, skipped: int) -> None:
+        try:
+            room.tick(now, due, skipped)
+        except Exception:  # a fault in one room must not stop the others
+            log.exception("room %s failed and is closed", room.id)
+            room.close(m.CLOSE_ROOM_OVER, "Something went wrong in this room; the recording is kept.", "error")
+        if room.phase == "closed":
+            self.remove(room)
+
+    # ---- Services -------------------------------------------------------------------------------------------
+
+    @property
+    def agents(self) -> AgentSource:
+        return self._agents
+
+    def load_map(self, name: str, seed: int | None, split: Split) -> MapSpec:
+        """The map as designed, or its variant: from what was prepared, else made now (a third of a second)."""
+        if seed is None:
+            return load_map(name)
+        variant = self._variants.get((name, seed, split))
+        return randomize(load_map(name), seed, split) if variant is None else variant
+
+    def open_recording(self, header: EpisodeHeader, initial: WorldState) -> Recorder:
+        try:
+            return Recorder(EpisodeWriter.create(self._recordings, header, initial, cards(header.seats)))
+        except RecordingError as error:
+            log.error("not recording: %s", error)
+            return Recorder(None, str(error))
+
+    def archive(self, journal: Path) -> None:
+        self._on_journal(journal)
+
+    def ended(self, room_id: str, episode_id: str, result: m.Result) -> None:
+        self.on_ended(room_id, episode_id, result)
+
+    def new_id(self) -> str:
+        return new_id(20)
+
+    def new_token(self) -> str:
+        return new_token()
+
+    def wall_ns(self) -> int:
+        return time.time_ns()
+
+    def changed(self, room_id: str) -> None:
+        room = self.rooms.get(room_id)
+        if room is not None:
+            self._on_change(room)

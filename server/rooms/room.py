@@ -1,0 +1,391 @@
+"""A room: two seats, a series of maps, and what may happen when.
+
+Pure and synchronous: nothing here awaits, sleeps or reads a clock; times (seconds of the server's monotonic clock)
+are arguments, and everything else comes in as `Services`. `tick` is the compute-ahead tick: latch the inputs at time
+T, step the world to T + 100 ms at once, send what will be seen until then.
+
+Phases: lobby -> countdown -> playing <-> paused -> round_over -> countdown ... -> series_over; closed ends it all.
+"""
+
+import math
+
+import msgspec
+
+from movingout.maps.errors import MovingOutError
+from movingout.recordings.episode import Outcome
+from movingout.server import messages as m
+from movingout.server.frames import Beat
+from movingout.server.rooms.action_sources import ask_agents, latch
+from movingout.server.rooms.pause import Pause, give_up
+from movingout.server.rooms.round import Moment
+from movingout.server.rooms.round_series import Series
+from movingout.server.rooms.seat import Listener, Seat
+from movingout.server.rooms.seat_assignment import Seating
+from movingout.server.rooms.services import RoomConfig, Services
+from movingout.world import WorldError
+
+TICK_S = m.TICK_MS / 1e3
+PRACTICE_COUNTDOWN_S = 1.0
+SHOW_RESULT_S = 6.0  # between two rounds that agents play among themselves
+EMPTY_S = 900.0  # a room without any client closes after this
+AGENTS_WAIT_S = 60.0  # and its agents wait so long for the first one
+AGENT_PATIENCE_S = 10.0  # the countdown waits so long for an agent that still loads
+ANNOUNCE_S = 1.0
+EARLY_S = 0.002  # a timer may fire this early
+BUILD = "0.1.0"
+
+IN_ROUND: frozenset[m.Phase] = frozenset({"countdown", "playing", "paused"})
+COUNTDOWN_FROM: frozenset[m.Phase] = frozenset({"lobby", "paused", "round_over", "series_over"})
+
+
+class Room:
+    """One room. Every public method is called from the event loop's thread and returns at once."""
+
+    def __init__(
+        self,
+        room_id: str,
+        config: RoomConfig,
+        seats: list[Seat],
+        services: Services,
+        now: float,
+        index: int = 0,
+        epoch: int = 0,
+    ) -> None:
+        self.id = room_id
+        self.config = config
+        self.seats = seats
+        self.phase: m.Phase = "lobby"
+        self.reason = ""
+        self.until = 0.0  # when the countdown or the pause ends
+        self.missed_ticks = 0
+        self.held = ""  # why the person who runs a study has stopped the clock, empty when nobody has
+        self.seating = Seating(room_id, seats, services.new_token, services.new_id)
+        self._services = services
+        self._due = now  # of the newest tick
+        self._announced = now
+        self._empty_since = now
+        self._over_since = now
+        self.series = Series(config, seats, services, index, epoch)
+        self.round = self.series.prepare()
+
+    # ---- clients --------------------------------------------------------------------------------------------
+
+    def join(self, client: Listener, request: m.Join, now: float) -> m.Welcome:
+        """Let a client in, to seats or as a spectator, and tell it everything. Raises Refused."""
+        taken, replaced = self.seating.join(client, request)
+        if self.phase == "lobby":
+            self._call_agents()
+        for old in replaced:
+            old.dismiss(m.CLOSE_REPLACED, "This seat is now played from another window.")
+        welcome = m.Welcome(
+            m.PROTOCOL, BUILD, self.id, request.mode, taken, m.TICK_MS, m.POSES_PER_TICK, self.config.resume_s,
+            f"/play/{self.id}", f"/watch/{self.id}", bool(self.config.study),
+        )  # fmt: skip
+        client.tell(welcome)
+        client.tell(self.series.message(self.round))
+        client.tell(self.full_state())
+        if self.series.results and self.phase in ("round_over", "series_over"):
+            client.tell(self.series.results[-1])
+        for grant in taken:
+            self._returned(self.seats[grant.seat], now)
+        self._announce(now)
+        self._services.changed(self.id)
+        return welcome
+
+    def depart(self, client: Listener, now: float) -> None:
+        """A client's connection is gone."""
+        dropped = self.seating.depart(client, now)
+        if self.phase == "closed":
+            return
+        for seat in dropped:
+            self._dropped(seat, now)
+        if not self.seating.clients:
+            self._empty_since = now
+        self._announce(now)
+
+    def close(self, code: int, message: str, outcome: Outcome = "stopped") -> None:
+        """End everything: the round with `outcome`, every connection with `code`."""
+        if self.round.started and self.phase in IN_ROUND:
+            self._end_round(outcome)
+        self.phase, self.reason = "closed", message
+        for client in list(self.seating.clients):
+            client.dismiss(code, message)
+        self.series.free_agents()
+
+    def interrupted(self, now: float, wait_s: float) -> None:
+        """The server was killed in this round and is back: wait for the people to come back too."""
+        self.phase, self.reason, self.until = "paused", "The server was restarted. The game waits.", now + wait_s
+
+    def suspend(self) -> None:
+        """The server stops in good order: the round ends, the room comes back after the restart."""
+        if self.round.started and self.phase in IN_ROUND:
+            self._end_round("stopped")
+        if self.phase in IN_ROUND:
+            self.phase, self.reason = "lobby", "The server was restarted; this round begins anew."
+        for client in list(self.seating.clients):
+            client.dismiss(m.CLOSE_SHUTDOWN, "The server is being restarted; this page comes back by itself.")
+        self.series.free_agents()
+
+    # ---- time -----------------------------------------------------------------------------------------------
+
+    def tick(self, now: float, due: float, skipped: int = 0) -> None:
+        """Everything that time alone brings about; called every 100 ms, `skipped` when ticks were left out."""
+        self._due = due
+        self._expire(now)
+        self._try_start(now)
+        if self.phase == "countdown" and self._may_play(due):
+            self._play()
+        if self.phase == "playing":
+            self.missed_ticks += skipped
+            self._step(Moment(due, max(0.0, now - due) * 1e3, skipped), now)
+        if now - self._announced >= ANNOUNCE_S:
+            self._announce(now)
+
+    def beat(self) -> None:
+        """50 ms after a tick: a few bytes, so that TCP notices a loss sooner."""
+        if self.phase == "playing":
+            frame = Beat(self.round.state.tick).encode()
+            for client in self.seating.clients:
+                client.beat(frame)
+
+    def _expire(self, now: float) -> None:
+        if self.phase == "paused" and now >= self.until:
+            self._finish(*give_up(self.seats))
+        elif self.phase in ("lobby", "round_over"):
+            for seat in self.seats:
+                if seat.token is not None and not seat.present and now - seat.absent_since >= self.config.resume_s:
+                    self._give_seat_up(seat)
+        if self.seating.clients:
+            return
+        if self.phase == "lobby" and now - self._empty_since >= AGENTS_WAIT_S:
+            self.series.free_agents()  # others may need them; they come back with the first client
+        if now - self._empty_since >= EMPTY_S:
+            self.close(m.CLOSE_ROOM_OVER, "Nobody was here for a while.")
+
+    def _give_seat_up(self, seat: Seat) -> None:
+        """Somebody has been away too long while nothing was being played."""
+        if self.phase == "lobby" and seat.shared:
+            seat.vacate()
+            self._services.changed(self.id)
+        elif self.phase == "round_over":
+            seat.gone = True
+            self._enter("series_over", f"{seat.title} did not come back.")
+
+    def _step(self, moment: Moment, now: float) -> None:
+        blue, red = self.seats
+        latches = [latch(self.round, seat, now) for seat in self.seats]
+        try:
+            bundle = self.round.step(
+                latches, (blue.source(latches[0]), red.source(latches[1])), (_rtt(blue), _rtt(red)), moment
+            )
+        except WorldError as error:
+            self._finish("error", f"The simulated world failed: {error}")
+            return
+        for client in self.seating.clients:
+            client.show(self.round.state.tick, bundle, now)
+        outcome = self.round.outcome()
+        if outcome is None:
+            ask_agents(self.round, self.seats, moment.due + TICK_S)
+        else:
+            self._finish(outcome, "")
+
+    # ---- from phase to phase --------------------------------------------------------------------------------
+
+    def _call_agents(self) -> None:
+        """Somebody is here: the agents are needed (again)."""
+        try:
+            self.series.seat_agents(self.round)
+        except MovingOutError as error:  # other rooms have them all now
+            self._enter("series_over", str(error))
+
+    def _try_start(self, now: float) -> None:
+        """Count down when everybody is ready for what comes next."""
+        if self.held or self.phase not in COUNTDOWN_FROM or not self.seating.clients:
+            return
+        if not all(seat.is_ready and not seat.gone for seat in self.seats):
+            return
+        if self.phase in ("round_over", "series_over") and not self._next_round(now):
+            return
+        countdown_s = min(self.config.countdown_s, PRACTICE_COUNTDOWN_S if self.config.practice else math.inf)
+        failures = [seat.agent_failure for seat in self.seats if seat.agent_failure]
+        told = not self.round.started and not self.config.study
+        cautions = [seat.agent_caution for seat in self.seats if seat.agent_caution and told]
+        self._enter("countdown", " ".join(failures + cautions), self._due + TICK_S + countdown_s)
+        ask_agents(self.round, self.seats, self.until)
+
+    def _next_round(self, now: float) -> bool:
+        """Prepare the map that follows, or the same one when somebody asked for it; False to wait."""
+        people = [seat for seat in self.seats if seat.taken_by_client]
+        if not people and now - self._over_since < SHOW_RESULT_S:
+            return False
+        again = any(seat.wants_again for seat in people)
+        if self.phase == "series_over" and not again:
+            return False
+        self.series.index += not again
+        for seat in self.seats:
+            seat.wants_again = False
+        try:
+            self.round = self.series.prepare()
+        except MovingOutError as error:  # no worker has time for the agent any more
+            self._enter("series_over", str(error))
+            return False
+        self._broadcast(self.series.message(self.round))
+        self._broadcast(self.full_state())
+        return True
+
+    def _may_play(self, due: float) -> bool:
+        """Whether the countdown is over and no agent is still loading (which is waited for, within reason)."""
+        if due < self.until - EARLY_S:
+            return False
+        return due >= self.until + AGENT_PATIENCE_S or all(seat.is_ready for seat in self.seats)
+
+    def _play(self) -> None:
+        if self.round.started:
+            self.round.note("resume")
+        else:
+            self.series.begin(self.round)
+        for seat in self.seats:
+            seat.controls.release()
+        self._enter("playing", "")
+
+    def _finish(self, outcome: Outcome, reason: str) -> None:
+        """The round is over: tell the result, hand the recording on."""
+        self._end_round(outcome)
+        self._over_since = self._due
+        for seat in self.seats:
+            seat.ready = False
+        self._enter("round_over" if self.series.more and outcome in ("delivered", "time") else "series_over", reason)
+
+    def _end_round(self, outcome: Outcome) -> None:
+        result = self.series.end(self.round, outcome)
+        self._broadcast(result)
+        self._services.ended(self.id, self.round.episode_id, result)
+
+    def _enter(self, phase: m.Phase, reason: str, until: float = 0.0) -> None:
+        self.phase, self.reason, self.until = phase, reason, until
+        self._broadcast(self.state())
+        self._services.changed(self.id)
+
+    # ---- people come, go and ask ----------------------------------------------------------------------------
+
+    def _returned(self, seat: Seat, now: float) -> None:
+        if self.phase != "paused":
+            return
+        self.round.note("return", seat.index)
+        self._enter_pause(now)
+        self._try_start(now)
+
+    def _dropped(self, seat: Seat, now: float) -> None:
+        if self.phase in ("lobby", "round_over", "series_over"):
+            seat.ready = False
+        elif self.round.started:
+            self.round.note("drop", seat.index)
+            self._enter_pause(now)
+        else:
+            seat.ready = False
+            self._enter("lobby", f"{seat.title} lost the connection.")
+
+    def _enter_pause(self, now: float) -> None:
+        """Pause, or stay paused, for whoever is absent or not ready."""
+        pause = Pause.held(self.held, now) if self.held else Pause.waiting_for(self.seats, self.config.resume_s, now)
+        self._enter("paused", pause.reason, pause.until)
+
+    def set_ready(self, seat: Seat, ready: bool, now: float) -> None:
+        """A person is ready for the coming round, or to go on; or not yet."""
+        seat.ready, seat.wants_again = ready, False
+        if self.phase == "countdown" and not ready:
+            if self.round.started:
+                self._enter_pause(now)
+            else:
+                self._enter("lobby", "")
+        self._announce(now)
+        self._try_start(now)
+
+    def ask_again(self, seat: Seat, now: float) -> None:
+        """A person wants the same map once more."""
+        seat.ready = seat.wants_again = True
+        self._announce(now)
+        self._try_start(now)
+
+    def pause(self, seat: Seat, now: float) -> None:
+        """A person stops the clock, until ready again."""
+        seat.ready = False
+        self.round.note("pause", seat.index)
+        self._enter_pause(now)
+
+    def hold(self, reason: str, now: float) -> None:
+        """Whoever runs a study stops the clock; it goes on with `release` alone."""
+        self.held = reason
+        if self.phase == "playing":
+            self.round.note("pause")
+        if self.phase in ("playing", "paused") or (self.phase == "countdown" and self.round.started):
+            self._enter_pause(now)
+        elif self.phase == "countdown":
+            self._enter("lobby", reason)
+
+    def release(self, now: float) -> None:
+        """The clock may go on: with a countdown as soon as everybody is here and ready."""
+        self.held = ""
+        if self.phase == "paused":
+            self._enter_pause(now)
+        self._try_start(now)
+
+    def retire(self, seat: Seat, now: float) -> None:
+        """Somebody has practised enough: the seat stands still from now on, and the other may play on."""
+        seat.vacate()
+        seat.kind, seat.key = "idle", None
+        if self.phase == "paused":
+            self._enter_pause(now)
+        self._announce(now)
+        self._try_start(now)
+
+    def focus(self, client: Listener, visible: bool) -> None:
+        """A page was hidden, which lets its sticks go, or is back."""
+        for seat in self.seating.seats_of(client):
+            if not visible:
+                seat.controls.release()
+            if self.phase == "playing":
+                self.round.note("focus", seat.index, detail="visible" if visible else "hidden")
+
+    def leave(self, seat: Seat, now: float) -> None:
+        """A person goes for good."""
+        title = seat.title
+        if not self.round.started and self.phase in ("lobby", "countdown") and seat.shared:
+            seat.vacate()
+            self._enter("lobby", f"{title} left; the seat is free again.")
+            return
+        seat.client, seat.absent_since, seat.gone = None, now, True
+        if self.round.started and self.phase in IN_ROUND:
+            self._finish("left", f"{title} left the game.")
+        else:
+            self._enter("series_over", f"{title} left the game.")
+
+    # ---- what clients see -----------------------------------------------------------------------------------
+
+    def state(self) -> m.RoomState:
+        return m.RoomState(
+            self.phase, self.reason, self.until * 1e3, [seat.view() for seat in self.seats], self.seating.spectators,
+            self.recording,
+        )  # fmt: skip
+
+    @property
+    def recording(self) -> bool:
+        """Whether this round is being recorded, or will be."""
+        return self.round.recorder.active if self.round.started else not self.config.practice
+
+    def full_state(self) -> m.FullState:
+        shown_until = self._due + TICK_S if self.phase == "playing" else self._due
+        return self.round.full_state(shown_until * 1e3)
+
+    def _announce(self, now: float) -> None:
+        self._announced = now
+        self._broadcast(self.state())
+
+    def _broadcast(self, message: m.ServerMessage) -> None:
+        text = msgspec.json.encode(message).decode()
+        for client in self.seating.clients:
+            client.tell(message, text)
+
+
+def _rtt(seat: Seat) -> float:
+    return seat.client.rtt_ms if seat.client is not None else -1.0

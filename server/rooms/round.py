@@ -1,0 +1,202 @@
+"""One round: a world that is stepped ten times a second, what happens in it, and its recording.
+
+Knows no client, no clock and no phase: the room says when to step and passes the actions.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from movingout.maps import MapSpec, map_to_json
+from movingout.recordings import EpisodeHeader, Event, SeatInfo, TickRecord
+from movingout.recordings.episode import ActionSource, Episode, EventKind, Outcome
+from movingout.server import messages as m
+from movingout.server.frames import Bundle, BundleEvent
+from movingout.server.rooms.input_buffer import Latch
+from movingout.server.rooms.quality import RoundHealth
+from movingout.server.rooms.recorder import Recorder
+from movingout.world import World
+from movingout.world.metrics import EpisodeMetrics
+from movingout.world.scoring import delivered_items
+from movingout.world.state import Floats, WorldState
+
+GRASP_POSE = (0, 2)  # blue's hand moves before the first sub-step, red's after half of them
+LAST_POSE = m.POSES_PER_TICK - 1
+
+
+class Moment(NamedTuple):
+    """When a tick happens: its due time on the server's clock and how well that was kept."""
+
+    due: float  # [s]
+    late_ms: float
+    skipped: int  # ticks left out before this one
+
+
+class Round:
+    """A map being played for at most `limit_ticks` (0: for ever)."""
+
+    def __init__(self, map_spec: MapSpec, limit_ticks: int, epoch: int, episode_id: str, seed: int) -> None:
+        self.map = map_spec
+        self.limit_ticks = limit_ticks
+        self.epoch = epoch
+        self.episode_id = episode_id
+        self.seed = seed
+        self.recorder = Recorder(None)
+        self.started = False
+        self.deadline_misses = 0
+        self.health = RoundHealth()
+        self._world = World(map_spec)
+        self.state: WorldState = self._world.state()
+        self.delivered: tuple[bool, ...] = tuple(self._world.delivered().tolist())
+        self._metrics = EpisodeMetrics(map_spec)
+        self._pending: list[BundleEvent] = []  # to be shown with the next tick
+
+    def begin(self, recorder: Recorder) -> None:
+        """The countdown is over."""
+        self.recorder = recorder
+        self.started = True
+        self.recorder.event(Event(0, "start"))
+
+    def resume(self, episode: Episode, recorder: Recorder) -> None:
+        """Be where an interrupted recording stopped, and go on with it."""
+        self.episode_id = episode.header.episode_id
+        for actions in episode.actions:
+            self._advance(actions)
+        for tick in episode.ticks:
+            self.health.tick(tick.actions, tick.rtt_ms, tick.late_ms)
+        self.recorder = recorder
+        self.started = True
+
+    def note(self, kind: EventKind, seat: int = -1, item: int = -1, detail: str = "", pose: int = 0) -> None:
+        """Record an event of the coming tick; what players should see travels with its bundle."""
+        self.recorder.event(Event(self.state.tick + 1, kind, seat, item, detail))
+        if kind == "focus":
+            self.health.focus(seat, detail == "visible")
+        if kind in m.EVENT_CODES:
+            self._pending.append(BundleEvent(m.EVENT_CODES.index(kind), seat, item, pose))
+
+    def step(
+        self,
+        latches: Sequence[Latch],
+        sources: tuple[ActionSource, ActionSource],
+        rtt_ms: tuple[float, float],
+        moment: Moment,
+    ) -> bytes:
+        """Advance by one tick, record it, and give its bundle. Raises WorldError when the numbers are lost."""
+        if moment.skipped:
+            self.note("tick_skipped", detail=str(moment.skipped))
+        actions = np.array([latch.action for latch in latches], dtype=np.float64)  # (2, 3)
+        held, delivered = self.state.held.tolist(), self.delivered
+        self._advance(actions)
+        poses = self._world.sub_poses()  # (5, 2 + N, 3)
+        self._note_hands(actions, held)
+        self._note_deliveries(delivered, poses)
+        self.health.tick(actions, rtt_ms, moment.late_ms)
+        self._record(actions, latches, sources, rtt_ms, moment)
+        return self._bundle(poses, latches, moment)
+
+    def outcome(self) -> Outcome | None:
+        """Why the round is over, None while it is not."""
+        if all(self.delivered):
+            return "delivered"
+        return "time" if self.limit_ticks and self.state.tick >= self.limit_ticks else None
+
+    def finish(self, outcome: Outcome) -> None:
+        """Note the end; the recorder is closed by the room."""
+        if self.started:
+            self.recorder.event(Event(self.state.tick, "end", detail=outcome))
+
+    def result(self, index: int, outcome: Outcome) -> m.Result:
+        """For people; call before the recorder is closed."""
+        metrics = self._metrics.result()
+        return m.Result(
+            index=index,
+            outcome=outcome,
+            ticks=self.state.tick,
+            delivered=sum(self.delivered),
+            items=len(self.delivered),
+            tcr=metrics.tcr,
+            nfd=metrics.nfd,
+            wt_s=metrics.wt_s,
+            ac=-1.0 if metrics.ac is None else metrics.ac,
+            recording=self.episode_id if self.recorder.active else "",
+        )
+
+    def header(
+        self, seats: tuple[SeatInfo, SeatInfo], started_ns: int, study: Mapping[str, str] | None = None
+    ) -> EpisodeHeader:
+        """What the recording begins with."""
+        return EpisodeHeader(
+            self.episode_id, self.map, self.seed, self.limit_ticks, seats, started_ns, "live", study or {}
+        )
+
+    def message(self, index: int, total: int, practice: bool) -> m.Round:
+        """What clients need to draw this round."""
+        the_map = map_to_json(self.map)
+        return m.Round(index, total, self.epoch, the_map, self.limit_ticks, practice, self.episode_id)
+
+    def full_state(self, time_ms: float) -> m.FullState:
+        poses = [*self.state.robot_poses.tolist(), *self.state.item_poses.tolist()]
+        return m.FullState(self.epoch, self.state.tick, time_ms, poses, self.state.held.tolist(), list(self.delivered))
+
+    def _advance(self, actions: Floats) -> None:
+        before = self.state
+        self._world.step(actions)
+        self.state = self._world.state()
+        self.delivered = tuple(self._world.delivered().tolist())
+        self._metrics.update(before, actions, self.state)
+
+    def _note_hands(self, actions: Floats, held: list[int]) -> None:
+        tick = self.state.tick
+        for seat, item in enumerate(self.state.held.tolist()):
+            kind: EventKind
+            if held[seat] < 0 <= item:
+                kind = "grab"
+            elif item < 0 <= held[seat]:
+                kind, item = "release", held[seat]
+            elif actions[seat, 2] > 0.5:
+                kind = "grab_failed"
+            else:
+                continue
+            self.recorder.event(Event(tick, kind, seat, item))
+            self._pending.append(BundleEvent(m.EVENT_CODES.index(kind), seat, item, GRASP_POSE[seat]))
+
+    def _note_deliveries(self, before: tuple[bool, ...], poses: Floats) -> None:
+        if before == self.delivered:
+            return
+        flags = [delivered_items(self.map, each) for each in poses[:, 2:]]
+        for item, now in enumerate(self.delivered):
+            if now == before[item]:
+                continue
+            kind: EventKind = "delivered" if now else "undelivered"
+            pose = next((index for index, flag in enumerate(flags) if bool(flag[item]) == now), LAST_POSE)
+            self.recorder.event(Event(self.state.tick, kind, -1, item))
+            self._pending.append(BundleEvent(m.EVENT_CODES.index(kind), -1, item, pose))
+
+    def _record(
+        self,
+        actions: Floats,
+        latches: Sequence[Latch],
+        sources: tuple[ActionSource, ActionSource],
+        rtt_ms: tuple[float, float],
+        moment: Moment,
+    ) -> None:
+        if self.recorder.active:
+            blue, red = latches
+            self.recorder.tick(
+                TickRecord(
+                    actions, sources, (blue.seq, red.seq), self.state, self.delivered, moment.late_ms,
+                    (blue.slack_ms, red.slack_ms), rtt_ms,
+                )
+            )  # fmt: skip
+
+    def _bundle(self, poses: Floats, latches: Sequence[Latch], moment: Moment) -> bytes:
+        blue, red = latches
+        flags = (0 if self.recorder.active else m.FLAG_NOT_RECORDING) | (m.FLAG_LATE if moment.skipped else 0)
+        held_blue, held_red = self.state.held.tolist()
+        events, self._pending = tuple(self._pending), []
+        return Bundle(
+            flags, self.epoch, self.state.tick, moment.due * 1e3, (max(0, blue.seq), max(0, red.seq)),
+            (blue.slack_ms, red.slack_ms), (held_blue, held_red), self.delivered, poses, events,
+        ).encode()  # fmt: skip

@@ -1,0 +1,75 @@
+"""The rounds of a room, one after the other: which map comes, with which agents, and what was reached."""
+
+from movingout.recordings.episode import Outcome
+from movingout.server import messages as m
+from movingout.server.rooms.recorder import Recorder
+from movingout.server.rooms.round import Round
+from movingout.server.rooms.seat import Seat
+from movingout.server.rooms.services import RoomConfig, Services
+
+
+class Series:
+    """Makes each round of a room and takes it to its end. Knows no client, no clock and no phase."""
+
+    def __init__(self, config: RoomConfig, seats: list[Seat], services: Services, index: int, epoch: int) -> None:
+        self.index = index  # of the round in the series
+        self.epoch = epoch  # counts rounds, replays included
+        self.results: list[m.Result] = []
+        self._config = config
+        self._seats = seats
+        self._services = services
+
+    @property
+    def more(self) -> bool:
+        """Whether another map follows."""
+        return self.index + 1 < len(self._config.maps)
+
+    def prepare(self) -> Round:
+        """The world of the round that comes, with agents warming up for it. Raises MapError and AgentError."""
+        self.epoch += 1
+        seed = self._config.challenge2_seed
+        seed = None if seed is None else seed + self.index
+        the_map = self._services.load_map(self._config.maps[self.index], seed, self._config.split)
+        the_round = Round(the_map, self._config.round_ticks, self.epoch, self._services.new_id(), seed or 0)
+        self.free_agents()
+        self.seat_agents(the_round)
+        return the_round
+
+    def seat_agents(self, the_round: Round) -> None:
+        """Every agent seat gets its player. Raises AgentError when no worker has time for another agent."""
+        for seat in self._seats:
+            if seat.kind in ("agent", "ghost") and seat.player is None:
+                seat.player = self._services.agents.open(
+                    seat.agent_id, the_round.map, seat.index, the_round.seed, the_round.limit_ticks
+                )
+
+    def free_agents(self) -> None:
+        for seat in self._seats:
+            seat.close_player()
+
+    def begin(self, the_round: Round) -> None:
+        """Its first tick is next: record from here on."""
+        if self._config.practice:
+            the_round.begin(Recorder(None))
+            return
+        blue, red = self._seats
+        header = the_round.header((blue.info(), red.info()), self._services.wall_ns(), self._config.study)
+        the_round.begin(self._services.open_recording(header, the_round.state))
+        for seat in self._seats:
+            if seat.agent_caution:
+                the_round.note("unseen_map", seat.index, detail=seat.agent_caution)
+
+    def end(self, the_round: Round, outcome: Outcome) -> m.Result:
+        """The round is over; its recording goes to the archive."""
+        result = the_round.result(self.index, outcome)
+        self.results.append(result)
+        the_round.finish(outcome)
+        journal = the_round.recorder.close(outcome)
+        if journal is not None:
+            self._services.archive(journal)
+        self.free_agents()
+        return result
+
+    def message(self, the_round: Round) -> m.Round:
+        """What clients need to draw a round."""
+        return the_round.message(self.index, len(self._config.maps), self._config.practice)

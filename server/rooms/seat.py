@@ -1,0 +1,187 @@
+"""The two seats of a room: who may sit there, who does, and what they do in a tick.
+
+A seat belongs to whoever holds its token. The token changes at each join; the one before stays good until the client
+has shown that the new one arrived, so that a connection lost in between locks nobody out.
+"""
+
+import unicodedata
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from movingout.agents.checkpoint.checkpoint import fingerprint
+from movingout.maps import MapSpec
+from movingout.maps.spec import SEAT_COLOURS
+from movingout.recordings import SeatInfo
+from movingout.recordings.episode import ActionSource
+from movingout.recordings.ghost import ghost_name
+from movingout.server.agent_workers.pool import AgentAnswer
+from movingout.server.messages import Kind, SeatState, ServerMessage
+from movingout.server.rooms.input_buffer import NEUTRAL, Controls, Latch
+from movingout.server.security.tokens import Hash, hash_token, token_matches
+from movingout.world.state import WorldState
+
+NAME_LENGTH = 24
+
+
+class Listener(Protocol):
+    """One connected client as a room sees it; nothing here waits."""
+
+    rtt_ms: float  # -1 unknown
+
+    def tell(self, message: ServerMessage, text: str = "") -> None:
+        """Queue a control message; `text` is its JSON when the caller has it already."""
+
+    def show(self, tick: int, frame: bytes, now: float) -> None:
+        """Offer a bundle; a client that does not keep up gets the newest only."""
+
+    def beat(self, frame: bytes) -> None: ...
+
+    def acknowledge(self, tick: int, now: float) -> bool:
+        """What the client says it has received; True when it has caught up and needs the whole state."""
+
+    def dismiss(self, code: int, message: str) -> None:
+        """Say goodbye and close."""
+
+
+class AgentPlayer(Protocol):
+    """An agent in a seat for one episode (server.agent_workers.pool.AgentSeat)."""
+
+    ready: bool
+    failed: str
+    unseen: str  # that it was not trained on this map, in a sentence; empty where it was
+
+    def observe(self, state: WorldState, tick: int, deadline: float) -> None: ...
+
+    def answer(self, tick: int) -> AgentAnswer: ...
+
+    def close(self) -> None: ...
+
+
+class AgentSource(Protocol):
+    """Where agents come from (server.agent_workers.pool.AgentPool)."""
+
+    def open(self, agent_id: str, map: MapSpec, seat: int, seed: int, ticks: int) -> AgentPlayer: ...
+
+
+@dataclass
+class Seat:
+    """One seat. `shared` seats may be taken by anybody with the link, others by token alone."""
+
+    index: int
+    kind: Kind
+    agent_id: str = ""
+    shared: bool = False
+    name: str = ""
+    alias: str = ""  # the pseudonym in recordings
+    token: Hash | None = None
+    previous_token: Hash | None = None
+    key: Hash | None = None  # always good: for whom a study lets in anew after a reload
+    client: Listener | None = None
+    ready: bool = False
+    wants_again: bool = False
+    absent_since: float = 0.0
+    gone: bool = False  # left for good
+    controls: Controls = field(default_factory=Controls)
+    player: AgentPlayer | None = None
+
+    @property
+    def colour(self) -> str:
+        return SEAT_COLOURS[self.index]
+
+    @property
+    def title(self) -> str:
+        """What to call this seat in a sentence."""
+        return self.name or self.colour.capitalize()
+
+    @property
+    def taken_by_client(self) -> bool:
+        """Whether somebody outside this process plays here: a person or an external program."""
+        return self.kind in ("human", "remote")
+
+    @property
+    def open(self) -> bool:
+        return self.shared and self.token is None and not self.gone
+
+    @property
+    def present(self) -> bool:
+        return self.client is not None if self.taken_by_client else True
+
+    @property
+    def is_ready(self) -> bool:
+        if self.taken_by_client:
+            return self.ready and self.present
+        return self.player is None or self.player.ready or bool(self.player.failed)
+
+    @property
+    def agent_failure(self) -> str:
+        """Why the agent in this seat cannot play, empty when it can."""
+        failed = self.player.failed if self.player is not None else ""
+        return f"{self.title} cannot play: {failed}." if failed else ""
+
+    @property
+    def agent_caution(self) -> str:
+        """Why the agent in this seat may play badly on this map, empty when there is no reason."""
+        return self.player.unseen if self.player is not None else ""
+
+    # ---- tokens ---------------------------------------------------------------------------------------------
+
+    def knows(self, token: str) -> bool:
+        kept = [each for each in (self.token, self.previous_token, self.key) if each is not None]
+        return any([token_matches(token, each) for each in kept])
+
+    def sit(self, client: Listener, token: str, name: str) -> None:
+        """A client takes the seat (again); `token` is its new token."""
+        self.previous_token, self.token = self.token, hash_token(token)
+        self.client = client
+        self.controls = Controls()
+        self.name = clean_name(name) or self.name
+
+    def confirm(self) -> None:
+        """The client has the new token: the one before is worth nothing any more."""
+        self.previous_token = None
+
+    def vacate(self) -> None:
+        """Nobody sits here any more; a shared seat is free for the next one."""
+        self.client, self.ready, self.wants_again = None, False, False
+        self.token = self.previous_token = None
+        self.name = self.alias = ""
+
+    # ---- play -----------------------------------------------------------------------------------------------
+
+    def latch(self, now: float) -> Latch:
+        """A client's input for the tick that starts now."""
+        return self.controls.latch(now) if self.client is not None else NEUTRAL
+
+    def source(self, latch: Latch) -> ActionSource:
+        """Who chose the action, for the recording."""
+        return self.kind if latch.fresh or self.kind == "idle" else "neutral"
+
+    def close_player(self) -> None:
+        if self.player is not None:
+            self.player.close()
+            self.player = None
+
+    # ---- views ----------------------------------------------------------------------------------------------
+
+    def view(self) -> SeatState:
+        rtt_ms = self.client.rtt_ms if self.client is not None else -1.0
+        device = self.controls.device if self.taken_by_client else ""
+        return SeatState(
+            self.colour, self.kind, self.name, self.open, self.present, self.is_ready, device, round(rtt_ms, 1)
+        )
+
+    def info(self) -> SeatInfo:
+        """For the recording's header: a pseudonym for people, the id for agents."""
+        if self.kind == "ghost":
+            return SeatInfo(self.kind, ghost_name(self.agent_id))
+        if self.kind == "agent":
+            return SeatInfo(self.kind, self.agent_id, fingerprint(self.agent_id))
+        if not self.taken_by_client:
+            return SeatInfo(self.kind, "idle")
+        return SeatInfo(self.kind, self.alias, device=self.controls.device)
+
+
+def clean_name(name: str) -> str:
+    """A nickname without control characters, at most 24 letters."""
+    printable = "".join(letter for letter in name if unicodedata.category(letter)[0] not in "CZ" or letter == " ")
+    return " ".join(printable.split())[:NAME_LENGTH]

@@ -1,0 +1,95 @@
+"""Who may join a room, and which seats they get: by token, or by the link when a seat is open."""
+
+from collections.abc import Callable
+
+from movingout.server import messages as m
+from movingout.server.rooms.seat import Listener, Seat
+from movingout.server.rooms.services import Refused
+
+MAX_SPECTATORS = 30
+
+
+class Seating:
+    """The clients of one room and the seats they hold."""
+
+    def __init__(
+        self, room_id: str, seats: list[Seat], new_token: Callable[[], str], new_id: Callable[[], str]
+    ) -> None:
+        self.clients: list[Listener] = []
+        self._room_id = room_id
+        self._seats = seats
+        self._new_token = new_token
+        self._new_id = new_id
+
+    @property
+    def spectators(self) -> int:
+        return sum(not self.seats_of(client) for client in self.clients)
+
+    def seats_of(self, client: Listener) -> list[Seat]:
+        return [seat for seat in self._seats if seat.client is client]
+
+    def seat_of_token(self, token: str) -> Seat | None:
+        return next((seat for seat in self._seats if seat.knows(token)), None)
+
+    def join(self, client: Listener, request: m.Join) -> tuple[list[m.SeatGrant], list[Listener]]:
+        """The seats the client gets with their new tokens, and the clients who lose theirs. Raises Refused."""
+        if request.mode == "watch":
+            self._admit_spectator(client)
+            return [], []
+        wanted = self._by_token(request.tokens)
+        wanted += self._by_claim(request, wanted)
+        if not wanted:
+            raise Refused(
+                m.CLOSE_UNAUTHORISED, f"No seat is free in this room. To look on, open /watch/{self._room_id}."
+            )
+        replaced = self._unseat([seat.client for seat in wanted if seat.client is not None], wanted)
+        grants = [self._sit(client, seat, request.name) for seat in wanted]
+        self.clients.append(client)
+        return grants, replaced
+
+    def depart(self, client: Listener, now: float) -> list[Seat]:
+        """Forget a client; gives the seats that are without a player now."""
+        if client in self.clients:
+            self.clients.remove(client)
+        dropped = self.seats_of(client)
+        for seat in dropped:
+            seat.client, seat.absent_since = None, now
+        return dropped
+
+    def confirm(self, client: Listener) -> None:
+        """The client has spoken after its welcome: its new tokens have arrived."""
+        for seat in self.seats_of(client):
+            seat.confirm()
+
+    def _admit_spectator(self, client: Listener) -> None:
+        if self.spectators >= MAX_SPECTATORS:
+            raise Refused(m.CLOSE_RETRY_LATER, f"{MAX_SPECTATORS} people watch this room already; try again later.")
+        self.clients.append(client)
+
+    def _by_token(self, tokens: list[str]) -> list[Seat]:
+        found = [self.seat_of_token(token) for token in tokens[: len(self._seats)]]
+        if any(seat is None for seat in found) or len(tokens) > len(self._seats):
+            raise Refused(
+                m.CLOSE_UNAUTHORISED, "This seat's key is not valid any more; open the link of the room again."
+            )
+        return list({seat.index: seat for seat in found if seat is not None}.values())
+
+    def _by_claim(self, request: m.Join, already: list[Seat]) -> list[Seat]:
+        kind = "remote" if request.program else "human"
+        free = [seat for seat in self._seats if seat.open and seat.kind == kind and seat not in already]
+        return free[: max(0, request.claim)]
+
+    def _unseat(self, clients: list[Listener], wanted: list[Seat]) -> list[Listener]:
+        """Clients whose last seat is taken over are let go; one that keeps another seat stays."""
+        replaced = []
+        for client in {id(each): each for each in clients}.values():
+            if all(seat in wanted for seat in self.seats_of(client)):
+                self.clients.remove(client)
+                replaced.append(client)
+        return replaced
+
+    def _sit(self, client: Listener, seat: Seat, name: str) -> m.SeatGrant:
+        token = self._new_token()
+        seat.alias = seat.alias or f"person-{self._new_id()[:6]}"
+        seat.sit(client, token, name)
+        return m.SeatGrant(seat.index, token)

@@ -1,0 +1,78 @@
+"""What a room is told to play and what it needs from the process around it."""
+
+from pathlib import Path
+from typing import Protocol
+
+import msgspec
+
+from movingout.maps import MapSpec
+from movingout.maps.errors import MovingOutError
+from movingout.maps.randomize import Split
+from movingout.recordings import EpisodeHeader
+from movingout.server import messages as m
+from movingout.server.rooms.recorder import Recorder
+from movingout.server.rooms.seat import AgentSource
+from movingout.world import WorldState
+
+RESUME_S = 30.0  # a seat waits so long for its player to come back
+
+
+class RoomConfig(msgspec.Struct, frozen=True, kw_only=True):
+    """The series of a room."""
+
+    maps: tuple[str, ...]
+    limit_ticks: int = 500  # per round; for practice only within a study
+    practice: bool = False  # not recorded
+    challenge2_seed: int | None = None
+    split: Split = "train"  # of the shapes that randomised maps may have
+    countdown_s: float = 3.0
+    resume_s: float = RESUME_S
+    study: dict[str, str] = {}  # pseudonymous ids for the recording; empty for rooms of the lobby
+
+    @property
+    def round_ticks(self) -> int:
+        """The limit of a round, 0 for none."""
+        return 0 if self.practice and not self.study else self.limit_ticks
+
+
+class Services(Protocol):
+    """The world outside a room; tests pass a small fake."""
+
+    @property
+    def agents(self) -> AgentSource: ...
+
+    def load_map(self, name: str, seed: int | None, split: Split) -> MapSpec: ...
+
+    def open_recording(self, header: EpisodeHeader, initial: WorldState) -> Recorder:
+        """A recorder; one that is not active and says why when the disk refuses."""
+
+    def archive(self, journal: Path) -> None:
+        """Finalise a closed journal, elsewhere and later."""
+
+    def ended(self, room_id: str, episode_id: str, result: m.Result) -> None:
+        """A round is over and its recording is closed."""
+
+    def new_id(self) -> str: ...
+
+    def new_token(self) -> str: ...
+
+    def wall_ns(self) -> int: ...
+
+    def changed(self, room_id: str) -> None:
+        """What a restart needs to know of this room has changed."""
+
+
+class Refused(MovingOutError):
+    """A client may not join. `code` is the close code."""
+
+    def __init__(self, code: int, message: str) -> None:
+        super().__init__(message)
+        self.code = code
+
+
+class WrongRequest(MovingOutError):
+    """Something that a client may not ask for now; it is told so and stays."""
+
+    def __init__(self, code: str, message: str) -> None:
+        super().__init__(message)
+        self.code = code

@@ -1,0 +1,1 @@
+"""The web interface of a study: its pages, routes and streams of events."""

@@ -1,0 +1,109 @@
+"""The web application of a study: its pages and routes in front of those of every server."""
+
+import logging
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
+from fastapi import APIRouter, FastAPI, Request
+from fastapi.responses import JSONResponse, RedirectResponse
+from starlette.responses import FileResponse
+
+from movingout.server.api import pages
+from movingout.server.app import assemble
+from movingout.server.host import Host
+from movingout.server.settings import Settings
+from movingout.server.study.api import experimenter, participant
+from movingout.server.study.api.dashboard import Dashboard
+from movingout.server.study.api.participant_view import Views
+from movingout.server.study.experimenter_actions import Experimenter
+from movingout.server.study.monitor import Caretaker
+from movingout.server.study.participant_actions import WrongAnswer
+from movingout.server.study.running_study import RunningStudy
+from movingout.server.study.session_service import Reception
+from movingout.study.data.study_folder import StudyFolder
+from movingout.study.errors import StoreError, StudyError
+from movingout.study.questionnaire import AnswerError
+
+log = logging.getLogger(__name__)
+
+NOT_SAVED = "This could not be saved at the moment. Nothing that was saved is lost; the experimenter has been told."
+FAULT = "Something went wrong on the server. Please try again; the experimenter has been told."
+
+
+def create_study_app(
+    settings: Settings, folder: StudyFolder, file_text: str, needs_code: bool = False, simulated: bool = False
+) -> FastAPI:
+    """A server that runs one study; `app.state` has its `host`, `running`, `caretaker` and `reception`.
+
+    Raises StudyError when the databases cannot be used, or when the study is not what it began with.
+    """
+    host = Host(settings)
+    running = RunningStudy(folder, file_text, host, needs_code, simulated)
+    caretaker, reception, views = Caretaker(running), Reception(running), Views(running)
+
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        await host.start()
+        await running.start()
+        caretaker.start()
+        yield
+        await host.suspend()
+        await caretaker.stop()
+        await running.stop()
+        await host.stop()
+
+    app = assemble(
+        host,
+        lifespan,
+        _pages(),
+        participant.routes(running, reception, views),
+        experimenter.routes(running, Experimenter(running, reception), Dashboard(running, views)),
+    )
+    app.state.running, app.state.caretaker, app.state.reception = running, caretaker, reception
+    _tell_errors(app, running)
+    return app
+
+
+def _pages() -> APIRouter:
+    router = APIRouter(include_in_schema=False)
+
+    @router.get("/")
+    async def start(request: Request) -> RedirectResponse:
+        query = f"?{request.url.query}" if request.url.query else ""
+        return RedirectResponse(f"/study{query}")
+
+    @router.get("/study")
+    async def study() -> FileResponse:
+        return pages.page("study/study.html")
+
+    @router.get("/experimenter")
+    async def experimenter() -> FileResponse:
+        return pages.page("experimenter/experimenter.html")
+
+    return router
+
+
+def _tell_errors(app: FastAPI, running: RunningStudy) -> None:
+    def told(status: int, code: str, message: str) -> JSONResponse:
+        return JSONResponse({"error": {"code": code, "message": message}}, status)
+
+    @app.exception_handler(WrongAnswer)
+    async def wrong_answer(request: Request, error: WrongAnswer) -> JSONResponse:
+        return told(422, error.code, str(error))
+
+    @app.exception_handler(AnswerError)
+    async def answer_error(request: Request, error: AnswerError) -> JSONResponse:
+        return told(422, "answer", str(error))
+
+    @app.exception_handler(StoreError)
+    async def store_error(request: Request, error: StoreError) -> JSONResponse:
+        return told(507, "not_saved", NOT_SAVED)
+
+    @app.exception_handler(StudyError)
+    async def study_error(request: Request, error: StudyError) -> JSONResponse:
+        return told(409, "study", str(error))
+
+    @app.exception_handler(Exception)
+    async def fault(request: Request, error: Exception) -> JSONResponse:
+        running.alerts.raise_("fault", f"A request to {request.url.path} failed; the server's log says why.")
+        return told(500, "fault", FAULT)

@@ -1,0 +1,42 @@
+"""Server-sent events: one line of JSON per event, and a comment often enough that a lost line is noticed."""
+
+import asyncio
+from collections.abc import AsyncIterator, Callable
+
+from fastapi.responses import StreamingResponse
+
+from movingout.server.host import Host
+
+BEAT_S = 4.0
+LOOK_S = 1.0  # how soon a stream notices that the server stops
+
+
+def event_stream(events: AsyncIterator[str]) -> StreamingResponse:
+    return StreamingResponse(events, media_type="text/event-stream", headers={"cache-control": "no-store"})
+
+
+async def queued(host: Host, queue: "asyncio.Queue[str]", close: Callable[[], None]) -> AsyncIterator[str]:
+    """What is put into the queue, as events; `close` is called when the page has gone."""
+    quiet_s = 0.0
+    try:
+        yield ": open\n\n"
+        while not host.stopping:
+            try:
+                data = await asyncio.wait_for(queue.get(), LOOK_S)
+            except TimeoutError:
+                quiet_s += LOOK_S
+                if quiet_s >= BEAT_S:
+                    quiet_s = 0.0
+                    yield ": beat\n\n"
+            else:
+                quiet_s = 0.0
+                yield f"data: {data}\n\n"
+    finally:
+        close()
+
+
+async def every_second(host: Host, news: Callable[[], str]) -> AsyncIterator[str]:
+    """The newest state, once a second."""
+    while not host.stopping:
+        yield f"data: {news()}\n\n"
+        await asyncio.sleep(1.0)

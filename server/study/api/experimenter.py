@@ -1,0 +1,71 @@
+"""The routes of the experimenter's screen; all of them need the admin token."""
+
+import csv
+import io
+from collections.abc import Awaitable, Callable
+from typing import Any
+
+import segno
+from fastapi import APIRouter, Depends, Request
+from fastapi.responses import Response, StreamingResponse
+
+from movingout.server.api.authentication import admin, body_of
+from movingout.server.study.api.dashboard import Dashboard
+from movingout.server.study.api.event_stream import event_stream, every_second
+from movingout.server.study.experimenter_actions import PAYMENT_COLUMNS, Experimenter, Order
+from movingout.server.study.running_study import RunningStudy
+
+NO_STORE = {"cache-control": "no-store"}
+
+
+def routes(running: RunningStudy, experimenter: Experimenter, dashboard: Dashboard) -> APIRouter:
+    router = APIRouter(prefix="/api/experimenter", dependencies=[Depends(admin(running.host))])
+
+    @router.get("/state")
+    async def state() -> Response:
+        return Response(dashboard.newest(), media_type="application/json", headers=NO_STORE)
+
+    @router.get("/live")
+    async def live() -> StreamingResponse:
+        return event_stream(every_second(running.host, dashboard.newest))
+
+    actions: dict[str, Callable[[Order], Awaitable[None]]] = {
+        "pause": experimenter.pause,
+        "resume": experimenter.resume,
+        "restart-round": experimenter.restart_round,
+        "kick": experimenter.kick,
+        "invalid": experimenter.invalid,
+        "note": experimenter.note,
+    }
+    for name, action in actions.items():
+        router.add_api_route(f"/{name}", _performing(action), methods=["POST"])
+
+    @router.post("/open-next")
+    @router.post("/next-code")
+    async def open_next(request: Request) -> dict[str, str]:
+        return await experimenter.open_next(await body_of(request, Order))
+
+    @router.get("/qr.svg")
+    async def qr(request: Request, code: str) -> Response:
+        address = str(request.base_url.replace(path="/study", query="")) + f"?code={code}"
+        picture = io.BytesIO()  # with its namespace: the page shows it in an <img>
+        segno.make(address, error="m").save(picture, kind="svg", border=2, scale=4, dark="#000", light="#fff")
+        return Response(picture.getvalue(), media_type="image/svg+xml", headers=NO_STORE)
+
+    @router.get("/payments.csv")
+    async def payments() -> Response:
+        text = io.StringIO()
+        writer = csv.DictWriter(text, PAYMENT_COLUMNS, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(await experimenter.payments())
+        return Response(text.getvalue(), media_type="text/csv; charset=utf-8", headers=NO_STORE)
+
+    return router
+
+
+def _performing(action: Callable[[Order], Awaitable[None]]) -> Callable[[Request], Awaitable[dict[str, Any]]]:
+    async def perform(request: Request) -> dict[str, Any]:
+        await action(await body_of(request, Order))
+        return {"done": True}
+
+    return perform

@@ -1,0 +1,156 @@
+"""What a participant's page gets to know: their step, and nothing that would tell who the partner is."""
+
+from functools import cache
+from typing import Any
+
+from markdown_it import MarkdownIt
+
+from movingout.maps import map_to_json
+from movingout.server.study.arrival_link import PROLIFIC
+from movingout.server.study.participant_session import Guest
+from movingout.server.study.running_study import RunningStudy
+from movingout.server.study.unit import Crew
+from movingout.study.design.allocation import letters
+from movingout.study.design.definition import Outcome
+from movingout.study.design.steps import Step
+from movingout.world.metrics import TICK_S
+
+View = dict[str, Any]
+PROLIFIC_ADDRESS = "https://app.prolific.com/submissions/complete?cc="
+AGENT_IN_PAIRS = "A"  # of the agent that sits in for a partner who never came
+
+_markdown = MarkdownIt("commonmark", {"html": False}).enable("table")
+_html = cache(_markdown.render)
+
+
+class Views:
+    """Views of a running study."""
+
+    def __init__(self, running: RunningStudy) -> None:
+        self._running = running
+        self._letters = {name: shown.removeprefix("Partner ") for name, shown in letters(running.study).items()}
+
+    async def view(self, guest: Guest) -> View:
+        """The whole view. Raises StoreError."""
+        step = await self._step(guest)
+        return self._frame(guest.place.language, step, guest.done(), len(guest.way), not guest.finished)
+
+    def elsewhere(self) -> View:
+        """For a page whose place was taken over by another one."""
+        language = self._running.study.languages[0]
+        return self._frame(language, {"key": "elsewhere", "kind": "ended-elsewhere"}, 0, 1, False)
+
+    def letter(self, crew: Crew | None, step: Step) -> str | None:
+        """By what name the partner is shown; None for another person, and in practice."""
+        if step.kind == "practice" or crew is None:
+            return None
+        substitute = self._running.study.group == 2 and len(crew.guests) == 1 and step.block
+        return AGENT_IN_PAIRS if substitute else self._letters.get(step.partner)
+
+    def _frame(self, language: str, step: View, done: int, total: int, can_stop: bool) -> View:
+        study = self._running.study
+        return {
+            "study": {"title": study.title.text(language)},
+            "language": language,
+            "languages": list(study.languages),
+            "step": step,
+            "position": {"done": done, "total": total},
+            "can_stop": can_stop,
+        }
+
+    async def _step(self, guest: Guest) -> View:
+        step, running = guest.step, self._running
+        if guest.finished:
+            return self._code(guest)
+        if running.stays(guest):
+            return {"key": "paused", "kind": "paused"}
+        if step is None:
+            return self._waiting(guest)
+        shown: View = {"key": step.key, "kind": step.kind}
+        if step.kind == "consent":
+            return shown | self._consent(guest.place.language)
+        if step.questionnaire:
+            return shown | await self._questions(guest, step)
+        if step.kind == "input-check":
+            gate = running.study.gate
+            return shown | {"gamepad_required": gate.gamepad, "rtt_ms": gate.rtt_ms}
+        if step.kind in ("practice", "round"):
+            return shown | await self._round(guest, step)
+        if step.kind == "debrief" and running.study.debrief is not None:
+            debrief = running.study.debrief
+            html = _html(debrief.text.text(guest.place.language))
+            return shown | {"html": html, "ask_to_keep": debrief.ask_to_keep}
+        return shown | {"seconds": step.seconds}  # a break
+
+    def _consent(self, language: str) -> View:
+        consent = self._running.study.consent
+        boxes = [{"id": box.id, "text": box.text.text(language), "required": box.required} for box in consent.boxes]
+        return {"version": consent.version, "html": _html(consent.text.text(language)), "boxes": boxes}
+
+    async def _questions(self, guest: Guest, step: Step) -> View:
+        running, study = self._running, self._running.study
+        questionnaire = study.questionnaire(step.questionnaire, guest.place.language)
+        if study.shuffles(step.questionnaire):
+            questionnaire = questionnaire.shuffled(f"{guest.pid} {step.key}")
+        given = await running.run(running.records.store.answers, guest.pid, step.key)
+        return {
+            "title": questionnaire.title,
+            "items": [item.as_json() for item in questionnaire.items],
+            "answers": {item: {"value": value, "text": text} for item, (value, text) in given.items()},
+            "partner_letter": self.letter(running.crew_of(guest), step) if step.partner else None,
+        }
+
+    async def _round(self, guest: Guest, step: Step) -> View:
+        running, crew = self._running, self._running.crew_of(guest)
+        await running.playing.prepare(step)
+        the_map = running.playing.map_of(step)
+        rounds = [one.key for one in guest.way if one.kind == "round"]
+        number = {"number": rounds.index(step.key) + 1, "of": len(rounds)} if step.kind == "round" else {}
+        return number | {
+            "map": map_to_json(the_map),
+            "title": the_map.title,
+            "description": the_map.description,
+            "seat": crew.seat_of(step, guest) if crew else 0,
+            "partner_letter": self.letter(crew, step),
+            "limit_s": step.limit_ticks * TICK_S,
+            **_state(guest, crew, step),
+        }
+
+    def _waiting(self, guest: Guest) -> View:
+        running, pairing = self._running, self._running.study.pairing
+        since = running.waiting.since(guest.pid)
+        return {
+            "key": "waiting",
+            "kind": "waiting",
+            "since_s": round(running.now() - since, 1) if since is not None else 0.0,
+            "wait_s": pairing.wait_s,
+            "people": len(running.waiting),
+            "otherwise": pairing.otherwise,
+        }
+
+    def _code(self, guest: Guest) -> View:
+        place = guest.place
+        outcome: Outcome | str | None = "declined" if guest.declined else place.outcome
+        from_prolific = guest.source == PROLIFIC and place.code
+        return {
+            "key": "code",
+            "kind": "code",
+            "code": place.code,
+            "outcome": outcome,
+            "completion_url": f"{PROLIFIC_ADDRESS}{place.code}" if from_prolific else None,
+            "earned": self._running.worth(guest),
+            "kept": place.keep,
+        }
+
+
+def _state(guest: Guest, crew: Crew | None, step: Step) -> View:
+    """Where a round is, and the way into its room."""
+    if crew is None:
+        return {"state": "card", "room": None}
+    if crew.over is not None and crew.over.step.key == step.key:
+        return {"state": "over", "room": None}
+    game = crew.game
+    if game is not None and game.step.key == step.key and guest.pid in game.keys:
+        room = {"id": game.room.id, "token": game.keys[guest.pid], "seat": game.seats[guest.pid]}
+        return {"state": "playing", "room": {**room, "path": f"/play/{game.room.id}"}}
+    return {"state": "waiting" if guest.pid in crew.ready else "card", "room": None}

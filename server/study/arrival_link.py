@@ -1,0 +1,52 @@
+"""Who opens the link: parameters of a recruitment platform, a code, or nothing at all."""
+
+import secrets
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from movingout.study.errors import StudyError
+
+PROLIFIC, MTURK, CODE, LINK = "prolific", "mturk", "code", "link"
+PREVIEW = "ASSIGNMENT_ID_NOT_AVAILABLE"  # what MTurk sends while somebody only looks
+UNFILLED = "{{%"  # Prolific's {{%PROLIFIC_PID%}} as it stands in a link that was copied by hand
+MOST_LETTERS = 200  # of a parameter
+KEPT = ("STUDY_ID", "SESSION_ID", "assignmentId", "hitId")  # to find an assignment again when paying
+
+
+class Arrival(NamedTuple):
+    """What a link says."""
+
+    source: str
+    external_id: str
+    parameters: Mapping[str, str]
+
+
+class NotWelcome(StudyError):
+    """Somebody who cannot take part with this link; `code` is for programs."""
+
+    def __init__(self, code: str, message: str) -> None:
+        super().__init__(message)
+        self.code = code
+
+
+def read_arrival(link: Mapping[str, str], needs_code: bool) -> Arrival:
+    """Raises NotWelcome when the link cannot be a participant's."""
+    given = {name: value.strip() for name, value in link.items()}
+    if any(len(value) > MOST_LETTERS or value.startswith(UNFILLED) for value in given.values()):
+        raise NotWelcome("link", "This link is not complete. Please open it again from where you got it.")
+    if given.get("assignmentId") == PREVIEW:
+        raise NotWelcome("preview", "This is a preview. Please accept the task first, then open it again.")
+    source, external_id = _person(given, needs_code)
+    return Arrival(source, external_id, {name: given[name] for name in KEPT if given.get(name)})
+
+
+def _person(given: Mapping[str, str], needs_code: bool) -> tuple[str, str]:
+    """Where they come from, and their id there. Where a code is needed, nothing else lets anybody in."""
+    code = given.get("code", "").upper()
+    if needs_code and not code:
+        raise NotWelcome("code", "Please type the code that you were given.")
+    if not needs_code and given.get("PROLIFIC_PID"):
+        return PROLIFIC, given["PROLIFIC_PID"]
+    if not needs_code and given.get("workerId"):
+        return MTURK, given["workerId"]
+    return (CODE, code) if code else (LINK, secrets.token_urlsafe(16))

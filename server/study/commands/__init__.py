@@ -1,0 +1,1 @@
+"""`movingout study`, with serving."""

@@ -1,0 +1,96 @@
+"""Serving a study from the command line: refuse what cannot work, print the links, run until told to stop."""
+
+import argparse
+import asyncio
+import logging
+import sys
+from contextlib import closing
+from dataclasses import replace
+from pathlib import Path
+
+from fastapi import FastAPI
+
+from movingout.server.commands.play import addresses, certificate_for, check_data, hints, with_kept_token
+from movingout.server.settings import Limits, Settings
+from movingout.server.study.api.app import create_study_app
+from movingout.server.uvicorn_server import game_server, listen
+from movingout.study.data.study_folder import StudyFolder
+from movingout.study.design.definition import Study
+from movingout.study.design.review import review
+from movingout.study.design.study_file import read_study
+from movingout.study.errors import StudyError
+
+SWITCH_S = 0.0005  # the database's thread lets a tick in within this time
+AT_ONE_ADDRESS = 1000  # a whole class sits behind one
+FASTEST = 50.0
+
+
+def serve(args: argparse.Namespace) -> int:
+    """The exit code. Raises MovingOutError in a sentence."""
+    study = read_study(args.file)
+    _refuse_missing(study, args.file)
+    settings = _settings(args)
+    check_data(settings.data)
+    folder = StudyFolder(study, settings.data, args.database, args.identities)
+    with folder.alone(), closing(listen(settings.host, settings.port)) as listening:
+        settings = replace(with_kept_token(settings), port=listening.getsockname()[1])
+        certificate = certificate_for(settings) if settings.tls else None
+        logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s", stream=sys.stderr)
+        app = create_study_app(
+            settings, folder, args.file.read_text(encoding="utf-8"), args.codes, args.rehearse is not None
+        )
+        code = asyncio.run(app.state.reception.new_code()) if args.codes else ""
+        links = _links(app, settings, folder, code)
+        sys.setswitchinterval(SWITCH_S)
+        server = game_server(app, settings, certificate, on_ready=lambda: print(links, flush=True))
+        server.run([listening])
+    return 0 if server.started else 1
+
+
+def _refuse_missing(study: Study, file: Path) -> None:
+    missing = review(study).missing
+    if missing:
+        raise StudyError(
+            "\n".join([*missing, f"the study cannot be run without it; see: movingout study check {file}"])
+        )
+
+
+def _settings(args: argparse.Namespace) -> Settings:
+    speed: float = 1.0 if args.rehearse is None else args.rehearse
+    if not 0.1 <= speed <= FASTEST:
+        raise StudyError(f"--rehearse goes from 0.1 to {FASTEST:g} times the speed of people, not {speed:g}")
+    limits = replace(
+        Limits(),
+        sockets_per_address=AT_ONE_ADDRESS,
+        waiting_per_address=AT_ONE_ADDRESS,
+        connections_per_address=2 * AT_ONE_ADDRESS,
+        messages_per_s=Limits().messages_per_s * max(1.0, speed),
+        message_burst=Limits().message_burst * max(1.0, speed),
+    )
+    return Settings(
+        host=args.host,
+        port=args.port,
+        data=args.data,
+        tls=args.tls,
+        origins=tuple(args.origin),
+        trusted_proxies=tuple(args.proxy),
+        agent_workers=args.agent_workers,
+        countdown_s=Settings().countdown_s / speed,
+        tick_s=Settings().tick_s / speed,
+        lobby=False,
+        limits=limits,
+    )
+
+
+def _links(app: FastAPI, settings: Settings, folder: StudyFolder, code: str) -> str:
+    """What to open, for the person who has just started the server."""
+    kind = " for simulated participants alone" if app.state.running.simulated else ""
+    bases, token = addresses(settings), app.state.host.admin_token
+    lines = ["", f"{folder.study.title.text()} ({folder.study.id}) is being served{kind}.", ""]
+    lines += [f"  Participants   {base}/study" for base in bases]
+    lines += (
+        [f"  First code     {code}  {bases[0]}/study?code={code} (the experimenter's page makes more)"] if code else []
+    )
+    lines += [f"  Experimenter   {bases[0]}/experimenter", f"  Token          {token}"]
+    lines += [f"  Data           {settings.data.resolve()}", ""]
+    return "\n".join(lines + hints(settings, "movingout study serve FILE"))

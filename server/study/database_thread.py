@@ -1,0 +1,46 @@
+"""The databases of the study from inside the event loop: one thread does everything, one thing after the other."""
+
+import asyncio
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import ParamSpec, TypeVar
+
+from movingout.server.study.alerts import Alerts
+from movingout.study.data.study_folder import StudyFolder
+from movingout.study.data.versions import code_versions, model_hashes
+from movingout.study.errors import StoreError, StudyError
+from movingout.study.store import IdentityStore, Store
+from movingout.study.store.rounds import Rounds
+
+Arguments = ParamSpec("Arguments")
+Result = TypeVar("Result")
+
+
+class Records:
+    """Opened once per run, with the study frozen. Raises StoreError, and StudyError for a study that has changed."""
+
+    def __init__(self, folder: StudyFolder, file_text: str, alerts: Alerts, simulated: bool) -> None:
+        self.store: Store = folder.open()
+        try:
+            self.store.freeze(folder.study.id, file_text, code_versions(), model_hashes(folder.study), simulated)
+            self.identities: IdentityStore = folder.open_identities()
+        except StudyError:
+            self.store.close()
+            raise
+        self.rounds = Rounds(self.store)
+        self._alerts = alerts
+        self._thread = ThreadPoolExecutor(1, thread_name_prefix="study-store")
+
+    async def run(self, work: Callable[Arguments, Result], *args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
+        """Do it in the thread; the experimenter hears of a database that refuses."""
+        loop = asyncio.get_running_loop()
+        try:
+            return await loop.run_in_executor(self._thread, lambda: work(*args, **kwargs))
+        except StoreError as error:
+            self._alerts.raise_("database", str(error))
+            raise
+
+    def close(self) -> None:
+        self._thread.shutdown()
+        self.store.close()
+        self.identities.close()

@@ -1,0 +1,91 @@
+"""Whether everything that simulated participants did and were told is in the study's data."""
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from typing import Any
+
+from movingout.recordings.storage.index import list_recordings
+from movingout.server.study_bots.participant import PLAYED, Diary
+from movingout.study.data.study_folder import StudyFolder
+from movingout.study.store.tables import answers, participants, rounds
+
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Kept:
+    """What the store holds after a rehearsal."""
+
+    pids: dict[str, str]  # name to pseudonym
+    participants: dict[str, Row]  # by pseudonym
+    rounds: list[Row]
+    answers: list[Row]
+
+
+def read_kept(folder: StudyFolder) -> Kept:
+    with closing(folder.open_existing()) as store, closing(folder.open_identities()) as identities:
+        return Kept(
+            {external: pid for pid, (_, external) in identities.everybody().items()},
+            {row["pid"]: row for row in store.rows(participants)},
+            store.rows(rounds),
+            store.rows(answers),
+        )
+
+
+def losses(folder: StudyFolder, kept: Kept, diaries: Sequence[Diary]) -> list[str]:
+    """One sentence for everything that is not as the diaries say; empty: nothing was lost."""
+    found = list(_doubled_rounds(kept)) + list(_recordings(folder, kept))
+    for diary in diaries:
+        found += [f"{diary.name}: {sentence}" for sentence in _of_one(kept, diary)]
+    return found
+
+
+def _of_one(kept: Kept, diary: Diary) -> Iterator[str]:
+    row = kept.participants.get(kept.pids.get(diary.name, ""))
+    if row is None:
+        yield "is not in the store"
+        return
+    if len(diary.codes) != 1 or row["code"] not in diary.codes:
+        yield f"was shown the codes {sorted(diary.codes)}; the store has {row['code']}"
+    if row["outcome"] != diary.outcome:
+        yield f"ended with {diary.outcome}; the store has {row['outcome']}"
+    if diary.deleted:
+        if any(answer["pid"] == row["pid"] for answer in kept.answers):
+            yield "asked for deletion, and answers are still there"
+        return
+    saved = {(one["step"], one["item"], one["value"], one["text"]) for one in kept.answers if one["pid"] == row["pid"]}
+    yield from (f"the answer {click} is missing" for click in diary.clicks if click not in saved)
+    played = {one["step"] for one in kept.rounds if one["unit"] == row["unit"] and one["outcome"] in PLAYED}
+    if not _partner_deleted(kept, row):
+        yield from (f"the round {key} is missing" for key in sorted(diary.rounds - played))
+
+
+def _partner_deleted(kept: Kept, row: Row) -> bool:
+    """The rounds of a pair go when one of the two asks for it."""
+    return any(one["unit"] == row["unit"] and one["keep"] is False for one in kept.participants.values())
+
+
+def _doubled_rounds(kept: Kept) -> Iterator[str]:
+    done = Counter((one["unit"], one["step"]) for one in kept.rounds if one["valid"] and one["outcome"] in PLAYED)
+    for (unit, step), count in done.items():
+        if count > 1:
+            yield f"unit {unit} finished the round {step} {count} times"
+
+
+def _recordings(folder: StudyFolder, kept: Kept) -> Iterator[str]:
+    """One recording per finished round, as long as its row says, and none that no row knows."""
+    found, broken = list_recordings(folder.recordings) if folder.recordings.is_dir() else ([], [])
+    yield from (f"{one.path.name} cannot be read: {one.problem}" for one in broken)
+    ticks = {one.id: one.ticks for one in found}
+    yield from (
+        f"{name} is recorded {count} times" for name, count in Counter(o.id for o in found).items() if count > 1
+    )
+    yield from (f"no row knows the recording {name}" for name in ticks.keys() - {one["episode"] for one in kept.rounds})
+    for one in kept.rounds:
+        name = f"the round {one['step']} of unit {one['unit']}"
+        if one["outcome"] is None:
+            yield f"{name} was never closed"
+        elif one["outcome"] in PLAYED and ticks.get(one["episode"]) != one["ticks"]:
+            yield f"{name} has {one['ticks']} ticks; its recording {ticks.get(one['episode'], 'is missing')}"

@@ -1,0 +1,57 @@
+"""Moving Out Live: people and AI agents carry things together in a 2D physical world.
+
+What most programs need is offered here; each name is imported when it is first used, so that `import movingout` costs
+nothing:
+
+    from movingout import World, load_map
+
+    world = World(load_map("HandOff"))
+    world.step([[1.0, 0.0, 0], [0.0, 0.0, 0]])  # distance, heading [rad], grasp toggle of blue and of red
+
+Everything else is in the packages `maps`, `world`, `recordings`, `agents`, `matches`, `study` and `server`. A package
+imports only those before it.
+"""
+
+import importlib
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from importlib.metadata import version
+
+    from movingout.agents.catalogue import load_agent as load_agent
+    from movingout.maps import MovingOutError as MovingOutError
+    from movingout.maps import load_map as load_map
+    from movingout.matches import play as play
+    from movingout.matches import run_grid as run_grid
+    from movingout.recordings import read_episode as read_episode
+    from movingout.world import World as World
+
+    __version__: str = version("moving-out-live")
+
+__all__ = ["MovingOutError", "World", "__version__", "load_agent", "load_map", "play", "read_episode", "run_grid"]
+
+_HOMES = {
+    "MovingOutError": "movingout.maps",
+    "World": "movingout.world",
+    "load_agent": "movingout.agents.catalogue",
+    "load_map": "movingout.maps",
+    "play": "movingout.matches",
+    "read_episode": "movingout.recordings",
+    "run_grid": "movingout.matches",
+}
+
+
+def __getattr__(name: str) -> object:
+    """Import a public name when it is first asked for (PEP 562)."""
+    if name == "__version__":
+        value: object = importlib.import_module("importlib.metadata").version("moving-out-live")
+    elif name in _HOMES:
+        value = getattr(importlib.import_module(_HOMES[name]), name)
+    else:
+        raise AttributeError(f"module 'movingout' has no attribute {name!r}; it offers {', '.join(__all__)}")
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

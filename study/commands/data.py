@@ -1,0 +1,134 @@
+"""`movingout study` report, export, forget and purge: what to do with the data of a study that was run."""
+
+import argparse
+import importlib
+import json
+import sys
+from contextlib import closing, nullcontext
+from pathlib import Path
+from typing import Any
+
+from movingout.study.data.erasure import due, forget, purge
+from movingout.study.data.export import FORMATS, Options, export_study
+from movingout.study.data.study_folder import StudyFolder
+from movingout.study.design.study_file import read_study
+from movingout.study.errors import StudyError
+from movingout.study.store import Store
+
+_DATA = Path("data")
+
+
+def configure(commands: Any) -> None:
+    """Add the sub-commands to those of `movingout study`."""
+    report = commands.add_parser("report", help="results: tables, figures and tests on one offline page, and CSV")
+    _add_place(report)
+    report.add_argument(
+        "-o", "--out", type=Path, metavar="DIR", help="default: ID-report, or ID-simulated-report; never overwritten"
+    )
+    report.add_argument("--blinded", action="store_true", help="partners by letter, as participants saw them")
+    report.set_defaults(perform=_report)
+
+    export = commands.add_parser("export", help="tables, codebook, recordings and training set, in a new folder")
+    _add_place(export)
+    export.add_argument(
+        "-o", "--out", type=Path, metavar="DIR", help="default: ID-export, or ID-simulated-export; never overwritten"
+    )
+    export.add_argument("--formats", nargs="+", choices=FORMATS, default=FORMATS, help="of the tables; default: all")
+    export.add_argument("--test-share", type=_share, default=0.2, help="of the training set, by participants")
+    export.add_argument("--no-training", action="store_true", help="tables only")
+    export.set_defaults(perform=_export)
+
+    forgetting = commands.add_parser("forget", help="remove a participant's answers, identity and recordings")
+    _add_place(forgetting)
+    forgetting.add_argument("pid", metavar="PID", help="pseudonym, such as P7KXM2Q, or completion code")
+    forgetting.set_defaults(perform=_forget)
+
+    purging = commands.add_parser("purge", help="remove what the study's retention says; only lists it without --apply")
+    _add_place(purging)
+    purging.add_argument("--apply", action="store_true", help="really remove")
+    purging.set_defaults(perform=_purge)
+
+
+def _add_place(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("file", type=Path, metavar="FILE", help="the study file")
+    parser.add_argument("--data", type=Path, default=_DATA, metavar="DIR", help=f"default: {_DATA}")
+    parser.add_argument("--database", metavar="URL", help="postgresql://...; default: a file in DIR")
+    parser.add_argument("--identities", metavar="URL", help="the database of identities; default: a file in DIR")
+    parser.add_argument("--json", action="store_true", help="one JSON document on standard output")
+
+
+def _folder(args: argparse.Namespace) -> StudyFolder:
+    return StudyFolder(read_study(args.file), args.data, args.database, args.identities)
+
+
+def as_begun(folder: StudyFolder, store: Store, file: Path) -> StudyFolder:
+    """With the study that the data were recorded with; says so where the file has changed since."""
+    begun = folder.as_begun(store, file.parent)
+    if begun.study != folder.study:
+        print(f"warning: {file} has changed since the study began; it is read as it was then", file=sys.stderr)
+    return begun
+
+
+def _report(args: argparse.Namespace) -> int:
+    try:
+        analysis = importlib.import_module("movingout.study.commands.report")  # statistics take seconds to import
+    except ImportError as error:
+        raise StudyError(
+            f"a report needs scipy and statsmodels ({error}); install them: pip install 'moving-out-live[analysis]'"
+        ) from None
+    code: int = analysis.report(_folder(args), args)
+    return code
+
+
+def _export(args: argparse.Namespace) -> int:
+    folder = _folder(args)
+    options = Options(tuple(args.formats), args.test_share, not args.no_training)
+    with closing(folder.open_existing()) as store:
+        folder = as_begun(folder, store, args.file)
+        target = args.out or folder.output("export", store.frozen().simulated)
+        done = export_study(folder, store, target, options)
+    document = {"export": str(target), "rows": done.rows, "recordings": done.recordings}
+    _say(args, {**document, "missing": done.missing, "warnings": done.warnings}, [
+        f"wrote {target}: {done.rows['participants']} participants, {done.rows['rounds']} rounds, "
+        f"{done.rows['answers']} answers, {done.recordings} recordings",
+        *(f"missing: recording {name} of a round is not in {folder.recordings}" for name in done.missing),
+        *(f"warning: {sentence}" for sentence in done.warnings),
+    ])  # fmt: skip
+    return 0
+
+
+def _forget(args: argparse.Namespace) -> int:
+    folder = _folder(args)
+    with closing(folder.open_existing()) as store, folder.alone():
+        done = forget(folder, store, args.pid)
+    document = {"pid": done.pid, "rows": done.rows, "recordings": done.recordings, "identity": done.identity}
+    sentence = f"forgot {done.pid}: {done.rows} rows, {done.recordings} recordings, identity: "
+    _say(args, document, [
+        sentence + ("removed" if done.identity else "none was kept"),
+        "exports that were made before still hold the participant; make them again",
+    ])  # fmt: skip
+    return 0
+
+
+def _purge(args: argparse.Namespace) -> int:
+    folder = _folder(args)
+    with closing(folder.open_existing()) as store, folder.alone() if args.apply else nullcontext():
+        found = purge(folder, store) if args.apply else due(folder.study, store)
+    document = {"applied": args.apply, "identities": list(found.identities), "participants": list(found.trials)}
+    verb = "removed" if args.apply else "due"
+    _say(args, document, [
+        f"{verb}: {len(found.identities)} identities, {len(found.trials)} participants with everything",
+        *([] if args.apply else ["nothing was removed; --apply does it"]),
+    ])  # fmt: skip
+    return 0
+
+
+def _say(args: argparse.Namespace, document: dict[str, object], sentences: list[str]) -> None:
+    print(json.dumps(document, indent=2) if args.json else "\n".join(sentences))
+
+
+def _share(text: str) -> float:
+    share = float(text)
+    if not 0 <= share < 1:
+        raise argparse.ArgumentTypeError("a share is from 0 up to, but not including, 1")
+    return share

@@ -1,0 +1,65 @@
+"""`movingout study report`: the results of a study as one offline page, and its tables as CSV."""
+
+import argparse
+import csv
+import json
+from contextlib import closing
+from pathlib import Path
+
+from movingout.recordings.errors import RecordingError
+from movingout.recordings.exports.target import building
+from movingout.study.analysis.page import all_tables, page
+from movingout.study.analysis.results import Results, collect
+from movingout.study.analysis.tables import Namer, Table
+from movingout.study.commands.data import as_begun
+from movingout.study.data.study_folder import StudyFolder
+from movingout.study.design.allocation import letters
+from movingout.study.design.definition import Study
+from movingout.study.errors import StudyError
+from movingout.study.store.store import Frozen
+
+
+def report(folder: StudyFolder, args: argparse.Namespace) -> int:
+    """Write a folder with report.html and a CSV file per table."""
+    with closing(folder.open_existing()) as store:
+        folder = as_begun(folder, store, args.file)
+        frozen, results = store.frozen(), collect(folder.study, store)
+    target: Path = args.out or folder.output("report", frozen.simulated)
+    name = _namer(folder.study, blinded=args.blinded)
+    try:
+        with building(target) as part:
+            part.mkdir()
+            text = page(results, name, _about(folder.study, frozen), frozen.simulated)
+            (part / "report.html").write_text(text, encoding="utf-8")
+            for table in all_tables(results, name):
+                _write(part / f"{table.name}.csv", table)
+    except RecordingError as error:
+        raise StudyError(str(error)) from error
+    _say(target, results, as_json=args.json)
+    return 0
+
+
+def _namer(study: Study, *, blinded: bool) -> Namer:
+    shown = letters(study) if blinded else {one.id: f"{one.id} ({one.agent})" for one in study.partners}
+    return lambda partner: shown.get(partner, "another participant")
+
+
+def _about(study: Study, frozen: Frozen) -> str:
+    protocol = f", protocol {study.protocol}" if study.protocol else ""
+    version = frozen.code.get("movingout", "unknown")
+    return f"Study {frozen.id}{protocol}; study file {frozen.file_sha256[:12]}, software {version}."
+
+
+def _write(path: Path, table: Table) -> None:
+    with path.open("w", encoding="utf-8", newline="") as stream:
+        writer = csv.writer(stream)
+        writer.writerow(table.heads)
+        writer.writerows(table.rows)
+
+
+def _say(target: Path, results: Results, *, as_json: bool) -> None:
+    if as_json:
+        flow = dict(results.flow)
+        print(json.dumps({"report": str(target), "rounds": len(results.rounds), "flow": flow}, indent=2))
+    else:
+        print(f"wrote {target}/report.html: {len(results.rounds)} rounds, {len(results.flags)} quality flags")

@@ -1,0 +1,155 @@
+"""`movingout study`: write and check study files; what to do with the data is in study/commands/data.py."""
+
+import argparse
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from movingout.maps import load_map
+from movingout.maps.spec import SEAT_COLOURS
+from movingout.study.commands import data
+from movingout.study.design.allocation import Visit, letters
+from movingout.study.design.review import Review, review
+from movingout.study.design.study_file import read_study
+from movingout.study.design.templates import template_names, template_text
+from movingout.study.errors import StudyError
+
+_MOST_ORDERS = 12  # rows of the order table; --json has all
+
+
+def configure(parser: argparse.ArgumentParser) -> "argparse._SubParsersAction[argparse.ArgumentParser]":
+    """Add the commands; what comes back takes further ones."""
+    commands = parser.add_subparsers(dest="action", metavar="COMMAND", required=True, title="commands")
+
+    new = commands.add_parser("new", help="write a commented study file to start from")
+    new.add_argument("--template", default="human_study", metavar="NAME", help=f"one of {', '.join(template_names())}")
+    new.add_argument("-o", "--output", type=Path, metavar="FILE", help="default: NAME.yaml; never overwritten")
+    new.set_defaults(perform=_new)
+
+    check = commands.add_parser(
+        "check", help="timeline, duration, pay, orders, missing models, weaknesses; exit code 1 when a model is missing"
+    )
+    check.add_argument("file", type=Path, metavar="FILE")
+    check.add_argument("--json", action="store_true", help="one JSON document on standard output")
+    check.set_defaults(perform=_check)
+    data.configure(commands)
+    return commands
+
+
+def run(args: argparse.Namespace) -> int:
+    perform: Callable[[argparse.Namespace], int] = args.perform
+    return perform(args)
+
+
+def _new(args: argparse.Namespace) -> int:
+    text = template_text(args.template)
+    output: Path = args.output or Path(f"{args.template}.yaml")
+    try:
+        with output.open("x", encoding="utf-8") as stream:
+            stream.write(text)
+    except FileExistsError:
+        raise StudyError(f"{output} exists already and is not overwritten; choose another name with -o") from None
+    except OSError as error:
+        raise StudyError(f"cannot write {output}: {error.strerror or error}") from None
+    print(f"wrote {output}; edit it, then: movingout study check {output}")
+    return 0
+
+
+def _check(args: argparse.Namespace) -> int:
+    found = review(read_study(args.file))
+    if args.json:
+        print(json.dumps(_document(found), indent=2, ensure_ascii=False))
+    else:
+        _print(found)
+    return 1 if found.missing else 0
+
+
+def _print(found: Review) -> None:
+    study = found.study
+    console = Console(highlight=False)
+    who = f"{study.units} pairs" if study.group == 2 else f"{study.participants} participants"
+    console.print(f"[bold]{escape(study.title.text())}[/bold]  ({escape(study.id)}), {who}", soft_wrap=True)
+    table = Table(box=None, pad_edge=False)
+    for column in ("step", "what", "minutes"):
+        table.add_column(column, justify="right" if column == "minutes" else "left")
+    for stage in found.timeline:
+        table.add_row(escape(stage.title), escape(stage.detail), f"{stage.seconds / 60:.1f}")
+    console.print(table)
+    console.print(
+        f"At most {found.minutes:.0f} minutes, rounds counted at their full limit.{_pay_in_words(found)}",
+        soft_wrap=True,
+    )
+    _print_orders(console, found)
+    for sentence in found.warnings:
+        console.print(f"[yellow]warning:[/yellow] {escape(sentence)}", soft_wrap=True)
+    for sentence in found.missing:
+        console.print(f"[red]missing:[/red] {escape(sentence)}", soft_wrap=True)
+    state = "not ready" if found.missing else "ready"
+    console.print(f"{state}: {len(found.missing)} agents missing, {len(found.warnings)} warnings", soft_wrap=True)
+
+
+def _pay_in_words(found: Review) -> str:
+    pay = found.study.pay
+    if pay is None or found.pay is None:
+        return " No pay is planned."
+    total = found.pay * found.study.participants
+    return f" Pay: {pay.currency} {found.pay:.2f} each, {pay.currency} {total:.2f} for all."
+
+
+def _print_orders(console: Console, found: Review) -> None:
+    names = letters(found.study)
+    console.print("Orders: maps by number with the participant's seat, B blue, R red", soft_wrap=True)
+    table = Table(box=None, pad_edge=False)
+    for column in ("slot", "block", "partner", "maps"):
+        table.add_column(column)
+    for order in found.orders[:_MOST_ORDERS]:
+        for visit in order.visits:
+            partner = names.get(visit.partner, "another participant")
+            table.add_row(str(order.slot + 1), visit.block, partner, _maps_in_short(visit))
+    console.print(table)
+    if len(found.orders) > _MOST_ORDERS:
+        console.print(f"... and {len(found.orders) - _MOST_ORDERS} more slots; --json has all", soft_wrap=True)
+
+
+def _maps_in_short(visit: Visit) -> str:
+    """The maps by number, each with the seats in their order: 1B 2R, or 1BR where both are played."""
+    seats: dict[str, str] = {}
+    for turn in visit.turns:
+        letter = SEAT_COLOURS[turn.seat][0].upper()
+        known = seats.setdefault(turn.map, "")
+        seats[turn.map] = known if letter in known else known + letter
+    numbers = {name: str(load_map(name).number or name) for name in seats}
+    return " ".join(numbers[name] + letters for name, letters in seats.items())
+
+
+def _document(found: Review) -> dict[str, Any]:
+    names = letters(found.study)
+    return {
+        "study": found.study.id,
+        "title": found.study.title.text(),
+        "participants": found.study.participants,
+        "minutes": round(found.minutes, 2),
+        "pay": found.pay,
+        "timeline": [{"step": stage.title, "what": stage.detail, "seconds": stage.seconds} for stage in found.timeline],
+        "orders": [
+            {
+                "slot": order.slot,
+                "visits": [
+                    {
+                        "block": visit.block,
+                        "partner": names.get(visit.partner, ""),
+                        "rounds": [{"map": turn.map, "seat": SEAT_COLOURS[turn.seat]} for turn in visit.turns],
+                    }
+                    for visit in order.visits
+                ],
+            }
+            for order in found.orders
+        ],
+        "warnings": list(found.warnings),
+        "missing": list(found.missing),
+    }

@@ -1,0 +1,1 @@
+"""The data of a study: folder, export, erasure."""

@@ -1,0 +1,88 @@
+"""What every table and column of an export means, and every question with its scale."""
+
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
+
+from movingout.study.design.definition import Study
+from movingout.study.questionnaire import Item
+from movingout.study.store.store import Store
+from movingout.study.store.tables import exported
+
+_TABLES = {
+    "study": "What the study was run with; one row.",
+    "units": "Participants or pairs with their slot of the allocation.",
+    "participants": "Who took part, by pseudonym.",
+    "consents": "Consents; the text itself is in study.yaml.",
+    "rounds": "Rounds, one per recording. `partner` is the id in study.yaml.",
+    "players": "How a round went for each participant.",
+    "answers": "Every click. Free text is what people typed.",
+    "notes": "Notes of the experimenter.",
+    "counts": "Numbers of those of whom nothing else is kept.",
+    "audit": "Who did what, and when; participants are hashes.",
+    "tombstones": "Withdrawals: how much was removed.",
+    "allocation": "What each unit was to play, in its order.",
+    "recordings": "The recording of each round.",
+}
+
+
+class Made(NamedTuple):
+    """A column that only exports have."""
+
+    kind: type
+    meaning: str
+
+
+MADE: Mapping[str, Mapping[str, Made]] = {
+    "answers": {"counts": Made(bool, "whether it is the newest answer to its item, the one that counts")},
+    "allocation": {
+        "unit": Made(int, "number of the unit"),
+        "slot": Made(int, "slot of the allocation, from 0"),
+        "position": Made(int, "which round of the unit this is, from 1"),
+        "block": Made(str, "block of the study"),
+        "partner": Made(str, "id of the partner, empty in pairs"),
+        "map": Made(str, "name of the map"),
+        "seat": Made(int, "of the first of the unit: 0 blue, 1 red"),
+        "variant_seed": Made(int, "of a randomised map, empty for the map as designed"),
+    },
+    "recordings": {
+        "episode": Made(str, "id of the recording"),
+        "round": Made(int, "round"),
+        "file": Made(str, "name of the file in the recordings folder"),
+        "sha256": Made(str, "of the file"),
+    },
+}
+
+
+def codebook(study: Study, store: Store) -> str:
+    """The codebook as Markdown."""
+    return "\n".join(_lines(study, store)) + "\n"
+
+
+def _lines(study: Study, store: Store) -> Iterator[str]:
+    yield f"# Codebook of {study.title.text()}"
+    yield ""
+    yield "Times are milliseconds since the epoch (UTC). Empty: unknown, or it does not apply."
+    kept = store.tables()
+    for name in sorted({*kept, *MADE}):
+        yield from ("", f"## {name}", "", _TABLES[name], "", "| column | meaning |", "|---|---|")
+        columns = exported(kept[name]) if name in kept else []
+        yield from (f"| {column.name} | {column.doc or 'number of the row'} |" for column in columns)
+        yield from (f"| {column} | {made.meaning} |" for column, made in MADE.get(name, {}).items())
+    names = [study.demographics] if study.demographics else []
+    names += [name for block in study.blocks for name in (*block.after_round, *block.after_partner)]
+    for name in dict.fromkeys((*names, *study.at_end)):
+        yield from ("", f"## Questionnaire {name}", "", "| item | scale | question |", "|---|---|---|")
+        for item in study.questionnaire(name).items:
+            yield f"| {item.id} | {_scale(item)} | {item.text} |"
+
+
+def _scale(item: Item) -> str:
+    if item.kind == "choice":
+        return "; ".join(f"{value}: {option}" for value, option in enumerate(item.options))
+    if item.kind == "text":
+        return "free text"
+    ends = f" ({item.ends[0]} to {item.ends[1]})" if any(item.ends) else ""
+    if item.kind == "likert7" and not ends:
+        ends = " (strongly disagree to strongly agree)"
+    expected = f", attention: {item.expected}" if item.expected is not None else ""
+    return f"{item.allowed()[0]} to {item.allowed()[-1]}{ends}{expected}, -1 no answer"

@@ -1,0 +1,119 @@
+"""Forgetting a participant, at their wish or because the time is over: files, identity, rows; then no trace is left."""
+
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+
+from movingout.recordings.errors import RecordingError
+from movingout.recordings.storage.index import INDEX_NAME, list_recordings
+from movingout.recordings.storage.listing import Summary
+from movingout.study.data.study_folder import StudyFolder
+from movingout.study.design.definition import Study
+from movingout.study.errors import StudyError
+from movingout.study.store.removal import episodes_of, meant, remove
+from movingout.study.store.store import Participant, Store
+from movingout.study.store.tables import consents
+
+DAY_MS = 86_400_000
+_DAYS = {"d": 1, "y": 365}
+
+
+@dataclass(frozen=True, slots=True)
+class Forgotten:
+    """What was removed."""
+
+    pid: str
+    rows: int
+    recordings: int
+    identity: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Due:
+    """Whose time is over."""
+
+    identities: tuple[str, ...]  # only who they are
+    trials: tuple[str, ...]  # everything
+
+
+def forget(folder: StudyFolder, store: Store, name: str) -> Forgotten:
+    """Remove a participant, named by pseudonym or completion code.
+
+    What was killed half-way is finished by asking again: the row in the store goes last.
+    """
+    pid = meant(store, name)
+    removed = remove_recordings(folder.recordings, pid, set(episodes_of(store, pid)))
+    remove_rooms(folder.rooms, pid)
+    with closing(folder.open_identities()) as identities:
+        known = identities.forget(pid) > 0
+    return Forgotten(pid, remove(store, pid, removed), removed, known)
+
+
+def due(study: Study, store: Store) -> Due:
+    """Who is past the time that the study keeps data; whoever has not finished is counted from arrival."""
+    now = store.now()
+    released = {row["pid"] for row in store.rows(consents) if '"release"' in row["boxes"]}
+    identities, trials = [], []
+    for one in store.everybody():
+        keep = study.retention.released if one.pid in released else study.retention.trials
+        if _over(one, keep, now):
+            trials.append(one.pid)
+        elif _over(one, study.retention.identity, now):
+            identities.append(one.pid)
+    return Due(tuple(identities), tuple(trials))
+
+
+def purge(folder: StudyFolder, store: Store) -> Due:
+    """Remove what is due; what was removed."""
+    found = due(folder.study, store)
+    with closing(folder.open_identities()) as identities:
+        gone = tuple(pid for pid in found.identities if identities.forget(pid))
+    for pid in found.trials:
+        forget(folder, store, pid)
+    store.audit("experimenter", "purge", identities=len(gone), participants=len(found.trials))
+    return Due(gone, found.trials)
+
+
+def _over(one: Participant, keep: str, now: int) -> bool:
+    if keep == "forever":
+        return False
+    since = one.finished_ms if one.finished_ms is not None else one.arrived_ms
+    return now - since > int(keep[:-1]) * _DAYS[keep[-1]] * DAY_MS
+
+
+def remove_recordings(folder: Path, pid: str, episodes: set[str]) -> int:
+    """Delete the recordings of the rounds, and any other that names the participant (practice, a broken-off game)."""
+    if not folder.is_dir():
+        return 0
+    try:
+        found, _ = list_recordings(folder)
+    except RecordingError as error:
+        raise StudyError(str(error)) from error
+    paths = {one.path for one in found if one.id in episodes or _names(pid, one)}
+    readable = {one.path for one in found}
+    try:
+        rest = {path for path in folder.iterdir() if path.is_file() and path not in readable}
+        paths |= {
+            path for path in rest if path.name != INDEX_NAME and pid.encode() in path.read_bytes()
+        }  # damaged ones
+        for path in paths:
+            path.unlink()
+        (folder / INDEX_NAME).unlink(missing_ok=True)  # it held the names; it is made again from the files
+    except OSError as error:
+        raise StudyError(f"cannot delete {error.filename}: {error.strerror or error}") from None
+    return len(paths)
+
+
+def remove_rooms(folder: Path, pid: str) -> None:
+    """Delete what a stopped server keeps of the rooms that name the participant."""
+    try:
+        for path in folder.glob("*.json"):
+            if pid.encode() in path.read_bytes():
+                path.unlink()
+    except OSError as error:
+        raise StudyError(f"cannot delete {error.filename}: {error.strerror or error}") from None
+
+
+def _names(pid: str, recording: Summary) -> bool:
+    seats = (seat.partition(" ")[2] for seat in (recording.blue, recording.red))
+    return pid in (*seats, *recording.study.values())

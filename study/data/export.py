@@ -1,0 +1,206 @@
+"""A finished study as files for analysis: tables as CSV, Parquet and JSON, a codebook, the recordings, a training set.
+
+Nothing in an export says who a participant is: pseudonyms only, no completion codes, no identities. Free text is what
+people typed; read it before publishing.
+"""
+
+import csv
+import json
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from hashlib import file_digest
+from pathlib import Path
+from typing import Any
+
+from sqlalchemy import BigInteger, Boolean, Column, Float, Integer, Table
+
+from movingout.recordings.errors import RecordingError
+from movingout.recordings.exports import export as export_recordings
+from movingout.recordings.exports.plan import Plan
+from movingout.recordings.exports.target import building
+from movingout.recordings.storage.listing import path_of
+from movingout.study.data.codebook import MADE, codebook
+from movingout.study.data.study_folder import StudyFolder
+from movingout.study.design.allocation import assign
+from movingout.study.design.definition import Study
+from movingout.study.errors import StudyError
+from movingout.study.questionnaire import NO_ANSWER
+from movingout.study.store.store import Store
+from movingout.study.store.tables import exported
+
+FORMATS = ("csv", "parquet", "json")
+FEW = 5  # a group of people smaller than this may be recognised
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """What an export holds."""
+
+    formats: Sequence[str] = FORMATS
+    test_share: float = 0.2  # of the training set, by participants
+    training: bool = True
+
+
+@dataclass(slots=True)
+class Exported:
+    """What was written, and what the experimenter should know about it."""
+
+    rows: dict[str, int] = field(default_factory=dict)
+    recordings: int = 0
+    missing: list[str] = field(default_factory=list)  # recordings that are not where they should be
+    warnings: list[str] = field(default_factory=list)
+
+
+def export_study(folder: StudyFolder, store: Store, target: Path, options: Options) -> Exported:
+    """Write everything to a new folder; it appears whole or not at all."""
+    done = Exported()
+    study, frozen = folder.study, store.frozen()
+    tables = _tables(study, store)
+    tables["recordings"] = _manifest(folder.recordings, tables["rounds"], done)
+    done.warnings += _small_groups(study, tables["answers"])
+    try:
+        with building(target) as part:
+            part.mkdir()
+            for name, rows in tables.items():
+                _write(part, name, rows, _columns(store, name), options.formats)
+                done.rows[name] = len(rows)
+            (part / "study.yaml").write_text(frozen.file_text, encoding="utf-8")
+            about: Row = {"study": frozen.id, "protocol": study.protocol, "file_sha256": frozen.file_sha256}
+            about |= {"code": frozen.code, "models": frozen.models, "simulated": frozen.simulated}
+            (part / "about.json").write_text(json.dumps(about, indent=2), encoding="utf-8")
+            (part / "codebook.md").write_text(codebook(study, store), encoding="utf-8")
+            _training(folder.recordings, part / "training", tables, options)
+    except RecordingError as error:
+        raise StudyError(str(error)) from error
+    if frozen.simulated:
+        done.warnings.append("the participants were simulated: this is the export of a rehearsal")
+    store.audit("experimenter", "export", rows=sum(done.rows.values()), recordings=done.recordings)
+    return done
+
+
+# ---- tables -----------------------------------------------------------------------------------------------------
+
+
+def _tables(study: Study, store: Store) -> dict[str, list[Row]]:
+    tables = {}
+    for name, table in store.tables().items():
+        names = [column.name for column in exported(table)]
+        tables[name] = [{key: row[key] for key in names} for row in store.rows(table)]
+    _mark_newest(tables["answers"])
+    tables["allocation"] = list(_allocation(study, tables["units"]))
+    return tables
+
+
+def _mark_newest(answers: list[Row]) -> None:
+    """Say of each answer whether it is the one that counts."""
+    newest = {(row["pid"], row["step"], row["item"]): row["id"] for row in answers}
+    for row in answers:
+        row["counts"] = newest[row["pid"], row["step"], row["item"]] == row["id"]
+
+
+def _allocation(study: Study, units: Iterable[Row]) -> Iterable[Row]:
+    """What each unit was to play, in its order."""
+    for unit in units:
+        position = 0
+        for visit in assign(study, unit["slot"]).visits:
+            for turn in visit.turns:
+                position += 1
+                yield {
+                    "unit": unit["id"],
+                    "slot": unit["slot"],
+                    "position": position,
+                    "block": visit.block,
+                    "partner": visit.partner,
+                    "map": turn.map,
+                    "seat": turn.seat,
+                    "variant_seed": turn.variant_seed,
+                }
+
+
+def _manifest(folder: Path, rounds: Iterable[Row], done: Exported) -> list[Row]:
+    """The recordings with where they are and their hash."""
+    manifest = []
+    for row in rounds:
+        try:
+            path = path_of(folder, row["episode"])
+        except RecordingError:
+            if row["ticks"] != 0:  # else the server was killed before the first tick
+                done.missing.append(row["episode"])
+            continue
+        with path.open("rb") as stream:
+            digest = file_digest(stream, "sha256").hexdigest()
+        manifest.append({"episode": row["episode"], "round": row["id"], "file": path.name, "sha256": digest})
+    done.recordings = len(manifest)
+    return manifest
+
+
+def _columns(store: Store, name: str) -> dict[str, type]:
+    """The columns of a table with their types, also where it has no rows."""
+    table: Table | None = store.tables().get(name)
+    kept = exported(table) if table is not None else []
+    return {column.name: _type(column) for column in kept} | {
+        column: made.kind for column, made in MADE.get(name, {}).items()
+    }
+
+
+def _type(column: Column[Any]) -> type:
+    if isinstance(column.type, Boolean):
+        return bool
+    if isinstance(column.type, Integer | BigInteger):
+        return int
+    return float if isinstance(column.type, Float) else str
+
+
+# ---- files ------------------------------------------------------------------------------------------------------
+
+
+def _write(folder: Path, name: str, rows: Sequence[Row], columns: dict[str, type], formats: Sequence[str]) -> None:
+    if "csv" in formats:
+        with (folder / f"{name}.csv").open("w", encoding="utf-8", newline="") as stream:
+            writer = csv.DictWriter(stream, list(columns))
+            writer.writeheader()
+            writer.writerows(rows)
+    if "json" in formats:
+        (folder / f"{name}.json").write_text(json.dumps(rows, indent=1, ensure_ascii=False), encoding="utf-8")
+    if "parquet" in formats:
+        _write_parquet(folder / f"{name}.parquet", rows, columns)
+
+
+def _write_parquet(path: Path, rows: Sequence[Row], columns: dict[str, type]) -> None:
+    try:
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+    except ImportError:
+        raise StudyError(
+            "Parquet needs pyarrow; install it: pip install 'moving-out-live[export]', or say: --formats csv json"
+        ) from None
+    types = {bool: pa.bool_(), int: pa.int64(), float: pa.float64(), str: pa.string()}
+    schema = pa.schema([(name, types[kind]) for name, kind in columns.items()])
+    pq.write_table(pa.Table.from_pylist(list(rows), schema), path)
+
+
+def _training(folder: Path, target: Path, tables: dict[str, list[Row]], options: Options) -> None:
+    """The rounds that count, as the official data set, split so that no participant is in both parts."""
+    refused = {row["unit"] for row in tables["participants"] if row["keep"] is False}
+    counted = {
+        row["episode"]
+        for row in tables["rounds"]
+        if row["valid"] and row["outcome"] in ("delivered", "time") and row["unit"] not in refused
+    }
+    files = [folder / row["file"] for row in tables["recordings"] if row["episode"] in counted]
+    if options.training and files:
+        export_recordings("official", Plan(files, target, options.test_share))
+
+
+def _small_groups(study: Study, answers: Iterable[Row]) -> list[str]:
+    """Answers of the demographic form that so few gave that they may be recognised."""
+    if not study.demographics:
+        return []
+    given = [row for row in answers if row["counts"] and row["step"] == "form" and row["value"] != NO_ANSWER]
+    groups = Counter((row["item"], row["value"]) for row in given)
+    items = sorted({item for (item, _), count in groups.items() if count < FEW})
+    if not items:
+        return []
+    return [f"fewer than {FEW} people share an answer to: {', '.join(items)}; merge answers before publishing"]

@@ -1,0 +1,48 @@
+"""What exactly a study was run with: its file, the software, the models."""
+
+from functools import cache
+from hashlib import sha256
+from pathlib import Path
+
+import movingout
+from movingout.agents.checkpoint.checkpoint import MODEL_ROOTS, checkpoint_folders, read_checkpoint
+from movingout.agents.errors import CheckpointError
+from movingout.recordings.versions import versions
+from movingout.study.design.definition import Study
+from movingout.study.design.review import agent_ids
+
+_PACKAGES = ("maps", "world", "recordings", "agents", "matches", "study", "server", "web")
+_SUFFIXES = (".py", ".js", ".json", ".html", ".css")
+
+
+def text_sha256(text: str) -> str:
+    return sha256(text.encode()).hexdigest()
+
+
+def code_versions() -> dict[str, str]:
+    """Versions of this installation and a hash over its own source files."""
+    return {**versions(), "source_sha256": _source_sha256()}
+
+
+def model_hashes(study: Study) -> dict[str, str]:
+    """SHA-256 of the card of each trained agent (the card names the hashes of its files); "" for the others."""
+    wanted = dict.fromkeys(agent_ids(study), "")
+    for folder in checkpoint_folders(*MODEL_ROOTS):
+        try:
+            checkpoint = read_checkpoint(folder)
+        except CheckpointError:
+            continue
+        if wanted.get(checkpoint.card.id) == "":  # the first place that has it is the one that plays
+            wanted[checkpoint.card.id] = checkpoint.sha256
+    return wanted
+
+
+@cache
+def _source_sha256() -> str:
+    root = Path(str(movingout.__file__)).parent
+    digest = sha256()
+    for package in _PACKAGES:
+        for path in sorted((root / package).rglob("*")):
+            if path.suffix in _SUFFIXES and path.is_file():
+                digest.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes())
+    return digest.hexdigest()

@@ -1,0 +1,1 @@
+"""The study file: what a study is, and who plays what with whom."""

@@ -1,0 +1,120 @@
+"""Who plays what with whom, when and in which seat: a function of the study and a slot.
+
+Slots are numbered from 0. Each person (or pair) has one; a slot whose holder drops out is given to the next who comes
+(`next_slot`), so that when as many as planned have finished, exactly the planned slots are done, and orders, roles
+and maps are balanced as designed. Nothing here is drawn: the same study and slot give the same assignment anywhere.
+"""
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from hashlib import sha256
+from math import lcm
+from random import Random
+from string import ascii_uppercase
+from typing import TypeVar
+
+from movingout.study.design.definition import Block, Order, Study
+from movingout.study.design.latin_squares import crossed, williams
+
+BLUE, RED = 0, 1
+Entry = TypeVar("Entry")
+
+
+@dataclass(frozen=True, slots=True)
+class Turn:
+    """One round to be played."""
+
+    map: str
+    seat: int  # 0 blue, 1 red: of the participant, or of the first of two
+    number: int  # of this map with this partner in this block, from 1
+    variant_seed: int | None  # None: the map as designed
+
+
+@dataclass(frozen=True, slots=True)
+class Visit:
+    """All rounds with one partner, one after the other; `partner` is "" where two people play together."""
+
+    block: str
+    partner: str
+    turns: tuple[Turn, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Assignment:
+    """Everything that a slot decides."""
+
+    slot: int
+    visits: tuple[Visit, ...]
+
+
+def next_slot(held: Collection[int]) -> int:
+    """The lowest slot that nobody holds; slots of those who dropped out are not held."""
+    return next(slot for slot in range(len(held) + 1) if slot not in held)
+
+
+def assign(study: Study, slot: int) -> Assignment:
+    """The assignment of a slot."""
+    levels = crossed(slot, [count for block in study.blocks for count in _levels(block)])
+    visits: list[Visit] = []
+    for number, block in enumerate(study.blocks):
+        begins, partner_row, map_row = levels[3 * number : 3 * number + 3]
+        partners = _ordered(block.partners or ("",), block.partner_order, partner_row, f"{study.seed} {slot} {number}")
+        for place, partner in enumerate(partners):
+            row, draw = map_row + place, f"{study.seed} {slot} {number} {place}"
+            maps = _ordered(block.maps, block.map_order, row, draw)
+            turns = [
+                turn
+                for index, name in enumerate(maps)
+                for turn in _turns(study, block, slot, partner, name, (begins + place + index) % 2)
+            ]
+            visits.append(Visit(block.id, partner, tuple(turns)))
+    return Assignment(slot, tuple(visits))
+
+
+def letters(study: Study) -> dict[str, str]:
+    """The name that is shown for each partner: Partner A, Partner B, ..."""
+    ids = [partner.id for partner in study.partners]
+    if study.shuffle_letters:
+        Random(f"letters {study.seed} {study.id}").shuffle(ids)
+    return {name: f"Partner {_letter(index)}" for index, name in enumerate(ids)}
+
+
+def cells(study: Study) -> int:
+    """How many slots it takes until every order of every factor has come up equally often."""
+    return lcm(*(count for block in study.blocks for count in _levels(block)))
+
+
+def _levels(block: Block) -> tuple[int, int, int]:
+    """The number of choices of: who begins in blue, order of partners, order of maps."""
+    begins = 2 if block.seats in ("alternate", "both") else 1
+    partners = len(williams(len(block.partners))) if block.partner_order == "balanced" and block.partners else 1
+    maps = len(williams(len(block.maps))) if block.map_order == "balanced" else 1
+    return begins, partners, maps
+
+
+def _ordered(entries: Sequence[Entry], order: Order, row: int, draw: str) -> list[Entry]:
+    if order == "balanced":
+        square = williams(len(entries))
+        return [entries[index] for index in square[row % len(square)]]
+    chosen = list(entries)
+    if order == "random":
+        Random(draw).shuffle(chosen)
+    return chosen
+
+
+def _turns(study: Study, block: Block, slot: int, partner: str, map_name: str, first: int) -> list[Turn]:
+    seats = {"blue": (BLUE,), "red": (RED,), "alternate": (first,), "both": (first, 1 - first)}[block.seats]
+    turns = []
+    for number, seat in enumerate((seat for seat in seats for _ in range(block.rounds)), 1):
+        parts = [study.id, str(study.seed), block.id, map_name, str(number)]
+        parts += [str(slot), partner] if block.variants == "fresh" else []
+        turns.append(Turn(map_name, seat, number, _seed(parts) if block.challenge == 2 else None))
+    return turns
+
+
+def _seed(parts: Sequence[str]) -> int:
+    return int.from_bytes(sha256("\n".join(parts).encode()).digest()[:4], "big")
+
+
+def _letter(index: int) -> str:
+    return ascii_uppercase[index] if index < len(ascii_uppercase) else f"{index + 1}"

@@ -1,0 +1,255 @@
+"""What a study is: the fields of study.yaml, checked strictly, and nothing about how it is run.
+
+A study is a list of blocks. Each block lets every participant meet its partners one after the other on its maps; who
+meets whom when, and in which seat, follows from the participant's slot (`.allocation`). Lengths of play are
+counted in ticks of 100 ms: 500 ticks are 50 s.
+"""
+
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+
+from movingout.maps import MapError, load_map, map_names
+from movingout.maps.randomize import Split
+from movingout.study.design.instruments import instrument, instrument_names
+from movingout.study.design.localized_text import DEFAULT, Language, Words, shaped
+from movingout.study.questionnaire import KINDS, Item, Kind, Questionnaire
+
+Name = Annotated[str, shaped(r"[a-z0-9][a-z0-9-]{0,47}", "small letters, digits and hyphens, at most 48")]
+Code = Annotated[str, shaped(r"[A-Za-z0-9-]{4,40}", "4 to 40 letters, digits and hyphens")]
+Period = Annotated[str, shaped(r"[1-9]\d{0,4}[dy]|forever", "days or years such as 30d or 3y, or forever")]
+Outcome = Literal["done", "partner-left", "no-partner", "withdrew", "screened-out"]
+Seats = Literal["blue", "red", "alternate", "both"]
+Order = Literal["fixed", "balanced", "random"]
+Element = Literal[
+    "research", "purpose", "procedures", "duration", "risks", "benefits", "alternatives",
+    "confidentiality", "retention", "compensation", "withdrawal", "contact", "protocol", "age",
+]  # fmt: skip
+MAX_TICKS = 36_000  # an hour
+
+
+class Strict(BaseModel):
+    """Unknown fields are faults, and nothing changes once it is read."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class ChoiceBox(Strict):
+    """A box to tick beside the consent, such as public release of the recordings."""
+
+    id: Name
+    text: Words
+    required: bool = False
+
+
+class Consent(Strict):
+    """The text that must be agreed to before anything is recorded."""
+
+    version: Annotated[str, Field(min_length=1, max_length=40)]
+    text: Words  # Markdown, or {file: name.md} beside the study file
+    boxes: tuple[ChoiceBox, ...] = ()
+    covers: tuple[Element, ...] = ()  # what the text speaks of, after 45 CFR 46.116; `check` names what is missing
+
+
+class Pay(Strict):
+    """What an hour is paid, pro-rated by minutes."""
+
+    currency: Annotated[str, shaped(r"[A-Z]{3}", "three capital letters such as USD")] = "USD"
+    per_hour: Annotated[float, Field(ge=0, allow_inf_nan=False)]
+    maximum: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
+
+
+class Practice(Strict):
+    """Playing without being recorded as data, until it is over or everybody is ready."""
+
+    map: str = "Simple"
+    limit_ticks: Annotated[int, Field(ge=1, le=MAX_TICKS)] = 1200
+    agent: str = "scripted"  # unused where people play in pairs
+
+    _known = field_validator("map")(lambda cls, name: known_map(name))
+
+
+class Partner(Strict):
+    """An agent; participants and the experimenter's screen know it as Partner A, B, ... alone."""
+
+    id: Name
+    agent: str
+
+
+class ItemSpec(Strict):
+    """A question of one's own."""
+
+    id: Annotated[str, shaped(r"[a-z][a-z0-9_]{0,39}", "a small letter, then small letters, digits and _, at most 40")]
+    kind: Kind
+    text: Words
+    label: str = ""
+    options: tuple[Words, ...] = ()
+    ends: tuple[Words, Words] | None = None
+    expected: int | None = None
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        if (self.kind == "choice") != (len(self.options) >= 2):
+            raise ValueError(f"a choice has two or more options, and only a choice has any; kinds: {', '.join(KINDS)}")
+        item = self.build(DEFAULT)
+        if self.expected is not None and self.expected not in item.allowed():
+            raise ValueError(f"expected is a value of the scale, not {self.expected}")
+        return self
+
+    def build(self, language: str) -> Item:
+        ends = (self.ends[0].text(language), self.ends[1].text(language)) if self.ends else ("", "")
+        options = tuple(option.text(language) for option in self.options)
+        label = self.label or self.id.replace("_", " ").capitalize()
+        return Item(self.id, self.kind, label, self.text.text(language), options, ends, self.expected)
+
+
+class QuestionnaireSpec(Strict):
+    """A questionnaire of one's own, or a ready-made one with items left out or added (an attention item, say)."""
+
+    id: Name
+    title: Words | None = None
+    base: str = ""
+    without: tuple[str, ...] = ()
+    items: tuple[ItemSpec, ...] = ()
+    shuffle: bool = False  # a new order for each participant and time; free text stays last
+
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        if self.id in instrument_names():
+            raise ValueError(f"{self.id!r} is ready-made; give yours another id and say base: {self.id}")
+        if self.base and self.base not in instrument_names():
+            raise ValueError(f"unknown base {self.base!r}; ready-made: {', '.join(instrument_names())}")
+        known = [item.id for item in instrument(self.base).items] if self.base else []
+        for name in self.without:
+            if name not in known:
+                raise ValueError(f"cannot leave out {name!r}; {self.base or 'no base'} has: {', '.join(known)}")
+        ids = [*(name for name in known if name not in self.without), *(item.id for item in self.items)]
+        if not ids or len(set(ids)) < len(ids):
+            raise ValueError("a questionnaire has at least one item, and each item its own id")
+        return self
+
+    def build(self, language: str) -> Questionnaire:
+        ready = instrument(self.base) if self.base else None
+        kept = [item for item in ready.items if item.id not in self.without] if ready else []
+        own = [item.build(language) for item in self.items]
+        texts = [item for item in (*kept, *own) if item.kind == "text"]
+        title = self.title.text(language) if self.title else ready.title if ready else "Questions"
+        return Questionnaire(self.id, title, (*(item for item in (*kept, *own) if item.kind != "text"), *texts))
+
+
+class Block(Strict):
+    """Partners times maps times seats."""
+
+    id: Name
+    partners: tuple[Name, ...] = ()  # empty where two people play together
+    partner_order: Order = "balanced"
+    maps: tuple[str, ...] = map_names()
+    map_order: Order = "balanced"
+    challenge: Literal[1, 2] = 1  # 1: the maps as designed; 2: randomised variants of them
+    split: Split = "evaluation"  # of the shapes that variants may have
+    variants: Literal["shared", "fresh"] = "shared"  # the same for everybody and every partner, or new each time
+    seats: Seats = "alternate"  # of the participant (of the first of two): see the guide
+    rounds: Annotated[int, Field(ge=1, le=60)] = 1  # per map and seat
+    limit_ticks: Annotated[int, Field(ge=1, le=MAX_TICKS)] = 500
+    limit_minutes: Annotated[float, Field(gt=0, le=240)] | None = None  # then the block ends after the running round
+    break_after_maps: Annotated[int, Field(ge=1)] | None = None
+    after_round: tuple[str, ...] = ()  # questionnaires
+    after_partner: tuple[str, ...] = ()
+
+    @field_validator("maps", mode="before")
+    @classmethod
+    def _all(cls, maps: Any) -> Any:
+        return map_names() if maps == "all" else maps
+
+    @field_validator("maps")
+    @classmethod
+    def _known(cls, maps: tuple[str, ...]) -> tuple[str, ...]:
+        if not maps or len(set(maps)) < len(maps):
+            raise ValueError("a block has one or more maps, each once; say rounds: 3 to play each three times")
+        return tuple(known_map(name) for name in maps)
+
+
+class Pairing(Strict):
+    """How two people find each other, and what happens when one is missing."""
+
+    wait_s: Annotated[int, Field(ge=10, le=3600)] = 300
+    otherwise: Literal["code", "agent"] = "code"
+    agent: str = "scripted"
+    return_s: Annotated[int, Field(ge=5, le=600)] = 60  # how long a round waits for somebody who dropped out
+
+
+class Gate(Strict):
+    """What a participant's machine must offer."""
+
+    rtt_ms: Annotated[int, Field(ge=1, le=2000)] = 150  # median round trip
+    gamepad: bool = False
+
+
+class Retention(Strict):
+    """How long each kind of data is kept after a participant has finished: 30d, 3y or forever."""
+
+    identity: Period = "30d"
+    trials: Period = "5y"
+    released: Period = "forever"  # who ticked `release`
+
+
+class Debrief(Strict):
+    """What was not said before."""
+
+    text: Words
+    ask_to_keep: bool = True  # whether the data may still be kept, now that all is known
+
+
+class Study(Strict):
+    """study.yaml."""
+
+    format: Literal[1]
+    id: Name
+    title: Words
+    protocol: str = ""  # number given by the review board
+    languages: Annotated[tuple[Language, ...], Field(min_length=1)] = (DEFAULT,)
+    participants: Annotated[int, Field(ge=1, le=10_000)]
+    group: Literal[1, 2] = 1  # people who play together
+    seed: Annotated[int, Field(ge=0)] = 1
+    minutes: Annotated[int, Field(ge=1, le=480)] = 60  # what participants were told
+    consent: Consent
+    pay: Pay | None = None
+    gate: Gate = Gate()
+    demographics: str = "demographics"  # a questionnaire, or "" for none
+    practice: Practice | None = None
+    partners: tuple[Partner, ...] = ()
+    shuffle_letters: bool = True  # so that "Partner A" is not simply the first in this file
+    blocks: Annotated[tuple[Block, ...], Field(min_length=1, max_length=50)]
+    questionnaires: tuple[QuestionnaireSpec, ...] = ()
+    at_end: tuple[str, ...] = ()
+    pairing: Pairing = Pairing()
+    debrief: Debrief | None = None
+    codes: Literal["unique"] | dict[Outcome, Code] = "unique"
+    retention: Retention = Retention()
+
+    @property
+    def units(self) -> int:
+        """How many people or pairs are wanted."""
+        return -(-self.participants // self.group)
+
+    def questionnaire(self, name: str, language: str = DEFAULT) -> Questionnaire:
+        """One of this file's questionnaires, or a ready-made one. Raises StudyError."""
+        for spec in self.questionnaires:
+            if spec.id == name:
+                return spec.build(language)
+        return instrument(name)
+
+    def shuffles(self, name: str) -> bool:
+        return any(spec.id == name and spec.shuffle for spec in self.questionnaires)
+
+    def partner(self, name: str) -> Partner:
+        return next(partner for partner in self.partners if partner.id == name)
+
+
+def known_map(name: str) -> str:
+    """The name, when there is such a map."""
+    try:
+        load_map(name)
+    except MapError as error:
+        raise ValueError(str(error)) from None
+    return name

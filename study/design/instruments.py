@@ -1,0 +1,63 @@
+"""Ready-made questionnaires besides the paper's: NASA-TLX and a short demographic form.
+
+NASA-TLX: the six scales of the paper-and-pencil form of Hart and Staveland's Task Load Index (NASA Ames Research
+Center), unweighted ("raw TLX"); 21 gradations, 0 to 20. Performance runs from perfect to failure, as on the form.
+The demographic form asks in brackets and asks nothing else; every question can be left unanswered.
+"""
+
+from typing import Final
+
+from movingout.study.errors import StudyError
+from movingout.study.questionnaire import PAPER, PAPER_EIGHT, Item, Questionnaire
+
+
+def _tlx(id: str, label: str, text: str, ends: tuple[str, str] = ("Very low", "Very high")) -> Item:
+    return Item(id, "tlx", label, text, ends=ends)
+
+
+def _choice(id: str, text: str, *options: str) -> Item:
+    return Item(id, "choice", id.replace("_", " ").capitalize(), text, options=options)
+
+
+NASA_TLX: Final = Questionnaire(
+    id="nasa-tlx",
+    title="How demanding it was",
+    items=(
+        _tlx("mental", "Mental demand", "How mentally demanding was the task?"),
+        _tlx("physical", "Physical demand", "How physically demanding was the task?"),
+        _tlx("temporal", "Temporal demand", "How hurried or rushed was the pace of the task?"),
+        _tlx(
+            "performance",
+            "Performance",
+            "How successful were you in accomplishing what you were asked to do?",
+            ("Perfect", "Failure"),
+        ),
+        _tlx("effort", "Effort", "How hard did you have to work to accomplish your level of performance?"),
+        _tlx("frustration", "Frustration", "How insecure, discouraged, irritated, stressed, and annoyed were you?"),
+    ),
+)
+DEMOGRAPHICS: Final = Questionnaire(
+    id="demographics",
+    title="About you",
+    items=(
+        _choice("age", "How old are you?", "18–24", "25–34", "35–44", "45–54", "55–64", "65 or older"),
+        _choice("gender", "What is your gender?", "Woman", "Man", "Non-binary", "Another"),
+        _choice("hand", "Which hand do you write with?", "Left", "Right", "Both alike"),
+        _choice("colour_vision", "Do you have trouble telling colours apart?", "No", "Yes"),
+        _choice("gaming", "How many hours a week do you play video games?", "None", "Up to 2", "3 to 7", "8 or more"),
+        _choice("gamepad", "How often have you used a gamepad?", "Never", "A few times", "Often"),
+        _choice("played_before", "Have you played Moving Out before?", "No", "Yes"),
+    ),
+)
+_READY = {one.id: one for one in (PAPER, PAPER_EIGHT, NASA_TLX, DEMOGRAPHICS)}
+
+
+def instrument_names() -> tuple[str, ...]:
+    return tuple(_READY)
+
+
+def instrument(name: str) -> Questionnaire:
+    """A ready-made questionnaire; StudyError names the known ones."""
+    if name not in _READY:
+        raise StudyError(f"unknown questionnaire {name!r}; ready-made: {', '.join(_READY)}")
+    return _READY[name]

@@ -1,0 +1,163 @@
+"""What an experimenter should know before anybody is in the laboratory: timeline, pay, missing models, weaknesses."""
+
+import re
+from collections import defaultdict
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import get_args
+
+from movingout.agents.catalogue import agent_card
+from movingout.agents.errors import AgentError
+from movingout.study.design.allocation import Assignment, assign, cells
+from movingout.study.design.definition import Element, Study
+from movingout.study.design.steps import Step, planned_seconds, steps
+
+_BLANK = re.compile(r"\[[^\]]+\](?!\()")  # [number], and not a link
+
+
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """Consecutive steps of a kind, as a line of the timeline."""
+
+    title: str
+    detail: str
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class Review:
+    """What `movingout study check` prints."""
+
+    study: Study
+    timeline: tuple[Stage, ...]
+    minutes: float  # at most, for the first slot
+    pay: float | None  # for one participant who stays that long
+    orders: tuple[Assignment, ...]
+    missing: tuple[str, ...]  # sentences, one per agent that cannot be loaded
+    warnings: tuple[str, ...]
+
+
+def review(study: Study) -> Review:
+    """Everything that can be said about a study without running it."""
+    orders = tuple(assign(study, slot) for slot in range(study.units))
+    way = steps(study, orders[0])
+    minutes = planned_seconds(way) / 60
+    return Review(
+        study=study,
+        timeline=_timeline(way),
+        minutes=minutes,
+        pay=_pay(study, minutes),
+        orders=orders,
+        missing=tuple(_missing(study)),
+        warnings=tuple(_warnings(study, orders, way)),
+    )
+
+
+def _timeline(way: tuple[Step, ...]) -> tuple[Stage, ...]:
+    """One line per screen; the rounds of a block are one line."""
+    stages: list[Stage] = []
+    done: set[str] = set()
+    for step in way:
+        if not step.block:
+            stages.append(Stage(step.kind.replace("-", " "), step.questionnaire, step.seconds))
+        elif step.block not in done:
+            done.add(step.block)
+            inside = [one for one in way if one.block == step.block]
+            stages.append(Stage(f"block {step.block}", _contents(inside), planned_seconds(tuple(inside))))
+    return tuple(stages)
+
+
+def _contents(inside: list[Step]) -> str:
+    rounds = [step for step in inside if step.kind == "round"]
+    partners = {step.partner for step in rounds if step.partner}
+    forms = sum(step.kind == "questionnaire" for step in inside)
+    breaks = sum(step.kind == "break" for step in inside)
+    parts = [f"{len(rounds)} rounds of {rounds[0].limit_ticks} ticks"]
+    counts = {"partner": len(partners), "questionnaire": forms, "break": breaks}
+    parts += [f"{count} {word}{'s' * (count > 1)}" for word, count in counts.items() if count]
+    return ", ".join(parts)
+
+
+def _pay(study: Study, minutes: float) -> float | None:
+    return None if study.pay is None else earned(study, minutes)
+
+
+def earned(study: Study, minutes: float) -> float:
+    """What so many minutes are paid, pro-rated and capped; 0 where the study pays nothing."""
+    if study.pay is None:
+        return 0.0
+    amount = study.pay.per_hour * minutes / 60
+    return round(min(amount, study.pay.maximum) if study.pay.maximum is not None else amount, 2)
+
+
+def agent_ids(study: Study) -> tuple[str, ...]:
+    """Every agent that may be needed."""
+    ids = [partner.agent for partner in study.partners]
+    if study.practice and study.group == 1:
+        ids.append(study.practice.agent)
+    if study.group == 2 and study.pairing.otherwise == "agent":
+        ids.append(study.pairing.agent)
+    return tuple(dict.fromkeys(ids))
+
+
+def _missing(study: Study) -> Iterator[str]:
+    for name in agent_ids(study):
+        try:
+            agent_card(name)
+        except AgentError as error:
+            yield str(error)
+
+
+# ---- weaknesses of the design -----------------------------------------------------------------------------------
+
+
+def _warnings(study: Study, orders: tuple[Assignment, ...], way: tuple[Step, ...]) -> Iterator[str]:
+    yield from _role_confound(orders)
+    yield from _order_confounds(study)
+    whole = cells(study)
+    if study.units % whole:
+        who = "pairs" if study.group == 2 else "participants"
+        yield f"{study.units} {who} do not fill the square: orders balance fully with a multiple of {whole}"
+    minutes = planned_seconds(way) / 60
+    if minutes > study.minutes:
+        yield f"participants were told {study.minutes} minutes, and it can take {minutes:.0f}"
+    missing = [name for name in get_args(Element) if name not in study.consent.covers]
+    if missing:
+        yield f"the consent does not say (in `covers`) that it speaks of: {', '.join(missing)}"
+    blanks = sorted({blank for text in study.consent.text.root.values() for blank in _BLANK.findall(text)})
+    if blanks:
+        yield f"the consent still has blanks to fill in: {', '.join(' '.join(blank.split()) for blank in blanks)}"
+    if not study.protocol:
+        yield "protocol is empty: the number that the review board gave is part of every export"
+    if study.codes != "unique" and len(set(study.codes.values())) < len(study.codes):
+        yield "two outcomes have the same completion code, so that they cannot be told apart when paying"
+
+
+def _role_confound(orders: tuple[Assignment, ...]) -> Iterator[str]:
+    seats: dict[str, set[int]] = defaultdict(set)
+    for order in orders:
+        for visit in order.visits:
+            seats[visit.partner].update(turn.seat for turn in visit.turns)
+    if len(seats) < 2 or len(set(map(frozenset, seats.values()))) == 1:
+        return
+    red = [name for name, found in seats.items() if found == {1}]
+    blue = [name for name, found in seats.items() if found == {0}]
+    yield (
+        "role and model are confounded: participants meet "
+        + " and ".join(f"{', '.join(names)} only as {seat}" for names, seat in ((red, "red"), (blue, "blue")) if names)
+        + "; a difference between these models may be one between the seats (seats: alternate balances them)"
+    )
+
+
+def _order_confounds(study: Study) -> Iterator[str]:
+    for block in study.blocks:
+        where = f"block {block.id}:"
+        if len(block.partners) > 1 and block.partner_order == "fixed":
+            yield f"{where} everybody meets the partners in the same order, so learning adds to the later ones"
+        if len(block.partners) > 1 and block.partner_order == "random":
+            yield f"{where} partner_order is random, so balance is left to chance; balanced guarantees it"
+        if len(block.maps) > 1 and block.map_order == "fixed":
+            yield f"{where} everybody plays the maps in the same order, so maps and learning are confounded"
+    firsts = [set(block.partners) for block in study.blocks if block.partners]
+    if len(firsts) > 1 and not set.intersection(*firsts):
+        yield "some partners always come in an earlier block than others, so order and model are confounded"

@@ -1,0 +1,36 @@
+"""From one step to the next: what is left out when the time of a block is over."""
+
+from collections.abc import Collection
+
+from movingout.study.design.definition import Study
+from movingout.study.design.steps import Step
+
+WAITING = "waiting"  # the place of somebody who waits for a partner; no step of the protocol
+LAST_ALONE = "input-check"  # after this step the unit is formed
+
+
+def following(way: tuple[Step, ...], key: str, over: Collection[str] = (), played: Collection[str] = ()) -> Step:
+    """The step after `key`.
+
+    Of the blocks in `over`, the ones whose time is up, only questions about rounds in `played` (keys) are left.
+    """
+    keys = [step.key for step in way]
+    return next(
+        step
+        for step in way[keys.index(key) + 1 :]
+        if step.block not in over or (step.kind == "questionnaire" and _asks_about(step.key, played))
+    )
+
+
+def blocks_over(study: Study, seconds: dict[str, float]) -> frozenset[str]:
+    """The blocks that have lasted as long as they may, from their first tick to the end of the newest round."""
+    limits = {block.id: block.limit_minutes for block in study.blocks}
+    return frozenset(
+        block for block, lasted in seconds.items() if (limit := limits[block]) is not None and lasted >= limit * 60
+    )
+
+
+def _asks_about(key: str, played: Collection[str]) -> bool:
+    """Whether a questionnaire comes after one of these rounds, or after the partner of one."""
+    parent = key.rpartition("/")[0]
+    return any(one == parent or one.startswith(f"{parent}/") for one in played)

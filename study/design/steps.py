@@ -1,0 +1,92 @@
+"""The way of a participant through a study: a list of steps, each with a key that never changes.
+
+The key is what the store keeps: whoever comes back, after a reload or a restart of the server, is at the step whose
+key was written last.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+from movingout.study.design.allocation import Assignment, Turn
+from movingout.study.design.definition import Block, Study
+from movingout.study.questionnaire import Item
+from movingout.world.metrics import TICK_S
+
+StepKind = Literal[
+    "consent", "form", "input-check", "practice", "round", "questionnaire", "break", "debrief", "code"
+]  # fmt: skip
+CONSENT_S, INPUT_CHECK_S, DEBRIEF_S, CODE_S, BREAK_S = 180.0, 60.0, 60.0, 15.0, 120.0
+CARD_S = 10.0  # map card, both ready, countdown
+SCALE_S, TEXT_S = 8.0, 45.0  # per question
+"""Lengths that nobody can fix: what `check` plans with, assumed, not measured."""
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One screen, or one round."""
+
+    key: str
+    kind: StepKind
+    seconds: float  # at most for rounds and practice, else as planned
+    block: str = ""
+    partner: str = ""  # the id; screens show allocation.letters
+    turn: Turn | None = None
+    limit_ticks: int = 0
+    questionnaire: str = ""
+
+
+def steps(study: Study, assignment: Assignment) -> tuple[Step, ...]:
+    """All steps of a slot in their order, from consent to completion code."""
+    return tuple(_steps(study, assignment))
+
+
+def planned_seconds(way: tuple[Step, ...]) -> float:
+    return sum(step.seconds for step in way)
+
+
+def _steps(study: Study, assignment: Assignment) -> Iterator[Step]:
+    blocks = {block.id: block for block in study.blocks}
+    yield Step("consent", "consent", CONSENT_S)
+    if study.demographics:
+        yield _questions(study, "form", "form", study.demographics)
+    yield Step("input-check", "input-check", INPUT_CHECK_S)
+    if study.practice:
+        yield Step("practice", "practice", study.practice.limit_ticks * TICK_S, limit_ticks=study.practice.limit_ticks)
+    for number, visit in enumerate(assignment.visits):
+        block = blocks[visit.block]
+        left = [block.limit_minutes * 60 if block.limit_minutes else float("inf")]
+        yield from _visit(study, block, f"{block.id}/{number + 1}", visit.partner, visit.turns, left)
+    for name in study.at_end:
+        yield _questions(study, f"end/{name}", "questionnaire", name)
+    if study.debrief:
+        yield Step("debrief", "debrief", DEBRIEF_S)
+    yield Step("code", "code", CODE_S)
+
+
+def _visit(
+    study: Study, block: Block, prefix: str, partner: str, turns: tuple[Turn, ...], left: list[float]
+) -> Iterator[Step]:
+    maps_done = 0
+    for index, turn in enumerate(turns):
+        new_map = index > 0 and turns[index - 1].map != turn.map
+        maps_done += new_map
+        if new_map and block.break_after_maps and maps_done % block.break_after_maps == 0:
+            yield Step(f"{prefix}/break-{maps_done}", "break", BREAK_S, block.id, partner)
+        longest = block.limit_ticks * TICK_S + CARD_S
+        planned, left[0] = min(longest, left[0]), max(left[0] - longest, 0.0)
+        key = f"{prefix}/{turn.map}-{turn.number}"
+        yield Step(key, "round", planned, block.id, partner, turn, block.limit_ticks)
+        for name in block.after_round:
+            yield _questions(study, f"{key}/{name}", "questionnaire", name, block.id, partner)
+    for name in block.after_partner:
+        yield _questions(study, f"{prefix}/{name}", "questionnaire", name, block.id, partner)
+
+
+def _questions(study: Study, key: str, kind: StepKind, name: str, block: str = "", partner: str = "") -> Step:
+    seconds = sum(_item_seconds(item) for item in study.questionnaire(name).items)
+    return Step(key, kind, seconds, block, partner, questionnaire=name)
+
+
+def _item_seconds(item: Item) -> float:
+    return TEXT_S if item.kind == "text" else SCALE_S

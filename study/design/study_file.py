@@ -1,0 +1,157 @@
+"""Reading study.yaml: every fault with its line and the path of its field."""
+
+import difflib
+import typing
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from movingout.study.design.definition import Study
+from movingout.study.design.instruments import instrument_names
+from movingout.study.design.yaml_document import Document, words
+from movingout.study.design.yaml_document import Path as FieldPath
+from movingout.study.errors import Fault, StudyError, StudyFileError
+
+FILE_KEY = "file"
+
+
+def read_study(path: Path) -> Study:
+    """The study of a file. Raises StudyFileError with all faults."""
+    return parse_study(_text(path), path.name, path.parent)
+
+
+def parse_study(text: str, name: str = "study.yaml", folder: Path | None = None) -> Study:
+    """The study of a text; texts given as {file: NAME} are read from `folder` where there is one."""
+    document = Document(text, name)
+    if not isinstance(document.value, dict):
+        raise document.error(1, (), "a study is a mapping of fields; `movingout study new` writes one")
+    value = _with_files(document, document.value, (), folder)
+    try:
+        study = Study.model_validate(value)
+    except ValidationError as error:
+        faults = [_fault(document, one) for one in error.errors(include_url=False) if not _follows(one)]
+        raise StudyFileError(name, sorted(set(faults))) from None
+    found = [Fault(document.line(path), words(path), message) for path, message in _inconsistencies(study)]
+    if found:
+        raise StudyFileError(name, sorted(found))
+    return study
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except UnicodeDecodeError:
+        raise StudyFileError(path.name, [Fault(1, "the file", "is not UTF-8 text")]) from None
+    except OSError as error:
+        raise StudyError(f"cannot read {path}: {error.strerror or error}") from None
+
+
+def _with_files(document: Document, value: Any, path: FieldPath, folder: Path | None) -> Any:
+    """The values with each {file: NAME} replaced by what the file beside the study says."""
+    if isinstance(value, list):
+        return [_with_files(document, entry, (*path, index), folder) for index, entry in enumerate(value)]
+    if not isinstance(value, dict):
+        return value
+    if set(value) != {FILE_KEY} or folder is None:
+        return {key: _with_files(document, entry, (*path, key), folder) for key, entry in value.items()}
+    file = Path(str(value[FILE_KEY]))
+    if file.is_absolute() or ".." in file.parts:
+        raise document.error(document.line(path), path, "a file of a study lies beside it: a relative name without ..")
+    try:
+        return (folder / file).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise document.error(document.line(path), path, f"cannot read {file}: {error}") from None
+
+
+# ---- faults of single fields ------------------------------------------------------------------------------------
+
+
+def _follows(error: Any) -> bool:
+    """Whether it only says that a list is too short because its faulty entries were not counted."""
+    return bool(error["type"] == "too_short" and len(error["input"]) >= error["ctx"]["min_length"])
+
+
+def _fault(document: Document, error: Any) -> Fault:
+    path: FieldPath = tuple(part for part in error["loc"] if part not in ("literal['unique']", "[key]"))
+    message = error["msg"].removeprefix("Value error, ")
+    if error["type"] == "extra_forbidden":
+        message = _unknown_field(path)
+    elif error["type"] == "missing":
+        message = "this field is missing"
+    elif not isinstance(error["input"], dict | list):
+        message = f"{message}, not {error['input']!r}" if "not " not in message else message
+    return Fault(document.line(path), words(path), message[:1].lower() + message[1:])
+
+
+def _unknown_field(path: FieldPath) -> str:
+    known = list(_model_at(path[:-1]).model_fields)
+    close = difflib.get_close_matches(str(path[-1]), known, 1)
+    return f"there is no such field; {f'did you mean {close[0]}? ' if close else ''}known: {', '.join(known)}"
+
+
+def _model_at(path: FieldPath) -> type[BaseModel]:
+    model: type[BaseModel] = Study
+    for part in path:
+        if isinstance(part, str) and part in model.model_fields:
+            model = next(_models(model.model_fields[part].annotation), model)
+    return model
+
+
+def _models(annotation: Any) -> Iterator[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for argument in typing.get_args(annotation):
+        yield from _models(argument)
+
+
+# ---- faults between fields --------------------------------------------------------------------------------------
+
+
+def _inconsistencies(study: Study) -> Iterator[tuple[FieldPath, str]]:
+    yield from _partner_faults(study)
+    yield from _questionnaire_faults(study)
+    yield from _group_faults(study)
+    for key in ("partners", "blocks", "questionnaires"):
+        ids = [entry.id for entry in getattr(study, key)]
+        for index, name in enumerate(ids):
+            if name in ids[:index]:
+                yield (key, index, "id"), f"{name!r} is taken; every id is used once"
+    for language in study.languages:
+        if language not in study.consent.text.root:
+            yield ("consent", "text"), f"the consent has no text in {language!r}, which `languages` promises"
+
+
+def _partner_faults(study: Study) -> Iterator[tuple[FieldPath, str]]:
+    known = [partner.id for partner in study.partners]
+    for number, block in enumerate(study.blocks):
+        for index, name in enumerate(block.partners):
+            if name not in known:
+                yield ("blocks", number, "partners", index), f"unknown partner {name!r}; known: {', '.join(known)}"
+        if len(set(block.partners)) < len(block.partners):
+            yield ("blocks", number, "partners"), "each partner stands once in a block"
+        if study.group == 1 and not block.partners:
+            yield ("blocks", number), "partners is missing: name whom participants play with, or say group: 2"
+        if study.group == 2 and block.partners:
+            yield ("blocks", number, "partners"), "with group: 2 people play with each other; remove the partners"
+
+
+def _questionnaire_faults(study: Study) -> Iterator[tuple[FieldPath, str]]:
+    known = [*(one.id for one in study.questionnaires), *instrument_names()]
+    used: list[tuple[FieldPath, str]] = [(("at_end", index), name) for index, name in enumerate(study.at_end)]
+    if study.demographics:
+        used.append((("demographics",), study.demographics))
+    for number, block in enumerate(study.blocks):
+        used += [(("blocks", number, "after_round", index), name) for index, name in enumerate(block.after_round)]
+        used += [(("blocks", number, "after_partner", index), name) for index, name in enumerate(block.after_partner)]
+    for path, name in used:
+        if name not in known:
+            yield path, f"unknown questionnaire {name!r}; known: {', '.join(known)}"
+
+
+def _group_faults(study: Study) -> Iterator[tuple[FieldPath, str]]:
+    if study.participants % study.group:
+        yield ("participants",), f"pairs need an even number of participants, not {study.participants}"
+    if study.group == 1 and study.debrief is None:
+        yield (), "debrief is missing: partners are blinded, so participants must be told afterwards who they were"

@@ -1,0 +1,68 @@
+"""`movingout agents` as somebody at a terminal sees it."""
+
+import json
+
+import pytest
+
+from movingout.agents.catalogue import agent_cards
+from movingout.server.cli import main
+
+
+def test_the_list_has_every_agent(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["agents", "list"]) == 0
+    printed = capsys.readouterr().out
+    assert all(card.id in printed for card in agent_cards())
+    assert main(["agents", "list", "--json"]) == 0
+    assert [card["id"] for card in json.loads(capsys.readouterr().out)["agents"]] == [card.id for card in agent_cards()]
+
+
+def test_one_agent_is_shown_and_an_unknown_one_is_answered_with_those_there_are(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["agents", "show", "idle"]) == 0
+    assert "Stands still" in capsys.readouterr().out
+    assert main(["agents", "show", "scriptet"]) == 2
+    assert "known: scripted" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("agent_id", "sentence"),
+    [
+        ("mlp@all:foo=3", "unexpected keyword argument 'foo'; options: execute,"),
+        ("mlp@all:sampling=4", "mlp@all chooses among nothing"),
+        ("mlp@all:execute=-3", "execute is a whole number of ticks from 1 to 8, not -3"),
+        ("mlp@all:execute=2.5", "execute is a whole number of ticks from 1 to 8, not 2.5"),
+        ("mlp@all:execute=abc", "execute is a whole number of ticks from 1 to 8, not abc"),
+        ("mlp@all:execute=9", "execute is a whole number of ticks from 1 to 8, not 9"),
+        ("mlp@all:lag=99", "lag is a whole number of ticks from 1 to 10, not 99"),
+        ("bass@all:simulator=0", "simulator=learned or oracle"),
+        ("person:name=Z01", "there is nobody called 'Z01'"),
+        ("scripted:patience=abc", "style: patience must lie between"),
+    ],
+)
+def test_options_that_cannot_be_are_refused_when_an_agent_is_shown(
+    agent_id: str, sentence: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["agents", "show", agent_id]) == 2
+    captured = capsys.readouterr()
+    assert sentence in captured.err and captured.out == "" and "Error" not in captured.err
+
+
+def test_an_agent_is_shown_with_options_that_it_takes(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["agents", "show", "mlp@all:execute=8,lag=1"]) == 0
+    assert "MLP" in capsys.readouterr().out
+
+
+def test_a_probe_on_a_map_that_was_never_seen_says_so_beside_its_answer(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["agents", "probe", "mlp@all", "--map", "Simple", "--ticks", "2", "--json"]) in (0, 1)
+    printed = capsys.readouterr()
+    assert printed.err.count("mlp@all has never seen the map Simple") == 1
+    assert json.loads(printed.out)["map"] == "Simple"
+
+
+def test_a_probe_times_the_decisions(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["agents", "probe", "idle", "--ticks", "5", "--json"]) == 0
+    probe = json.loads(capsys.readouterr().out)
+    assert (probe["id"], probe["ticks"], probe["threads"], probe["holds_10hz"]) == ("idle", 5, 1, True)
+    assert 1 <= probe["decision_ms"]["n"] <= 5
+    assert 0 <= probe["decision_ms"]["p50"] <= probe["decision_ms"]["p99"]

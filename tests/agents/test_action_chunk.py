@@ -1,0 +1,37 @@
+"""The rim through which every answer of an agent goes."""
+
+import numpy as np
+import pytest
+
+from movingout.agents.action_chunk import checked_chunk, rows_to_execute, world_action
+from movingout.agents.errors import AgentError
+from tests.agents.support import Forward
+
+
+def test_a_good_chunk_is_clipped_and_its_toggles_made_whole() -> None:
+    chunk = checked_chunk([[3.0, 0.0, 1.0, 0.9], [-2.0, 1.0, 0.0, 0.2]])
+    np.testing.assert_array_equal(chunk, [[1.0, 0.0, 1.0, 1.0], [-1.0, 1.0, 0.0, 0.0]])
+    assert world_action(chunk[0]) == (1.0, np.pi / 2, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("answer", "sentence"),
+    [
+        (None, "not ()"),
+        ([1.0, 1.0, 0.0, 0.0], "not (4,)"),
+        (np.zeros((0, 4)), "not (0, 4)"),
+        ([[np.nan, 1.0, 0.0, 0.0]], "finite"),
+        ([[1.0, 0.0, 0.0, 0.0]], "never both 0"),
+        ("forward", "not str"),
+    ],
+)
+def test_anything_else_is_refused_with_a_sentence(answer: object, sentence: str) -> None:
+    with pytest.raises(AgentError) as raised:
+        checked_chunk(answer)
+    assert sentence in str(raised.value)
+
+
+def test_an_agent_says_how_many_rows_to_play() -> None:
+    chunk = np.tile([1.0, 1.0, 0.0, 0.0], (4, 1))
+    assert rows_to_execute(Forward(4, 2), chunk) == 2
+    assert rows_to_execute(Forward(4, 9), chunk) == 4

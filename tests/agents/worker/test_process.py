@@ -1,0 +1,163 @@
+"""The desk of an agent worker: who is answered when, and together with whom."""
+
+import os
+from collections.abc import Hashable, Sequence
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+from movingout.agents.base import ActionChunk, Observation
+from movingout.agents.observing import start_state
+from movingout.agents.worker import process
+from movingout.agents.worker.heartbeat import Blackboard
+from movingout.agents.worker.messages import (
+    Answer,
+    Close,
+    Failed,
+    FromWorker,
+    Observe,
+    Open,
+    Opened,
+    Skipped,
+    frame,
+    observe_message,
+)
+from movingout.agents.worker.process import MAX_BATCH, Desk
+from movingout.maps import load_map
+from tests.agents.support import Forward
+
+MAP = load_map("HandOff")
+HERE = __name__
+
+
+class Chorus(Forward):
+    """Answers in batches and remembers how many there were; with `out_of_tune` no batch works."""
+
+    sizes: ClassVar[list[int]] = []
+
+    def __init__(self, out_of_tune: bool = False, alone: bool = True) -> None:
+        super().__init__()
+        self._out_of_tune = out_of_tune
+        self._alone = alone
+
+    @property
+    def batch_key(self) -> Hashable:
+        return "chorus"
+
+    @staticmethod
+    def act_many(agents: Sequence["Chorus"], observations: Sequence[Observation]) -> list[ActionChunk]:
+        Chorus.sizes.append(len(agents))
+        if any(agent._out_of_tune for agent in agents):
+            raise ValueError("somebody is out of tune")
+        return [np.array([[0.5, 1.0, 0.0, 0.0]]) for _ in agents]
+
+    def act(self, observation: Observation) -> ActionChunk:
+        if not self._alone and observation.tick > 0:
+            raise ValueError("I do not sing alone")
+        return super().act(observation)
+
+
+class Speaking(Forward):
+    """Says what only headless matches could write down."""
+
+    def act(self, observation: Observation) -> ActionChunk:
+        self.detail = {"scores": np.array([0.25, 0.75])}  # type: ignore[dict-item]
+        return super().act(observation)
+
+
+class Counted(Forward):
+    """Counts how many were made."""
+
+    made = 0
+
+    def __init__(self) -> None:
+        super().__init__()
+        Counted.made += 1
+
+
+class Keyless(Chorus):
+    """Cannot say with whom it goes together."""
+
+    @property
+    def batch_key(self) -> Hashable:
+        raise ValueError("no key")
+
+
+@pytest.fixture
+def desk() -> Desk:
+    Chorus.sizes.clear()
+    descriptor = os.memfd_create("board")
+    return Desk(Blackboard(descriptor))
+
+
+def _open(desk: Desk, key: int, agent_id: str) -> None:
+    assert isinstance(desk.take(Open(key, agent_id, MAP, 0, 0, 100)), Opened)
+
+
+def _ask(desk: Desk, key: int, deadline: float = 10.0) -> None:
+    message = observe_message(key, 1, deadline, start_state(MAP))
+    assert isinstance(message, Observe)
+    desk.take(message)
+
+
+def _keys(answers: list[FromWorker]) -> list[int]:
+    assert all(isinstance(answer, Answer) for answer in answers)
+    return [answer.key for answer in answers]
+
+
+def test_questions_for_agents_that_go_together_are_answered_in_one_batch(desk: Desk) -> None:
+    for key in range(4):
+        _open(desk, key, f"{HERE}:Chorus" if key < 3 else "idle")
+        _ask(desk, key, deadline=10.0 - key)
+    assert _keys(desk.answer_next(0.0)) == [3]  # idle, whose deadline is first
+    assert _keys(desk.answer_next(0.0)) == [2, 1, 0]
+    assert Chorus.sizes == [3] and not desk.busy
+
+
+def test_a_batch_is_small_enough_not_to_keep_its_first_waiting(desk: Desk) -> None:
+    for key in range(MAX_BATCH + 2):
+        _open(desk, key, f"{HERE}:Chorus")
+        _ask(desk, key, deadline=float(key + 1))
+    assert _keys(desk.answer_next(0.0)) == list(range(MAX_BATCH))
+    assert _keys(desk.answer_next(0.0)) == [MAX_BATCH, MAX_BATCH + 1]
+
+
+def test_who_is_too_late_is_told_so_and_not_taken_along(desk: Desk) -> None:
+    for key, deadline in enumerate((1.0, 5.0, 6.0)):
+        _open(desk, key, f"{HERE}:Chorus")
+        _ask(desk, key, deadline)
+    assert desk.answer_next(2.0) == [Skipped(0, 1)]
+    assert _keys(desk.answer_next(2.0)) == [1, 2]
+
+
+def test_in_a_batch_that_fails_each_is_asked_alone_and_only_the_culprit_fails(desk: Desk) -> None:
+    _open(desk, 0, f"{HERE}:Chorus")
+    _open(desk, 1, f"{HERE}:Chorus:out_of_tune=true,alone=false")
+    for key in (0, 1):
+        _ask(desk, key)
+    answer, failed = desk.answer_next(0.0)
+    assert isinstance(answer, Answer) and answer.key == 0
+    assert isinstance(failed, Failed) and failed.key == 1 and failed.reason == "ValueError: I do not sing alone"
+
+
+def test_arrays_that_an_agent_says_reach_the_server(desk: Desk) -> None:
+    _open(desk, 0, f"{HERE}:Speaking")
+    _ask(desk, 0)
+    (answer,) = desk.answer_next(0.0)
+    assert isinstance(answer, Answer) and answer.detail == {"scores": [0.25, 0.75]}
+    assert frame(answer)
+
+
+def test_an_agent_that_cannot_say_with_whom_it_goes_is_refused_in_a_sentence(desk: Desk) -> None:
+    failed = desk.take(Open(0, f"{HERE}:Keyless", MAP, 0, 0, 100))
+    assert isinstance(failed, Failed) and failed.fatal and "no key" in failed.reason
+
+
+def test_an_agent_sits_again_until_its_checkpoint_is_another(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    Counted.made = 0
+    for fingerprint, made in (("old", 1), ("old", 1), ("new", 2), ("new", 2), ("old", 3)):
+        monkeypatch.setattr(process, "fingerprint", lambda _, now=fingerprint: now)
+        _open(desk, 0, f"{HERE}:Counted")
+        assert Counted.made == made
+        desk.take(Close(0))

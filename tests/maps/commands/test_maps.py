@@ -1,0 +1,134 @@
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from PIL import Image
+
+from movingout.maps import load_map, map_from_json, map_names, map_to_json
+from movingout.maps.randomize import randomize
+from movingout.server.cli import main
+
+Output = pytest.CaptureFixture[str]
+
+
+def answer(capsys: Output, *arguments: str, code: int = 0) -> Any:
+    """The one JSON document that a command prints."""
+    assert main(["maps", *arguments, "--json"]) == code
+    return json.loads(capsys.readouterr().out)
+
+
+def test_list_names_all_maps_in_the_papers_order(capsys: Output) -> None:
+    maps = answer(capsys, "list")["maps"]
+    assert [entry["name"] for entry in maps] == [*map_names(), "Simple"]
+    assert [entry["number"] for entry in maps] == [*range(1, 13), 0]
+    assert main(["maps", "list"]) == 0
+    page = capsys.readouterr().out
+    assert "SequentialRotations" in page
+    assert "2 small, 1 middle, 1 large" in page
+
+
+def test_show_gives_the_document_or_a_page(capsys: Output) -> None:
+    assert answer(capsys, "show", "CornerDecision") == map_to_json(load_map("CornerDecision"))
+    assert main(["maps", "show", "CornerDecision"]) == 0
+    page = capsys.readouterr().out
+    assert "Map 5: Corner Decision" in page
+    assert "goal region: x -1.2 to -0.6, y 0.8 to 1.2" in page
+
+
+def test_show_sketches_the_map_where_colours_are(capsys: Output, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("COLORTERM", "truecolor")
+    monkeypatch.setenv("TERM", "xterm-256color")
+    assert main(["maps", "show", "HandOff"]) == 0
+    assert capsys.readouterr().out.count("▀") == 48 * 24
+
+
+def test_check_is_silent_about_a_sound_map(capsys: Output) -> None:
+    assert answer(capsys, "check", "HandOff") == {"map": "HandOff", "playable": True, "faults": []}
+
+
+def test_check_prints_every_fault_with_its_path_and_fails(capsys: Output, tmp_path: Path) -> None:
+    document = map_to_json(load_map("CornerDecision"))
+    document["items"][1]["x"] = 0.0
+    document["items"][3]["x"] = 1.19
+    file = tmp_path / "mine.json"
+    file.write_text(json.dumps(document))
+    result = answer(capsys, "check", str(file), code=1)
+    assert [fault["path"] for fault in result["faults"]] == ["items[1]", "items[3]"]
+    assert main(["maps", "check", str(file)]) == 1
+    assert capsys.readouterr().out.splitlines()[-1] == f"{file}: 2 faults"
+
+
+def test_check_reads_past_the_first_unreadable_part(capsys: Output, tmp_path: Path) -> None:
+    document = map_to_json(load_map("CornerDecision"))
+    document["items"][1]["shape"] = "blob"
+    document["goals"][0] = "here"
+    file = tmp_path / "mine.json"
+    file.write_text(json.dumps(document))
+    result = answer(capsys, "check", str(file), code=1)
+    assert [fault["path"] for fault in result["faults"]] == ["goals[0]", "items[1].shape"]
+
+
+def test_check_of_a_broken_official_file_says_what_is_wrong(capsys: Output, tmp_path: Path) -> None:
+    file = tmp_path / "1_Own.json"
+    file.write_text(json.dumps({"robot_1_pos": [0, 0]}))
+    [fault] = answer(capsys, "check", str(file), code=1)["faults"]
+    assert fault["message"].startswith("not an official map file: KeyError")
+
+
+@pytest.mark.parametrize("content", [None, "{", "\x00"])
+def test_check_of_what_is_no_json_file_is_wrong_use(capsys: Output, tmp_path: Path, content: str | None) -> None:
+    file = tmp_path / "mine.json"
+    if content is not None:
+        file.write_text(content)
+    assert main(["maps", "check", str(file)]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.startswith("movingout: ")
+
+
+def test_render_writes_png_and_svg(capsys: Output, tmp_path: Path) -> None:
+    picture, drawing = tmp_path / "a.png", tmp_path / "a.svg"
+    result = answer(capsys, "render", "HandOff", "-o", str(picture), "--side", "100", "--theme", "dark")
+    assert result == {"map": "HandOff", "path": str(picture), "format": "png"}
+    with Image.open(picture) as image:
+        assert image.size == (100, 100)
+    assert main(["maps", "render", "HandOff", "-o", str(drawing)]) == 0
+    assert drawing.read_text().startswith("<svg")
+
+
+def test_render_is_named_after_the_map_by_default(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["maps", "render", "LeftRight"]) == 0
+    assert (tmp_path / "LeftRight.png").is_file()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["show", "HandOf"], "unknown map 'HandOf'; did you mean HandOff?"),
+        (["render", "HandOff", "-o", "a.gif"], "let the name end in .png or .svg"),
+        (["render", "HandOff", "-o", "nowhere/a.png"], "cannot write nowhere/a.png: No such file or directory"),
+        (["render", "HandOff", "--side", "0"], "a picture has 16 to 4096 pixels on a side, not 0"),
+        (["randomize", "HandOff", "--seed", "-3"], "a seed is a whole number from 0, not -3"),
+        (["randomize", "HandOff", "--seed", "3", "-o", "a.txt"], "let the name end in .json, .png or .svg"),
+    ],
+)
+def test_wrong_use_is_answered_with_what_would_work(
+    capsys: Output, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: list[str], sentence: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["maps", *arguments]) == 2
+    captured = capsys.readouterr()
+    assert sentence in captured.err
+    assert captured.out == ""
+
+
+def test_randomize_prints_or_writes_the_variants_document(capsys: Output, tmp_path: Path) -> None:
+    expected = randomize(load_map("LeftRight"), 3, "evaluation")
+    assert map_from_json(answer(capsys, "randomize", "LeftRight", "--seed", "3", "--split", "evaluation")) == expected
+    file = tmp_path / "variant.json"
+    assert main(["maps", "randomize", "LeftRight", "--seed", "3", "--split", "evaluation", "-o", str(file)]) == 0
+    assert load_map(file) == expected
+    assert "challenge2-evaluation-3" in capsys.readouterr().out

@@ -1,0 +1,111 @@
+import json
+from pathlib import Path
+
+import pytest
+
+from movingout.recordings import finalise, read_episode
+from movingout.server.cli import main
+from tests.matches.support import HERE, written
+from tests.recordings.support import record
+
+GRID = f'name: tiny\nagents: ["{HERE}:Wanderer"]\npartners: [idle]\nmaps: [DistancePriority]\nseeds: 2\nticks: 30\n'
+
+
+def test_the_readmes_match_gives_the_fixed_json_fields(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    arguments = ["match", "--red", f"{HERE}:Wanderer", "--blue", "idle", "--map", "DistancePriority", "--ticks", "40"]
+    assert main([*arguments, "--episodes", "2", "--record", str(tmp_path), "--json", "--workers", "1"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert {"seed", "ticks", "results", "recordings"} <= document.keys()
+    (row,) = document["results"]
+    assert (row["map"], row["blue"], row["red"], row["episodes"]) == (
+        "DistancePriority", "idle", f"{HERE}:Wanderer", 2,
+    )  # fmt: skip
+    assert {"full_deliveries", "mean_ticks", "tcr", "nfd", "wt", "ac"} <= row.keys()
+    assert row["nfd"]["stderr"] is not None
+    assert all(Path(path).is_file() for path in document["recordings"]) and len(document["recordings"]) == 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--red", "idle"], "name both agents"),
+        (["--red", "idle", "--blue", "idel"], "unknown agent 'idel'; known:"),
+        (["--red", "idle", "--blue", "idle", "--map", "HandOf"], "did you mean HandOff?"),
+        (["--red", "idle", "--blue", "idle", "--episodes", "0"], "--episodes from 1"),
+        (["--red", "idle", "--blue", "idle", "--workers", "0"], "--workers must be at least 1"),
+        (["--red", "idle", "--blue", "people:Z"], "unknown population 'Z'"),
+        (["grid", "nothing.yaml"], "cannot read nothing.yaml"),
+        (["grid", "challenge-2"], "needs agents that are not here: "),
+        (["report", "nowhere"], "nowhere is no results folder"),
+    ],
+)
+def test_wrong_use_is_answered_in_a_sentence(
+    arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["match", *arguments]) == 2
+    captured = capsys.readouterr()
+    assert message in captured.err and captured.out == ""
+
+
+def test_a_match_on_a_map_that_an_agent_never_saw_is_played_and_says_so_once_and_in_the_recording(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    arguments = ["match", "--blue", "mlp@all", "--red", "idle", "--map", "Simple", "--episodes", "2", "--ticks", "5"]
+    assert main([*arguments, "--workers", "1", "--record", str(tmp_path), "--json"]) == 0
+    captured = capsys.readouterr()
+    assert captured.err.count("mlp@all has never seen the map Simple: it was trained on 12 others.") == 1
+    first, _ = json.loads(captured.out)["recordings"]
+    told = [event for event in read_episode(Path(first)).events if event.kind == "unseen_map"]
+    assert [(event.tick, event.seat) for event in told] == [(0, 0)]
+
+
+def test_a_match_that_an_agent_could_not_play_is_told_in_a_sentence_and_by_the_exit_code(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    ghost = f"ghost:{finalise(record(tmp_path, ticks=5, map_name='HandOff')[0])}#red"
+    arguments = ["match", "--blue", "idle", "--red", ghost, "--ticks", "10", "--workers", "1", "--json", "--map"]
+    assert main([*arguments, "HandOff"]) == 0
+    assert json.loads(capsys.readouterr().out)["failures"] == []
+    assert main([*arguments, "HandOff,LeftRight"]) == 1
+    captured = capsys.readouterr()
+    (failure,) = json.loads(captured.out)["failures"]
+    assert (failure["map"], failure["seat"]) == ("LeftRight", 1)
+    assert captured.err.count("movingout: ") == 1
+    assert "LeftRight, seed 0: lost: " in captured.err and "recorded on HandOff, not on LeftRight" in captured.err
+
+
+def test_a_grid_goes_on_without_what_an_agent_has_lost(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    ghost = f"ghost:{finalise(record(tmp_path, ticks=5, map_name='HandOff')[0])}#red"
+    grid = f'name: ghosts\nagents: [idle]\npartners: ["{ghost}"]\nmaps: [LeftRight, HandOff]\n'
+    grid += "seats: blue\nseeds: 1\nticks: 9\n"
+    out = tmp_path / "out"
+    assert main(["match", "grid", str(written(tmp_path, grid)), "--out", str(out), "--workers", "1", "--json"]) == 0
+    captured = capsys.readouterr()
+    document = json.loads(captured.out)
+    assert (document["matches"], document["missing"], len(document["failures"])) == (2, 0, 1)
+    assert "recorded on HandOff, not on LeftRight" in captured.err
+
+
+def test_a_dry_run_counts_and_estimates_and_plays_nothing(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    arguments = ["match", "grid", str(written(tmp_path, GRID)), "--out", str(tmp_path / "out"), "--dry-run", "--json"]
+    assert main(arguments) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert (document["matches"], document["to_play"], document["missing_agents"]) == (2, 2, [])
+    assert document["estimated_s"] > 0.0
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_grid_leaves_tables_a_page_and_a_report(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    arguments = ["match", "grid", str(written(tmp_path, GRID)), "--out", str(out), "--html", "--record"]
+    assert main([*arguments, "--workers", "1"]) == 0
+    assert {path.name for path in out.iterdir()} >= {
+        "grid.json", "results-0-of-1.jsonl", "results.json", "results.md", "results.html", "results.parquet",
+        "recordings",
+    }  # fmt: skip
+    assert len(list((out / "recordings").glob("*.mcap"))) == 2
+    capsys.readouterr()
+    assert main(["match", "report", str(out), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["grids"][0]["missing"] == 0
+    assert main(["match", "grid", "challenge-1", "--out", str(out), "--shard", "3/2"]) == 2
+    assert "--shard is I/N" in capsys.readouterr().err

@@ -1,0 +1,145 @@
+import json
+import math
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+from movingout.matches import GridRun, Match, MatchResult
+from movingout.matches.experiment.grid import Grid, read_grid
+from movingout.matches.experiment.paper_reference import PAPER
+from movingout.matches.experiment.plan import entries, matches_of, missing_agents
+from movingout.matches.experiment.shipped_grids import FOLDER, protocol_names, protocol_path
+from movingout.matches.match import lost
+from movingout.matches.report.comparison import CAUTION, json_report, lines_of, markdown_report
+from movingout.matches.report.crossplay import matrix, worst_matches
+from movingout.matches.report.html_page import page
+from movingout.matches.results.estimates import Estimate, estimate, holm, stars, welch
+from movingout.matches.results.table import ALL_MAPS, MEASURES, markdown, rows_of
+from tests.matches.support import small_grid
+from tests.support import ROOT
+
+TCR = MEASURES[0]
+
+
+def _result(match: Match, tcr: float, nfd: float = 0.5, ac: float | None = None) -> MatchResult:
+    return MatchResult(match, "delivered" if tcr == 1.0 else "time", 60, 0, 4, tcr, nfd, 1.5, ac, 0.03)
+
+
+def _run(grid: Grid, values: Sequence[float]) -> GridRun:
+    """A run whose matches have made-up results, in the order of the grid."""
+    plan = entries(grid)
+    found = {match: _result(match, values[k % len(values)]) for k, match in enumerate(matches_of(plan))}
+    return GridRun(Path("nowhere"), grid, plan, found)
+
+
+def test_an_estimate_is_the_mean_and_its_standard_error() -> None:
+    assert estimate([1.0, 2.0, 3.0, 4.0]) == Estimate(2.5, math.sqrt((5 / 3) / 4), 4)
+    assert estimate([2.0]) == Estimate(2.0, None, 1)
+    assert estimate([]) == Estimate(None, None, 0)
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "p"),
+    [  # R: t.test(x, y); the second by the closed form for 4 degrees of freedom, near 3/8 cos(atan(t/2))^4
+        ([1.0, 2.0, 3.0, 4.0, 5.0], [2.0, 3.0, 4.0, 5.0, 6.0], 0.3465935),
+        ([0.0, 0.1, 0.2], [5.0, 5.1, 5.2], 4.259e-07),
+        ([1.0, 1.0], [1.0, 1.0], 1.0),
+    ],
+)
+def test_welchs_test_gives_the_p_that_statistics_programs_give(one: list[float], other: list[float], p: float) -> None:
+    found = welch(estimate(one), estimate(other))
+    assert found == pytest.approx(p, rel=1e-3 if p < 1e-5 else 1e-6)
+
+
+def test_holm_corrects_for_the_number_of_tests() -> None:
+    assert holm([0.01, None, 0.04, 0.03]) == [pytest.approx(0.03), None, pytest.approx(0.06), pytest.approx(0.06)]
+    assert [stars(p) for p in (0.0001, 0.005, 0.03, 0.2, None)] == ["***", "**", "*", "", ""]
+
+
+def test_rows_have_means_per_map_and_over_all_and_count_a_lost_match_as_nothing() -> None:
+    grid = small_grid(agents=["idle"], seeds=2)
+    first, *rest = matches_of(plan := entries(grid))
+    results = {first: lost(first, "it raised", seat=0)} | {match: _result(match, 0.6) for match in rest}
+    rows = rows_of(plan, results)
+    assert [(row.map, len(row.results), row.failed) for row in rows] == [
+        (ALL_MAPS, 4, 1), ("DistancePriority", 2, 1), ("FourCorners", 2, 0),
+    ]  # fmt: skip
+    assert rows[0].estimate(TCR).mean == pytest.approx(0.45)
+    assert rows[0].to_json()["wt_s"]["n"] == 3
+    assert "0.300 ± 0.300" in markdown(rows)
+
+
+def test_the_best_of_a_column_is_marked_and_the_others_tested_against_it() -> None:
+    grid = small_grid(agents=["idle", "scripted"], partners=["idle"], seeds=8, maps=["HandOff"])
+    plan = entries(grid)
+    good = {entry.match for entry in plan if entry.agent == "scripted"}
+    results = {match: _result(match, 0.8 + match.seed / 100 if match in good else match.seed / 100)
+               for match in matches_of(plan)}  # fmt: skip
+    found = matrix(rows_of(plan, results), TCR)
+    assert found.cells["scripted", "idle"].best
+    p = found.cells["idle", "idle"].p
+    assert p is not None and p < 0.001
+    assert [found.strength(found.cells[agent, "idle"].estimate) for agent in ("idle", "scripted")] == [0.0, 1.0]
+
+
+def test_the_worst_of_each_pairing_come_in_turn_after_the_lost_ones() -> None:
+    grid = small_grid(agents=["idle", "scripted"], partners=["idle"], seeds=2, maps=["HandOff"])
+    run = _run(grid, [0.1, 0.2, 1.0, 0.9])
+    fault = next(match for match in run.results if match.seats == ("idle", "idle") and match.seed == 1)
+    run.results[fault] = lost(fault, "it raised", seat=0)
+    worst = worst_matches(run)
+    assert [(one.ending, one.tcr) for one in worst] == [("failed", 0.0), ("time", 0.9), ("time", 0.1)]
+
+
+def test_the_page_shows_everything_escaped_and_loads_nothing() -> None:
+    text = page(_run(small_grid(name="a <b> & c"), [0.1, 0.9, 0.5]))
+    assert "a &lt;b&gt; &amp; c" in text and "<b>" not in text
+    assert not re.search(r'(src|href)="https?:', text)
+    assert "DistancePriority" in text and "0.500" in text
+
+
+def test_the_report_lays_ours_beside_the_papers_and_says_what_they_are_not() -> None:
+    grid = read_grid(FOLDER / "challenge-1.yaml")
+    run = _run(grid.model_copy(update={"maps": ["HandOff"], "seeds": 2}), [0.4, 0.6])
+    text = markdown_report([run])
+    assert CAUTION in text
+    dp = next(line for line in text.splitlines() if line.startswith("| unseen | 1 | DP |"))
+    assert "0.2563 ± 0.0152 (-20.7 %)" in dp and "0.4249 ± 0.0136" in dp and "0.500 ± 0.100" in dp
+    seen = next(line for line in lines_of(run) if (line.condition, line.label) == ("seen", "DP"))
+    assert len(seen.results) == 4, "both groups together"
+    json.dumps(json_report([run]), allow_nan=False)
+
+
+def test_the_papers_figures_stand_in_the_paper() -> None:
+    paper = ROOT.parent / "shared" / "paper.tex"
+    if not paper.exists():
+        pytest.skip("the paper's text is not on this machine")
+    text = paper.read_text(encoding="utf-8")
+    for table, rows in PAPER.items():
+        for label, figures in rows.items():
+            for figure in figures.values():
+                assert f"{figure.mean:.4f}" in text, (table, label)
+                assert figure.stderr is None or f"{figure.stderr:.4f}" in text, (table, label)
+
+
+def test_every_shipped_protocol_is_a_valid_grid() -> None:
+    assert len(protocol_names()) >= 8
+    for name in protocol_names():
+        grid = read_grid(protocol_path(Path(name)))
+        assert entries(grid)
+        labels = {(entry.condition, entry.match.challenge, entry.agent) for entry in entries(grid)}
+        for condition in grid.all_conditions:
+            for _, challenge, label in (key for key in labels if key[0] == condition.name and condition.paper):
+                assert label in PAPER[condition.paper, challenge] or label == "Idle"
+
+
+@pytest.mark.parametrize("name", ["idle-control", "scripted-population", "challenge-2-scripted"])
+def test_protocols_without_learned_agents_need_nothing_that_is_not_here(name: str) -> None:
+    assert missing_agents(read_grid(protocol_path(Path(name)))) == []
+
+
+def test_a_protocol_whose_agents_are_not_here_says_how_to_get_them() -> None:
+    (sentence,) = [one for one in missing_agents(read_grid(protocol_path(Path("challenge-2")))) if "mlp@c2" in one]
+    assert sentence.endswith("(to get it: movingout train mlp on Challenge 2 demonstrations)")

@@ -1,0 +1,194 @@
+"""Agent seats with real worker processes: answers, chunks, and every way a worker can fail."""
+
+import asyncio
+import os
+import signal
+import time
+from collections.abc import Awaitable, Callable
+
+import numpy as np
+import pytest
+
+from movingout.agents.errors import AgentError, AgentsBusyError
+from movingout.agents.observing import start_state
+from movingout.maps import load_map
+from movingout.server.agent_workers.pool import AgentAnswer, AgentPool, AgentSeat
+from movingout.world.state import WorldState
+from tests.agents.support import HERE
+
+MAP = load_map("HandOff")
+PATIENCE_S = 20.0
+
+
+def state_at(tick: int) -> WorldState:
+    state = start_state(MAP)
+    return WorldState(tick, state.robot_poses, state.robot_velocities, state.held, state.item_poses)
+
+
+def with_pool(scenario: Callable[[AgentPool], Awaitable[None]]) -> None:
+    async def use() -> None:
+        pool = AgentPool(workers=1)
+        await pool.start()
+        try:
+            await scenario(pool)
+        finally:
+            await pool.close()
+
+    asyncio.run(use())
+
+
+async def until(condition: Callable[[], bool]) -> None:
+    limit = time.monotonic() + PATIENCE_S
+    while not condition():
+        assert time.monotonic() < limit, "waited too long"
+        await asyncio.sleep(0.01)
+
+
+def open_seat(pool: AgentPool, agent: str) -> AgentSeat:
+    return pool.open(agent, MAP, seat=0, seed=1, ticks=500)
+
+
+async def ask(seat: AgentSeat, tick: int) -> AgentAnswer:
+    """One tick as a patient room would run it."""
+    decisions, failures = seat.decisions, seat.failures
+    seat.observe(state_at(tick), tick, time.monotonic() + PATIENCE_S)
+    await until(lambda: seat.decisions > decisions or seat.failures > failures or bool(seat.failed))
+    return seat.answer(tick)
+
+
+def test_an_agent_answers_for_the_tick_it_was_asked_about() -> None:
+    async def scenario(pool: AgentPool) -> None:
+        seat = open_seat(pool, f"{HERE}:Forward:distance=7")
+        await until(lambda: seat.ready)
+        answer = await ask(seat, 5)
+        np.testing.assert_array_equal(answer.action, [1.0, 0.0, 0.0])  # clipped at the rim
+        assert not answer.missed and answer.latency_ms > 0 and answer.detail == {"rows": 1}
+        seat.close()
+        assert pool.report()[0]["seats"] == 0
+
+    with_pool(scenario)
+
+
+def test_a_chunk_is_played_before_the_agent_is_asked_again_and_its_rest_covers_a_miss() -> None:
+    async def scenario(pool: AgentPool) -> None:
+        seat = open_seat(pool, f"{HERE}:Forward:rows=4,execute=2")
+        await until(lambda: seat.ready)
+        await ask(seat, 1)
+        seat.observe(state_at(2), 2, time.monotonic() + PATIENCE_S)
+        assert not seat.answer(2).missed and seat.decisions == 1  # the second row, without a question
+        seat.observe(state_at(3), 3, time.monotonic() - 1.0)  # nobody can answer in the past
+        late = seat.answer(3)
+        assert late.missed and late.action[0] == 1.0  # what is left of the chunk
+        seat.observe(state_at(5), 5, time.monotonic() - 1.0)
+        assert seat.answer(5).action[0] == 0.0  # used up: neutral
+        assert seat.missed == 2
+
+    with_pool(scenario)
+
+
+def test_a_killed_worker_is_replaced_and_its_seats_go_on() -> None:
+    async def scenario(pool: AgentPool) -> None:
+        seat = open_seat(pool, f"{HERE}:Forward")
+        await until(lambda: seat.ready)
+        os.kill(int(pool.report()[0]["pid"]), signal.SIGKILL)
+        await until(lambda: not seat.ready)
+        seat.observe(state_at(1), 1, time.monotonic() + 0.01)
+        neutral = seat.answer(1)
+        assert neutral.missed and neutral.action[0] == 0.0
+        killed = time.monotonic()
+        await until(lambda: seat.ready)
+        assert time.monotonic() - killed < 5.0
+        assert (await ask(seat, 2)).action[0] == 1.0
+        assert pool.report()[0]["restarts"] == 1
+
+    with_pool(scenario)
+
+
+def test_a_hanging_agent_costs_its_neighbour_only_the_restart() -> None:
+    async def scenario(pool: AgentPool) -> None:
+        hanging, neighbour = open_seat(pool, f"{HERE}:Hanging:at=3"), open_seat(pool, f"{HERE}:Forward")
+        await until(lambda: hanging.ready and neighbour.ready)
+        answer = await ask(hanging, 3)  # comes back when the worker has been replaced
+        assert answer.action[0] == 0.0 and "hung" in answer.problem
+        await until(lambda: hanging.ready and neighbour.ready)
+        assert (await ask(neighbour, 4)).action[0] == 1.0
+        assert (await ask(hanging, 4)).action[0] == 1.0
+        assert (hanging.strikes, neighbour.strikes) == (1, 0)
+
+    with_pool(scenario)
+
+
+def test_an_agent_that_raises_is_neutral_says_why_and_recovers() -> None:
+    async def scenario(pool: AgentPool) -> None:
+        seat = open_seat(pool, f"{HERE}:Raising:first=2,last=3")
+        await until(lambda: seat.ready)
+        assert (await ask(seat, 1)).problem == ""
+        answer = await ask(seat, 2)
+        assert answer.problem == "ValueError: I do not know this place"
+        assert answer.missed and answer.action[0] == 0.0
+        await ask(seat, 3)
+        assert (await ask(seat, 4)).action[0] == 1.0 and not seat.failed
+
+    with_pool(scenario)
+
+
+def test_an_agent_that_answers_nan_for_ever_is_given_up_with_a_reason() -> None:
+    async def scenario(pool: AgentPool) -> None:
+        seat = open_seat(pool, f"{HERE}:NotANumber")
+        await until(lambda: seat.ready)
+        for tick in range(1, 21):
+            assert np.isfinite((await ask(seat, tick)).action).all()
+        assert "finite" in seat.failed
+
+    with_pool(scenario)
+
+
+def test_an_agent_that_kills_its_process_three_times_is_given_up() -> None:
+    async def scenario(pool: AgentPool) -> None:
+        seat = open_seat(pool, f"{HERE}:Dying")
+        for tick in range(1, 4):
+            await until(lambda: seat.ready)
+            await ask(seat, tick)
+        assert "3 times" in seat.failed
+        assert seat.answer(4).action[0] == 0.0
+
+    with_pool(scenario)
+
+
+@pytest.mark.parametrize("factory", ["broken_factory", "not_an_agent", "missing"])
+def test_an_agent_that_cannot_be_made_leaves_its_seat_neutral_with_a_reason(factory: str) -> None:
+    async def scenario(pool: AgentPool) -> None:
+        seat = open_seat(pool, f"{HERE}:{factory}")
+        await until(lambda: bool(seat.failed))
+        seat.observe(state_at(1), 1, time.monotonic() + 1.0)
+        answer = seat.answer(1)
+        assert answer.action[0] == 0.0 and not answer.missed
+
+    with_pool(scenario)
+
+
+def test_an_unknown_agent_is_refused_at_once() -> None:
+    pool = AgentPool()
+    with pytest.raises(AgentError, match="known: scripted, "):
+        open_seat(pool, "scriptet")
+
+
+def test_a_pool_without_time_left_refuses_one_more() -> None:
+    pool = AgentPool()
+    for _ in range(200):
+        pool.note_cost("idle", 35.0, 1)
+    open_seat(pool, "idle")
+    open_seat(pool, "idle")
+    with pytest.raises(AgentsBusyError, match="of a core"):
+        open_seat(pool, "idle")
+
+
+def test_one_slow_first_decision_refuses_nobody_and_one_seat_is_always_had() -> None:
+    pool = AgentPool()
+    pool.note_cost("idle", 95.0, 1)
+    for _ in range(5):
+        open_seat(pool, "idle")
+    slow = AgentPool()
+    for _ in range(200):
+        slow.note_cost("idle", 500.0, 1)
+    open_seat(slow, "idle")

@@ -1,0 +1,79 @@
+"""doctor, loadtest and the certificate."""
+
+import json
+import ssl
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from movingout.server.commands.doctor import examine
+from movingout.server.commands.loadtest import LoadTestError, Target, measure
+from movingout.server.security.certificate import certificate_in, host_names
+from movingout.server.uvicorn_server import listen
+from tests.server.live import ADMIN, Live
+
+
+def test_a_healthy_machine_has_no_faults(tmp_path: Path) -> None:
+    answers = {answer.question: answer for answer in examine(0, tmp_path)}
+    assert [answer for answer in answers.values() if answer.grade == "fault"] == []
+    assert answers["exactness"].grade in ("ok", "note")
+
+
+def test_doctor_says_what_is_wrong(tmp_path: Path) -> None:
+    with listen("127.0.0.1", 0) as taken:
+        answers = {answer.question: answer for answer in examine(taken.getsockname()[1], Path("/proc/nowhere"))}
+    assert answers["port"].grade == "note" and "in use" in answers["port"].sentence
+    assert answers["data folder"].grade == "fault" and "--data DIR" in answers["data folder"].sentence
+
+
+def test_doctor_prints_one_json_document(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "movingout.server.cli", "doctor", "--json", "--port", "0", "--data", str(tmp_path)]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    report = json.loads(ended.stdout)
+    assert (ended.returncode, report["healthy"]) == (0, True)
+
+
+def _measured(target: Target, rooms: int, clients: int, seconds: float) -> dict[str, Any]:
+    """In a thread of its own: the browser tests leave an event loop running in the main one."""
+    with ThreadPoolExecutor(1) as thread:
+        return thread.submit(measure, target, rooms, clients, seconds).result()
+
+
+def test_the_load_test_has_its_fixed_fields(live: Live) -> None:
+    result = _measured(Target(f"http://{live.address}", ADMIN), rooms=2, clients=3, seconds=1.5)
+    assert {
+        "rooms", "clients", "seconds", "ticks", "missed_ticks", "late_ms", "bytes_per_client_s", "cpu_percent",
+        "rss_mb", "deadline_misses",
+    } <= set(result)  # fmt: skip
+    assert set(result["late_ms"]) == {"p50", "p99", "p999", "max"}
+    assert result["client_gaps"] == 0
+    assert result["bundles"] >= 6, "every client has seen play"
+    assert result["closed"] == {}
+
+
+def test_the_load_test_needs_the_admin_token_of_a_foreign_server(live: Live) -> None:
+    with pytest.raises(LoadTestError, match="403"):
+        _measured(Target(f"http://{live.address}", "wrong"), rooms=1, clients=1, seconds=1)
+    with pytest.raises(LoadTestError, match="does not answer"):
+        _measured(Target("http://127.0.0.1:1", ""), rooms=1, clients=1, seconds=1)
+
+
+def test_a_certificate_is_kept_covers_this_machine_and_its_key_is_private(tmp_path: Path) -> None:
+    first = certificate_in(tmp_path / "tls", "127.0.0.1")
+    content = first.certificate.read_bytes()
+    assert certificate_in(tmp_path / "tls", "127.0.0.1").certificate.read_bytes() == content
+    assert first.key.stat().st_mode & 0o077 == 0
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    context.load_cert_chain(first.certificate, first.key)
+    assert {"localhost", "127.0.0.1"} <= set(host_names("127.0.0.1"))
+
+
+def test_a_certificate_that_does_not_cover_a_new_address_is_made_anew(tmp_path: Path) -> None:
+    first = certificate_in(tmp_path, "127.0.0.1").certificate.read_bytes()
+    assert certificate_in(tmp_path, "10.1.2.3").certificate.read_bytes() != first
+    (tmp_path / "certificate.pem").write_text("broken")
+    assert b"BEGIN CERTIFICATE" in certificate_in(tmp_path, "10.1.2.3").certificate.read_bytes()

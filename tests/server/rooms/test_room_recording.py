@@ -1,0 +1,122 @@
+"""What a room records, and that the game goes on when it cannot."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from movingout.recordings import read_episode, verify
+from movingout.server import messages as m
+from movingout.world import WorldError
+from tests.server.support import FakeServices, Table
+
+
+def test_a_round_is_recorded_and_the_recording_reproduces_it(tmp_path: Path) -> None:
+    table = Table(services=FakeServices(folder=tmp_path), limit_ticks=30)
+    blue, red = table.play()
+    for count in range(32):
+        table.push(blue, 0, heading=count / 10)
+        table.push(red, 1, heading=-count / 10, grabs=count // 10)
+        table.step()
+    (journal,) = table.services.archived
+    episode = read_episode(journal)
+    assert (len(episode.ticks), episode.outcome, episode.complete) == (30, "time", True)
+    assert episode.header.map.name == "Simple"
+    assert len(episode.inputs) == 58
+    assert {seat.name for seat in episode.header.seats} == {seat.alias for seat in table.seats}
+    assert episode.events[0].kind == "start"
+    assert verify(journal).identical
+    np.testing.assert_allclose(blue.bundles[-1].poses[-1, :2], episode.ticks[-1].state.robot_poses, atol=1e-4)
+
+
+def test_pauses_drops_and_skipped_ticks_are_in_the_recording(tmp_path: Path) -> None:
+    table = Table(services=FakeServices(folder=tmp_path), limit_ticks=20)
+    blue, red = table.play()
+    table.say(blue, m.Pause(0))
+    table.ready(blue)
+    table.room.depart(red, table.now)
+    back = table.join(tokens=red.tokens)
+    table.ready(back)
+    table.now += 0.5
+    table.room.tick(table.now, table.now - 0.01, skipped=4)
+    assert back.bundles[-1].flags & m.FLAG_LATE
+    assert table.room.missed_ticks == 4
+    table.step(25)
+    episode = read_episode(table.services.archived[0])
+    kinds = [event.kind for event in episode.events if event.kind not in ("grab_failed",)]
+    assert kinds == ["start", "pause", "resume", "drop", "return", "resume", "tick_skipped", "end"]
+    assert max(tick.late_ms for tick in episode.ticks) == pytest.approx(10.0)
+
+
+def test_a_hidden_page_lets_the_stick_go_and_is_recorded(tmp_path: Path) -> None:
+    table = Table(services=FakeServices(folder=tmp_path), limit_ticks=10)
+    blue, _ = table.play()
+    table.push(blue, 0)
+    table.step(2)
+    table.say(blue, m.Focus(False))
+    table.step()
+    still = blue.bundles[-1].poses[-1, 0]
+    table.step()
+    np.testing.assert_allclose(blue.bundles[-1].poses[-1, 0], still, atol=1e-4)
+    table.say(blue, m.Focus(True))
+    table.step(8)
+    events = read_episode(table.services.archived[0]).events
+    assert [(e.seat, e.detail) for e in events if e.kind == "focus"] == [(0, "hidden"), (0, "visible")]
+
+
+def test_practice_has_no_limit_and_no_recording(tmp_path: Path) -> None:
+    table = Table("Simple", services=FakeServices(folder=tmp_path), limit_ticks=10, practice=True)
+    blue, _ = table.play()
+    table.seconds(20)
+    assert table.phase == "playing"
+    assert blue.bundles[-1].flags & m.FLAG_NOT_RECORDING
+    assert list(tmp_path.iterdir()) == []
+    state = blue.last(m.RoomState)
+    assert isinstance(state, m.RoomState) and not state.recording
+
+
+def test_a_full_disk_stops_the_recording_and_not_the_game(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    table = Table(services=FakeServices(folder=tmp_path))
+    blue, _ = table.play()
+    table.step(3)
+    assert not blue.bundles[-1].flags & m.FLAG_NOT_RECORDING
+
+    def no_space(*_: object) -> int:
+        raise OSError(28, os.strerror(28))
+
+    monkeypatch.setattr(os, "write", no_space)
+    table.step(2)
+    monkeypatch.undo()
+    table.step(2)
+    assert [bundle.flags & m.FLAG_NOT_RECORDING for bundle in blue.bundles[-4:]] == [1, 1, 1, 1]
+    assert "No space left" in table.room.round.recorder.problem
+    state = blue.last(m.RoomState)
+    assert isinstance(state, m.RoomState)
+    (journal,) = tmp_path.iterdir()
+    assert len(read_episode(journal).ticks) == 4, "what was written is kept"
+
+
+def test_a_world_that_loses_its_numbers_ends_the_round_with_an_error() -> None:
+    table = Table()
+    blue, _ = table.play()
+
+    def fail(actions: object) -> None:
+        raise WorldError("a pose is not finite")
+
+    table.room.round._world.step = fail  # type: ignore[method-assign]
+    table.step()
+    result = blue.last(m.Result)
+    assert isinstance(result, m.Result) and result.outcome == "error"
+    assert table.phase == "series_over"
+
+
+def test_an_orderly_stop_ends_the_round_and_keeps_the_room(tmp_path: Path) -> None:
+    table = Table(services=FakeServices(folder=tmp_path))
+    blue, _ = table.play()
+    table.step(4)
+    table.room.suspend()
+    assert blue.goodbye is not None and blue.goodbye[0] == m.CLOSE_SHUTDOWN
+    assert table.phase == "lobby"
+    episode = read_episode(table.services.archived[0])
+    assert (episode.outcome, len(episode.ticks)) == ("stopped", 5)

@@ -1,0 +1,111 @@
+"""Rooms of a study: keys that let in again, rounds that are played once, a clock that can be held."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from movingout.recordings import read_episode
+from movingout.server import messages as m
+from movingout.server.rooms.seat import Seat
+from movingout.server.rooms.services import Refused, WrongRequest
+from movingout.server.security.tokens import hash_token
+from tests.server.support import Ear, FakeServices, Table
+
+STUDY = {"study": "pilot", "unit": "7", "step": "play/1/Simple-1"}
+
+
+def study_table(services: FakeServices | None = None, **config: Any) -> Table:
+    """Two people of a study."""
+    seats = [Seat(0, "human", alias="P7KXM2Q"), Seat(1, "human")]
+    return Table(services=services, seats=seats, study=STUDY, **config)
+
+
+def seated(table: Table) -> tuple[Ear, Ear]:
+    """Both come in by the keys that the study gave them."""
+    for seat in table.seats:
+        seat.key = hash_token(f"key {seat.index}")
+    return table.join(tokens=["key 0"]), table.join(tokens=["key 1"])
+
+
+def test_the_key_of_a_study_lets_in_again_and_again() -> None:
+    table = study_table()
+    blue, _ = seated(table)
+    again = table.join(tokens=["key 0"])
+    assert again.seats == [0] and blue.goodbye is not None
+    assert table.join(tokens=again.tokens).seats == [0], "and so does the newest token"
+
+
+def test_a_round_of_a_study_is_played_once_and_told_to_the_study(tmp_path: Path) -> None:
+    services = FakeServices(tmp_path)
+    table = study_table(services, limit_ticks=12)
+    blue, red = seated(table)
+    table.ready(blue, red)
+    table.step(12)
+    assert table.phase == "series_over"
+    ((episode, result),) = services.results
+    assert (result.outcome, result.ticks, result.recording) == ("time", 12, episode)
+    header = read_episode(services.archived[0]).header
+    assert dict(header.study) == STUDY and header.seats[0].name == "P7KXM2Q"
+    with pytest.raises(WrongRequest, match="played once"):
+        table.say(blue, m.Again(0))
+
+
+def test_practice_of_a_study_has_a_limit_and_no_recording(tmp_path: Path) -> None:
+    services = FakeServices(tmp_path)
+    table = study_table(services, limit_ticks=12, practice=True)
+    table.ready(*seated(table))
+    table.step(12)
+    assert table.phase == "series_over" and list(tmp_path.iterdir()) == []
+
+
+def test_a_study_says_how_long_a_round_waits_for_somebody() -> None:
+    table = study_table(resume_s=60.0)
+    blue, red = seated(table)
+    table.ready(blue, red)
+    table.room.depart(red, table.now)
+    table.seconds(59)
+    assert table.phase == "paused"
+    table.seconds(2)
+    assert (table.phase, table.services.results[0][1].outcome) == ("series_over", "left")
+
+
+def test_nobody_but_who_held_the_clock_lets_it_go_on() -> None:
+    table = study_table()
+    blue, red = seated(table)
+    table.ready(blue, red)
+    table.room.hold("The experimenter has paused the study.", table.now)
+    assert (table.phase, table.room.reason) == ("paused", "The experimenter has paused the study.")
+    tick = table.room.round.state.tick
+    table.say(blue, m.Ready(0))
+    table.seconds(700)
+    assert (table.phase, table.room.round.state.tick) == ("paused", tick)
+    table.room.release(table.now)
+    assert table.phase == "countdown"
+    table.seconds(3.5)
+    assert table.phase == "playing" and table.room.round.state.tick > tick
+
+
+def test_a_round_that_is_held_before_its_first_tick_does_not_begin() -> None:
+    table = study_table()
+    blue, red = seated(table)
+    table.say(blue, m.Ready(0))
+    table.say(red, m.Ready(1))
+    table.room.hold("Wait.", table.now)
+    table.seconds(10)
+    assert (table.phase, table.room.round.started) == ("lobby", False)
+    table.room.release(table.now)
+    assert table.phase == "countdown"
+
+
+def test_who_has_practised_enough_leaves_the_other_to_practise_on() -> None:
+    table = study_table(practice=True, limit_ticks=1200)
+    blue, red = seated(table)
+    table.ready(blue, red)
+    table.room.retire(table.seats[1], table.now)
+    table.room.depart(red, table.now)
+    tick = table.room.round.state.tick
+    table.step(5)
+    assert (table.phase, table.room.round.state.tick) == ("playing", tick + 5)
+    with pytest.raises(Refused):
+        table.join(tokens=["key 1"])

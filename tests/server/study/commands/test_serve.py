@@ -1,0 +1,64 @@
+"""`movingout study serve`: what it prints, and what it refuses in a sentence."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from movingout.server.cli import main
+from tests.server.persistence.test_room_snapshot import free_port
+from tests.server.study.program import program
+from tests.server.study.support import SOLO
+
+
+def refused(capsys: pytest.CaptureFixture[str], file: Path, data: Path, *options: str) -> str:
+    """What `study serve` says instead of serving."""
+    assert main(["study", "serve", str(file), "--data", str(data), *(options or ("--port", "0"))]) == 2
+    return capsys.readouterr().err
+
+
+def test_links_are_printed_and_what_cannot_work_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file, port = tmp_path / "study.yaml", free_port()
+    file.write_text(SOLO, encoding="utf-8")
+    with program(file, tmp_path, port, "--codes") as running:
+        found = re.search(r"First code\s+(\w+)", running.printed)
+        assert found and f"http://127.0.0.1:{port}/study" in running.printed
+        assert f"http://127.0.0.1:{port}/experimenter" in running.printed
+        status, _ = running.live.call("/api/study/arrive", {"parameters": {"code": found[1]}})
+        assert status == 200
+        token = re.search(r"Token\s+(\S+)", running.printed)
+        assert token and running.live.call("/api/experimenter/state", token=token[1])[0] == 200
+        assert "is being served from" in refused(capsys, file, tmp_path)
+        in_use = refused(capsys, file, tmp_path / "other", "--port", str(port))
+        assert f"port {port} is in use already" in in_use
+    file.write_text(SOLO.replace("id: solo", "id: solo\nseed: 9"), encoding="utf-8")
+    assert "study solo has begun, and its file is no longer what it began with" in refused(capsys, file, tmp_path)
+    file.write_text(SOLO, encoding="utf-8")
+    simulated = refused(capsys, file, tmp_path, "--rehearse", "2")
+    assert "holds what people did, and simulated participants must not be mixed with them" in simulated
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (("agent: idle}, {id: bad", "agent: nobody}, {id: bad"), "nobody"),
+        (("participants: 400", "participants: many"), "study.yaml:6: participants"),
+        (("format: 1", "format: ["), "study.yaml:"),
+    ],
+)
+def test_a_study_that_cannot_run_is_not_served(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], change: tuple[str, str], said: str
+) -> None:
+    file = tmp_path / "study.yaml"
+    file.write_text(SOLO.replace(*change), encoding="utf-8")
+    assert said in refused(capsys, file, tmp_path)
+
+
+@pytest.mark.parametrize("options", [("--rehearse", "0"), ("--rehearse", "1000"), ("--database", "oracle://host/name")])
+def test_what_makes_no_sense_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], options: tuple[str, str]
+) -> None:
+    file = tmp_path / "study.yaml"
+    file.write_text(SOLO, encoding="utf-8")
+    said = refused(capsys, file, tmp_path, "--port", "0", *options)
+    assert said.startswith("movingout: ") and "Traceback" not in said

@@ -1,0 +1,198 @@
+"""The experimenter's screen: who is where, and what can be done about it, by the holder of the token alone."""
+
+import csv
+import io
+import json
+import urllib.request
+from collections.abc import Iterator
+
+import pytest
+
+from movingout.study.store.tables import audit, notes, rounds
+from tests.server.live import ADMIN, WAIT_S
+from tests.server.study.support import SOLO, Served, Visitor, served
+
+LONG = SOLO.replace("[HandOff], limit_ticks: 20", "[HandOff], limit_ticks: 400")
+
+
+@pytest.fixture(scope="module")
+def long(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
+    """A study whose rounds last long enough to do something to them: 2 s."""
+    with served(tmp_path_factory.mktemp("long"), LONG) as running:
+        yield running
+        running.live.hang_up()
+
+
+def playing(study: Served) -> Visitor:
+    """Somebody in the middle of a round."""
+    visitor = study.visitor().go_to("round")
+    visitor.next()
+    visitor.player().next_tick(visitor.step["room"]["seat"])
+    return visitor
+
+
+@pytest.mark.parametrize(
+    ("method", "path"),
+    [
+        ("GET", "state"), ("GET", "live"), ("GET", "payments.csv"), ("GET", "qr.svg?code=A"), ("POST", "pause"),
+        ("POST", "resume"), ("POST", "restart-round"), ("POST", "kick"), ("POST", "invalid"), ("POST", "note"),
+        ("POST", "open-next"), ("POST", "next-code"),
+    ],
+)  # fmt: skip
+def test_nothing_is_told_or_done_without_the_token(solo: Served, method: str, path: str) -> None:
+    body: dict[str, str] | None = {} if method == "POST" else None
+    for token, status in (("", 401), ("made-up", 403)):
+        assert solo.live.call(f"/api/experimenter/{path}", body, token)[0] == status
+
+
+def test_a_participants_secret_opens_no_door_of_the_experimenter(solo: Served) -> None:
+    assert solo.live.call("/api/experimenter/state", token=solo.visitor().token)[0] == 403
+
+
+def test_the_screen_shows_who_is_where(long: Served) -> None:
+    visitor = playing(long)
+    row = long.row(visitor.pid)
+    assert {name: row[name] for name in ("kind", "round", "phase", "limit_ticks", "recording", "outcome")} == {
+        "kind": "round", "round": {"number": 1, "of": 2}, "phase": "playing", "limit_ticks": 400,
+        "recording": "recording", "outcome": None,
+    }  # fmt: skip
+    assert row["room"] == visitor.step["room"]["id"] and row["tick"] > 0 and row["late_ms"] is not None
+    assert (row["partner_letter"], row["present"], row["paused"]) == (visitor.step["partner_letter"], True, False)
+    assert row["title"] == "Hand Off" and row["episode"]
+    visitor.stop(True)
+    row = long.row(visitor.pid)
+    assert (row["kind"], row["outcome"], row["code_given"], row["room"]) == ("code", "withdrew", True, None)
+    state = long.state()
+    assert state["counts"]["planned"] == 400 and state["study"] == {"id": "solo", "title": "Playing with partners"}
+    assert state["server"]["ticks"] > 0 and state["server"]["disk_free_mb"] > 0
+
+
+def test_the_screen_is_told_once_a_second(solo: Served) -> None:
+    request = urllib.request.Request(f"http://{solo.live.address}/api/experimenter/live")
+    request.add_header("Authorization", f"Bearer {ADMIN}")
+    with urllib.request.urlopen(request, timeout=WAIT_S) as stream:
+        told = [json.loads(line[6:]) for _ in range(4) if (line := stream.readline()).startswith(b"data: ")]
+    assert [state["study"]["id"] for state in told] == ["solo", "solo"]
+
+
+def test_a_paused_round_stands_still_until_the_experimenter_lets_it_go_on(long: Served) -> None:
+    visitor = playing(long)
+    long.ask("pause", pid=visitor.pid)
+    assert visitor.look()["step"]["kind"] == "paused"
+    assert visitor.next()["step"]["kind"] == "paused"
+    row = long.row(visitor.pid)
+    assert (row["phase"], row["paused"]) == ("paused", True)
+    assert long.row(visitor.pid)["tick"] == row["tick"]
+    other = long.visitor()
+    other.agree()
+    assert other.kind == "form", "the others go on"
+    long.ask("resume", pid=visitor.pid)
+    assert visitor.look()["step"]["state"] == "playing"
+    visitor.wait_until(lambda one: long.row(one.pid)["phase"] == "playing")
+
+
+def test_when_all_are_paused_everybody_sees_it(long: Served) -> None:
+    visitor, newcomer = playing(long), long.visitor()
+    long.ask("pause")
+    assert visitor.look()["step"]["kind"] == newcomer.look()["step"]["kind"] == "paused"
+    assert long.visitor().kind == "paused"
+    assert long.row(visitor.pid)["phase"] == "paused"
+    long.ask("resume")
+    newcomer.look()
+    newcomer.agree()
+    assert newcomer.kind == "form"
+
+
+def test_a_restarted_round_is_played_again_from_its_card(long: Served) -> None:
+    visitor = playing(long)
+    key = visitor.step["key"]
+    long.ask("restart-round", pid=visitor.pid, reason="the phone rang")
+    assert (visitor.look()["step"]["key"], visitor.step["state"]) == (key, "card")
+    visitor.next()
+    visitor.player().next_tick(visitor.step["room"]["seat"])
+    unit = long.running.guests[visitor.pid].place.unit
+    mine = [row for row in long.running.records.store.rows(rounds) if row["unit"] == unit]
+    assert [(row["attempt"], row["outcome"]) for row in mine] == [(1, "stopped"), (2, None)]
+    assert len({row["episode"] for row in mine}) == 2
+
+
+def test_a_round_is_marked_invalid_and_the_reason_kept(long: Served) -> None:
+    visitor = playing(long)
+    episode = long.row(visitor.pid)["episode"]
+    long.ask("invalid", episode=episode, reason="somebody helped")
+    (row,) = [row for row in long.running.records.store.rows(rounds) if row["episode"] == episode]
+    assert row["valid"] is False
+    status, answer = long.live.call("/api/experimenter/invalid", {"episode": "none"}, ADMIN)
+    assert (status, answer["error"]["message"]) == (409, "there is no round with the recording 'none'")
+
+
+@pytest.mark.parametrize(
+    ("action", "order", "status"),
+    [
+        ("pause", {"unit": 10**12}, 409), ("pause", {"pid": "PXXXXXX", "reason": "why not"}, 409),
+        ("pause", {"unit": "first"}, 422), ("pause", {"unit": 10**40}, 409), ("resume", {"unit": -1}, 409),
+        ("note", {"text": "about nobody", "unit": 10**12}, 409), ("note", {"text": 5}, 422), ("invalid", {}, 409),
+        ("restart-round", {}, 409), ("kick", {"pid": ""}, 409), ("open-next", [], 422),
+    ],
+)  # fmt: skip
+def test_an_order_about_nobody_is_refused_and_leaves_no_trace(
+    solo: Served, action: str, order: object, status: int
+) -> None:
+    before = [len(solo.running.records.store.rows(table)) for table in (audit, notes)]
+    found, answer = solo.live.call(f"/api/experimenter/{action}", order, ADMIN)
+    assert (found, bool(answer["error"]["message"])) == (status, True)
+    assert [len(solo.running.records.store.rows(table)) for table in (audit, notes)] == before
+    assert "database" not in solo.alerts() and not solo.running.paused
+
+
+def test_a_round_that_was_never_played_cannot_be_marked(solo: Served) -> None:
+    visitor = solo.visitor().go_to("practice")
+    status, answer = solo.live.call("/api/experimenter/invalid", {"pid": visitor.pid}, ADMIN)
+    assert (status, answer["error"]["message"]) == (409, "they have not played a round yet")
+
+
+def test_who_is_kicked_gets_a_code(long: Served) -> None:
+    visitor = playing(long)
+    long.ask("kick", pid=visitor.pid, reason="fell asleep")
+    assert (visitor.look()["step"]["kind"], bool(visitor.step["code"])) == ("code", True)
+    actions = [row["action"] for row in long.running.records.store.rows(audit)]
+    assert "kick" in actions
+    assert visitor.pid not in str(long.running.records.store.rows(audit))
+    for action in ("kick", "restart-round", "pause"):
+        assert long.live.call(f"/api/experimenter/{action}", {"pid": "PXXXXXX"}, ADMIN)[0] == 409
+
+
+def test_notes_stay(solo: Served) -> None:
+    visitor = solo.visitor().go_to("practice")
+    solo.ask("note", text="  The light went out. ")
+    solo.ask("note", text="Wears glasses.", pid=visitor.pid)
+    notes = solo.running.notes[:2]
+    assert [(note["text"], note["pid"]) for note in notes] == [
+        ("Wears glasses.", visitor.pid), ("The light went out.", None),
+    ]  # fmt: skip
+    assert solo.live.call("/api/experimenter/note", {"text": " "}, ADMIN)[0] == 409
+
+
+def test_the_next_participant_gets_a_link_with_a_picture(solo: Served) -> None:
+    told = solo.ask("open-next")
+    assert told["path"] == f"/study?code={told['code']}"
+    status, picture = solo.live.call(f"/api/experimenter/qr.svg?code={told['code']}", token=ADMIN)
+    assert status == 200 and b"<svg" in picture
+    assert solo.visitor(code=told["code"]).kind == "consent"
+
+
+def test_payments_say_who_is_paid_what(solo: Served) -> None:
+    visitor = solo.visitor(PROLIFIC_PID="=to-be-paid")
+    visitor.agree()
+    visitor.stop(True)
+    status, text = solo.live.call("/api/experimenter/payments.csv", token=ADMIN)
+    rows = list(csv.DictReader(io.StringIO(text.decode())))
+    (row,) = [row for row in rows if row["pid"] == visitor.pid]
+    assert status == 200 and row["code"] == visitor.step["code"]
+    assert (row["source"], row["id"], row["outcome"], row["currency"]) == (
+        "prolific",
+        "'=to-be-paid",
+        "withdrew",
+        "USD",
+    )
+    assert row["data_kept"] == "True"

@@ -1,0 +1,89 @@
+"""The statistics against published examples."""
+
+import pytest
+
+from movingout.study.analysis.tests_and_estimates import Comparison, compare, corrected, estimate, signed_rank, trend
+
+# Student's sleep data (1908): extra hours of sleep of ten patients under two drugs.
+FIRST = dict(zip("abcdefghij", (0.7, -1.6, -0.2, -1.2, -0.1, 3.4, 3.7, 0.8, 0.0, 2.0), strict=True))
+SECOND = dict(zip("abcdefghij", (1.9, 0.8, 1.1, 0.1, -0.1, 4.4, 5.5, 1.6, 4.6, 3.4), strict=True))
+
+
+def comparison(**changes: object) -> Comparison:
+    values: dict[str, object] = {
+        "measure": "m", "one": "a", "other": "b", "n": (2, 2), "pairs": 2, "difference": 0.0,
+        "t": None, "t_p": None, "w_p": None, "holm_p": None, "g": None, "g_interval": None,
+    }  # fmt: skip
+    return Comparison(**(values | changes))  # type: ignore[arg-type]
+
+
+def test_the_independent_t_test_is_that_of_students_sleep_data() -> None:
+    found = compare("sleep", "one", "two", FIRST, SECOND)
+    assert found is not None
+    assert found.t == pytest.approx(-1.8608, abs=1e-4)
+    assert found.t_p == pytest.approx(0.07919, abs=1e-5)
+    assert found.difference == pytest.approx(-1.58) and (found.n, found.pairs) == ((10, 10), 10)
+
+
+def test_the_signed_rank_test_is_that_of_hollander_and_wolfe() -> None:
+    """Depression scale of nine patients at two visits; R's help page of wilcox.test: two-sided p = 0.03906."""
+    before = (1.83, 0.50, 1.62, 2.48, 1.68, 1.88, 1.55, 3.06, 1.30)
+    after = (0.878, 0.647, 0.598, 2.05, 1.06, 1.29, 1.06, 3.14, 1.29)
+    assert signed_rank([x - y for x, y in zip(before, after, strict=True)]) == pytest.approx(0.03906, abs=1e-5)
+
+
+def test_ties_and_zeros_are_ranked_as_r_does_without_its_continuity_correction() -> None:
+    """Ranks of 1, 1, 2, 3, 3 are 1.5, 1.5, 3, 4.5, 4.5; W- = 1.5; z = (1.5 - 7.5) / sqrt(13.75 - 2 * 6 / 48)."""
+    assert signed_rank([1, -1, 2, 3, 3, 0]) == pytest.approx(0.10247, abs=1e-4)
+
+
+def test_the_effect_size_is_that_of_borenstein() -> None:
+    """Introduction to Meta-Analysis (2009), chapter 4: means 103 and 100, spreads 5.5 and 4.5, 50 each: g = 0.5924.
+
+    The interval is g +- 1.96 sqrt(2 / 50 + g^2 / (2 (100 - 3.94))), by hand.
+    """
+    found = compare("score", "one", "two", spread(103, 5.5), spread(100, 4.5))
+    assert found is not None and found.g_interval is not None
+    assert found.g == pytest.approx(0.5924, abs=2e-4)
+    assert found.g_interval[0] == pytest.approx(0.1916, abs=3e-4)
+    assert found.g_interval[1] == pytest.approx(0.9932, abs=3e-4)
+
+
+def spread(mean: float, deviation: float) -> dict[str, float]:
+    """Fifty values with exactly this mean and sample deviation."""
+    half = deviation * (49 / 50) ** 0.5
+    return {str(number): mean + (half if number % 2 else -half) for number in range(50)}
+
+
+def test_holms_correction_is_that_of_rs_p_adjust() -> None:
+    found = corrected([comparison(w_p=p) for p in (0.01, 0.02, None, 0.03, 0.04, 0.05)])
+    assert [one.holm_p for one in found] == [pytest.approx(p) if p else None for p in (0.05, 0.08, 0, 0.09, 0.09, 0.09)]
+
+
+def test_a_standard_error_is_the_deviation_over_the_root_of_the_number() -> None:
+    found = estimate([1.0, 2.0, 3.0, 4.0])
+    assert found is not None and (found.mean, found.n) == (2.5, 4)
+    assert found.stderr == pytest.approx((5 / 3) ** 0.5 / 2)
+    assert estimate([]) is None
+    assert (single := estimate([7.0])) is not None and single.stderr is None
+
+
+def test_what_cannot_be_tested_has_no_p() -> None:
+    assert signed_rank([0.0, 0.0]) is None and signed_rank([]) is None
+    assert compare("m", "a", "b", {}, {"x": 1.0}) is None
+    same = compare("m", "a", "b", {"x": 1.0, "y": 1.0}, {"x": 1.0, "y": 1.0})
+    assert same is not None and (same.t, same.w_p, same.g) == (None, None, None)
+
+
+def test_a_trend_is_the_mean_rank_correlation_with_the_position() -> None:
+    found = trend([[1.0, 2.0, 3.0], [3.0, 2.0, 1.0], [1.0, 2.0, 3.0], [5.0, 5.0, 5.0], [1.0]])
+    assert found is not None and found[0] == pytest.approx(1 / 3)
+    assert trend([[1.0, 1.0, 1.0]]) is None
+
+
+def test_values_that_hardly_differ_are_not_tested_and_one_constant_partner_is() -> None:
+    same = {"a": 0.1 + 0.2, "b": 0.3, "c": 0.3}
+    found = compare("tcr", "x", "y", same, same)
+    assert found is not None and (found.t, found.t_p, found.g) == (None, None, None)
+    other = compare("tcr", "x", "y", {"a": 0.5, "b": 0.5, "c": 0.5}, {"a": 0.1, "b": 0.2, "c": 0.3})
+    assert other is not None and other.t == pytest.approx(3 * 3**0.5)  # 0.3 / sqrt((0.01 + 0) / 2 * 2 / 3)

@@ -1,0 +1,228 @@
+"""Exports hold everything but who it was; forgetting leaves no trace; purging keeps to the times."""
+
+import csv
+import json
+from contextlib import closing
+from pathlib import Path
+
+import pyarrow.parquet as pq
+import pytest
+
+from movingout.server.cli import main
+from movingout.study.data.erasure import DAY_MS, due, forget, purge
+from movingout.study.data.export import Options, export_study
+from movingout.study.errors import StudyError
+from movingout.study.store.clock import now_ms
+from movingout.study.store.rounds import Played, Rounds
+from movingout.study.store.tables import audit, rounds, tombstones, units
+from tests.study.filled import fill, template
+from tests.study.support import Clock
+
+SHORT = {"    maps: [HandOff, PriorityPick, SingleRotation]": "    maps: [HandOff]"}
+
+
+def read_csv(path: Path) -> list[dict[str, str]]:
+    with path.open(encoding="utf-8", newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+def traces(folder: Path, *words: str) -> list[str]:
+    """The files below a folder that hold one of the words."""
+    files = [path for path in folder.rglob("*") if path.is_file()]
+    return sorted(
+        path.relative_to(folder).as_posix() for path in files if any(w.encode() in path.read_bytes() for w in words)
+    )
+
+
+def test_all_formats_of_an_export_hold_the_same_rows(tmp_path: Path) -> None:
+    study, text = template("human_study")
+    place, store, pids = fill(tmp_path, study, text, 2)
+    done = export_study(place, store, tmp_path / "out", Options())
+    assert (done.rows["participants"], done.rows["rounds"], done.rows["allocation"]) == (2, 96, 96)
+    for name in ("rounds", "answers", "allocation"):
+        rows = read_csv(tmp_path / "out" / f"{name}.csv")
+        documents = json.loads((tmp_path / "out" / f"{name}.json").read_text(encoding="utf-8"))
+        assert pq.read_table(tmp_path / "out" / f"{name}.parquet").to_pylist() == documents
+        assert [{key: "" if value is None else str(value) for key, value in row.items()} for row in documents] == rows
+    assert {row["pid"] for row in read_csv(tmp_path / "out" / "participants.csv")} == set(pids)
+
+
+def test_the_codebook_explains_every_column_of_every_table_and_every_question(tmp_path: Path) -> None:
+    study, text = template("human_study")
+    place, store, _ = fill(tmp_path, study, text, 1)
+    export_study(place, store, tmp_path / "out", Options(("csv",)))
+    book = (tmp_path / "out" / "codebook.md").read_text(encoding="utf-8")
+    parts = {part.partition("\n")[0]: part for part in book.split("\n## ")}
+    for file in (tmp_path / "out").glob("*.csv"):
+        header = file.read_text(encoding="utf-8").partition("\n")[0].strip().split(",")
+        explained = [line.split(" | ")[0][2:] for line in parts[file.stem].splitlines() if line.startswith("| ")]
+        assert explained[1:] == header, file
+    for item in study.questionnaire("about-partner").items:
+        assert f"| {item.id} |" in book and item.text in book
+    assert "(Perfect to Failure)" in book
+
+
+def test_an_export_holds_no_identity_and_no_completion_code(tmp_path: Path) -> None:
+    study, text = template("agent_survey", **SHORT)
+    place, store, pids = fill(tmp_path / "data", study, text, 2)
+    export_study(place, store, tmp_path / "out", Options())
+    assert traces(tmp_path / "out", "worker-0000", "CODE-1") == []
+    assert traces(tmp_path / "out", pids[0])
+    assert traces(tmp_path / "data", "worker-0000")
+
+
+def test_the_training_set_has_the_valid_rounds_split_so_that_nobody_is_in_both_parts(tmp_path: Path) -> None:
+    study, text = template("agent_survey", **SHORT)
+    place, store, pids = fill(tmp_path, study, text, 4, recorded_ticks=2)
+    store.keep_data(pids[3], False)
+    done = export_study(place, store, tmp_path / "out", Options(test_share=0.34))
+    assert (done.recordings, done.missing) == (8, [])
+    lines = (tmp_path / "out" / "training" / "dataset.jsonl").read_text(encoding="utf-8").splitlines()
+    rows = [json.loads(line) for line in lines]
+    people = {(name, row["split"]) for row in rows for name in (row["blue"], row["red"]) if name in pids}
+    assert sorted(name for name, _ in people) == sorted(pids[:3])
+    assert {part for _, part in people} == {"train", "test"}
+
+
+def test_a_recording_that_is_gone_is_reported_and_the_export_is_made(tmp_path: Path) -> None:
+    study, text = template("agent_survey", **SHORT)
+    place, store, _ = fill(tmp_path, study, text, 1)
+    assert len(export_study(place, store, tmp_path / "out", Options()).missing) == 2
+
+
+def test_a_round_that_never_had_a_tick_misses_no_recording(tmp_path: Path) -> None:
+    study, text = template("agent_survey", **SHORT)
+    place, store, _ = fill(tmp_path, study, text, 1)
+    Rounds(store).end(store.rows(rounds)[0]["episode"], Played("interrupted", 0, 0.0, 0.0, 0.0, None))
+    assert export_study(place, store, tmp_path / "out", Options(("csv",))).missing == [store.rows(rounds)[1]["episode"]]
+
+
+def test_what_was_recorded_is_read_with_the_study_as_it_began(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    study, text = template("agent_survey", **SHORT)
+    fill(tmp_path / "data", study, text, 1, clock=now_ms)
+    file = tmp_path / "study.yaml"
+    command = ["study", "export", str(file), "--data", str(tmp_path / "data"), "--formats", "csv", "-o"]
+    file.write_text(f"# a remark\n{text}", encoding="utf-8")
+    assert main([*command, str(tmp_path / "same")]) == 0
+    assert "has changed" not in capsys.readouterr().err
+    file.write_text(text.replace("[HandOff]", "[FourCorners, HandOff]"), encoding="utf-8")
+    assert main([*command, str(tmp_path / "changed")]) == 0
+    assert "has changed since the study began; it is read as it was then" in capsys.readouterr().err
+    assert {row["map"] for row in read_csv(tmp_path / "changed" / "allocation.csv")} == {"HandOff"}
+
+
+def test_answers_that_few_people_share_are_pointed_out(tmp_path: Path) -> None:
+    study, text = template("human_study")
+    place, store, _ = fill(tmp_path, study, text, 1)
+    (warning,) = export_study(place, store, tmp_path / "out", Options(("csv",))).warnings
+    assert "fewer than 5 people share an answer to: age, " in warning
+
+
+def test_an_export_never_overwrites(tmp_path: Path) -> None:
+    study, text = template("agent_survey", **SHORT)
+    place, store, _ = fill(tmp_path, study, text, 1)
+    (tmp_path / "out").mkdir()
+    with pytest.raises(StudyError, match="is not overwritten"):
+        export_study(place, store, tmp_path / "out", Options())
+
+
+def test_forgetting_leaves_no_trace_of_the_participant_in_any_file(tmp_path: Path) -> None:
+    study, text = template("agent_survey", **SHORT)
+    place, store, (gone, stays) = fill(tmp_path, study, text, 2, recorded_ticks=2)
+    store.note(f"{gone} felt unwell", unit=1)
+    damaged = place.recordings / "practice.mcap.journal.unreadable"
+    damaged.write_bytes(b"\x00" + gone.encode())
+    place.rooms.mkdir()
+    for pid in (gone, stays):  # of a server that was stopped
+        (place.rooms / f"{pid == gone}.json").write_text(f'{{"seats": [{{"alias": "{pid}"}}]}}', encoding="utf-8")
+    assert len(traces(tmp_path, gone)) > 4
+    done = forget(place, store, gone)
+    assert (done.recordings, done.identity) == (3, True) and done.rows > 10
+    assert traces(tmp_path, gone, "worker-0000") == []
+    assert [path.name for path in place.rooms.iterdir()] == ["False.json"]
+    assert traces(tmp_path, stays) and len(list(place.recordings.glob("*.mcap"))) == 2
+    (stone,) = store.rows(tombstones)
+    assert (stone["rows"], stone["recordings"]) == (done.rows, 3)
+    assert store.rows(audit)[-1]["action"] == "forget"
+
+
+def test_the_slot_of_who_is_forgotten_is_given_again_and_a_second_wish_is_answered(tmp_path: Path) -> None:
+    study, text = template("agent_survey", **SHORT)
+    place, store, (gone, _) = fill(tmp_path, study, text, 2)
+    forget(place, store, gone)
+    assert [row["state"] for row in store.rows(units)] == ["dropped", "done"]
+    with pytest.raises(StudyError, match=f"{gone} was forgotten already"):
+        forget(place, store, gone)
+    with pytest.raises(StudyError, match="there is no participant 'PXXXXXX'"):
+        forget(place, store, "PXXXXXX")
+
+
+def test_who_knows_the_completion_code_alone_is_forgotten_by_that(tmp_path: Path) -> None:
+    study, text = template("agent_survey", **SHORT)
+    place, store, (gone, _) = fill(tmp_path, study, text, 2)
+    assert forget(place, store, "CODE-1-0").pid == gone
+    store.arrive("P3", "en")
+    store.finish("P3", "done", "CODE-2-0")
+    with pytest.raises(StudyError, match="2 participants were given the code 'CODE-2-0'"):
+        forget(place, store, "CODE-2-0")
+
+
+def test_the_games_of_a_pair_go_for_both_and_the_partners_answers_stay(tmp_path: Path) -> None:
+    study, text = template("collect", **{"    maps: all": "    maps: [HandOff]", "    rounds: 3": "    rounds: 1"})
+    place, store, (gone, stays) = fill(tmp_path, study, text, 2, recorded_ticks=2)
+    forget(place, store, gone)
+    assert list(place.recordings.glob("*.mcap")) == []
+    assert traces(tmp_path, gone) == []
+    assert store.participant(stays).outcome == "done" and store.answers(stays, "form")
+
+
+def test_purging_removes_identities_first_and_everything_later_unless_it_was_released(tmp_path: Path) -> None:
+    study, text = template("agent_survey", **SHORT)
+    clock = Clock()
+    place, store, (released, other) = fill(tmp_path, study, text, 2, clock=clock)
+    store.consent(released, "2", "en", "again", ["release"])
+    assert due(study, store).identities == ()
+    clock.ms += 31 * DAY_MS
+    assert set(purge(place, store).identities) == {released, other}
+    assert purge(place, store).identities == ()  # nothing is left to remove
+    with closing(place.open_identities()) as identities:
+        assert identities.external(other) is None
+    clock.ms += 5 * 365 * DAY_MS
+    assert purge(place, store).trials == (other,)
+    assert [one.pid for one in store.everybody()] == [released]
+
+
+def test_nobody_is_removed_behind_the_back_of_a_server_that_runs(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    study, text = template("agent_survey", **SHORT)
+    folder, store, (pid,) = fill(tmp_path / "data", study, text, 1, clock=now_ms)
+    file = tmp_path / "study.yaml"
+    file.write_text(text, encoding="utf-8")
+    place = [str(file), "--data", str(tmp_path / "data")]
+    with folder.alone():
+        for arguments in (["forget", *place, pid], ["purge", *place, "--apply"]):
+            assert main(["study", *arguments]) == 2
+            assert "study agent-survey is being served from" in capsys.readouterr().err
+        assert main(["study", "purge", *place]) == 0
+    assert store.participant(pid).pid == pid
+    assert main(["study", "forget", *place, pid]) == 0
+
+
+def test_the_commands_say_what_they_did(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    study, text = template("agent_survey", **SHORT)
+    _, _, (pid, _) = fill(tmp_path / "data", study, text, 2, clock=now_ms)
+    file = tmp_path / "study.yaml"
+    file.write_text(text, encoding="utf-8")
+    place = [str(file), "--data", str(tmp_path / "data")]
+    assert main(["study", "export", *place, "-o", str(tmp_path / "out"), "--formats", "csv"]) == 0
+    assert "2 participants, 4 rounds, 20 answers, 0 recordings" in (page := capsys.readouterr().out)
+    assert page.count("missing: recording") == 4
+    assert main(["study", "purge", *place]) == 0
+    assert "due: 0 identities, 0 participants" in capsys.readouterr().out
+    assert main(["study", "forget", *place[:1], pid, *place[1:], "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["identity"] is True
+    assert main(["study", "forget", str(file), pid, "--data", str(tmp_path / "nothing")]) == 2
+    assert "has no data in" in capsys.readouterr().err

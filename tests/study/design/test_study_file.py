@@ -1,0 +1,185 @@
+"""Study files: what is read, and that every fault is found with its line."""
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from movingout.study.design.definition import Study
+from movingout.study.design.study_file import parse_study, read_study
+from movingout.study.design.templates import template_names, template_text
+from movingout.study.errors import StudyError, StudyFileError
+
+SMALL = """\
+format: 1
+id: pilot
+title: {en: A pilot, de: Ein Vorversuch}
+participants: 4
+consent:
+  version: "1"
+  text: We record how you play.
+partners:
+  - {id: one, agent: scripted}
+  - {id: two, agent: "idle"}
+blocks:
+  - id: play
+    partners: [one, two]
+    maps: [HandOff, FourCorners]
+    after_partner: [short]
+questionnaires:
+  - id: short
+    base: movingout-paper-nine
+    without: [future]
+    shuffle: true
+    items:
+      - {id: attention, kind: likert7, text: Please choose 2., expected: 2}
+debrief: {text: They were programs.}
+"""
+
+
+def faults(text: str) -> list[tuple[int, str, str]]:
+    with pytest.raises(StudyFileError) as caught:
+        parse_study(text)
+    return [(fault.line, fault.path, fault.message) for fault in caught.value.faults]
+
+
+def test_a_small_study_is_read_with_its_defaults() -> None:
+    study = parse_study(SMALL)
+    block = study.blocks[0]
+    assert (study.id, study.title.text("de"), study.title.text("fr")) == ("pilot", "Ein Vorversuch", "A pilot")
+    assert (block.limit_ticks, block.seats, block.partner_order) == (500, "alternate", "balanced")
+    assert study.consent.text.text() == "We record how you play."
+
+
+def test_a_questionnaire_is_built_from_a_ready_made_one_with_items_left_out_and_added_before_the_free_text() -> None:
+    ids = [item.id for item in parse_study(SMALL).questionnaire("short").items]
+    assert ids[-3:] == ["alignment", "attention", "comment"]
+    assert "future" not in ids
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "path", "message"),
+    [
+        ("    maps:", "    map:", 14, "blocks[0].map", "did you mean maps? known: id, partners"),
+        ("FourCorners", "FourCorner", 14, "blocks[0].maps", "unknown map 'FourCorner'"),
+        ("[one, two]", "[one, three]", 13, "blocks[0].partners[1]", "unknown partner 'three'; known: one, two"),
+        ("[short]", "[long]", 15, "blocks[0].after_partner[0]", "unknown questionnaire 'long'; known: short, movi"),
+        ("participants: 4", "participants: many", 4, "participants", "valid integer"),
+        ("participants: 4\n", "", 1, "participants", "this field is missing"),
+        ("id: pilot", "id: My Pilot", 2, "id", "small letters, digits and hyphens, at most 48, not 'My Pilot'"),
+        ("expected: 2", "expected: 9", 22, "questionnaires[0].items[0]", "a value of the scale, not 9"),
+        ("without: [future]", "without: [past]", 17, "questionnaires[0]", "cannot leave out 'past'"),
+        ("debrief: {text: They were programs.}\n", "", 1, "the file", "debrief is missing"),
+        ("id: two", "id: one", 10, "partners[1].id", "'one' is taken"),
+        ("participants: 4", "participants: 4\nlanguages: [en, de]", 8, "consent.text", "no text in 'de'"),
+        ("participants: 4", "participants: 4\nid: again", 5, "id", "stands here twice"),
+        ("participants: 4", "participants: [4", 5, "the file", "this is not YAML"),
+        ("participants: 4", "participants: 4\ngroup: 2", 14, "blocks[0].partners", "remove the partners"),
+        (
+            "participants: 4",
+            "participants: 4\ncodes: {done: 'a b'}",
+            5,
+            "codes",
+            "4 to 40 letters, digits and hyphens, not 'a b'",
+        ),
+        (
+            "participants: 4",
+            "participants: 4\nretention: {trials: 2 weeks}",
+            5,
+            "retention.trials",
+            "such as 30d or 3y",
+        ),
+        ("title: ", "title: 3 #", 3, "title", "a text, or one per language: {en: ..., de: ...}, not 3"),
+        (
+            "    maps:",
+            "    limit_ticks: 0\n    maps:",
+            14,
+            "blocks[0].limit_ticks",
+            "greater than or equal to 1, not 0",
+        ),
+    ],
+)
+def test_a_fault_is_reported_with_its_line_its_path_and_what_would_be_right(
+    old: str, new: str, line: int, path: str, message: str
+) -> None:
+    assert old in SMALL
+    found = faults(SMALL.replace(old, new))
+    assert any(at == line and where.startswith(path) and message in why for at, where, why in found), found
+
+
+def test_all_faults_of_a_file_are_reported_at_once_in_the_order_of_their_lines() -> None:
+    broken = SMALL.replace("participants: 4", "participants: 0\nminuts: 5").replace("kind: likert7", "kind: likert9")
+    found = faults(broken)
+    assert [line for line, _, _ in found] == [4, 5, 23]
+
+
+def test_a_faulty_block_is_not_also_a_missing_one() -> None:
+    assert [path for _, path, _ in faults(SMALL.replace("FourCorners", "Nowhere"))] == ["blocks[0].maps"]
+    assert [path for _, path, _ in faults(SMALL.split("blocks:")[0] + "blocks: []")] == ["blocks"]
+
+
+@pytest.mark.parametrize("text", ["", "[]", "just words", "a: &a [*a]", "a: \x00", "a: 2026-13-45", "? [1]\n: 2"])
+def test_what_is_no_study_at_all_is_refused_with_a_sentence(text: str) -> None:
+    assert faults(text)
+
+
+def test_a_text_can_lie_in_a_file_beside_the_study(tmp_path: Path) -> None:
+    (tmp_path / "consent.md").write_text("# Yes?", encoding="utf-8")
+    file = tmp_path / "study.yaml"
+    file.write_text(SMALL.replace("text: We record how you play.", "text: {en: {file: consent.md}}"), encoding="utf-8")
+    assert read_study(file).consent.text.text() == "# Yes?"
+
+
+@pytest.mark.parametrize("name", ["missing.md", "../secret.md", "/etc/hostname"])
+def test_a_file_elsewhere_or_nowhere_is_a_fault(tmp_path: Path, name: str) -> None:
+    file = tmp_path / "study.yaml"
+    file.write_text(SMALL.replace("text: We record how you play.", f"text: {{en: {{file: {name}}}}}"), encoding="utf-8")
+    with pytest.raises(StudyFileError, match=r"study.yaml:7: consent.text.en: "):
+        read_study(file)
+
+
+@settings(max_examples=150, deadline=None)
+@given(data=st.data())
+def test_a_file_with_a_line_lost_doubled_or_garbled_is_a_study_or_has_faults_with_lines(data: st.DataObject) -> None:
+    lines = SMALL.splitlines(keepends=True)
+    at = data.draw(st.integers(0, len(lines) - 1))
+    line = data.draw(
+        st.sampled_from(["", lines[at] * 2, "  " + lines[at], lines[at].replace(":", ""), "- [\n", "x: *y\n"])
+    )
+    text = "".join([*lines[:at], line, *lines[at + 1 :]])
+    try:
+        assert isinstance(parse_study(text), Study)
+    except StudyFileError as error:
+        assert all(1 <= fault.line <= text.count("\n") + 1 and fault.message for fault in error.faults)
+
+
+def test_an_unreadable_file_is_one_sentence(tmp_path: Path) -> None:
+    with pytest.raises(StudyError, match="cannot read"):
+        read_study(tmp_path / "none.yaml")
+    (tmp_path / "latin.yaml").write_bytes(b"title: \xe4")
+    with pytest.raises(StudyFileError, match="is not UTF-8"):
+        read_study(tmp_path / "latin.yaml")
+
+
+@pytest.mark.parametrize("name", template_names())
+def test_every_template_is_a_valid_study_whose_comments_explain_it(name: str) -> None:
+    text = template_text(name)
+    assert isinstance(parse_study(text, name), Study)
+    assert text.count("#") > 15
+    assert all(len(line) <= 120 for line in text.splitlines())
+
+
+def test_the_published_study_is_the_papers() -> None:
+    study = parse_study(template_text("human_study_as_published"))
+    assert study.participants == 32
+    assert [(block.seats, len(block.partners), len(block.maps), block.limit_ticks) for block in study.blocks] == [
+        ("red", 2, 12, 500),
+        ("blue", 2, 12, 500),
+    ]
+    assert {name for block in study.blocks for name in block.after_partner} == {"movingout-paper-nine"}
+
+
+def test_an_unknown_template_is_answered_with_the_known_ones() -> None:
+    with pytest.raises(StudyError, match="known: agent_survey, collect, human_study, human_study_as_published"):
+        template_text("nope")

@@ -1,0 +1,120 @@
+// @ts-check
+/*
+ * What the experimenter is asked before something is done, and the link for the next participant.
+ */
+
+import { ApiError, request, requestJson } from "../core/api.js";
+import { el, notice } from "../core/dom.js";
+import { actionsFor } from "./words.js";
+
+/** @typedef {import("./words.js").ParticipantRow} ParticipantRow */
+/** @typedef {ReturnType<typeof actionsFor>[number]} Action */
+/** @typedef {(action: string, body: Record<string, unknown>) => Promise<unknown>} Do */
+
+/** @param {string} title @param {...(Node | null)} parts */
+function openDialog(title, ...parts) {
+  const dialog = el("dialog", { class: "card card-roomy dialog", "aria-labelledby": "dialog-title" });
+  const close = el("button", { type: "button", class: "button", onclick: () => dialog.close() }, "Close");
+  dialog.append(el("div", { class: "stack" }, el("h2", { id: "dialog-title" }, title), ...parts.filter((part) => part !== null), el("div", { class: "row" }, close)));
+  dialog.addEventListener("close", () => dialog.remove());
+  document.body.append(dialog);
+  dialog.showModal();
+  return dialog;
+}
+
+/** @param {unknown} error */
+function sentence(error) {
+  if (!(error instanceof ApiError)) throw error;
+  return notice("bad", error.message);
+}
+
+/** What can be done for one participant. @param {ParticipantRow} row @param {Do} act */
+export function askForAction(row, act) {
+  const body = el("div", { class: "stack" });
+  const dialog = openDialog(row.pid, body);
+  const choose = (/** @type {Action} */ action) => {
+    if (action.asks) body.replaceChildren(reasonForm(row, action, act, () => dialog.close()));
+    else void run(row, action, "", act, body, () => dialog.close());
+  };
+  const buttons = actionsFor(row).map((action) =>
+    el("button", { type: "button", class: action.danger ? "button button-wide button-danger" : "button button-wide", onclick: () => choose(action) }, action.label),
+  );
+  body.replaceChildren(...buttons);
+}
+
+/** @param {ParticipantRow} row @param {Action} action @param {Do} act @param {() => void} done */
+function reasonForm(row, action, act, done) {
+  const area = el("textarea", { id: "reason", class: "input note-input", rows: 3, maxlength: 4000, required: true });
+  const problem = el("div", { role: "alert" });
+  const submit = el("button", { type: "submit", class: action.danger ? "button button-danger" : "button button-primary" }, action.label);
+  const form = el("form", { class: "stack", novalidate: true }, el("div", { class: "field" }, el("label", { for: "reason" }, action.asks), area), problem, el("div", { class: "row" }, submit));
+  form.addEventListener("submit", (event) => {
+    event.preventDefault();
+    if (area.value.trim()) return void run(row, action, area.value.trim(), act, problem, done);
+    problem.replaceChildren(notice("bad", "Please say it in a few words: it is kept with the data."));
+    area.focus();
+  });
+  setTimeout(() => area.focus());
+  return form;
+}
+
+/** @param {ParticipantRow} row @param {Action} action @param {string} reason @param {Do} act @param {HTMLElement} problem @param {() => void} done */
+async function run({ pid, unit, episode }, { action }, reason, act, problem, done) {
+  try {
+    await act(action, { pid, unit, episode, reason, text: reason });
+    done();
+  } catch (error) {
+    problem.prepend(sentence(error));
+  }
+}
+
+/** The link and code for whoever comes next. @param {string} token @param {Do} act */
+export async function openNext(token, act) {
+  const box = el("div", { class: "stack", role: "status" }, el("p", {}, "One moment…"));
+  openDialog("Next participant", box);
+  try {
+    const { code, path } = /** @type {{code: string, path: string}} */ (await act("open-next", {}));
+    const address = new URL(path, location.href).href;
+    const answer = await request(`/api/experimenter/qr.svg?code=${encodeURIComponent(code)}`, { token });
+    const picture = `data:image/svg+xml,${encodeURIComponent(await answer.text())}`;
+    box.replaceChildren(
+      el("img", { class: "qr", src: picture, alt: "QR code of the link", width: 200, height: 200 }),
+      el("p", { class: "next-code" }, code),
+      el("a", { class: "next-link", href: address, target: "_blank", rel: "noopener" }, address),
+      copyRow(address),
+      el("p", { class: "muted small" }, "For one participant. The same link brings them back to their place."),
+    );
+  } catch (error) {
+    box.replaceChildren(sentence(error));
+  }
+}
+
+/** @param {string} address */
+function copyRow(address) {
+  const said = el("span", { class: "muted small", role: "status" });
+  const copy = el("button", { type: "button", class: "button" }, "Copy the link");
+  copy.addEventListener("click", async () => {
+    const done = await navigator.clipboard?.writeText(address).then(() => true, () => false);
+    said.textContent = done ? "Copied." : "Copying is not allowed here: select the link above.";
+  });
+  return el("div", { class: "row" }, copy, said);
+}
+
+/** Saves what everybody is to be paid. @param {string} token @param {HTMLElement} said */
+export async function downloadPayments(token, said) {
+  try {
+    const answer = await request("/api/experimenter/payments.csv", { token });
+    const address = URL.createObjectURL(await answer.blob());
+    el("a", { href: address, download: "payments.csv" }).click();
+    setTimeout(() => URL.revokeObjectURL(address), 1000);
+    said.textContent = "Saved.";
+  } catch (error) {
+    if (!(error instanceof ApiError)) throw error;
+    said.textContent = error.message;
+  }
+}
+
+/** @param {string} token @returns {Do} */
+export function actor(token) {
+  return (action, body) => requestJson(`/api/experimenter/${action}`, { token, body });
+}

@@ -1,0 +1,256 @@
+// @ts-check
+/*
+ * The experimenter's screen: who is where in the study, live, and what can be done about it. Cells change in place, so
+ * that the keyboard stays where it is. What the numbers are called is in experimenter_words.js.
+ */
+
+import { openWithToken } from "../core/admin_token.js";
+import { ApiError, requestJson } from "../core/api.js";
+import { badge, byId, el, notice } from "../core/dom.js";
+import { actor, askForAction, downloadPayments, openNext } from "./dialogs.js";
+import { atWords, facts, linkPill, recordingPill, seatNames, sorted, summaryWords, tickPill, timeWords, whereWords } from "./words.js";
+import { LiveStream } from "../core/live_stream.js";
+
+/** @typedef {import("./words.js").StudyState} StudyState */
+/** @typedef {import("./words.js").ParticipantRow} ParticipantRow */
+/** @typedef {import("./words.js").Pill} Pill */
+/** @typedef {{row: HTMLTableRowElement, cells: Map<string, HTMLElement>, watch: HTMLAnchorElement, data: ParticipantRow}} Shown */
+
+const PATH = "/api/experimenter/state";
+const WRONG_TOKEN = [401, 403];
+const STALE_MS = 3000; // news come each second; without any for so long the page asks
+const COLUMNS = ["Participant", "Where", "Plays", "Since", "Link", "Ticks", "Recording"];
+const CLASSES = /** @type {Record<string, string>} */ ({ Participant: "strong", Since: "nowrap", Where: "nowrap" });
+
+class Dashboard {
+  #content = byId("content", HTMLElement);
+  #rows = byId("participants", HTMLElement);
+  /** @type {Map<string, Shown>} by pid */
+  #shown = new Map();
+  #newsAtMs = 0;
+  #hidden = new Set(dismissedAlerts());
+  /** @type {StudyState | null} */
+  #state = null;
+
+  /** @param {string} token */
+  constructor(token) {
+    this.token = token;
+    this.act = actor(token);
+  }
+
+  start() {
+    this.#content.hidden = false;
+    byId("actions", HTMLElement).hidden = false;
+    byId("open-next", HTMLButtonElement).addEventListener("click", () => void openNext(this.token, this.act));
+    byId("pause", HTMLButtonElement).addEventListener("click", () => void this.#do(this.#state?.paused ? "resume" : "pause", {}));
+    byId("payments", HTMLButtonElement).addEventListener("click", () => void downloadPayments(this.token, byId("payments-said", HTMLElement)));
+    byId("note-form", HTMLFormElement).addEventListener("submit", (event) => {
+      event.preventDefault();
+      void this.#addNote();
+    });
+    new LiveStream("/api/experimenter/live", this.token, { onNews: (state) => this.show(state) }).open();
+    setInterval(() => performance.now() - this.#newsAtMs > STALE_MS && void this.#ask(), 1000);
+  }
+
+  async #ask() {
+    if (document.hidden) return;
+    try {
+      this.show(await requestJson(PATH, { token: this.token, signal: AbortSignal.timeout(STALE_MS) }));
+    } catch (error) {
+      if (error instanceof ApiError && WRONG_TOKEN.includes(error.status)) location.reload(); // a new server: asks for its token
+      this.#setLost(error instanceof ApiError ? error.message : "The server takes long to answer.");
+    }
+  }
+
+  /** @param {string} action @param {Record<string, unknown>} body */
+  async #do(action, body) {
+    try {
+      await this.act(action, body);
+      await this.#ask();
+    } catch (error) {
+      if (!(error instanceof ApiError)) throw error;
+      this.#setLost(error.message);
+    }
+  }
+
+  async #addNote() {
+    const area = byId("note", HTMLTextAreaElement);
+    const said = byId("note-said", HTMLElement);
+    if (!area.value.trim()) return area.focus();
+    try {
+      await this.act("note", { text: area.value.trim() });
+      area.value = "";
+      said.textContent = "Kept.";
+      await this.#ask();
+    } catch (error) {
+      if (!(error instanceof ApiError)) throw error;
+      said.textContent = error.message;
+    }
+  }
+
+  /** Old figures stay, but look old. @param {string} reason empty: all is well */
+  #setLost(reason) {
+    const box = byId("lost", HTMLElement);
+    for (const part of this.#content.querySelectorAll(".facts-row, .table-card")) part.classList.toggle("stale", reason !== "");
+    if (box.textContent === "" && reason === "") return;
+    box.replaceChildren(...(reason ? [notice("bad", reason, " These are the last figures; trying again…")] : []));
+  }
+
+  // ---- what is shown ----------------------------------------------------------------------------------------
+
+  /** @param {StudyState} state */
+  show(state) {
+    this.#state = state;
+    this.#newsAtMs = performance.now();
+    this.#setLost("");
+    byId("title", HTMLElement).textContent = state.study.title;
+    document.title = `${state.study.title} · Experimenter`;
+    byId("summary", HTMLElement).textContent = summaryWords(state);
+    byId("pause", HTMLButtonElement).textContent = state.paused ? "Go on" : "Pause all";
+    replaceText(byId("paused", HTMLElement), state.paused ? "Everything is paused. Participants see a page that says so." : "");
+    this.#showFacts(state);
+    this.#showAlerts(state);
+    this.#showParticipants(state);
+    showNotes(state);
+  }
+
+  /** @param {StudyState} state */
+  #showFacts(state) {
+    byId("facts", HTMLElement).replaceChildren(
+      ...facts(state).map(({ title, value, detail, tone }) =>
+        el("div", { class: "card fact", "data-tone": tone }, el("dt", {}, title), el("dd", { class: "fact-value" }, value), el("dd", { class: "fact-detail" }, detail)),
+      ),
+    );
+  }
+
+  /** The newest three that were not put away. @param {StudyState} state */
+  #showAlerts({ alerts }) {
+    const box = byId("alerts", HTMLElement);
+    const open = alerts.filter(({ id, at }) => !this.#hidden.has(`${id}-${at}`)).slice(0, 3);
+    const key = open.map(({ id }) => id).join();
+    if (box.dataset.key === key) return;
+    box.dataset.key = key;
+    box.replaceChildren(
+      ...open.map(({ id, at, text }) => {
+        const away = el("button", { type: "button", class: "button button-small", "aria-label": `Put away: ${text}` }, "Put away");
+        away.addEventListener("click", () => this.#putAway(`${id}-${at}`));
+        return el("div", { class: "notice notice-attention alert" }, el("span", { class: "nowrap" }, atWords(at)), el("span", {}, text), away);
+      }),
+    );
+  }
+
+  /** @param {string} alert */
+  #putAway(alert) {
+    this.#hidden.add(alert);
+    keepDismissed([...this.#hidden]);
+    if (this.#state) this.#showAlerts(this.#state);
+  }
+
+  /** @param {StudyState} state */
+  #showParticipants({ participants }) {
+    const present = new Set(participants.map(({ pid }) => pid));
+    for (const [pid, { row }] of this.#shown) {
+      if (present.has(pid)) continue;
+      row.remove();
+      this.#shown.delete(pid);
+    }
+    sorted(participants).forEach((data, index) => {
+      const shown = this.#shown.get(data.pid) ?? this.#add(data);
+      fill(shown, data);
+      const after = this.#rows.children[index];
+      if (after !== shown.row && !shown.row.contains(document.activeElement)) this.#rows.insertBefore(shown.row, after ?? null);
+    });
+    byId("empty", HTMLElement).hidden = participants.length > 0;
+  }
+
+  /** @param {ParticipantRow} data @returns {Shown} */
+  #add(data) {
+    const cells = new Map(COLUMNS.map((column) => [column, el("td", { "data-label": column, class: CLASSES[column] ?? null })]));
+    const watch = el("a", { class: "button button-small", target: "_blank", rel: "noopener", "aria-label": `Watch ${data.pid}` }, "Watch");
+    const more = el("button", { type: "button", class: "button button-small", "aria-label": `Actions for ${data.pid}` }, "Actions");
+    const row = el("tr", { "data-pid": data.pid }, ...cells.values(), el("td", { class: "actions" }, watch, more));
+    const shown = { row, cells, watch, data };
+    more.addEventListener("click", () => askForAction(shown.data, async (action, body) => {
+      await this.act(action, body);
+      await this.#ask();
+    }));
+    this.#rows.append(row);
+    this.#shown.set(data.pid, shown);
+    return shown;
+  }
+}
+
+/** @param {Shown} shown @param {ParticipantRow} data */
+function fill(shown, data) {
+  shown.data = data;
+  const names = seatNames(data);
+  const part = data.outcome ? [] : [el("span", { class: "room-remark" }, `part ${Math.min(data.position.done + 1, data.position.total)} of ${data.position.total}`)];
+  /** @type {Record<string, (Node | string)[]>} */
+  const texts = {
+    Participant: [data.pid],
+    Where: [whereWords(data), ...part],
+    Plays: names ? [el("span", { class: "room-seats" }, ...names.map((name, seat) => el("span", { class: "agent" }, badge(seat), name))), ...mapRemark(data)] : [],
+    Since: [timeWords(data)],
+    Link: [pill(linkPill(data))],
+    Ticks: [pill(tickPill(data))],
+    Recording: [pill(recordingPill(data))],
+  };
+  for (const [column, parts] of Object.entries(texts)) {
+    const cell = shown.cells.get(column);
+    cell?.replaceChildren(...parts);
+    cell?.toggleAttribute("data-empty", ["", "–"].includes(cell.textContent ?? ""));
+  }
+  shown.watch.hidden = data.room === null;
+  if (data.room !== null) shown.watch.href = `/watch/${encodeURIComponent(data.room)}`;
+  shown.row.toggleAttribute("data-finished", data.outcome !== null);
+}
+
+/** @param {ParticipantRow} data */
+function mapRemark({ title }) {
+  return title ? [el("span", { class: "room-remark" }, title)] : [];
+}
+
+/** @param {Pill} pill */
+function pill({ words, tone }) {
+  return words === "–" ? el("span", { class: "muted" }, words) : el("span", { class: `pill ${tone && `pill-${tone}`}` }, words);
+}
+
+/** @param {StudyState} state */
+function showNotes({ notes }) {
+  const box = byId("notes", HTMLElement);
+  const key = String(notes.length) + (notes[0]?.at ?? "");
+  if (box.dataset.key === key) return;
+  box.dataset.key = key;
+  box.replaceChildren(...notes.map(({ at, text, pid }) => el("li", {}, el("span", { class: "muted small" }, [atWords(at), pid].filter(Boolean).join(" · ")), el("p", {}, text))));
+}
+
+/** @param {HTMLElement} box @param {string} text */
+function replaceText(box, text) {
+  if (box.textContent !== text) box.replaceChildren(...(text ? [notice("attention", text)] : []));
+}
+
+const DISMISSED = "movingout.experimenter.alerts";
+
+/** @returns {string[]} */
+function dismissedAlerts() {
+  try {
+    const kept = JSON.parse(sessionStorage.getItem(DISMISSED) ?? "[]");
+    return Array.isArray(kept) ? kept : [];
+  } catch {
+    return [];
+  }
+}
+
+/** @param {string[]} alerts */
+function keepDismissed(alerts) {
+  try {
+    sessionStorage.setItem(DISMISSED, JSON.stringify(alerts));
+  } catch {
+    // they come back after a reload
+  }
+}
+
+const opened = await openWithToken(byId("ask", HTMLElement), PATH);
+const dashboard = new Dashboard(opened.token);
+dashboard.show(opened.document);
+dashboard.start();

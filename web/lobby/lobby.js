@@ -1,0 +1,240 @@
+// @ts-check
+/*
+ * The lobby: choose a map, who sits where and the time limit; make the room; go to it. What a choice means is in
+ * lobby_choice.js, the pictures are the game's own renderer.
+ */
+
+import { ApiError, requestJson } from "../core/api.js";
+import { controlsCard } from "./controls.js";
+import { badge, byId, el, notice } from "../core/dom.js";
+import { DEFAULT_LIMIT, LIMITS, MODES, SEED_MAX, defaultPartner, isOpen, parseSeed } from "./choice.js";
+import { roomRequest, seatOptions, seatsNote } from "./choice.js";
+import { mapPicture } from "../view/render.js";
+import { saveTokens } from "../wire/seat_tokens.js";
+import { showShare } from "./share.js";
+
+/** @typedef {import("../view/render.js").GameMap} GameMap */
+/** @typedef {import("./choice.js").AgentCard} AgentCard */
+/** @typedef {import("./choice.js").Choice} Choice */
+
+const MEMORY = "movingout.lobby"; // localStorage: the last choice, without the seed
+const RETRY_MS = 3000;
+const COLOURS = ["Blue", "Red"];
+
+const form = byId("lobby", HTMLFormElement);
+const mapsBox = byId("maps", HTMLElement);
+const seatsBox = byId("seats", HTMLElement);
+const chosenBox = byId("chosen", HTMLElement);
+const problemBox = byId("problem", HTMLElement);
+const limitSelect = byId("limit", HTMLSelectElement);
+const randomisedBox = byId("randomised", HTMLInputElement);
+const seedInput = byId("seed", HTMLInputElement);
+const playButton = byId("play", HTMLButtonElement);
+const playAllButton = byId("play-all", HTMLButtonElement);
+const practiceButton = byId("practice", HTMLButtonElement);
+
+/** @type {GameMap[]} */
+let maps = [];
+/** @type {GameMap | null} */
+let practiceMap = null;
+/** @type {AgentCard[]} */
+let agents = [];
+let partner = "link";
+
+async function load() {
+  mapsBox.setAttribute("aria-busy", "true");
+  try {
+    const [mapList, agentList] = await Promise.all([requestJson("/api/maps"), requestJson("/api/agents")]);
+    maps = mapList.maps;
+    practiceMap = mapList.practice;
+    agents = agentList.agents;
+    partner = defaultPartner(agents, agentList.default);
+    showChoices(remembered());
+    if (location.pathname === "/practice") await practise();
+  } catch (error) {
+    if (!(error instanceof ApiError)) throw error;
+    mapsBox.replaceChildren(notice("bad", error.message, " Trying again…"));
+    window.setTimeout(load, RETRY_MS);
+  } finally {
+    mapsBox.removeAttribute("aria-busy");
+  }
+}
+
+/** @param {Choice} choice */
+function showChoices(choice) {
+  mapsBox.replaceChildren(...MODES.map(({ id, title, help }) => mapGroup(id, title, help, choice.map)));
+  seatsBox.replaceChildren(seatField(0, choice.seats[0]), seatField(1, choice.seats[1]), el("p", { id: "seats-note", class: "field-help", role: "status" }));
+  limitSelect.replaceChildren(...LIMITS.map(({ ticks, label }) => el("option", { value: ticks }, label)));
+  limitSelect.value = String(choice.limitTicks);
+  drawPictures();
+  refresh();
+  for (const button of [playButton, playAllButton, practiceButton]) button.disabled = false;
+}
+
+/** @param {string} mode @param {string} title @param {string} help @param {string} selected */
+function mapGroup(mode, title, help, selected) {
+  const cards = maps.filter((map) => map.mode === mode).map((map) => mapCard(map, map.name === selected));
+  return el(
+    "fieldset",
+    { class: "map-group" },
+    el("legend", {}, el("h2", {}, title), el("span", { class: "muted small" }, help)),
+    ...cards,
+  );
+}
+
+/** @param {GameMap} map @param {boolean} selected */
+function mapCard(map, selected) {
+  return el(
+    "label",
+    { class: "map" },
+    el("input", { type: "radio", name: "map", value: map.name, checked: selected, "aria-describedby": `about-${map.name}` }),
+    el("canvas", { "aria-hidden": "true", "data-map": map.name }),
+    el("span", { class: "map-title" }, map.title),
+    el("span", { class: "sr-only", id: `about-${map.name}` }, map.description),
+  );
+}
+
+function drawPictures() {
+  for (const canvas of mapsBox.querySelectorAll("canvas")) {
+    const map = maps.find(({ name }) => name === canvas.dataset.map);
+    if (map) mapPicture(canvas, map);
+  }
+}
+
+/** @param {number} seat @param {string} selected */
+function seatField(seat, selected) {
+  const options = seatOptions(agents);
+  const select = el("select", { id: `seat-${seat}`, class: "select", "aria-describedby": `seat-help-${seat}` });
+  for (const group of new Set(options.map((option) => option.group))) {
+    const members = options.filter((option) => option.group === group);
+    select.append(el("optgroup", { label: group }, ...members.map(({ value, label }) => el("option", { value }, label))));
+  }
+  select.value = options.some(({ value }) => value === selected) ? selected : partner;
+  return el(
+    "div",
+    { class: "field seat" },
+    el("label", { for: `seat-${seat}` }, badge(seat), COLOURS[seat]),
+    select,
+    el("p", { id: `seat-help-${seat}`, class: "field-help" }),
+  );
+}
+
+/** @returns {Choice} */
+function choice() {
+  const chosen = mapsBox.querySelector("input:checked");
+  return {
+    map: chosen instanceof HTMLInputElement ? chosen.value : maps[0].name,
+    seats: [byId("seat-0", HTMLSelectElement).value, byId("seat-1", HTMLSelectElement).value],
+    limitTicks: Number(limitSelect.value),
+    seed: randomisedBox.checked ? parseSeed(seedInput.value) : null,
+  };
+}
+
+/** Brings every text that follows from the choice up to date. */
+function refresh() {
+  const { map: name, seats } = choice();
+  const map = maps.find((candidate) => candidate.name === name) ?? maps[0];
+  chosenBox.replaceChildren(
+    el("div", { class: "row row-apart" }, el("h2", {}, map.title), el("span", { class: "pill" }, map.mode)),
+    el("p", {}, map.description),
+  );
+  for (const seat of [0, 1]) {
+    const option = seatOptions(agents).find(({ value }) => value === seats[seat]);
+    byId(`seat-help-${seat}`, HTMLElement).textContent = option?.help ?? "";
+  }
+  byId("seats-note", HTMLElement).textContent = seatsNote(seats);
+  byId("hint", HTMLElement).hidden = seats.some(isOpen);
+  const verb = seats.includes("here") ? "Play" : seats.some(isOpen) ? "Open" : "Watch";
+  playButton.textContent = `${verb} ${map.title}`;
+  playAllButton.textContent = `${verb} all ${maps.length} maps`;
+  byId("seed-field", HTMLElement).hidden = !randomisedBox.checked;
+}
+
+/** @returns {Choice} the last visit's, else a first visitor's */
+function remembered() {
+  const first = { map: maps[0].name, seats: /** @type {[string, string]} */ (["here", partner]), limitTicks: DEFAULT_LIMIT, seed: null };
+  try {
+    const kept = JSON.parse(localStorage.getItem(MEMORY) ?? "{}");
+    return {
+      ...first,
+      ...(maps.some(({ name }) => name === kept.map) && { map: kept.map }),
+      ...(Array.isArray(kept.seats) && kept.seats.length === 2 && { seats: kept.seats }),
+      ...(LIMITS.some(({ ticks }) => ticks === kept.limitTicks) && { limitTicks: kept.limitTicks }),
+    };
+  } catch {
+    return first; // no storage, or not ours
+  }
+}
+
+/** @param {Choice} chosen */
+function remember({ map, seats, limitTicks }) {
+  try {
+    localStorage.setItem(MEMORY, JSON.stringify({ map, seats, limitTicks }));
+  } catch {
+    // next time starts from the defaults
+  }
+}
+
+/** @param {string[]} names the rounds */
+async function play(names) {
+  problemBox.replaceChildren(); // here and not on a change: the button must not move under the finger
+  const chosen = choice();
+  if (randomisedBox.checked && chosen.seed === null) {
+    showProblem(`The number for changed items is a whole number from 0 to ${SEED_MAX}.`);
+    byId("more", HTMLDetailsElement).open = true;
+    return seedInput.focus();
+  }
+  remember(chosen);
+  await openRoom(roomRequest(chosen, names), chosen.seats);
+}
+
+async function practise() {
+  if (!practiceMap) return;
+  const seats = /** @type {[string, string]} */ (["here", "agent:idle"]); // nobody hurries whoever learns
+  await openRoom(roomRequest({ ...choice(), seats }, [practiceMap.name], true), seats);
+}
+
+/** @param {ReturnType<typeof roomRequest>} body @param {readonly [string, string]} seats */
+async function openRoom(body, seats) {
+  setBusy(true);
+  try {
+    const room = await requestJson("/api/rooms", { body });
+    saveTokens(room.room, room.tokens);
+    if (seats.includes("here")) location.assign(room.join_path);
+    else if (seats.some(isOpen)) showShare(byId("share", HTMLElement), form, room, seats);
+    else location.assign(room.watch_path);
+  } catch (error) {
+    if (!(error instanceof ApiError)) throw error;
+    showProblem(error.message);
+  } finally {
+    setBusy(false);
+  }
+}
+
+/** @param {boolean} busy */
+function setBusy(busy) {
+  for (const button of [playButton, playAllButton, practiceButton]) button.disabled = busy;
+}
+
+/** @param {string} message */
+function showProblem(message) {
+  problemBox.replaceChildren(notice("bad", message));
+}
+
+function newSeed() {
+  seedInput.value = String(Math.floor(Math.random() * 1_000_000));
+}
+
+byId("controls", HTMLElement).append(controlsCard());
+newSeed();
+form.addEventListener("change", refresh);
+form.addEventListener("submit", (event) => {
+  event.preventDefault();
+  void play([choice().map]);
+});
+playAllButton.addEventListener("click", () => void play(maps.map(({ name }) => name)));
+practiceButton.addEventListener("click", () => void practise());
+byId("new-seed", HTMLButtonElement).addEventListener("click", newSeed);
+new ResizeObserver(drawPictures).observe(mapsBox);
+window.addEventListener("movingout-theme", drawPictures);
+void load();

@@ -1,0 +1,40 @@
+// The polite live region: at most one sentence a second, the newest wins. The clock is never read out each second.
+
+import { byId } from "../core/dom.js";
+import { TEXT } from "../text/text.js";
+
+/** @typedef {import("./game.js").Game} Game */
+/** @typedef {import("./game.js").Scene} Scene */
+
+const QUIET_MS = 1000;
+
+export class Announcer {
+  #region = byId("live", HTMLElement);
+  #saidAtMs = -Infinity;
+  #next = "";
+  #before = { phase: "", delivered: 0, stalled: false, tick: 0 };
+
+  /** @param {Game} game @param {Scene} scene @param {number} nowMs */
+  update(game, scene, nowMs) {
+    const { phase } = game;
+    const delivered = scene.view.delivered.filter(Boolean).length;
+    const before = this.#before;
+    this.#before = { phase, delivered, stalled: scene.stalled, tick: scene.tick };
+    const limit = game.round?.limit_ticks ?? 0;
+    const passed = (/** @type {number} */ tick) => limit > 0 && before.tick < tick && scene.tick >= tick;
+    if (phase === "playing" && before.phase !== "playing") this.#next = TEXT.announce.start;
+    if (phase === "paused" && before.phase !== "paused") this.#next = TEXT.announce.paused(game.room?.reason ?? "");
+    if (passed(limit / 2)) this.#next = TEXT.announce.halfTime;
+    if (passed(limit - 100)) this.#next = TEXT.announce.tenSeconds;
+    if (scene.stalled && !before.stalled) this.#next = TEXT.announce.stalled;
+    if (delivered !== before.delivered) this.#next = TEXT.announce.delivered(delivered, scene.view.delivered.length);
+    if (this.#next !== "" && nowMs - this.#saidAtMs >= QUIET_MS) this.#say(nowMs);
+  }
+
+  /** @param {number} nowMs */
+  #say(nowMs) {
+    this.#region.textContent = this.#next;
+    this.#saidAtMs = nowMs;
+    this.#next = "";
+  }
+}

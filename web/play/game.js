@@ -1,0 +1,147 @@
+// What this page knows of its room, and the instant it shows. Messages go in with their time of arrival; `show`
+// gives what to draw now. Knows no page, no canvas and no socket.
+
+import { ServerClock } from "../wire/clock.js";
+import { EXTRAPOLATE_MS, PlayHead, Timeline } from "../view/interpolate.js";
+import { FLAG_NOT_RECORDING } from "../messages.js";
+import { startView } from "../view/render.js";
+
+/** @typedef {import("../messages.js").ServerMessage} ServerMessage */
+/** @typedef {import("../messages.js").Bundle} Bundle */
+/** @typedef {import("../view/interpolate.js").TimedEvent} TimedEvent */
+/** @typedef {import("../view/render.js").GameMap} GameMap */
+/** @typedef {import("../view/render.js").View} View */
+/** @typedef {import("../messages.js").Round & {map: GameMap}} Round */
+/**
+ * @typedef {object} Scene  one instant to show
+ * @property {View} view
+ * @property {number} tick  the newest tick whose end was shown
+ * @property {boolean} stalled  play goes on but nothing arrives: the picture stands still
+ * @property {TimedEvent[]} events  what happened since the scene before
+ */
+
+const HOLD_MS = 400; // news that would overtake the picture waits at most so long
+
+export class Game {
+  clock = new ServerClock();
+  /** @type {import("../messages.js").Welcome | null} */
+  welcome = null;
+  /** @type {Round | null} */
+  round = null;
+  /** @type {import("../messages.js").RoomState | null} */
+  room = null;
+  /** @type {import("../messages.js").Result | null} */
+  result = null;
+  recording = true;
+  #timeline = new Timeline();
+  #head = new PlayHead();
+  #timeMs = -Infinity;
+  /** @type {{message: ServerMessage, atMs: number}[]} news that the play head has not reached */
+  #held = [];
+  #rejoined = false;
+
+  /** The seats of this page. */
+  get own() {
+    return this.welcome?.seats.map((grant) => grant.seat) ?? [];
+  }
+
+  get phase() {
+    return this.room?.phase ?? "lobby";
+  }
+
+  get newestTick() {
+    return this.#timeline.newestTick;
+  }
+
+  /** How far the picture is behind the server's clock. */
+  get delayMs() {
+    return this.#head.delayMs;
+  }
+
+  /** @param {ServerMessage} message @param {number} atMs  local time */
+  receive(message, atMs) {
+    if (this.#held.length > 0 || this.#overtakes(message)) this.#held.push({ message, atMs });
+    else this.#apply(message);
+  }
+
+  /** The end of a round is known up to 100 ms before it is seen. @param {ServerMessage} message */
+  #overtakes(message) {
+    const ends = message.type === "result" || (message.type === "room" && message.phase.endsWith("_over"));
+    return ends && this.phase === "playing" && this.#timeMs < this.#timeline.endMs;
+  }
+
+  /** @param {ServerMessage} message */
+  #apply(message) {
+    if (message.type === "welcome") {
+      this.welcome = message;
+      this.clock.reset(); // perhaps another server: its clock and its newest tick are what counts
+      this.#head.reset();
+      this.#rejoined = true;
+    }
+    if (message.type === "round") this.#begin(/** @type {Round} */ (message));
+    if (message.type === "room") {
+      this.room = message;
+      this.recording = message.recording;
+    }
+    if (message.type === "keyframe" && message.epoch === this.round?.epoch) {
+      if (this.#rejoined) this.#timeline.clear();
+      this.#rejoined = false;
+      this.#timeline.reset(message);
+    }
+    if (message.type === "result") this.result = message;
+  }
+
+  /** @param {Round} round */
+  #begin(round) {
+    const same = round.epoch === this.round?.epoch && round.map.name === this.round.map.name;
+    this.round = same && this.round !== null ? { ...round, map: this.round.map } : round; // the drawing is kept by map
+    if (same) return;
+    this.result = null;
+    this.#timeline.clear();
+    this.#timeMs = -Infinity;
+  }
+
+  /** @param {Bundle} bundle @param {number} atMs */
+  addBundle(bundle, atMs) {
+    if (this.round === null || bundle.epoch !== (this.round.epoch & 0xffff)) return;
+    this.recording = (bundle.flags & FLAG_NOT_RECORDING) === 0;
+    this.#timeline.push(bundle);
+    if (this.clock.known) this.#head.arrived(bundle.timeMs, this.clock.now(atMs));
+  }
+
+  /** What to show at local time `nowMs`. @param {number} nowMs @returns {Scene | null} null before the first round */
+  show(nowMs) {
+    if (this.round === null) return null;
+    const live = this.phase === "playing" && this.#held.length === 0;
+    if (this.clock.known) {
+      this.#timeMs = this.#head.advance(this.clock.now(nowMs), this.#timeline.endMs);
+      if (!live) this.#timeMs = Math.min(this.#timeMs, this.#timeline.endMs);
+    }
+    const events = this.#timeline.takeEvents(this.#timeMs);
+    const frame = this.#timeline.at(this.#timeMs);
+    const stalled = live && frame !== null && frame.tick > 0 && this.#timeMs >= this.#timeline.endMs + EXTRAPOLATE_MS;
+    this.#release(nowMs);
+    return { view: frame ?? startView(this.round.map), tick: frame?.tick ?? 0, stalled, events };
+  }
+
+  /** Lets the news through that the picture has caught up with. @param {number} nowMs */
+  #release(nowMs) {
+    while (this.#held.length > 0) {
+      const { message, atMs } = this.#held[0];
+      if (this.#overtakes(message) && nowMs - atMs < HOLD_MS) return;
+      this.#held.shift();
+      this.#apply(message);
+    }
+  }
+
+  /** Seconds until the countdown or the pause ends, 0 when neither runs. @param {number} nowMs */
+  secondsLeft(nowMs) {
+    if (this.room === null || this.room.until_ms === 0 || !this.clock.known) return 0;
+    return Math.max(0, (this.room.until_ms - this.clock.now(nowMs)) / 1000);
+  }
+
+  /** After a hidden tab: the past is not played again. */
+  skipToNow() {
+    this.#head.reset();
+  }
+}

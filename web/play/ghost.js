@@ -1,0 +1,49 @@
+// @ts-check
+// Playing with a recording: a person takes one seat, the other seat plays again as it was recorded (a ghost).
+
+import { ApiError, requestJson } from "../core/api.js";
+import { badge, el, notice } from "../core/dom.js";
+import { saveTokens } from "../wire/seat_tokens.js";
+import { TEXT } from "../text/text.js";
+
+/**
+ * The body of POST /api/rooms: the map is the recording's own.
+ * @param {string} recording episode id @param {number} own the person's seat @param {number} limitTicks 0 for the usual limit
+ */
+export function ghostRequest(recording, own, limitTicks) {
+  const seats = [0, 1].map((seat) => (seat === own ? { kind: "here" } : { kind: "ghost", recording }));
+  return { maps: [], seats, ...(limitTicks > 0 && { limit_ticks: limitTicks }) };
+}
+
+/**
+ * One button per seat, and the server's sentence when it refuses.
+ * @param {HTMLElement} box @param {string} recording @param {number} limitTicks
+ */
+export function offerGhosts(box, recording, limitTicks) {
+  const problem = el("div", { role: "alert" });
+  const buttons = [0, 1].map((own) =>
+    el(
+      "button",
+      { type: "button", class: "button button-small", onclick: () => void play(own) },
+      badge(own),
+      el("span", { class: "sr-only" }, "Take "),
+      TEXT.colours[own],
+    ),
+  );
+  box.replaceChildren(el("p", { class: "row" }, ...buttons), problem);
+
+  /** @param {number} own */
+  async function play(own) {
+    for (const button of buttons) button.disabled = true;
+    try {
+      const room = await requestJson("/api/rooms", { body: ghostRequest(recording, own, limitTicks) });
+      saveTokens(room.room, room.tokens);
+      location.assign(room.join_path);
+    } catch (error) {
+      if (!(error instanceof ApiError)) throw error;
+      problem.replaceChildren(notice("bad", error.message));
+    } finally {
+      for (const button of buttons) button.disabled = false;
+    }
+  }
+}

@@ -1,0 +1,223 @@
+// The words and bars beside the arena. Writes to the page only what changed; knows no socket and no device.
+
+import { badge, byId, el } from "../core/dom.js";
+import { buttonName, keyName, moveName } from "../input/mapping.js";
+import { TEXT } from "../text/text.js";
+import { clockText, connectionWords, playingWords, seatName, taskSentence, waitingWords } from "./seat_phrases.js";
+
+/** @typedef {import("./game.js").Game} Game */
+/** @typedef {import("./game.js").Scene} Scene */
+/** @typedef {import("../input/mapping.js").Mapping} Mapping */
+/** @typedef {import("../input/seats.js").SeatCard} SeatCard */
+/** @typedef {import("../wire/connection.js").Status} Status */
+
+const TICKS_PER_S = 10;
+const PROBLEM_MS = 6000;
+
+export class Hud {
+  #parts = {
+    play: byId("play", HTMLElement), round: byId("round", HTMLElement), title: byId("title", HTMLElement),
+    task: byId("task", HTMLElement), timeLabel: byId("time-label", HTMLElement), time: byId("time", HTMLElement),
+    timeBar: byId("time-bar", HTMLElement), doneLabel: byId("done-label", HTMLElement),
+    done: byId("done", HTMLElement), doneBar: byId("done-bar", HTMLElement), seats: byId("seats", HTMLElement),
+    connectionLabel: byId("connection-label", HTMLElement), connection: byId("connection", HTMLElement),
+    watchers: byId("watchers", HTMLElement), recording: byId("recording", HTMLElement),
+    problem: byId("problem", HTMLElement), controls: byId("controls", HTMLElement), arena: byId("arena", HTMLCanvasElement),
+    stalled: /** @type {Element} */ (document.querySelector("#stalled")), stop: byId("stop", HTMLButtonElement),
+  };
+  /** @type {Map<Element, string>} what was last written where */
+  #written = new Map();
+  #seatRows = [0, 1].map((seat) => seatRow(seat));
+  #problemUntilMs = 0;
+
+  constructor() {
+    const { seats, timeLabel, doneLabel, connectionLabel, recording, stalled } = this.#parts;
+    seats.replaceChildren(...this.#seatRows.map((row) => row.box));
+    timeLabel.textContent = TEXT.timeLeft;
+    doneLabel.textContent = TEXT.delivered;
+    connectionLabel.textContent = TEXT.connection;
+    recording.textContent = TEXT.notRecording;
+    stalled.setAttribute("aria-label", TEXT.announce.stalled);
+  }
+
+  /**
+   * Something that was asked for cannot be done, or may go badly: the server's sentence, for a while.
+   * @param {string} sentence @param {number} nowMs @param {"bad" | "attention"} [tone]
+   */
+  showProblem(sentence, nowMs, tone = "bad") {
+    this.#text(this.#parts.problem, sentence);
+    this.#attribute(this.#parts.problem, "class", `notice notice-${tone} small play-problem`);
+    this.#parts.problem.hidden = false;
+    this.#problemUntilMs = nowMs + PROBLEM_MS;
+  }
+
+  /**
+   * @param {Game} game @param {Scene | null} scene @param {Status} status @param {number} nowMs
+   */
+  update(game, scene, status, nowMs) {
+    const { phase, room, welcome } = game;
+    if (phase === "countdown" && room?.reason && !welcome?.study) this.showProblem(room.reason, nowMs, "attention");
+    if (nowMs > this.#problemUntilMs) this.#parts.problem.hidden = true;
+    const { play, connection, stalled, stop } = this.#parts;
+    play.dataset.phase = game.phase;
+    const line = connectionWords(status, scene?.stalled ?? false, game.clock.rttMs);
+    this.#text(connection, line.words);
+    this.#attribute(connection, "class", line.state ? `pill pill-${line.state}` : "pill");
+    stalled.toggleAttribute("hidden", !(scene?.stalled || status === "reconnecting"));
+    this.#text(stop, stopWords(game));
+    stop.hidden = game.phase.endsWith("_over") && game.welcome?.mode !== "watch";
+    if (game.round === null || scene === null) return;
+    this.#heading(game.round);
+    this.#meters(game.round, scene);
+    this.#players(game, scene);
+    this.#company(game);
+  }
+
+  /** @param {import("./game.js").Round} round */
+  #heading(round) {
+    this.#text(this.#parts.round, round.practice ? TEXT.practice : TEXT.round(round.index, round.total));
+    this.#text(this.#parts.title, round.map.title);
+    this.#text(this.#parts.task, taskSentence(round.map));
+  }
+
+  /** @param {import("./game.js").Round} round @param {Scene} scene */
+  #meters(round, scene) {
+    const { time, timeLabel, timeBar, done, doneBar, arena } = this.#parts;
+    const limited = round.limit_ticks > 0;
+    const ticks = limited ? round.limit_ticks - scene.tick : scene.tick;
+    this.#text(timeLabel, limited ? TEXT.timeLeft : TEXT.time);
+    this.#text(time, clockText(ticks / TICKS_PER_S));
+    timeBar.hidden = !limited;
+    this.#width(timeBar, limited ? ticks / round.limit_ticks : 0);
+    const items = round.map.items.length;
+    const delivered = scene.view.delivered.filter(Boolean).length;
+    this.#text(done, `${delivered} / ${items}`);
+    this.#width(doneBar, items > 0 ? delivered / items : 0);
+    this.#attribute(arena, "aria-label", TEXT.arena(round.map.title, delivered, items));
+  }
+
+  /** @param {Game} game @param {Scene} scene */
+  #players(game, scene) {
+    const { room, round, own, phase } = game;
+    if (room === null || round === null) return;
+    const running = phase === "playing" || phase === "paused";
+    room.seats.forEach((seat, index) => {
+      const mine = own.includes(index);
+      const device = TEXT.devices[/** @type {"keyboard"} */ (seat.device)];
+      const name = own.length > 1 && mine && !seat.name ? TEXT.colours[index] : seatName(seat, mine, own.length === 0);
+      const words = running ? playingWords(seat, index, round.map, scene.view, own) : waitingWords(seat);
+      const urgent = [TEXT.state.help, TEXT.state.helpPartner, TEXT.state.gone].includes(words);
+      this.#text(this.#seatRows[index].name, mine && device ? `${name} · ${device}` : name);
+      this.#text(this.#seatRows[index].words, words);
+      this.#attribute(this.#seatRows[index].words, "data-state", urgent ? "attention" : "");
+    });
+  }
+
+  /** @param {Game} game */
+  #company(game) {
+    const { watchers, recording } = this.#parts;
+    const count = game.room?.spectators ?? 0;
+    const watching = game.welcome?.mode === "watch";
+    watchers.hidden = !watching && count === 0;
+    this.#text(watchers, watching ? TEXT.watching : TEXT.watchers(count));
+    recording.hidden = game.recording || game.phase !== "playing" || game.round?.practice === true;
+  }
+
+  /**
+   * The controls card: what to press on the device in use, per seat of this page.
+   * @param {readonly SeatCard[]} cards @param {Mapping} mapping @param {{change(): void, swap(): void}} actions
+   */
+  showControls(cards, mapping, actions) {
+    const { controls } = this.#parts;
+    const state = JSON.stringify([cards, mapping]);
+    if (this.#written.get(controls) === state) return;
+    this.#written.set(controls, state);
+    controls.hidden = cards.length === 0;
+    const blocks = cards.map((card) => keyBlock(card, mapping, cards.length > 1));
+    const buttons = [el("button", { type: "button", class: "button-link small", onclick: actions.change }, TEXT.change)];
+    if (cards.length > 1) {
+      buttons.push(el("button", { type: "button", class: "button-link small", onclick: actions.swap }, TEXT.ready.swap));
+    }
+    controls.replaceChildren(el("h2", {}, TEXT.controls), ...blocks, el("div", { class: "row row-apart" }, ...buttons));
+  }
+
+  /** @param {Element} part @param {string} text */
+  #text(part, text) {
+    if (this.#written.get(part) === text) return;
+    this.#written.set(part, text);
+    part.textContent = text;
+  }
+
+  /** @param {Element} part @param {string} name @param {string} value */
+  #attribute(part, name, value) {
+    if (part.getAttribute(name) !== value) part.setAttribute(name, value);
+  }
+
+  /** @param {HTMLElement} bar @param {number} share */
+  #width(bar, share) {
+    const width = `${(100 * Math.max(0, Math.min(1, share))).toFixed(1)}%`;
+    const fill = /** @type {HTMLElement} */ (bar.firstElementChild);
+    if (fill.style.width !== width) fill.style.width = width;
+  }
+}
+
+/** What the button below the cards does now. @param {Game} game */
+function stopWords(game) {
+  if (game.welcome?.mode === "watch") return TEXT.stopWatching;
+  return game.phase === "lobby" ? TEXT.leave : TEXT.pauseOrStop;
+}
+
+/** @param {number} seat */
+function seatRow(seat) {
+  const name = el("span", { class: "seat-name" });
+  const words = el("span", { class: "seat-words" });
+  return { box: el("div", { class: "seat" }, badge(seat), name, words), name, words };
+}
+
+/** @param {SeatCard} card @param {Mapping} mapping @param {boolean} named */
+function keyBlock(card, mapping, named) {
+  const rows = keyRows(card, mapping).map(([keys, effect]) =>
+    el("li", {}, ...keys.flatMap((key) => [el("kbd", {}, key), " "]), el("span", {}, effect)),
+  );
+  const title = named ? el("p", { class: "agent small" }, badge(card.seat), TEXT.colours[card.seat]) : null;
+  return el("div", { class: "keys" }, title, el("ul", {}, ...rows));
+}
+
+/** @param {SeatCard} card @param {Mapping} mapping @returns {[string[], string][]} */
+export function keyRows(card, mapping) {
+  const { move, grab, backward } = TEXT.actions;
+  if (card.device === "gamepad") {
+    return [
+      [[TEXT.stick], move],
+      [[buttonName(mapping.buttons.grab)], grab],
+      [[buttonName(mapping.buttons.backward)], backward],
+    ];
+  }
+  if (card.device === "touch") {
+    return [
+      [[TEXT.touchMove], move],
+      [[TEXT.touchGrab], grab],
+      [[TEXT.touchBackward], backward],
+    ];
+  }
+  const sets = card.keySets.map((set) => mapping.keys[set]);
+  return [
+    [sets.map(moveName), move],
+    [sets.map((keys) => keyName(keys.grab)), grab],
+    [backwardNames(sets), backward],
+  ];
+}
+
+/** Either shift key is "Shift" when both do the same. @param {readonly import("../input/mapping.js").KeySet[]} sets */
+function backwardNames(sets) {
+  const codes = sets.map((keys) => keys.backward);
+  const shifts = codes.length === 2 && codes.includes("ShiftLeft") && codes.includes("ShiftRight");
+  return shifts ? [TEXT.shift] : codes.map(keyName);
+}
+
+/** How to say "press this" for a seat. @param {SeatCard} card @param {Mapping} mapping */
+export function grabName(card, mapping) {
+  if (card.device === "gamepad") return buttonName(mapping.buttons.grab);
+  if (card.device === "touch") return TEXT.touchGrab;
+  return card.keySets.map((set) => keyName(mapping.keys[set].grab)).join(TEXT.ready.or);
+}

@@ -1,0 +1,210 @@
+// What is said before, between and after play: the ready card beside the arena, and over the arena the 3-2-1, the
+// pause and the goodbye. Built anew only when what it says changes. Knows no socket: clicks go to `actions`.
+
+import { badge, byId, el } from "../core/dom.js";
+import { grabName } from "./hud.js";
+import { programFacts } from "../lobby/share.js";
+import { TEXT } from "../text/text.js";
+import { seatName } from "./seat_phrases.js";
+
+/** @typedef {import("./game.js").Game} Game */
+/** @typedef {import("../input/seats.js").SeatCard} SeatCard */
+/** @typedef {import("../input/mapping.js").Mapping} Mapping */
+/**
+ * @typedef {object} Actions
+ * @property {(seat: number) => void} ready
+ * @property {() => void} stop  for good
+ * @property {(() => void) | null} askStop  asks in its own way whether to stop; null: asked here
+ */
+
+export class Panels {
+  #ready = byId("ready", HTMLElement);
+  #overlay = byId("overlay", HTMLElement);
+  #readyKey = "";
+  #overlayKey = "";
+  #stopping = false;
+
+  /** @param {Actions} actions */
+  constructor(actions) {
+    this.actions = actions;
+  }
+
+  /**
+   * @param {Game} game @param {number} nowMs
+   * @param {{busy: boolean, lost: string}} news  another view asks for attention; what is wrong with the connection
+   * @param {readonly SeatCard[]} cards @param {Mapping} mapping
+   */
+  update(game, nowMs, news, cards, mapping) {
+    if (this.#overlayKey === "over") return;
+    this.#updateReady(game, news.busy, cards, mapping);
+    if (news.lost) this.#say(news.lost, () => this.#show("lost", panel("", el("p", { role: "status" }, news.lost))));
+    else this.#updateOverlay(game, nowMs, cards, mapping);
+  }
+
+  /** The person wants to stop: ask once more. */
+  askStop() {
+    if (this.actions.askStop) return this.actions.askStop();
+    this.#stopping = true;
+    this.#overlayKey = "";
+  }
+
+  /** Play goes on: nobody thinks of stopping any more. */
+  forgetStop() {
+    this.#stopping = false;
+  }
+
+  /** The end of this page's game, with a sentence and where to go. @param {string} sentence @param {string} watchPath empty: no such offer */
+  showOver(sentence, watchPath) {
+    const reload = sentence === TEXT.reload;
+    const buttons = [
+      reload ? el("button", { type: "button", class: "button button-primary", onclick: () => location.reload() }, TEXT.over.reload) : null,
+      watchPath ? el("a", { class: "button", href: watchPath }, TEXT.over.watch) : null,
+      el("a", { class: reload ? "button" : "button button-primary", href: "/" }, TEXT.over.lobby),
+    ];
+    this.#overlayKey = "over";
+    this.#show("over", panel("", el("p", { role: "alert" }, sentence), el("div", { class: "row" }, ...buttons)));
+    this.#ready.hidden = true;
+  }
+
+  // ---- the ready card --------------------------------------------------------------------------------------
+
+  /** @param {Game} game @param {boolean} busy @param {readonly SeatCard[]} cards @param {Mapping} mapping */
+  #updateReady(game, busy, cards, mapping) {
+    const { room, round, own } = game;
+    const visible = !busy && room !== null && round !== null && ["lobby", "round_over", "series_over"].includes(room.phase);
+    const key = visible ? JSON.stringify([room.phase, room.seats.map((seat) => [seat.name, seat.open, seat.present, seat.ready]), own, cards, mapping]) : "";
+    if (key === this.#readyKey) return;
+    this.#readyKey = key;
+    this.#ready.hidden = !visible;
+    if (!visible) return;
+    const open = room.seats.filter((seat) => seat.open);
+    const parts = open.length > 0 && game.welcome ? this.#invitation(game.welcome, open, game.own.length === 0) : this.#askReady(game, cards, mapping);
+    this.#ready.replaceChildren(el("div", { class: "stack" }, ...parts));
+  }
+
+  /**
+   * @param {import("../messages.js").Welcome} welcome @param {readonly import("../messages.js").SeatState[]} open
+   * @param {boolean} watching
+   */
+  #invitation(welcome, open, watching) {
+    if (watching) return [el("h2", {}, TEXT.ready.soon), el("p", { class: "muted small" }, TEXT.waiting.seats(open.length))];
+    if (open.every(({ kind }) => kind === "remote")) return [el("h2", {}, TEXT.waiting.program), ...programFacts(welcome.room)];
+    const link = new URL(welcome.join_path, location.href).href;
+    const field = el("input", { class: "input share-link", readonly: true, value: link, "aria-label": TEXT.waiting.copy });
+    field.addEventListener("focus", () => field.select());
+    const copy = el("button", { type: "button", class: "button button-primary button-wide" }, TEXT.waiting.copy);
+    copy.addEventListener("click", async () => {
+      const copied = await navigator.clipboard?.writeText(link).then(() => true, () => false);
+      if (copied) copy.textContent = TEXT.waiting.copied;
+      else field.focus(); // selected, ready for the reader's own copy
+    });
+    const qr = el("img", { class: "qr", src: `/api/rooms/${welcome.room}/qr.svg`, alt: TEXT.waiting.qr, width: 144, height: 144 });
+    return [el("h2", {}, TEXT.waiting.title), el("p", { class: "muted small" }, TEXT.waiting.sentence), field, copy, qr];
+  }
+
+  /** @param {Game} game @param {readonly SeatCard[]} cards @param {Mapping} mapping */
+  #askReady(game, cards, mapping) {
+    const seats = game.room?.seats ?? [];
+    const waitingFor = seats.flatMap((seat, index) => (seat.ready || game.own.includes(index) ? [] : [seatName(seat, false, game.own.length === 0)]));
+    const waiting = waitingFor.map((name) => el("p", { class: "muted small" }, TEXT.ready.waitingFor(name)));
+    if (game.own.length === 0) return [el("h2", {}, TEXT.ready.soon), ...waiting];
+    const rows = cards.map((card) => this.#readyRow(card, seats[card.seat], mapping, cards.length > 1));
+    const mineReady = game.own.every((seat) => seats[seat]?.ready);
+    return [el("h2", {}, TEXT.ready.title), ...rows, ...(mineReady ? waiting : [])];
+  }
+
+  /** @param {SeatCard} card @param {import("../messages.js").SeatState} seat @param {Mapping} mapping @param {boolean} several */
+  #readyRow(card, seat, mapping, several) {
+    const who = el("p", { class: "agent" }, badge(card.seat), several ? TEXT.colours[card.seat] : TEXT.ready.you(TEXT.colours[card.seat]));
+    if (seat?.ready) return el("div", { class: "row row-apart" }, who, el("span", { class: "pill pill-ok" }, TEXT.state.ready));
+    // The touch button is not there yet: the button below is all there is to press.
+    const press = card.device === "touch" ? null : el("p", { class: "muted small" }, TEXT.ready.press(grabName(card, mapping)));
+    const button = el("button", { type: "button", class: several ? "button button-small" : "button button-primary button-wide" }, TEXT.ready.button);
+    button.addEventListener("click", () => this.actions.ready(card.seat));
+    if (several) return el("div", {}, el("div", { class: "row row-apart" }, who, button), press);
+    return el("div", { class: "stack" }, who, press, button);
+  }
+
+  // ---- over the arena --------------------------------------------------------------------------------------
+
+  /** @param {Game} game @param {number} nowMs @param {readonly SeatCard[]} cards @param {Mapping} mapping */
+  #updateOverlay(game, nowMs, cards, mapping) {
+    const seconds = Math.ceil(game.secondsLeft(nowMs) - 0.05);
+    if (game.phase === "paused") this.#updatePause(game, seconds, cards, mapping);
+    else if (this.#stopping) this.#say("stop", () => this.#show("stop", this.#sure()));
+    else if (game.phase === "countdown") this.#say(`count ${seconds}`, () => this.#show("count", count(seconds)));
+    else this.#say("", () => this.#hide());
+  }
+
+  /** @param {Game} game @param {number} seconds @param {readonly SeatCard[]} cards @param {Mapping} mapping */
+  #updatePause(game, seconds, cards, mapping) {
+    const seats = game.room?.seats ?? [];
+    const absent = seats.some((seat) => !seat.present);
+    const shown = absent ? seconds : -1;
+    const key = JSON.stringify([game.room?.reason, shown, this.#stopping, seats.map((seat) => seat.ready), cards]);
+    this.#say(key, () => this.#show("pause", this.#stopping ? this.#sure() : this.#pause(game, shown, cards, mapping)));
+  }
+
+  /** @param {Game} game @param {number} seconds @param {readonly SeatCard[]} cards @param {Mapping} mapping */
+  #pause(game, seconds, cards, mapping) {
+    const seats = game.room?.seats ?? [];
+    const unready = cards.filter((card) => !seats[card.seat]?.ready);
+    const parts = [el("p", {}, game.room?.reason ?? "")];
+    if (seconds >= 0) parts.push(el("p", { class: "muted" }, TEXT.pause.back(seconds)));
+    for (const card of unready.filter(({ device }) => device !== "touch")) {
+      const who = cards.length > 1 ? `${TEXT.colours[card.seat]}: ` : "";
+      parts.push(el("p", { class: "muted" }, who + TEXT.pause.goOn(grabName(card, mapping))));
+    }
+    const buttons = [];
+    if (unready.length > 0) {
+      const goOn = () => unready.forEach((card) => this.actions.ready(card.seat));
+      buttons.push(el("button", { type: "button", class: "button button-primary", onclick: goOn }, TEXT.pause.button));
+    }
+    if (cards.length > 0) buttons.push(el("button", { type: "button", class: "button", onclick: () => this.askStop() }, TEXT.pause.stop));
+    return panel(TEXT.pause.title, ...parts, el("div", { class: "row" }, ...buttons));
+  }
+
+  #sure() {
+    const no = () => {
+      this.#stopping = false;
+      this.#overlayKey = "?";
+    };
+    const yes = () => {
+      no();
+      this.actions.stop();
+    };
+    return panel(TEXT.pause.sure, el("div", { class: "row" },
+      el("button", { type: "button", class: "button button-danger", onclick: yes }, TEXT.pause.yes),
+      el("button", { type: "button", class: "button", onclick: no }, TEXT.pause.no)));
+  }
+
+  /** @param {string} key @param {() => void} build */
+  #say(key, build) {
+    if (key === this.#overlayKey) return;
+    this.#overlayKey = key;
+    build();
+  }
+
+  /** @param {string} kind @param {HTMLElement} content */
+  #show(kind, content) {
+    this.#overlay.dataset.kind = kind;
+    this.#overlay.replaceChildren(content);
+    this.#overlay.hidden = false;
+  }
+
+  #hide() {
+    this.#overlay.hidden = true;
+    this.#overlay.replaceChildren();
+  }
+}
+
+/** @param {string} title @param {...HTMLElement} parts */
+function panel(title, ...parts) {
+  const heading = title ? el("h2", {}, title) : null;
+  return el("div", { class: "card card-roomy panel" }, el("div", { class: "stack" }, heading, ...parts));
+}
+
+/** @param {number} seconds */
+function count(seconds) {
+  return el("p", { class: "count" }, String(Math.max(1, seconds)));
+}

@@ -1,0 +1,297 @@
+// The game page: puts socket, devices, model and views together and runs them once per displayed frame.
+
+import { Announcer } from "./announcer.js";
+import { Connection } from "../wire/connection.js";
+import { byId } from "../core/dom.js";
+import { Game } from "./game.js";
+import { Hud } from "./hud.js";
+import { Gamepads } from "../input/gamepad.js";
+import { Keyboard } from "../input/keyboard.js";
+import { loadMapping } from "../input/mapping.js";
+import { LocalSeats } from "../input/seats.js";
+import { InputSender } from "../input/sender.js";
+import { Touch } from "../input/touch.js";
+import * as wire from "../messages.js";
+import { Panels } from "./panels.js";
+import { Probe } from "./probe.js";
+import { context2d, drawScene, fitCanvas } from "../view/render.js";
+import { Series } from "./series.js";
+import { Settings } from "./settings.js";
+import { StudyGame } from "../study/game.js";
+import { studyMarkOf } from "../text/study_mark.js";
+import { TEXT } from "../text/text.js";
+import { Thoughts } from "./decision_trace.js";
+
+/** @typedef {import("../wire/connection.js").Status} Status */
+/** @typedef {import("../input/seats.js").SeatReading} SeatReading */
+
+const [, page, room] = location.pathname.split("/");
+const mode = page === "watch" ? "watch" : "play";
+const studyMark = mode === "play" ? studyMarkOf(room) : null;
+const PAUSE_KEYS = ["Escape", "KeyP"];
+const HUD_MS = 90; // words and bars need no 60 Hz
+const DEAF_MS = 800; // after a round the last presses of the game must not skip its result
+const PULSE_MS = 1200;
+const PATIENCE_MS = 1000; // a connection may be gone so long before it is a subject
+const calm = matchMedia("(prefers-reduced-motion: reduce)");
+const coarse = matchMedia("(pointer: coarse)");
+
+class Play {
+  #canvas = byId("arena", HTMLCanvasElement);
+  #context = context2d(this.#canvas);
+  #root = byId("play", HTMLElement);
+  #game = new Game();
+  #probe = new Probe(this.#game);
+  #hud = new Hud();
+  #announcer = new Announcer();
+  #connection = new Connection(room, mode, this);
+  #gamepads = new Gamepads(() => navigator.getGamepads?.() ?? []);
+  #settings = new Settings(loadMapping(localStorage), this.#gamepads, () => {});
+  #keyboard = new Keyboard(window, () => this.#mapping.keys, () => this.#readDevices(performance.now()));
+  #touch = new Touch(touchParts(), () => this.#readDevices(performance.now()));
+  #seats = new LocalSeats(
+    { keyboard: this.#keyboard, gamepads: this.#gamepads, touch: this.#touch },
+    coarse.matches ? "touch" : "keyboard",
+  );
+  #study = studyMark && new StudyGame(studyMark);
+  #panels = new Panels({
+    ready: (seat) => this.#ready(seat),
+    stop: () => this.#leave(),
+    askStop: this.#study ? () => void this.#study?.askToStop() : null,
+  });
+  #series = this.#study ?? new Series({
+    next: () => this.#each((seat) => this.#ready(seat)),
+    again: () => this.#each((seat) => this.#connection.send({ type: "again", seat })),
+    leave: () => this.#connection.close(),
+  });
+  #thoughts = new Thoughts(byId("thoughts", HTMLElement), `/api/rooms/${room}/thoughts`);
+  /** @type {Map<number, InputSender>} */
+  #senders = new Map();
+  /** @type {(import("../view/render.js").Intent | null)[]} */
+  #intents = [null, null];
+  /** @type {Status} */
+  #status = "connecting";
+  #statusSinceMs = 0;
+  #phase = "";
+  #phaseSinceMs = 0;
+  #hudAtMs = 0;
+
+  start() {
+    byId("touch-grab", HTMLElement).textContent = TEXT.touchGrab;
+    byId("touch-backward", HTMLElement).textContent = TEXT.touchBackward;
+    byId("stop", HTMLButtonElement).addEventListener("click", () => this.#pauseOrStop());
+    addEventListener("keydown", (event) => this.#pauseKey(event));
+    addEventListener("pointerdown", (event) => event.pointerType === "touch" && this.#touch.wake());
+    addEventListener("blur", () => this.#letGo(false));
+    addEventListener("focus", () => this.#connection.send({ type: "focus", visible: true }));
+    document.addEventListener("visibilitychange", () => this.#visibility());
+    this.#connection.open();
+    if (mode === "watch") this.#thoughts.offer();
+    requestAnimationFrame((now) => this.#frame(now));
+  }
+
+  get #mapping() {
+    return this.#settings.mapping;
+  }
+
+  // ---- what the connection tells ----------------------------------------------------------------------------
+
+  /** @param {import("../messages.js").ServerMessage} message @param {number} atMs */
+  onMessage(message, atMs) {
+    this.#game.receive(message, atMs);
+    if (message.type === "error") this.#hud.showProblem(message.message, atMs);
+    if (message.type !== "welcome") return;
+    this.#seats.hold(this.#game.own);
+    this.#senders = new Map(this.#game.own.map((seat) => [seat, new InputSender(seat)]));
+    this.#root.toggleAttribute("data-watch", message.mode === "watch");
+  }
+
+  /** @param {import("../messages.js").Bundle} bundle @param {number} atMs */
+  onBundle(bundle, atMs) {
+    this.#game.addBundle(bundle, atMs);
+    // No frames are drawn in a hidden tab, but the server still wants to know that we keep up.
+    if (document.hidden) this.#sendNeutral(atMs);
+  }
+
+  /** @param {number} sentMs @param {number} serverMs @param {number} atMs */
+  onPong(sentMs, serverMs, atMs) {
+    this.#game.clock.add(sentMs, serverMs, atMs);
+  }
+
+  /** @param {Status} status @param {string} sentence */
+  onStatus(status, sentence) {
+    if (status !== this.#status) this.#statusSinceMs = performance.now();
+    this.#status = status;
+    if (status === "over" && this.#study && sentence !== TEXT.closed[wire.CLOSE_REPLACED]) return this.#study.leave();
+    const nothingThere = sentence === TEXT.closed[wire.CLOSE_NOT_FOUND];
+    if (status === "over" && sentence) this.#panels.showOver(sentence, mode === "play" && !nothingThere ? `/watch/${room}` : "");
+  }
+
+  // ---- once per frame ---------------------------------------------------------------------------------------
+
+  /** @param {number} nowMs */
+  #frame(nowMs) {
+    requestAnimationFrame((next) => this.#frame(next));
+    this.#readDevices(nowMs);
+    const scene = this.#game.show(nowMs);
+    this.#follow(nowMs);
+    if (scene !== null && this.#game.round !== null) {
+      if (!this.#series.showsResult) this.#draw(scene.view, nowMs);
+      this.#announcer.update(this.#game, scene, nowMs);
+      this.#series.update(this.#game, scene.view);
+    }
+    if (nowMs - this.#hudAtMs >= HUD_MS) this.#writeWords(scene, nowMs);
+    this.#probe.drawn(nowMs, scene, this.#status, this.#intents);
+  }
+
+  /** @param {import("../view/render.js").View} view @param {number} nowMs */
+  #draw(view, nowMs) {
+    const { round, own, phase } = this.#game;
+    if (round === null) return;
+    fitCanvas(this.#canvas);
+    const pulse = calm.matches ? 1 : 0.5 + 0.5 * Math.sin((2 * Math.PI * nowMs) / PULSE_MS);
+    const intents = phase === "playing" ? this.#intents : [];
+    drawScene(this.#context, round.map, view, { intents, own: own.length === 1 ? own : [], pulse });
+    if (phase === "playing") this.#thoughts.draw(this.#context, round.map, view);
+  }
+
+  /** @param {import("./game.js").Scene | null} scene @param {number} nowMs */
+  #writeWords(scene, nowMs) {
+    this.#hudAtMs = nowMs;
+    const cards = this.#seats.cards();
+    this.#hud.update(this.#game, scene, this.#status, nowMs);
+    this.#hud.showControls(cards, this.#mapping, {
+      change: () => this.#openSettings(),
+      swap: () => this.#seats.swap(),
+    });
+    this.#panels.update(this.#game, nowMs, { busy: this.#series.showsResult, lost: this.#lost(nowMs) }, cards, this.#mapping);
+    this.#thoughts.write(this.#game.phase === "paused");
+    const touch = mode === "play" && cards.some((card) => card.device === "touch") && !this.#series.showsResult;
+    this.#root.toggleAttribute("data-touch", touch);
+    byId("touch", HTMLElement).hidden = !touch || !["countdown", "playing"].includes(this.#game.phase);
+  }
+
+  /** What to say about the connection when it has been gone for a while. @param {number} nowMs */
+  #lost(nowMs) {
+    if (nowMs - this.#statusSinceMs < PATIENCE_MS) return "";
+    return { connecting: TEXT.connecting, reconnecting: TEXT.reconnecting, open: "", over: "" }[this.#status];
+  }
+
+  /** What a new phase brings with it. @param {number} nowMs */
+  #follow(nowMs) {
+    if (this.#game.phase === this.#phase) return;
+    this.#phase = this.#game.phase;
+    this.#phaseSinceMs = nowMs;
+    const focused = document.activeElement;
+    // The button that was clicked to get here must not take the key that grabs.
+    if (mode === "play" && ["countdown", "playing"].includes(this.#phase) && focused instanceof HTMLElement) focused.blur();
+    if (this.#phase === "playing") this.#panels.forgetStop();
+  }
+
+  // ---- devices ----------------------------------------------------------------------------------------------
+
+  /** @param {number} nowMs */
+  #readDevices(nowMs) {
+    if (this.#settings.isOpen || this.#study?.isAsking) return; // presses there choose keys, or answer
+    const playing = this.#game.phase === "playing";
+    for (const [seat, reading] of this.#seats.read(this.#mapping)) {
+      this.#intents[seat] = reading.stick;
+      if (!playing && reading.grabs > 0) this.#pressedBetween(seat, nowMs);
+      this.#send(seat, playing ? reading : { ...reading, grabs: 0 }, nowMs);
+    }
+    if (this.#seats.pauses > 0) this.#togglePause();
+  }
+
+  /** @param {number} seat @param {SeatReading} reading @param {number} nowMs */
+  #send(seat, reading, nowMs) {
+    if (this.#status !== "open" || document.hidden) return;
+    const input = this.#senders.get(seat)?.next(nowMs, reading, this.#seen());
+    if (input) this.#connection.sendInput(input);
+  }
+
+  /** @param {number} nowMs */
+  #sendNeutral(nowMs) {
+    for (const sender of this.#senders.values()) this.#connection.sendInput(sender.neutral(nowMs, this.#seen()));
+  }
+
+  #seen() {
+    return { ackTick: this.#game.newestTick, seenTick: this.#probe.tick };
+  }
+
+  /** The grab button also says "ready", where that is asked. @param {number} seat @param {number} nowMs */
+  #pressedBetween(seat, nowMs) {
+    const { phase, room: state } = this.#game;
+    if (!["lobby", "paused", "round_over"].includes(phase) || this.#series.showsResult) return;
+    if (nowMs - this.#phaseSinceMs < DEAF_MS || state?.seats.some((one) => one.open)) return;
+    if (state?.seats[seat]?.ready === false) this.#ready(seat);
+  }
+
+  /** @param {boolean} visible */
+  #letGo(visible) {
+    this.#keyboard.release();
+    this.#touch.release();
+    this.#sendNeutral(performance.now());
+    this.#connection.send({ type: "focus", visible });
+  }
+
+  #visibility() {
+    if (document.hidden) this.#letGo(false);
+    else this.#game.skipToNow();
+    this.#probe.hidden();
+  }
+
+  // ---- what a person asks for -------------------------------------------------------------------------------
+
+  /** @param {(seat: number) => void} action */
+  #each(action) {
+    for (const seat of this.#game.own) action(seat);
+  }
+
+  /** @param {number} seat */
+  #ready(seat) {
+    this.#connection.send({ type: "ready", seat, ready: true });
+  }
+
+  /** For good. What a round came to is still shown; outside a round there is nothing more to see here. */
+  #leave() {
+    const inRound = ["playing", "paused"].includes(this.#game.phase);
+    this.#each((seat) => this.#connection.send({ type: "leave", seat }));
+    this.#senders.clear(); // the seats are not ours any more
+    if (inRound) return;
+    this.#connection.close();
+    location.assign("/");
+  }
+
+  #pauseOrStop() {
+    if (mode === "watch") location.assign("/");
+    else if (this.#game.phase === "playing") this.#togglePause();
+    else this.#panels.askStop();
+  }
+
+  /** @param {KeyboardEvent} event */
+  #pauseKey(event) {
+    const typing = event.target instanceof HTMLInputElement || event.target instanceof HTMLTextAreaElement;
+    if (PAUSE_KEYS.includes(event.code) && !event.repeat && !typing && !this.#settings.isOpen && !this.#study?.isAsking) this.#togglePause();
+  }
+
+  #togglePause() {
+    const [seat] = this.#game.own;
+    if (seat === undefined) return;
+    if (this.#game.phase === "playing") this.#connection.send({ type: "pause", seat });
+    else if (this.#game.phase === "paused") this.#ready(seat);
+  }
+
+  #openSettings() {
+    if (this.#game.phase === "playing") this.#togglePause();
+    this.#settings.open();
+  }
+}
+
+function touchParts() {
+  return {
+    zone: byId("stick", HTMLElement), knob: byId("knob", HTMLElement),
+    grab: byId("touch-grab", HTMLElement), backward: byId("touch-backward", HTMLElement),
+  };
+}
+
+new Play().start();

@@ -1,0 +1,96 @@
+// @ts-check
+/*
+ * The view after a round: what was delivered, the four measures in plain words, and how to go on.
+ */
+
+import { el } from "../core/dom.js";
+import { context2d, drawScene, fitCanvas } from "../view/render.js";
+import { duration, headline, measures } from "./result_words.js";
+
+/** @typedef {import("./result_words.js").Result} Result */
+/** @typedef {import("./result_words.js").Measure} Measure */
+/** @typedef {{index: number, total: number, map: import("../view/render.js").GameMap}} Round the server's `round` message */
+/**
+ * @typedef {object} Options
+ * @property {Result} result
+ * @property {Round} round
+ * @property {boolean} isLast no further round follows
+ * @property {() => void} [onNext] go on; absent for spectators
+ * @property {() => void} [onAgain] play this map once more; absent for spectators
+ * @property {string} nextLabel what `onNext` leads to
+ * @property {string} [replayPath]
+ * @property {import("../view/render.js").View} [view] how the arena looked at the end
+ */
+
+/**
+ * @param {HTMLElement} container
+ * @param {Omit<Options, "nextLabel"> & {nextLabel?: string}} options
+ */
+export function showResult(container, options) {
+  const heading = el("h2", { tabindex: "-1" }, headline(options.result));
+  const card = el(
+    "div",
+    { class: "card card-roomy stack result-card" },
+    el("dl", { class: "metrics" }, ...measures(options.result).map(measureEntry)),
+  );
+  const parts = [header(heading, options), card, actions({ nextLabel: options.isLast ? "Finish" : "Next map", ...options })];
+  container.replaceChildren(el("section", { class: "result", "aria-label": "Result" }, ...parts));
+  drawEnd(container, options);
+  heading.focus({ preventScroll: true });
+}
+
+/** @param {HTMLElement} heading @param {Pick<Options, "result" | "round" | "view">} options */
+function header(heading, { result, round, view }) {
+  const where = round.total > 1 ? `Round ${round.index + 1} of ${round.total} · ${round.map.title}` : round.map.title;
+  return el(
+    "header",
+    { class: "result-head" },
+    el(
+      "div",
+      {},
+      el("p", { class: "muted" }, where),
+      heading,
+      el("p", { class: "muted" }, `${result.delivered} of ${result.items} delivered in ${duration(result.ticks)}`),
+      deliveredRow(result),
+    ),
+    view ? el("canvas", { class: "result-end", role: "img", "aria-label": "The arena at the end of the round" }) : null,
+  );
+}
+
+/** One mark per item, filled for each that was delivered. @param {Result} result */
+function deliveredRow({ delivered, items }) {
+  const marks = Array.from({ length: items }, (_, index) =>
+    index < delivered ? el("span", { class: "result-item result-item-done" }, "✓") : el("span", { class: "result-item" }),
+  );
+  return el("div", { class: "result-delivered", "aria-hidden": "true" }, ...marks);
+}
+
+/** @param {Measure} measure */
+function measureEntry({ id, name, short, value, help }) {
+  return el(
+    "div",
+    { class: "metric", "data-measure": id },
+    el("dt", {}, name, " ", el("span", { class: "metric-short" }, short)),
+    el("dd", { class: "metric-value" }, value),
+    el("dd", { class: "metric-help" }, help),
+  );
+}
+
+/** @param {Options} options */
+function actions({ onNext, onAgain, nextLabel, replayPath }) {
+  return el(
+    "div",
+    { class: "row" },
+    onNext && el("button", { type: "button", class: "button button-primary", onclick: onNext }, nextLabel),
+    onAgain && el("button", { type: "button", class: "button", onclick: onAgain }, "Play it again"),
+    replayPath ? el("a", { class: "button", href: replayPath, target: "_blank", rel: "noopener" }, "Watch the replay") : null,
+  );
+}
+
+/** @param {HTMLElement} container @param {Pick<Options, "round" | "view">} options */
+function drawEnd(container, { round, view }) {
+  const canvas = container.querySelector("canvas");
+  if (!canvas || !view) return;
+  fitCanvas(canvas);
+  drawScene(context2d(canvas), round.map, view, { plain: true });
+}

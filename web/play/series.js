@@ -1,0 +1,113 @@
+// What comes after a round on this page: its result, after the last one the questions for each person here, then
+// thanks. Knows the order of these views and nothing of how they look.
+
+import { badge, byId, el } from "../core/dom.js";
+import { showQuestionnaire } from "../questionnaire.js";
+import { showResult } from "./result.js";
+import { TEXT } from "../text/text.js";
+import { seatName } from "./seat_phrases.js";
+
+/** @typedef {import("./game.js").Game} Game */
+/** @typedef {import("../view/render.js").View} View */
+/**
+ * @typedef {object} Actions
+ * @property {() => void} next  every person here is ready for the next round
+ * @property {() => void} again  the same map once more
+ * @property {() => void} leave  the series is over for this page
+ */
+
+const COMPLETE = ["delivered", "time"];
+
+export class Series {
+  #play = byId("play", HTMLElement);
+  #arena = byId("arena-box", HTMLElement);
+  #box = byId("result", HTMLElement);
+  #after = byId("after", HTMLElement);
+  /** @type {import("../messages.js").Result | null} */
+  #shown = null;
+
+  /** @param {Actions} actions */
+  constructor(actions) {
+    this.actions = actions;
+  }
+
+  /** Whether a result covers the arena. */
+  get showsResult() {
+    return !this.#box.hidden;
+  }
+
+  /** @param {Game} game @param {View} view */
+  update(game, view) {
+    const over = game.phase === "round_over" || game.phase === "series_over";
+    if (over && game.result !== null && game.result !== this.#shown) this.#showResult(game, view);
+    if (!over && this.showsResult) this.#hideResult();
+  }
+
+  /** @param {Game} game @param {View} view */
+  #showResult(game, view) {
+    const { result, round, own } = game;
+    if (result === null || round === null) return;
+    this.#shown = result;
+    this.#arena.hidden = true;
+    this.#box.hidden = false;
+    const isLast = game.phase === "series_over";
+    const plays = own.length > 0;
+    const replayPath = result.recording ? `/replay/${result.recording}` : undefined;
+    showResult(this.#box, {
+      result, round, isLast, view, replayPath,
+      onNext: plays ? () => (isLast ? this.#finish(game, result.outcome) : this.#next()) : undefined,
+      onAgain: plays && COMPLETE.includes(result.outcome) ? () => this.#again() : undefined,
+    });
+  }
+
+  #hideResult() {
+    this.#box.hidden = true;
+    this.#box.replaceChildren();
+    this.#arena.hidden = false;
+  }
+
+  #next() {
+    this.#hideResult();
+    this.actions.next();
+  }
+
+  #again() {
+    this.#hideResult();
+    this.actions.again();
+  }
+
+  /** @param {Game} game @param {string} outcome */
+  #finish(game, outcome) {
+    this.#play.hidden = true;
+    this.#after.hidden = false;
+    const asks = COMPLETE.includes(outcome) && game.round?.practice !== true;
+    if (asks) this.#ask(game, [...(game.welcome?.seats ?? [])]);
+    else this.#thank();
+  }
+
+  /** One person after the other. @param {Game} game @param {import("../messages.js").SeatGrant[]} grants */
+  #ask(game, grants) {
+    const grant = grants.shift();
+    const seats = game.room?.seats;
+    if (grant === undefined || seats === undefined) {
+      this.#thank();
+      return;
+    }
+    const box = el("div");
+    const several = (game.welcome?.seats.length ?? 0) > 1;
+    const who = several ? [el("p", { class: "agent lead" }, badge(grant.seat), TEXT.over.questionsFor(TEXT.colours[grant.seat]))] : [];
+    this.#after.replaceChildren(...who, box);
+    scrollTo(0, 0);
+    const partnerName = several ? TEXT.colours[1 - grant.seat] : seatName(seats[1 - grant.seat], false);
+    const onDone = () => this.#ask(game, grants);
+    void showQuestionnaire(box, { room: game.welcome?.room ?? "", token: grant.token, partnerName, onDone });
+  }
+
+  #thank() {
+    this.actions.leave();
+    const title = el("h1", { tabindex: "-1" }, TEXT.over.title);
+    const back = el("a", { class: "button button-primary", href: "/" }, TEXT.over.lobby);
+    this.#after.replaceChildren(el("div", { class: "stack" }, title, el("p", { class: "lead" }, TEXT.over.sentence), el("div", { class: "row" }, back)));
+    title.focus();
+  }
+}

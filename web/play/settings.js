@@ -1,0 +1,121 @@
+// The dialog for keys and buttons: choose an action, press the new key. Every change is kept at once.
+
+import { byId, el } from "../core/dom.js";
+import {
+  BUTTON_ACTIONS, buttonName, DEAD_ZONES, DEFAULTS, KEY_ACTIONS, keyName, saveMapping, withButton, withKey,
+} from "../input/mapping.js";
+import { TEXT } from "../text/text.js";
+
+/** @typedef {import("../input/mapping.js").Mapping} Mapping */
+/** @typedef {import("../input/gamepad.js").Gamepads} Gamepads */
+
+const POLL_MS = 30;
+
+export class Settings {
+  #dialog = byId("settings", HTMLDialogElement);
+  /** @type {() => void} stops waiting for a key or button */
+  #cancel = () => {};
+
+  /** @param {Mapping} mapping @param {Gamepads} gamepads @param {(mapping: Mapping) => void} onChange */
+  constructor(mapping, gamepads, onChange) {
+    this.mapping = mapping;
+    this.gamepads = gamepads;
+    this.onChange = onChange;
+    this.#dialog.addEventListener("close", () => this.#cancel());
+  }
+
+  get isOpen() {
+    return this.#dialog.open;
+  }
+
+  open() {
+    this.#draw();
+    if (!this.#dialog.open) this.#dialog.showModal();
+  }
+
+  /** @param {Mapping} mapping */
+  #change(mapping) {
+    this.mapping = mapping;
+    saveMapping(localStorage, mapping);
+    this.onChange(mapping);
+    this.#draw();
+  }
+
+  #draw() {
+    this.#cancel();
+    const sets = this.mapping.keys.map((_, set) => this.#keySet(set));
+    this.#dialog.replaceChildren(
+      el("div", { class: "stack" },
+        el("h2", { id: "settings-title" }, TEXT.settings.title),
+        el("p", { class: "muted" }, TEXT.settings.intro),
+        el("div", { class: "binding-sets" }, ...sets, this.#pad()),
+        el("div", { class: "row row-apart" },
+          el("button", { type: "button", class: "button", onclick: () => this.#change(structuredClone(DEFAULTS)) }, TEXT.settings.reset),
+          el("button", { type: "button", class: "button button-primary", onclick: () => this.#dialog.close() }, TEXT.settings.done),
+        ),
+      ),
+    );
+  }
+
+  /** @param {number} set */
+  #keySet(set) {
+    const rows = KEY_ACTIONS.map((action) => {
+      const name = keyName(this.mapping.keys[set][action]);
+      return binding(TEXT.settings.actions[action], name, (button) => this.#askKey(button, set, action));
+    });
+    return el("div", { class: "bindings" }, el("h3", {}, TEXT.settings.sets[set]), ...rows);
+  }
+
+  #pad() {
+    const rows = BUTTON_ACTIONS.map((action) => {
+      const name = buttonName(this.mapping.buttons[action]);
+      return binding(TEXT.settings.actions[action], name, (button) => this.#askButton(button, action));
+    });
+    const zone = el("select", { class: "select", id: "dead-zone" },
+      ...DEAD_ZONES.map((value, index) => el("option", { value }, index === 0 ? TEXT.settings.wide : TEXT.settings.narrow)));
+    zone.value = String(this.mapping.deadZone);
+    zone.addEventListener("change", () => this.#change({ ...this.mapping, deadZone: Number(zone.value) }));
+    const field = el("div", { class: "field small" }, el("label", { for: "dead-zone" }, TEXT.settings.deadZone), zone);
+    return el("div", { class: "bindings" }, el("h3", {}, TEXT.settings.gamepad), ...rows, field);
+  }
+
+  /** @param {HTMLElement} button @param {number} set @param {import("../input/mapping.js").KeyAction} action */
+  #askKey(button, set, action) {
+    this.#cancel();
+    button.textContent = TEXT.settings.press;
+    const listen = (/** @type {KeyboardEvent} */ event) => {
+      event.preventDefault();
+      event.stopImmediatePropagation();
+      this.#cancel();
+      if (event.code === "Escape") this.#draw();
+      else this.#change(withKey(this.mapping, set, action, event.code));
+    };
+    addEventListener("keydown", listen, { capture: true });
+    this.#cancel = () => {
+      removeEventListener("keydown", listen, { capture: true });
+      this.#cancel = () => {};
+    };
+  }
+
+  /** @param {HTMLElement} button @param {import("../input/mapping.js").ButtonAction} action */
+  #askButton(button, action) {
+    this.#cancel();
+    button.textContent = TEXT.settings.pressButton;
+    this.gamepads.read(this.mapping); // what is down already does not count
+    const timer = setInterval(() => {
+      const pressed = this.gamepads.pressedButton(this.mapping);
+      if (pressed !== null) this.#change(withButton(this.mapping, action, pressed));
+    }, POLL_MS);
+    this.#cancel = () => {
+      clearInterval(timer);
+      this.#cancel = () => {};
+    };
+  }
+}
+
+/** @param {string} action @param {string} name @param {(button: HTMLElement) => void} ask */
+function binding(action, name, ask) {
+  const button = el("button", { type: "button", class: "button button-small", "aria-label": `${action}: ${name}` }, name);
+  button.addEventListener("click", () => ask(button));
+  return el("div", { class: "binding" }, el("span", {}, action), button);
+}

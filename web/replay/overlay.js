@@ -1,0 +1,90 @@
+// @ts-check
+/*
+ * What the replay can lay over the arena: the ways of the robots in the last seconds, and what agents weighed (GET
+ * /api/recordings/{id}/thoughts). Drawing, and which decision belongs to a tick; knows no page.
+ */
+
+import { currentTheme } from "../core/colours.js";
+import { Pen } from "../view/pen.js";
+import { ROBOT_RADIUS } from "../view/render.js";
+import { drawGuess, drawRobots, letterOf } from "../play/decision_trace.js";
+
+/** @typedef {import("./data.js").Replay} Replay */
+/** @typedef {[number, number]} Point arena units */
+/**
+ * @typedef {object} Thought one decision
+ * @property {number} seat
+ * @property {number} tick the one that was decided about
+ * @property {number} chosen index of the candidate that was played, -1 none
+ * @property {number[]} scores per candidate
+ * @property {Point[][]} ways per candidate: where it was to lead
+ * @property {[Point, Point][]} moves items that the chosen one was to move: from, to
+ * @property {[Point, Point][][]} robots per guess of the partner's and moment from now on: where blue and red were expected
+ * @property {Point[][]} guesses what was expected of the partner: where it was to lead
+ */
+
+export const TRAIL_TICKS = 50;
+const LASTS_TICKS = 15; // a decision that nothing followed for so long is over
+
+/** The newest decision of each seat at `tick`, unless it is over. @param {readonly Thought[]} thoughts in order of ticks @param {number} tick */
+export function thoughtsAt(thoughts, tick) {
+  return [0, 1]
+    .map((seat) => thoughts.findLast((thought) => thought.seat === seat && thought.tick <= Math.max(tick, 1)))
+    .filter((thought) => thought !== undefined && tick - thought.tick <= LASTS_TICKS)
+    .map((thought) => /** @type {Thought} */ (thought));
+}
+
+/** Candidates from the best score to the worst, with letter and score. @param {Thought} thought */
+export function ranking({ scores, chosen }) {
+  return scores
+    .map((score, index) => ({ letter: letterOf(index), score, chosen: index === chosen }))
+    .sort((a, b) => b.score - a.score);
+}
+
+/** @param {CanvasRenderingContext2D} ctx @param {Replay} replay @param {number} timeMs @param {number} stepMs between two points */
+export function drawTrails(ctx, replay, timeMs, stepMs) {
+  const pen = new Pen(ctx, currentTheme(), ctx.canvas.width);
+  const points = Array.from({ length: TRAIL_TICKS + 1 }, (_, back) => timeMs - back * stepMs).filter((ms) => ms >= 0);
+  const views = points.map((ms) => replay.viewAt(ms).poses);
+  for (const [seat, colour] of [pen.theme.blue, pen.theme.red].entries()) {
+    const way = views.map(({ [seat]: [x, y] }) => /** @type {Point} */ ([x, y]));
+    for (const { from, to, age } of trail(way)) line(pen, [from, to], colour, 3, 1 - age / (TRAIL_TICKS + 1));
+  }
+}
+
+/** The steps of a way, newest first, that the robot does not stand on. @param {readonly Point[]} way from now back */
+export function trail(way) {
+  const [x, y] = way[0];
+  const steps = way.slice(1).map((to, index) => ({ from: way[index], to, age: index + 1 }));
+  return steps.filter(({ from }) => Math.hypot(from[0] - x, from[1] - y) >= ROBOT_RADIUS);
+}
+
+/** @param {CanvasRenderingContext2D} ctx @param {readonly Thought[]} thoughts */
+export function drawThoughts(ctx, thoughts) {
+  const pen = new Pen(ctx, currentTheme(), ctx.canvas.width);
+  const { theme } = pen;
+  for (const { seat, ways, chosen, moves, robots, guesses } of thoughts) {
+    for (const way of guesses) drawGuess(pen, 1 - seat, way);
+    for (const moments of robots) drawRobots(pen, moments);
+    const order = ways.map((_, index) => index).sort((a, b) => Number(a === chosen) - Number(b === chosen));
+    for (const index of order) {
+      const played = index === chosen;
+      line(pen, ways[index], played ? theme.attention : theme.ink, played ? 4 : 1.5, played ? 1 : 0.55);
+      const [x, y] = ways[index][ways[index].length - 1];
+      if (ways.length > 1) pen.around([x, y, 0], () => pen.label(letterOf(index), 0.05 * pen.unit, theme.ink));
+    }
+    for (const move of moves) line(pen, move, theme.attention, 2, 1, 0.02 * pen.unit);
+  }
+}
+
+/** @param {Pen} pen @param {Point[]} points @param {string} colour @param {number} width hairs @param {number} alpha @param {number} [dash] pixels, 0 for a solid line */
+function line(pen, points, colour, width, alpha, dash = 0) {
+  const { ctx } = pen;
+  ctx.save();
+  ctx.beginPath();
+  for (const point of points) ctx.lineTo(...pen.at(...point));
+  Object.assign(ctx, { strokeStyle: colour, globalAlpha: alpha, lineWidth: width * pen.hair, lineJoin: "round" });
+  if (dash > 0) ctx.setLineDash([dash, dash]);
+  ctx.stroke();
+  ctx.restore();
+}

@@ -1,0 +1,85 @@
+// @ts-check
+/*
+ * The choices of what lies over the arena: the paths of the last seconds, and what agents weighed, with the scores in
+ * words. Decisions are fetched when they are first wanted.
+ */
+
+import { ApiError } from "../core/api.js";
+import { byId, el, notice } from "../core/dom.js";
+import { TICK_MS, tickAt } from "./data.js";
+import { drawThoughts, drawTrails, ranking, thoughtsAt } from "./overlay.js";
+import { TEXT } from "../text/text.js";
+
+/** @typedef {import("./data.js").Replay} Replay */
+/** @typedef {import("./overlay.js").Thought} Thought */
+
+export class Show {
+  /** @type {Thought[]} */
+  #thoughts = [];
+  #asked = false;
+  #written = "";
+  #trailsBox = byId("trails", HTMLInputElement);
+  #thoughtsBox = byId("thoughts", HTMLInputElement);
+  #words = byId("weighed", HTMLElement);
+
+  /**
+   * @param {Replay} replay
+   * @param {() => Promise<Thought[]>} load
+   * @param {() => void} onChange
+   */
+  constructor(replay, load, onChange) {
+    this.replay = replay;
+    this.load = load;
+    this.onChange = onChange;
+    byId("thoughts-choice", HTMLElement).hidden = !replay.summary.has_thoughts;
+    this.#trailsBox.addEventListener("change", onChange);
+    this.#thoughtsBox.addEventListener("change", () => void this.#changed());
+  }
+
+  /** What the keys T and A do. @param {"trails" | "thoughts"} which */
+  toggle(which) {
+    const box = which === "trails" ? this.#trailsBox : this.#thoughtsBox;
+    if (which === "trails" || this.replay.summary.has_thoughts) box.click();
+  }
+
+  /** @param {CanvasRenderingContext2D} ctx @param {number} timeMs */
+  draw(ctx, timeMs) {
+    if (this.#trailsBox.checked) drawTrails(ctx, this.replay, timeMs, TICK_MS);
+    const shown = this.#thoughtsBox.checked ? thoughtsAt(this.#thoughts, tickAt(timeMs)) : [];
+    drawThoughts(ctx, shown);
+    this.#write(shown);
+  }
+
+  async #changed() {
+    if (this.#thoughtsBox.checked && !this.#asked) {
+      this.#asked = true;
+      try {
+        this.#thoughts = await this.load();
+      } catch (error) {
+        if (!(error instanceof ApiError)) throw error;
+        this.#asked = this.#thoughtsBox.checked = false;
+        this.#words.replaceChildren(notice("bad", error.message));
+        return;
+      }
+    }
+    this.#written = "?";
+    this.onChange();
+  }
+
+  /** @param {Thought[]} shown */
+  #write(shown) {
+    const written = shown.map(({ seat, tick }) => `${seat}:${tick}`).join();
+    if (written === this.#written) return;
+    this.#written = written;
+    const none = this.#thoughtsBox.checked && shown.length === 0 ? [el("p", { class: "muted" }, "Nothing was weighed at this tick.")] : [];
+    this.#words.replaceChildren(...none, ...shown.map(scores));
+  }
+}
+
+/** @param {Thought} thought */
+function scores(thought) {
+  const best = ranking(thought).slice(0, 4);
+  const words = best.map(({ letter, score, chosen }) => el(chosen ? "strong" : "span", {}, `${letter} ${score.toFixed(2)}`));
+  const decided = thought.ways.length === 1 ? "" : `, best of ${thought.ways.length}`;
+  return el("p", { class: "replay-scores" }, `${TEXT.colours[thought.seat]} at tick ${thought.tick}${decided}:`, ...words);
+}

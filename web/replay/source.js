@@ -1,0 +1,66 @@
+// @ts-check
+/*
+ * Where the replay page gets an episode: the open API of a game server, or, on a server that runs a study, the same
+ * with the admin token.
+ */
+
+import { openWithToken } from "../core/admin_token.js";
+import { ApiError, request, requestJson } from "../core/api.js";
+import { Replay } from "./data.js";
+
+/** @typedef {import("./overlay.js").Thought} Thought */
+
+const FORBIDDEN = 401;
+
+export class ReplaySource {
+  #token = "";
+
+  /** @param {string} id episode id */
+  constructor(id) {
+    this.id = id;
+    this.path = `/api/recordings/${encodeURIComponent(id)}`;
+  }
+
+  /** Whether anybody may see recordings here, and play with them. */
+  get open() {
+    return this.#token === "";
+  }
+
+  /** Raises ApiError or ReplayError with a sentence. @param {HTMLElement} ask where to ask for the admin token */
+  async load(ask) {
+    const summary = await this.#summary(ask);
+    const poses = await request(`${this.path}/poses`, { token: this.#token }); // made with the summary, and kept
+    return new Replay(summary, await poses.arrayBuffer());
+  }
+
+  /** @returns {Promise<Thought[]>} in order of ticks */
+  async thoughts() {
+    return (await requestJson(`${this.path}/thoughts`, { token: this.#token })).thoughts;
+  }
+
+  /** The recording itself. */
+  async file() {
+    return (await request(`${this.path}/file`, { token: this.#token })).blob();
+  }
+
+  /** @param {HTMLElement} ask */
+  async #summary(ask) {
+    try {
+      return await requestJson(this.path);
+    } catch (error) {
+      if (!(error instanceof ApiError) || error.status !== FORBIDDEN) throw error;
+    }
+    const { token, document } = await openWithToken(ask, this.path);
+    this.#token = token;
+    return document;
+  }
+}
+
+/** Saves a file that needed a token, as a link to it would. @param {Blob} content @param {string} name */
+export function save(content, name) {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(content);
+  link.download = name;
+  link.click();
+  window.setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+}

@@ -1,0 +1,129 @@
+// @ts-check
+/*
+ * What stands around each screen of a study: title and progress, who is asked, the connection, language and Stop.
+ * Replaces a screen only when it is another one, so that news of the same step disturb nobody.
+ */
+
+import { byId, el } from "../core/dom.js";
+import { card, heading } from "./screen.js";
+
+/** @typedef {import("./screen.js").Screen} Screen */
+/** @typedef {import("./service.js").View} View */
+/** @typedef {import("./service.js").Study} Study */
+/** @typedef {import("./words.js").Words} Words */
+
+const NO_STOP = ["consent", "code", "ended-elsewhere"]; // "I do not agree" is the consent's own; the others are over
+const NAMES = new Map([["en", "English"], ["de", "Deutsch"]]); // in their own language, whatever the page's
+
+export class StudyFrame {
+  #screen = byId("study-screen", HTMLElement);
+  #title = byId("study-title", HTMLElement);
+  #part = byId("study-part", HTMLElement);
+  #progress = byId("study-progress", HTMLProgressElement);
+  #banner = byId("study-banner", HTMLElement);
+  #who = byId("study-who", HTMLElement);
+  #stop = byId("study-stop", HTMLElement);
+  #language = byId("study-language", HTMLLabelElement);
+  /** @type {Screen | null} */
+  #shown = null;
+  #id = "";
+  #unseen = false; // the screen came while nobody could see it
+  /** @type {Words | null} */
+  #words = null;
+
+  /** @param {{language: (language: string) => void, stop: () => void}} actions */
+  constructor(actions) {
+    this.actions = actions;
+    document.addEventListener("visibilitychange", () => this.#showTitle());
+  }
+
+  /** @param {Words} words @param {Study} study */
+  setWords(words, study) {
+    this.#words = words;
+    document.documentElement.lang = words.language;
+    this.#title.textContent = study.title;
+    this.#banner.textContent = words.say("page.reconnecting");
+    this.#progress.setAttribute("aria-label", words.say("page.title"));
+    const stop = el("button", { type: "button", class: "button-link", onclick: this.actions.stop }, words.say("page.stop"));
+    this.#stop.replaceChildren(`${words.say("page.stopQuestion")} `, stop);
+    this.#showLanguages(words, study.languages);
+  }
+
+  /** @param {Words} words @param {readonly string[]} languages */
+  #showLanguages(words, languages) {
+    const select = el("select", { class: "select language-select" }, ...languages.map((language) => el("option", { value: language }, NAMES.get(language) ?? language)));
+    select.value = words.language;
+    select.addEventListener("change", () => this.actions.language(select.value));
+    this.#language.replaceChildren(el("span", { class: "sr-only" }, words.say("page.language")), select);
+    this.#language.hidden = languages.length < 2;
+  }
+
+  /** @param {View | null} view @param {readonly number[]} people whose screen it is @param {boolean} several two sit here */
+  setPlace(view, people, several) {
+    const words = this.#words;
+    if (words === null) return;
+    if (view) this.#title.textContent = view.study.title;
+    this.#title.hidden = view === null; // the first screen has it as its heading
+    const { done, total } = view?.position ?? { done: 0, total: 0 };
+    this.#progress.hidden = total === 0;
+    this.#progress.max = Math.max(1, total);
+    this.#progress.value = done;
+    this.#part.textContent = total > 0 ? words.say("page.progress", { done: Math.min(done + 1, total), total }) : "";
+    this.#stop.hidden = !view?.can_stop || NO_STOP.includes(view.step.kind);
+    this.#who.hidden = !several || people.length > 1;
+    this.#who.textContent = several ? words.say("page.handOver", { number: (people[0] ?? 0) + 1 }) : "";
+  }
+
+  /** @param {boolean} offline */
+  setOffline(offline) {
+    this.#banner.hidden = !offline;
+  }
+
+  /** @param {string} id */
+  shows(id) {
+    return this.#id === id;
+  }
+
+  /**
+   * @param {string} id what makes this screen another one
+   * @param {() => Screen} make
+   * @param {import("./service.js").Step} [step] news for a screen that stays
+   */
+  show(id, make, step) {
+    if (id === this.#id) {
+      if (step) this.#shown?.update?.(step);
+      return;
+    }
+    this.#shown?.close?.();
+    this.#id = id;
+    this.#shown = make();
+    this.#screen.dataset.kind = step?.kind ?? "";
+    this.#screen.dataset.key = id;
+    this.#screen.replaceChildren(this.#shown.root);
+    this.#unseen = document.hidden;
+    this.#showTitle();
+    scrollTo(0, 0);
+    this.#screen.querySelector("h1")?.focus({ preventScroll: true });
+  }
+
+  /** In the tab's title a dot says that something new is there for who looks elsewhere. */
+  #showTitle() {
+    if (!document.hidden) this.#unseen = false;
+    const h1 = this.#screen.querySelector("h1");
+    document.title = `${this.#unseen ? "● " : ""}${h1?.textContent ?? ""} · ${this.#title.textContent}`;
+  }
+
+  /** @param {string} sentence @param {() => void} again */
+  showProblem(sentence, again) {
+    const words = this.#words;
+    if (words === null) return;
+    const retry = () => {
+      this.#id = "";
+      again();
+    };
+    const button = el("button", { type: "button", class: "button button-primary", onclick: retry }, words.say("page.tryAgain"));
+    this.show(`problem ${sentence}`, () => ({
+      root: card(heading(words.say("error.title")), el("p", { class: "lead", role: "alert" }, sentence), el("div", { class: "row" }, button)),
+    }));
+  }
+}

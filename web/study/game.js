@@ -1,0 +1,112 @@
+// @ts-check
+/*
+ * What the game page does differently in a round of a study: Stop asks about the data, practice may be ended, and
+ * after the last tick it leads back to the study, which knows what comes next.
+ */
+
+import { byId, el } from "../core/dom.js";
+import { loadPeople } from "./people.js";
+import { Place } from "./service.js";
+import { complain, problemBox } from "./screen.js";
+import { askToStop } from "./stop.js";
+import { loadWords } from "./words.js";
+
+/** @typedef {import("../play/game.js").Game} Game */
+/** @typedef {import("../text/study_mark.js").StudyMark} StudyMark */
+/** @typedef {import("./words.js").Words} Words */
+
+const STUDY = "/study";
+const READ_MS = 5000; // how long the end of a round is shown
+
+export class StudyGame {
+  #end = el("div", { class: "overlay", hidden: true });
+  #words;
+  #places = loadPeople().map((token) => new Place(token));
+  #left = false;
+  #asking = false;
+
+  /** @param {StudyMark} mark */
+  constructor(mark) {
+    this.mark = mark;
+    this.#words = loadWords(mark.language);
+    document.documentElement.lang = mark.language;
+    byId("arena-box", HTMLElement).append(this.#end);
+    const round = byId("round", HTMLElement); // it counts rounds of the room, and a room of a study has but one
+    round.before(el("p", { class: "muted" }, mark.name));
+    round.hidden = true;
+    if (mark.practice) void this.#offerEnough();
+  }
+
+  /** Whether the keys belong to a dialog now. */
+  get isAsking() {
+    return this.#asking;
+  }
+
+  /** Whether the round is over, and the arena stands still behind the words that say so. */
+  get showsResult() {
+    return !this.#end.hidden;
+  }
+
+  /** Back to the study. */
+  leave() {
+    if (this.#left) return;
+    this.#left = true;
+    location.assign(STUDY);
+  }
+
+  async askToStop() {
+    if (this.#asking) return;
+    this.#asking = true;
+    const stopped = await askToStop(await this.#words, this.#places.map((_, person) => person), async (person, keep) => {
+      await this.#places[person].stop(keep);
+    });
+    this.#asking = false;
+    if (stopped) this.leave();
+  }
+
+  /** @param {Game} game */
+  update(game) {
+    const over = game.phase === "round_over" || game.phase === "series_over";
+    if (!over || this.showsResult) return;
+    this.#end.hidden = false;
+    setTimeout(() => this.leave(), READ_MS);
+    void this.#showEnd(game.result);
+  }
+
+  /** @param {import("../messages.js").Result | null} result */
+  async #showEnd(result) {
+    const words = await this.#words;
+    const title = { delivered: "play.overDelivered", time: "play.overTime" }[result?.outcome ?? ""] ?? "play.overOther";
+    const heading = el("h2", { tabindex: "-1" }, words.say(title));
+    const { delivered, items } = result ?? { delivered: 0, items: 0 };
+    this.#end.replaceChildren(
+      el(
+        "section",
+        { class: "card card-roomy stack panel" },
+        heading,
+        items > 0 ? el("p", {}, words.say("play.delivered", { delivered, items })) : null,
+        el("p", { class: "muted" }, words.say("play.soon")),
+        el("div", { class: "row" }, el("button", { type: "button", class: "button button-primary", onclick: () => this.leave() }, words.say("play.goOn"))),
+      ),
+    );
+    heading.focus({ preventScroll: true });
+  }
+
+  /** Who has practised enough says so. */
+  async #offerEnough() {
+    const words = await this.#words;
+    const problem = problemBox();
+    const button = el("button", { type: "button", class: "button button-wide" }, words.say("play.enough"));
+    button.addEventListener("click", async () => {
+      try {
+        for (const place of this.#places) await place.next(this.mark.key, { done: true });
+        this.leave();
+      } catch (error) {
+        complain(problem, words.problem(error));
+      }
+    });
+    const stop = byId("stop", HTMLButtonElement);
+    stop.before(button, problem);
+    stop.parentElement?.classList.add("stack");
+  }
+}

@@ -1,0 +1,201 @@
+// @ts-check
+/*
+ * Trying the controls before the first round: whatever is pressed lights up, and the connection is measured. Reads the
+ * same devices through the same modules as the game. What has been tried is in tried_controls.js.
+ */
+
+import { badge, el } from "../../core/dom.js";
+import { Gamepads } from "../../input/gamepad.js";
+import { Keyboard } from "../../input/keyboard.js";
+import { buttonName, keyName, loadMapping, moveName } from "../../input/mapping.js";
+import { LocalSeats } from "../../input/seats.js";
+import { Touch } from "../../input/touch.js";
+import { measureRtt } from "./rtt.js";
+import { actionButton, attempt, card, complain, heading, problemBox } from "../screen.js";
+import { TriedControls } from "./tried_controls.js";
+
+/** @typedef {import("../screen.js").Context} Context */
+/** @typedef {import("../screen.js").Screen} Screen */
+/** @typedef {import("../../input/seats.js").SeatReading} SeatReading */
+/** @typedef {import("../../input/seats.js").SeatCard} SeatCard */
+
+const FAIR_MS = 80; // as the game page has it
+const LIT_MS = 180; // a short press is seen so long
+
+/** @param {Context} context @returns {Screen} */
+export function inputCheckScreen(context) {
+  return new InputCheck(context);
+}
+
+class InputCheck {
+  #mapping = loadMapping(localStorage);
+  #keyboard = new Keyboard(window, () => (this.#open ? this.#mapping.keys : []), () => this.#read(performance.now()));
+  #gamepads = new Gamepads(() => navigator.getGamepads?.() ?? []);
+  #problem = problemBox();
+  #said = el("p", { role: "status" });
+  #pill = el("span", { class: "pill", role: "status" });
+  #rtt = NaN;
+  /** @type {Promise<void> | null} */
+  #measuring = null;
+  #open = true;
+
+  /** @param {Context} context */
+  constructor(context) {
+    const { words, people } = context;
+    this.context = context;
+    this.words = words;
+    this.panels = people.map((_, seat) => new ControlPanel(words, seat, people.length > 1));
+    this.touch = new Touch(this.panels[0].touchParts, () => {});
+    const first = matchMedia("(pointer: coarse)").matches ? "touch" : "keyboard";
+    this.seats = new LocalSeats({ keyboard: this.#keyboard, gamepads: this.#gamepads, touch: this.touch }, first);
+    this.seats.hold(people.map((_, seat) => seat));
+    this.tried = people.map(() => new TriedControls(context.step.gamepad_required === true));
+    this.root = this.#build();
+    this.#showTodo();
+    void this.#measure();
+    requestAnimationFrame((now) => this.#frame(now));
+  }
+
+  close() {
+    this.#open = false; // the keyboard listens on, but no key is ours any more
+  }
+
+  #build() {
+    const { words, context } = this;
+    const lead = words.say(context.step.gamepad_required ? "check.gamepad" : context.people.length > 1 ? "check.leadTwo" : "check.lead");
+    this.goOn = actionButton(words, words.say("page.goOn"), this.#problem, () => this.#next());
+    this.again = el("button", { type: "button", class: "button button-small" }, words.say("check.again"));
+    this.again.addEventListener("click", () => void this.#measure());
+    const connection = el("div", { class: "row row-apart check-connection" }, el("span", { class: "label" }, words.say("check.connection")), el("span", { class: "row" }, this.#pill, this.again));
+    const panels = el("div", { class: "check-panels" }, ...this.panels.map(({ root }) => root));
+    return card(heading(words.say("check.title")), el("p", { class: "lead" }, lead), panels, this.#said, connection, this.#problem, el("div", { class: "row" }, this.goOn));
+  }
+
+  /** @param {number} nowMs */
+  #frame(nowMs) {
+    if (!this.#open) return;
+    requestAnimationFrame((next) => this.#frame(next));
+    this.#read(nowMs);
+  }
+
+  /** Each frame, and at each key: the shortest press counts. @param {number} nowMs */
+  #read(nowMs) {
+    const cards = this.seats.cards();
+    for (const [seat, reading] of this.seats.read(this.#mapping)) {
+      this.panels[seat].show(reading, cards[seat], this.#mapping, nowMs);
+      if (this.tried[seat].add(reading)) this.#showTodo();
+    }
+  }
+
+  #showTodo() {
+    const open = new Set(this.tried.flatMap((one) => one.todo));
+    const names = [...open].map((what) => this.words.say(`check.${what}`));
+    this.#said.textContent = names.length > 0 ? this.words.say("check.todo", { list: names.join(", ") }) : this.words.say("check.done");
+    this.#said.className = names.length > 0 ? "muted" : "check-done";
+    this.panels.forEach((panel, seat) => panel.showDone(this.tried[seat].done));
+  }
+
+  /** Whoever asks while it is being measured waits for that: going on early must not lead nowhere. */
+  #measure() {
+    this.#measuring ??= this.#measureOnce().finally(() => {
+      this.#measuring = null;
+    });
+    return this.#measuring;
+  }
+
+  async #measureOnce() {
+    const { words } = this;
+    this.#pill.className = "pill";
+    this.#pill.textContent = words.say("check.measuring");
+    if (!this.again) return;
+    await attempt(words, this.again, this.#problem, async () => {
+      this.#rtt = await measureRtt();
+      const slow = this.#tooSlow();
+      const tone = slow ? "bad" : this.#rtt < FAIR_MS ? "ok" : "attention";
+      const ms = Math.max(1, Math.round(this.#rtt));
+      this.#pill.className = `pill pill-${tone}`;
+      this.#pill.textContent = words.say(tone === "ok" ? "check.good" : "check.slow", { ms });
+      if (slow) complain(this.#problem, words.say("check.tooSlow", { ms, most: this.context.step.rtt_ms ?? 0 }));
+    });
+  }
+
+  #tooSlow() {
+    const most = this.context.step.rtt_ms ?? 0;
+    return most > 0 && this.#rtt > most;
+  }
+
+  async #next() {
+    const todo = this.tried.flatMap((one) => one.todo);
+    if (todo.length > 0) {
+      const list = [...new Set(todo)].map((what) => this.words.say(`check.${what}`)).join(", ");
+      return complain(this.#problem, this.words.say("check.todo", { list }));
+    }
+    if (Number.isNaN(this.#rtt)) await this.#measure();
+    if (Number.isNaN(this.#rtt)) return;
+    // The server hears of a slow connection too: whoever stops then is screened out, and paid as such.
+    await this.context.next({ rtt_ms: Math.round(this.#rtt * 10) / 10, device: this.seats.cards()[0].device });
+  }
+}
+
+/** The picture of one person's controls. */
+class ControlPanel {
+  /** @param {import("../words.js").Words} words @param {number} seat @param {boolean} named */
+  constructor(words, seat, named) {
+    this.words = words;
+    this.litUntil = 0;
+    this.dot = el("div", { class: "check-dot" });
+    this.zone = el("div", { class: "check-stick" }, this.dot);
+    this.arrows = new Map(/** @type {const} */ (["up", "left", "down", "right"]).map((side) => [side, el("span", { class: `check-arrow check-${side}` }, words.say(`check.${side}`))]));
+    this.grab = el("button", { type: "button", class: "button check-light", tabindex: "-1" }, words.say("check.grab"));
+    this.backward = el("button", { type: "button", class: "button check-light", tabindex: "-1", "aria-pressed": "false" }, words.say("check.backward"));
+    this.device = el("span", { class: "pill" });
+    this.hint = el("p", { class: "muted small" });
+    const who = named ? el("p", { class: "agent label" }, badge(seat), words.say("page.person", { number: seat + 1 })) : null;
+    this.root = el(
+      "div",
+      { class: "check-panel" },
+      el("div", { class: "row row-apart" }, who, this.device),
+      el("div", { class: "check-picture" }, el("div", { class: "check-cross" }, this.zone, ...this.arrows.values()), el("div", { class: "check-buttons" }, this.grab, this.backward)),
+      this.hint,
+    );
+  }
+
+  get touchParts() {
+    return { zone: this.zone, knob: this.dot, grab: this.grab, backward: this.backward };
+  }
+
+  /** @param {SeatReading} reading @param {SeatCard} card @param {import("../../input/mapping.js").Mapping} mapping @param {number} nowMs */
+  show({ stick, backward, grabs, device }, card, mapping, nowMs) {
+    const { words } = this;
+    if (grabs > 0) this.litUntil = nowMs + LIT_MS;
+    this.dot.style.setProperty("--x", stick.x.toFixed(2));
+    this.dot.style.setProperty("--y", (-stick.y).toFixed(2));
+    const lit = { up: stick.y > 0.4, down: stick.y < -0.4, left: stick.x < -0.4, right: stick.x > 0.4 };
+    for (const [side, arrow] of this.arrows) arrow.toggleAttribute("data-lit", lit[side]);
+    this.grab.toggleAttribute("data-lit", nowMs < this.litUntil);
+    this.backward.toggleAttribute("data-lit", backward);
+    const name = card.device === "gamepad" && card.pad ? card.pad.id.replace(/\s*\(.*$/, "") : words.say(`check.device.${device}`);
+    if (this.device.textContent !== name) this.device.textContent = name;
+    const hint = hintWords(words, { ...card, device }, mapping);
+    if (this.hint.textContent !== hint) this.hint.textContent = hint;
+  }
+
+  /** @param {ReadonlySet<string>} done */
+  showDone(done) {
+    for (const [side, arrow] of this.arrows) arrow.toggleAttribute("data-done", done.has(side));
+    this.grab.toggleAttribute("data-done", done.has("grab"));
+  }
+}
+
+/** @param {import("../words.js").Words} words @param {SeatCard} card @param {import("../../input/mapping.js").Mapping} mapping */
+function hintWords(words, { device, keySets }, mapping) {
+  if (device === "gamepad") {
+    return words.say("check.hint.gamepad", { grab: buttonName(mapping.buttons.grab), backward: buttonName(mapping.buttons.backward) });
+  }
+  if (device === "touch") return words.say("check.hint.touch");
+  const or = words.say("check.or");
+  const sets = keySets.map((set) => mapping.keys[set]);
+  const list = (/** @type {(keys: import("../../input/mapping.js").KeySet) => string} */ name) => sets.map(name).join(or);
+  const key = (/** @type {string} */ code) => (words.has(`key.${code}`) ? words.say(`key.${code}`) : keyName(code));
+  return words.say("check.hint.keyboard", { move: list(moveName), grab: list(({ grab }) => key(grab)), backward: list(({ backward }) => key(backward)) });
+}

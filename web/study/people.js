@@ -1,0 +1,60 @@
+// @ts-check
+/*
+ * Who sits at this screen: one person or two, each with a place in the study, and whose turn it is. The tokens are
+ * kept in localStorage, so that a reload or another tab comes back to the same places.
+ */
+
+/** @typedef {import("./service.js").View} View */
+/** @typedef {import("./service.js").Step} Step */
+
+const KEYS = ["movingout-study-token", "movingout-study-token-2"];
+const TOGETHER = ["input-check", "practice", "round", "waiting", "break", "paused"]; // done by both at once
+
+/** @returns {string[]} the kept tokens, the first person's first */
+export function loadPeople() {
+  try {
+    return KEYS.map((key) => localStorage.getItem(key)).filter((token) => token !== null);
+  } catch {
+    return [];
+  }
+}
+
+/** @param {readonly string[]} tokens none: nobody sits here any more */
+export function savePeople(tokens) {
+  try {
+    KEYS.forEach((key, person) => (tokens[person] ? localStorage.setItem(key, tokens[person]) : localStorage.removeItem(key)));
+  } catch {
+    // without storage the places last for this page; the link leads back to them
+  }
+}
+
+/**
+ * Whose screen is shown: the numbers of one person, or of both where they do the step together. Whoever has
+ * something to do alone comes first, then whoever is behind; who has finished comes last.
+ * @param {readonly View[]} views one per person
+ * @returns {number[]}
+ */
+export function whoseTurn(views) {
+  if (views.length < 2) return [0];
+  const steps = views.map(({ step }) => step);
+  const busy = steps.findIndex(({ kind }) => !TOGETHER.includes(kind) && kind !== "code");
+  if (busy !== -1) return [busy];
+  const playing = [0, 1].filter((person) => steps[person].kind !== "code");
+  if (playing.length === 2 && steps[0].key === steps[1].key && steps[0].kind === steps[1].kind) return [0, 1];
+  if (playing.length === 2) return [views[0].position.done <= views[1].position.done ? 0 : 1];
+  return playing.length === 1 ? playing : [0];
+}
+
+/**
+ * The seats that this screen takes in a round: one entry per seat, its token or null where somebody else sits.
+ * Null as long as a seat of somebody here is not known yet.
+ * @param {readonly Step[]} steps of the people who play
+ * @returns {{id: string, path: string, tokens: (string | null)[]} | null}
+ */
+export function seatsToTake(steps) {
+  const rooms = steps.map(({ room }) => room);
+  const [first] = rooms;
+  if (!first || rooms.some((room) => room?.id !== first.id)) return null;
+  const tokens = [0, 1].map((seat) => rooms.find((room) => room?.seat === seat)?.token ?? null);
+  return { id: first.id, path: first.path, tokens };
+}

@@ -1,0 +1,119 @@
+// @ts-check
+/*
+ * The study's HTTP API for one participant, and what it answers. Knows no page.
+ */
+
+import { requestJson } from "../core/api.js";
+
+/** @typedef {import("../view/render.js").GameMap} GameMap */
+/**
+ * @typedef {object} Item a question
+ * @property {string} id
+ * @property {"likert7" | "tlx" | "choice" | "text"} kind
+ * @property {string} label
+ * @property {string} text
+ * @property {string[]} [options] of a choice
+ * @property {[string, string]} [ends] what the ends of a scale mean
+ * @property {boolean} [required]
+ */
+/** @typedef {{id: string, token: string, seat: number, path: string}} RoomSeat */
+/** @typedef {{minutes: number, amount: number, currency: string}} Earned */
+/**
+ * What the server says of the step: `key` and `kind`, the rest as the kind has it.
+ * @typedef {object} Step
+ * @property {string} key
+ * @property {string} kind
+ * @property {string} [version]
+ * @property {string} [html]
+ * @property {{id: string, text: string, required: boolean}[]} [boxes]
+ * @property {string} [title]
+ * @property {Item[]} [items]
+ * @property {Record<string, {value: number, text: string}>} [answers]
+ * @property {string | null} [partner_letter]
+ * @property {boolean} [gamepad_required]
+ * @property {number} [rtt_ms] the most that is allowed
+ * @property {GameMap | null} [map]
+ * @property {string} [description]
+ * @property {number} [seat]
+ * @property {number} [number]
+ * @property {number} [of]
+ * @property {number} [limit_s]
+ * @property {RoomSeat | null} [room]
+ * @property {"card" | "waiting" | "playing" | "over"} [state]
+ * @property {number} [since_s]
+ * @property {number} [wait_s]
+ * @property {number} [people]
+ * @property {"code" | "agent"} [otherwise]
+ * @property {number} [seconds]
+ * @property {boolean} [ask_to_keep]
+ * @property {string | null} [code]
+ * @property {string} [outcome]
+ * @property {boolean | null} [kept]
+ * @property {string | null} [completion_url]
+ * @property {Earned | null} [earned]
+ */
+/**
+ * @typedef {object} View
+ * @property {{title: string}} study
+ * @property {string} language
+ * @property {string[]} languages
+ * @property {Step} step
+ * @property {{done: number, total: number}} position
+ * @property {boolean} can_stop
+ */
+/** @typedef {{title: string, languages: string[], asks_code: boolean, group?: number}} Study */
+/** @typedef {import("../core/answer_queue.js").Answer} Answer */
+
+/** @returns {Promise<Study>} */
+export function askStudy() {
+  return requestJson("/api/study");
+}
+
+/**
+ * @param {Record<string, string>} parameters of the link, or the typed code
+ * @param {string} language
+ * @param {string} [beside] token of the first person at this screen
+ * @returns {Promise<{token: string, view: View}>}
+ */
+export function arrive(parameters, language, beside) {
+  return requestJson("/api/study/arrive", { body: { parameters, language, ...(beside && { beside }) } });
+}
+
+/** One participant's place in the study. */
+export class Place {
+  /** @param {string} token */
+  constructor(token) {
+    this.token = token;
+  }
+
+  /** @param {string} [language] to be used from now on @returns {Promise<View>} */
+  view(language) {
+    return this.#view("/api/study/view" + (language ? `?lang=${encodeURIComponent(language)}` : ""));
+  }
+
+  /** @param {string} key @param {Record<string, unknown>} [given] @returns {Promise<View>} */
+  next(key, given = {}) {
+    return this.#view("/api/study/next", { key, ...given });
+  }
+
+  /** @returns {Promise<View>} */
+  decline() {
+    return this.#view("/api/study/decline", {});
+  }
+
+  /** @param {boolean} keep @returns {Promise<View>} */
+  stop(keep) {
+    return this.#view("/api/study/stop", { keep });
+  }
+
+  /** @param {string} key @param {Answer} answer @returns {Promise<void>} */
+  async answer(key, { question, value, text, elapsed_ms, hidden_ms }) {
+    await requestJson("/api/study/answer", { token: this.token, body: { key, item: question, value, text, elapsed_ms, hidden_ms: hidden_ms ?? 0 } });
+  }
+
+  /** @param {string} path @param {unknown} [body] @returns {Promise<View>} */
+  async #view(path, body) {
+    const answer = await requestJson(path, { token: this.token, body });
+    return answer.view ?? answer;
+  }
+}

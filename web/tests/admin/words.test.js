@@ -1,0 +1,71 @@
+// @ts-check
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { facts, grouped, linkPill, phaseWords, recordingPill, seatWords, summaryWords, timeWords, uptime } from "../../admin/words.js";
+
+/** @param {Partial<import("../../messages.js").SeatState>} seat */
+const seat = (seat) => ({ colour: "blue", kind: /** @type {const} */ ("human"), name: "", open: false, present: true, ready: true, device: "", rtt_ms: -1, ...seat });
+
+/** @type {import("../../admin/words.js").AdminState} */
+const STATE = {
+  uptime_s: 7_530, late_ms: { p50: 0.21, p99: 1.34 }, ticks: 184_200, missed_ticks: 0, deadline_misses: 1, cpu_percent: 7.4,
+  rss_mb: 143.2, sockets: 5, disk_free_mb: 38_123, finalising: 0, refusal: "", rooms: [],
+};
+
+test("phases are words, with the round where there are several", () => {
+  assert.equal(phaseWords({ phase: "playing", round: 8, rounds: 12 }), "Playing · round 8 of 12");
+  assert.equal(phaseWords({ phase: "lobby", round: 1, rounds: 1 }), "Waiting for players");
+});
+
+test("time is played time of the limit, without a limit alone, and nothing before the game", () => {
+  assert.equal(timeWords({ phase: "playing", tick: 195, limit_ticks: 500 }), "0:19 / 0:50");
+  assert.equal(timeWords({ phase: "playing", tick: 640, limit_ticks: 0 }), "1:04");
+  assert.equal(timeWords({ phase: "lobby", tick: 0, limit_ticks: 500 }), "");
+});
+
+test("the link is the slowest of those who play from afar, agents do not count", () => {
+  const agent = seat({ kind: "agent", rtt_ms: -1 });
+  const link = (/** @type {Parameters<typeof seat>[0]} */ blue, red = agent, phase = "playing") => linkPill({ seats: [seat(blue), red], phase });
+  assert.deepEqual(link({ rtt_ms: 24.4 }), { words: "24 ms", tone: "ok" });
+  assert.deepEqual(link({ rtt_ms: 24 }, seat({ rtt_ms: 140 })), { words: "140 ms", tone: "attention" });
+  assert.deepEqual(link({ rtt_ms: 300 }), { words: "300 ms", tone: "bad" });
+  assert.deepEqual(link({ present: false }), { words: "reconnecting", tone: "attention" });
+  assert.deepEqual(link({ present: false, open: true }), { words: "–", tone: "" });
+  assert.deepEqual(link({ present: false }, agent, "series_over"), { words: "–", tone: "" });
+});
+
+test("a game that should be recorded and is not stands out", () => {
+  assert.equal(recordingPill({ phase: "playing", recording: false, recording_problem: "disk full" }).tone, "bad");
+  assert.equal(recordingPill({ phase: "playing", recording: true, recording_problem: "" }).words, "recording");
+  assert.equal(recordingPill({ phase: "lobby", recording: true, recording_problem: "" }).words, "–", "nothing to record yet");
+  assert.equal(recordingPill({ phase: "playing", recording: false, recording_problem: "" }).words, "–");
+});
+
+test("seats say who sits there", () => {
+  assert.equal(seatWords(seat({ open: true, present: false })), "free seat");
+  assert.equal(seatWords(seat({ name: "P7", device: "gamepad" })), "P7 · gamepad");
+  assert.equal(seatWords(seat({ name: "P7", present: false, device: "gamepad" })), "P7, away");
+  assert.equal(seatWords(seat({ kind: "agent", name: "scripted" })), "scripted");
+  assert.equal(seatWords(seat({ kind: "idle" })), "nobody");
+});
+
+test("large numbers are grouped by thousands", () => {
+  assert.deepEqual([0, 999, 1000, 1234567].map(grouped), ["0", "999", "1\u202f000", "1\u202f234\u202f567"]);
+});
+
+test("uptime is minutes, then hours", () => {
+  assert.deepEqual([59, 60, 3_599, 3_600, 7_530].map(uptime), ["0 min", "1 min", "59 min", "1 h 0 min", "2 h 5 min"]);
+});
+
+test("the summary counts rooms and people who are there", () => {
+  const room = { room: "a", phase: "playing", reason: "", map: "HandOff", round: 1, rounds: 1, tick: 1, limit_ticks: 500, delivered: 0, items: 4, recording: true, recording_problem: "", spectators: 0 };
+  const rooms = [{ ...room, seats: [seat({}), seat({ kind: "agent" })] }];
+  assert.equal(summaryWords({ ...STATE, rooms }), "1 room · 1 player · up for 2 h 5 min");
+});
+
+test("four facts, in red where a person would notice", () => {
+  assert.deepEqual(facts(STATE).map(({ value, tone }) => [value, tone]), [["1.3 ms", ""], ["5", ""], ["7 %", ""], ["38 GB free", ""]]);
+  const bad = { ...STATE, missed_ticks: 2, cpu_percent: 97, disk_free_mb: 400 };
+  assert.deepEqual(facts(bad).map(({ value, tone }) => [value, tone]), [["1.3 ms", "bad"], ["5", ""], ["97 %", "bad"], ["400 MB free", "bad"]]);
+});

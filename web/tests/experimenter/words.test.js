@@ -1,0 +1,68 @@
+// @ts-check
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { actionsFor, facts, linkPill, recordingPill, seatNames, sorted, summaryWords, tickPill, timeWords, whereWords } from "../../experimenter/words.js";
+
+/** @typedef {import("../../experimenter/words.js").ParticipantRow} Row */
+
+/** @param {Partial<Row>} [change] @returns {Row} */
+const row = (change) => ({
+  pid: "P4K7Q2", unit: 3, partner_letter: "A", partner_pid: null, seat: 0, step: "play/1/HandOff-1", kind: "round",
+  position: { done: 9, total: 24 }, round: { number: 8, of: 12 }, since_s: 40, present: true, rtt_ms: 24, room: "r1",
+  phase: "playing", tick: 310, limit_ticks: 500, late_ms: 1.3, missed: 0, recording: "recording", outcome: null, code_given: false, ...change,
+});
+
+test("where somebody is says round, partner and how it ended", () => {
+  assert.equal(whereWords(row()), "Round 8 of 12");
+  assert.equal(whereWords(row({ kind: "questionnaire", partner_letter: "B" })), "Questions, Partner B");
+  assert.equal(whereWords(row({ kind: "waiting" })), "Waiting for a partner");
+  assert.equal(whereWords(row({ kind: "code", outcome: "partner-left" })), "Finished · partner left");
+  assert.equal(whereWords(row({ kind: "something-new" })), "something-new");
+});
+
+test("blue is named before red, partners by their letter or their own pseudonym", () => {
+  assert.deepEqual(seatNames(row()), ["P4K7Q2", "Partner A"]);
+  assert.deepEqual(seatNames(row({ seat: 1, partner_letter: null, partner_pid: "PX93LM" })), ["PX93LM", "P4K7Q2"]);
+  assert.equal(seatNames(row({ kind: "break" })), null);
+  assert.equal(seatNames(row({ outcome: "done" })), null);
+});
+
+test("times are of the round while one runs, else of the step", () => {
+  assert.equal(timeWords(row()), "0:31 / 0:50");
+  assert.equal(timeWords(row({ phase: "paused" })), "0:31 / 0:50, paused");
+  assert.equal(timeWords(row({ tick: null })), "0:40");
+  assert.equal(timeWords(row({ outcome: "done" })), "");
+});
+
+test("pills are coloured by what needs attention", () => {
+  assert.deepEqual(linkPill(row()), { words: "24 ms", tone: "ok" });
+  assert.deepEqual(linkPill(row({ present: false })), { words: "away", tone: "attention" });
+  assert.deepEqual(linkPill(row({ rtt_ms: 400 })), { words: "400 ms", tone: "bad" });
+  assert.deepEqual(tickPill(row({ late_ms: 9 })), { words: "9.0 ms late", tone: "attention" });
+  assert.deepEqual(tickPill(row({ missed: 2 })), { words: "2 missed", tone: "bad" });
+  assert.deepEqual(tickPill(row({ late_ms: null })), { words: "–", tone: "" });
+  assert.deepEqual(recordingPill(row({ recording: "the disk is full" })), { words: "the disk is full", tone: "bad" });
+});
+
+test("who is away comes first, who has finished last, else in the order of their coming", () => {
+  const rows = [row({ pid: "A", outcome: "done" }), row({ pid: "B" }), row({ pid: "C", present: false }), row({ pid: "D" })];
+  assert.deepEqual(sorted(rows).map(({ pid }) => pid), ["C", "B", "D", "A"]);
+});
+
+test("only what makes sense now can be done for somebody", () => {
+  const names = (/** @type {Partial<Row>} */ change) => actionsFor(row(change)).map(({ action }) => action);
+  assert.deepEqual(names({ episode: "e1" }), ["pause", "restart-round", "invalid", "note", "kick"]);
+  assert.deepEqual(names({ kind: "form", room: null, unit: null }), ["note", "kick"]);
+  assert.deepEqual(names({ paused: true, room: null }), ["resume", "note", "kick"]);
+  assert.deepEqual(names({ outcome: "done", room: null, episode: "e1" }), ["invalid", "note"]);
+});
+
+test("the head counts people, the cards say when something is wrong", () => {
+  const server = { late_p99_ms: 1.3, missed: 0, ticks: 184200, disk_free_mb: 38000, recordings: 412, partial: 0 };
+  const state = { study: { id: "s", title: "S" }, paused: false, counts: { planned: 32, finished: 21, active: 4, waiting: 1 }, participants: [], alerts: [], notes: [], server };
+  assert.equal(summaryWords(state), "21 of 32 finished · 4 here · 1 waiting for a partner");
+  assert.deepEqual(facts(state).map(({ value, tone }) => [value, tone]), [["21 of 32", ""], ["1.3 ms", ""], ["412", ""], ["38 GB", ""]]);
+  const bad = facts({ ...state, server: { ...server, missed: 3, disk_free_mb: 300 } });
+  assert.deepEqual(bad.map(({ tone }) => tone), ["", "bad", "", "bad"]);
+});

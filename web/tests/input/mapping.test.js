@@ -1,0 +1,43 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import {
+  buttonName, DEFAULTS, keyName, loadMapping, moveName, saveMapping, withButton, withKey,
+} from "../../input/mapping.js";
+
+/** @param {string | null} value */
+const storage = (value) => ({ getItem: () => value });
+
+test("a mapping comes back as it was kept", () => {
+  let kept = "";
+  const mapping = withKey(structuredClone(DEFAULTS), 0, "grab", "KeyE");
+  saveMapping({ setItem: (_, value) => (kept = value) }, mapping);
+  assert.deepEqual(loadMapping(storage(kept)), mapping);
+});
+
+test("nothing usable in storage means the defaults", () => {
+  for (const value of [null, "", "{", "[]", "{}", '{"keys":[{},{}],"buttons":{},"deadZone":0.3}', '"x"']) {
+    assert.deepEqual(loadMapping(storage(value)), DEFAULTS, String(value));
+  }
+  const forbidden = { getItem: () => { throw new Error("forbidden"); } };
+  assert.deepEqual(loadMapping(forbidden), DEFAULTS);
+});
+
+test("a key does one thing only: its old action gets the key that became free", () => {
+  const changed = withKey(structuredClone(DEFAULTS), 0, "grab", "Enter");
+  assert.equal(changed.keys[0].grab, "Enter");
+  assert.equal(changed.keys[1].grab, "Space");
+  assert.equal(DEFAULTS.keys[0].grab, "Space");
+});
+
+test("a button does one thing only", () => {
+  const changed = withButton(structuredClone(DEFAULTS), "grab", 6);
+  assert.deepEqual(changed.buttons, { grab: 6, backward: 0, pause: 9 });
+});
+
+test("keys and buttons have names for people", () => {
+  assert.equal(moveName(DEFAULTS.keys[0]), "W A S D");
+  assert.equal(moveName(DEFAULTS.keys[1]), "↑ ← ↓ →");
+  assert.deepEqual(["Digit4", "Numpad8", "ShiftLeft", "F5"].map(keyName), ["4", "Num 8", "Left Shift", "F5"]);
+  assert.deepEqual([buttonName(0), buttonName(6), buttonName(20)], ["A", "LT", "button 21"]);
+});

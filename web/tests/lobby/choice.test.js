@@ -1,0 +1,76 @@
+// @ts-check
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { agentLine, defaultPartner, parseSeed, roomRequest, seatOptions, seatRequest, seatsNote } from "../../lobby/choice.js";
+
+const AGENTS = [
+  { id: "idle", name: "Idle", description: "Stands still." },
+  { id: "scripted", name: "Scripted", description: "Helps." },
+  { id: "bass@all", name: "BASS", description: "Learned." },
+];
+/** @type {import("../../lobby/choice.js").Choice} */
+const CHOICE = { map: "HandOff", seats: ["here", "agent:bass@all"], limitTicks: 500, seed: 7 };
+
+test("a choice becomes the body of POST /api/rooms", () => {
+  assert.deepEqual(roomRequest(CHOICE, ["HandOff", "LeftRight"]), {
+    maps: ["HandOff", "LeftRight"],
+    limit_ticks: 500,
+    practice: false,
+    challenge2_seed: 7,
+    seats: [{ kind: "here" }, { kind: "agent", agent: "bass@all" }],
+  });
+});
+
+test("practice has neither limit nor changed items", () => {
+  const body = roomRequest(CHOICE, ["Simple"], true);
+  assert.deepEqual([body.practice, body.limit_ticks, body.challenge2_seed], [true, 0, null]);
+});
+
+test("every seat option is a request", () => {
+  for (const { value } of seatOptions(AGENTS)) assert.ok(seatRequest(value).kind);
+  assert.throws(() => seatRequest("sofa"), RangeError);
+});
+
+test("an agent is described in one sentence", () => {
+  const [agent] = seatOptions([{ id: "a", name: "A", description: "Helps, e.g.\u00a0here. Has options." }]).filter(({ group }) => group === "Agents");
+  assert.equal(agent.help, "Helps, e.g.\u00a0here.");
+});
+
+test("a trained agent is described by what it is, whom it learned from and what it reaches with people it never met", () => {
+  const card = {
+    id: "bass@all", name: "DP/BASS", description: "Chooses. Well.", kind: "bass", policy: "dp",
+    population: "scripted people of A and B; none of population C", tcr: { unseen: 0.7252, alone: 0.2676 },
+  };
+  assert.equal(
+    agentLine(card),
+    "Diffusion Policy with BASS, learned from scripted people of A and B. " +
+      "TCR 0.73 with scripted people it never met (0.27 without help).",
+  );
+  assert.equal(agentLine({ ...card, kind: "gru", policy: "gru", tcr: { unseen: null, alone: null } }), "GRU, learned from scripted people of A and B.");
+  assert.equal(agentLine({ ...card, tcr: { unseen: 0.7, alone: null } }).split(". ")[1], "TCR 0.70 with scripted people it never met.");
+});
+
+test("of an agent that was not trained nothing is invented", () => {
+  const tcr = { unseen: null, alone: null };
+  assert.equal(agentLine({ id: "idle", name: "Idle", description: "Stands still.", kind: "idle", policy: "", population: "", tcr }), "Stands still.");
+});
+
+test("the first partner is the server's, else scripted, else whoever moves, else a person", () => {
+  assert.equal(defaultPartner(AGENTS, "bass@all"), "agent:bass@all");
+  assert.equal(defaultPartner(AGENTS), "agent:scripted");
+  assert.equal(defaultPartner(AGENTS.slice(2)), "agent:bass@all");
+  assert.equal(defaultPartner(AGENTS.slice(0, 1)), "link");
+});
+
+test("two people at one screen are told their keys, and who does not play what happens", () => {
+  assert.match(seatsNote(["here", "here"]), /W A S D/);
+  assert.match(seatsNote(["link", "agent:idle"]), /links/);
+  assert.match(seatsNote(["agent:idle", "agent:scripted"]), /watch/);
+  assert.equal(seatsNote(["here", "link"]), "");
+});
+
+test("a seed is one to nine digits", () => {
+  assert.deepEqual(["0", " 42 ", "999999999"].map(parseSeed), [0, 42, 999999999]);
+  assert.deepEqual(["", "-1", "1.5", "seven", "1234567890"].map(parseSeed), [null, null, null, null, null]);
+});

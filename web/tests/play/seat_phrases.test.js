@@ -1,0 +1,87 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { contrast, readable } from "../../core/colours.js";
+import { outline, radiusOf } from "../../shapes.js";
+import { clockText, connectionWords, playingWords, seatName, taskSentence, waitingWords } from "../../play/seat_phrases.js";
+
+/** @param {Partial<import("../../messages.js").SeatState>} [more] @returns {import("../../messages.js").SeatState} */
+const seat = (more) => ({ colour: "blue", kind: "human", name: "", open: false, present: true, ready: false, device: "", rtt_ms: -1, ...more });
+
+/** @param {string} shape @param {string} size */
+const item = (shape, size) => ({ id: 0, shape, size, scale: 0.1, mass: 0.1, x: 0, y: 0, angle: 0 });
+
+/** @param {...{id: number, shape: string, size: string, scale: number, mass: number, x: number, y: number, angle: number}} items */
+const map = (...items) => ({
+  name: "", title: "", number: 0, mode: "", description: "", walls: [], items, goals: [{ x0: 0, y0: 0, x1: 1, y1: 1 }],
+  robots: { blue: { x: 0, y: 0, angle: 0 }, red: { x: 0, y: 0, angle: 0 } },
+});
+
+/** @param {[number, number]} held */
+const view = (held) => ({ poses: [], held, delivered: [] });
+
+test("what a seat does is said in words", () => {
+  const items = map(item("square", "small"), item("star", "large"), item("circle", "middle"));
+  const words = (/** @type {[number, number]} */ held, /** @type {number[]} */ own) => playingWords(seat(), 1, items, view(held), own);
+  assert.equal(words([-1, -1], [0]), "hands free");
+  assert.equal(words([-1, 0], [0]), "carrying a square");
+  assert.equal(words([-1, 1], [0]), "waiting for your help");
+  assert.equal(words([-1, 1], []), "waiting for help");
+  assert.equal(words([-1, 1], [1]), "holding a star: too heavy for one");
+  assert.equal(words([1, 1], [0]), "carrying a star together");
+  assert.equal(words([-1, 2], [0]), "carrying a circle alone, slowly");
+  assert.equal(playingWords(seat({ present: false }), 1, items, view([-1, 0]), [0]), "reconnecting…");
+});
+
+test("a seat before the round", () => {
+  assert.equal(waitingWords(seat({ open: true, present: false })), "not here yet");
+  assert.equal(waitingWords(seat()), "getting ready");
+  assert.equal(waitingWords(seat({ ready: true })), "ready");
+  assert.equal(waitingWords(seat({ kind: "idle", ready: true })), "does nothing");
+});
+
+test("names: mine, the partner's, an agent's", () => {
+  assert.deepEqual([seatName(seat(), true), seatName(seat(), false)], ["You", "Partner"]);
+  assert.equal(seatName(seat(), false, true), "A person", "whoever watches has no partner");
+  assert.equal(seatName(seat({ kind: "agent", name: "scripted" }), false), "Scripted");
+  assert.equal(seatName(seat({ kind: "agent", name: "bass@all" }), false), "bass@all", "an id is written as it is");
+  assert.equal(seatName(seat({ name: "Ada" }), false), "Ada");
+});
+
+test("the task names only what this map asks for", () => {
+  assert.equal(taskSentence(map(item("star", "small"))), "Carry everything into the green area.");
+  assert.match(taskSentence(map(item("star", "small"), item("star", "large"))), /marked 2 need both/);
+  assert.match(taskSentence(map(item("star", "middle"))), /1–2 are faster/);
+});
+
+test("time is minutes and seconds, rounded up", () => {
+  assert.deepEqual([50, 30.1, 9.9, 0, -1].map(clockText), ["0:50", "0:31", "0:10", "0:00", "0:00"]);
+  assert.equal(clockText(125), "2:05");
+});
+
+test("the connection is a word and a colour", () => {
+  assert.deepEqual(connectionWords("open", false, 23.6), { words: "good · 24 ms", state: "ok" });
+  assert.deepEqual(connectionWords("open", false, 150), { words: "fair · 150 ms", state: "attention" });
+  assert.deepEqual(connectionWords("open", true, 20), { words: "stalled", state: "bad" });
+  assert.deepEqual(connectionWords("reconnecting", false, 20), { words: "lost", state: "bad" });
+});
+
+test("regular shapes have the area of a circle of their scale, the triangle 0.64 of it", () => {
+  const area = (/** @type {[number, number][]} */ points) =>
+    points.reduce((sum, [x, y], index) => {
+      const [nextX, nextY] = points[(index + 1) % points.length];
+      return sum + (x * nextY - nextX * y) / 2;
+    }, 0);
+  for (const [shape, share] of /** @type {const} */ ([["square", 1], ["rectangle", 0.5], ["pentagon", 1], ["hexagon", 1], ["octagon", 1], ["triangle", 0.64]])) {
+    assert.ok(Math.abs(area(outline(shape, 0.1)) - share * Math.PI * 0.01) < 1e-9, shape);
+  }
+  assert.deepEqual(outline("star", 0.1)[0].map((value) => Math.abs(Number(value.toFixed(9)))), [0, 0.13]);
+  assert.equal(radiusOf("circle", 0.1), 0.1);
+  assert.throws(() => outline("heart", 0.1), RangeError);
+});
+
+test("the better readable of two inks is chosen", () => {
+  assert.equal(readable("#ffffff", "#ffffff", "#18212c"), "#18212c");
+  assert.equal(readable("#2a333f", "#ffffff", "#18212c"), "#ffffff");
+  assert.ok(Math.abs(contrast("#ffffff", "#000000") - 21) < 1e-9);
+});

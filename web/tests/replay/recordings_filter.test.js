@@ -1,0 +1,43 @@
+// @ts-check
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { filterChoices, filterRecordings, mapTitle, playerName } from "../../replay/recordings_filter.js";
+
+/** @type {import("../../replay/recordings_filter.js").Row[]} */
+const ROWS = [
+  { id: "a", started: "", map: "HandOff", outcome: "time", blue: "human P1", red: "agent scripted", complete: true },
+  { id: "b", started: "", map: "LeftRight", outcome: "delivered", blue: "agent scripted", red: "human P2", complete: true },
+  { id: "c", started: "", complete: false, damage: "c.mcap is empty" },
+];
+const ANY = { map: "", player: "", outcome: "" };
+
+/** @param {Partial<typeof ANY>} filter */
+const found = (filter) => filterRecordings(ROWS, { ...ANY, ...filter }).map(({ id }) => id).join("");
+
+test("no filter keeps everything, damaged files too", () => {
+  assert.equal(found({}), "abc");
+});
+
+test("a player is found in either seat", () => {
+  assert.equal(found({ player: "agent scripted" }), "ab");
+  assert.equal(found({ player: "human P2" }), "b");
+});
+
+test("filters narrow together", () => {
+  assert.equal(found({ player: "agent scripted", outcome: "time" }), "a");
+  assert.equal(found({ map: "HandOff", outcome: "delivered" }), "");
+});
+
+test("the choices are what occurs, once, sorted", () => {
+  assert.deepEqual(filterChoices(ROWS), {
+    map: ["HandOff", "LeftRight"],
+    player: ["agent scripted", "human P1", "human P2"],
+    outcome: ["delivered", "time"],
+  });
+});
+
+test("names are shown without their kind, and maps with spaces", () => {
+  assert.deepEqual(["human P1", "agent bass@all", "human ", ""].map((player) => playerName(player)), ["P1", "bass@all", "human", "–"]);
+  assert.deepEqual(["HandOff", "TopBottomPriority", undefined].map((map) => mapTitle(map)), ["Hand Off", "Top Bottom Priority", "–"]);
+});

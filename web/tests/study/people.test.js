@@ -1,0 +1,51 @@
+// @ts-check
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { recruitmentParameters } from "../../study/arrival.js";
+import { seatsToTake, whoseTurn } from "../../study/people.js";
+
+/** @param {string} kind @param {string} [key] @param {number} [done] @returns {import("../../study/service.js").View} */
+const at = (kind, key = kind, done = 0) => ({
+  study: { title: "" }, language: "en", languages: ["en"], step: { key, kind }, position: { done, total: 9 }, can_stop: true,
+});
+
+test("one person is always asked", () => {
+  assert.deepEqual(whoseTurn([at("round")]), [0]);
+  assert.deepEqual(whoseTurn([at("code")]), [0]);
+});
+
+test("of two, whoever has something to do alone comes before what both do together", () => {
+  assert.deepEqual(whoseTurn([at("consent"), at("consent")]), [0]);
+  assert.deepEqual(whoseTurn([at("input-check"), at("form")]), [1]);
+  assert.deepEqual(whoseTurn([at("questionnaire"), at("round")]), [0]);
+});
+
+test("two at the same step that is done together are both asked", () => {
+  for (const kind of ["input-check", "practice", "round", "waiting", "break", "paused"]) {
+    assert.deepEqual(whoseTurn([at(kind), at(kind)]), [0, 1]);
+  }
+});
+
+test("of two at different rounds the one behind is shown, and nobody waits for somebody who has finished", () => {
+  assert.deepEqual(whoseTurn([at("round", "b", 7), at("round", "a", 6)]), [1]);
+  assert.deepEqual(whoseTurn([at("code"), at("debrief")]), [1]);
+  assert.deepEqual(whoseTurn([at("code"), at("waiting")]), [1]);
+  assert.deepEqual(whoseTurn([at("code"), at("code")]), [0]);
+});
+
+/** @param {number} seat @param {string} token */
+const inRoom = (seat, token, id = "r1") => ({ key: "k", kind: "round", room: { id, token, seat, path: `/play/${id}` } });
+
+test("the seats of a round are taken in their order once all are known", () => {
+  assert.deepEqual(seatsToTake([inRoom(1, "red")]), { id: "r1", path: "/play/r1", tokens: [null, "red"] });
+  assert.deepEqual(seatsToTake([inRoom(1, "red"), inRoom(0, "blue")]), { id: "r1", path: "/play/r1", tokens: ["blue", "red"] });
+  assert.equal(seatsToTake([inRoom(0, "blue"), { key: "k", kind: "round", room: null }]), null);
+  assert.equal(seatsToTake([inRoom(0, "blue"), inRoom(1, "red", "r2")]), null);
+});
+
+test("of a link only what recruitment platforms put there is taken", () => {
+  const query = "?PROLIFIC_PID=5f&STUDY_ID=s1&SESSION_ID=&workerId=W&code=AB-1&lang=de&utm=x";
+  assert.deepEqual(recruitmentParameters(query), { PROLIFIC_PID: "5f", STUDY_ID: "s1", workerId: "W", code: "AB-1" });
+  assert.deepEqual(recruitmentParameters(""), {});
+});

@@ -1,0 +1,205 @@
+import assert from "node:assert/strict";
+import { beforeEach, mock, test } from "node:test";
+
+import { Connection } from "../../wire/connection.js";
+import * as wire from "../../messages.js";
+
+class FakeSocket {
+  static OPEN = 1;
+  /** @type {FakeSocket[]} */
+  static all = [];
+  readyState = 0;
+  /** @type {(string | ArrayBuffer)[]} */
+  sent = [];
+  /** @type {any} */ onopen;
+  /** @type {any} */ onmessage;
+  /** @type {any} */ onclose;
+
+  /** @param {string} url @param {string} protocol */
+  constructor(url, protocol) {
+    this.url = url;
+    this.protocol = protocol;
+    FakeSocket.all.push(this);
+  }
+
+  /** @param {string | ArrayBuffer} frame */
+  send(frame) {
+    this.sent.push(frame);
+  }
+
+  close() {
+    this.readyState = 3;
+  }
+
+  opens() {
+    this.readyState = FakeSocket.OPEN;
+    this.onopen();
+  }
+
+  /** @param {object} message */
+  says(message) {
+    this.onmessage({ data: JSON.stringify(message) });
+  }
+
+  /** @param {number} code */
+  closes(code) {
+    this.readyState = 3;
+    this.onclose({ code });
+  }
+
+  get joined() {
+    return JSON.parse(String(this.sent[0]));
+  }
+}
+
+const newest = () => /** @type {FakeSocket} */ (FakeSocket.all.at(-1));
+const KEY = "movingout.tokens.abc";
+/** @type {Map<string, string>} */
+const storage = new Map();
+/** @type {string[]} */
+let statuses = [];
+
+/** @param {wire.Mode} [mode] */
+function connect(mode = "play") {
+  statuses = [];
+  const connection = new Connection("abc", mode, {
+    onMessage: () => {}, onBundle: () => {}, onPong: () => {},
+    onStatus: (status, sentence) => statuses.push(sentence ? `${status}: ${sentence}` : status),
+  });
+  connection.open();
+  return connection;
+}
+
+/** @param {Partial<wire.Welcome>} [more] */
+const welcome = (more) => ({
+  type: "welcome", protocol: wire.PROTOCOL, build: "", room: "abc", mode: "play", seats: [{ seat: 0, token: "second" }],
+  tick_ms: 100, poses_per_tick: 5, resume_s: 30, join_path: "", watch_path: "", ...more,
+});
+
+beforeEach(() => {
+  FakeSocket.all = [];
+  storage.clear();
+  mock.timers.reset();
+  mock.timers.enable({ apis: ["setTimeout"] });
+  Object.assign(globalThis, {
+    WebSocket: FakeSocket, location: { protocol: "http:", host: "host:1" }, addEventListener: () => {},
+    sessionStorage: {
+      getItem: (/** @type {string} */ key) => storage.get(key) ?? null,
+      setItem: (/** @type {string} */ key, /** @type {string} */ value) => storage.set(key, value),
+    },
+  });
+});
+
+test("the first message joins with the seats of this tab, and the new token is kept", () => {
+  storage.set(KEY, '["first"]');
+  connect();
+  newest().opens();
+  assert.equal(newest().url, "ws://host:1/ws");
+  assert.deepEqual(newest().joined, { type: "join", room: "abc", mode: "play", tokens: ["first"], claim: 0 });
+  newest().says(welcome());
+  assert.equal(storage.get(KEY), '["second"]');
+  assert.deepEqual(statuses, ["open"]);
+});
+
+test("somebody with the link claims a seat, a spectator none", () => {
+  connect();
+  newest().opens();
+  assert.equal(newest().joined.claim, 1);
+  connect("watch");
+  newest().opens();
+  assert.deepEqual([newest().joined.claim, newest().joined.mode], [0, "watch"]);
+});
+
+test("a lost connection is tried again after 100 ms, then ever later, at most 5 s apart", () => {
+  connect();
+  newest().opens();
+  newest().says(welcome());
+  newest().closes(1006);
+  assert.deepEqual(statuses, ["open", "reconnecting"]);
+  mock.timers.tick(79);
+  assert.equal(FakeSocket.all.length, 1);
+  mock.timers.tick(42);
+  assert.equal(FakeSocket.all.length, 2);
+  for (let tries = 0; tries < 8; tries += 1) {
+    newest().opens();
+    newest().closes(1006);
+    mock.timers.tick(6001);
+  }
+  assert.equal(FakeSocket.all.length, 10);
+});
+
+test("after some close codes it is over, with a sentence", () => {
+  for (const code of [wire.CLOSE_KICKED, wire.CLOSE_REPLACED, wire.CLOSE_ROOM_OVER, wire.CLOSE_NOT_FOUND]) {
+    connect();
+    newest().opens();
+    newest().closes(code);
+    assert.match(String(statuses.at(-1)), /^over: \S.+\.$/);
+    const sockets = FakeSocket.all.length;
+    mock.timers.tick(60_000);
+    assert.equal(FakeSocket.all.length, sockets);
+  }
+});
+
+test("the server's own goodbye is what people read", () => {
+  connect();
+  newest().opens();
+  newest().says({ type: "bye", code: wire.CLOSE_ROOM_OVER, message: "Nobody was here for a while." });
+  newest().closes(wire.CLOSE_ROOM_OVER);
+  assert.equal(statuses.at(-1), "over: Nobody was here for a while.");
+});
+
+test("a key that is not valid any more is forgotten, and the link tried once without it", () => {
+  storage.set(KEY, '["stale"]');
+  connect();
+  newest().opens();
+  newest().closes(wire.CLOSE_UNAUTHORISED);
+  mock.timers.tick(1);
+  newest().opens();
+  assert.deepEqual([newest().joined.tokens, newest().joined.claim], [[], 1]);
+  newest().closes(wire.CLOSE_UNAUTHORISED);
+  assert.match(String(statuses.at(-1)), /^over/);
+});
+
+test("a server of another protocol asks for a reload", () => {
+  connect();
+  newest().opens();
+  newest().says(welcome({ protocol: wire.PROTOCOL + 1 }));
+  assert.match(String(statuses.at(-1)), /reload/);
+});
+
+/** Handshakes refused one after the other, each with time for the page to ask why. @param {number} times */
+async function refuse(times) {
+  for (let time = 0; time < times; time += 1) {
+    newest().closes(1006);
+    await new Promise((done) => setImmediate(done)); // the page asks and hears the answer
+    mock.timers.tick(6001);
+  }
+}
+
+test("a server that comes back between a refused handshake and the question why is no reason to reload", async () => {
+  let up = false;
+  Object.assign(globalThis, { fetch: async () => (up ? Response.json({}) : Promise.reject(new TypeError("refused"))) });
+  connect();
+  newest().opens();
+  newest().says(welcome());
+  await refuse(6);
+  up = true;
+  await refuse(1);
+  newest().opens();
+  newest().says(welcome());
+  assert.deepEqual([statuses.at(-1), statuses.filter((status) => status.startsWith("over"))], ["open", []]);
+});
+
+test("handshakes that a living server keeps refusing ask for a reload", async () => {
+  Object.assign(globalThis, { fetch: async () => Response.json({}) });
+  connect();
+  await refuse(8);
+  assert.match(String(statuses.at(-1)), /reload/);
+});
+
+test("nothing is sent into a socket that is not open", () => {
+  const connection = connect();
+  assert.equal(connection.send({ type: "keyframe" }), false);
+  newest().opens();
+  assert.equal(connection.send({ type: "keyframe" }), true);
+});

@@ -1,0 +1,46 @@
+// Drawing in arena units on a canvas of any size.
+
+export const ARENA_HALF = 1.2; // half the side of the arena, arena units
+
+/** @typedef {import("../core/colours.js").Theme} Theme */
+/** @typedef {import("./render.js").Triple} Triple */
+
+/** A 2D context that thinks in arena units, y up. */
+export class Pen {
+  /** @param {CanvasRenderingContext2D | OffscreenCanvasRenderingContext2D} ctx @param {Theme} theme @param {number} side canvas side in pixels */
+  constructor(ctx, theme, side) {
+    this.ctx = ctx;
+    this.theme = theme;
+    this.unit = side / (2 * ARENA_HALF); // pixels per arena unit
+    this.hair = Math.max(side / 640, 0.75); // the thinnest line, pixels
+  }
+
+  /** @param {number} x @param {number} y @returns {[number, number]} */
+  at(x, y) {
+    return [(x + ARENA_HALF) * this.unit, (ARENA_HALF - y) * this.unit];
+  }
+
+  /** Lets `draw` work in pixels around a pose, y down. @param {Triple} pose @param {() => void} draw */
+  around([x, y, angle], draw) {
+    this.ctx.save();
+    this.ctx.translate(...this.at(x, y));
+    this.ctx.rotate(-angle);
+    draw();
+    this.ctx.restore();
+  }
+
+  /** @param {number} radius pixels */
+  circle(radius) {
+    this.ctx.beginPath();
+    this.ctx.arc(0, 0, radius, 0, 2 * Math.PI);
+  }
+
+  /** @param {string} text @param {number} size pixels @param {string} colour */
+  label(text, size, colour) {
+    this.ctx.font = `700 ${size}px ${this.theme.font || "sans-serif"}`;
+    this.ctx.textAlign = "center";
+    this.ctx.textBaseline = "middle";
+    this.ctx.fillStyle = colour;
+    this.ctx.fillText(text, 0, size * 0.06);
+  }
+}

@@ -1,0 +1,198 @@
+// The socket to a room: joins with this tab's seats, measures the round trip, comes back after a loss with back-off.
+// Knows the wire and nothing of the game; what it hears goes to the listener.
+
+import { requestJson } from "../core/api.js";
+import * as wire from "../messages.js";
+import { loadTokens, saveTokens } from "./seat_tokens.js";
+import { TEXT } from "../text/text.js";
+
+/** @typedef {"connecting" | "open" | "reconnecting" | "over"} Status */
+/**
+ * @typedef {object} Listener
+ * @property {(message: wire.ServerMessage, atMs: number) => void} onMessage
+ * @property {(bundle: wire.Bundle, atMs: number) => void} onBundle
+ * @property {(sentMs: number, serverMs: number, atMs: number) => void} onPong
+ * @property {(status: Status, sentence: string) => void} onStatus  sentence: for people, when it is over
+ */
+
+const BACK_OFF_MS = { first: 100, last: 5000 };
+const PING_MS = 1000;
+const FIRST_PINGS = 5; // in quick succession, to know the clock at once
+const FIRST_PING_MS = 60;
+const SILENT_MS = 5000; // the server says something every second; so long without a word and the line is dead
+const REFUSED_TRIES = 3; // handshakes refused in a row before the page asks why
+const REFUSED_ANSWERS = 3; // and this often the server knew the room: this page is too old
+const FINAL = new Set([
+  wire.CLOSE_KICKED, wire.CLOSE_REPLACED, wire.CLOSE_ROOM_OVER, wire.CLOSE_BAD_MESSAGE, wire.CLOSE_NOT_FOUND,
+]);
+
+export class Connection {
+  /** @type {WebSocket | null} */
+  #socket = null;
+  #tries = 0;
+  #refused = 0;
+  #answers = 0;
+  #heardAtMs = 0;
+  #goodbye = "";
+  #over = false;
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  #retry;
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  #ping;
+
+  /** @param {string} room @param {wire.Mode} mode @param {Listener} listener */
+  constructor(room, mode, listener) {
+    this.room = room;
+    this.mode = mode;
+    this.listener = listener;
+    addEventListener("online", () => this.#again(0));
+  }
+
+  open() {
+    clearTimeout(this.#retry);
+    const scheme = location.protocol === "https:" ? "wss" : "ws";
+    const socket = new WebSocket(`${scheme}://${location.host}/ws`, wire.SUBPROTOCOL);
+    socket.binaryType = "arraybuffer";
+    this.#socket = socket;
+    this.#goodbye = "";
+    this.#heardAtMs = performance.now();
+    socket.onopen = () => this.#join();
+    socket.onmessage = (event) => this.#hear(event.data);
+    socket.onclose = (event) => this.#closed(socket, event);
+  }
+
+  /** @param {wire.ClientMessage} message @returns {boolean} whether it could be sent */
+  send(message) {
+    return this.#put(JSON.stringify(message));
+  }
+
+  /** @param {wire.Input} input */
+  sendInput(input) {
+    return this.#put(wire.encodeInput(input));
+  }
+
+  /** Hang up for good. */
+  close() {
+    this.#end("");
+    this.#socket?.close();
+  }
+
+  /** @param {string | ArrayBuffer} frame */
+  #put(frame) {
+    if (this.#socket?.readyState !== WebSocket.OPEN) return false;
+    this.#socket.send(frame);
+    return true;
+  }
+
+  #join() {
+    this.#refused = 0;
+    this.#answers = 0;
+    const tokens = this.mode === "play" ? loadTokens(this.room) : [];
+    const claim = this.mode === "play" && tokens.length === 0 ? 1 : 0;
+    this.send({ type: "join", room: this.room, mode: this.mode, tokens, claim });
+    this.#pingSoon(0);
+  }
+
+  /** @param {number} count pings so far on this socket */
+  #pingSoon(count) {
+    clearTimeout(this.#ping);
+    this.#ping = setTimeout(() => {
+      if (performance.now() - this.#heardAtMs > SILENT_MS) {
+        this.#lost();
+        return;
+      }
+      this.#put(wire.encodePing({ clientMs: performance.now() }));
+      this.#pingSoon(count + 1);
+    }, count < FIRST_PINGS ? FIRST_PING_MS : PING_MS);
+  }
+
+  /** @param {string | ArrayBuffer} data */
+  #hear(data) {
+    const atMs = performance.now();
+    this.#heardAtMs = atMs;
+    if (typeof data === "string") {
+      this.#hearText(/** @type {wire.ServerMessage} */ (JSON.parse(data)), atMs);
+      return;
+    }
+    const kind = new Uint8Array(data)[0];
+    if (kind === wire.BUNDLE) this.listener.onBundle(wire.decodeBundle(data), atMs);
+    if (kind === wire.PONG) {
+      const { clientMs, serverMs } = wire.decodePong(data);
+      this.listener.onPong(clientMs, serverMs, atMs);
+    }
+  }
+
+  /** @param {wire.ServerMessage} message @param {number} atMs */
+  #hearText(message, atMs) {
+    if (message.type === "bye") this.#goodbye = message.message;
+    if (message.type === "welcome") {
+      if (message.protocol !== wire.PROTOCOL) {
+        this.#end(TEXT.reload);
+        this.#socket?.close();
+        return;
+      }
+      if (this.mode === "play") saveTokens(this.room, message.seats.map((grant) => grant.token));
+      this.#tries = 0;
+      this.listener.onStatus("open", "");
+    }
+    this.listener.onMessage(message, atMs);
+  }
+
+  /** @param {WebSocket} socket @param {CloseEvent} event */
+  #closed(socket, event) {
+    if (socket !== this.#socket || this.#over) return;
+    clearTimeout(this.#ping);
+    if (event.code === wire.CLOSE_UNAUTHORISED && this.mode === "play" && loadTokens(this.room).length > 0) {
+      saveTokens(this.room, []); // an old key: perhaps the seat is open again
+      this.#again(0);
+      return;
+    }
+    if (FINAL.has(event.code) || event.code === wire.CLOSE_UNAUTHORISED) {
+      this.#end(this.#goodbye || TEXT.closed[event.code] || TEXT.reload);
+      return;
+    }
+    const now = event.code === wire.CLOSE_RETRY ? 0 : Math.min(BACK_OFF_MS.last, BACK_OFF_MS.first * 2 ** this.#tries);
+    this.#tries += 1;
+    this.#refused += 1;
+    this.listener.onStatus("reconnecting", "");
+    if (this.#refused >= REFUSED_TRIES) this.#askWhy();
+    this.#again(now * (0.8 + 0.4 * Math.random())); // not everybody in the same instant
+  }
+
+  /** A dead line: give this socket up without waiting for its close. */
+  #lost() {
+    const socket = this.#socket;
+    this.#socket = null;
+    socket?.close();
+    this.listener.onStatus("reconnecting", "");
+    this.#again(0);
+  }
+
+  /** @param {number} waitMs */
+  #again(waitMs) {
+    if (this.#over || this.#socket?.readyState === WebSocket.OPEN) return;
+    clearTimeout(this.#retry);
+    this.#retry = setTimeout(() => this.open(), waitMs);
+  }
+
+  /** The handshake fails: is the room gone, is the server away, or is this page too old? */
+  async #askWhy() {
+    try {
+      await requestJson(`/api/rooms/${encodeURIComponent(this.room)}`);
+      this.#answers += 1; // once means little: the server may have come back between the handshake and this question
+      if (this.#answers >= REFUSED_ANSWERS && !this.#over) this.#end(TEXT.reload);
+    } catch (error) {
+      const status = /** @type {{status?: number}} */ (error).status;
+      if (status === 404) this.#end(TEXT.closed[wire.CLOSE_NOT_FOUND]);
+      else this.#answers = 0; // nobody answers at all: keep trying
+    }
+  }
+
+  /** @param {string} sentence */
+  #end(sentence) {
+    this.#over = true;
+    clearTimeout(this.#retry);
+    clearTimeout(this.#ping);
+    this.listener.onStatus("over", sentence);
+  }
+}
