@@ -7,7 +7,14 @@
 import { AnswerQueue } from "./core/answer_queue.js";
 import { ApiError, requestJson } from "./core/api.js";
 import { el, notice } from "./core/dom.js";
-import { givenAnswers, missing, missingSentence, pageTitle, paginate, resumePage } from "./study/forms/questionnaire_pages.js";
+import {
+  givenAnswers,
+  missing,
+  missingSentence,
+  pageTitle,
+  paginate,
+  resumePage,
+} from "./study/forms/questionnaire_pages.js";
 
 /** @typedef {import("./study/forms/questionnaire_pages.js").Item} Item */
 /** @typedef {import("./study/forms/questionnaire_pages.js").Given} Given */
@@ -34,7 +41,11 @@ export async function showQuestionnaire(container, options) {
     new Form(container, path, options, questionnaire, givenAnswers(kept.answers)).show();
   } catch (error) {
     if (!(error instanceof ApiError)) throw error;
-    const again = el("button", { type: "button", class: "button", onclick: () => void showQuestionnaire(container, options) }, "Try again");
+    const again = el(
+      "button",
+      { type: "button", class: "button", onclick: () => void showQuestionnaire(container, options) },
+      "Try again",
+    );
     container.replaceChildren(el("div", { class: "stack" }, notice("bad", error.message), again));
   }
 }
@@ -83,7 +94,11 @@ class Form {
       event.preventDefault();
       void this.next();
     });
-    const stop = el("button", { type: "button", class: "button-link", onclick: () => void this.leave() }, "Skip the questions");
+    const stop = el(
+      "button",
+      { type: "button", class: "button-link", onclick: () => void this.leave() },
+      "Skip the questions",
+    );
     const leave = el("p", { class: "muted small questionnaire-leave" }, "Want to stop? ", stop);
     this.container.replaceChildren(el("div", { class: "questionnaire" }, this.header(), form, leave));
     this.showSaving();
@@ -98,7 +113,11 @@ class Form {
 
   footer() {
     const last = this.page === this.pages.length - 1;
-    const back = el("button", { type: "button", class: "button", disabled: this.page === 0, onclick: () => this.turn(-1) }, "Back");
+    const back = el(
+      "button",
+      { type: "button", class: "button", disabled: this.page === 0, onclick: () => this.turn(-1) },
+      "Back",
+    );
     this.nextButton = el("button", { type: "submit", class: "button button-primary" }, last ? "Finish" : "Next");
     return el("div", { class: "row row-apart questionnaire-foot" }, back, this.status, this.nextButton);
   }
@@ -140,7 +159,13 @@ class Form {
   /** @param {Item} item */
   textQuestion(item) {
     const id = `question-${item.id}`;
-    const area = el("textarea", { id, class: "input", rows: 6, maxlength: TEXT_LIMIT, "aria-describedby": `${id}-help` });
+    const area = el("textarea", {
+      id,
+      class: "input",
+      rows: 6,
+      maxlength: TEXT_LIMIT,
+      "aria-describedby": `${id}-help`,
+    });
     area.value = this.answers.get(item.id)?.text ?? "";
     const flush = () => {
       window.clearTimeout(timer);
@@ -154,7 +179,11 @@ class Form {
       this.flushText = flush;
     });
     area.addEventListener("change", flush);
-    const help = el("p", { id: `${id}-help`, class: "field-help" }, "In your own words, as much or as little as you like. You may leave it empty.");
+    const help = el(
+      "p",
+      { id: `${id}-help`, class: "field-help" },
+      "In your own words, as much or as little as you like. You may leave it empty.",
+    );
     return el("div", { class: "field question" }, el("label", { for: id }, item.text), help, area);
   }
 
@@ -168,7 +197,9 @@ class Form {
   showSaving() {
     if (!this.status || !this.bar) return; // nothing on the page yet
     const { waiting, offline, refused } = this.queue.state;
-    this.status.textContent = refused || (offline && waiting ? "No connection. Your answers wait here and are sent when it is back." : SAVED_AT_ONCE);
+    this.status.textContent =
+      refused ||
+      (offline && waiting ? "No connection. Your answers wait here and are sent when it is back." : SAVED_AT_ONCE);
     this.status.dataset.waiting = String(waiting);
     this.bar.value = this.answers.size;
   }

@@ -6,12 +6,26 @@ const ROBOT_RADIUS = 0.12;
 const ITEM_RADIUS = 0.06; // of the small items
 const NEAR = 0.1;
 const DIRECTIONS = [
-  ["up"], ["up", "left"], ["left"], ["down", "left"], ["down"], ["down", "right"], ["right"], ["up", "right"],
+  ["up"],
+  ["up", "left"],
+  ["left"],
+  ["down", "left"],
+  ["down"],
+  ["down", "right"],
+  ["right"],
+  ["up", "right"],
 ];
 const EIGHTH = Math.PI / 4;
 const KEY_SETS = {
   wasd: { up: "KeyW", left: "KeyA", down: "KeyS", right: "KeyD", grab: "Space", backward: "ShiftLeft" },
-  arrows: { up: "ArrowUp", left: "ArrowLeft", down: "ArrowDown", right: "ArrowRight", grab: "Enter", backward: "ShiftRight" },
+  arrows: {
+    up: "ArrowUp",
+    left: "ArrowLeft",
+    down: "ArrowDown",
+    right: "ArrowRight",
+    grab: "Enter",
+    backward: "ShiftRight",
+  },
 };
 
 class Over extends Error {}

@@ -55,7 +55,9 @@ function setLost(reason) {
 /** @param {AdminState} state */
 function show(state) {
   byId("summary", HTMLElement).textContent = summaryWords(state);
-  byId("refusal", HTMLElement).replaceChildren(...(state.refusal ? [notice("attention", `No new games now: ${state.refusal}`)] : []));
+  byId("refusal", HTMLElement).replaceChildren(
+    ...(state.refusal ? [notice("attention", `No new games now: ${state.refusal}`)] : []),
+  );
   showFacts(state);
   const present = new Set(state.rooms.map(({ room }) => room));
   for (const [room, { row }] of shown) {
@@ -109,9 +111,30 @@ function remark(words) {
 
 /** @param {RoomRow} room @returns {Shown} */
 function addRoom({ room }) {
-  const cells = new Map(COLUMNS.map((column) => [column, el("td", { "data-label": column, class: CLASSES[column] ?? null })]));
-  const watch = el("a", { class: "button button-small", href: `/watch/${encodeURIComponent(room)}`, target: "_blank", rel: "noopener", "aria-label": `Watch room ${room}` }, "Watch");
-  const close = el("button", { type: "button", class: "button button-small", "aria-label": `Close room ${room}`, onclick: () => void closeRoom(room) }, "Close");
+  const cells = new Map(
+    COLUMNS.map((column) => [column, el("td", { "data-label": column, class: CLASSES[column] ?? null })]),
+  );
+  const watch = el(
+    "a",
+    {
+      class: "button button-small",
+      href: `/watch/${encodeURIComponent(room)}`,
+      target: "_blank",
+      rel: "noopener",
+      "aria-label": `Watch room ${room}`,
+    },
+    "Watch",
+  );
+  const close = el(
+    "button",
+    {
+      type: "button",
+      class: "button button-small",
+      "aria-label": `Close room ${room}`,
+      onclick: () => void closeRoom(room),
+    },
+    "Close",
+  );
   const row = el("tr", { "data-room": room }, ...cells.values(), el("td", { class: "actions" }, watch, close));
   byId("rooms", HTMLElement).append(row);
   const entry = { row, cells };
@@ -128,7 +151,9 @@ function seats({ seats, spectators }) {
 
 /** @param {Pill} pill */
 function pill({ words, tone }) {
-  return words === "–" ? el("span", { class: "muted" }, words) : el("span", { class: `pill ${tone && `pill-${tone}`}` }, words);
+  return words === "–"
+    ? el("span", { class: "muted" }, words)
+    : el("span", { class: `pill ${tone && `pill-${tone}`}` }, words);
 }
 
 /** @param {string} room */

@@ -79,7 +79,9 @@ export function linkPill({ seats, phase }) {
 /** @param {Pick<RoomRow, "phase" | "recording" | "recording_problem">} room @returns {Pill} */
 export function recordingPill({ phase, recording, recording_problem }) {
   if (recording_problem) return { words: "not recording", tone: "bad" };
-  return recording && (phase === "playing" || phase === "paused") ? { words: "recording", tone: "ok" } : { words: "–", tone: "" };
+  return recording && (phase === "playing" || phase === "paused")
+    ? { words: "recording", tone: "ok" }
+    : { words: "–", tone: "" };
 }
 
 /** @param {Seat} seat */
@@ -92,7 +94,9 @@ export function seatWords({ kind, name, open, present, device }) {
 
 /** 184200 -> "184 200", with a narrow space. @param {number} value */
 export function grouped(value) {
-  return Math.round(value).toString().replace(/\B(?=(\d{3})+$)/g, "\u202f");
+  return Math.round(value)
+    .toString()
+    .replace(/\B(?=(\d{3})+$)/g, "\u202f");
 }
 
 /** @param {number} ticks */
@@ -127,7 +131,8 @@ export function facts(state) {
     {
       title: "Connections",
       value: String(state.sockets),
-      detail: state.deadline_misses === 1 ? "1 late agent answer" : `${grouped(state.deadline_misses)} late agent answers`,
+      detail:
+        state.deadline_misses === 1 ? "1 late agent answer" : `${grouped(state.deadline_misses)} late agent answers`,
       tone: "",
     },
     {
@@ -139,7 +144,8 @@ export function facts(state) {
     {
       title: "Disk",
       value: `${diskWords(disk_free_mb)} free`,
-      detail: state.finalising > 0 ? `${plural(state.finalising, "recording")} being finished` : "all recordings finished",
+      detail:
+        state.finalising > 0 ? `${plural(state.finalising, "recording")} being finished` : "all recordings finished",
       tone: disk_free_mb < DISK_MB ? "bad" : "",
     },
   ];

@@ -50,7 +50,14 @@ export async function openWithToken(container, path) {
 
 /** @param {HTMLElement} container @param {string} problem @returns {Promise<string>} */
 function ask(container, problem) {
-  const input = el("input", { id: "token", class: "input", type: "password", autocomplete: "off", spellcheck: "false", required: true });
+  const input = el("input", {
+    id: "token",
+    class: "input",
+    type: "password",
+    autocomplete: "off",
+    spellcheck: "false",
+    required: true,
+  });
   const form = el(
     "form",
     { class: "card card-roomy stack token-form" },

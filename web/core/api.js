@@ -29,10 +29,12 @@ export async function request(path, { token, body, method, signal } = {}) {
   if (token) headers.set("Authorization", `Bearer ${token}`);
   if (body !== undefined) headers.set("Content-Type", "application/json");
   const init = { method: method ?? (body === undefined ? "GET" : "POST"), headers, signal: signal ?? null };
-  const answer = await fetch(path, body === undefined ? init : { ...init, body: JSON.stringify(body) }).catch((error) => {
-    if (error instanceof DOMException && error.name === "AbortError") throw error;
-    throw new ApiError("offline", SERVER_GONE, 0);
-  });
+  const answer = await fetch(path, body === undefined ? init : { ...init, body: JSON.stringify(body) }).catch(
+    (error) => {
+      if (error instanceof DOMException && error.name === "AbortError") throw error;
+      throw new ApiError("offline", SERVER_GONE, 0);
+    },
+  );
   if (!answer.ok) throw await refusal(answer);
   return answer;
 }
@@ -54,5 +56,9 @@ async function refusal(answer) {
   const document = await answer.json().catch(() => null); // a proxy's page, say
   const error = document?.error;
   if (typeof error?.message === "string") return new ApiError(String(error.code), error.message, answer.status);
-  return new ApiError("http", `The server refused this (${answer.status}). Reload the page and try again.`, answer.status);
+  return new ApiError(
+    "http",
+    `The server refused this (${answer.status}). Reload the page and try again.`,
+    answer.status,
+  );
 }

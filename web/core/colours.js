@@ -1,8 +1,27 @@
 // The colours and the font that tokens.css defines as custom properties, read once per theme for drawing on a canvas.
 
 const TOKENS = /** @type {const} */ ([
-  "bg", "surface", "line", "ink", "ink-2", "blue", "blue-tint", "red", "red-tint", "item-small", "item-middle",
-  "item-large", "wall", "goal", "goal-hatch", "goal-edge", "ok", "attention", "bad", "focus", "font",
+  "bg",
+  "surface",
+  "line",
+  "ink",
+  "ink-2",
+  "blue",
+  "blue-tint",
+  "red",
+  "red-tint",
+  "item-small",
+  "item-middle",
+  "item-large",
+  "wall",
+  "goal",
+  "goal-hatch",
+  "goal-edge",
+  "ok",
+  "attention",
+  "bad",
+  "focus",
+  "font",
 ]);
 
 /** @typedef {Record<(typeof TOKENS)[number], string>} Theme */
@@ -45,7 +64,7 @@ export function readable(background, one, other) {
 /** WCAG contrast ratio of two "#rrggbb" colours. @param {string} one @param {string} other */
 export function contrast(one, other) {
   const [bright, dark] = [luminance(one), luminance(other)].sort((a, b) => b - a);
-  return (/** @type {number} */ (bright) + 0.05) / (/** @type {number} */ (dark) + 0.05);
+  return /** @type {number} */ ((bright) + 0.05) / /** @type {number} */ ((dark) + 0.05);
 }
 
 /** Relative luminance by WCAG 2. @param {string} colour */

@@ -15,7 +15,15 @@ import { actionsFor } from "./words.js";
 function openDialog(title, ...parts) {
   const dialog = el("dialog", { class: "card card-roomy dialog", "aria-labelledby": "dialog-title" });
   const close = el("button", { type: "button", class: "button", onclick: () => dialog.close() }, "Close");
-  dialog.append(el("div", { class: "stack" }, el("h2", { id: "dialog-title" }, title), ...parts.filter((part) => part !== null), el("div", { class: "row" }, close)));
+  dialog.append(
+    el(
+      "div",
+      { class: "stack" },
+      el("h2", { id: "dialog-title" }, title),
+      ...parts.filter((part) => part !== null),
+      el("div", { class: "row" }, close),
+    ),
+  );
   dialog.addEventListener("close", () => dialog.remove());
   document.body.append(dialog);
   dialog.showModal();
@@ -37,7 +45,15 @@ export function askForAction(row, act) {
     else void run(row, action, "", act, body, () => dialog.close());
   };
   const buttons = actionsFor(row).map((action) =>
-    el("button", { type: "button", class: action.danger ? "button button-wide button-danger" : "button button-wide", onclick: () => choose(action) }, action.label),
+    el(
+      "button",
+      {
+        type: "button",
+        class: action.danger ? "button button-wide button-danger" : "button button-wide",
+        onclick: () => choose(action),
+      },
+      action.label,
+    ),
   );
   body.replaceChildren(...buttons);
 }
@@ -46,8 +62,18 @@ export function askForAction(row, act) {
 function reasonForm(row, action, act, done) {
   const area = el("textarea", { id: "reason", class: "input note-input", rows: 3, maxlength: 4000, required: true });
   const problem = el("div", { role: "alert" });
-  const submit = el("button", { type: "submit", class: action.danger ? "button button-danger" : "button button-primary" }, action.label);
-  const form = el("form", { class: "stack", novalidate: true }, el("div", { class: "field" }, el("label", { for: "reason" }, action.asks), area), problem, el("div", { class: "row" }, submit));
+  const submit = el(
+    "button",
+    { type: "submit", class: action.danger ? "button button-danger" : "button button-primary" },
+    action.label,
+  );
+  const form = el(
+    "form",
+    { class: "stack", novalidate: true },
+    el("div", { class: "field" }, el("label", { for: "reason" }, action.asks), area),
+    problem,
+    el("div", { class: "row" }, submit),
+  );
   form.addEventListener("submit", (event) => {
     event.preventDefault();
     if (area.value.trim()) return void run(row, action, area.value.trim(), act, problem, done);
@@ -94,7 +120,10 @@ function copyRow(address) {
   const said = el("span", { class: "muted small", role: "status" });
   const copy = el("button", { type: "button", class: "button" }, "Copy the link");
   copy.addEventListener("click", async () => {
-    const done = await navigator.clipboard?.writeText(address).then(() => true, () => false);
+    const done = await navigator.clipboard?.writeText(address).then(
+      () => true,
+      () => false,
+    );
     said.textContent = done ? "Copied." : "Copying is not allowed here: select the link above.";
   });
   return el("div", { class: "row" }, copy, said);

@@ -8,7 +8,18 @@ import { openWithToken } from "../core/admin_token.js";
 import { ApiError, requestJson } from "../core/api.js";
 import { badge, byId, el, notice } from "../core/dom.js";
 import { actor, askForAction, downloadPayments, openNext } from "./dialogs.js";
-import { atWords, facts, linkPill, recordingPill, seatNames, sorted, summaryWords, tickPill, timeWords, whereWords } from "./words.js";
+import {
+  atWords,
+  facts,
+  linkPill,
+  recordingPill,
+  seatNames,
+  sorted,
+  summaryWords,
+  tickPill,
+  timeWords,
+  whereWords,
+} from "./words.js";
 import { LiveStream } from "../core/live_stream.js";
 
 /** @typedef {import("./words.js").StudyState} StudyState */
@@ -42,8 +53,14 @@ class Dashboard {
     this.#content.hidden = false;
     byId("actions", HTMLElement).hidden = false;
     byId("open-next", HTMLButtonElement).addEventListener("click", () => void openNext(this.token, this.act));
-    byId("pause", HTMLButtonElement).addEventListener("click", () => void this.#do(this.#state?.paused ? "resume" : "pause", {}));
-    byId("payments", HTMLButtonElement).addEventListener("click", () => void downloadPayments(this.token, byId("payments-said", HTMLElement)));
+    byId("pause", HTMLButtonElement).addEventListener(
+      "click",
+      () => void this.#do(this.#state?.paused ? "resume" : "pause", {}),
+    );
+    byId("payments", HTMLButtonElement).addEventListener(
+      "click",
+      () => void downloadPayments(this.token, byId("payments-said", HTMLElement)),
+    );
     byId("note-form", HTMLFormElement).addEventListener("submit", (event) => {
       event.preventDefault();
       void this.#addNote();
@@ -91,7 +108,8 @@ class Dashboard {
   /** Old figures stay, but look old. @param {string} reason empty: all is well */
   #setLost(reason) {
     const box = byId("lost", HTMLElement);
-    for (const part of this.#content.querySelectorAll(".facts-row, .table-card")) part.classList.toggle("stale", reason !== "");
+    for (const part of this.#content.querySelectorAll(".facts-row, .table-card"))
+      part.classList.toggle("stale", reason !== "");
     if (box.textContent === "" && reason === "") return;
     box.replaceChildren(...(reason ? [notice("bad", reason, " These are the last figures; trying again…")] : []));
   }
@@ -107,7 +125,10 @@ class Dashboard {
     document.title = `${state.study.title} · Experimenter`;
     byId("summary", HTMLElement).textContent = summaryWords(state);
     byId("pause", HTMLButtonElement).textContent = state.paused ? "Go on" : "Pause all";
-    replaceText(byId("paused", HTMLElement), state.paused ? "Everything is paused. Participants see a page that says so." : "");
+    replaceText(
+      byId("paused", HTMLElement),
+      state.paused ? "Everything is paused. Participants see a page that says so." : "",
+    );
     this.#showFacts(state);
     this.#showAlerts(state);
     this.#showParticipants(state);
@@ -118,7 +139,13 @@ class Dashboard {
   #showFacts(state) {
     byId("facts", HTMLElement).replaceChildren(
       ...facts(state).map(({ title, value, detail, tone }) =>
-        el("div", { class: "card fact", "data-tone": tone }, el("dt", {}, title), el("dd", { class: "fact-value" }, value), el("dd", { class: "fact-detail" }, detail)),
+        el(
+          "div",
+          { class: "card fact", "data-tone": tone },
+          el("dt", {}, title),
+          el("dd", { class: "fact-value" }, value),
+          el("dd", { class: "fact-detail" }, detail),
+        ),
       ),
     );
   }
@@ -132,9 +159,19 @@ class Dashboard {
     box.dataset.key = key;
     box.replaceChildren(
       ...open.map(({ id, at, text }) => {
-        const away = el("button", { type: "button", class: "button button-small", "aria-label": `Put away: ${text}` }, "Put away");
+        const away = el(
+          "button",
+          { type: "button", class: "button button-small", "aria-label": `Put away: ${text}` },
+          "Put away",
+        );
         away.addEventListener("click", () => this.#putAway(`${id}-${at}`));
-        return el("div", { class: "notice notice-attention alert" }, el("span", { class: "nowrap" }, atWords(at)), el("span", {}, text), away);
+        return el(
+          "div",
+          { class: "notice notice-attention alert" },
+          el("span", { class: "nowrap" }, atWords(at)),
+          el("span", {}, text),
+          away,
+        );
       }),
     );
   }
@@ -158,22 +195,35 @@ class Dashboard {
       const shown = this.#shown.get(data.pid) ?? this.#add(data);
       fill(shown, data);
       const after = this.#rows.children[index];
-      if (after !== shown.row && !shown.row.contains(document.activeElement)) this.#rows.insertBefore(shown.row, after ?? null);
+      if (after !== shown.row && !shown.row.contains(document.activeElement))
+        this.#rows.insertBefore(shown.row, after ?? null);
     });
     byId("empty", HTMLElement).hidden = participants.length > 0;
   }
 
   /** @param {ParticipantRow} data @returns {Shown} */
   #add(data) {
-    const cells = new Map(COLUMNS.map((column) => [column, el("td", { "data-label": column, class: CLASSES[column] ?? null })]));
-    const watch = el("a", { class: "button button-small", target: "_blank", rel: "noopener", "aria-label": `Watch ${data.pid}` }, "Watch");
-    const more = el("button", { type: "button", class: "button button-small", "aria-label": `Actions for ${data.pid}` }, "Actions");
+    const cells = new Map(
+      COLUMNS.map((column) => [column, el("td", { "data-label": column, class: CLASSES[column] ?? null })]),
+    );
+    const watch = el(
+      "a",
+      { class: "button button-small", target: "_blank", rel: "noopener", "aria-label": `Watch ${data.pid}` },
+      "Watch",
+    );
+    const more = el(
+      "button",
+      { type: "button", class: "button button-small", "aria-label": `Actions for ${data.pid}` },
+      "Actions",
+    );
     const row = el("tr", { "data-pid": data.pid }, ...cells.values(), el("td", { class: "actions" }, watch, more));
     const shown = { row, cells, watch, data };
-    more.addEventListener("click", () => askForAction(shown.data, async (action, body) => {
-      await this.act(action, body);
-      await this.#ask();
-    }));
+    more.addEventListener("click", () =>
+      askForAction(shown.data, async (action, body) => {
+        await this.act(action, body);
+        await this.#ask();
+      }),
+    );
     this.#rows.append(row);
     this.#shown.set(data.pid, shown);
     return shown;
@@ -184,12 +234,29 @@ class Dashboard {
 function fill(shown, data) {
   shown.data = data;
   const names = seatNames(data);
-  const part = data.outcome ? [] : [el("span", { class: "room-remark" }, `part ${Math.min(data.position.done + 1, data.position.total)} of ${data.position.total}`)];
+  const part = data.outcome
+    ? []
+    : [
+        el(
+          "span",
+          { class: "room-remark" },
+          `part ${Math.min(data.position.done + 1, data.position.total)} of ${data.position.total}`,
+        ),
+      ];
   /** @type {Record<string, (Node | string)[]>} */
   const texts = {
     Participant: [data.pid],
     Where: [whereWords(data), ...part],
-    Plays: names ? [el("span", { class: "room-seats" }, ...names.map((name, seat) => el("span", { class: "agent" }, badge(seat), name))), ...mapRemark(data)] : [],
+    Plays: names
+      ? [
+          el(
+            "span",
+            { class: "room-seats" },
+            ...names.map((name, seat) => el("span", { class: "agent" }, badge(seat), name)),
+          ),
+          ...mapRemark(data),
+        ]
+      : [],
     Since: [timeWords(data)],
     Link: [pill(linkPill(data))],
     Ticks: [pill(tickPill(data))],
@@ -212,7 +279,9 @@ function mapRemark({ title }) {
 
 /** @param {Pill} pill */
 function pill({ words, tone }) {
-  return words === "–" ? el("span", { class: "muted" }, words) : el("span", { class: `pill ${tone && `pill-${tone}`}` }, words);
+  return words === "–"
+    ? el("span", { class: "muted" }, words)
+    : el("span", { class: `pill ${tone && `pill-${tone}`}` }, words);
 }
 
 /** @param {StudyState} state */
@@ -221,7 +290,16 @@ function showNotes({ notes }) {
   const key = String(notes.length) + (notes[0]?.at ?? "");
   if (box.dataset.key === key) return;
   box.dataset.key = key;
-  box.replaceChildren(...notes.map(({ at, text, pid }) => el("li", {}, el("span", { class: "muted small" }, [atWords(at), pid].filter(Boolean).join(" · ")), el("p", {}, text))));
+  box.replaceChildren(
+    ...notes.map(({ at, text, pid }) =>
+      el(
+        "li",
+        {},
+        el("span", { class: "muted small" }, [atWords(at), pid].filter(Boolean).join(" · ")),
+        el("p", {}, text),
+      ),
+    ),
+  );
 }
 
 /** @param {HTMLElement} box @param {string} text */

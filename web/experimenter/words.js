@@ -101,7 +101,9 @@ export function seatNames({ pid, seat, partner_letter, partner_pid, outcome, kin
 export function timeWords({ tick, limit_ticks, since_s, outcome, phase }) {
   if (outcome) return "";
   if (tick === null || tick === undefined || tick === 0) return clockText(since_s);
-  const played = limit_ticks ? `${clockText(tick / TICKS_PER_S)} / ${clockText(limit_ticks / TICKS_PER_S)}` : clockText(tick / TICKS_PER_S);
+  const played = limit_ticks
+    ? `${clockText(tick / TICKS_PER_S)} / ${clockText(limit_ticks / TICKS_PER_S)}`
+    : clockText(tick / TICKS_PER_S);
   return phase === "paused" ? `${played}, paused` : played;
 }
 
@@ -130,7 +132,12 @@ export function recordingPill({ recording }) {
 export function facts({ counts, server }) {
   const left = Math.max(0, counts.planned - counts.finished);
   return [
-    { title: "Finished", value: `${counts.finished} of ${counts.planned}`, detail: left === 0 ? "as many as planned" : `${left} to come`, tone: "" },
+    {
+      title: "Finished",
+      value: `${counts.finished} of ${counts.planned}`,
+      detail: left === 0 ? "as many as planned" : `${left} to come`,
+      tone: "",
+    },
     {
       title: "Late ticks (p99)",
       value: `${server.late_p99_ms.toFixed(1)} ms`,
@@ -145,7 +152,10 @@ export function facts({ counts, server }) {
     },
     {
       title: "Disk",
-      value: server.disk_free_mb < 10_000 ? `${grouped(server.disk_free_mb)} MB` : `${grouped(server.disk_free_mb / 1000)} GB`,
+      value:
+        server.disk_free_mb < 10_000
+          ? `${grouped(server.disk_free_mb)} MB`
+          : `${grouped(server.disk_free_mb / 1000)} GB`,
       detail: "free",
       tone: server.disk_free_mb < DISK_MB ? "bad" : "",
     },
@@ -154,7 +164,9 @@ export function facts({ counts, server }) {
 
 /** 184200 -> "184 200", with a narrow space. @param {number} value */
 function grouped(value) {
-  return Math.round(value).toString().replace(/\B(?=(\d{3})+$)/g, "\u202f");
+  return Math.round(value)
+    .toString()
+    .replace(/\B(?=(\d{3})+$)/g, "\u202f");
 }
 
 /** The reader's clock, "14:05". @param {number} seconds since the epoch */
@@ -165,7 +177,10 @@ export function atWords(seconds) {
 /** Those who need somebody first: away, then here, then finished; each by when they came. @param {readonly ParticipantRow[]} rows */
 export function sorted(rows) {
   const rank = (/** @type {ParticipantRow} */ row) => (row.outcome ? 2 : row.present ? 1 : 0);
-  return rows.map((row, index) => ({ row, index })).sort((a, b) => rank(a.row) - rank(b.row) || a.index - b.index).map(({ row }) => row);
+  return rows
+    .map((row, index) => ({ row, index }))
+    .sort((a, b) => rank(a.row) - rank(b.row) || a.index - b.index)
+    .map(({ row }) => row);
 }
 
 /**
@@ -181,9 +196,17 @@ export function actionsFor({ outcome, kind, episode, room, unit, paused }) {
     if (paused) actions.push({ action: "resume", label: "Go on", asks: "", danger: false });
     else actions.push({ action: "pause", label: "Pause", asks: "", danger: false });
   }
-  if (playing) actions.push({ action: "restart-round", label: "Restart the round", asks: "Why it is restarted", danger: false });
-  if (episode) actions.push({ action: "invalid", label: "Mark the last round invalid", asks: "Why it does not count", danger: false });
+  if (playing)
+    actions.push({ action: "restart-round", label: "Restart the round", asks: "Why it is restarted", danger: false });
+  if (episode)
+    actions.push({
+      action: "invalid",
+      label: "Mark the last round invalid",
+      asks: "Why it does not count",
+      danger: false,
+    });
   actions.push({ action: "note", label: "Add a note", asks: "What happened", danger: false });
-  if (!outcome) actions.push({ action: "kick", label: "End the study for them", asks: "Why they have to leave", danger: true });
+  if (!outcome)
+    actions.push({ action: "kick", label: "End the study for them", asks: "Why they have to leave", danger: true });
   return actions;
 }

@@ -36,8 +36,14 @@ export class InputSender {
     this.#heading = heading;
     this.#grabs = (this.#grabs + reading.grabs) % 256;
     const input = {
-      seat: this.#seat, seq: this.#seq + 1, ...seen, move, heading, grabs: this.#grabs,
-      device: DEVICES.indexOf(reading.device), clientMs: nowMs,
+      seat: this.#seat,
+      seq: this.#seq + 1,
+      ...seen,
+      move,
+      heading,
+      grabs: this.#grabs,
+      device: DEVICES.indexOf(reading.device),
+      clientMs: nowMs,
     };
     if (nowMs - (this.#last?.clientMs ?? -Infinity) < this.#pauseAfter(input)) return null;
     this.#seq += 1;
@@ -49,8 +55,14 @@ export class InputSender {
   neutral(nowMs, seen) {
     this.#seq += 1;
     this.#last = {
-      seat: this.#seat, seq: this.#seq, ...seen, move: 0, heading: this.#heading, grabs: this.#grabs,
-      device: this.#last?.device ?? 0, clientMs: nowMs,
+      seat: this.#seat,
+      seq: this.#seq,
+      ...seen,
+      move: 0,
+      heading: this.#heading,
+      grabs: this.#grabs,
+      device: this.#last?.device ?? 0,
+      clientMs: nowMs,
     };
     return this.#last;
   }

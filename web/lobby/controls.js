@@ -36,7 +36,12 @@ export function controlsCard(storage = localStorage) {
 
 /** @param {string} device @param {readonly Row[]} rows */
 function table(device, rows) {
-  return el("table", {}, el("caption", {}, device), el("tbody", {}, ...rows.map(([keys, effect]) => row(keys, effect))));
+  return el(
+    "table",
+    {},
+    el("caption", {}, device),
+    el("tbody", {}, ...rows.map(([keys, effect]) => row(keys, effect))),
+  );
 }
 
 /** @param {string} keys one name, or two with a dot between @param {string} effect */

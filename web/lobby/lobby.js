@@ -63,7 +63,11 @@ async function load() {
 /** @param {Choice} choice */
 function showChoices(choice) {
   mapsBox.replaceChildren(...MODES.map(({ id, title, help }) => mapGroup(id, title, help, choice.map)));
-  seatsBox.replaceChildren(seatField(0, choice.seats[0]), seatField(1, choice.seats[1]), el("p", { id: "seats-note", class: "field-help", role: "status" }));
+  seatsBox.replaceChildren(
+    seatField(0, choice.seats[0]),
+    seatField(1, choice.seats[1]),
+    el("p", { id: "seats-note", class: "field-help", role: "status" }),
+  );
   limitSelect.replaceChildren(...LIMITS.map(({ ticks, label }) => el("option", { value: ticks }, label)));
   limitSelect.value = String(choice.limitTicks);
   drawPictures();
@@ -87,7 +91,13 @@ function mapCard(map, selected) {
   return el(
     "label",
     { class: "map" },
-    el("input", { type: "radio", name: "map", value: map.name, checked: selected, "aria-describedby": `about-${map.name}` }),
+    el("input", {
+      type: "radio",
+      name: "map",
+      value: map.name,
+      checked: selected,
+      "aria-describedby": `about-${map.name}`,
+    }),
     el("canvas", { "aria-hidden": "true", "data-map": map.name }),
     el("span", { class: "map-title" }, map.title),
     el("span", { class: "sr-only", id: `about-${map.name}` }, map.description),
@@ -107,7 +117,9 @@ function seatField(seat, selected) {
   const select = el("select", { id: `seat-${seat}`, class: "select", "aria-describedby": `seat-help-${seat}` });
   for (const group of new Set(options.map((option) => option.group))) {
     const members = options.filter((option) => option.group === group);
-    select.append(el("optgroup", { label: group }, ...members.map(({ value, label }) => el("option", { value }, label))));
+    select.append(
+      el("optgroup", { label: group }, ...members.map(({ value, label }) => el("option", { value }, label))),
+    );
   }
   select.value = options.some(({ value }) => value === selected) ? selected : partner;
   return el(
@@ -152,7 +164,12 @@ function refresh() {
 
 /** @returns {Choice} the last visit's, else a first visitor's */
 function remembered() {
-  const first = { map: maps[0].name, seats: /** @type {[string, string]} */ (["here", partner]), limitTicks: DEFAULT_LIMIT, seed: null };
+  const first = {
+    map: maps[0].name,
+    seats: /** @type {[string, string]} */ (["here", partner]),
+    limitTicks: DEFAULT_LIMIT,
+    seed: null,
+  };
   try {
     const kept = JSON.parse(localStorage.getItem(MEMORY) ?? "{}");
     return {

@@ -37,7 +37,10 @@ function linkCard(room) {
   const copy = el("button", { type: "button", class: "button" }, "Copy the link");
   const said = el("span", { class: "muted small", role: "status" });
   copy.addEventListener("click", async () => {
-    const done = await navigator.clipboard?.writeText(address).then(() => true, () => false);
+    const done = await navigator.clipboard?.writeText(address).then(
+      () => true,
+      () => false,
+    );
     said.textContent = done ? "Copied." : "Copying is not allowed here: select the link above.";
   });
   return el(
@@ -51,7 +54,12 @@ function linkCard(room) {
       el("a", { class: "share-address", href: address }, address),
       el("div", { class: "row" }, copy, said),
     ),
-    el("img", { src: `/api/rooms/${encodeURIComponent(room.room)}/qr.svg`, alt: "QR code of the link", width: 160, height: 160 }),
+    el("img", {
+      src: `/api/rooms/${encodeURIComponent(room.room)}/qr.svg`,
+      alt: "QR code of the link",
+      width: 160,
+      height: 160,
+    }),
   );
 }
 
@@ -68,6 +76,13 @@ export function programFacts(room) {
   const scheme = location.protocol === "https:" ? "wss" : "ws";
   return [
     el("p", {}, "It connects to this address and joins this room. docs/protocol.md explains how, with an example."),
-    el("dl", { class: "facts" }, el("dt", {}, "Address"), el("dd", {}, `${scheme}://${location.host}/ws`), el("dt", {}, "Room"), el("dd", {}, room)),
+    el(
+      "dl",
+      { class: "facts" },
+      el("dt", {}, "Address"),
+      el("dd", {}, `${scheme}://${location.host}/ws`),
+      el("dt", {}, "Room"),
+      el("dd", {}, room),
+    ),
   ];
 }

@@ -70,7 +70,9 @@ export class Thoughts {
     const shown = fresh.map(({ seat, tick }) => `${seat}:${tick}`).join();
     if (shown === this.#shown) return;
     this.#shown = shown;
-    this.#list.replaceChildren(...(fresh.length > 0 ? fresh.map(scoreList) : [el("p", { class: "muted" }, TEXT.thoughts.none)]));
+    this.#list.replaceChildren(
+      ...(fresh.length > 0 ? fresh.map(scoreList) : [el("p", { class: "muted" }, TEXT.thoughts.none)]),
+    );
   }
 
   #toggle() {
@@ -163,7 +165,9 @@ function drawThought(pen, map, view, thought) {
   for (const { item, place } of movedItems(thought, view)) drawExpected(pen, map, view, item, place);
   for (const rows of thought.guesses ?? []) drawGuess(pen, partner, wayOf(rows, view.poses[partner]));
   for (const moments of expectedRobots(thought)) drawRobots(pen, [now, ...moments]);
-  const order = thought.candidates.map((_, index) => index).sort((a, b) => Number(a === thought.chosen) - Number(b === thought.chosen));
+  const order = thought.candidates
+    .map((_, index) => index)
+    .sort((a, b) => Number(a === thought.chosen) - Number(b === thought.chosen));
   for (const index of order) drawWay(pen, view, thought, index);
 }
 

@@ -16,14 +16,26 @@ const PROBLEM_MS = 6000;
 
 export class Hud {
   #parts = {
-    play: byId("play", HTMLElement), round: byId("round", HTMLElement), title: byId("title", HTMLElement),
-    task: byId("task", HTMLElement), timeLabel: byId("time-label", HTMLElement), time: byId("time", HTMLElement),
-    timeBar: byId("time-bar", HTMLElement), doneLabel: byId("done-label", HTMLElement),
-    done: byId("done", HTMLElement), doneBar: byId("done-bar", HTMLElement), seats: byId("seats", HTMLElement),
-    connectionLabel: byId("connection-label", HTMLElement), connection: byId("connection", HTMLElement),
-    watchers: byId("watchers", HTMLElement), recording: byId("recording", HTMLElement),
-    problem: byId("problem", HTMLElement), controls: byId("controls", HTMLElement), arena: byId("arena", HTMLCanvasElement),
-    stalled: /** @type {Element} */ (document.querySelector("#stalled")), stop: byId("stop", HTMLButtonElement),
+    play: byId("play", HTMLElement),
+    round: byId("round", HTMLElement),
+    title: byId("title", HTMLElement),
+    task: byId("task", HTMLElement),
+    timeLabel: byId("time-label", HTMLElement),
+    time: byId("time", HTMLElement),
+    timeBar: byId("time-bar", HTMLElement),
+    doneLabel: byId("done-label", HTMLElement),
+    done: byId("done", HTMLElement),
+    doneBar: byId("done-bar", HTMLElement),
+    seats: byId("seats", HTMLElement),
+    connectionLabel: byId("connection-label", HTMLElement),
+    connection: byId("connection", HTMLElement),
+    watchers: byId("watchers", HTMLElement),
+    recording: byId("recording", HTMLElement),
+    problem: byId("problem", HTMLElement),
+    controls: byId("controls", HTMLElement),
+    arena: byId("arena", HTMLCanvasElement),
+    stalled: /** @type {Element} */ (document.querySelector("#stalled")),
+    stop: byId("stop", HTMLButtonElement),
   };
   /** @type {Map<Element, string>} what was last written where */
   #written = new Map();
@@ -134,9 +146,13 @@ export class Hud {
     this.#written.set(controls, state);
     controls.hidden = cards.length === 0;
     const blocks = cards.map((card) => keyBlock(card, mapping, cards.length > 1));
-    const buttons = [el("button", { type: "button", class: "button-link small", onclick: actions.change }, TEXT.change)];
+    const buttons = [
+      el("button", { type: "button", class: "button-link small", onclick: actions.change }, TEXT.change),
+    ];
     if (cards.length > 1) {
-      buttons.push(el("button", { type: "button", class: "button-link small", onclick: actions.swap }, TEXT.ready.swap));
+      buttons.push(
+        el("button", { type: "button", class: "button-link small", onclick: actions.swap }, TEXT.ready.swap),
+      );
     }
     controls.replaceChildren(el("h2", {}, TEXT.controls), ...blocks, el("div", { class: "row row-apart" }, ...buttons));
   }

@@ -57,7 +57,13 @@ export class Panels {
   showOver(sentence, watchPath) {
     const reload = sentence === TEXT.reload;
     const buttons = [
-      reload ? el("button", { type: "button", class: "button button-primary", onclick: () => location.reload() }, TEXT.over.reload) : null,
+      reload
+        ? el(
+            "button",
+            { type: "button", class: "button button-primary", onclick: () => location.reload() },
+            TEXT.over.reload,
+          )
+        : null,
       watchPath ? el("a", { class: "button", href: watchPath }, TEXT.over.watch) : null,
       el("a", { class: reload ? "button" : "button button-primary", href: "/" }, TEXT.over.lobby),
     ];
@@ -71,14 +77,26 @@ export class Panels {
   /** @param {Game} game @param {boolean} busy @param {readonly SeatCard[]} cards @param {Mapping} mapping */
   #updateReady(game, busy, cards, mapping) {
     const { room, round, own } = game;
-    const visible = !busy && room !== null && round !== null && ["lobby", "round_over", "series_over"].includes(room.phase);
-    const key = visible ? JSON.stringify([room.phase, room.seats.map((seat) => [seat.name, seat.open, seat.present, seat.ready]), own, cards, mapping]) : "";
+    const visible =
+      !busy && room !== null && round !== null && ["lobby", "round_over", "series_over"].includes(room.phase);
+    const key = visible
+      ? JSON.stringify([
+          room.phase,
+          room.seats.map((seat) => [seat.name, seat.open, seat.present, seat.ready]),
+          own,
+          cards,
+          mapping,
+        ])
+      : "";
     if (key === this.#readyKey) return;
     this.#readyKey = key;
     this.#ready.hidden = !visible;
     if (!visible) return;
     const open = room.seats.filter((seat) => seat.open);
-    const parts = open.length > 0 && game.welcome ? this.#invitation(game.welcome, open, game.own.length === 0) : this.#askReady(game, cards, mapping);
+    const parts =
+      open.length > 0 && game.welcome
+        ? this.#invitation(game.welcome, open, game.own.length === 0)
+        : this.#askReady(game, cards, mapping);
     this.#ready.replaceChildren(el("div", { class: "stack" }, ...parts));
   }
 
@@ -87,25 +105,49 @@ export class Panels {
    * @param {boolean} watching
    */
   #invitation(welcome, open, watching) {
-    if (watching) return [el("h2", {}, TEXT.ready.soon), el("p", { class: "muted small" }, TEXT.waiting.seats(open.length))];
-    if (open.every(({ kind }) => kind === "remote")) return [el("h2", {}, TEXT.waiting.program), ...programFacts(welcome.room)];
+    if (watching)
+      return [el("h2", {}, TEXT.ready.soon), el("p", { class: "muted small" }, TEXT.waiting.seats(open.length))];
+    if (open.every(({ kind }) => kind === "remote"))
+      return [el("h2", {}, TEXT.waiting.program), ...programFacts(welcome.room)];
     const link = new URL(welcome.join_path, location.href).href;
-    const field = el("input", { class: "input share-link", readonly: true, value: link, "aria-label": TEXT.waiting.copy });
+    const field = el("input", {
+      class: "input share-link",
+      readonly: true,
+      value: link,
+      "aria-label": TEXT.waiting.copy,
+    });
     field.addEventListener("focus", () => field.select());
     const copy = el("button", { type: "button", class: "button button-primary button-wide" }, TEXT.waiting.copy);
     copy.addEventListener("click", async () => {
-      const copied = await navigator.clipboard?.writeText(link).then(() => true, () => false);
+      const copied = await navigator.clipboard?.writeText(link).then(
+        () => true,
+        () => false,
+      );
       if (copied) copy.textContent = TEXT.waiting.copied;
       else field.focus(); // selected, ready for the reader's own copy
     });
-    const qr = el("img", { class: "qr", src: `/api/rooms/${welcome.room}/qr.svg`, alt: TEXT.waiting.qr, width: 144, height: 144 });
-    return [el("h2", {}, TEXT.waiting.title), el("p", { class: "muted small" }, TEXT.waiting.sentence), field, copy, qr];
+    const qr = el("img", {
+      class: "qr",
+      src: `/api/rooms/${welcome.room}/qr.svg`,
+      alt: TEXT.waiting.qr,
+      width: 144,
+      height: 144,
+    });
+    return [
+      el("h2", {}, TEXT.waiting.title),
+      el("p", { class: "muted small" }, TEXT.waiting.sentence),
+      field,
+      copy,
+      qr,
+    ];
   }
 
   /** @param {Game} game @param {readonly SeatCard[]} cards @param {Mapping} mapping */
   #askReady(game, cards, mapping) {
     const seats = game.room?.seats ?? [];
-    const waitingFor = seats.flatMap((seat, index) => (seat.ready || game.own.includes(index) ? [] : [seatName(seat, false, game.own.length === 0)]));
+    const waitingFor = seats.flatMap((seat, index) =>
+      seat.ready || game.own.includes(index) ? [] : [seatName(seat, false, game.own.length === 0)],
+    );
     const waiting = waitingFor.map((name) => el("p", { class: "muted small" }, TEXT.ready.waitingFor(name)));
     if (game.own.length === 0) return [el("h2", {}, TEXT.ready.soon), ...waiting];
     const rows = cards.map((card) => this.#readyRow(card, seats[card.seat], mapping, cards.length > 1));
@@ -115,11 +157,22 @@ export class Panels {
 
   /** @param {SeatCard} card @param {import("../messages.js").SeatState} seat @param {Mapping} mapping @param {boolean} several */
   #readyRow(card, seat, mapping, several) {
-    const who = el("p", { class: "agent" }, badge(card.seat), several ? TEXT.colours[card.seat] : TEXT.ready.you(TEXT.colours[card.seat]));
-    if (seat?.ready) return el("div", { class: "row row-apart" }, who, el("span", { class: "pill pill-ok" }, TEXT.state.ready));
+    const who = el(
+      "p",
+      { class: "agent" },
+      badge(card.seat),
+      several ? TEXT.colours[card.seat] : TEXT.ready.you(TEXT.colours[card.seat]),
+    );
+    if (seat?.ready)
+      return el("div", { class: "row row-apart" }, who, el("span", { class: "pill pill-ok" }, TEXT.state.ready));
     // The touch button is not there yet: the button below is all there is to press.
-    const press = card.device === "touch" ? null : el("p", { class: "muted small" }, TEXT.ready.press(grabName(card, mapping)));
-    const button = el("button", { type: "button", class: several ? "button button-small" : "button button-primary button-wide" }, TEXT.ready.button);
+    const press =
+      card.device === "touch" ? null : el("p", { class: "muted small" }, TEXT.ready.press(grabName(card, mapping)));
+    const button = el(
+      "button",
+      { type: "button", class: several ? "button button-small" : "button button-primary button-wide" },
+      TEXT.ready.button,
+    );
     button.addEventListener("click", () => this.actions.ready(card.seat));
     if (several) return el("div", {}, el("div", { class: "row row-apart" }, who, button), press);
     return el("div", { class: "stack" }, who, press, button);
@@ -160,7 +213,8 @@ export class Panels {
       const goOn = () => unready.forEach((card) => this.actions.ready(card.seat));
       buttons.push(el("button", { type: "button", class: "button button-primary", onclick: goOn }, TEXT.pause.button));
     }
-    if (cards.length > 0) buttons.push(el("button", { type: "button", class: "button", onclick: () => this.askStop() }, TEXT.pause.stop));
+    if (cards.length > 0)
+      buttons.push(el("button", { type: "button", class: "button", onclick: () => this.askStop() }, TEXT.pause.stop));
     return panel(TEXT.pause.title, ...parts, el("div", { class: "row" }, ...buttons));
   }
 
@@ -173,9 +227,15 @@ export class Panels {
       no();
       this.actions.stop();
     };
-    return panel(TEXT.pause.sure, el("div", { class: "row" },
-      el("button", { type: "button", class: "button button-danger", onclick: yes }, TEXT.pause.yes),
-      el("button", { type: "button", class: "button", onclick: no }, TEXT.pause.no)));
+    return panel(
+      TEXT.pause.sure,
+      el(
+        "div",
+        { class: "row" },
+        el("button", { type: "button", class: "button button-danger", onclick: yes }, TEXT.pause.yes),
+        el("button", { type: "button", class: "button", onclick: no }, TEXT.pause.no),
+      ),
+    );
   }
 
   /** @param {string} key @param {() => void} build */

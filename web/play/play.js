@@ -47,7 +47,11 @@ class Play {
   #connection = new Connection(room, mode, this);
   #gamepads = new Gamepads(() => navigator.getGamepads?.() ?? []);
   #settings = new Settings(loadMapping(localStorage), this.#gamepads, () => {});
-  #keyboard = new Keyboard(window, () => this.#mapping.keys, () => this.#readDevices(performance.now()));
+  #keyboard = new Keyboard(
+    window,
+    () => this.#mapping.keys,
+    () => this.#readDevices(performance.now()),
+  );
   #touch = new Touch(touchParts(), () => this.#readDevices(performance.now()));
   #seats = new LocalSeats(
     { keyboard: this.#keyboard, gamepads: this.#gamepads, touch: this.#touch },
@@ -59,11 +63,13 @@ class Play {
     stop: () => this.#leave(),
     askStop: this.#study ? () => void this.#study?.askToStop() : null,
   });
-  #series = this.#study ?? new Series({
-    next: () => this.#each((seat) => this.#ready(seat)),
-    again: () => this.#each((seat) => this.#connection.send({ type: "again", seat })),
-    leave: () => this.#connection.close(),
-  });
+  #series =
+    this.#study ??
+    new Series({
+      next: () => this.#each((seat) => this.#ready(seat)),
+      again: () => this.#each((seat) => this.#connection.send({ type: "again", seat })),
+      leave: () => this.#connection.close(),
+    });
   #thoughts = new Thoughts(byId("thoughts", HTMLElement), `/api/rooms/${room}/thoughts`);
   /** @type {Map<number, InputSender>} */
   #senders = new Map();
@@ -124,7 +130,8 @@ class Play {
     this.#status = status;
     if (status === "over" && this.#study && sentence !== TEXT.closed[wire.CLOSE_REPLACED]) return this.#study.leave();
     const nothingThere = sentence === TEXT.closed[wire.CLOSE_NOT_FOUND];
-    if (status === "over" && sentence) this.#panels.showOver(sentence, mode === "play" && !nothingThere ? `/watch/${room}` : "");
+    if (status === "over" && sentence)
+      this.#panels.showOver(sentence, mode === "play" && !nothingThere ? `/watch/${room}` : "");
   }
 
   // ---- once per frame ---------------------------------------------------------------------------------------
@@ -164,7 +171,13 @@ class Play {
       change: () => this.#openSettings(),
       swap: () => this.#seats.swap(),
     });
-    this.#panels.update(this.#game, nowMs, { busy: this.#series.showsResult, lost: this.#lost(nowMs) }, cards, this.#mapping);
+    this.#panels.update(
+      this.#game,
+      nowMs,
+      { busy: this.#series.showsResult, lost: this.#lost(nowMs) },
+      cards,
+      this.#mapping,
+    );
     this.#thoughts.write(this.#game.phase === "paused");
     const touch = mode === "play" && cards.some((card) => card.device === "touch") && !this.#series.showsResult;
     this.#root.toggleAttribute("data-touch", touch);
@@ -184,7 +197,8 @@ class Play {
     this.#phaseSinceMs = nowMs;
     const focused = document.activeElement;
     // The button that was clicked to get here must not take the key that grabs.
-    if (mode === "play" && ["countdown", "playing"].includes(this.#phase) && focused instanceof HTMLElement) focused.blur();
+    if (mode === "play" && ["countdown", "playing"].includes(this.#phase) && focused instanceof HTMLElement)
+      focused.blur();
     if (this.#phase === "playing") this.#panels.forgetStop();
   }
 
@@ -271,7 +285,8 @@ class Play {
   /** @param {KeyboardEvent} event */
   #pauseKey(event) {
     const typing = event.target instanceof HTMLInputElement || event.target instanceof HTMLTextAreaElement;
-    if (PAUSE_KEYS.includes(event.code) && !event.repeat && !typing && !this.#settings.isOpen && !this.#study?.isAsking) this.#togglePause();
+    if (PAUSE_KEYS.includes(event.code) && !event.repeat && !typing && !this.#settings.isOpen && !this.#study?.isAsking)
+      this.#togglePause();
   }
 
   #togglePause() {
@@ -289,8 +304,10 @@ class Play {
 
 function touchParts() {
   return {
-    zone: byId("stick", HTMLElement), knob: byId("knob", HTMLElement),
-    grab: byId("touch-grab", HTMLElement), backward: byId("touch-backward", HTMLElement),
+    zone: byId("stick", HTMLElement),
+    knob: byId("knob", HTMLElement),
+    grab: byId("touch-grab", HTMLElement),
+    backward: byId("touch-backward", HTMLElement),
   };
 }
 

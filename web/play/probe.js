@@ -88,10 +88,19 @@ export class Probe {
     const map = this.map;
     const view = this.#scene?.view;
     if (map === null || view === undefined) return { robots: [], items: [] };
-    const pose = (/** @type {number} */ body) => ({ x: view.poses[body][0], y: view.poses[body][1], angle: view.poses[body][2] });
+    const pose = (/** @type {number} */ body) => ({
+      x: view.poses[body][0],
+      y: view.poses[body][1],
+      angle: view.poses[body][2],
+    });
     return {
       robots: [0, 1].map((seat) => ({ ...pose(seat), held: view.held[seat] })),
-      items: map.items.map((item, index) => ({ ...pose(index + 2), shape: item.shape, size: item.size, delivered: view.delivered[index] })),
+      items: map.items.map((item, index) => ({
+        ...pose(index + 2),
+        shape: item.shape,
+        size: item.size,
+        delivered: view.delivered[index],
+      })),
     };
   }
 }

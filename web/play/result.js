@@ -33,7 +33,11 @@ export function showResult(container, options) {
     { class: "card card-roomy stack result-card" },
     el("dl", { class: "metrics" }, ...measures(options.result).map(measureEntry)),
   );
-  const parts = [header(heading, options), card, actions({ nextLabel: options.isLast ? "Finish" : "Next map", ...options })];
+  const parts = [
+    header(heading, options),
+    card,
+    actions({ nextLabel: options.isLast ? "Finish" : "Next map", ...options }),
+  ];
   container.replaceChildren(el("section", { class: "result", "aria-label": "Result" }, ...parts));
   drawEnd(container, options);
   heading.focus({ preventScroll: true });
@@ -60,7 +64,9 @@ function header(heading, { result, round, view }) {
 /** One mark per item, filled for each that was delivered. @param {Result} result */
 function deliveredRow({ delivered, items }) {
   const marks = Array.from({ length: items }, (_, index) =>
-    index < delivered ? el("span", { class: "result-item result-item-done" }, "✓") : el("span", { class: "result-item" }),
+    index < delivered
+      ? el("span", { class: "result-item result-item-done" }, "✓")
+      : el("span", { class: "result-item" }),
   );
   return el("div", { class: "result-delivered", "aria-hidden": "true" }, ...marks);
 }
@@ -83,7 +89,9 @@ function actions({ onNext, onAgain, nextLabel, replayPath }) {
     { class: "row" },
     onNext && el("button", { type: "button", class: "button button-primary", onclick: onNext }, nextLabel),
     onAgain && el("button", { type: "button", class: "button", onclick: onAgain }, "Play it again"),
-    replayPath ? el("a", { class: "button", href: replayPath, target: "_blank", rel: "noopener" }, "Watch the replay") : null,
+    replayPath
+      ? el("a", { class: "button", href: replayPath, target: "_blank", rel: "noopener" }, "Watch the replay")
+      : null,
   );
 }
 

@@ -41,7 +41,13 @@ export function duration(ticks) {
 /** @param {Pick<Result, "tcr" | "nfd" | "wt_s" | "ac">} result @returns {Measure[]} */
 export function measures({ tcr, nfd, wt_s, ac }) {
   return [
-    { id: "tcr", name: "Work done", short: "TCR", value: percent(tcr), help: "delivered; middle and large items count twice" },
+    {
+      id: "tcr",
+      name: "Work done",
+      short: "TCR",
+      value: percent(tcr),
+      help: "delivered; middle and large items count twice",
+    },
     {
       id: "nfd",
       name: "Brought closer",

@@ -54,7 +54,11 @@ export class Series {
     const plays = own.length > 0;
     const replayPath = result.recording ? `/replay/${result.recording}` : undefined;
     showResult(this.#box, {
-      result, round, isLast, view, replayPath,
+      result,
+      round,
+      isLast,
+      view,
+      replayPath,
       onNext: plays ? () => (isLast ? this.#finish(game, result.outcome) : this.#next()) : undefined,
       onAgain: plays && COMPLETE.includes(result.outcome) ? () => this.#again() : undefined,
     });
@@ -95,7 +99,9 @@ export class Series {
     }
     const box = el("div");
     const several = (game.welcome?.seats.length ?? 0) > 1;
-    const who = several ? [el("p", { class: "agent lead" }, badge(grant.seat), TEXT.over.questionsFor(TEXT.colours[grant.seat]))] : [];
+    const who = several
+      ? [el("p", { class: "agent lead" }, badge(grant.seat), TEXT.over.questionsFor(TEXT.colours[grant.seat]))]
+      : [];
     this.#after.replaceChildren(...who, box);
     scrollTo(0, 0);
     const partnerName = several ? TEXT.colours[1 - grant.seat] : seatName(seats[1 - grant.seat], false);
@@ -107,7 +113,15 @@ export class Series {
     this.actions.leave();
     const title = el("h1", { tabindex: "-1" }, TEXT.over.title);
     const back = el("a", { class: "button button-primary", href: "/" }, TEXT.over.lobby);
-    this.#after.replaceChildren(el("div", { class: "stack" }, title, el("p", { class: "lead" }, TEXT.over.sentence), el("div", { class: "row" }, back)));
+    this.#after.replaceChildren(
+      el(
+        "div",
+        { class: "stack" },
+        title,
+        el("p", { class: "lead" }, TEXT.over.sentence),
+        el("div", { class: "row" }, back),
+      ),
+    );
     title.focus();
   }
 }

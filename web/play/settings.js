@@ -2,7 +2,15 @@
 
 import { byId, el } from "../core/dom.js";
 import {
-  BUTTON_ACTIONS, buttonName, DEAD_ZONES, DEFAULTS, KEY_ACTIONS, keyName, saveMapping, withButton, withKey,
+  BUTTON_ACTIONS,
+  buttonName,
+  DEAD_ZONES,
+  DEFAULTS,
+  KEY_ACTIONS,
+  keyName,
+  saveMapping,
+  withButton,
+  withKey,
 } from "../input/mapping.js";
 import { TEXT } from "../text/text.js";
 
@@ -45,13 +53,25 @@ export class Settings {
     this.#cancel();
     const sets = this.mapping.keys.map((_, set) => this.#keySet(set));
     this.#dialog.replaceChildren(
-      el("div", { class: "stack" },
+      el(
+        "div",
+        { class: "stack" },
         el("h2", { id: "settings-title" }, TEXT.settings.title),
         el("p", { class: "muted" }, TEXT.settings.intro),
         el("div", { class: "binding-sets" }, ...sets, this.#pad()),
-        el("div", { class: "row row-apart" },
-          el("button", { type: "button", class: "button", onclick: () => this.#change(structuredClone(DEFAULTS)) }, TEXT.settings.reset),
-          el("button", { type: "button", class: "button button-primary", onclick: () => this.#dialog.close() }, TEXT.settings.done),
+        el(
+          "div",
+          { class: "row row-apart" },
+          el(
+            "button",
+            { type: "button", class: "button", onclick: () => this.#change(structuredClone(DEFAULTS)) },
+            TEXT.settings.reset,
+          ),
+          el(
+            "button",
+            { type: "button", class: "button button-primary", onclick: () => this.#dialog.close() },
+            TEXT.settings.done,
+          ),
         ),
       ),
     );
@@ -71,8 +91,13 @@ export class Settings {
       const name = buttonName(this.mapping.buttons[action]);
       return binding(TEXT.settings.actions[action], name, (button) => this.#askButton(button, action));
     });
-    const zone = el("select", { class: "select", id: "dead-zone" },
-      ...DEAD_ZONES.map((value, index) => el("option", { value }, index === 0 ? TEXT.settings.wide : TEXT.settings.narrow)));
+    const zone = el(
+      "select",
+      { class: "select", id: "dead-zone" },
+      ...DEAD_ZONES.map((value, index) =>
+        el("option", { value }, index === 0 ? TEXT.settings.wide : TEXT.settings.narrow),
+      ),
+    );
     zone.value = String(this.mapping.deadZone);
     zone.addEventListener("change", () => this.#change({ ...this.mapping, deadZone: Number(zone.value) }));
     const field = el("div", { class: "field small" }, el("label", { for: "dead-zone" }, TEXT.settings.deadZone), zone);
@@ -115,7 +140,11 @@ export class Settings {
 
 /** @param {string} action @param {string} name @param {(button: HTMLElement) => void} ask */
 function binding(action, name, ask) {
-  const button = el("button", { type: "button", class: "button button-small", "aria-label": `${action}: ${name}` }, name);
+  const button = el(
+    "button",
+    { type: "button", class: "button button-small", "aria-label": `${action}: ${name}` },
+    name,
+  );
   button.addEventListener("click", () => ask(button));
   return el("div", { class: "binding" }, el("span", {}, action), button);
 }

@@ -51,7 +51,8 @@ export class Replay {
     this.#poses = new DataView(poses);
     this.frames = poses.byteLength / (2 * VALUES_PER_BODY * this.#bodies);
     const expected = 1 + (TICK_MS / POSE_MS) * summary.ticks;
-    if (this.frames !== expected) throw new ReplayError(`This recording has ${this.frames} pictures where ${expected} belong.`);
+    if (this.frames !== expected)
+      throw new ReplayError(`This recording has ${this.frames} pictures where ${expected} belong.`);
   }
 
   get ticks() {
@@ -73,7 +74,9 @@ export class Replay {
     const next = Math.min(frame + 1, this.frames - 1);
     const tick = tickAt(timeMs);
     return {
-      poses: Array.from({ length: this.#bodies }, (_, body) => between(this.#pose(frame, body), this.#pose(next, body), place - frame)),
+      poses: Array.from({ length: this.#bodies }, (_, body) =>
+        between(this.#pose(frame, body), this.#pose(next, body), place - frame),
+      ),
       held: this.summary.held[Math.min(tick, this.ticks)] ?? [-1, -1],
       delivered: this.deliveredAfter(tick),
     };

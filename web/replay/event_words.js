@@ -46,8 +46,10 @@ export function toldEvents(events) {
   /** @type {ToldEvent[]} */
   const told = [];
   for (const event of events.filter(isTold).sort((a, b) => a.tick - b.tick)) {
-    const run = REPEATED.has(event.kind) && told.findLast(({ kind, seat }) => kind === event.kind && seat === event.seat);
-    if (run && event.tick - run.last <= SAME_TROUBLE_TICKS) Object.assign(run, { times: run.times + 1, last: event.tick });
+    const run =
+      REPEATED.has(event.kind) && told.findLast(({ kind, seat }) => kind === event.kind && seat === event.seat);
+    if (run && event.tick - run.last <= SAME_TROUBLE_TICKS)
+      Object.assign(run, { times: run.times + 1, last: event.tick });
     else told.push({ ...event, times: 1, last: event.tick });
   }
   return told;

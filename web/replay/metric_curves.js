@@ -81,13 +81,24 @@ export class MetricCurves {
     const field = FIELDS[/** @type {keyof typeof FIELDS} */ (id)];
     const values = this.curves[field];
     const cursor = shape("path", { class: "replay-curve-cursor" });
-    const chart = shape("svg", { class: "replay-curve", viewBox: `0 0 ${WIDTH} ${HEIGHT}`, preserveAspectRatio: "none", "aria-hidden": "true" });
+    const chart = shape("svg", {
+      class: "replay-curve",
+      viewBox: `0 0 ${WIDTH} ${HEIGHT}`,
+      preserveAspectRatio: "none",
+      "aria-hidden": "true",
+    });
     chart.append(shape("path", { class: "replay-curve-line", d: pathOf(values, scaleOf(field, values)) }), cursor);
     chart.addEventListener("pointerdown", (event) => this.#seek(chart, event));
     chart.addEventListener("pointermove", (event) => event.buttons === 1 && this.#seek(chart, event));
     const value = el("span", { class: "replay-curve-value" });
     this.#rows.push({ field, id, value, cursor });
-    return el("div", { class: "replay-curve-row" }, el("span", {}, name, " ", el("span", { class: "small muted" }, short)), el("span", {}, value, el("span", { class: "muted" }, ` · ${end}`)), chart);
+    return el(
+      "div",
+      { class: "replay-curve-row" },
+      el("span", {}, name, " ", el("span", { class: "small muted" }, short)),
+      el("span", {}, value, el("span", { class: "muted" }, ` · ${end}`)),
+      chart,
+    );
   }
 
   /** @param {SVGElement} chart @param {PointerEvent} event */

@@ -24,7 +24,12 @@ const OUTCOMES = /** @type {Record<string, {words: string, tone: string}>} */ ({
 const FILTERS = /** @type {const} */ ([
   { key: "map", label: "Map", any: "Every map", words: mapTitle },
   { key: "player", label: "Player", any: "Everybody", words: playerName },
-  { key: "outcome", label: "Result", any: "Every result", words: (/** @type {string} */ value) => OUTCOMES[value]?.words ?? value },
+  {
+    key: "outcome",
+    label: "Result",
+    any: "Every result",
+    words: (/** @type {string} */ value) => OUTCOMES[value]?.words ?? value,
+  },
 ]);
 
 /** @type {Row[]} */
@@ -37,7 +42,9 @@ async function load() {
   adminToken = token;
   rows = answer.recordings;
   const choices = filterChoices(rows);
-  byId("filters", HTMLFormElement).replaceChildren(...FILTERS.map((filter) => filterField(filter, choices[filter.key])));
+  byId("filters", HTMLFormElement).replaceChildren(
+    ...FILTERS.map((filter) => filterField(filter, choices[filter.key])),
+  );
   byId("content", HTMLElement).hidden = false;
   refresh();
 }
@@ -80,14 +87,36 @@ function tableRow(row) {
     cell("Played", { class: "nowrap" }, when(row.started)),
     cell("Map", { class: "strong" }, mapTitle(row.map)),
     cell("Players", {}, players(row)),
-    cell("Result", {}, el("span", { class: `pill ${outcome.tone && `pill-${outcome.tone}`}` }, outcome.words), row.complete ? null : el("span", { class: "pill pill-attention" }, "cut off")),
+    cell(
+      "Result",
+      {},
+      el("span", { class: `pill ${outcome.tone && `pill-${outcome.tone}`}` }, outcome.words),
+      row.complete ? null : el("span", { class: "pill pill-attention" }, "cut off"),
+    ),
     cell("Time", { class: "number nowrap" }, duration(row.ticks ?? 0)),
     cell("Work done", { class: "number nowrap" }, row.metrics ? percent(row.metrics.tcr) : "–"),
     el(
       "td",
       { class: "actions" },
-      el("a", { class: "button button-small", href: `/replay/${path}`, "aria-label": `Replay ${mapTitle(row.map)}, ${when(row.started)}` }, "Replay"),
-      el("button", { type: "button", class: "button button-small", onclick: () => void download(row.id), "aria-label": `Download ${mapTitle(row.map)}, ${when(row.started)}` }, "Download"),
+      el(
+        "a",
+        {
+          class: "button button-small",
+          href: `/replay/${path}`,
+          "aria-label": `Replay ${mapTitle(row.map)}, ${when(row.started)}`,
+        },
+        "Replay",
+      ),
+      el(
+        "button",
+        {
+          type: "button",
+          class: "button button-small",
+          onclick: () => void download(row.id),
+          "aria-label": `Download ${mapTitle(row.map)}, ${when(row.started)}`,
+        },
+        "Download",
+      ),
     ),
   );
 }
@@ -95,7 +124,10 @@ function tableRow(row) {
 /** A link could not carry the token that a study's server asks for. @param {string} id */
 async function download(id) {
   try {
-    save(await (await request(`/api/recordings/${encodeURIComponent(id)}/file`, { token: adminToken })).blob(), `${id}.mcap`);
+    save(
+      await (await request(`/api/recordings/${encodeURIComponent(id)}/file`, { token: adminToken })).blob(),
+      `${id}.mcap`,
+    );
   } catch (error) {
     if (!(error instanceof ApiError)) throw error;
     byId("ask", HTMLElement).replaceChildren(notice("bad", error.message));
@@ -104,12 +136,18 @@ async function download(id) {
 
 /** @param {Row} row */
 function damagedRow({ id, damage }) {
-  return el("tr", {}, cell("File", { class: "strong" }, id), el("td", { colspan: 6 }, el("span", { class: "pill pill-bad" }, "unreadable"), ` ${damage ?? ""}`));
+  return el(
+    "tr",
+    {},
+    cell("File", { class: "strong" }, id),
+    el("td", { colspan: 6 }, el("span", { class: "pill pill-bad" }, "unreadable"), ` ${damage ?? ""}`),
+  );
 }
 
 /** @param {Row} row */
 function players({ blue, red }) {
-  const side = (/** @type {number} */ seat, /** @type {string | undefined} */ player) => el("span", { class: "agent" }, badge(seat), playerName(player));
+  const side = (/** @type {number} */ seat, /** @type {string | undefined} */ player) =>
+    el("span", { class: "agent" }, badge(seat), playerName(player));
   return el("span", { class: "players" }, side(0, blue), el("span", { class: "muted" }, "with"), side(1, red));
 }
 

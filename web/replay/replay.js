@@ -44,7 +44,10 @@ async function load() {
     ask.hidden = true;
     const again = el("button", { type: "button", class: "button", onclick: () => location.reload() }, "Try again");
     const list = el("a", { class: "button", href: "/recordings" }, "All recordings");
-    byId("loading", HTMLElement).replaceChildren(notice("bad", error.message), el("span", { class: "row replay-problem" }, again, list));
+    byId("loading", HTMLElement).replaceChildren(
+      notice("bad", error.message),
+      el("span", { class: "row replay-problem" }, again, list),
+    );
   }
 }
 
@@ -61,7 +64,11 @@ class ReplayPage {
     this.current = undefined;
     const { curves, metrics } = replay.summary;
     this.curves = new MetricCurves(byId("curves", HTMLElement), curves, metrics, (tick) => this.seekTick(tick));
-    this.show = new Show(replay, () => source.thoughts(), () => this.refresh());
+    this.show = new Show(
+      replay,
+      () => source.thoughts(),
+      () => this.refresh(),
+    );
     this.frame = 0;
     this.lastMs = 0;
     this.addressTimer = 0;
@@ -74,20 +81,36 @@ class ReplayPage {
     this.listen();
     this.player.seek((linkedTick(location.hash, this.replay.ticks) ?? 0) * TICK_MS);
     this.refresh();
-    Object.assign(window, { __movingout: { phase: "replay", player: this.player, replay: this.replay, entities: () => this.replay.viewAt(this.player.timeMs) } });
+    Object.assign(window, {
+      __movingout: {
+        phase: "replay",
+        player: this.player,
+        replay: this.replay,
+        entities: () => this.replay.viewAt(this.player.timeMs),
+      },
+    });
   }
 
   showFacts() {
     const { summary } = this.replay;
     document.title = `${summary.map.title} · Replay`;
     byId("title", HTMLElement).textContent = summary.map.title;
-    byId("when", HTMLElement).textContent = new Date(summary.started).toLocaleString("en-GB", { dateStyle: "medium", timeStyle: "short" });
+    byId("when", HTMLElement).textContent = new Date(summary.started).toLocaleString("en-GB", {
+      dateStyle: "medium",
+      timeStyle: "short",
+    });
     byId("state", HTMLElement).replaceChildren(...this.pills());
     byId("id", HTMLElement).textContent = summary.id;
     this.seatWords = summary.seats.map(() => el("p", { class: "replay-seat-words" }));
     byId("seats", HTMLElement).replaceChildren(
       ...summary.seats.map((seat, index) =>
-        el("div", { class: "replay-seat" }, badge(index), el("span", { class: "replay-seat-name" }, seat.name || seat.kind), this.seatWords?.[index]),
+        el(
+          "div",
+          { class: "replay-seat" },
+          badge(index),
+          el("span", { class: "replay-seat-name" }, seat.name || seat.kind),
+          this.seatWords?.[index],
+        ),
       ),
     );
     speedSelect.replaceChildren(...SPEEDS.map((speed) => el("option", { value: speed }, `${speed}×`)));
@@ -105,7 +128,10 @@ class ReplayPage {
     link.addEventListener("click", (event) => {
       event.preventDefault();
       const tell = (/** @type {string} */ words) => (byId("said", HTMLElement).textContent = words);
-      void this.source.file().then((content) => save(content, `${id}.mcap`), (error) => tell(error.message));
+      void this.source.file().then(
+        (content) => save(content, `${id}.mcap`),
+        (error) => tell(error.message),
+      );
     });
   }
 
@@ -135,7 +161,8 @@ class ReplayPage {
       this.rows.set(event, row);
       byId("events", HTMLElement).append(el("li", {}, row));
     }
-    if (this.events.length === 0) byId("events", HTMLElement).append(el("li", { class: "muted small" }, "Nothing was taken or delivered."));
+    if (this.events.length === 0)
+      byId("events", HTMLElement).append(el("li", { class: "muted small" }, "Nothing was taken or delivered."));
   }
 
   listen() {
@@ -154,7 +181,8 @@ class ReplayPage {
   /** @param {KeyboardEvent} event */
   press(event) {
     if (event.ctrlKey || event.metaKey || event.altKey || event.target instanceof HTMLSelectElement) return;
-    const onButton = event.target instanceof Element && event.target.closest("button, a, summary, input[type=checkbox]") !== null;
+    const onButton =
+      event.target instanceof Element && event.target.closest("button, a, summary, input[type=checkbox]") !== null;
     const far = event.shiftKey ? SECOND : 1;
     /** @type {Record<string, () => void>} */
     const keys = {
@@ -210,7 +238,10 @@ class ReplayPage {
     this.player.playing = false;
     this.refresh();
     this.keepAddress();
-    const done = await navigator.clipboard?.writeText(location.href).then(() => true, () => false);
+    const done = await navigator.clipboard?.writeText(location.href).then(
+      () => true,
+      () => false,
+    );
     byId("said", HTMLElement).textContent = done ? "Copied." : "The address of this page is the link.";
   }
 
@@ -269,7 +300,16 @@ class ReplayPage {
     const { map, seats } = this.replay.summary;
     for (const [index, seat] of seats.entries()) {
       const kind = /** @type {"human"} */ (seat.kind);
-      const state = { colour: seat.colour, kind, name: seat.name, open: false, present: true, ready: true, device: "", rtt_ms: -1 };
+      const state = {
+        colour: seat.colour,
+        kind,
+        name: seat.name,
+        open: false,
+        present: true,
+        ready: true,
+        device: "",
+        rtt_ms: -1,
+      };
       const words = this.seatWords?.[index];
       if (words) words.textContent = playingWords(state, index, map, view, []);
     }

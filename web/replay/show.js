@@ -71,7 +71,10 @@ export class Show {
     const written = shown.map(({ seat, tick }) => `${seat}:${tick}`).join();
     if (written === this.#written) return;
     this.#written = written;
-    const none = this.#thoughtsBox.checked && shown.length === 0 ? [el("p", { class: "muted" }, "Nothing was weighed at this tick.")] : [];
+    const none =
+      this.#thoughtsBox.checked && shown.length === 0
+        ? [el("p", { class: "muted" }, "Nothing was weighed at this tick.")]
+        : [];
     this.#words.replaceChildren(...none, ...shown.map(scores));
   }
 }
@@ -79,7 +82,14 @@ export class Show {
 /** @param {Thought} thought */
 function scores(thought) {
   const best = ranking(thought).slice(0, 4);
-  const words = best.map(({ letter, score, chosen }) => el(chosen ? "strong" : "span", {}, `${letter} ${score.toFixed(2)}`));
+  const words = best.map(({ letter, score, chosen }) =>
+    el(chosen ? "strong" : "span", {}, `${letter} ${score.toFixed(2)}`),
+  );
   const decided = thought.ways.length === 1 ? "" : `, best of ${thought.ways.length}`;
-  return el("p", { class: "replay-scores" }, `${TEXT.colours[thought.seat]} at tick ${thought.tick}${decided}:`, ...words);
+  return el(
+    "p",
+    { class: "replay-scores" },
+    `${TEXT.colours[thought.seat]} at tick ${thought.tick}${decided}:`,
+    ...words,
+  );
 }

@@ -9,7 +9,16 @@ import { attempt, card, complain, heading, problemBox } from "./screen.js";
 /** @typedef {import("./words.js").Words} Words */
 /** @typedef {import("./screen.js").Screen} Screen */
 
-const PARAMETERS = ["PROLIFIC_PID", "STUDY_ID", "SESSION_ID", "assignmentId", "workerId", "hitId", "turkSubmitTo", "code"];
+const PARAMETERS = [
+  "PROLIFIC_PID",
+  "STUDY_ID",
+  "SESSION_ID",
+  "assignmentId",
+  "workerId",
+  "hitId",
+  "turkSubmitTo",
+  "code",
+];
 
 /**
  * What a recruitment platform put into the link.
@@ -36,7 +45,16 @@ export function recruitmentParameters(query) {
 export function arrivalScreen(words, { title, asksCode, second, problem, given, arrive, cancel }) {
   const box = problemBox();
   complain(box, problem);
-  const input = el("input", { id: "code", class: "input code-input", autocomplete: "off", autocapitalize: "characters", spellcheck: "false", maxlength: 64, value: given.code, "aria-describedby": "code-help" });
+  const input = el("input", {
+    id: "code",
+    class: "input code-input",
+    autocomplete: "off",
+    autocapitalize: "characters",
+    spellcheck: "false",
+    maxlength: 64,
+    value: given.code,
+    "aria-describedby": "code-help",
+  });
   const field = el(
     "div",
     { class: "field" },
@@ -46,7 +64,13 @@ export function arrivalScreen(words, { title, asksCode, second, problem, given, 
   );
   const begin = el("button", { type: "submit", class: "button button-primary" }, words.say("arrival.begin"));
   const back = cancel && el("button", { type: "button", class: "button", onclick: cancel }, words.say("page.cancel"));
-  const form = el("form", { class: "stack", novalidate: true }, box, asksCode ? field : null, el("div", { class: "row" }, begin, back));
+  const form = el(
+    "form",
+    { class: "stack", novalidate: true },
+    box,
+    asksCode ? field : null,
+    el("div", { class: "row" }, begin, back),
+  );
   form.addEventListener("submit", (event) => {
     event.preventDefault();
     const code = input.value.trim();
@@ -56,6 +80,9 @@ export function arrivalScreen(words, { title, asksCode, second, problem, given, 
     input.focus();
   });
   const lead = el("p", { class: "lead" }, words.say(second ? "arrival.secondLead" : "arrival.lead"));
-  const head = heading(second ? words.say("arrival.secondTitle") : title || words.say("arrival.title"), second ? title : words.say("arrival.title"));
+  const head = heading(
+    second ? words.say("arrival.secondTitle") : title || words.say("arrival.title"),
+    second ? title : words.say("arrival.title"),
+  );
   return { root: card(head, lead, form) };
 }

@@ -26,11 +26,31 @@ export function consentScreen({ words, step, next, decline, addPerson }) {
     await next({ boxes: boxes.filter(({ input }) => input.checked).map(({ box }) => box.id) });
   });
   const no = actionButton(words, words.say("consent.decline"), problem, decline, "");
-  const copy = el("button", { type: "button", class: "button-link small", onclick: () => saveCopy(words, text) }, words.say("consent.copy"));
-  const second = addPerson && el("p", { class: "muted small" }, `${words.say("consent.second")} `, el("button", { type: "button", class: "button-link", onclick: addPerson }, words.say("consent.secondButton")));
+  const copy = el(
+    "button",
+    { type: "button", class: "button-link small", onclick: () => saveCopy(words, text) },
+    words.say("consent.copy"),
+  );
+  const second =
+    addPerson &&
+    el(
+      "p",
+      { class: "muted small" },
+      `${words.say("consent.second")} `,
+      el("button", { type: "button", class: "button-link", onclick: addPerson }, words.say("consent.secondButton")),
+    );
   const ticks = boxes.length > 0 ? el("div", { class: "consent-boxes" }, ...boxes.map(({ row }) => row)) : null;
   const title = text.querySelector("h1") ? null : heading(step.title ?? words.say("page.title"));
-  return { root: card(title, text, ticks, problem, el("div", { class: "row" }, agree, no), el("div", { class: "row row-apart" }, copy, second)) };
+  return {
+    root: card(
+      title,
+      text,
+      ticks,
+      problem,
+      el("div", { class: "row" }, agree, no),
+      el("div", { class: "row row-apart" }, copy, second),
+    ),
+  };
 }
 
 /** @param {Box} box @param {import("./words.js").Words} words */

@@ -24,7 +24,14 @@ export function debriefScreen({ words, step, next }) {
     complain(problem, words.say("debrief.missing"));
     keep.input.focus();
   });
-  const question = asks ? el("fieldset", { class: "question" }, el("legend", {}, words.say("debrief.question")), el("div", { class: "choice choice-wide" }, keep.row, remove.row)) : null;
+  const question = asks
+    ? el(
+        "fieldset",
+        { class: "question" },
+        el("legend", {}, words.say("debrief.question")),
+        el("div", { class: "choice choice-wide" }, keep.row, remove.row),
+      )
+    : null;
   const title = text.querySelector("h1") ? null : heading(words.say("code.done"));
   return { root: card(title, text, question, problem, el("div", { class: "row" }, on)) };
 }
@@ -33,7 +40,10 @@ export function debriefScreen({ words, step, next }) {
 function keepOption(words, choice) {
   const input = el("input", { type: "radio", name: "keep", value: choice });
   const help = el("span", { class: "muted small option-help" }, words.say(`debrief.${choice}Help`));
-  return { input, row: el("label", { class: "choice-option" }, input, el("span", {}, words.say(`debrief.${choice}`), help)) };
+  return {
+    input,
+    row: el("label", { class: "choice-option" }, input, el("span", {}, words.say(`debrief.${choice}`), help)),
+  };
 }
 
 /** @param {Context} context @returns {Screen} */
@@ -48,7 +58,12 @@ export function codeScreen({ words, step, several, people, leaveScreen, nextCode
     el("p", { class: "lead" }, words.say(`code.${outcome}Lead`)),
     step.code ? codeBlock(words, step, step.code) : null,
     step.code ? dataSentence(words, step) : null,
-    el("div", { class: "row row-apart" }, step.code ? el("p", { class: "muted small" }, words.say("code.close")) : null, after),
+    el(
+      "div",
+      { class: "row row-apart" },
+      step.code ? el("p", { class: "muted small" }, words.say("code.close")) : null,
+      after,
+    ),
   );
   return { root };
 }
@@ -56,16 +71,31 @@ export function codeScreen({ words, step, several, people, leaveScreen, nextCode
 /** @param {Words} words @param {Step} step @param {string} code */
 function codeBlock(words, step, code) {
   const said = el("span", { class: "muted small", role: "status" });
-  const copy = el("button", { type: "button", class: step.completion_url ? "button" : "button button-primary" }, words.say("code.copy"));
+  const copy = el(
+    "button",
+    { type: "button", class: step.completion_url ? "button" : "button button-primary" },
+    words.say("code.copy"),
+  );
   copy.addEventListener("click", async () => {
-    const done = await navigator.clipboard?.writeText(code).then(() => true, () => false);
+    const done = await navigator.clipboard?.writeText(code).then(
+      () => true,
+      () => false,
+    );
     said.textContent = words.say(done ? "code.copied" : "code.copyNot");
   });
-  const link = step.completion_url && el("a", { class: "button button-primary", href: step.completion_url, rel: "noreferrer" }, words.say("code.link"));
+  const link =
+    step.completion_url &&
+    el("a", { class: "button button-primary", href: step.completion_url, rel: "noreferrer" }, words.say("code.link"));
   return el(
     "div",
     { class: "stack" },
-    el("div", { class: "code-box" }, el("p", { class: "muted small" }, words.say("code.yours")), el("p", { class: "code", id: "completion-code" }, code), earnedLine(words, step)),
+    el(
+      "div",
+      { class: "code-box" },
+      el("p", { class: "muted small" }, words.say("code.yours")),
+      el("p", { class: "code", id: "completion-code" }, code),
+      earnedLine(words, step),
+    ),
     el("p", {}, words.say("code.help")),
     el("div", { class: "row" }, link, copy, said),
   );
@@ -74,7 +104,9 @@ function codeBlock(words, step, code) {
 /** @param {Words} words @param {Step} step */
 function earnedLine(words, { earned }) {
   if (!earned) return null;
-  const amount = new Intl.NumberFormat(words.language, { style: "currency", currency: earned.currency }).format(earned.amount);
+  const amount = new Intl.NumberFormat(words.language, { style: "currency", currency: earned.currency }).format(
+    earned.amount,
+  );
   return el("p", {}, words.say("code.earned", { amount, minutes: Math.round(earned.minutes) }));
 }
 

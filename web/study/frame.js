@@ -13,7 +13,10 @@ import { card, heading } from "./screen.js";
 /** @typedef {import("./words.js").Words} Words */
 
 const NO_STOP = ["consent", "code", "ended-elsewhere"]; // "I do not agree" is the consent's own; the others are over
-const NAMES = new Map([["en", "English"], ["de", "Deutsch"]]); // in their own language, whatever the page's
+const NAMES = new Map([
+  ["en", "English"],
+  ["de", "Deutsch"],
+]); // in their own language, whatever the page's
 
 export class StudyFrame {
   #screen = byId("study-screen", HTMLElement);
@@ -44,14 +47,22 @@ export class StudyFrame {
     this.#title.textContent = study.title;
     this.#banner.textContent = words.say("page.reconnecting");
     this.#progress.setAttribute("aria-label", words.say("page.title"));
-    const stop = el("button", { type: "button", class: "button-link", onclick: this.actions.stop }, words.say("page.stop"));
+    const stop = el(
+      "button",
+      { type: "button", class: "button-link", onclick: this.actions.stop },
+      words.say("page.stop"),
+    );
     this.#stop.replaceChildren(`${words.say("page.stopQuestion")} `, stop);
     this.#showLanguages(words, study.languages);
   }
 
   /** @param {Words} words @param {readonly string[]} languages */
   #showLanguages(words, languages) {
-    const select = el("select", { class: "select language-select" }, ...languages.map((language) => el("option", { value: language }, NAMES.get(language) ?? language)));
+    const select = el(
+      "select",
+      { class: "select language-select" },
+      ...languages.map((language) => el("option", { value: language }, NAMES.get(language) ?? language)),
+    );
     select.value = words.language;
     select.addEventListener("change", () => this.actions.language(select.value));
     this.#language.replaceChildren(el("span", { class: "sr-only" }, words.say("page.language")), select);
@@ -121,9 +132,17 @@ export class StudyFrame {
       this.#id = "";
       again();
     };
-    const button = el("button", { type: "button", class: "button button-primary", onclick: retry }, words.say("page.tryAgain"));
+    const button = el(
+      "button",
+      { type: "button", class: "button button-primary", onclick: retry },
+      words.say("page.tryAgain"),
+    );
     this.show(`problem ${sentence}`, () => ({
-      root: card(heading(words.say("error.title")), el("p", { class: "lead", role: "alert" }, sentence), el("div", { class: "row" }, button)),
+      root: card(
+        heading(words.say("error.title")),
+        el("p", { class: "lead", role: "alert" }, sentence),
+        el("div", { class: "row" }, button),
+      ),
     }));
   }
 }

@@ -57,9 +57,13 @@ export class StudyGame {
   async askToStop() {
     if (this.#asking) return;
     this.#asking = true;
-    const stopped = await askToStop(await this.#words, this.#places.map((_, person) => person), async (person, keep) => {
-      await this.#places[person].stop(keep);
-    });
+    const stopped = await askToStop(
+      await this.#words,
+      this.#places.map((_, person) => person),
+      async (person, keep) => {
+        await this.#places[person].stop(keep);
+      },
+    );
     this.#asking = false;
     if (stopped) this.leave();
   }
@@ -86,7 +90,15 @@ export class StudyGame {
         heading,
         items > 0 ? el("p", {}, words.say("play.delivered", { delivered, items })) : null,
         el("p", { class: "muted" }, words.say("play.soon")),
-        el("div", { class: "row" }, el("button", { type: "button", class: "button button-primary", onclick: () => this.leave() }, words.say("play.goOn"))),
+        el(
+          "div",
+          { class: "row" },
+          el(
+            "button",
+            { type: "button", class: "button button-primary", onclick: () => this.leave() },
+            words.say("play.goOn"),
+          ),
+        ),
       ),
     );
     heading.focus({ preventScroll: true });

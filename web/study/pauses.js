@@ -43,11 +43,32 @@ export function waitingScreen({ words, step, addPerson, refresh }) {
   };
   let stop = everySecond(show);
   tell(step);
-  const second = addPerson && el("p", {}, `${words.say("consent.second")} `, el("button", { type: "button", class: "button button-small", onclick: addPerson }, words.say("consent.secondButton")));
+  const second =
+    addPerson &&
+    el(
+      "p",
+      {},
+      `${words.say("consent.second")} `,
+      el(
+        "button",
+        { type: "button", class: "button button-small", onclick: addPerson },
+        words.say("consent.secondButton"),
+      ),
+    );
   const root = card(
     heading(words.say("waiting.title")),
     el("p", { class: "lead" }, words.say("waiting.lead")),
-    el("div", { class: "stack stack-tight" }, el("div", { class: "row row-apart" }, since, el("span", { class: "muted" }, words.say("waiting.most", { time: words.clock(most) }))), bar),
+    el(
+      "div",
+      { class: "stack stack-tight" },
+      el(
+        "div",
+        { class: "row row-apart" },
+        since,
+        el("span", { class: "muted" }, words.say("waiting.most", { time: words.clock(most) })),
+      ),
+      bar,
+    ),
     el("p", {}, then),
     others,
     el("p", { class: "muted small" }, words.say("waiting.keepOpen")),
@@ -70,7 +91,8 @@ export function breakScreen({ words, step, next }) {
   const bar = el("progress", { class: "bar", max: Math.max(1, all), "aria-label": words.say("break.title") });
   const stop = everySecond((seconds) => {
     bar.value = Math.max(0, all - seconds);
-    left.textContent = seconds < all ? words.say("break.left", { time: words.clock(all - seconds) }) : words.say("break.over");
+    left.textContent =
+      seconds < all ? words.say("break.left", { time: words.clock(all - seconds) }) : words.say("break.over");
   });
   const on = actionButton(words, words.say("page.goOn"), problem, () => next());
   const root = card(
@@ -90,6 +112,16 @@ export function pausedScreen({ words }) {
 
 /** @param {Context} context @returns {Screen} */
 export function elsewhereScreen({ words }) {
-  const here = el("button", { type: "button", class: "button", onclick: () => location.reload() }, words.say("elsewhere.here"));
-  return { root: card(heading(words.say("elsewhere.title")), el("p", { class: "lead" }, words.say("elsewhere.lead")), el("div", { class: "row" }, here)) };
+  const here = el(
+    "button",
+    { type: "button", class: "button", onclick: () => location.reload() },
+    words.say("elsewhere.here"),
+  );
+  return {
+    root: card(
+      heading(words.say("elsewhere.title")),
+      el("p", { class: "lead" }, words.say("elsewhere.lead")),
+      el("div", { class: "row" }, here),
+    ),
+  };
 }

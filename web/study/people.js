@@ -22,7 +22,9 @@ export function loadPeople() {
 /** @param {readonly string[]} tokens none: nobody sits here any more */
 export function savePeople(tokens) {
   try {
-    KEYS.forEach((key, person) => (tokens[person] ? localStorage.setItem(key, tokens[person]) : localStorage.removeItem(key)));
+    KEYS.forEach((key, person) =>
+      tokens[person] ? localStorage.setItem(key, tokens[person]) : localStorage.removeItem(key),
+    );
   } catch {
     // without storage the places last for this page; the link leads back to them
   }

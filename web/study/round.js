@@ -25,7 +25,10 @@ export function roundScreen(context) {
 
 /** "Round 3 of 12 · Partner A". @param {Words} words @param {Step} step */
 export function roundName(words, step) {
-  const round = step.kind === "practice" ? words.say("round.practice") : words.say("round.of", { number: step.number ?? 1, total: step.of ?? 1 });
+  const round =
+    step.kind === "practice"
+      ? words.say("round.practice")
+      : words.say("round.of", { number: step.number ?? 1, total: step.of ?? 1 });
   return step.partner_letter ? `${round} · ${words.say("round.partner", { letter: step.partner_letter })}` : round;
 }
 
@@ -36,7 +39,11 @@ function cardScreen(context, waits) {
   const picture = el("canvas", { class: "map-picture", role: "img", "aria-label": words.say("round.map") });
   const action = waits
     ? el("p", { class: "notice", role: "status" }, words.say("round.waiting"))
-    : el("div", { class: "row" }, actionButton(words, words.say("round.ready"), problem, () => next()));
+    : el(
+        "div",
+        { class: "row" },
+        actionButton(words, words.say("round.ready"), problem, () => next()),
+      );
   const facts = el(
     "div",
     { class: "stack" },
@@ -44,11 +51,21 @@ function cardScreen(context, waits) {
     step.kind === "practice" ? el("p", {}, words.say("round.practiceLead")) : null,
     el("p", {}, step.description || words.say("round.goal")),
     marks(words, step.map),
-    step.limit_s ? el("p", {}, el("span", { class: "muted" }, `${words.say("round.limit")} `), el("strong", {}, length(words, step.limit_s))) : null,
+    step.limit_s
+      ? el(
+          "p",
+          {},
+          el("span", { class: "muted" }, `${words.say("round.limit")} `),
+          el("strong", {}, length(words, step.limit_s)),
+        )
+      : null,
     problem,
     action,
   );
-  const root = card(heading(step.title ?? words.say("round.practice"), roundName(words, step)), el("div", { class: "round-card" }, picture, facts));
+  const root = card(
+    heading(step.title ?? words.say("round.practice"), roundName(words, step)),
+    el("div", { class: "round-card" }, picture, facts),
+  );
   const draw = () => step.map && picture.isConnected && mapPicture(picture, step.map);
   const observer = new ResizeObserver(draw); // draws once it has a size, and again when that changes
   observer.observe(picture);
@@ -62,28 +79,43 @@ function cardScreen(context, waits) {
 
 /** @param {Words} words @param {number} seconds */
 function length(words, seconds) {
-  return seconds % 60 === 0 ? words.say("round.minutes", { minutes: seconds / 60 }) : words.say("round.seconds", { seconds });
+  return seconds % 60 === 0
+    ? words.say("round.minutes", { minutes: seconds / 60 })
+    : words.say("round.seconds", { seconds });
 }
 
 /** What the marks on the items of this map mean. @param {Words} words @param {Step["map"]} map */
 function marks(words, map) {
   const sizes = new Set(map?.items.map(({ size }) => size));
-  const sentences = ["large", "middle"].filter((size) => sizes.has(size)).map((size) => words.say(`round.marks.${size}`));
+  const sentences = ["large", "middle"]
+    .filter((size) => sizes.has(size))
+    .map((size) => words.say(`round.marks.${size}`));
   return sentences.length > 0 ? el("p", { class: "muted small" }, sentences.join(" ")) : null;
 }
 
 /** @param {Context} context */
 function seatLines({ words, step, steps, people, several }) {
   const colour = (/** @type {number} */ seat) => words.say(`round.${COLOURS[seat]}`);
-  const line = (/** @type {number} */ seat, /** @type {string} */ text) => el("li", { class: "agent" }, badge(seat), el("span", {}, text));
+  const line = (/** @type {number} */ seat, /** @type {string} */ text) =>
+    el("li", { class: "agent" }, badge(seat), el("span", {}, text));
   if (people.length > 1) {
-    const lines = steps.map(({ seat }, index) => ({ seat: seat ?? index, text: words.say("round.personIs", { number: people[index] + 1, colour: colour(seat ?? index) }) }));
+    const lines = steps.map(({ seat }, index) => ({
+      seat: seat ?? index,
+      text: words.say("round.personIs", { number: people[index] + 1, colour: colour(seat ?? index) }),
+    }));
     return lines.sort((a, b) => a.seat - b.seat).map(({ seat, text }) => line(seat, text));
   }
   const seat = step.seat ?? 0;
-  const partner = step.partner_letter ? words.say("round.partner", { letter: step.partner_letter }) : words.say("round.otherPerson");
-  const own = several ? words.say("round.personIs", { number: people[0] + 1, colour: colour(seat) }) : words.say("round.youAre", { colour: colour(seat) });
-  return [el("li", { class: "agent strong" }, badge(seat), own), line(1 - seat, words.say("round.partnerIs", { partner, colour: colour(1 - seat) }))];
+  const partner = step.partner_letter
+    ? words.say("round.partner", { letter: step.partner_letter })
+    : words.say("round.otherPerson");
+  const own = several
+    ? words.say("round.personIs", { number: people[0] + 1, colour: colour(seat) })
+    : words.say("round.youAre", { colour: colour(seat) });
+  return [
+    el("li", { class: "agent strong" }, badge(seat), own),
+    line(1 - seat, words.say("round.partnerIs", { partner, colour: colour(1 - seat) })),
+  ];
 }
 
 /** @param {Context} context @returns {Screen} */
@@ -92,9 +124,17 @@ function runningScreen({ words, step, next, play }) {
   const back = step.room
     ? el("button", { type: "button", class: "button button-primary", onclick: play }, words.say("round.backToGame"))
     : el("p", { class: "notice", role: "status" }, words.say("round.starting"));
-  const enough = step.kind === "practice" ? actionButton(words, words.say("round.enough"), problem, () => next({ done: true }), "") : null;
+  const enough =
+    step.kind === "practice"
+      ? actionButton(words, words.say("round.enough"), problem, () => next({ done: true }), "")
+      : null;
   return {
-    root: card(heading(words.say("round.runningTitle"), roundName(words, step)), el("p", { class: "lead" }, words.say("round.running")), problem, el("div", { class: "row" }, back, enough)),
+    root: card(
+      heading(words.say("round.runningTitle"), roundName(words, step)),
+      el("p", { class: "lead" }, words.say("round.running")),
+      problem,
+      el("div", { class: "row" }, back, enough),
+    ),
   };
 }
 
@@ -102,5 +142,12 @@ function runningScreen({ words, step, next, play }) {
 function overScreen({ words, step, next }) {
   const problem = problemBox();
   const on = actionButton(words, words.say("page.goOn"), problem, () => next());
-  return { root: card(heading(words.say("round.overTitle"), roundName(words, step)), el("p", { class: "lead" }, words.say("round.over")), problem, el("div", { class: "row" }, on)) };
+  return {
+    root: card(
+      heading(words.say("round.overTitle"), roundName(words, step)),
+      el("p", { class: "lead" }, words.say("round.over")),
+      problem,
+      el("div", { class: "row" }, on),
+    ),
+  };
 }

@@ -108,7 +108,10 @@ export class Place {
 
   /** @param {string} key @param {Answer} answer @returns {Promise<void>} */
   async answer(key, { question, value, text, elapsed_ms, hidden_ms }) {
-    await requestJson("/api/study/answer", { token: this.token, body: { key, item: question, value, text, elapsed_ms, hidden_ms: hidden_ms ?? 0 } });
+    await requestJson("/api/study/answer", {
+      token: this.token,
+      body: { key, item: question, value, text, elapsed_ms, hidden_ms: hidden_ms ?? 0 },
+    });
   }
 
   /** @param {string} path @param {unknown} [body] @returns {Promise<View>} */

@@ -24,7 +24,11 @@ export function askToStop(words, people, stop) {
   let stopped = false;
   const choice = (/** @type {boolean} */ keep) => {
     const name = keep ? "keep" : "delete";
-    const button = el("button", { type: "button", class: keep ? "button button-wide" : "button button-wide button-danger" }, words.say(`stop.${name}`));
+    const button = el(
+      "button",
+      { type: "button", class: keep ? "button button-wide" : "button button-wide button-danger" },
+      words.say(`stop.${name}`),
+    );
     button.addEventListener("click", () =>
       attempt(words, button, problem, async () => {
         for (const person of who.chosen()) await stop(person, keep);
@@ -34,8 +38,24 @@ export function askToStop(words, people, stop) {
     );
     return el("div", {}, button, el("p", { class: "muted small stop-help" }, words.say(`stop.${name}Help`)));
   };
-  const no = el("button", { type: "button", class: "button button-primary button-wide", autofocus: true, onclick: () => dialog.close() }, words.say("stop.no"));
-  dialog.append(el("div", { class: "stack" }, el("h2", { id: "stop-title" }, words.say("stop.title")), el("p", {}, words.say("stop.lead")), who.field, problem, choice(true), choice(false), no));
+  const no = el(
+    "button",
+    { type: "button", class: "button button-primary button-wide", autofocus: true, onclick: () => dialog.close() },
+    words.say("stop.no"),
+  );
+  dialog.append(
+    el(
+      "div",
+      { class: "stack" },
+      el("h2", { id: "stop-title" }, words.say("stop.title")),
+      el("p", {}, words.say("stop.lead")),
+      who.field,
+      problem,
+      choice(true),
+      choice(false),
+      no,
+    ),
+  );
   document.body.append(dialog);
   dialog.showModal();
   return new Promise((done) => {
@@ -55,6 +75,11 @@ function whoField(words, people) {
     const name = group.length > 1 ? words.say("stop.both") : words.say("page.person", { number: group[0] + 1 });
     return { input, group, row: el("label", { class: "choice-option" }, input, el("span", {}, name)) };
   });
-  const field = el("fieldset", { class: "question" }, el("legend", {}, words.say("stop.who")), el("div", { class: "choice" }, ...rows.map(({ row }) => row)));
+  const field = el(
+    "fieldset",
+    { class: "question" },
+    el("legend", {}, words.say("stop.who")),
+    el("div", { class: "choice" }, ...rows.map(({ row }) => row)),
+  );
   return { field, chosen: () => rows.find(({ input }) => input.checked)?.group ?? people };
 }

@@ -108,13 +108,31 @@ class StudyPage {
   /** @param {string} problem why we ask (again); empty: for the first time @param {Record<string, string>} [given] by the link */
   #askWho(problem, given = {}) {
     this.#forget();
-    const options = { title: this.study.title, asksCode: this.study.asks_code, second: false, problem, given, cancel: null };
-    this.#frame.show(`arrival ${problem} ${this.words.language}`, () => arrivalScreen(this.words, { ...options, arrive: (parameters) => this.#arrive(parameters) }));
+    const options = {
+      title: this.study.title,
+      asksCode: this.study.asks_code,
+      second: false,
+      problem,
+      given,
+      cancel: null,
+    };
+    this.#frame.show(`arrival ${problem} ${this.words.language}`, () =>
+      arrivalScreen(this.words, { ...options, arrive: (parameters) => this.#arrive(parameters) }),
+    );
   }
 
   #askSecond() {
-    const options = { title: this.study.title, asksCode: this.study.asks_code, second: true, problem: "", given: {}, cancel: () => this.#show() };
-    this.#frame.show("arrival-2", () => arrivalScreen(this.words, { ...options, arrive: (parameters) => this.#arrive(parameters, true) }));
+    const options = {
+      title: this.study.title,
+      asksCode: this.study.asks_code,
+      second: true,
+      problem: "",
+      given: {},
+      cancel: () => this.#show(),
+    };
+    this.#frame.show("arrival-2", () =>
+      arrivalScreen(this.words, { ...options, arrive: (parameters) => this.#arrive(parameters, true) }),
+    );
   }
 
   #forget() {
@@ -132,7 +150,9 @@ class StudyPage {
   #listen() {
     for (const stream of this.#streams) stream.close();
     this.#streams = this.#places.map((place, person) =>
-      new LiveStream("/api/study/events", place.token, { onNews: (news) => void (news.view ? this.#take(person, news.view) : this.#refresh()) }).open(),
+      new LiveStream("/api/study/events", place.token, {
+        onNews: (news) => void (news.view ? this.#take(person, news.view) : this.#refresh()),
+      }).open(),
     );
   }
 
@@ -188,7 +208,15 @@ class StudyPage {
     if (step.state === "card" || step.state === "waiting") this.#readyFor = step.key;
     if (step.state === "playing" && step.key === this.#readyFor && this.#play(steps)) return;
     const make = SCREENS[step.kind];
-    const id = JSON.stringify([people, step.key, step.kind, step.state, Boolean(step.room), step.version, this.words.language]);
+    const id = JSON.stringify([
+      people,
+      step.key,
+      step.kind,
+      step.state,
+      Boolean(step.room),
+      step.version,
+      this.words.language,
+    ]);
     if (make) this.#frame.show(id, () => make(this.#context(people)), step);
     else this.#frame.showProblem(this.words.say("error.http"), () => location.reload());
   }
@@ -207,7 +235,12 @@ class StudyPage {
     const bothDone = two && this.#views.every(({ step }) => step.kind === "code");
     const key = steps[0].key;
     return {
-      words: this.words, step: steps[0], steps, people, place, several: two,
+      words: this.words,
+      step: steps[0],
+      steps,
+      people,
+      place,
+      several: two,
       next: (given) => this.#each(people, (one) => one.next(key, given)),
       decline: () => this.#each(people, (one) => one.decline()),
       play: () => void this.#play(this.#turn().map((person) => this.#views[person].step)),
@@ -237,7 +270,13 @@ class StudyPage {
     saveTokens(seats.id, seats.tokens);
     const [{ key, kind }] = steps;
     const { language } = this.words;
-    markStudyRound({ room: seats.id, key, practice: kind === "practice", language, name: roundName(this.words, steps[0]) });
+    markStudyRound({
+      room: seats.id,
+      key,
+      practice: kind === "practice",
+      language,
+      name: roundName(this.words, steps[0]),
+    });
     location.assign(seats.path);
     return true;
   }
@@ -260,7 +299,9 @@ class StudyPage {
       this.#askWho("");
       return;
     }
-    await this.#takeAll(await this.#persistence.until(() => Promise.all(this.#places.map((place) => place.view(language)))));
+    await this.#takeAll(
+      await this.#persistence.until(() => Promise.all(this.#places.map((place) => place.view(language)))),
+    );
   }
 
   /** Words in the language of the study's texts, or the nearest that we have. @param {string} language */
@@ -281,7 +322,10 @@ async function boot() {
     const study = await persistence.until(askStudy);
     const offered = study.languages.filter((language) => LANGUAGES.some((known) => known === language));
     const fits = offered.length === 0 || offered.includes(words.language);
-    await new StudyPage(fits ? words : await persistence.until(() => loadWords(pickLanguage(offered, wishes))), study).start();
+    await new StudyPage(
+      fits ? words : await persistence.until(() => loadWords(pickLanguage(offered, wishes))),
+      study,
+    ).start();
   } catch (error) {
     showBootProblem(words, error);
   }
@@ -289,9 +333,15 @@ async function boot() {
 
 /** Nothing can be shown yet but what went wrong. @param {Words} words @param {unknown} error */
 function showBootProblem(words, error) {
-  const again = el("button", { type: "button", class: "button button-primary", onclick: () => location.reload() }, words.say("page.tryAgain"));
+  const again = el(
+    "button",
+    { type: "button", class: "button button-primary", onclick: () => location.reload() },
+    words.say("page.tryAgain"),
+  );
   const sentence = el("p", { class: "lead", role: "alert" }, words.problem(error));
-  byId("study-screen", HTMLElement).replaceChildren(card(heading(words.say("error.title")), sentence, el("div", { class: "row" }, again)));
+  byId("study-screen", HTMLElement).replaceChildren(
+    card(heading(words.say("error.title")), sentence, el("div", { class: "row" }, again)),
+  );
 }
 
 void boot();

@@ -52,7 +52,8 @@ export async function loadWords(language) {
  */
 export function pickLanguage(offered, wanted) {
   for (const wish of wanted) {
-    const found = offered.find((language) => language === wish) ?? offered.find((language) => language === wish?.split("-")[0]);
+    const found =
+      offered.find((language) => language === wish) ?? offered.find((language) => language === wish?.split("-")[0]);
     if (found !== undefined) return found;
   }
   return offered[0];

@@ -16,11 +16,17 @@ const bytes = (hex) => Uint8Array.from(Buffer.from(hex, "hex")).buffer;
 const hexOf = (buffer) => Buffer.from(buffer).toString("hex");
 
 const DECODERS = {
-  Beat: messages.decodeBeat, Ping: messages.decodePing, Pong: messages.decodePong, Input: messages.decodeInput,
+  Beat: messages.decodeBeat,
+  Ping: messages.decodePing,
+  Pong: messages.decodePong,
+  Input: messages.decodeInput,
   Bundle: messages.decodeBundle,
 };
 const ENCODERS = {
-  Beat: messages.encodeBeat, Ping: messages.encodePing, Pong: messages.encodePong, Input: messages.encodeInput,
+  Beat: messages.encodeBeat,
+  Ping: messages.encodePing,
+  Pong: messages.encodePong,
+  Input: messages.encodeInput,
 };
 
 /** Compares as the wire rounds. @param {unknown} actual @param {unknown} expected @param {string} path */

@@ -51,7 +51,11 @@ function key(type, code, more = {}) {
 function keyboard() {
   const target = new EventTarget();
   let changes = 0;
-  const keys = new Keyboard(target, () => DEFAULTS.keys, () => (changes += 1));
+  const keys = new Keyboard(
+    target,
+    () => DEFAULTS.keys,
+    () => (changes += 1),
+  );
   /** @param {string} type @param {string} code @param {object} [more] */
   const send = (type, code, more) => {
     const event = key(type, code, more);
@@ -101,9 +105,13 @@ test("losing the focus lets go of every key", () => {
 /** @param {number} index @param {{x?: number, y?: number, down?: number[], values?: Record<number, number>}} state */
 function pad(index, { x = 0, y = 0, down = [], values = {} } = {}) {
   const buttons = Array.from({ length: 17 }, (_, button) => ({
-    pressed: down.includes(button), touched: false, value: values[button] ?? Number(down.includes(button)),
+    pressed: down.includes(button),
+    touched: false,
+    value: values[button] ?? Number(down.includes(button)),
   }));
-  return /** @type {Gamepad} */ (/** @type {unknown} */ ({ index, id: `pad ${index}`, connected: true, mapping: "standard", axes: [x, y], buttons }));
+  return /** @type {Gamepad} */ (
+    /** @type {unknown} */ ({ index, id: `pad ${index}`, connected: true, mapping: "standard", axes: [x, y], buttons })
+  );
 }
 
 test("a gamepad's axes point down, its trigger is backward from half way, its A button grabs once per press", () => {
@@ -129,7 +137,12 @@ function devices() {
   const board = keyboard();
   /** @type {{pads: (Gamepad | null)[], touch: {stick: {x: number, y: number}, backward: boolean, grabs: number}, used: boolean}} */
   const state = { pads: [], touch: { stick: CENTRED, backward: false, grabs: 0 }, used: false };
-  const touch = { read: () => state.touch, get used() { return state.used; } };
+  const touch = {
+    read: () => state.touch,
+    get used() {
+      return state.used;
+    },
+  };
   const seats = new LocalSeats({ keyboard: board.keys, gamepads: new Gamepads(() => state.pads), touch }, "keyboard");
   return { seats, state, send: board.send };
 }
@@ -138,7 +151,12 @@ test("one person drives the one seat with every device, and the last one used is
   const { seats, state, send } = devices();
   seats.hold([1]);
   send("keydown", "ArrowLeft");
-  assert.deepEqual(seats.read(DEFAULTS).get(1), { stick: { x: -1, y: 0 }, backward: false, grabs: 0, device: "keyboard" });
+  assert.deepEqual(seats.read(DEFAULTS).get(1), {
+    stick: { x: -1, y: 0 },
+    backward: false,
+    grabs: 0,
+    device: "keyboard",
+  });
   send("keyup", "ArrowLeft");
   state.pads = [pad(0, { x: 1, down: [0] })];
   const reading = seats.read(DEFAULTS).get(1);
@@ -168,7 +186,13 @@ test("two gamepads belong to the seats in the order in which they are first used
   assert.equal(seats.read(DEFAULTS).get(0)?.grabs, 1);
   state.pads = [pad(0, { down: [0] }), pad(1)];
   assert.equal(seats.read(DEFAULTS).get(1)?.grabs, 1);
-  assert.deepEqual(seats.cards().map((card) => [card.seat, card.pad?.index, card.keySets]), [[0, 1, [0]], [1, 0, [1]]]);
+  assert.deepEqual(
+    seats.cards().map((card) => [card.seat, card.pad?.index, card.keySets]),
+    [
+      [0, 1, [0]],
+      [1, 0, [1]],
+    ],
+  );
 });
 
 test("with one gamepad the other person has the whole keyboard, until it is unplugged", () => {
@@ -184,7 +208,13 @@ test("with one gamepad the other person has the whole keyboard, until it is unpl
 });
 
 /** @param {Partial<import("../input/seats.js").SeatReading>} [more] */
-const reading = (more) => ({ stick: CENTRED, backward: false, grabs: 0, device: /** @type {const} */ ("keyboard"), ...more });
+const reading = (more) => ({
+  stick: CENTRED,
+  backward: false,
+  grabs: 0,
+  device: /** @type {const} */ ("keyboard"),
+  ...more,
+});
 const seen = { ackTick: 5, seenTick: 4 };
 
 test("inputs go out on every change and otherwise twenty times a second", () => {
@@ -192,7 +222,10 @@ test("inputs go out on every change and otherwise twenty times a second", () => 
   assert.equal(sender.next(0, reading(), seen)?.seq, 1);
   assert.equal(sender.next(16, reading(), seen), null);
   const start = sender.next(17, reading({ stick: { x: 0, y: 1 } }), seen);
-  assert.deepEqual({ ...start, heading: Math.abs(start?.heading ?? 9) }, { seat: 1, seq: 2, ackTick: 5, seenTick: 4, move: 1, heading: 0, grabs: 0, device: 0, clientMs: 17 });
+  assert.deepEqual(
+    { ...start, heading: Math.abs(start?.heading ?? 9) },
+    { seat: 1, seq: 2, ackTick: 5, seenTick: 4, move: 1, heading: 0, grabs: 0, device: 0, clientMs: 17 },
+  );
   assert.equal(sender.next(60, reading({ stick: { x: 0, y: 1 } }), seen), null);
   assert.equal(sender.next(67, reading({ stick: { x: 0, y: 1 } }), seen)?.seq, 3);
 });

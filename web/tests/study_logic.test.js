@@ -15,13 +15,28 @@ const item = (id, kind, required) => ({ id, kind, label: id, text: id, required 
 
 test("scales and choices share pages of three, each text has one of its own", () => {
   const pages = paginate([item("a", "choice"), item("b", "tlx"), item("c", "text"), item("d", "likert7")]);
-  assert.deepEqual(pages.map((page) => page.map(({ id }) => id)), [["a", "b"], ["c"], ["d"]]);
+  assert.deepEqual(
+    pages.map((page) => page.map(({ id }) => id)),
+    [["a", "b"], ["c"], ["d"]],
+  );
 });
 
 test("what must be answered follows from the kind, unless the question says otherwise", () => {
-  const page = [item("a", "choice"), item("b", "tlx", false), item("c", "text"), item("d", "text", true), item("e", "text", true)];
-  const answers = new Map([["d", { value: -1, text: "  " }], ["e", { value: -1, text: "fine" }]]);
-  assert.deepEqual(missing(page, answers).map(({ id }) => id), ["a", "d"]);
+  const page = [
+    item("a", "choice"),
+    item("b", "tlx", false),
+    item("c", "text"),
+    item("d", "text", true),
+    item("e", "text", true),
+  ];
+  const answers = new Map([
+    ["d", { value: -1, text: "  " }],
+    ["e", { value: -1, text: "fine" }],
+  ]);
+  assert.deepEqual(
+    missing(page, answers).map(({ id }) => id),
+    ["a", "d"],
+  );
 });
 
 test("a server that is away is asked ever later, a refusal is passed on at once", async () => {
@@ -29,7 +44,10 @@ test("a server that is away is asked ever later, a refusal is passed on at once"
   const waits = [];
   /** @type {boolean[]} */
   const states = [];
-  const persistence = new Persistence((offline) => states.push(offline), async (ms) => void waits.push(ms));
+  const persistence = new Persistence(
+    (offline) => states.push(offline),
+    async (ms) => void waits.push(ms),
+  );
   let tries = 0;
   const answer = await persistence.until(async () => {
     tries += 1;
@@ -37,7 +55,10 @@ test("a server that is away is asked ever later, a refusal is passed on at once"
     return "here";
   });
   assert.deepEqual([answer, waits, states.at(-1)], ["here", [500, 1000, 2000, 4000, 4000, 4000], false]);
-  await assert.rejects(persistence.until(async () => Promise.reject(new ApiError("not_saved", "full", 507))), /full/);
+  await assert.rejects(
+    persistence.until(async () => Promise.reject(new ApiError("not_saved", "full", 507))),
+    /full/,
+  );
   assert.equal(waits.length, 6);
 });
 
@@ -45,13 +66,22 @@ test("the round trip is the median of nine, after the two that open the connecti
   let clock = 0;
   const lengths = [900, 400, 20, 30, 25, 22, 500, 21, 24, 23, 26];
   let asked = 0;
-  const rtt = await measureRtt(async () => void (clock += lengths[asked++]), () => clock);
+  const rtt = await measureRtt(
+    async () => void (clock += lengths[asked++]),
+    () => clock,
+  );
   assert.deepEqual([rtt, asked], [24, 11]);
   assert.equal(median([1, 4, 2, 3]), 2.5);
 });
 
 /** @param {Partial<import("../input/seats.js").SeatReading>} reading */
-const pressed = (reading) => ({ stick: { x: 0, y: 0 }, backward: false, grabs: 0, device: /** @type {const} */ ("keyboard"), ...reading });
+const pressed = (reading) => ({
+  stick: { x: 0, y: 0 },
+  backward: false,
+  grabs: 0,
+  device: /** @type {const} */ ("keyboard"),
+  ...reading,
+});
 
 test("controls are tried when each direction and grab were pressed once; a stick at rest is nothing", () => {
   const tried = new TriedControls(false);
@@ -72,7 +102,10 @@ test("where a gamepad is required, keys do not count", () => {
 test("unsent answers survive the page, belong to one form, and go when the newest has arrived", () => {
   /** @type {Map<string, string>} */
   const kept = new Map();
-  const storage = { getItem: (/** @type {string} */ key) => kept.get(key) ?? null, setItem: (/** @type {string} */ key, /** @type {string} */ value) => void kept.set(key, value) };
+  const storage = {
+    getItem: (/** @type {string} */ key) => kept.get(key) ?? null,
+    setItem: (/** @type {string} */ key, /** @type {string} */ value) => void kept.set(key, value),
+  };
   const answer = (/** @type {number} */ value) => ({ question: "teamwork", value, text: "", elapsed_ms: 5 });
   const before = new UnsentAnswers("P1 form", storage);
   before.add(answer(3));

@@ -31,16 +31,33 @@ for (const [theme, values] of Object.entries({ light: LIGHT, dark: DARK })) {
 
   test(`text reaches 4.5:1 in the ${theme} theme`, () => {
     const pairs = [
-      ["ink", "bg"], ["ink", "surface"], ["ink", "track"], ["ink-2", "bg"], ["ink-2", "surface"], ["on-ink", "ink"],
-      ["ok-ink", "ok-tint"], ["attention-ink", "attention-tint"], ["bad-ink", "bad-tint"], ["bad-ink", "surface"],
+      ["ink", "bg"],
+      ["ink", "surface"],
+      ["ink", "track"],
+      ["ink-2", "bg"],
+      ["ink-2", "surface"],
+      ["on-ink", "ink"],
+      ["ok-ink", "ok-tint"],
+      ["attention-ink", "attention-tint"],
+      ["bad-ink", "bad-tint"],
+      ["bad-ink", "surface"],
     ];
-    for (const [text, ground] of pairs) assert.ok(contrast(colour(text), colour(ground)) >= 4.5, `${text} on ${ground}`);
+    for (const [text, ground] of pairs)
+      assert.ok(contrast(colour(text), colour(ground)) >= 4.5, `${text} on ${ground}`);
   });
 
   test(`marks and edges reach 3:1 in the ${theme} theme`, () => {
     const pairs = [
-      ["blue", "surface"], ["red", "surface"], ["on-blue", "blue"], ["on-red", "red"], ["control-line", "surface"],
-      ["goal-edge", "goal"], ["focus", "bg"], ["focus", "surface"], ["wall", "surface"], ["bad", "surface"],
+      ["blue", "surface"],
+      ["red", "surface"],
+      ["on-blue", "blue"],
+      ["on-red", "red"],
+      ["control-line", "surface"],
+      ["goal-edge", "goal"],
+      ["focus", "bg"],
+      ["focus", "surface"],
+      ["wall", "surface"],
+      ["bad", "surface"],
     ];
     for (const [mark, ground] of pairs) assert.ok(contrast(colour(mark), colour(ground)) >= 3, `${mark} on ${ground}`);
   });

@@ -1,7 +1,12 @@
 // Every sentence of the play page, for people: short, plain, no jargon.
 
 import {
-  CLOSE_BAD_MESSAGE, CLOSE_KICKED, CLOSE_NOT_FOUND, CLOSE_REPLACED, CLOSE_ROOM_OVER, CLOSE_UNAUTHORISED,
+  CLOSE_BAD_MESSAGE,
+  CLOSE_KICKED,
+  CLOSE_NOT_FOUND,
+  CLOSE_REPLACED,
+  CLOSE_ROOM_OVER,
+  CLOSE_UNAUTHORISED,
 } from "../messages.js";
 import { studyMarkOf } from "./study_mark.js";
 import { GERMAN } from "./text_de.js";
@@ -27,7 +32,8 @@ export const ENGLISH = {
   colours: ["Blue", "Red"],
   devices: { keyboard: "keyboard", gamepad: "gamepad", touch: "touch", program: "program" },
   practice: "Practice",
-  round: (/** @type {number} */ index, /** @type {number} */ total) => (total > 1 ? `Round ${index + 1} of ${total}` : "One round"),
+  round: (/** @type {number} */ index, /** @type {number} */ total) =>
+    total > 1 ? `Round ${index + 1} of ${total}` : "One round",
   timeLeft: "Time left",
   time: "Time",
   delivered: "Delivered",
@@ -55,7 +61,9 @@ export const ENGLISH = {
   controls: "Controls",
   change: "Change…",
   actions: {
-    move: "move", grab: "grab / let go", backward: "drive backward",
+    move: "move",
+    grab: "grab / let go",
+    backward: "drive backward",
   },
   stick: "left stick",
   shift: "Shift",
@@ -134,12 +142,19 @@ export const ENGLISH = {
     wide: "0.3 (usual)",
     narrow: "0.15",
     actions: {
-      up: "up", left: "left", down: "down", right: "right", grab: "grab", backward: "backward", pause: "pause",
+      up: "up",
+      left: "left",
+      down: "down",
+      right: "right",
+      grab: "grab",
+      backward: "backward",
+      pause: "pause",
     },
     reset: "Back to the defaults",
     done: "Done",
   },
-  arena: (/** @type {string} */ map, /** @type {number} */ done, /** @type {number} */ all) => `The room “${map}”. ${done} of ${all} items delivered.`,
+  arena: (/** @type {string} */ map, /** @type {number} */ done, /** @type {number} */ all) =>
+    `The room “${map}”. ${done} of ${all} items delivered.`,
   announce: {
     delivered: (/** @type {number} */ done, /** @type {number} */ all) => `${done} of ${all} delivered.`,
     start: "Go.",

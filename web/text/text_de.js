@@ -1,13 +1,24 @@
 // Every sentence of the play page in German, for rounds of a study that is read in German. Same shape as text.js.
 
 import {
-  CLOSE_BAD_MESSAGE, CLOSE_KICKED, CLOSE_NOT_FOUND, CLOSE_REPLACED, CLOSE_ROOM_OVER, CLOSE_UNAUTHORISED,
+  CLOSE_BAD_MESSAGE,
+  CLOSE_KICKED,
+  CLOSE_NOT_FOUND,
+  CLOSE_REPLACED,
+  CLOSE_ROOM_OVER,
+  CLOSE_UNAUTHORISED,
 } from "../messages.js";
 
 /** In the accusative, as something that is carried. @type {Record<string, string>} */
 const SHAPES = {
-  circle: "einen Kreis", square: "ein Quadrat", rectangle: "ein Rechteck", star: "einen Stern", triangle: "ein Dreieck",
-  pentagon: "ein Fünfeck", hexagon: "ein Sechseck", octagon: "ein Achteck",
+  circle: "einen Kreis",
+  square: "ein Quadrat",
+  rectangle: "ein Rechteck",
+  star: "einen Stern",
+  triangle: "ein Dreieck",
+  pentagon: "ein Fünfeck",
+  hexagon: "ein Sechseck",
+  octagon: "ein Achteck",
 };
 
 /** @param {string} shape */
@@ -135,7 +146,13 @@ export const GERMAN = {
     wide: "0,3 (üblich)",
     narrow: "0,15",
     actions: {
-      up: "oben", left: "links", down: "unten", right: "rechts", grab: "greifen", backward: "rückwärts", pause: "Pause",
+      up: "oben",
+      left: "links",
+      down: "unten",
+      right: "rechts",
+      grab: "greifen",
+      backward: "rückwärts",
+      pause: "Pause",
     },
     reset: "Zurück zum Üblichen",
     done: "Fertig",

@@ -128,7 +128,9 @@ function posesOf(bundle, index) {
 function heldAt(bundle, index, before) {
   if (before === undefined) return bundle.held;
   return bundle.held.map((now, seat) => {
-    const change = bundle.events.find((event) => event.seat === seat && (event.code === GRAB || event.code === RELEASE));
+    const change = bundle.events.find(
+      (event) => event.seat === seat && (event.code === GRAB || event.code === RELEASE),
+    );
     return change !== undefined && index < change.pose ? before[seat] : now;
   });
 }

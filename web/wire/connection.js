@@ -23,7 +23,11 @@ const SILENT_MS = 5000; // the server says something every second; so long witho
 const REFUSED_TRIES = 3; // handshakes refused in a row before the page asks why
 const REFUSED_ANSWERS = 3; // and this often the server knew the room: this page is too old
 const FINAL = new Set([
-  wire.CLOSE_KICKED, wire.CLOSE_REPLACED, wire.CLOSE_ROOM_OVER, wire.CLOSE_BAD_MESSAGE, wire.CLOSE_NOT_FOUND,
+  wire.CLOSE_KICKED,
+  wire.CLOSE_REPLACED,
+  wire.CLOSE_ROOM_OVER,
+  wire.CLOSE_BAD_MESSAGE,
+  wire.CLOSE_NOT_FOUND,
 ]);
 
 export class Connection {
@@ -96,14 +100,17 @@ export class Connection {
   /** @param {number} count pings so far on this socket */
   #pingSoon(count) {
     clearTimeout(this.#ping);
-    this.#ping = setTimeout(() => {
-      if (performance.now() - this.#heardAtMs > SILENT_MS) {
-        this.#lost();
-        return;
-      }
-      this.#put(wire.encodePing({ clientMs: performance.now() }));
-      this.#pingSoon(count + 1);
-    }, count < FIRST_PINGS ? FIRST_PING_MS : PING_MS);
+    this.#ping = setTimeout(
+      () => {
+        if (performance.now() - this.#heardAtMs > SILENT_MS) {
+          this.#lost();
+          return;
+        }
+        this.#put(wire.encodePing({ clientMs: performance.now() }));
+        this.#pingSoon(count + 1);
+      },
+      count < FIRST_PINGS ? FIRST_PING_MS : PING_MS,
+    );
   }
 
   /** @param {string | ArrayBuffer} data */
@@ -131,7 +138,11 @@ export class Connection {
         this.#socket?.close();
         return;
       }
-      if (this.mode === "play") saveTokens(this.room, message.seats.map((grant) => grant.token));
+      if (this.mode === "play")
+        saveTokens(
+          this.room,
+          message.seats.map((grant) => grant.token),
+        );
       this.#tries = 0;
       this.listener.onStatus("open", "");
     }

@@ -67,7 +67,9 @@ class Form {
     const { words } = this;
     this.#watch.restart();
     this.#problem.replaceChildren();
-    this.#questions = this.pages[this.page].map((item) => question(words, item, this.answers.get(item.id), (...answer) => this.#save(...answer)));
+    this.#questions = this.pages[this.page].map((item) =>
+      question(words, item, this.answers.get(item.id), (...answer) => this.#save(...answer)),
+    );
     const form = el(
       "form",
       { class: "card card-roomy questionnaire-page", novalidate: true },
@@ -88,16 +90,28 @@ class Form {
     const before = this.pages.slice(0, this.page).flat().length;
     const count = this.pages[this.page].length;
     const total = this.pages.flat().length;
-    const where = this.words.say(count === 1 ? "form.where.one" : "form.where.many", { first: before + 1, last: before + count, total });
+    const where = this.words.say(count === 1 ? "form.where.one" : "form.where.many", {
+      first: before + 1,
+      last: before + count,
+      total,
+    });
     const partner = step.partner_letter ? `${this.words.say("form.partner", { letter: step.partner_letter })} · ` : "";
     return heading(step.title ?? "", partner + where);
   }
 
   #footer() {
     const last = this.page === this.pages.length - 1;
-    const back = el("button", { type: "button", class: "button", onclick: () => this.#turn(-1) }, this.words.say("page.back"));
+    const back = el(
+      "button",
+      { type: "button", class: "button", onclick: () => this.#turn(-1) },
+      this.words.say("page.back"),
+    );
     if (this.page === 0) back.classList.add("invisible");
-    this.nextButton = el("button", { type: "submit", class: "button button-primary" }, this.words.say(last ? "form.finish" : "page.next"));
+    this.nextButton = el(
+      "button",
+      { type: "submit", class: "button button-primary" },
+      this.words.say(last ? "form.finish" : "page.next"),
+    );
     return el("div", { class: "row row-apart questionnaire-foot" }, back, this.#status, this.nextButton);
   }
 
@@ -141,7 +155,10 @@ class Form {
 
   /** Names what is missing, and takes the keyboard to the first of it. @param {Item[]} open */
   #complain(open) {
-    complain(this.#problem, this.words.say(open.length === 1 ? "form.missingOne" : "form.missingMany", { count: open.length }));
+    complain(
+      this.#problem,
+      this.words.say(open.length === 1 ? "form.missingOne" : "form.missingMany", { count: open.length }),
+    );
     for (const item of open) document.getElementById(idOf(item))?.setAttribute("data-missing", "");
     const first = document.querySelector(`#${CSS.escape(idOf(open[0]))} :is(input, textarea)`);
     if (first instanceof HTMLElement) first.focus();

@@ -71,7 +71,8 @@ export function pageTitle(pages, page) {
 export function givenAnswers(document) {
   const answers = new Map();
   for (const [question, answer] of Object.entries(document ?? {})) {
-    if (typeof answer?.value === "number") answers.set(question, { value: answer.value, text: String(answer.text ?? "") });
+    if (typeof answer?.value === "number")
+      answers.set(question, { value: answer.value, text: String(answer.text ?? "") });
   }
   return answers;
 }

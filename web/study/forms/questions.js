@@ -63,14 +63,25 @@ function likert(words, item, value, save) {
 
 /** @param {Item} item @param {number} value @param {number | undefined} given @param {Save} save @param {string | null} [describedBy] */
 function radio(item, value, given, save, describedBy = null) {
-  const input = el("input", { type: "radio", name: item.id, value, checked: given === value, "aria-describedby": describedBy });
+  const input = el("input", {
+    type: "radio",
+    name: item.id,
+    value,
+    checked: given === value,
+    "aria-describedby": describedBy,
+  });
   input.addEventListener("change", () => save(item, value, ""));
   return input;
 }
 
 /** @param {Words} words @param {Item} item @param {number | undefined} given @param {Save} save */
 function noAnswer(words, item, given, save) {
-  return el("label", { class: "no-answer" }, radio(item, NO_ANSWER, given, save), el("span", {}, words.say("form.noAnswer")));
+  return el(
+    "label",
+    { class: "no-answer" },
+    radio(item, NO_ANSWER, given, save),
+    el("span", {}, words.say("form.noAnswer")),
+  );
 }
 
 /** @param {Words} words @param {Item} item @param {number | undefined} value @param {Save} save */
@@ -87,8 +98,14 @@ function tlx(words, item, value, save) {
   const chosen = value !== undefined && value !== NO_ANSWER;
   const said = el("output", { class: "tlx-said muted small" });
   const range = el("input", {
-    type: "range", class: "tlx", min: 0, max: TLX_MOST, step: 1, value: chosen ? value : TLX_MOST / 2,
-    "aria-label": `${item.text} ${low} – ${high}`, "data-chosen": String(chosen),
+    type: "range",
+    class: "tlx",
+    min: 0,
+    max: TLX_MOST,
+    step: 1,
+    value: chosen ? value : TLX_MOST / 2,
+    "aria-label": `${item.text} ${low} – ${high}`,
+    "data-chosen": String(chosen),
   });
   const no = noAnswer(words, item, value, (_, answer, text) => {
     mark(false);
@@ -118,7 +135,13 @@ function tlx(words, item, value, save) {
 /** @param {Words} words @param {Item} item @param {Given | undefined} given @param {Save} save @returns {Question} */
 function textQuestion(words, item, given, save) {
   const id = idOf(item);
-  const area = el("textarea", { id: `${id}-text`, class: "input", rows: 6, maxlength: TEXT_LIMIT, "aria-describedby": `${id}-help ${id}-missing` });
+  const area = el("textarea", {
+    id: `${id}-text`,
+    class: "input",
+    rows: 6,
+    maxlength: TEXT_LIMIT,
+    "aria-describedby": `${id}-help ${id}-missing`,
+  });
   let saved = given?.text ?? "";
   area.value = saved;
   let timer = 0;
@@ -137,7 +160,11 @@ function textQuestion(words, item, given, save) {
     "div",
     { class: "field question", id },
     el("label", { for: `${id}-text` }, item.text),
-    el("p", { id: `${id}-help`, class: "field-help" }, words.say(item.required ? "form.textHelpRequired" : "form.textHelp")),
+    el(
+      "p",
+      { id: `${id}-help`, class: "field-help" },
+      words.say(item.required ? "form.textHelpRequired" : "form.textHelp"),
+    ),
     area,
     el("p", { class: "question-missing", id: `${id}-missing` }, words.say("form.missingText")),
   );

@@ -27,7 +27,9 @@ export class UnsentAnswers {
 
   /** @returns {Answer[]} */
   all() {
-    return Object.entries(load(this.storage)).filter(([name]) => name.startsWith(this.prefix)).map(([, answer]) => answer);
+    return Object.entries(load(this.storage))
+      .filter(([name]) => name.startsWith(this.prefix))
+      .map(([, answer]) => answer);
   }
 
   /** @param {Answer} answer */

@@ -29,7 +29,11 @@ export function inputCheckScreen(context) {
 
 class InputCheck {
   #mapping = loadMapping(localStorage);
-  #keyboard = new Keyboard(window, () => (this.#open ? this.#mapping.keys : []), () => this.#read(performance.now()));
+  #keyboard = new Keyboard(
+    window,
+    () => (this.#open ? this.#mapping.keys : []),
+    () => this.#read(performance.now()),
+  );
   #gamepads = new Gamepads(() => navigator.getGamepads?.() ?? []);
   #problem = problemBox();
   #said = el("p", { role: "status" });
@@ -62,13 +66,28 @@ class InputCheck {
 
   #build() {
     const { words, context } = this;
-    const lead = words.say(context.step.gamepad_required ? "check.gamepad" : context.people.length > 1 ? "check.leadTwo" : "check.lead");
+    const lead = words.say(
+      context.step.gamepad_required ? "check.gamepad" : context.people.length > 1 ? "check.leadTwo" : "check.lead",
+    );
     this.goOn = actionButton(words, words.say("page.goOn"), this.#problem, () => this.#next());
     this.again = el("button", { type: "button", class: "button button-small" }, words.say("check.again"));
     this.again.addEventListener("click", () => void this.#measure());
-    const connection = el("div", { class: "row row-apart check-connection" }, el("span", { class: "label" }, words.say("check.connection")), el("span", { class: "row" }, this.#pill, this.again));
+    const connection = el(
+      "div",
+      { class: "row row-apart check-connection" },
+      el("span", { class: "label" }, words.say("check.connection")),
+      el("span", { class: "row" }, this.#pill, this.again),
+    );
     const panels = el("div", { class: "check-panels" }, ...this.panels.map(({ root }) => root));
-    return card(heading(words.say("check.title")), el("p", { class: "lead" }, lead), panels, this.#said, connection, this.#problem, el("div", { class: "row" }, this.goOn));
+    return card(
+      heading(words.say("check.title")),
+      el("p", { class: "lead" }, lead),
+      panels,
+      this.#said,
+      connection,
+      this.#problem,
+      el("div", { class: "row" }, this.goOn),
+    );
   }
 
   /** @param {number} nowMs */
@@ -90,7 +109,8 @@ class InputCheck {
   #showTodo() {
     const open = new Set(this.tried.flatMap((one) => one.todo));
     const names = [...open].map((what) => this.words.say(`check.${what}`));
-    this.#said.textContent = names.length > 0 ? this.words.say("check.todo", { list: names.join(", ") }) : this.words.say("check.done");
+    this.#said.textContent =
+      names.length > 0 ? this.words.say("check.todo", { list: names.join(", ") }) : this.words.say("check.done");
     this.#said.className = names.length > 0 ? "muted" : "check-done";
     this.panels.forEach((panel, seat) => panel.showDone(this.tried[seat].done));
   }
@@ -145,17 +165,33 @@ class ControlPanel {
     this.litUntil = 0;
     this.dot = el("div", { class: "check-dot" });
     this.zone = el("div", { class: "check-stick" }, this.dot);
-    this.arrows = new Map(/** @type {const} */ (["up", "left", "down", "right"]).map((side) => [side, el("span", { class: `check-arrow check-${side}` }, words.say(`check.${side}`))]));
+    this.arrows = new Map(
+      /** @type {const} */ (["up", "left", "down", "right"]).map((side) => [
+        side,
+        el("span", { class: `check-arrow check-${side}` }, words.say(`check.${side}`)),
+      ]),
+    );
     this.grab = el("button", { type: "button", class: "button check-light", tabindex: "-1" }, words.say("check.grab"));
-    this.backward = el("button", { type: "button", class: "button check-light", tabindex: "-1", "aria-pressed": "false" }, words.say("check.backward"));
+    this.backward = el(
+      "button",
+      { type: "button", class: "button check-light", tabindex: "-1", "aria-pressed": "false" },
+      words.say("check.backward"),
+    );
     this.device = el("span", { class: "pill" });
     this.hint = el("p", { class: "muted small" });
-    const who = named ? el("p", { class: "agent label" }, badge(seat), words.say("page.person", { number: seat + 1 })) : null;
+    const who = named
+      ? el("p", { class: "agent label" }, badge(seat), words.say("page.person", { number: seat + 1 }))
+      : null;
     this.root = el(
       "div",
       { class: "check-panel" },
       el("div", { class: "row row-apart" }, who, this.device),
-      el("div", { class: "check-picture" }, el("div", { class: "check-cross" }, this.zone, ...this.arrows.values()), el("div", { class: "check-buttons" }, this.grab, this.backward)),
+      el(
+        "div",
+        { class: "check-picture" },
+        el("div", { class: "check-cross" }, this.zone, ...this.arrows.values()),
+        el("div", { class: "check-buttons" }, this.grab, this.backward),
+      ),
       this.hint,
     );
   }
@@ -174,7 +210,8 @@ class ControlPanel {
     for (const [side, arrow] of this.arrows) arrow.toggleAttribute("data-lit", lit[side]);
     this.grab.toggleAttribute("data-lit", nowMs < this.litUntil);
     this.backward.toggleAttribute("data-lit", backward);
-    const name = card.device === "gamepad" && card.pad ? card.pad.id.replace(/\s*\(.*$/, "") : words.say(`check.device.${device}`);
+    const name =
+      card.device === "gamepad" && card.pad ? card.pad.id.replace(/\s*\(.*$/, "") : words.say(`check.device.${device}`);
     if (this.device.textContent !== name) this.device.textContent = name;
     const hint = hintWords(words, { ...card, device }, mapping);
     if (this.hint.textContent !== hint) this.hint.textContent = hint;
@@ -190,12 +227,20 @@ class ControlPanel {
 /** @param {import("../words.js").Words} words @param {SeatCard} card @param {import("../../input/mapping.js").Mapping} mapping */
 function hintWords(words, { device, keySets }, mapping) {
   if (device === "gamepad") {
-    return words.say("check.hint.gamepad", { grab: buttonName(mapping.buttons.grab), backward: buttonName(mapping.buttons.backward) });
+    return words.say("check.hint.gamepad", {
+      grab: buttonName(mapping.buttons.grab),
+      backward: buttonName(mapping.buttons.backward),
+    });
   }
   if (device === "touch") return words.say("check.hint.touch");
   const or = words.say("check.or");
   const sets = keySets.map((set) => mapping.keys[set]);
-  const list = (/** @type {(keys: import("../../input/mapping.js").KeySet) => string} */ name) => sets.map(name).join(or);
+  const list = (/** @type {(keys: import("../../input/mapping.js").KeySet) => string} */ name) =>
+    sets.map(name).join(or);
   const key = (/** @type {string} */ code) => (words.has(`key.${code}`) ? words.say(`key.${code}`) : keyName(code));
-  return words.say("check.hint.keyboard", { move: list(moveName), grab: list(({ grab }) => key(grab)), backward: list(({ backward }) => key(backward)) });
+  return words.say("check.hint.keyboard", {
+    move: list(moveName),
+    grab: list(({ grab }) => key(grab)),
+    backward: list(({ backward }) => key(backward)),
+  });
 }

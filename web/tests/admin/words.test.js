@@ -2,15 +2,45 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { facts, grouped, linkPill, phaseWords, recordingPill, seatWords, summaryWords, timeWords, uptime } from "../../admin/words.js";
+import {
+  facts,
+  grouped,
+  linkPill,
+  phaseWords,
+  recordingPill,
+  seatWords,
+  summaryWords,
+  timeWords,
+  uptime,
+} from "../../admin/words.js";
 
 /** @param {Partial<import("../../messages.js").SeatState>} seat */
-const seat = (seat) => ({ colour: "blue", kind: /** @type {const} */ ("human"), name: "", open: false, present: true, ready: true, device: "", rtt_ms: -1, ...seat });
+const seat = (seat) => ({
+  colour: "blue",
+  kind: /** @type {const} */ ("human"),
+  name: "",
+  open: false,
+  present: true,
+  ready: true,
+  device: "",
+  rtt_ms: -1,
+  ...seat,
+});
 
 /** @type {import("../../admin/words.js").AdminState} */
 const STATE = {
-  uptime_s: 7_530, late_ms: { p50: 0.21, p99: 1.34 }, ticks: 184_200, missed_ticks: 0, deadline_misses: 1, cpu_percent: 7.4,
-  rss_mb: 143.2, sockets: 5, disk_free_mb: 38_123, finalising: 0, refusal: "", rooms: [],
+  uptime_s: 7_530,
+  late_ms: { p50: 0.21, p99: 1.34 },
+  ticks: 184_200,
+  missed_ticks: 0,
+  deadline_misses: 1,
+  cpu_percent: 7.4,
+  rss_mb: 143.2,
+  sockets: 5,
+  disk_free_mb: 38_123,
+  finalising: 0,
+  refusal: "",
+  rooms: [],
 };
 
 test("phases are words, with the round where there are several", () => {
@@ -26,7 +56,8 @@ test("time is played time of the limit, without a limit alone, and nothing befor
 
 test("the link is the slowest of those who play from afar, agents do not count", () => {
   const agent = seat({ kind: "agent", rtt_ms: -1 });
-  const link = (/** @type {Parameters<typeof seat>[0]} */ blue, red = agent, phase = "playing") => linkPill({ seats: [seat(blue), red], phase });
+  const link = (/** @type {Parameters<typeof seat>[0]} */ blue, red = agent, phase = "playing") =>
+    linkPill({ seats: [seat(blue), red], phase });
   assert.deepEqual(link({ rtt_ms: 24.4 }), { words: "24 ms", tone: "ok" });
   assert.deepEqual(link({ rtt_ms: 24 }, seat({ rtt_ms: 140 })), { words: "140 ms", tone: "attention" });
   assert.deepEqual(link({ rtt_ms: 300 }), { words: "300 ms", tone: "bad" });
@@ -38,7 +69,11 @@ test("the link is the slowest of those who play from afar, agents do not count",
 test("a game that should be recorded and is not stands out", () => {
   assert.equal(recordingPill({ phase: "playing", recording: false, recording_problem: "disk full" }).tone, "bad");
   assert.equal(recordingPill({ phase: "playing", recording: true, recording_problem: "" }).words, "recording");
-  assert.equal(recordingPill({ phase: "lobby", recording: true, recording_problem: "" }).words, "–", "nothing to record yet");
+  assert.equal(
+    recordingPill({ phase: "lobby", recording: true, recording_problem: "" }).words,
+    "–",
+    "nothing to record yet",
+  );
   assert.equal(recordingPill({ phase: "playing", recording: false, recording_problem: "" }).words, "–");
 });
 
@@ -59,13 +94,43 @@ test("uptime is minutes, then hours", () => {
 });
 
 test("the summary counts rooms and people who are there", () => {
-  const room = { room: "a", phase: "playing", reason: "", map: "HandOff", round: 1, rounds: 1, tick: 1, limit_ticks: 500, delivered: 0, items: 4, recording: true, recording_problem: "", spectators: 0 };
+  const room = {
+    room: "a",
+    phase: "playing",
+    reason: "",
+    map: "HandOff",
+    round: 1,
+    rounds: 1,
+    tick: 1,
+    limit_ticks: 500,
+    delivered: 0,
+    items: 4,
+    recording: true,
+    recording_problem: "",
+    spectators: 0,
+  };
   const rooms = [{ ...room, seats: [seat({}), seat({ kind: "agent" })] }];
   assert.equal(summaryWords({ ...STATE, rooms }), "1 room · 1 player · up for 2 h 5 min");
 });
 
 test("four facts, in red where a person would notice", () => {
-  assert.deepEqual(facts(STATE).map(({ value, tone }) => [value, tone]), [["1.3 ms", ""], ["5", ""], ["7 %", ""], ["38 GB free", ""]]);
+  assert.deepEqual(
+    facts(STATE).map(({ value, tone }) => [value, tone]),
+    [
+      ["1.3 ms", ""],
+      ["5", ""],
+      ["7 %", ""],
+      ["38 GB free", ""],
+    ],
+  );
   const bad = { ...STATE, missed_ticks: 2, cpu_percent: 97, disk_free_mb: 400 };
-  assert.deepEqual(facts(bad).map(({ value, tone }) => [value, tone]), [["1.3 ms", "bad"], ["5", ""], ["97 %", "bad"], ["400 MB free", "bad"]]);
+  assert.deepEqual(
+    facts(bad).map(({ value, tone }) => [value, tone]),
+    [
+      ["1.3 ms", "bad"],
+      ["5", ""],
+      ["97 %", "bad"],
+      ["400 MB free", "bad"],
+    ],
+  );
 });

@@ -15,7 +15,11 @@ function queueWith(send) {
   const waits = [];
   /** @type {import("../../core/answer_queue.js").SaveState[]} */
   const states = [];
-  const queue = new AnswerQueue(send, (state) => states.push(state), async (ms) => void waits.push(ms));
+  const queue = new AnswerQueue(
+    send,
+    (state) => states.push(state),
+    async (ms) => void waits.push(ms),
+  );
   return { queue, waits, states };
 }
 

@@ -9,7 +9,10 @@ test("events come out whole, however the stream is cut", () => {
   for (const size of [1, 3, 7, 1000]) {
     const lines = new EventLines();
     const pieces = stream.match(new RegExp(`[^]{1,${size}}`, "g")) ?? [];
-    assert.deepEqual(pieces.flatMap((piece) => lines.push(piece)).map((data) => JSON.parse(data)), [{ a: 1 }, { b: 2 }, 3]);
+    assert.deepEqual(
+      pieces.flatMap((piece) => lines.push(piece)).map((data) => JSON.parse(data)),
+      [{ a: 1 }, { b: 2 }, 3],
+    );
   }
 });
 
@@ -23,10 +26,14 @@ test("the token goes in a header, news reach the listener, and a refused stream 
   /** @type {[string, string | null][]} */
   const asked = [];
   const answers = [new Response('data: {"view":7}\n\n'), new Response("", { status: 401 })];
-  context.mock.method(globalThis, "fetch", async (/** @type {string} */ path, /** @type {{headers: Record<string, string>}} */ { headers }) => {
-    asked.push([path, headers.Authorization]);
-    return answers.shift();
-  });
+  context.mock.method(
+    globalThis,
+    "fetch",
+    async (/** @type {string} */ path, /** @type {{headers: Record<string, string>}} */ { headers }) => {
+      asked.push([path, headers.Authorization]);
+      return answers.shift();
+    },
+  );
   context.mock.timers.enable({ apis: ["setTimeout"] });
   /** @type {unknown[]} */
   const heard = [];
@@ -41,5 +48,8 @@ test("the token goes in a header, news reach the listener, and a refused stream 
   await turns();
   stream.close();
   assert.deepEqual(heard, [{ view: 7 }]);
-  assert.deepEqual(asked, [["/api/study/events", "Bearer secret"], ["/api/study/events", "Bearer secret"]]);
+  assert.deepEqual(asked, [
+    ["/api/study/events", "Bearer secret"],
+    ["/api/study/events", "Bearer secret"],
+  ]);
 });

@@ -2,15 +2,45 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { actionsFor, facts, linkPill, recordingPill, seatNames, sorted, summaryWords, tickPill, timeWords, whereWords } from "../../experimenter/words.js";
+import {
+  actionsFor,
+  facts,
+  linkPill,
+  recordingPill,
+  seatNames,
+  sorted,
+  summaryWords,
+  tickPill,
+  timeWords,
+  whereWords,
+} from "../../experimenter/words.js";
 
 /** @typedef {import("../../experimenter/words.js").ParticipantRow} Row */
 
 /** @param {Partial<Row>} [change] @returns {Row} */
 const row = (change) => ({
-  pid: "P4K7Q2", unit: 3, partner_letter: "A", partner_pid: null, seat: 0, step: "play/1/HandOff-1", kind: "round",
-  position: { done: 9, total: 24 }, round: { number: 8, of: 12 }, since_s: 40, present: true, rtt_ms: 24, room: "r1",
-  phase: "playing", tick: 310, limit_ticks: 500, late_ms: 1.3, missed: 0, recording: "recording", outcome: null, code_given: false, ...change,
+  pid: "P4K7Q2",
+  unit: 3,
+  partner_letter: "A",
+  partner_pid: null,
+  seat: 0,
+  step: "play/1/HandOff-1",
+  kind: "round",
+  position: { done: 9, total: 24 },
+  round: { number: 8, of: 12 },
+  since_s: 40,
+  present: true,
+  rtt_ms: 24,
+  room: "r1",
+  phase: "playing",
+  tick: 310,
+  limit_ticks: 500,
+  late_ms: 1.3,
+  missed: 0,
+  recording: "recording",
+  outcome: null,
+  code_given: false,
+  ...change,
 });
 
 test("where somebody is says round, partner and how it ended", () => {
@@ -46,8 +76,16 @@ test("pills are coloured by what needs attention", () => {
 });
 
 test("who is away comes first, who has finished last, else in the order of their coming", () => {
-  const rows = [row({ pid: "A", outcome: "done" }), row({ pid: "B" }), row({ pid: "C", present: false }), row({ pid: "D" })];
-  assert.deepEqual(sorted(rows).map(({ pid }) => pid), ["C", "B", "D", "A"]);
+  const rows = [
+    row({ pid: "A", outcome: "done" }),
+    row({ pid: "B" }),
+    row({ pid: "C", present: false }),
+    row({ pid: "D" }),
+  ];
+  assert.deepEqual(
+    sorted(rows).map(({ pid }) => pid),
+    ["C", "B", "D", "A"],
+  );
 });
 
 test("only what makes sense now can be done for somebody", () => {
@@ -60,9 +98,28 @@ test("only what makes sense now can be done for somebody", () => {
 
 test("the head counts people, the cards say when something is wrong", () => {
   const server = { late_p99_ms: 1.3, missed: 0, ticks: 184200, disk_free_mb: 38000, recordings: 412, partial: 0 };
-  const state = { study: { id: "s", title: "S" }, paused: false, counts: { planned: 32, finished: 21, active: 4, waiting: 1 }, participants: [], alerts: [], notes: [], server };
+  const state = {
+    study: { id: "s", title: "S" },
+    paused: false,
+    counts: { planned: 32, finished: 21, active: 4, waiting: 1 },
+    participants: [],
+    alerts: [],
+    notes: [],
+    server,
+  };
   assert.equal(summaryWords(state), "21 of 32 finished · 4 here · 1 waiting for a partner");
-  assert.deepEqual(facts(state).map(({ value, tone }) => [value, tone]), [["21 of 32", ""], ["1.3 ms", ""], ["412", ""], ["38 GB", ""]]);
+  assert.deepEqual(
+    facts(state).map(({ value, tone }) => [value, tone]),
+    [
+      ["21 of 32", ""],
+      ["1.3 ms", ""],
+      ["412", ""],
+      ["38 GB", ""],
+    ],
+  );
   const bad = facts({ ...state, server: { ...server, missed: 3, disk_free_mb: 300 } });
-  assert.deepEqual(bad.map(({ tone }) => tone), ["", "bad", "", "bad"]);
+  assert.deepEqual(
+    bad.map(({ tone }) => tone),
+    ["", "bad", "", "bad"],
+  );
 });

@@ -2,7 +2,14 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import {
-  buttonName, DEFAULTS, keyName, loadMapping, moveName, saveMapping, withButton, withKey,
+  buttonName,
+  DEFAULTS,
+  keyName,
+  loadMapping,
+  moveName,
+  saveMapping,
+  withButton,
+  withKey,
 } from "../../input/mapping.js";
 
 /** @param {string | null} value */
@@ -19,7 +26,11 @@ test("nothing usable in storage means the defaults", () => {
   for (const value of [null, "", "{", "[]", "{}", '{"keys":[{},{}],"buttons":{},"deadZone":0.3}', '"x"']) {
     assert.deepEqual(loadMapping(storage(value)), DEFAULTS, String(value));
   }
-  const forbidden = { getItem: () => { throw new Error("forbidden"); } };
+  const forbidden = {
+    getItem: () => {
+      throw new Error("forbidden");
+    },
+  };
   assert.deepEqual(loadMapping(forbidden), DEFAULTS);
 });
 

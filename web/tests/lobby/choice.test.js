@@ -2,7 +2,15 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { agentLine, defaultPartner, parseSeed, roomRequest, seatOptions, seatRequest, seatsNote } from "../../lobby/choice.js";
+import {
+  agentLine,
+  defaultPartner,
+  parseSeed,
+  roomRequest,
+  seatOptions,
+  seatRequest,
+  seatsNote,
+} from "../../lobby/choice.js";
 
 const AGENTS = [
   { id: "idle", name: "Idle", description: "Stands still." },
@@ -33,27 +41,51 @@ test("every seat option is a request", () => {
 });
 
 test("an agent is described in one sentence", () => {
-  const [agent] = seatOptions([{ id: "a", name: "A", description: "Helps, e.g.\u00a0here. Has options." }]).filter(({ group }) => group === "Agents");
+  const [agent] = seatOptions([{ id: "a", name: "A", description: "Helps, e.g.\u00a0here. Has options." }]).filter(
+    ({ group }) => group === "Agents",
+  );
   assert.equal(agent.help, "Helps, e.g.\u00a0here.");
 });
 
 test("a trained agent is described by what it is, whom it learned from and what it reaches with people it never met", () => {
   const card = {
-    id: "bass@all", name: "DP/BASS", description: "Chooses. Well.", kind: "bass", policy: "dp",
-    population: "scripted people of A and B; none of population C", tcr: { unseen: 0.7252, alone: 0.2676 },
+    id: "bass@all",
+    name: "DP/BASS",
+    description: "Chooses. Well.",
+    kind: "bass",
+    policy: "dp",
+    population: "scripted people of A and B; none of population C",
+    tcr: { unseen: 0.7252, alone: 0.2676 },
   };
   assert.equal(
     agentLine(card),
     "Diffusion Policy with BASS, learned from scripted people of A and B. " +
       "TCR 0.73 with scripted people it never met (0.27 without help).",
   );
-  assert.equal(agentLine({ ...card, kind: "gru", policy: "gru", tcr: { unseen: null, alone: null } }), "GRU, learned from scripted people of A and B.");
-  assert.equal(agentLine({ ...card, tcr: { unseen: 0.7, alone: null } }).split(". ")[1], "TCR 0.70 with scripted people it never met.");
+  assert.equal(
+    agentLine({ ...card, kind: "gru", policy: "gru", tcr: { unseen: null, alone: null } }),
+    "GRU, learned from scripted people of A and B.",
+  );
+  assert.equal(
+    agentLine({ ...card, tcr: { unseen: 0.7, alone: null } }).split(". ")[1],
+    "TCR 0.70 with scripted people it never met.",
+  );
 });
 
 test("of an agent that was not trained nothing is invented", () => {
   const tcr = { unseen: null, alone: null };
-  assert.equal(agentLine({ id: "idle", name: "Idle", description: "Stands still.", kind: "idle", policy: "", population: "", tcr }), "Stands still.");
+  assert.equal(
+    agentLine({
+      id: "idle",
+      name: "Idle",
+      description: "Stands still.",
+      kind: "idle",
+      policy: "",
+      population: "",
+      tcr,
+    }),
+    "Stands still.",
+  );
 });
 
 test("the first partner is the server's, else scripted, else whoever moves, else a person", () => {

@@ -6,33 +6,84 @@ import { Game } from "../../play/game.js";
 /** @typedef {import("../../messages.js").ServerMessage} ServerMessage */
 
 const MAP = {
-  name: "Small", title: "Small", number: 0, mode: "practice", description: "", walls: [], goals: [],
+  name: "Small",
+  title: "Small",
+  number: 0,
+  mode: "practice",
+  description: "",
+  walls: [],
+  goals: [],
   robots: { blue: { x: 0, y: 0, angle: 0 }, red: { x: 1, y: 0, angle: 0 } },
   items: [{ id: 0, shape: "circle", size: "small", scale: 0.06, mass: 0.1, x: 0.5, y: 0.5, angle: 0 }],
 };
 
 /** @param {import("../../messages.js").Phase} phase @param {number} [untilMs] @returns {ServerMessage} */
-const room = (phase, untilMs = 0) => ({ type: "room", phase, reason: "", until_ms: untilMs, seats: [], spectators: 0, recording: true });
+const room = (phase, untilMs = 0) => ({
+  type: "room",
+  phase,
+  reason: "",
+  until_ms: untilMs,
+  seats: [],
+  spectators: 0,
+  recording: true,
+});
 
 /** @param {number} epoch @returns {ServerMessage} */
 const round = (epoch) => ({
-  type: "round", index: 0, total: 1, epoch, map: structuredClone(MAP), limit_ticks: 500, practice: false, episode: "e",
+  type: "round",
+  index: 0,
+  total: 1,
+  epoch,
+  map: structuredClone(MAP),
+  limit_ticks: 500,
+  practice: false,
+  episode: "e",
 });
 
 /** @param {number} epoch @param {number} tick @param {number} timeMs @returns {ServerMessage} */
 const keyframe = (epoch, tick, timeMs) => ({
-  type: "keyframe", epoch, tick, time_ms: timeMs, poses: [[0, 0, 0], [1, 0, 0], [0.5, 0.5, 0]], held: [-1, -1], delivered: [false],
+  type: "keyframe",
+  epoch,
+  tick,
+  time_ms: timeMs,
+  poses: [
+    [0, 0, 0],
+    [1, 0, 0],
+    [0.5, 0.5, 0],
+  ],
+  held: [-1, -1],
+  delivered: [false],
 });
 
 /** @type {ServerMessage} */
 const welcome = {
-  type: "welcome", protocol: 1, build: "", room: "r", mode: "play", seats: [{ seat: 0, token: "t" }], tick_ms: 100,
-  poses_per_tick: 5, resume_s: 30, join_path: "", watch_path: "", study: false,
+  type: "welcome",
+  protocol: 1,
+  build: "",
+  room: "r",
+  mode: "play",
+  seats: [{ seat: 0, token: "t" }],
+  tick_ms: 100,
+  poses_per_tick: 5,
+  resume_s: 30,
+  join_path: "",
+  watch_path: "",
+  study: false,
 };
 
 /** @type {ServerMessage} */
 const result = {
-  type: "result", index: 0, outcome: "time", ticks: 1, delivered: 0, items: 1, tcr: 0, nfd: 0, wt_s: 0, ac: -1, recording: "",
+  type: "result",
+  index: 0,
+  outcome: "time",
+  ticks: 1,
+  delivered: 0,
+  items: 1,
+  tcr: 0,
+  nfd: 0,
+  wt_s: 0,
+  ac: -1,
+  recording: "",
 };
 
 /** @param {number} tick @param {number} timeMs @param {number} x @param {number} [epoch] @returns {import("../../messages.js").Bundle} */
@@ -40,8 +91,18 @@ function bundle(tick, timeMs, x, epoch = 1) {
   const poses = new Float64Array(45);
   for (let index = 0; index < 5; index += 1) poses[9 * index] = x;
   return {
-    flags: 0, epoch, tick, timeMs, seqs: [0, 0], slackMs: [0, 0], held: [-1, -1], delivered: [false], bodies: 3,
-    poseCount: 5, poses, events: [],
+    flags: 0,
+    epoch,
+    tick,
+    timeMs,
+    seqs: [0, 0],
+    slackMs: [0, 0],
+    held: [-1, -1],
+    delivered: [false],
+    bodies: 3,
+    poseCount: 5,
+    poses,
+    events: [],
   };
 }
 

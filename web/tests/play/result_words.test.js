@@ -4,13 +4,30 @@ import { test } from "node:test";
 
 import { duration, headline, measures, percent } from "../../play/result_words.js";
 
-const RESULT = { index: 0, outcome: "time", ticks: 500, delivered: 3, items: 6, tcr: 0.571, nfd: 0.684, wt_s: 3.42, ac: 0.91, recording: "" };
+const RESULT = {
+  index: 0,
+  outcome: "time",
+  ticks: 500,
+  delivered: 3,
+  items: 6,
+  tcr: 0.571,
+  nfd: 0.684,
+  wt_s: 3.42,
+  ac: 0.91,
+  recording: "",
+};
 
 test("every outcome has a headline for people", () => {
   const outcomes = ["delivered", "time", "left", "stopped", "error"];
   assert.deepEqual(
     outcomes.map((outcome) => headline({ ...RESULT, outcome })),
-    ["Everything is delivered!", "Time is up", "The round ended: a player left", "The round was stopped", "The round ended with a fault"],
+    [
+      "Everything is delivered!",
+      "Time is up",
+      "The round ended: a player left",
+      "The round was stopped",
+      "The round ended with a fault",
+    ],
   );
 });
 
@@ -25,7 +42,12 @@ test("minutes never show sixty seconds", () => {
 test("the four measures carry the paper's short names", () => {
   assert.deepEqual(
     measures(RESULT).map(({ short, value }) => [short, value]),
-    [["TCR", "57 %"], ["NFD", "68 %"], ["WT", "3.4 s"], ["AC", "91 %"]],
+    [
+      ["TCR", "57 %"],
+      ["NFD", "68 %"],
+      ["WT", "3.4 s"],
+      ["AC", "91 %"],
+    ],
   );
 });
 

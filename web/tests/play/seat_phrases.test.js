@@ -3,17 +3,41 @@ import { test } from "node:test";
 
 import { contrast, readable } from "../../core/colours.js";
 import { outline, radiusOf } from "../../shapes.js";
-import { clockText, connectionWords, playingWords, seatName, taskSentence, waitingWords } from "../../play/seat_phrases.js";
+import {
+  clockText,
+  connectionWords,
+  playingWords,
+  seatName,
+  taskSentence,
+  waitingWords,
+} from "../../play/seat_phrases.js";
 
 /** @param {Partial<import("../../messages.js").SeatState>} [more] @returns {import("../../messages.js").SeatState} */
-const seat = (more) => ({ colour: "blue", kind: "human", name: "", open: false, present: true, ready: false, device: "", rtt_ms: -1, ...more });
+const seat = (more) => ({
+  colour: "blue",
+  kind: "human",
+  name: "",
+  open: false,
+  present: true,
+  ready: false,
+  device: "",
+  rtt_ms: -1,
+  ...more,
+});
 
 /** @param {string} shape @param {string} size */
 const item = (shape, size) => ({ id: 0, shape, size, scale: 0.1, mass: 0.1, x: 0, y: 0, angle: 0 });
 
 /** @param {...{id: number, shape: string, size: string, scale: number, mass: number, x: number, y: number, angle: number}} items */
 const map = (...items) => ({
-  name: "", title: "", number: 0, mode: "", description: "", walls: [], items, goals: [{ x0: 0, y0: 0, x1: 1, y1: 1 }],
+  name: "",
+  title: "",
+  number: 0,
+  mode: "",
+  description: "",
+  walls: [],
+  items,
+  goals: [{ x0: 0, y0: 0, x1: 1, y1: 1 }],
   robots: { blue: { x: 0, y: 0, angle: 0 }, red: { x: 0, y: 0, angle: 0 } },
 });
 
@@ -22,7 +46,8 @@ const view = (held) => ({ poses: [], held, delivered: [] });
 
 test("what a seat does is said in words", () => {
   const items = map(item("square", "small"), item("star", "large"), item("circle", "middle"));
-  const words = (/** @type {[number, number]} */ held, /** @type {number[]} */ own) => playingWords(seat(), 1, items, view(held), own);
+  const words = (/** @type {[number, number]} */ held, /** @type {number[]} */ own) =>
+    playingWords(seat(), 1, items, view(held), own);
   assert.equal(words([-1, -1], [0]), "hands free");
   assert.equal(words([-1, 0], [0]), "carrying a square");
   assert.equal(words([-1, 1], [0]), "waiting for your help");
@@ -72,10 +97,20 @@ test("regular shapes have the area of a circle of their scale, the triangle 0.64
       const [nextX, nextY] = points[(index + 1) % points.length];
       return sum + (x * nextY - nextX * y) / 2;
     }, 0);
-  for (const [shape, share] of /** @type {const} */ ([["square", 1], ["rectangle", 0.5], ["pentagon", 1], ["hexagon", 1], ["octagon", 1], ["triangle", 0.64]])) {
+  for (const [shape, share] of /** @type {const} */ ([
+    ["square", 1],
+    ["rectangle", 0.5],
+    ["pentagon", 1],
+    ["hexagon", 1],
+    ["octagon", 1],
+    ["triangle", 0.64],
+  ])) {
     assert.ok(Math.abs(area(outline(shape, 0.1)) - share * Math.PI * 0.01) < 1e-9, shape);
   }
-  assert.deepEqual(outline("star", 0.1)[0].map((value) => Math.abs(Number(value.toFixed(9)))), [0, 0.13]);
+  assert.deepEqual(
+    outline("star", 0.1)[0].map((value) => Math.abs(Number(value.toFixed(9)))),
+    [0, 0.13],
+  );
   assert.equal(radiusOf("circle", 0.1), 0.1);
   assert.throws(() => outline("heart", 0.1), RangeError);
 });

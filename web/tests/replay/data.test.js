@@ -7,7 +7,17 @@ import { Replay, ReplayError, linkedTick, tickAt } from "../../replay/data.js";
 
 const POSE = { x: 0, y: 0, angle: 0 };
 const ITEM = { id: 0, shape: "circle", size: "small", scale: 0.05, mass: 0.5, ...POSE };
-const MAP = { name: "One", title: "One", number: 1, mode: "coordination", description: "", robots: { blue: POSE, red: POSE }, walls: [], goals: [], items: [ITEM] };
+const MAP = {
+  name: "One",
+  title: "One",
+  number: 1,
+  mode: "coordination",
+  description: "",
+  robots: { blue: POSE, red: POSE },
+  walls: [],
+  goals: [],
+  items: [ITEM],
+};
 
 /** One tick in which blue walks from x = 0 to 0.5 and turns by `turn`. @param {number} turn */
 function oneTick(turn = 0, from = 0) {
@@ -19,8 +29,21 @@ function oneTick(turn = 0, from = 0) {
     poses.setInt16(2 * 9 * frame + 4, Math.round(angle), true);
   }
   const summary = {
-    id: "a", map: MAP, started: "", limit_ticks: 500, ticks: 1, outcome: "time", complete: true, seats: [],
-    held: [[-1, -1], [0, -1]], delivered: [[true]], events: [], metrics: { tcr: 0, nfd: 0, wt_s: 0, ac: -1 },
+    id: "a",
+    map: MAP,
+    started: "",
+    limit_ticks: 500,
+    ticks: 1,
+    outcome: "time",
+    complete: true,
+    seats: [],
+    held: [
+      [-1, -1],
+      [0, -1],
+    ],
+    delivered: [[true]],
+    events: [],
+    metrics: { tcr: 0, nfd: 0, wt_s: 0, ac: -1 },
     curves: { tcr: [0], nfd: [0], wt_s: [0], ac: [-1] },
   };
   return new Replay(summary, poses.buffer);
@@ -46,17 +69,26 @@ test("an angle that wraps between two poses takes the shorter way", () => {
 
 test("what is held and delivered belongs to the state of the tick", () => {
   const replay = oneTick();
-  assert.deepEqual([replay.viewAt(99).held, replay.viewAt(100).held], [[-1, -1], [0, -1]]);
+  assert.deepEqual(
+    [replay.viewAt(99).held, replay.viewAt(100).held],
+    [
+      [-1, -1],
+      [0, -1],
+    ],
+  );
   assert.deepEqual([replay.viewAt(99).delivered, replay.viewAt(100).delivered], [[false], [true]]);
 });
 
 test("poses that do not fit the number of ticks are refused with both numbers", () => {
   const { summary } = oneTick();
-  assert.throws(() => new Replay({ ...summary, ticks: 2 }, new ArrayBuffer(2 * 9 * 6)), (error) => {
-    assert.ok(error instanceof ReplayError);
-    assert.match(error.message, /6 pictures where 11 belong/);
-    return true;
-  });
+  assert.throws(
+    () => new Replay({ ...summary, ticks: 2 }, new ArrayBuffer(2 * 9 * 6)),
+    (error) => {
+      assert.ok(error instanceof ReplayError);
+      assert.match(error.message, /6 pictures where 11 belong/);
+      return true;
+    },
+  );
 });
 
 test("a tick begins at its hundred milliseconds", () => {
@@ -64,5 +96,8 @@ test("a tick begins at its hundred milliseconds", () => {
 });
 
 test("a deep link names a tick of the episode", () => {
-  assert.deepEqual(["#tick=123", "#tick=900", "#tick=", "#tick=-1", "", "#other"].map((hash) => linkedTick(hash, 412)), [123, 412, null, null, null, null]);
+  assert.deepEqual(
+    ["#tick=123", "#tick=900", "#tick=", "#tick=-1", "", "#other"].map((hash) => linkedTick(hash, 412)),
+    [123, 412, null, null, null, null],
+  );
 });

@@ -6,7 +6,17 @@ import { eventTone, eventWords, tickTime, toldEvents } from "../../replay/event_
 
 const POSE = { x: 0, y: 0, angle: 0 };
 const ITEM = { id: 0, shape: "star", size: "large", scale: 0.1, mass: 6, ...POSE };
-const MAP = { name: "", title: "", number: 1, mode: "", description: "", robots: { blue: POSE, red: POSE }, walls: [], goals: [], items: [ITEM] };
+const MAP = {
+  name: "",
+  title: "",
+  number: 1,
+  mode: "",
+  description: "",
+  robots: { blue: POSE, red: POSE },
+  walls: [],
+  goals: [],
+  items: [ITEM],
+};
 
 /** @param {string} kind */
 const event = (kind, seat = 1, item = 0) => ({ tick: 3, kind, seat, item, detail: "" });
@@ -20,25 +30,46 @@ test("events are sentences with seat and item", () => {
 
 test("start and end are no lines of their own", () => {
   const events = ["start", "collision", "end", "grab", "deadline_missed"].map((kind) => event(kind));
-  assert.deepEqual(toldEvents(events).map(({ kind }) => kind), ["collision", "grab", "deadline_missed"]);
+  assert.deepEqual(
+    toldEvents(events).map(({ kind }) => kind),
+    ["collision", "grab", "deadline_missed"],
+  );
 });
 
 test("the same trouble many times in a row is one line, what players do never is", () => {
   const at = (/** @type {number} */ tick, /** @type {string} */ kind, seat = 1) => ({ ...event(kind, seat), tick });
   const events = [
-    at(2, "deadline_missed"), at(3, "deadline_missed"), at(3, "deadline_missed", 0), at(4, "deadline_missed"),
-    at(5, "grab"), at(6, "release"), at(7, "grab"), at(60, "deadline_missed"),
+    at(2, "deadline_missed"),
+    at(3, "deadline_missed"),
+    at(3, "deadline_missed", 0),
+    at(4, "deadline_missed"),
+    at(5, "grab"),
+    at(6, "release"),
+    at(7, "grab"),
+    at(60, "deadline_missed"),
   ];
   const told = toldEvents(events);
   assert.deepEqual(
     told.map(({ tick, seat, times }) => [tick, seat, times]),
-    [[2, 1, 3], [3, 0, 1], [5, 1, 1], [6, 1, 1], [7, 1, 1], [60, 1, 1]],
+    [
+      [2, 1, 3],
+      [3, 0, 1],
+      [5, 1, 1],
+      [6, 1, 1],
+      [7, 1, 1],
+      [60, 1, 1],
+    ],
   );
   assert.equal(eventWords(told[0], MAP), "Red answered too late, 3 times");
 });
 
 test("marks have the colour of the seat, of a delivery or of a problem", () => {
-  assert.deepEqual([event("grab", 0), event("release", 1), event("delivered"), event("grab_failed")].map(eventTone), ["blue", "red", "ok", "attention"]);
+  assert.deepEqual([event("grab", 0), event("release", 1), event("delivered"), event("grab_failed")].map(eventTone), [
+    "blue",
+    "red",
+    "ok",
+    "attention",
+  ]);
 });
 
 test("ticks are shown as minutes, seconds and tenths", () => {

@@ -22,5 +22,8 @@ test("where nothing is carried together yet the curve has a gap", () => {
 
 test("a place on a curve and its tick belong together", () => {
   assert.equal(placeOf(25, 100), WIDTH / 4);
-  assert.deepEqual([-0.2, 0, 0.25, 1, 1.4].map((part) => tickAtPart(part, 100)), [0, 0, 25, 100, 100]);
+  assert.deepEqual(
+    [-0.2, 0, 0.25, 1, 1.4].map((part) => tickAtPart(part, 100)),
+    [0, 0, 25, 100, 100],
+  );
 });

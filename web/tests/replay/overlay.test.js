@@ -5,28 +5,53 @@ import { test } from "node:test";
 import { ranking, thoughtsAt, trail } from "../../replay/overlay.js";
 
 /** @param {number} seat @param {number} tick @param {number[]} scores */
-const thought = (seat, tick, scores = [0.5]) => ({ seat, tick, chosen: 0, scores, ways: [], moves: [], robots: [], guesses: [] });
+const thought = (seat, tick, scores = [0.5]) => ({
+  seat,
+  tick,
+  chosen: 0,
+  scores,
+  ways: [],
+  moves: [],
+  robots: [],
+  guesses: [],
+});
 const THOUGHTS = [thought(1, 1), thought(0, 5), thought(1, 9), thought(1, 17)];
 
 test("the newest decision of each seat is shown, the first one already at the start", () => {
   const ticks = (/** @type {number} */ tick) => thoughtsAt(THOUGHTS, tick).map(({ seat, tick: made }) => [seat, made]);
   assert.deepEqual(ticks(0), [[1, 1]]);
-  assert.deepEqual(ticks(8), [[0, 5], [1, 1]]);
-  assert.deepEqual(ticks(9), [[0, 5], [1, 9]]);
+  assert.deepEqual(ticks(8), [
+    [0, 5],
+    [1, 1],
+  ]);
+  assert.deepEqual(ticks(9), [
+    [0, 5],
+    [1, 9],
+  ]);
 });
 
 test("a decision that nothing followed is over after a second and a half", () => {
-  assert.deepEqual(thoughtsAt(THOUGHTS, 21).map(({ seat }) => seat), [1]);
+  assert.deepEqual(
+    thoughtsAt(THOUGHTS, 21).map(({ seat }) => seat),
+    [1],
+  );
   assert.deepEqual(thoughtsAt(THOUGHTS, 33), []);
 });
 
 test("candidates are ranked by score and keep their letters", () => {
-  const words = ranking({ ...thought(0, 1, [0.2, 0.9, 0.4]), chosen: 2 }).map(({ letter, chosen }) => letter + (chosen ? "!" : ""));
+  const words = ranking({ ...thought(0, 1, [0.2, 0.9, 0.4]), chosen: 2 }).map(
+    ({ letter, chosen }) => letter + (chosen ? "!" : ""),
+  );
   assert.deepEqual(words, ["B", "C!", "A"]);
 });
 
 test("a trail begins where the robot does not stand on it", () => {
-  const way = /** @type {[number, number][]} */ ([[0, 0], [0, -0.06], [0, -0.13], [0, -0.2]]);
+  const way = /** @type {[number, number][]} */ ([
+    [0, 0],
+    [0, -0.06],
+    [0, -0.13],
+    [0, -0.2],
+  ]);
   assert.deepEqual(trail(way), [{ from: [0, -0.13], to: [0, -0.2], age: 3 }]);
   assert.deepEqual(trail([[0.3, 0.3]]), []);
 });

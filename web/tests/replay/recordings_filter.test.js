@@ -7,13 +7,24 @@ import { filterChoices, filterRecordings, mapTitle, playerName } from "../../rep
 /** @type {import("../../replay/recordings_filter.js").Row[]} */
 const ROWS = [
   { id: "a", started: "", map: "HandOff", outcome: "time", blue: "human P1", red: "agent scripted", complete: true },
-  { id: "b", started: "", map: "LeftRight", outcome: "delivered", blue: "agent scripted", red: "human P2", complete: true },
+  {
+    id: "b",
+    started: "",
+    map: "LeftRight",
+    outcome: "delivered",
+    blue: "agent scripted",
+    red: "human P2",
+    complete: true,
+  },
   { id: "c", started: "", complete: false, damage: "c.mcap is empty" },
 ];
 const ANY = { map: "", player: "", outcome: "" };
 
 /** @param {Partial<typeof ANY>} filter */
-const found = (filter) => filterRecordings(ROWS, { ...ANY, ...filter }).map(({ id }) => id).join("");
+const found = (filter) =>
+  filterRecordings(ROWS, { ...ANY, ...filter })
+    .map(({ id }) => id)
+    .join("");
 
 test("no filter keeps everything, damaged files too", () => {
   assert.equal(found({}), "abc");
@@ -38,6 +49,12 @@ test("the choices are what occurs, once, sorted", () => {
 });
 
 test("names are shown without their kind, and maps with spaces", () => {
-  assert.deepEqual(["human P1", "agent bass@all", "human ", ""].map((player) => playerName(player)), ["P1", "bass@all", "human", "–"]);
-  assert.deepEqual(["HandOff", "TopBottomPriority", undefined].map((map) => mapTitle(map)), ["Hand Off", "Top Bottom Priority", "–"]);
+  assert.deepEqual(
+    ["human P1", "agent bass@all", "human ", ""].map((player) => playerName(player)),
+    ["P1", "bass@all", "human", "–"],
+  );
+  assert.deepEqual(
+    ["HandOff", "TopBottomPriority", undefined].map((map) => mapTitle(map)),
+    ["Hand Off", "Top Bottom Priority", "–"],
+  );
 });

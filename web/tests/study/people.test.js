@@ -7,7 +7,12 @@ import { seatsToTake, whoseTurn } from "../../study/people.js";
 
 /** @param {string} kind @param {string} [key] @param {number} [done] @returns {import("../../study/service.js").View} */
 const at = (kind, key = kind, done = 0) => ({
-  study: { title: "" }, language: "en", languages: ["en"], step: { key, kind }, position: { done, total: 9 }, can_stop: true,
+  study: { title: "" },
+  language: "en",
+  languages: ["en"],
+  step: { key, kind },
+  position: { done, total: 9 },
+  can_stop: true,
 });
 
 test("one person is always asked", () => {
@@ -35,11 +40,19 @@ test("of two at different rounds the one behind is shown, and nobody waits for s
 });
 
 /** @param {number} seat @param {string} token */
-const inRoom = (seat, token, id = "r1") => ({ key: "k", kind: "round", room: { id, token, seat, path: `/play/${id}` } });
+const inRoom = (seat, token, id = "r1") => ({
+  key: "k",
+  kind: "round",
+  room: { id, token, seat, path: `/play/${id}` },
+});
 
 test("the seats of a round are taken in their order once all are known", () => {
   assert.deepEqual(seatsToTake([inRoom(1, "red")]), { id: "r1", path: "/play/r1", tokens: [null, "red"] });
-  assert.deepEqual(seatsToTake([inRoom(1, "red"), inRoom(0, "blue")]), { id: "r1", path: "/play/r1", tokens: ["blue", "red"] });
+  assert.deepEqual(seatsToTake([inRoom(1, "red"), inRoom(0, "blue")]), {
+    id: "r1",
+    path: "/play/r1",
+    tokens: ["blue", "red"],
+  });
   assert.equal(seatsToTake([inRoom(0, "blue"), { key: "k", kind: "round", room: null }]), null);
   assert.equal(seatsToTake([inRoom(0, "blue"), inRoom(1, "red", "r2")]), null);
 });

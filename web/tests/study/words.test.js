@@ -22,13 +22,24 @@ for (const language of LANGUAGES) {
 }
 
 test("every text that a page asks for by name exists, and no text is there for nothing", () => {
-  const files = readdirSync(WEB, { recursive: true }).map(String).filter((name) => /^(study\/.*|play\/play)\.js$/.test(name));
+  const files = readdirSync(WEB, { recursive: true })
+    .map(String)
+    .filter((name) => /^(study\/.*|play\/play)\.js$/.test(name));
   const code = files.map((name) => readFileSync(new URL(name, WEB), "utf-8")).join("\n");
-  const named = [...code.matchAll(/say\((?:[^"`()]*\? )?"([\w.-]+)"(?: : "([\w.-]+)")?/g)].flatMap(([, one, other]) => [one, other ?? one]);
-  const built = [...code.matchAll(/`(\w+\.(?:\w+\.)?)\$\{[^}]+\}(\w*)`/g)].map(([, start, end]) => new RegExp(`^${start.replaceAll(".", "\\.")}[\\w-]+${end}$`));
+  const named = [...code.matchAll(/say\((?:[^"`()]*\? )?"([\w.-]+)"(?: : "([\w.-]+)")?/g)].flatMap(([, one, other]) => [
+    one,
+    other ?? one,
+  ]);
+  const built = [...code.matchAll(/`(\w+\.(?:\w+\.)?)\$\{[^}]+\}(\w*)`/g)].map(
+    ([, start, end]) => new RegExp(`^${start.replaceAll(".", "\\.")}[\\w-]+${end}$`),
+  );
   for (const key of named) assert.ok(key in english, `no text ${key}`);
-  const used = (/** @type {string} */ key) => named.includes(key) || code.includes(`"${key}"`) || built.some((one) => one.test(key));
-  assert.deepEqual(Object.keys(english).filter((key) => !used(key)), []);
+  const used = (/** @type {string} */ key) =>
+    named.includes(key) || code.includes(`"${key}"`) || built.some((one) => one.test(key));
+  assert.deepEqual(
+    Object.keys(english).filter((key) => !used(key)),
+    [],
+  );
 });
 
 test("values go into their places, and a text that does not exist is a fault", () => {
@@ -46,7 +57,10 @@ test("a failure is said in our own words where there are any, else in the server
 
 test("times are minutes and seconds", () => {
   const words = new Words("en", {});
-  assert.deepEqual([0, 9.6, 65, 600, -3].map((seconds) => words.clock(seconds)), ["0:00", "0:10", "1:05", "10:00", "0:00"]);
+  assert.deepEqual(
+    [0, 9.6, 65, 600, -3].map((seconds) => words.clock(seconds)),
+    ["0:00", "0:10", "1:05", "10:00", "0:00"],
+  );
 });
 
 test("the language is the first wish that is offered, also without its country, else the first offered", () => {

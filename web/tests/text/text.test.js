@@ -19,10 +19,16 @@ test("outside a study the game speaks English", () => {
 test("the German game has every sentence, none of them empty", () => {
   const german = sentences(GERMAN);
   assert.deepEqual([...german.keys()], [...sentences(ENGLISH).keys()]);
-  assert.deepEqual([...german].filter(([, text]) => text.trim() === ""), []);
+  assert.deepEqual(
+    [...german].filter(([, text]) => text.trim() === ""),
+    [],
+  );
 });
 
 test("what is carried has its article in both languages", () => {
-  assert.deepEqual([ENGLISH.state.carrying("octagon"), GERMAN.state.carrying("octagon")], ["carrying an octagon", "trägt ein Achteck"]);
+  assert.deepEqual(
+    [ENGLISH.state.carrying("octagon"), GERMAN.state.carrying("octagon")],
+    ["carrying an octagon", "trägt ein Achteck"],
+  );
   assert.equal(GERMAN.state.carrying("heptagon"), "trägt etwas");
 });

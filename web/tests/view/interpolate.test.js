@@ -12,8 +12,19 @@ function bundle(tick, timeMs, x0, more = {}) {
   const poses = new Float64Array(5 * 3 * 3);
   for (let index = 0; index < 5; index += 1) poses[9 * index] = x0 + 0.01 * (index + 1);
   return {
-    flags: 0, epoch: 1, tick, timeMs, seqs: [0, 0], slackMs: [0, 0], held: [-1, -1], delivered: [false],
-    bodies: 3, poseCount: 5, poses, events: [], ...more,
+    flags: 0,
+    epoch: 1,
+    tick,
+    timeMs,
+    seqs: [0, 0],
+    slackMs: [0, 0],
+    held: [-1, -1],
+    delivered: [false],
+    bodies: 3,
+    poseCount: 5,
+    poses,
+    events: [],
+    ...more,
   };
 }
 
@@ -82,10 +93,23 @@ test("grips and deliveries change with the pose that their event names", () => {
 
 test("events are held until the play head reaches them, and given once", () => {
   const timeline = new Timeline();
-  timeline.push(bundle(1, 1000, 0, { events: [{ code: 0, seat: 0, item: 0, pose: 0 }, { code: 2, seat: 0, item: 0, pose: 4 }] }));
+  timeline.push(
+    bundle(1, 1000, 0, {
+      events: [
+        { code: 0, seat: 0, item: 0, pose: 0 },
+        { code: 2, seat: 0, item: 0, pose: 4 },
+      ],
+    }),
+  );
   assert.deepEqual(timeline.takeEvents(1019), []);
-  assert.deepEqual(timeline.takeEvents(1020).map((event) => event.code), [0]);
-  assert.deepEqual(timeline.takeEvents(1200).map((event) => event.code), [2]);
+  assert.deepEqual(
+    timeline.takeEvents(1020).map((event) => event.code),
+    [0],
+  );
+  assert.deepEqual(
+    timeline.takeEvents(1200).map((event) => event.code),
+    [2],
+  );
   assert.deepEqual(timeline.takeEvents(1300), []);
 });
 
@@ -93,8 +117,17 @@ test("a whole state starts the line, but never throws newer bundles away", () =>
   const timeline = new Timeline();
   /** @param {number} tick */
   const state = (tick) => ({
-    type: /** @type {const} */ ("keyframe"), epoch: 1, tick, time_ms: 100 * tick, poses: [[1, 2, 3], [0, 0, 0], [0, 0, 0]],
-    held: [-1, -1], delivered: [false],
+    type: /** @type {const} */ ("keyframe"),
+    epoch: 1,
+    tick,
+    time_ms: 100 * tick,
+    poses: [
+      [1, 2, 3],
+      [0, 0, 0],
+      [0, 0, 0],
+    ],
+    held: [-1, -1],
+    delivered: [false],
   });
   timeline.reset(state(7));
   assert.deepEqual(timeline.at(0)?.poses[0], [1, 2, 3]);

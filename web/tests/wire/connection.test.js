@@ -63,7 +63,9 @@ let statuses = [];
 function connect(mode = "play") {
   statuses = [];
   const connection = new Connection("abc", mode, {
-    onMessage: () => {}, onBundle: () => {}, onPong: () => {},
+    onMessage: () => {},
+    onBundle: () => {},
+    onPong: () => {},
     onStatus: (status, sentence) => statuses.push(sentence ? `${status}: ${sentence}` : status),
   });
   connection.open();
@@ -72,8 +74,18 @@ function connect(mode = "play") {
 
 /** @param {Partial<wire.Welcome>} [more] */
 const welcome = (more) => ({
-  type: "welcome", protocol: wire.PROTOCOL, build: "", room: "abc", mode: "play", seats: [{ seat: 0, token: "second" }],
-  tick_ms: 100, poses_per_tick: 5, resume_s: 30, join_path: "", watch_path: "", ...more,
+  type: "welcome",
+  protocol: wire.PROTOCOL,
+  build: "",
+  room: "abc",
+  mode: "play",
+  seats: [{ seat: 0, token: "second" }],
+  tick_ms: 100,
+  poses_per_tick: 5,
+  resume_s: 30,
+  join_path: "",
+  watch_path: "",
+  ...more,
 });
 
 beforeEach(() => {
@@ -82,7 +94,9 @@ beforeEach(() => {
   mock.timers.reset();
   mock.timers.enable({ apis: ["setTimeout"] });
   Object.assign(globalThis, {
-    WebSocket: FakeSocket, location: { protocol: "http:", host: "host:1" }, addEventListener: () => {},
+    WebSocket: FakeSocket,
+    location: { protocol: "http:", host: "host:1" },
+    addEventListener: () => {},
     sessionStorage: {
       getItem: (/** @type {string} */ key) => storage.get(key) ?? null,
       setItem: (/** @type {string} */ key, /** @type {string} */ value) => storage.set(key, value),

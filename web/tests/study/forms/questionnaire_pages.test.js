@@ -2,7 +2,14 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { givenAnswers, missing, missingSentence, pageTitle, paginate, resumePage } from "../../../study/forms/questionnaire_pages.js";
+import {
+  givenAnswers,
+  missing,
+  missingSentence,
+  pageTitle,
+  paginate,
+  resumePage,
+} from "../../../study/forms/questionnaire_pages.js";
 
 /** @type {import("../../../study/forms/questionnaire_pages.js").Item[]} */
 const ITEMS = [
@@ -15,15 +22,24 @@ const PAGES = paginate(ITEMS);
 const answered = (ids) => new Map([...ids].map((id) => [id, { value: 4, text: "" }]));
 
 test("nine scales make three pages of three and the text has its own", () => {
-  assert.deepEqual(PAGES.map((page) => page.map(({ id }) => id).join("")), ["abc", "def", "ghi", "comment"]);
+  assert.deepEqual(
+    PAGES.map((page) => page.map(({ id }) => id).join("")),
+    ["abc", "def", "ghi", "comment"],
+  );
 });
 
 test("the title counts questions over the whole questionnaire", () => {
-  assert.deepEqual([0, 1, 3].map((page) => pageTitle(PAGES, page)), ["Questions 1–3 of 10", "Questions 4–6 of 10", "Question 10 of 10"]);
+  assert.deepEqual(
+    [0, 1, 3].map((page) => pageTitle(PAGES, page)),
+    ["Questions 1–3 of 10", "Questions 4–6 of 10", "Question 10 of 10"],
+  );
 });
 
 test("a scale is missing until it is answered, a text never is", () => {
-  assert.deepEqual(missing(PAGES[0], answered("b")).map(({ id }) => id), ["a", "c"]);
+  assert.deepEqual(
+    missing(PAGES[0], answered("b")).map(({ id }) => id),
+    ["a", "c"],
+  );
   assert.deepEqual(missing(PAGES[3], answered("")), []);
 });
 
@@ -35,7 +51,13 @@ test("a reload goes on at the first page with something missing, else at the las
 
 test("what the server kept is taken over and anything else ignored", () => {
   const kept = givenAnswers({ a: { value: 3, text: "" }, comment: { value: -1, text: "fine" }, odd: "?" });
-  assert.deepEqual([...kept], [["a", { value: 3, text: "" }], ["comment", { value: -1, text: "fine" }]]);
+  assert.deepEqual(
+    [...kept],
+    [
+      ["a", { value: 3, text: "" }],
+      ["comment", { value: -1, text: "fine" }],
+    ],
+  );
   assert.equal(givenAnswers(undefined).size, 0);
 });
 
