@@ -27,6 +27,7 @@ from movingout.agents.training import run as runs
 from movingout.agents.training.config import PRESETS, BassConfig, Optimisation, PolicyConfig, bass_preset, policy_preset
 from movingout.agents.training.material import Material, read_material
 from movingout.agents.training.options import add_fields, overridden
+from movingout.world.exactness import inexact_engine
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -91,6 +92,8 @@ def run(args: argparse.Namespace) -> int:
     check_labels(args.id, args.name, args.population)
     check_room(_model_folder(args), args.id)
     _require_torch()
+    if caution := inexact_engine():
+        print(f"movingout: {caution}", file=sys.stderr)
     checkpoint = _bass(args) if args.kind == "bass" else _policy(args)
     runs.finish(_run_folder(args), checkpoint)
     training = _new_in(checkpoint.card, args)

@@ -20,6 +20,7 @@ from movingout.matches.report.parquet import write_parquet
 from movingout.matches.results.results_folder import GRID, read_results
 from movingout.matches.results.table import ALL_MAPS, markdown
 from movingout.matches.run import GridRun, run_grid
+from movingout.world.exactness import inexact_engine
 
 _PROBES = 4  # matches played for an estimate
 _PROBE_TICKS = 100
@@ -46,6 +47,8 @@ def perform(args: argparse.Namespace) -> int:
     crew = crew_of(args)
     if args.dry_run:
         return _dry_run(grid, folder, workers_of(args), args.json)
+    if caution := inexact_engine():
+        print(f"movingout: {caution}", file=sys.stderr)
     try:
         with bar("matches") as progress:
             run = run_grid(

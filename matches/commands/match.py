@@ -18,6 +18,7 @@ from movingout.matches.experiment.plan import Entry, seated
 from movingout.matches.match import LIMIT_TICKS, MAX_TICKS, Match, MatchResult
 from movingout.matches.results.table import MEASURES, rows_of, words
 from movingout.matches.run import play_matches
+from movingout.world.exactness import inexact_engine
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -44,6 +45,8 @@ def run(args: argparse.Namespace) -> int:
 
 def _pair(args: argparse.Namespace) -> int:
     plan, crew = _plan(args), crew_of(args)
+    if caution := inexact_engine():
+        print(f"movingout: {caution}", file=sys.stderr)
     for caution in cautions([entry.match for entry in plan]):
         print(f"movingout: {caution}", file=sys.stderr)
     with bar("matches") as progress:

@@ -16,6 +16,7 @@ from movingout.server.security.admin_token import NAME, kept_token
 from movingout.server.security.certificate import Certificate, certificate_in, lan_addresses
 from movingout.server.settings import AGENT_WORKERS, Settings, worker_count
 from movingout.server.uvicorn_server import game_server, listen
+from movingout.world.exactness import inexact_engine
 
 DEFAULTS = Settings()
 EVERYWHERE = ("0.0.0.0", "::")
@@ -56,6 +57,8 @@ def run(args: argparse.Namespace) -> int:
     if is_ghost(settings.partner):
         casting(settings.partner.removeprefix(f"{GHOST}:"))
     check_data(settings.data)
+    if caution := inexact_engine():
+        print(f"movingout: {caution}", file=sys.stderr)
     listening = listen(settings.host, settings.port)
     settings = replace(with_kept_token(settings), port=listening.getsockname()[1])
     certificate = certificate_for(settings) if settings.tls else None
