@@ -66,7 +66,11 @@ export function timeWords({ tick, limit_ticks, phase }) {
   return limit_ticks > 0 ? `${played} / ${clock(limit_ticks)}` : played;
 }
 
-/** The worst connection of the people and programs in a room. @param {Pick<RoomRow, "seats" | "phase">} room @returns {Pill} */
+/**
+ * The worst connection of the people and programs in a room.
+ * @param {Pick<RoomRow, "seats" | "phase">} room
+ * @returns {Pill}
+ */
 export function linkPill({ seats, phase }) {
   const over = phase === "series_over" || phase === "closed"; // nobody is missed any more
   const joined = over ? [] : seats.filter(({ kind }) => kind === "human" || kind === "remote");

@@ -64,7 +64,7 @@ export function readable(background, one, other) {
 /** WCAG contrast ratio of two "#rrggbb" colours. @param {string} one @param {string} other */
 export function contrast(one, other) {
   const [bright, dark] = [luminance(one), luminance(other)].sort((a, b) => b - a);
-  return /** @type {number} */ ((bright) + 0.05) / /** @type {number} */ ((dark) + 0.05);
+  return /** @type {number} */ (bright + 0.05) / /** @type {number} */ (dark + 0.05);
 }
 
 /** Relative luminance by WCAG 2. @param {string} colour */

@@ -84,7 +84,14 @@ function reasonForm(row, action, act, done) {
   return form;
 }
 
-/** @param {ParticipantRow} row @param {Action} action @param {string} reason @param {Do} act @param {HTMLElement} problem @param {() => void} done */
+/**
+ * @param {ParticipantRow} row
+ * @param {Action} action
+ * @param {string} reason
+ * @param {Do} act
+ * @param {HTMLElement} problem
+ * @param {() => void} done
+ */
 async function run({ pid, unit, episode }, { action }, reason, act, problem, done) {
   try {
     await act(action, { pid, unit, episode, reason, text: reason });

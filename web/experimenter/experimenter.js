@@ -25,7 +25,13 @@ import { LiveStream } from "../core/live_stream.js";
 /** @typedef {import("./words.js").StudyState} StudyState */
 /** @typedef {import("./words.js").ParticipantRow} ParticipantRow */
 /** @typedef {import("./words.js").Pill} Pill */
-/** @typedef {{row: HTMLTableRowElement, cells: Map<string, HTMLElement>, watch: HTMLAnchorElement, data: ParticipantRow}} Shown */
+/**
+ * @typedef {object} Shown
+ * @property {HTMLTableRowElement} row
+ * @property {Map<string, HTMLElement>} cells
+ * @property {HTMLAnchorElement} watch
+ * @property {ParticipantRow} data
+ */
 
 const PATH = "/api/experimenter/state";
 const WRONG_TOKEN = [401, 403];
@@ -74,7 +80,8 @@ class Dashboard {
     try {
       this.show(await requestJson(PATH, { token: this.token, signal: AbortSignal.timeout(STALE_MS) }));
     } catch (error) {
-      if (error instanceof ApiError && WRONG_TOKEN.includes(error.status)) location.reload(); // a new server: asks for its token
+      // A restarted server has another token: the reloaded page asks for it.
+      if (error instanceof ApiError && WRONG_TOKEN.includes(error.status)) location.reload();
       this.#setLost(error instanceof ApiError ? error.message : "The server takes long to answer.");
     }
   }

@@ -45,8 +45,18 @@ import { clockText } from "../play/seat_phrases.js";
  * @property {ParticipantRow[]} participants
  * @property {Alert[]} alerts
  * @property {Note[]} notes
- * @property {{late_p99_ms: number, missed: number, ticks: number, disk_free_mb: number, recordings: number, partial: number}} server
+ * @property {ServerStatus} server
  */
+/**
+ * @typedef {object} ServerStatus
+ * @property {number} late_p99_ms
+ * @property {number} missed deadlines
+ * @property {number} ticks
+ * @property {number} disk_free_mb
+ * @property {number} recordings
+ * @property {number} partial recordings that broke off
+ */
+/** @typedef {"restart-round" | "invalid" | "kick" | "note" | "pause" | "resume"} ActionName */
 /** @typedef {{title: string, value: string, detail: string, tone: "" | "bad"}} Fact */
 
 const LATE_MS = 5; // p99 beyond which a person might notice
@@ -90,7 +100,11 @@ export function whereWords({ kind, round, outcome, partner_letter }) {
   return kind === "questionnaire" && partner_letter ? `${words}, Partner ${partner_letter}` : words;
 }
 
-/** Blue and red with who sits there; null outside of rounds. @param {ParticipantRow} row @returns {[string, string] | null} */
+/**
+ * Blue and red with who sits there; null outside of rounds.
+ * @param {ParticipantRow} row
+ * @returns {[string, string] | null}
+ */
 export function seatNames({ pid, seat, partner_letter, partner_pid, outcome, kind }) {
   if (outcome || seat === null || !["round", "practice"].includes(kind)) return null;
   const partner = partner_pid ?? (partner_letter ? `Partner ${partner_letter}` : "partner");
@@ -174,7 +188,10 @@ export function atWords(seconds) {
   return new Date(seconds * 1000).toLocaleTimeString([], { hour: "2-digit", minute: "2-digit" });
 }
 
-/** Those who need somebody first: away, then here, then finished; each by when they came. @param {readonly ParticipantRow[]} rows */
+/**
+ * Those who need somebody first: away, then here, then finished; each by when they came.
+ * @param {readonly ParticipantRow[]} rows
+ */
 export function sorted(rows) {
   const rank = (/** @type {ParticipantRow} */ row) => (row.outcome ? 2 : row.present ? 1 : 0);
   return rows
@@ -186,7 +203,7 @@ export function sorted(rows) {
 /**
  * What can be done for somebody now.
  * @param {ParticipantRow} row
- * @returns {{action: "restart-round" | "invalid" | "kick" | "note" | "pause" | "resume", label: string, asks: string, danger: boolean}[]}
+ * @returns {{action: ActionName, label: string, asks: string, danger: boolean}[]}
  */
 export function actionsFor({ outcome, kind, episode, room, unit, paused }) {
   /** @type {ReturnType<typeof actionsFor>} */

@@ -30,7 +30,10 @@ export class Gamepads {
     return readings;
   }
 
-  /** The first button that is newly pressed on any pad, for remapping; null when there is none. @param {Mapping} mapping */
+  /**
+   * The first button that is newly pressed on any pad, for remapping; null when there is none.
+   * @param {Mapping} mapping
+   */
   pressedButton(mapping) {
     const before = new Map(this.#before);
     this.read(mapping);

@@ -6,15 +6,19 @@
 import { CENTRED, strongest } from "./stick.js";
 
 /** @typedef {import("./mapping.js").Mapping} Mapping */
+/** @typedef {import("./mapping.js").KeySet} KeySet */
 /** @typedef {import("./keyboard.js").Reading} Reading */
 /** @typedef {import("./gamepad.js").PadReading} PadReading */
 /** @typedef {"keyboard" | "gamepad" | "touch"} Device */
 /** @typedef {Reading & {device: Device}} SeatReading */
-/** @typedef {{seat: number, keySets: number[], pad: PadName | null, device: Device}} SeatCard  what drives a seat, for people */
+/**
+ * What drives a seat, for people to read.
+ * @typedef {{seat: number, keySets: number[], pad: PadName | null, device: Device}} SeatCard
+ */
 /** @typedef {{index: number, id: string}} PadName */
 /**
  * @typedef {object} Devices
- * @property {{read(keys: import("./mapping.js").KeySet): Reading, isUsed(keys: import("./mapping.js").KeySet): boolean}} keyboard
+ * @property {{read(keys: KeySet): Reading, isUsed(keys: KeySet): boolean}} keyboard
  * @property {{read(mapping: Mapping): PadReading[]}} gamepads
  * @property {{read(): Reading, readonly used: boolean}} touch
  */

@@ -51,7 +51,12 @@ export class InputSender {
     return input;
   }
 
-  /** The seat lets go of everything, now: the page is hidden. @param {number} nowMs @param {Seen} seen @returns {Input} */
+  /**
+   * The seat lets go of everything, now: the page is hidden.
+   * @param {number} nowMs
+   * @param {Seen} seen
+   * @returns {Input}
+   */
   neutral(nowMs, seen) {
     this.#seq += 1;
     this.#last = {

@@ -18,7 +18,11 @@ export function withDeadZone(x, y, zone) {
   return { x: (x / length) * scaled, y: (y / length) * scaled };
 }
 
-/** The longer of several sticks, so that two devices of one person do not add up. @param {readonly Stick[]} sticks @returns {Stick} */
+/**
+ * The longer of several sticks, so that two devices of one person do not add up.
+ * @param {readonly Stick[]} sticks
+ * @returns {Stick}
+ */
 export function strongest(sticks) {
   return sticks.reduce((best, stick) => (lengthOf(stick) > lengthOf(best) ? stick : best), CENTRED);
 }

@@ -11,8 +11,8 @@
  * @property {string} [kind] mlp, gru, dp or bass where it is trained
  * @property {string} [policy] of a trained one: mlp, gru or dp
  * @property {string} [population] whose play it has learned from; empty where it has not
- * @property {{unseen: number | null, alone: number | null}} [tcr] measured with people it never met, and of these people
- *   beside a partner who stands still
+ * @property {{unseen: number | null, alone: number | null}} [tcr] measured with people it never met, and of these
+ *   people beside a partner who stands still
  */
 /** @typedef {{value: string, label: string, help: string, group: string}} SeatOption */
 /** @typedef {{kind: "here" | "link" | "agent" | "remote", agent?: string}} SeatRequest */
@@ -132,7 +132,8 @@ export function roomRequest(choice, maps, practice = false) {
 export function seatsNote(seats) {
   const [blue, red] = seats;
   if (blue === "here" && red === "here") {
-    return "Two people at this screen: two gamepads, or blue on W A S D with space and red on the arrow keys with Enter.";
+    const keys = "blue on W A S D with space and red on the arrow keys with Enter";
+    return `Two people at this screen: two gamepads, or ${keys}.`;
   }
   if (!seats.includes("here")) {
     return seats.some(isOpen) ? "You do not play yourself: you get the links." : "You do not play yourself: you watch.";

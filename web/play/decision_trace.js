@@ -130,7 +130,12 @@ export function wayOf(rows, [x, y]) {
   return way;
 }
 
-/** The items that the chosen candidate is expected to move. @param {Thought} thought @param {View} view @returns {{item: number, place: Point}[]} */
+/**
+ * The items that the chosen candidate is expected to move.
+ * @param {Thought} thought
+ * @param {View} view
+ * @returns {{item: number, place: Point}[]}
+ */
 export function movedItems(thought, view) {
   const places = thought.items[thought.chosen] ?? [];
   return places
@@ -193,7 +198,11 @@ export function drawGuess(pen, seat, way) {
   drawLine(pen, way, seatColour(pen, seat), 1.5, 0.02 * pen.unit);
 }
 
-/** Both robots from moment to moment, a ring where they are expected in the end. @param {Pen} pen @param {[Point, Point][]} moments */
+/**
+ * Both robots from moment to moment, a ring where they are expected in the end.
+ * @param {Pen} pen
+ * @param {[Point, Point][]} moments
+ */
 export function drawRobots(pen, moments) {
   for (const seat of [0, 1]) {
     const way = moments.map((places) => places[seat]);
@@ -211,14 +220,25 @@ function seatColour({ theme }, seat) {
   return seat === 0 ? theme.blue : theme.red;
 }
 
-/** @param {Pen} pen @param {Point[]} way @param {string} colour @param {number} width hairs @param {number} [dash] pixels */
+/**
+ * @param {Pen} pen
+ * @param {Point[]} way
+ * @param {string} colour
+ * @param {number} width hairs
+ * @param {number} [dash] pixels
+ */
 function drawLine(pen, way, colour, width, dash = 0) {
   pen.ctx.beginPath();
   for (const point of way) pen.ctx.lineTo(...pen.at(...point));
   stroke(pen, colour, width, dash);
 }
 
-/** @param {Pen} pen @param {string} colour @param {number} width hairs @param {number} dash pixels, 0 for a solid line */
+/**
+ * @param {Pen} pen
+ * @param {string} colour
+ * @param {number} width hairs
+ * @param {number} dash pixels, 0 for a solid line
+ */
 function stroke({ ctx, hair }, colour, width, dash) {
   ctx.strokeStyle = colour;
   ctx.lineWidth = width * hair;

@@ -8,7 +8,9 @@ import { TEXT } from "../text/text.js";
 
 /**
  * The body of POST /api/rooms: the map is the recording's own.
- * @param {string} recording episode id @param {number} own the person's seat @param {number} limitTicks 0 for the usual limit
+ * @param {string} recording episode id
+ * @param {number} own the person's seat
+ * @param {number} limitTicks 0 for the usual limit
  */
 export function ghostRequest(recording, own, limitTicks) {
   const seats = [0, 1].map((seat) => (seat === own ? { kind: "here" } : { kind: "ghost", recording }));

@@ -53,7 +53,11 @@ export class Panels {
     this.#stopping = false;
   }
 
-  /** The end of this page's game, with a sentence and where to go. @param {string} sentence @param {string} watchPath empty: no such offer */
+  /**
+   * The end of this page's game, with a sentence and where to go.
+   * @param {string} sentence
+   * @param {string} watchPath empty: no such offer
+   */
   showOver(sentence, watchPath) {
     const reload = sentence === TEXT.reload;
     const buttons = [
@@ -155,7 +159,12 @@ export class Panels {
     return [el("h2", {}, TEXT.ready.title), ...rows, ...(mineReady ? waiting : [])];
   }
 
-  /** @param {SeatCard} card @param {import("../messages.js").SeatState} seat @param {Mapping} mapping @param {boolean} several */
+  /**
+   * @param {SeatCard} card
+   * @param {import("../messages.js").SeatState} seat
+   * @param {Mapping} mapping
+   * @param {boolean} several
+   */
   #readyRow(card, seat, mapping, several) {
     const who = el(
       "p",

@@ -23,7 +23,12 @@ export class Probe {
     /** @type {any} */ (window).__movingout = this;
   }
 
-  /** @param {number} nowMs @param {Scene | null} scene @param {string} status @param {readonly (import("../view/render.js").Intent | null)[]} intents */
+  /**
+   * @param {number} nowMs
+   * @param {Scene | null} scene
+   * @param {string} status
+   * @param {readonly (import("../view/render.js").Intent | null)[]} intents
+   */
   drawn(nowMs, scene, status, intents) {
     this.frames += 1;
     if (nowMs - this.#lastMs > 0) this.gaps.push(nowMs - this.#lastMs);

@@ -9,7 +9,10 @@ import { duration, headline, measures } from "./result_words.js";
 
 /** @typedef {import("./result_words.js").Result} Result */
 /** @typedef {import("./result_words.js").Measure} Measure */
-/** @typedef {{index: number, total: number, map: import("../view/render.js").GameMap}} Round the server's `round` message */
+/**
+ * The server's `round` message.
+ * @typedef {{index: number, total: number, map: import("../view/render.js").GameMap}} Round
+ */
 /**
  * @typedef {object} Options
  * @property {Result} result

@@ -100,7 +100,13 @@ export function tickAt(timeMs) {
   return Math.floor(timeMs / TICK_MS + 1e-6);
 }
 
-/** A straight line for positions, the shorter way for angles. @param {Triple} a @param {Triple} b @param {number} part 0 to 1 @returns {Triple} */
+/**
+ * A straight line for positions, the shorter way for angles.
+ * @param {Triple} a
+ * @param {Triple} b
+ * @param {number} part 0 to 1
+ * @returns {Triple}
+ */
 function between(a, b, part) {
   const turn = 2 * Math.PI;
   const angle = ((((b[2] - a[2] + Math.PI) % turn) + turn) % turn) - Math.PI;

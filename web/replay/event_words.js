@@ -8,7 +8,10 @@
 
 const SEATS = ["Blue", "Red"];
 
-/** What a participant would call an event; the rest belongs to the journal. @type {Record<string, (who: string, what: string) => string>} */
+/**
+ * What a participant would call an event; the rest belongs to the journal.
+ * @type {Record<string, (who: string, what: string) => string>}
+ */
 const WORDS = {
   grab: (who, what) => `${who} takes the ${what}`,
   grab_failed: (who) => `${who} reaches for nothing`,

@@ -7,7 +7,10 @@
 import { el } from "../core/dom.js";
 import { measures } from "../play/result_words.js";
 
-/** @typedef {{tcr: number[], nfd: number[], wt_s: number[], ac: number[]}} Curves after each tick, from 1 on; `ac` is -1 until something is carried together */
+/**
+ * The metrics after each tick, from tick 1 on; `ac` is -1 until something is carried together.
+ * @typedef {{tcr: number[], nfd: number[], wt_s: number[], ac: number[]}} Curves
+ */
 /** @typedef {{low: number, high: number}} Scale */
 
 const NAMESPACE = "http://www.w3.org/2000/svg";
@@ -16,7 +19,12 @@ export const HEIGHT = 32;
 const MARGIN = 2; // half a stroke and a little air
 const FIELDS = /** @type {const} */ ({ tcr: "tcr", nfd: "nfd", wt: "wt_s", ac: "ac" });
 
-/** What lies at the bottom and at the top: shares reach from 0 to 1, NFD may be below, waiting ends at its largest. @param {keyof Curves} field @param {number[]} values @returns {Scale} */
+/**
+ * What lies at the bottom and at the top: shares reach from 0 to 1, NFD may be below, waiting ends at its largest.
+ * @param {keyof Curves} field
+ * @param {number[]} values
+ * @returns {Scale}
+ */
 export function scaleOf(field, values) {
   if (field === "wt_s") return { low: 0, high: Math.max(1, ...values) };
   return { low: field === "nfd" ? Math.min(0, ...values) : 0, high: 1 };
@@ -109,7 +117,12 @@ export class MetricCurves {
   }
 }
 
-/** @template {"svg" | "path"} K @param {K} tag @param {Record<string, string>} attributes @returns {SVGElementTagNameMap[K]} */
+/**
+ * @template {"svg" | "path"} K
+ * @param {K} tag
+ * @param {Record<string, string>} attributes
+ * @returns {SVGElementTagNameMap[K]}
+ */
 function shape(tag, attributes) {
   const node = document.createElementNS(NAMESPACE, tag);
   for (const [name, value] of Object.entries(attributes)) node.setAttribute(name, value);

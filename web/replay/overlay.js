@@ -19,14 +19,18 @@ import { drawGuess, drawRobots, letterOf } from "../play/decision_trace.js";
  * @property {number[]} scores per candidate
  * @property {Point[][]} ways per candidate: where it was to lead
  * @property {[Point, Point][]} moves items that the chosen one was to move: from, to
- * @property {[Point, Point][][]} robots per guess of the partner's and moment from now on: where blue and red were expected
+ * @property {[Point, Point][][]} robots per prediction of the partner and moment: where blue and red were expected
  * @property {Point[][]} guesses what was expected of the partner: where it was to lead
  */
 
 export const TRAIL_TICKS = 50;
 const LASTS_TICKS = 15; // a decision that nothing followed for so long is over
 
-/** The newest decision of each seat at `tick`, unless it is over. @param {readonly Thought[]} thoughts in order of ticks @param {number} tick */
+/**
+ * The newest decision of each seat at `tick`, unless it is over.
+ * @param {readonly Thought[]} thoughts in order of ticks
+ * @param {number} tick
+ */
 export function thoughtsAt(thoughts, tick) {
   return [0, 1]
     .map((seat) => thoughts.findLast((thought) => thought.seat === seat && thought.tick <= Math.max(tick, 1)))
@@ -41,7 +45,12 @@ export function ranking({ scores, chosen }) {
     .sort((a, b) => b.score - a.score);
 }
 
-/** @param {CanvasRenderingContext2D} ctx @param {Replay} replay @param {number} timeMs @param {number} stepMs between two points */
+/**
+ * @param {CanvasRenderingContext2D} ctx
+ * @param {Replay} replay
+ * @param {number} timeMs
+ * @param {number} stepMs between two points
+ */
 export function drawTrails(ctx, replay, timeMs, stepMs) {
   const pen = new Pen(ctx, currentTheme(), ctx.canvas.width);
   const points = Array.from({ length: TRAIL_TICKS + 1 }, (_, back) => timeMs - back * stepMs).filter((ms) => ms >= 0);
@@ -77,7 +86,14 @@ export function drawThoughts(ctx, thoughts) {
   }
 }
 
-/** @param {Pen} pen @param {Point[]} points @param {string} colour @param {number} width hairs @param {number} alpha @param {number} [dash] pixels, 0 for a solid line */
+/**
+ * @param {Pen} pen
+ * @param {Point[]} points
+ * @param {string} colour
+ * @param {number} width hairs
+ * @param {number} alpha
+ * @param {number} [dash] pixels, 0 for a solid line
+ */
 function line(pen, points, colour, width, alpha, dash = 0) {
   const { ctx } = pen;
   ctx.save();

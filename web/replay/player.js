@@ -33,7 +33,10 @@ export class Player {
     this.timeMs = Math.min(Math.max(timeMs, 0), this.durationMs);
   }
 
-  /** Pauses and moves to a whole tick: from between two ticks, back and forth go to the nearest one. @param {number} steps */
+  /**
+   * Pauses and moves to a whole tick: from between two ticks, back and forth go to the nearest one.
+   * @param {number} steps
+   */
   step(steps) {
     this.playing = false;
     const place = this.timeMs / this.stepMs;

@@ -151,7 +151,11 @@ function players({ blue, red }) {
   return el("span", { class: "players" }, side(0, blue), el("span", { class: "muted" }, "with"), side(1, red));
 }
 
-/** @param {string} label shown where the table is a list @param {Record<string, unknown>} props @param {...(Node | string | null)} children */
+/**
+ * @param {string} label shown where the table is a list
+ * @param {Record<string, unknown>} props
+ * @param {...(Node | string | null)} children
+ */
 function cell(label, props, ...children) {
   return el("td", { "data-label": label, ...props }, ...children);
 }

@@ -62,7 +62,8 @@ function checkBox(box, words) {
 
 /** Puts what was read into a file of its own. @param {import("./words.js").Words} words @param {HTMLElement} text */
 function saveCopy(words, text) {
-  const page = `<!doctype html><html lang="${words.language}"><meta charset="utf-8"><title>${words.say("page.title")}</title>${text.innerHTML}</html>`;
+  const head = `<meta charset="utf-8"><title>${words.say("page.title")}</title>`;
+  const page = `<!doctype html><html lang="${words.language}">${head}${text.innerHTML}</html>`;
   const address = URL.createObjectURL(new Blob([page], { type: "text/html" }));
   el("a", { href: address, download: `${words.say("consent.copyName")}.html` }).click();
   setTimeout(() => URL.revokeObjectURL(address), 1000);

@@ -69,7 +69,11 @@ export class StudyFrame {
     this.#language.hidden = languages.length < 2;
   }
 
-  /** @param {View | null} view @param {readonly number[]} people whose screen it is @param {boolean} several two sit here */
+  /**
+   * @param {View | null} view
+   * @param {readonly number[]} people whose screen it is
+   * @param {boolean} several two sit here
+   */
   setPlace(view, people, several) {
     const words = this.#words;
     if (words === null) return;

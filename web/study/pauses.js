@@ -12,7 +12,10 @@ import { actionButton, card, heading, problemBox } from "./screen.js";
 
 const SECOND_MS = 1000;
 
-/** Calls `show` with the seconds since `since_s` was true, now and each second. @param {(seconds: number) => void} show */
+/**
+ * Calls `show` with the seconds since `since_s` was true, now and each second.
+ * @param {(seconds: number) => void} show
+ */
 function everySecond(show) {
   const start = performance.now();
   const tick = () => show((performance.now() - start) / 1000);

@@ -65,7 +65,12 @@ export function actionButton(words, text, problem, action, kind = "primary") {
   return button;
 }
 
-/** @param {Words} words @param {HTMLButtonElement} button @param {HTMLElement} problem @param {() => Promise<void>} action */
+/**
+ * @param {Words} words
+ * @param {HTMLButtonElement} button
+ * @param {HTMLElement} problem
+ * @param {() => Promise<void>} action
+ */
 export async function attempt(words, button, problem, action) {
   if (button.getAttribute("aria-disabled") === "true") return;
   button.setAttribute("aria-disabled", "true"); // not `disabled`: the keyboard would lose its place

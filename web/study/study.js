@@ -105,7 +105,10 @@ class StudyPage {
     this.#show();
   }
 
-  /** @param {string} problem why we ask (again); empty: for the first time @param {Record<string, string>} [given] by the link */
+  /**
+   * @param {string} problem why we ask (again); empty: for the first time
+   * @param {Record<string, string>} [given] by the link
+   */
   #askWho(problem, given = {}) {
     this.#forget();
     const options = {
@@ -256,7 +259,11 @@ class StudyPage {
     this.#show();
   }
 
-  /** One after the other, until each was answered. @param {number[]} people @param {(place: Place) => Promise<View>} ask */
+  /**
+   * One after the other, until each was answered.
+   * @param {number[]} people
+   * @param {(place: Place) => Promise<View>} ask
+   */
   async #each(people, ask) {
     const views = [...this.#views];
     for (const person of people) views[person] = await this.#persistence.until(() => ask(this.#places[person]));

@@ -4,7 +4,8 @@ import { test } from "node:test";
 
 import * as messages from "../messages.js";
 
-/** @typedef {{name: string, frame: "Beat" | "Ping" | "Pong" | "Input" | "Bundle", hex: string, value: Record<string, unknown>}} Golden */
+/** @typedef {"Beat" | "Ping" | "Pong" | "Input" | "Bundle"} FrameName */
+/** @typedef {{name: string, frame: FrameName, hex: string, value: Record<string, unknown>}} Golden */
 
 /** @type {Golden[]} the same bytes that the server's own test reads */
 const golden = JSON.parse(readFileSync(new URL("../../tests/server/golden_frames.json", import.meta.url), "utf8"));

@@ -135,7 +135,7 @@ test("the d-pad is a stick too", () => {
 /** Devices whose state a test sets. */
 function devices() {
   const board = keyboard();
-  /** @type {{pads: (Gamepad | null)[], touch: {stick: {x: number, y: number}, backward: boolean, grabs: number}, used: boolean}} */
+  /** @type {{pads: (Gamepad | null)[], touch: import("../input/keyboard.js").Reading, used: boolean}} */
   const state = { pads: [], touch: { stick: CENTRED, backward: false, grabs: 0 }, used: false };
   const touch = {
     read: () => state.touch,

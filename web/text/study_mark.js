@@ -6,7 +6,10 @@
 
 const KEY = "movingout-study-round";
 
-/** @typedef {{room: string, key: string, practice: boolean, language: string, name: string}} StudyMark name: "Round 3 of 12" */
+/**
+ * `name` is what people read: "Round 3 of 12".
+ * @typedef {{room: string, key: string, practice: boolean, language: string, name: string}} StudyMark
+ */
 
 /** @param {StudyMark} mark */
 export function markStudyRound(mark) {

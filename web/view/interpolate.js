@@ -124,7 +124,12 @@ function posesOf(bundle, index) {
   });
 }
 
-/** A grip changes with the pose its event names, not with the whole tick. @param {Bundle} bundle @param {number} index @param {readonly number[] | undefined} before */
+/**
+ * A grip changes with the pose its event names, not with the whole tick.
+ * @param {Bundle} bundle
+ * @param {number} index
+ * @param {readonly number[] | undefined} before
+ */
 function heldAt(bundle, index, before) {
   if (before === undefined) return bundle.held;
   return bundle.held.map((now, seat) => {
@@ -146,7 +151,13 @@ function deliveredAt(bundle, index, before) {
   });
 }
 
-/** Linear, the angle by the shorter way round; share may exceed 1. @param {Triple} from @param {Triple} to @param {number} share @returns {Triple} */
+/**
+ * Linear, the angle by the shorter way round; share may exceed 1.
+ * @param {Triple} from
+ * @param {Triple} to
+ * @param {number} share
+ * @returns {Triple}
+ */
 export function between(from, to, share) {
   const turn = to[2] - from[2];
   const shorter = turn - 2 * Math.PI * Math.round(turn / (2 * Math.PI));
@@ -179,7 +190,11 @@ export class PlayHead {
     return delays[0] + Math.max(MARGIN_MIN_MS, Math.min(MARGIN_MAX_MS, late - delays[0]));
   }
 
-  /** A bundle of the tick that began at `tickMs` came in at `serverMs`, both by the server's clock. @param {number} tickMs @param {number} serverMs */
+  /**
+   * A bundle of the tick that began at `tickMs` came in at `serverMs`, both by the server's clock.
+   * @param {number} tickMs
+   * @param {number} serverMs
+   */
   arrived(tickMs, serverMs) {
     this.#arrivals.push({ atMs: serverMs, delayMs: serverMs - tickMs });
     while (this.#arrivals[0].atMs < serverMs - WINDOW_MS) this.#arrivals.shift();

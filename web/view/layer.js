@@ -28,7 +28,12 @@ export function staticLayer(canvas, map, theme) {
   return layer;
 }
 
-/** @param {Pen} pen @param {Rect} rect @param {number} margin arena units @returns {[number, number, number, number]} */
+/**
+ * @param {Pen} pen
+ * @param {Rect} rect
+ * @param {number} margin arena units
+ * @returns {[number, number, number, number]}
+ */
 function pixels(pen, rect, margin) {
   const [left, top] = pen.at(Math.min(rect.x0, rect.x1) - margin, Math.max(rect.y0, rect.y1) + margin);
   const [right, bottom] = pen.at(Math.max(rect.x0, rect.x1) + margin, Math.min(rect.y0, rect.y1) - margin);

@@ -7,7 +7,11 @@ export const ARENA_HALF = 1.2; // half the side of the arena, arena units
 
 /** A 2D context that thinks in arena units, y up. */
 export class Pen {
-  /** @param {CanvasRenderingContext2D | OffscreenCanvasRenderingContext2D} ctx @param {Theme} theme @param {number} side canvas side in pixels */
+  /**
+   * @param {CanvasRenderingContext2D | OffscreenCanvasRenderingContext2D} ctx
+   * @param {Theme} theme
+   * @param {number} side canvas side in pixels
+   */
   constructor(ctx, theme, side) {
     this.ctx = ctx;
     this.theme = theme;

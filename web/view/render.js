@@ -15,7 +15,17 @@ const MARKS = new Map([
 
 /** @typedef {import("../core/colours.js").Theme} Theme */
 /** @typedef {{x0: number, y0: number, x1: number, y1: number}} Rect */
-/** @typedef {{id: number, shape: string, size: string, scale: number, mass: number, x: number, y: number, angle: number}} Item */
+/**
+ * @typedef {object} Item
+ * @property {number} id
+ * @property {string} shape
+ * @property {string} size
+ * @property {number} scale
+ * @property {number} mass
+ * @property {number} x
+ * @property {number} y
+ * @property {number} angle radians
+ */
 /** @typedef {{x: number, y: number, angle: number}} Pose */
 /**
  * @typedef {object} GameMap  our map JSON
@@ -56,7 +66,11 @@ export function startView(map) {
   };
 }
 
-/** Fits the canvas' pixels to its size on the page. @param {HTMLCanvasElement} canvas @returns {boolean} whether it changed */
+/**
+ * Fits the canvas' pixels to its size on the page.
+ * @param {HTMLCanvasElement} canvas
+ * @returns {boolean} whether it changed
+ */
 export function fitCanvas(canvas) {
   const side = Math.max(1, Math.round(canvas.clientWidth * devicePixelRatio));
   if (canvas.width === side && canvas.height === side) return false;
@@ -129,7 +143,11 @@ function drawItem(pen, item, view, index, options) {
   });
 }
 
-/** The outline says who holds it: blue solid, red dashed, both on top of each other. @param {Pen} pen @param {number[]} holders */
+/**
+ * The outline says who holds it: blue solid, red dashed, both on top of each other.
+ * @param {Pen} pen
+ * @param {number[]} holders
+ */
 function strokeItem(pen, holders) {
   const { ctx, theme } = pen;
   ctx.strokeStyle = theme.ink;
@@ -146,7 +164,13 @@ function strokeItem(pen, holders) {
   }
 }
 
-/** A ring around a large item that one robot holds: it waits for the other. @param {Pen} pen @param {Triple} pose @param {Item} item @param {number} pulse */
+/**
+ * A ring around a large item that one robot holds: it waits for the other.
+ * @param {Pen} pen
+ * @param {Triple} pose
+ * @param {Item} item
+ * @param {number} pulse
+ */
 function drawNeedsTwo(pen, pose, item, pulse) {
   const { ctx, theme } = pen;
   const corners = outline(item.shape, item.scale).map(([x, y]) => Math.hypot(x, y));
@@ -175,7 +199,12 @@ function drawTick(pen, colour) {
   ctx.lineCap = "butt";
 }
 
-/** A short bar from a robot to what it holds, under the robot. @param {Pen} pen @param {View} view @param {number} seat */
+/**
+ * A short bar from a robot to what it holds, under the robot.
+ * @param {Pen} pen
+ * @param {View} view
+ * @param {number} seat
+ */
 function drawGrip(pen, view, seat) {
   const held = view.held[seat];
   if (held < 0) return;
@@ -247,7 +276,13 @@ function drawOwnRing(pen, pose, colour) {
   });
 }
 
-/** Where the own stick points, drawn in the frame it moved, before the server knows. @param {Pen} pen @param {Triple} pose @param {string} colour @param {Intent} intent */
+/**
+ * Where the own stick points, drawn in the frame it moved, before the server knows.
+ * @param {Pen} pen
+ * @param {Triple} pose
+ * @param {string} colour
+ * @param {Intent} intent
+ */
 function drawIntent(pen, pose, colour, intent) {
   const strength = Math.min(1, Math.hypot(intent.x, intent.y));
   if (strength === 0) return;

@@ -5,7 +5,10 @@
 
 /** @typedef {"likert7" | "tlx" | "choice" | "text"} Kind */
 /** @typedef {{id: string, kind: Kind, label: string, text: string, required?: boolean}} Item */
-/** @typedef {{value: number, text: string}} Given an answer; a value of the scale, or -1: "I prefer not to answer", or a text */
+/**
+ * An answer: a value of the scale, or -1 for "I prefer not to answer" and for a text.
+ * @typedef {{value: number, text: string}} Given
+ */
 
 export const PER_PAGE = 3;
 

@@ -61,7 +61,13 @@ function likert(words, item, value, save) {
   return [el("div", { class: "likert" }, ...boxes), ends];
 }
 
-/** @param {Item} item @param {number} value @param {number | undefined} given @param {Save} save @param {string | null} [describedBy] */
+/**
+ * @param {Item} item
+ * @param {number} value
+ * @param {number | undefined} given
+ * @param {Save} save
+ * @param {string | null} [describedBy]
+ */
 function radio(item, value, given, save, describedBy = null) {
   const input = el("input", {
     type: "radio",
@@ -92,7 +98,13 @@ function choice(words, item, value, save) {
   return [el("div", { class: "choice" }, ...options), noAnswer(words, item, value, save)];
 }
 
-/** Twenty-one gradations; nothing is chosen until the handle was touched. @param {Words} words @param {Item} item @param {number | undefined} value @param {Save} save */
+/**
+ * Twenty-one gradations; nothing is chosen until the handle was touched.
+ * @param {Words} words
+ * @param {Item} item
+ * @param {number | undefined} value
+ * @param {Save} save
+ */
 function tlx(words, item, value, save) {
   const [low, high] = endsOf(words, item);
   const chosen = value !== undefined && value !== NO_ANSWER;

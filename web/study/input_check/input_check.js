@@ -200,7 +200,12 @@ class ControlPanel {
     return { zone: this.zone, knob: this.dot, grab: this.grab, backward: this.backward };
   }
 
-  /** @param {SeatReading} reading @param {SeatCard} card @param {import("../../input/mapping.js").Mapping} mapping @param {number} nowMs */
+  /**
+   * @param {SeatReading} reading
+   * @param {SeatCard} card
+   * @param {import("../../input/mapping.js").Mapping} mapping
+   * @param {number} nowMs
+   */
   show({ stick, backward, grabs, device }, card, mapping, nowMs) {
     const { words } = this;
     if (grabs > 0) this.litUntil = nowMs + LIT_MS;
@@ -224,7 +229,11 @@ class ControlPanel {
   }
 }
 
-/** @param {import("../words.js").Words} words @param {SeatCard} card @param {import("../../input/mapping.js").Mapping} mapping */
+/**
+ * @param {import("../words.js").Words} words
+ * @param {SeatCard} card
+ * @param {import("../../input/mapping.js").Mapping} mapping
+ */
 function hintWords(words, { device, keySets }, mapping) {
   if (device === "gamepad") {
     return words.say("check.hint.gamepad", {

@@ -22,7 +22,7 @@ test("what is not complete yet is kept back", () => {
   assert.deepEqual(lines.push("\n"), ['{"a":1}']);
 });
 
-test("the token goes in a header, news reach the listener, and a refused stream is not asked for again", async (context) => {
+test("the token goes in a header, news reach the listener, and a refused stream stays closed", async (context) => {
   /** @type {[string, string | null][]} */
   const asked = [];
   const answers = [new Response('data: {"view":7}\n\n'), new Response("", { status: 401 })];

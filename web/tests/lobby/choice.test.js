@@ -47,7 +47,7 @@ test("an agent is described in one sentence", () => {
   assert.equal(agent.help, "Helps, e.g.\u00a0here.");
 });
 
-test("a trained agent is described by what it is, whom it learned from and what it reaches with people it never met", () => {
+test("a trained agent is described by what it is, whom it learned from and its score with people it never met", () => {
   const card = {
     id: "bass@all",
     name: "DP/BASS",

@@ -54,7 +54,7 @@ test("only items that the chosen candidate moves are shown", () => {
   assert.deepEqual(movedItems(thought, view), [{ item: 1, place: [0.1, 0.5] }]);
 });
 
-test("the robots are shown where the chosen candidate is expected to bring them, once per guess of the partner's", () => {
+test("the robots are shown where the chosen candidate will probably bring them, per prediction of the partner", () => {
   const thought = { seat: 0, tick: 3, chosen: 1, scores: [0, 1], candidates: [], items: [] };
   const rollout = (/** @type {number} */ x) =>
     /** @type {[[number, number], [number, number]][]} */ ([

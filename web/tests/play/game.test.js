@@ -86,7 +86,13 @@ const result = {
   recording: "",
 };
 
-/** @param {number} tick @param {number} timeMs @param {number} x @param {number} [epoch] @returns {import("../../messages.js").Bundle} */
+/**
+ * @param {number} tick
+ * @param {number} timeMs
+ * @param {number} x
+ * @param {number} [epoch]
+ * @returns {import("../../messages.js").Bundle}
+ */
 function bundle(tick, timeMs, x, epoch = 1) {
   const poses = new Float64Array(45);
   for (let index = 0; index < 5; index += 1) poses[9 * index] = x;

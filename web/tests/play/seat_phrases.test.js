@@ -28,7 +28,7 @@ const seat = (more) => ({
 /** @param {string} shape @param {string} size */
 const item = (shape, size) => ({ id: 0, shape, size, scale: 0.1, mass: 0.1, x: 0, y: 0, angle: 0 });
 
-/** @param {...{id: number, shape: string, size: string, scale: number, mass: number, x: number, y: number, angle: number}} items */
+/** @param {...import("../../view/render.js").Item} items */
 const map = (...items) => ({
   name: "",
   title: "",

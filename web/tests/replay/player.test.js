@@ -51,9 +51,9 @@ test("a step pauses and lands on a whole tick", () => {
 
 test("speeds change one by one and stop at the ends", () => {
   const fast = player();
-  for (const _ of SPEEDS) fast.changeSpeed(1);
+  SPEEDS.forEach(() => fast.changeSpeed(1));
   assert.equal(fast.speed, 8);
-  for (const _ of [...SPEEDS, ...SPEEDS]) fast.changeSpeed(-1);
+  [...SPEEDS, ...SPEEDS].forEach(() => fast.changeSpeed(-1));
   assert.equal(fast.speed, 0.25);
 });
 

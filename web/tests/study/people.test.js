@@ -5,7 +5,12 @@ import { test } from "node:test";
 import { recruitmentParameters } from "../../study/arrival.js";
 import { seatsToTake, whoseTurn } from "../../study/people.js";
 
-/** @param {string} kind @param {string} [key] @param {number} [done] @returns {import("../../study/service.js").View} */
+/**
+ * @param {string} kind
+ * @param {string} [key]
+ * @param {number} [done]
+ * @returns {import("../../study/service.js").View}
+ */
 const at = (kind, key = kind, done = 0) => ({
   study: { title: "" },
   language: "en",

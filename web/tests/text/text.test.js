@@ -5,7 +5,11 @@ import { test } from "node:test";
 import { ENGLISH, TEXT } from "../../text/text.js";
 import { GERMAN } from "../../text/text_de.js";
 
-/** Every sentence by its path; functions are called with something to put in. @param {unknown} texts @returns {Map<string, string>} */
+/**
+ * Every sentence by its path; functions are called with something to put in.
+ * @param {unknown} texts
+ * @returns {Map<string, string>}
+ */
 function sentences(texts, path = "") {
   if (typeof texts === "function") return new Map([[path, texts("square", 7)]]);
   if (typeof texts !== "object" || texts === null) return new Map([[path, String(texts)]]);

@@ -5,7 +5,10 @@ import { between, PlayHead, Timeline } from "../../view/interpolate.js";
 
 /**
  * One robot drives along x from x0, 0.01 per pose; the other and one item stand still.
- * @param {number} tick @param {number} timeMs @param {number} x0 @param {Partial<import("../../messages.js").Bundle>} [more]
+ * @param {number} tick
+ * @param {number} timeMs
+ * @param {number} x0
+ * @param {Partial<import("../../messages.js").Bundle>} [more]
  * @returns {import("../../messages.js").Bundle}
  */
 function bundle(tick, timeMs, x0, more = {}) {
