@@ -133,8 +133,8 @@ class FakeStudy:
 
     def install(self, page: Page) -> None:
         page.on("request", lambda request: self.urls.append(request.url))
-        page.route("**/study", lambda route: self._page(route, "study.html"))
-        page.route("**/study?*", lambda route: self._page(route, "study.html"))
+        page.route("**/study", lambda route: self._page(route, "study/study.html"))
+        page.route("**/study?*", lambda route: self._page(route, "study/study.html"))
         page.route("**/api/study**", self._answer)
         page.route("**/api/study/**", self._answer)
 

@@ -59,7 +59,7 @@ class FakeDashboard:
 
     def _page(self, route: Route) -> None:
         policy = {"content-security-policy": content_security_policy(route.request.url.split("/")[2])}
-        body = (ROOT / "web" / "experimenter.html").read_text(encoding="utf-8")
+        body = (ROOT / "web" / "experimenter" / "experimenter.html").read_text(encoding="utf-8")
         route.fulfill(body=body, content_type="text/html; charset=utf-8", headers=policy)
 
     def _answer(self, route: Route) -> None:

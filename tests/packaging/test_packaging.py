@@ -7,14 +7,31 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parent.parent
-PACKAGES = ("maps", "world", "recordings", "agents", "matches", "study", "server")
+import movingout
+from tests.support import ROOT
+
+PACKAGES = ("maps", "world", "recordings", "agents", "matches", "study", "server", "web")
 
 
 @pytest.mark.parametrize("name", PACKAGES)
-def test_no_other_distribution_shadows_a_package_of_ours(name: str) -> None:
-    module = importlib.import_module(name)
-    assert Path(str(module.__file__)) == ROOT / name / "__init__.py"
+def test_a_package_of_the_namespace_is_the_folder_at_the_top(name: str) -> None:
+    module = importlib.import_module(f"movingout.{name}")
+    assert Path(str(module.__file__)).resolve() == ROOT / name / "__init__.py"
+
+
+def test_the_public_names_exist_and_are_documented() -> None:
+    for name in set(movingout.__all__) - {"__version__"}:
+        assert getattr(movingout, name).__doc__, name
+    assert set(movingout.__all__) <= set(dir(movingout))
+
+
+def test_an_unknown_public_name_is_answered_with_the_known_ones() -> None:
+    with pytest.raises(AttributeError, match=r"no attribute 'load_maps'.*load_map"):
+        _ = movingout.load_maps
+
+
+def test_the_namespace_costs_nothing_until_a_name_is_used() -> None:
+    assert not _modules_after("import movingout") & {"numpy", "pymunk", "movingout.world"}
 
 
 def _modules_after(statement: str) -> set[str]:
