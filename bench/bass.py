@@ -41,6 +41,7 @@ from movingout.maps import load_map, map_names
 from movingout.maps.errors import MovingOutError
 from movingout.maps.randomize import randomize
 from movingout.world import World
+from movingout.world.constants import LIMIT_TICKS
 from movingout.world.observation import ITEM_SLOTS
 from movingout.world.state import Floats, WorldState
 
@@ -206,7 +207,7 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("--challenge", type=int, choices=(1, 2), default=1, help="whose figures of the paper")
     parser.add_argument("--data", type=Path, nargs="+", help="recordings not used for training; default: played now")
     parser.add_argument("--moments", type=int, default=10, help="per episode")
-    parser.add_argument("--ticks", type=int, default=500, help="limit of an episode that is played now")
+    parser.add_argument("--ticks", type=int, default=LIMIT_TICKS, help="limit of an episode that is played now")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--json", action="store_true")

@@ -21,6 +21,7 @@ from movingout.agents.data.diversity import Diversity, diversity
 from movingout.agents.scripted.populations import PEOPLE, POPULATIONS, population
 from movingout.maps import MapSpec, load_map, map_names
 from movingout.maps.errors import MovingOutError
+from movingout.world.constants import LIMIT_TICKS
 
 PAPER = {  # `table:task_1_diversity`, "Dataset diversity across different data collection methods"
     "paper: Moving Out Challenge 1": Diversity(7.013, 6.065, 0.888, 0.899),
@@ -63,7 +64,7 @@ def main(words: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--maps", default="all")
     parser.add_argument("--people", type=int, default=10, help=f"of each population, an even number from 4 to {PEOPLE}")
-    parser.add_argument("--ticks", type=int, default=500)
+    parser.add_argument("--ticks", type=int, default=LIMIT_TICKS)
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     args = parser.parse_args(words)
     if args.people not in range(4, PEOPLE + 1, 2):

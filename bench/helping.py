@@ -27,9 +27,9 @@ from movingout.agents.scripted.tasks.lift import Lift
 from movingout.agents.scripted.tasks.task import Errand
 from movingout.maps import load_map, map_names
 from movingout.maps.errors import MovingOutError
+from movingout.world.constants import LIMIT_TICKS, TICKS_PER_SECOND
 
-PATIENCE = 500  # ticks: as long as an episode
-TICKS = 500
+PATIENCE = TICKS = LIMIT_TICKS
 
 
 class Holder(ScriptedAgent):
@@ -132,7 +132,7 @@ def rows(runs: Sequence[Held], seen: Sequence[Seen]) -> list[list[str]]:
 
 
 def _counted(outcomes: Sequence[Seen]) -> list[str]:
-    waits = [(one.came - one.held) / 10 for one in outcomes if one.came >= 0]
+    waits = [(one.came - one.held) / TICKS_PER_SECOND for one in outcomes if one.came >= 0]
     return [
         str(sum(one.held >= 0 for one in outcomes)),
         str(len(waits)),

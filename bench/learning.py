@@ -23,6 +23,7 @@ from movingout.agents.scripted.populations import POPULATIONS, population
 from movingout.maps import load_map, map_names
 from movingout.maps.errors import MovingOutError
 from movingout.matches import MatchError, MatchResult, play_matches
+from movingout.world.constants import LIMIT_TICKS
 
 PARTNER_STRIDE = 7  # from map to map, so that different people come first
 
@@ -105,7 +106,7 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("--partners", default="C", help="a population (A, B, C) or an agent id")
     parser.add_argument("--maps", default="all", help="a map's name, several joined by commas, or all")
     parser.add_argument("--episodes", type=int, default=2, help="per map")
-    parser.add_argument("--ticks", type=int, default=500)
+    parser.add_argument("--ticks", type=int, default=LIMIT_TICKS)
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--log", type=Path, help="file of finished episodes, to go on from")
     parser.add_argument("--json", action="store_true")

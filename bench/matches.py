@@ -18,6 +18,7 @@ from movingout.maps import load_map
 from movingout.matches.execution.lockstep import COMPANY, Lockstep
 from movingout.matches.match import Match
 from movingout.world import World
+from movingout.world.constants import LIMIT_TICKS
 
 MAP = "DistancePriority"
 ROUNDS = 20  # short ones: what else the machine does then weighs on both sides alike
@@ -42,14 +43,18 @@ def main() -> None:
     ]
     network = random_network()
     rows += [_row(name, rate) for name, rate in {**policy_rates(network), **bass_rates()}.items()]
-    print_table(f"Matches on {MAP}, pairs of one agent, per core", ["agent", "ticks/s", "matches of 500 ticks/s"], rows)
+    print_table(
+        f"Matches on {MAP}, pairs of one agent, per core",
+        ["agent", "ticks/s", f"matches of {LIMIT_TICKS} ticks/s"],
+        rows,
+    )
     print(f"idle pairs: {statistics.median(ratios):.2f} of the bare World.step rate (to reach: 0.70)")
     alone, together = network_seconds(network)
     print(f"network: {alone / together:.1f} times the samples per second in batches of {2 * COMPANY} (to reach: 5)")
 
 
 def _row(name: str, ticks_per_second: float) -> list[str]:
-    return [name, f"{ticks_per_second:,.0f}", f"{ticks_per_second / 500:.2f}"]
+    return [name, f"{ticks_per_second:,.0f}", f"{ticks_per_second / LIMIT_TICKS:.2f}"]
 
 
 def bare_seconds(ticks: int) -> float:

@@ -32,11 +32,12 @@ from movingout.recordings.exports import export
 from movingout.recordings.exports.plan import Plan
 from movingout.recordings.storage.index import Filter, list_recordings
 from movingout.world import World
+from movingout.world.constants import LIMIT_TICKS, TICK_SECONDS
 from movingout.world.state import WorldState
 
-TICKS = 500
+TICKS = LIMIT_TICKS
 ROUNDS = 5
-EPISODE_S = TICKS * 0.1
+EPISODE_S = TICKS * TICK_SECONDS
 LISTED = 10_000
 EXPORTED = 3
 FORMATS = ("parquet", "csv", "lerobot", "robomimic", "official")

@@ -3,8 +3,9 @@
 from bench import print_table
 from movingout.maps import map_names
 from movingout.matches import Match, MatchResult, play_matches
+from movingout.world.constants import LIMIT_TICKS
 
-TICKS = 500
+TICKS = LIMIT_TICKS
 
 
 def main() -> None:

@@ -35,6 +35,7 @@ from movingout.agents.checkpoint.checkpoint import SHIPPED, Card, Checkpoint, Sc
 from movingout.agents.scripted.populations import population
 from movingout.maps import map_names
 from movingout.maps.errors import MovingOutError
+from movingout.world.constants import LIMIT_TICKS
 
 
 def main(words: Sequence[str] | None = None) -> None:
@@ -161,7 +162,7 @@ def _parsed(words: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--only-evaluate", action="store_true", help="what is trained is good enough")
     parser.add_argument("--finished", action="store_true", help="tables of what was played so far; plays no more")
     parser.add_argument("--runs", type=positive, default=20, help="evaluation episodes per map and agent")
-    parser.add_argument("--ticks", type=positive, default=500)
+    parser.add_argument("--ticks", type=positive, default=LIMIT_TICKS)
     parser.add_argument("--workers", type=positive, default=os.cpu_count() or 1)
     parser.add_argument("--report", type=Path, default=Path("docs/results.md"))
     args = parser.parse_args(words)

@@ -13,12 +13,12 @@ import numpy as np
 from bench import print_table
 from movingout.maps import MapSpec, load_map, map_names
 from movingout.world import World
-from movingout.world.constants import SUB_STEP_SECONDS, SUB_STEPS_PER_HALF
+from movingout.world.constants import LIMIT_TICKS, SUB_STEP_SECONDS, SUB_STEPS_PER_HALF
 from movingout.world.metrics import EpisodeMetrics
 from movingout.world.observation import encoder
 from movingout.world.state import Floats
 
-TICKS = 500
+TICKS = LIMIT_TICKS
 ROUNDS = 5
 TARGETS = {"bare": 0.90, "with sub-poses": 0.65, "everything": 0.45}
 

@@ -9,12 +9,10 @@ from typing import Any, Literal
 from movingout.maps import MapSpec, load_map
 from movingout.maps.randomize import Split, randomize
 from movingout.matches.errors import MatchError
+from movingout.world.constants import LIMIT_TICKS
 
 Challenge = Literal[1, 2]
 Ending = Literal["delivered", "time", "failed"]
-
-LIMIT_TICKS = 500  # 50 s, as in the paper's evaluation
-MAX_TICKS = 36_000  # an hour
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,9 +17,10 @@ from movingout.matches.execution.local_workers import LocalCrew
 from movingout.matches.execution.lockstep import AGENT_LIMIT_S
 from movingout.matches.experiment.grid import Grid, read_grid
 from movingout.matches.experiment.plan import Entry, entries, matches_of, missing_agents
-from movingout.matches.match import LIMIT_TICKS, Challenge, Match, MatchResult
+from movingout.matches.match import Challenge, Match, MatchResult
 from movingout.matches.results.results_folder import Shard, open_folder, read_head, read_results, write_whole
 from movingout.matches.results.table import Row, markdown, rows_of
+from movingout.world.constants import LIMIT_TICKS
 
 Progress = Callable[[int, int], None]
 """Called with (finished, all) matches."""

@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from movingout.maps.spec import ARENA_HALF
 from movingout.recordings.solids import SEAT_RGB
-from movingout.world.metrics import TICK_S
+from movingout.world.constants import TICK_SECONDS
 from movingout.world.state import Floats, WorldState
 
 HEAT_OPACITY = 0.85
@@ -23,7 +23,7 @@ def occupancy(states: Sequence[WorldState], seat: int, cells: int = CELLS) -> Fl
     edges = np.linspace(-ARENA_HALF, ARENA_HALF, cells + 1)
     inside = np.clip(points, edges[0], np.nextafter(edges[-1], 0.0))
     counts, _, _ = np.histogram2d(inside[:, 1], inside[:, 0], bins=(edges, edges))
-    return np.asarray(counts * TICK_S, dtype=np.float64)
+    return np.asarray(counts * TICK_SECONDS, dtype=np.float64)
 
 
 def smoothed(grid: Floats) -> Floats:

@@ -20,10 +20,8 @@ from movingout.recordings.file_format.reader import read_episode
 from movingout.recordings.verification import difference
 from movingout.recordings.viewer.candidates import candidates, guesses, made_in
 from movingout.world import World
+from movingout.world.constants import POSES_PER_TICK, TICK_MS
 from movingout.world.state import Floats, WorldState
-
-POSES_PER_TICK = 5
-POSE_SPACING_MS = 20
 
 
 class BrowserReplay(NamedTuple):
@@ -95,7 +93,7 @@ def summary(episode: Episode) -> dict[str, Any]:
             {"colour": colour, "kind": seat.kind, "name": seat.name, "device": seat.device}
             for colour, seat in zip(SEAT_COLOURS, header.seats, strict=True)
         ],
-        "pose_ms": POSE_SPACING_MS,
+        "pose_ms": TICK_MS // POSES_PER_TICK,
         "poses_per_tick": POSES_PER_TICK,
         "held": [state.held.tolist() for state in episode.states],
         "delivered": [list(tick.delivered) for tick in episode.ticks],

@@ -10,11 +10,13 @@ from typing import Literal
 
 import msgspec
 
+from movingout.world import constants
+
 SUBPROTOCOL = "movingout.v1"
 PROTOCOL = 1
 
-TICK_MS = 100
-POSES_PER_TICK = 5  # real poses at 20 ms spacing; the last is the state after the tick
+TICK_MS = constants.TICK_MS
+POSES_PER_TICK = constants.POSES_PER_TICK
 
 # ---- binary frames: the first byte is the type -------------------------------------------------------------
 

@@ -5,6 +5,8 @@ import os
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from movingout.world.constants import TICK_SECONDS
+
 MOST_WORKERS = 64
 AGENT_WORKERS = min(2, os.cpu_count() or 1)
 """How many processes for agents the commands start: twenty seats of BASS that decide in the same tick keep one busy for
@@ -55,7 +57,7 @@ class Settings:
     countdown_s: float = 3.0  # from "everybody is ready" to the first tick
     admin_token: str = ""  # made at start when empty
     lobby: bool = True  # whether anybody may open a room; a study opens its own
-    tick_s: float = 0.1  # real seconds per tick; less only to rehearse a study faster than people play
+    tick_s: float = TICK_SECONDS  # real seconds per tick; less only to rehearse a study faster than people play
     limits: Limits = field(default_factory=Limits)
 
     @property

@@ -7,9 +7,16 @@ dropped a rule on which holding depends. Units: arena units (u), seconds, radian
 
 # Time
 TICK_SECONDS = 0.1
-SUB_STEP_SECONDS = (1 / 20) / 10  # written as the official code divides it
-SUB_STEPS_PER_HALF = 10  # a tick is two halves; a robot's command takes effect at the start of its half
-SUB_POSE_COUNT = 5  # poses per tick for smooth drawing, 20 ms apart
+TICKS_PER_SECOND = round(1 / TICK_SECONDS)
+TICK_MS = round(1000 * TICK_SECONDS)
+HALF_TICK_SECONDS = TICK_SECONDS / 2  # a robot's command takes effect at the start of its half: blue's, then red's
+SUB_STEPS = 20  # engine steps per tick
+SUB_STEPS_PER_HALF = SUB_STEPS // 2
+SUB_STEP_SECONDS = HALF_TICK_SECONDS / SUB_STEPS_PER_HALF  # the same float as the official (1 / 20) / 10
+POSES_PER_TICK = 5  # poses per tick for smooth drawing; the last is the state after the tick
+POSE_SECONDS = TICK_SECONDS / POSES_PER_TICK
+LIMIT_TICKS = 500  # default length of an episode, as in the paper's evaluation
+MAX_TICKS = 3600 * TICKS_PER_SECOND  # of any episode
 
 # Engine
 SOLVER_ITERATIONS = 10

@@ -19,6 +19,7 @@ from movingout.maps.randomize import Split, randomize
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.world import raster
 from movingout.world.action import to_world
+from movingout.world.constants import LIMIT_TICKS, TICKS_PER_SECOND
 from movingout.world.errors import WorldError
 from movingout.world.metrics import EpisodeMetrics
 from movingout.world.observation import Encoder
@@ -26,8 +27,6 @@ from movingout.world.official_reward import OfficialDenseReward
 from movingout.world.physics import World
 from movingout.world.reward import PaperReward
 from movingout.world.state import Floats, WorldState
-
-LIMIT_TICKS = 500  # 50 s, as in the paper's evaluation
 
 RewardName = Literal["paper-dense", "paper-sparse", "official-dense"]
 Reward = Callable[[WorldState, WorldState], Floats]
@@ -50,7 +49,11 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
     "tcr", "nfd", "wt_s" and "ac" (NaN when undefined).
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"name": "moving_out_v1", "render_modes": ["rgb_array"], "render_fps": 10}
+    metadata: ClassVar[dict[str, Any]] = {
+        "name": "moving_out_v1",
+        "render_modes": ["rgb_array"],
+        "render_fps": TICKS_PER_SECOND,
+    }
     _state: WorldState
 
     def __init__(

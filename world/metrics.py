@@ -14,11 +14,11 @@ import numpy.typing as npt
 
 from movingout.maps import MapSpec
 from movingout.maps.spec import Size
+from movingout.world.constants import TICK_SECONDS
 from movingout.world.distance import Distances, official_distances, paper_distances
 from movingout.world.scoring import delivered_items, goal_boxes, is_delivered
 from movingout.world.state import Floats, WorldState
 
-TICK_S = 0.1
 WEIGHTS: dict[Size, float] = {"small": 1.0, "middle": 2.0, "large": 2.0}
 _NOTHING = 1e-9  # lengths and distances below it count as none (official value)
 
@@ -85,7 +85,7 @@ class EpisodeMetrics:
         return Metrics(
             tcr=task_completion_rate(self.map, delivered_items(self.map, poses)),
             nfd=float(normalized_final_distance(self.map, poses)),
-            wt_s=self._waiting * TICK_S,
+            wt_s=self._waiting * TICK_SECONDS,
             ac=float(np.mean(self._consistency)) if self._consistency else None,
         )
 

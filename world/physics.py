@@ -4,6 +4,7 @@ import math
 from array import array
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -19,9 +20,6 @@ from movingout.world.grab import toggle_hand
 from movingout.world.scoring import goal_boxes, is_delivered
 from movingout.world.state import Floats, WorldState
 
-# Sub-steps of the two halves; with sub-poses, cut where one is due: after sub-step 4, 8, 12 and 16.
-_PLAIN_HALVES = ((10,), (10,))
-_SAMPLED_HALVES = ((4, 4, 2), (2, 4, 4))
 _ACTIONS_SHAPE = (2, 3)
 _TICK_BYTES = 2 * 3 * 8
 
@@ -40,6 +38,18 @@ class Snapshot:
     @property
     def tick(self) -> int:
         return len(self.actions) // _TICK_BYTES
+
+
+def _halves(poses: int) -> tuple[tuple[int, ...], ...]:
+    """Sub-steps of a tick's two halves, cut where one of `poses` evenly spaced poses is due."""
+    due = range(0, c.SUB_STEPS + 1, c.SUB_STEPS // poses)
+    cuts = sorted({*due, c.SUB_STEPS_PER_HALF})
+    middle = cuts.index(c.SUB_STEPS_PER_HALF)
+    return tuple(tuple(b - a for a, b in pairwise(half)) for half in (cuts[: middle + 1], cuts[middle:]))
+
+
+_PLAIN_HALVES = _halves(1)  # (10,), (10,)
+_SAMPLED_HALVES = _halves(c.POSES_PER_TICK)  # (4, 4, 2), (2, 4, 4)
 
 
 class World:
@@ -71,7 +81,7 @@ class World:
         self._live = array("d", bytes(3 * 8 * len(self._handles)))
         self._read_poses(range(len(self._handles)))
         self._poses = self._live[:]
-        self._sub_poses = self._poses * c.SUB_POSE_COUNT
+        self._sub_poses = self._poses * c.POSES_PER_TICK
         self._moving = [_BLUE, _RED]  # rows that may have changed in this tick
 
     @property
@@ -119,7 +129,7 @@ class World:
         """(5, 2 + N, 3) x, y, angle of robots and items, every 20 ms of the last tick; the last row is now."""
         if not self._record_sub_poses:
             raise WorldError("this world records no sub-poses; make it with World(map, record_sub_poses=True)")
-        return np.array(self._sub_poses).reshape(c.SUB_POSE_COUNT, -1, 3)
+        return np.array(self._sub_poses).reshape(c.POSES_PER_TICK, -1, 3)
 
     def snapshot(self) -> Snapshot:
         """This moment, to come back to with `restore`, here or in another World of the same map."""

@@ -24,7 +24,6 @@ from movingout.maps.surface import polygon
 from movingout.world import constants as c
 from movingout.world.observation import ITEM_SLOTS
 
-HALF_TICK_S = 0.05
 _FAR = 10.0  # [u] where items are that do not exist, or cannot be taken
 _SHAPE = slice(1, 1 + len(SHAPES))  # where these stand in the constants of an item
 _SMALL = 1 + len(SHAPES) + SIZES.index("small")
@@ -106,7 +105,7 @@ def _outline(shape: str) -> tuple[np.ndarray, np.ndarray]:
 
 def _coasted(robots: Tensor) -> Tensor:
     """Robots (B, 7) half a tick later, as they are moving now."""
-    turn = robots[:, 6:] * (TURN_UNIT * HALF_TICK_S)
+    turn = robots[:, 6:] * (TURN_UNIT * c.HALF_TICK_SECONDS)
     cos, sin = robots[:, 2:3], robots[:, 3:4]
     facing = torch.cat((cos * turn.cos() - sin * turn.sin(), sin * turn.cos() + cos * turn.sin()), dim=-1)
-    return torch.cat((robots[:, :2] + HALF_TICK_S * robots[:, 4:6], facing, robots[:, 4:]), dim=-1)
+    return torch.cat((robots[:, :2] + c.HALF_TICK_SECONDS * robots[:, 4:6], facing, robots[:, 4:]), dim=-1)

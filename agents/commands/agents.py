@@ -19,8 +19,7 @@ from movingout.agents.checkpoint.checkpoint import MODEL_ROOTS, damage
 from movingout.agents.data.rollout import rollout
 from movingout.agents.errors import AgentError
 from movingout.maps import load_map
-
-TICK_MS = 100.0
+from movingout.world.constants import TICK_MS, TICKS_PER_SECOND
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -101,9 +100,9 @@ def _probe(arguments: argparse.Namespace) -> int:
         document = {"id": arguments.agent, "map": arguments.map, "ticks": ticks, "decision_ms": decision_ms}
         print(json.dumps({**document, "threads": THREADS, "holds_10hz": holds}))
     else:
-        verdict = "holds 10 Hz on this machine" if holds else "too slow for 10 Hz on this machine"
+        verdict = f"{'holds' if holds else 'too slow for'} {TICKS_PER_SECOND} Hz on this machine"
         print(f"{arguments.agent} on {arguments.map}: {len(timed.decisions_ms)} decisions in {ticks} ticks, ", end="")
-        print(f"p50 {p50:.1f} ms, p99 {p99:.1f} ms of {TICK_MS:.0f} ms: {verdict}")
+        print(f"p50 {p50:.1f} ms, p99 {p99:.1f} ms of {TICK_MS} ms: {verdict}")
     return 0 if holds else 1
 
 

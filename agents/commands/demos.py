@@ -15,6 +15,7 @@ from movingout.agents.errors import DataError
 from movingout.agents.scripted.populations import PEOPLE, POPULATIONS, manifest, population
 from movingout.maps import MapSpec, load_map, map_names
 from movingout.recordings.commands import imports
+from movingout.world.constants import LIMIT_TICKS
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -26,7 +27,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     generate.add_argument("--map", default="all", help="a map's name, several joined by commas, or all")
     generate.add_argument("--challenge", type=int, choices=(1, 2), default=1, help="2: four variants of each map")
     generate.add_argument("--episodes", type=int, default=2, help="per pair and map; roles change after half")
-    generate.add_argument("--ticks", type=int, default=500, help="limit of an episode")
+    generate.add_argument("--ticks", type=int, default=LIMIT_TICKS, help="limit of an episode")
     generate.add_argument("--seed", type=int, default=0)
     generate.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     generate.add_argument("--out", type=Path, default=Path("data/demos"), help="folder for the recordings")
@@ -38,7 +39,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     label.add_argument("--map", default="all", help="a map's name, several joined by commas, or all")
     label.add_argument("--challenge", type=int, choices=(1, 2), default=1, help="2: four variants of each map")
     label.add_argument("--episodes", type=int, default=8, help="per map")
-    label.add_argument("--ticks", type=int, default=500)
+    label.add_argument("--ticks", type=int, default=LIMIT_TICKS)
     label.add_argument("--seed", type=int, default=0)
     label.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     label.add_argument("--out", type=Path, default=Path("data/corrections"))

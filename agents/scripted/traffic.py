@@ -18,6 +18,7 @@ from movingout.agents.scripted.placement.goal_storage import storage
 from movingout.agents.scripted.situation import Situation
 from movingout.maps import MapSpec
 from movingout.maps.spec import ROBOT_RADIUS
+from movingout.world.constants import TICK_SECONDS
 from movingout.world.state import Floats
 
 _APART = 2 * ROBOT_RADIUS + 0.02
@@ -36,7 +37,7 @@ _MEETING_PRICE = 600.0  # quarter ticks per unit of overlap with the partner
 def meeting_danger(now: Situation) -> Danger:
     """The price of short moves that come too near to the partner or to what it carries, if it goes on as it does."""
     steps = np.arange(1, HORIZON + 1)
-    velocity = now.state.robot_velocities[1 - now.seat][:2] * 0.1
+    velocity = now.state.robot_velocities[1 - now.seat][:2] * TICK_SECONDS
     circles = [(now.partner[:2], ROBOT_RADIUS)]
     if now.theirs >= 0 and not now.is_heavy(now.theirs):
         circles.append((now.item_pose(now.theirs)[:2], now.item(now.theirs).scale))

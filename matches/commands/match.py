@@ -15,9 +15,10 @@ from movingout.matches.commands.worker_options import add_workers, crew_of, work
 from movingout.matches.errors import MatchError
 from movingout.matches.experiment.grid import PEOPLE
 from movingout.matches.experiment.plan import Entry, seated
-from movingout.matches.match import LIMIT_TICKS, MAX_TICKS, Match, MatchResult
+from movingout.matches.match import Match, MatchResult
 from movingout.matches.results.table import MEASURES, rows_of, words
 from movingout.matches.run import play_matches
+from movingout.world.constants import LIMIT_TICKS, MAX_TICKS, TICKS_PER_SECOND
 from movingout.world.exactness import inexact_engine
 
 
@@ -28,7 +29,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--episodes", type=int, default=1, help="per map; default 1")
     parser.add_argument("--seed", type=int, default=0, help="of the first episode; the next has the next")
     parser.add_argument("--challenge", type=int, choices=(1, 2), default=1, help="2: items as never seen in training")
-    parser.add_argument("--ticks", type=int, default=LIMIT_TICKS, help="limit of an episode, 10 per second")
+    parser.add_argument(
+        "--ticks", type=int, default=LIMIT_TICKS, help=f"limit of an episode, {TICKS_PER_SECOND} per second"
+    )
     add_workers(parser)
     parser.add_argument("--record", type=Path, metavar="DIR", help="write each match as a recording")
     parser.add_argument("--json", action="store_true", help="one JSON document on standard output")

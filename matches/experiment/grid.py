@@ -18,7 +18,8 @@ from movingout.maps import load_map, map_names
 from movingout.maps.errors import MapError
 from movingout.matches.experiment.paper_reference import paper_tables
 from movingout.matches.experiment.yaml_file import read_yaml
-from movingout.matches.match import LIMIT_TICKS, MAX_TICKS, Challenge
+from movingout.matches.match import Challenge
+from movingout.world.constants import LIMIT_TICKS, MAX_TICKS
 
 PEOPLE = "people:"
 """`people:C` is a scripted person of population C, another one for each seed."""

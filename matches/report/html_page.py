@@ -14,6 +14,7 @@ from movingout.matches.results.table import MEASURES, Row, html, words
 from movingout.matches.run import GridRun
 from movingout.recordings.commands.report import SERVER
 from movingout.recordings.storage.finished import SUFFIX
+from movingout.world.constants import TICKS_PER_SECOND
 
 _SHARE = 45  # % of colour in the best cell: dark ink stays readable on it
 
@@ -46,7 +47,11 @@ def _head(run: GridRun) -> str:
         ("Matches", str(len(results)), f"of {len(results) + run.missing} in the grid"),
         ("Everything delivered", str(full), "matches"),
         ("Lost by a fault", str(len(run.failures)), "count as nothing delivered"),
-        ("Seeds", str(len(run.grid.seed_range)), f"{len(run.grid.map_list)} maps, {run.grid.ticks / 10:g} s at most"),
+        (
+            "Seeds",
+            str(len(run.grid.seed_range)),
+            f"{len(run.grid.map_list)} maps, {run.grid.ticks / TICKS_PER_SECOND:g} s at most",
+        ),
     )
     cards = "".join(
         f'<div class="card"><span class="quiet small">{name}</span><strong>{value}</strong>'

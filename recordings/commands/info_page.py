@@ -11,6 +11,7 @@ from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.recordings.file_format.metadata import utc
 from movingout.recordings.storage.listing import seat_title
 from movingout.recordings.versions import why_not_exact
+from movingout.world.constants import TICKS_PER_SECOND
 
 _OUTCOMES = {
     "delivered": "everything delivered",
@@ -89,8 +90,8 @@ def _rows(*rows: tuple[str, str]) -> str:
 
 def _played(episode: Episode) -> str:
     ticks, limit = len(episode.ticks), episode.header.limit_ticks
-    of = f" of {limit / 10:.1f} s" if limit else ""
-    return f"{ticks / 10:.1f} s{of} ({ticks} ticks), {_OUTCOMES[episode.outcome]}"
+    of = f" of {limit / TICKS_PER_SECOND:.1f} s" if limit else ""
+    return f"{ticks / TICKS_PER_SECOND:.1f} s{of} ({ticks} ticks), {_OUTCOMES[episode.outcome]}"
 
 
 def _seat_words(seat: SeatInfo, episode: Episode, index: int) -> str:

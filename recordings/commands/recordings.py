@@ -23,6 +23,7 @@ from movingout.recordings.storage.index import Filter, list_recordings
 from movingout.recordings.storage.listing import Summary, path_of, recording_paths
 from movingout.recordings.storage.salvage import recover_recording
 from movingout.recordings.verification import Verification, verify
+from movingout.world.constants import TICKS_PER_SECOND
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -135,7 +136,7 @@ def _row(entry: Summary) -> tuple[str, ...]:
         entry.map + (f" ({entry.variant})" if entry.variant else ""),
         entry.blue,
         entry.red,
-        f"{entry.ticks / 10:.1f} s",
+        f"{entry.ticks / TICKS_PER_SECOND:.1f} s",
         f"{entry.metrics['delivered']:.0f} of {entry.metrics['items']:.0f}",
         f"{entry.metrics['tcr']:.2f}",
         entry.outcome + (" (damaged)" if entry.damage else ""),

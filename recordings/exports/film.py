@@ -16,9 +16,9 @@ from movingout.recordings.exports.plan import Plan
 from movingout.recordings.exports.target import building
 from movingout.recordings.file_format.reader import read_episode
 from movingout.recordings.progress import over_processes
-from movingout.recordings.replay import POSES_PER_TICK, replay_poses
+from movingout.recordings.replay import replay_poses
+from movingout.world.constants import POSES_PER_TICK, TICK_SECONDS
 
-TICK_S = 0.1
 _CAPTION = 0.075  # height of the caption, in sides of the picture
 _LETTERS = 14  # of a name on the caption
 
@@ -38,7 +38,7 @@ class Film:
 
     @property
     def seconds(self) -> float:
-        return len(self.episode.ticks) * TICK_S
+        return len(self.episode.ticks) * TICK_SECONDS
 
     def frames(self, fps: int) -> Iterator[Image.Image]:
         """Pictures at `fps` of the film, `speed` times as fast as it was played."""
@@ -48,7 +48,7 @@ class Film:
 
     def at(self, time_s: float) -> Image.Image:
         """The picture at a time of play; between two poses the earlier one."""
-        pose = min(int(time_s / TICK_S * POSES_PER_TICK + 1e-6), len(self.poses) - 1)
+        pose = min(int(time_s / TICK_SECONDS * POSES_PER_TICK + 1e-6), len(self.poses) - 1)
         tick = -(-pose // POSES_PER_TICK)  # what is held and delivered after the tick that this pose belongs to
         spec = self.episode.header.map
         state = self.episode.states[tick]

@@ -22,9 +22,9 @@ from movingout.recordings.exports.split import TEST, TRAIN
 from movingout.recordings.exports.statistics import Moments, statistics, streamed
 from movingout.recordings.exports.target import building
 from movingout.recordings.exports.trajectories import Trajectory, action_names, trajectories
+from movingout.world.constants import TICKS_PER_SECOND
 from movingout.world.observation import LAYOUTS
 
-FPS = 10
 FILE_BYTES = 100_000_000
 FILES_PER_CHUNK = 1000
 ROWS_AT_ONCE = 100  # rows about episodes, each of some 20 KB of statistics
@@ -108,7 +108,7 @@ class _Dataset(contextlib.ExitStack):
             "action": trajectory.actions,
             "next.reward": trajectory.rewards,
             "next.done": trajectory.dones,
-            "timestamp": (steps / FPS).astype(np.float32),
+            "timestamp": (steps / TICKS_PER_SECOND).astype(np.float32),
             "frame_index": steps,
             "episode_index": np.full_like(steps, self.episodes),
             "index": self.frames + steps,
@@ -220,7 +220,7 @@ def _info(dataset: _Dataset, plan: Plan) -> dict[str, Any]:
         "chunks_size": FILES_PER_CHUNK,
         "data_files_size_in_mb": FILE_BYTES // 1_000_000,
         "video_files_size_in_mb": 200,
-        "fps": FPS,
+        "fps": TICKS_PER_SECOND,
         "splits": splits if dataset.training < dataset.episodes else {TRAIN: splits[TRAIN]},
         "data_path": "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet",
         "video_path": None,

@@ -5,8 +5,9 @@ from pathlib import Path
 from PIL import Image
 
 from movingout.maps.scene import LIGHT
-from movingout.recordings.exports.film import TICK_S, Film, write_films
+from movingout.recordings.exports.film import Film, write_films
 from movingout.recordings.exports.plan import Plan
+from movingout.world.constants import TICK_SECONDS
 
 
 def write(plan: Plan) -> None:
@@ -17,7 +18,7 @@ def write(plan: Plan) -> None:
 def draw(path: Path, film: Film) -> None:
     """Pictures `every_s` seconds apart, the start and the end included."""
     times = [number * film.every_s for number in range(int(film.seconds / film.every_s) + 1)]
-    if film.seconds - times[-1] > TICK_S / 2:
+    if film.seconds - times[-1] > TICK_SECONDS / 2:
         times.append(film.seconds)
     pictures = [film.at(time_s) for time_s in times]
     width, height = pictures[0].size

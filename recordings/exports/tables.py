@@ -11,13 +11,13 @@ from movingout.maps.spec import SEAT_COLOURS
 from movingout.recordings.episode import Episode, TickRecord
 from movingout.recordings.file_format.derived_topics import result
 from movingout.recordings.file_format.metadata import utc
+from movingout.world.constants import TICK_SECONDS
 from movingout.world.metrics import EpisodeMetrics
 from movingout.world.observation import ITEM_SLOTS, LAYOUTS, encoder
 from movingout.world.state import WorldState
 
 ColumnType = Literal["string", "int64", "float64", "bool", "list<float32>"]
 Row = dict[str, Any]
-TICK_S = 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +57,7 @@ EPISODES = _columns(
     ("source", "string", "", "live, match, scripted or import"),
     ("outcome", "string", "", "delivered, time, left, stopped, error or interrupted"),
     ("complete", "bool", "", "ended, and nothing of it is missing"),
-    ("ticks", "int64", "tick", "length; a tick is 0.1 s"),
+    ("ticks", "int64", "tick", f"length; a tick is {TICK_SECONDS} s"),
     ("limit_ticks", "int64", "tick", "time limit, 0 for none"),
     *_prefixed("blue", _SEAT),
     *_prefixed("red", _SEAT),
@@ -108,7 +108,7 @@ _ITEM: list[Entry] = [
 TICKS = _columns(
     ("episode_id", "string", "", "joins the three tables"),
     ("tick", "int64", "tick", "0 is the start, before any action"),
-    ("time_s", "float64", "s", "tick x 0.1"),
+    ("time_s", "float64", "s", f"tick x {TICK_SECONDS}"),
     *_prefixed("blue", _ROBOT),
     *_prefixed("red", _ROBOT),
     *(entry for slot in range(ITEM_SLOTS) for entry in _prefixed(f"item_{slot}", _ITEM)),
@@ -162,7 +162,7 @@ def event_rows(episode: Episode) -> Iterator[Row]:
         yield {
             "episode_id": episode.header.episode_id,
             "tick": event.tick,
-            "time_s": round(event.tick * TICK_S, 3),
+            "time_s": round(event.tick * TICK_SECONDS, 3),
             "kind": event.kind,
             "seat": SEAT_COLOURS[event.seat] if event.seat >= 0 else "",
             "item": event.item,
@@ -183,7 +183,7 @@ def tick_rows(episode: Episode, layout: str = "") -> Iterator[Row]:
             metrics.update(before, tick.actions, state)
             row = _made_row(tick)
         so_far = metrics.result()
-        row |= {"episode_id": episode.header.episode_id, "tick": number, "time_s": round(number * TICK_S, 3)}
+        row |= {"episode_id": episode.header.episode_id, "tick": number, "time_s": round(number * TICK_SECONDS, 3)}
         row |= {"tcr": so_far.tcr, "nfd": so_far.nfd, "wt_s": so_far.wt_s, "ac": so_far.ac}
         if encode is not None:
             for colour, seen in zip(SEAT_COLOURS, encode(state), strict=True):

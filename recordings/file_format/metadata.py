@@ -9,6 +9,7 @@ from movingout.maps import MapSpec
 from movingout.recordings.episode import EpisodeHeader, SeatInfo, SeatKind, Source
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.file_format.topics import FORMAT_VERSION
+from movingout.world.constants import SUB_STEPS, TICK_MS
 
 EPISODE, STUDY, SOFTWARE, END, RECORDING, RESULT = "episode", "study", "software", "end", "recording", "result"
 EPISODE_ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,79}")  # safe as a file name
@@ -32,8 +33,8 @@ def header_metadata(header: EpisodeHeader, software: Entries) -> dict[str, dict[
             "map_variant": header.map.variant,
             "seed": str(header.seed),
             "limit_ticks": str(header.limit_ticks),
-            "tick_ms": "100",
-            "substeps_per_tick": "20",
+            "tick_ms": str(TICK_MS),
+            "substeps_per_tick": str(SUB_STEPS),
             "started_ns": str(header.started_ns),
             "started_utc": utc(header.started_ns),
             "source": header.source,

@@ -7,6 +7,8 @@ what they describe; the topics that viewers draw are in `.foxglove`.
 
 from typing import Any, NamedTuple
 
+from movingout.world.constants import TICK_MS
+
 FORMAT_VERSION = 1
 TICK_NS = 100_000_000
 
@@ -47,7 +49,7 @@ def _string(description: str) -> Schema:
 
 
 _BOOLEAN: Schema = {"type": "boolean"}
-_TICK = _integer("number of world steps made; 0 is the start, a tick is 100 ms")
+_TICK = _integer(f"number of world steps made; 0 is the start, a tick is {TICK_MS} ms")
 _SEAT = _integer("0 blue, 1 red, -1 nobody")
 _POSE = {"x": _number("arena units"), "y": _number("arena units"), "angle": _number("radians, not wrapped")}
 _RECT = _object("", x0=_number("corner"), y0=_number("corner"), x1=_number("other corner"), y1=_number("other corner"))

@@ -23,10 +23,10 @@ from movingout.recordings.imports.sources import Source
 from movingout.recordings.imports.steps import Steps, parse
 from movingout.recordings.storage.finished import SUFFIX, finalise
 from movingout.world import World
+from movingout.world.constants import LIMIT_TICKS
 from movingout.world.scoring import delivered_items
 from movingout.world.state import Floats, WorldState
 
-LIMIT_TICKS = 500
 AGREE = 1e-9  # arena units or rad: what re-simulation may differ by and still count as the same
 SOFTWARE = {"movingout": "imported", "pymunk": "of the official environment, version unknown"}
 

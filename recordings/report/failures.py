@@ -15,8 +15,8 @@ import numpy as np
 
 from movingout.maps.spec import ROBOT_RADIUS
 from movingout.recordings.report.track import Ints, Mask, Span, Track, spans
+from movingout.world.constants import TICK_SECONDS
 from movingout.world.distance import paper_distances
-from movingout.world.metrics import TICK_S
 from movingout.world.state import Floats
 
 Case = Literal["keeps", "stays_away", "no_grasp"]
@@ -52,7 +52,7 @@ class Failure:
 
     @property
     def seconds(self) -> float:
-        return (self.end - self.start) * TICK_S
+        return (self.end - self.start) * TICK_SECONDS
 
 
 def failures(track: Track) -> list[Failure]:

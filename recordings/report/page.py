@@ -14,7 +14,7 @@ from movingout.recordings.report.measures import MEASURES, in_words, with_error
 from movingout.recordings.report.method import method
 from movingout.recordings.report.tally import Found, Group, Strip, Tally
 from movingout.recordings.report.waiting import Wait
-from movingout.world.metrics import TICK_S
+from movingout.world.constants import TICK_SECONDS
 
 MOST_LISTED = 300  # findings per case; the JSON output has all
 MOST_ABREAST = 4  # populations of a map in one row
@@ -221,7 +221,7 @@ class Page:
         link = self._link(facts.id, failure.start)
         return (
             f'<tr><th scope="row">{escape(facts.map.title)}</th><td class="words">{_seat(failure.seat, one.who)}</td>'
-            f'<td class="words">{item.size} {item.shape}</td><td>{failure.start * TICK_S:.1f} s</td>'
+            f'<td class="words">{item.size} {item.shape}</td><td>{failure.start * TICK_SECONDS:.1f} s</td>'
             f'<td>{failure.seconds:.1f} s</td><td class="words">{escape(failure.detail)}</td>'
             f'<td class="words"><a href="{escape(link)}">tick {failure.start}</a></td></tr>'
         )
@@ -267,7 +267,9 @@ def _seat(seat: int, who: str) -> str:
 def _waited(spec: MapSpec, wait: Wait) -> str:
     item = spec.items[wait.item] if wait.item < len(spec.items) else None
     what = f"the {item.size} {item.shape}" if item else "an item"
-    return f"{SEAT_COLOURS[wait.seat]} held {what} alone for {wait.seconds:.1f} s, from {wait.start * TICK_S:.1f} s"
+    return (
+        f"{SEAT_COLOURS[wait.seat]} held {what} alone for {wait.seconds:.1f} s, from {wait.start * TICK_SECONDS:.1f} s"
+    )
 
 
 def _episodes_with(found: Sequence[Found]) -> int:

@@ -14,7 +14,7 @@ from movingout.recordings.report.failures import TITLES, Case, Failure
 from movingout.recordings.report.track import Ints
 from movingout.recordings.report.waiting import Wait
 from movingout.recordings.storage.listing import Unreadable
-from movingout.world.metrics import TICK_S
+from movingout.world.constants import TICK_SECONDS
 from movingout.world.state import Floats
 
 MEASURES = ("success", "seconds", "tcr", "nfd", "wt_s", "ac")
@@ -62,7 +62,7 @@ class Group:
         """Take in one episode that ran to its end."""
         metrics = facts.metrics
         self.values["success"].append(float(facts.outcome == "delivered"))
-        self.values["seconds"].append(facts.ticks * TICK_S)
+        self.values["seconds"].append(facts.ticks * TICK_SECONDS)
         for name in ("tcr", "nfd", "wt_s"):
             self.values[name].append(metrics[name])
         if metrics["ac"] >= 0.0:

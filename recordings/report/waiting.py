@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from movingout.recordings.report.track import Track, spans
-from movingout.world.metrics import TICK_S
+from movingout.world.constants import TICK_SECONDS
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,7 +17,7 @@ class Wait:
 
     @property
     def seconds(self) -> float:
-        return (self.end - self.start) * TICK_S
+        return (self.end - self.start) * TICK_SECONDS
 
 
 def waits(track: Track) -> list[Wait]:

@@ -18,8 +18,7 @@ import numpy as np
 from movingout.recordings.episode import AgentDecision
 from movingout.recordings.solids import SEAT_RGB
 from movingout.recordings.viewer.trails import segments
-from movingout.world.constants import DRIVE_SPEED
-from movingout.world.metrics import TICK_S
+from movingout.world.constants import DRIVE_SPEED, TICK_SECONDS
 from movingout.world.state import Floats, WorldState
 
 HEIGHT = 0.14  # arena units above the floor, over the walls
@@ -106,7 +105,12 @@ def guesses(decision: AgentDecision, state: WorldState) -> Floats:
 
 def _ways(rows: Floats, start: Floats) -> Floats:
     """Commands (C, H, 3) as the ways (C, H + 1, 2) of a robot that nothing hinders."""
-    steps = np.clip(rows[..., :1], -1.0, 1.0) * np.stack([-rows[..., 2], rows[..., 1]], axis=-1) * DRIVE_SPEED * TICK_S
+    steps = (
+        np.clip(rows[..., :1], -1.0, 1.0)
+        * np.stack([-rows[..., 2], rows[..., 1]], axis=-1)
+        * DRIVE_SPEED
+        * TICK_SECONDS
+    )
     return np.concatenate([np.broadcast_to(start, (len(rows), 1, 2)), start + np.cumsum(steps, axis=1)], axis=1)
 
 

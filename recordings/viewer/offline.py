@@ -8,7 +8,7 @@ from movingout.recordings.viewer.cameras import CORNER, camera
 from movingout.recordings.viewer.episode_scene import Layers
 from movingout.recordings.viewer.side_by_side import Row, row_width
 from movingout.recordings.viewer.viewer import close_server, open_server
-from movingout.world.metrics import TICK_S
+from movingout.world.constants import TICK_SECONDS
 
 LAYERS = Layers(trail_ticks=50, heat="both", candidates=True)
 
@@ -25,7 +25,7 @@ def page(episodes: Sequence[Episode]) -> str:
         recording = server.get_scene_serializer()
         for tick in track(range(1, row.last + 1), row.last, "drawing"):
             row.show(tick, LAYERS)
-            recording.insert_sleep(TICK_S)
+            recording.insert_sleep(TICK_SECONDS)
         return recording.as_html()
     finally:
         close_server(server)

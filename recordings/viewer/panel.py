@@ -18,7 +18,7 @@ from movingout.recordings.viewer.episode_scene import HEAT_CHOICES, Layers, Stag
 from movingout.recordings.viewer.playback import SPEEDS, Playback
 from movingout.recordings.viewer.recording_cache import Shelf
 from movingout.recordings.viewer.side_by_side import Row, row_width
-from movingout.world.metrics import TICK_S
+from movingout.world.constants import TICK_SECONDS
 
 ALONE = "nothing"
 _STEPS = {"-10": -10, "-1": -1, "+1": 1, "+10": 10}
@@ -90,7 +90,7 @@ class Panel:
         self.speed.on_update(lambda _: self._set_speed())
 
     def _build_layers(self) -> None:
-        seconds = self._layers.trail_ticks * TICK_S
+        seconds = self._layers.trail_ticks * TICK_SECONDS
         self.trail = self._gui.add_slider("Trail (s)", 0.0, _LONGEST_TRAIL_S, 0.5, seconds)
         self.heat = self._gui.add_dropdown("Heat map", tuple(HEAT_CHOICES), initial_value=self._layers.heat)
         self.candidates = self._gui.add_checkbox("Candidates", self._layers.candidates)
@@ -148,7 +148,7 @@ class Panel:
 
     def _change_layers(self) -> None:
         with self._lock:
-            ticks = round(self.trail.value / TICK_S)
+            ticks = round(self.trail.value / TICK_SECONDS)
             self._layers = replace(
                 self._layers, trail_ticks=ticks, heat=self.heat.value, candidates=self.candidates.value
             )
@@ -205,7 +205,7 @@ def happening(episode: Episode, tick: int) -> str:
     ]
     delivered = sum(episode.ticks[tick - 1].delivered) if tick else 0
     latest = [event.kind.replace("_", " ") for event in told_events(episode) if event.tick == tick]
-    words = [f"{tick * TICK_S:.1f} s", f"{delivered} of {len(items)} delivered", *held, *latest]
+    words = [f"{tick * TICK_SECONDS:.1f} s", f"{delivered} of {len(items)} delivered", *held, *latest]
     return " · ".join(words)
 
 

@@ -1,6 +1,6 @@
 """The position on a timeline and how it moves: play, speed, step, seek. Pure: time comes in as an argument."""
 
-from movingout.world.metrics import TICK_S
+from movingout.world.constants import TICK_SECONDS
 
 SPEEDS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
 
@@ -22,7 +22,7 @@ class Playback:
         """Let real time pass; stops at the end."""
         if not self.playing:
             return
-        self._place = min(self._place + elapsed_s * self.speed / TICK_S, float(self.last))
+        self._place = min(self._place + elapsed_s * self.speed / TICK_SECONDS, float(self.last))
         self.playing = self._place < self.last
 
     def toggle(self) -> None:

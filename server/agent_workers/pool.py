@@ -29,12 +29,12 @@ from movingout.agents.worker.messages import (
 )
 from movingout.maps import MapSpec
 from movingout.server.agent_workers.process import AgentProcess
+from movingout.world.constants import TICK_SECONDS
 from movingout.world.state import Floats, WorldState
 
 MAX_LOAD = 0.8  # share of one core that the seats of a worker may need
 FIRST_GUESS_MS = 3.0  # a decision of an agent that was never measured
 STRIKES = 3  # a seat during whose turn the worker was lost this often is not asked again
-TICK_S = 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -255,11 +255,11 @@ class AgentPool:
 
         It counts for a twentieth, the first one too: that one includes planning ahead, and must not close the door.
         """
-        cost = decision_ms / 1e3 / (TICK_S * execute)
+        cost = decision_ms / 1e3 / (TICK_SECONDS * execute)
         self._costs[agent_id] = 0.95 * self._cost(agent_id) + 0.05 * cost
 
     def _cost(self, agent_id: str) -> float:
-        return self._costs.get(agent_id, FIRST_GUESS_MS / 1e3 / TICK_S)
+        return self._costs.get(agent_id, FIRST_GUESS_MS / 1e3 / TICK_SECONDS)
 
     def _seats_of(self, worker: AgentProcess) -> list[AgentSeat]:
         return [seat for key, seat in self._seats.items() if self._home[key] is worker]

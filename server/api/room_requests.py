@@ -16,9 +16,9 @@ from movingout.server.rooms.ghost_partner import Casting, GhostError, ghost_conf
 from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RoomConfig
 from movingout.server.security.tokens import hash_token, new_token
+from movingout.world.constants import LIMIT_TICKS, MAX_TICKS, TICK_SECONDS
 
 MAX_ROUNDS = 36
-MAX_LIMIT_TICKS = 36_000  # an hour
 
 
 class SeatRequest(msgspec.Struct, forbid_unknown_fields=True):
@@ -34,7 +34,7 @@ class RoomRequest(msgspec.Struct, forbid_unknown_fields=True):
 
     maps: list[str]
     seats: list[SeatRequest]
-    limit_ticks: int = 500
+    limit_ticks: int = LIMIT_TICKS
     practice: bool = False
     challenge2_seed: int | None = None
 
@@ -93,8 +93,8 @@ def _checked_config(wanted: RoomRequest, countdown_s: float) -> RoomConfig:
         raise ApiError(422, "maps", f"a series has 1 to {MAX_ROUNDS} maps, not {len(wanted.maps)}")
     if len(wanted.seats) != 2:
         raise ApiError(422, "seats", f"a room has two seats, blue and red, not {len(wanted.seats)}")
-    if not wanted.practice and not 10 <= wanted.limit_ticks <= MAX_LIMIT_TICKS:
-        raise ApiError(422, "limit_ticks", f"a round lasts 10 to {MAX_LIMIT_TICKS} ticks of 0.1 s")
+    if not wanted.practice and not 10 <= wanted.limit_ticks <= MAX_TICKS:
+        raise ApiError(422, "limit_ticks", f"a round lasts 10 to {MAX_TICKS} ticks of {TICK_SECONDS} s")
     if wanted.challenge2_seed is not None and not 0 <= wanted.challenge2_seed < 2**31:
         raise ApiError(422, "challenge2_seed", "a seed is a whole number from 0 to 2147483647")
     return RoomConfig(

@@ -17,6 +17,7 @@ from movingout.maps import load_map
 from movingout.server.settings import Settings
 from movingout.server.uvicorn_server import CannotListen, listen
 from movingout.world import World
+from movingout.world.constants import TICK_MS
 
 DEFAULTS = Settings()
 PINNED_PYMUNK = "6.11.1"
@@ -96,7 +97,7 @@ def _speed() -> Answer:
         world.step([[1.0, tick / 9.0, 0.0], [0.7, -tick / 7.0, 0.0]])
     tick_ms = (time.perf_counter() - started) / 200 * 1e3
     grade = "ok" if tick_ms < TICK_BUDGET_MS else "note"
-    return Answer("speed", grade, f"{tick_ms:.2f} ms per tick of the world; a room has 100 ms")
+    return Answer("speed", grade, f"{tick_ms:.2f} ms per tick of the world; a room has {TICK_MS} ms")
 
 
 def _data(folder: Path) -> Answer:

@@ -23,11 +23,11 @@ import uvloop
 from movingout.maps import MovingOutError, map_names
 from movingout.server.commands.load_client import Bot, Tally
 from movingout.server.rooms.lateness import Lateness
+from movingout.world.constants import MAX_TICKS
 
 WARM_UP_S = 2.0
 INPUTS_PER_S = 10.0  # of each client; a keyboard held down sends as much, a moving gamepad 20
 START_LIMIT_S = 60.0
-LIMIT_TICKS = 36_000
 
 
 class LoadTestError(MovingOutError):
@@ -181,7 +181,7 @@ async def _fill_rooms(
 def open_room(target: Target, name: str, clients: int, partner: str = "idle") -> str:
     """A room for bots on a map; one client alone plays with the agent `partner`."""
     other = {"kind": "link"} if clients > 1 else {"kind": "agent", "agent": partner}
-    body = {"maps": [name], "limit_ticks": LIMIT_TICKS, "seats": [{"kind": "link"}, other]}
+    body = {"maps": [name], "limit_ticks": MAX_TICKS, "seats": [{"kind": "link"}, other]}
     room: str = _call(target, "/api/rooms", body)["room"]
     return room
 

@@ -2,7 +2,7 @@
 
 from statistics import median
 
-from movingout.server.messages import TICK_MS
+from movingout.world.constants import TICK_MS
 from movingout.world.state import Floats
 
 

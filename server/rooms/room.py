@@ -23,8 +23,8 @@ from movingout.server.rooms.seat import Listener, Seat
 from movingout.server.rooms.seat_assignment import Seating
 from movingout.server.rooms.services import RoomConfig, Services
 from movingout.world import WorldError
+from movingout.world.constants import TICK_SECONDS
 
-TICK_S = m.TICK_MS / 1e3
 PRACTICE_COUNTDOWN_S = 1.0
 SHOW_RESULT_S = 6.0  # between two rounds that agents play among themselves
 EMPTY_S = 900.0  # a room without any client closes after this
@@ -185,7 +185,7 @@ class Room:
             client.show(self.round.state.tick, bundle, now)
         outcome = self.round.outcome()
         if outcome is None:
-            ask_agents(self.round, self.seats, moment.due + TICK_S)
+            ask_agents(self.round, self.seats, moment.due + TICK_SECONDS)
         else:
             self._finish(outcome, "")
 
@@ -210,7 +210,7 @@ class Room:
         failures = [seat.agent_failure for seat in self.seats if seat.agent_failure]
         told = not self.round.started and not self.config.study
         cautions = [seat.agent_caution for seat in self.seats if seat.agent_caution and told]
-        self._enter("countdown", " ".join(failures + cautions), self._due + TICK_S + countdown_s)
+        self._enter("countdown", " ".join(failures + cautions), self._due + TICK_SECONDS + countdown_s)
         ask_agents(self.round, self.seats, self.until)
 
     def _next_round(self, now: float) -> bool:
@@ -374,7 +374,7 @@ class Room:
         return self.round.recorder.active if self.round.started else not self.config.practice
 
     def full_state(self) -> m.FullState:
-        shown_until = self._due + TICK_S if self.phase == "playing" else self._due
+        shown_until = self._due + TICK_SECONDS if self.phase == "playing" else self._due
         return self.round.full_state(shown_until * 1e3)
 
     def _announce(self, now: float) -> None:

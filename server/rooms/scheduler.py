@@ -10,10 +10,9 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from movingout.server.messages import TICK_MS
 from movingout.server.rooms.lateness import Lateness
+from movingout.world.constants import TICK_SECONDS
 
-TICK_S = TICK_MS / 1e3
 SLOTS = 50  # of 2 ms
 SLOT_STRIDE = 31  # neighbours in time are filled last
 EARLY_S = 0.001  # uvloop's timers may fire up to 1 ms early
@@ -36,7 +35,7 @@ class Entry:
 class Ticker:
     """Runs the tick of each entry every `tick_s` (100 ms) and its beat half of that later."""
 
-    def __init__(self, clock: Callable[[], float], tick_s: float = TICK_S) -> None:
+    def __init__(self, clock: Callable[[], float], tick_s: float = TICK_SECONDS) -> None:
         self.lateness = Lateness()
         self._tick_s = tick_s
         self._clock = clock

@@ -13,6 +13,7 @@ from movingout.server import messages as m
 from movingout.server.rooms.recorder import Recorder
 from movingout.server.rooms.seat import AgentSource
 from movingout.world import WorldState
+from movingout.world.constants import LIMIT_TICKS
 
 RESUME_S = 30.0  # a seat waits so long for its player to come back
 
@@ -21,7 +22,7 @@ class RoomConfig(msgspec.Struct, frozen=True, kw_only=True):
     """The series of a room."""
 
     maps: tuple[str, ...]
-    limit_ticks: int = 500  # per round; for practice only within a study
+    limit_ticks: int = LIMIT_TICKS  # per round; for practice only within a study
     practice: bool = False  # not recorded
     challenge2_seed: int | None = None
     split: Split = "train"  # of the shapes that randomised maps may have

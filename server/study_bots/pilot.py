@@ -10,10 +10,9 @@ from movingout.agents.observing import observe
 from movingout.agents.scripted.human_model import Person
 from movingout.maps import MapSpec
 from movingout.server.frames import Bundle
-from movingout.world.metrics import TICK_S
+from movingout.world.constants import POSE_SECONDS, TICK_SECONDS
 from movingout.world.state import WorldState
 
-POSE_S = 0.02  # between two poses of a bundle
 NOT_AGAIN = 2  # ticks after a press, until its effect is seen
 
 
@@ -60,7 +59,7 @@ class CirclingPilot:
         self._seat = seat
 
     def steer(self, bundle: Bundle) -> Stick:
-        return Stick(1.0, math.remainder(bundle.tick * TICK_S + self._seat, 2 * math.pi), bundle.tick % 30 == 0)
+        return Stick(1.0, math.remainder(bundle.tick * TICK_SECONDS + self._seat, 2 * math.pi), bundle.tick % 30 == 0)
 
 
 def state_of(bundle: Bundle) -> WorldState:
@@ -71,7 +70,7 @@ def state_of(bundle: Bundle) -> WorldState:
     return WorldState(
         tick=bundle.tick,
         robot_poses=poses[:2].copy(),
-        robot_velocities=steps / POSE_S,
+        robot_velocities=steps / POSE_SECONDS,
         held=np.array(bundle.held),
         item_poses=poses[2:].copy(),
     )

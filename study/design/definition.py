@@ -14,6 +14,7 @@ from movingout.maps.randomize import Split
 from movingout.study.design.instruments import instrument, instrument_names
 from movingout.study.design.localized_text import DEFAULT, Language, Words, shaped
 from movingout.study.questionnaire import KINDS, Item, Kind, Questionnaire
+from movingout.world.constants import LIMIT_TICKS, MAX_TICKS
 
 Name = Annotated[str, shaped(r"[a-z0-9][a-z0-9-]{0,47}", "small letters, digits and hyphens, at most 48")]
 Code = Annotated[str, shaped(r"[A-Za-z0-9-]{4,40}", "4 to 40 letters, digits and hyphens")]
@@ -25,7 +26,6 @@ Element = Literal[
     "research", "purpose", "procedures", "duration", "risks", "benefits", "alternatives",
     "confidentiality", "retention", "compensation", "withdrawal", "contact", "protocol", "age",
 ]  # fmt: skip
-MAX_TICKS = 36_000  # an hour
 
 
 class Strict(BaseModel):
@@ -150,7 +150,7 @@ class Block(Strict):
     variants: Literal["shared", "fresh"] = "shared"  # the same for everybody and every partner, or new each time
     seats: Seats = "alternate"  # of the participant (of the first of two): see the guide
     rounds: Annotated[int, Field(ge=1, le=60)] = 1  # per map and seat
-    limit_ticks: Annotated[int, Field(ge=1, le=MAX_TICKS)] = 500
+    limit_ticks: Annotated[int, Field(ge=1, le=MAX_TICKS)] = LIMIT_TICKS
     limit_minutes: Annotated[float, Field(gt=0, le=240)] | None = None  # then the block ends after the running round
     break_after_maps: Annotated[int, Field(ge=1)] | None = None
     after_round: tuple[str, ...] = ()  # questionnaires

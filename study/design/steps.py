@@ -11,7 +11,7 @@ from typing import Literal
 from movingout.study.design.allocation import Assignment, Turn
 from movingout.study.design.definition import Block, Study
 from movingout.study.questionnaire import Item
-from movingout.world.metrics import TICK_S
+from movingout.world.constants import TICK_SECONDS
 
 StepKind = Literal[
     "consent", "form", "input-check", "practice", "round", "questionnaire", "break", "debrief", "code"
@@ -52,7 +52,9 @@ def _steps(study: Study, assignment: Assignment) -> Iterator[Step]:
         yield _questions(study, "form", "form", study.demographics)
     yield Step("input-check", "input-check", INPUT_CHECK_S)
     if study.practice:
-        yield Step("practice", "practice", study.practice.limit_ticks * TICK_S, limit_ticks=study.practice.limit_ticks)
+        yield Step(
+            "practice", "practice", study.practice.limit_ticks * TICK_SECONDS, limit_ticks=study.practice.limit_ticks
+        )
     for number, visit in enumerate(assignment.visits):
         block = blocks[visit.block]
         left = [block.limit_minutes * 60 if block.limit_minutes else float("inf")]
@@ -73,7 +75,7 @@ def _visit(
         maps_done += new_map
         if new_map and block.break_after_maps and maps_done % block.break_after_maps == 0:
             yield Step(f"{prefix}/break-{maps_done}", "break", BREAK_S, block.id, partner)
-        longest = block.limit_ticks * TICK_S + CARD_S
+        longest = block.limit_ticks * TICK_SECONDS + CARD_S
         planned, left[0] = min(longest, left[0]), max(left[0] - longest, 0.0)
         key = f"{prefix}/{turn.map}-{turn.number}"
         yield Step(key, "round", planned, block.id, partner, turn, block.limit_ticks)

@@ -23,6 +23,8 @@ from sqlalchemy import (
     text,
 )
 
+from movingout.world.constants import TICK_MS
+
 metadata = MetaData(
     naming_convention={
         "pk": "pk_%(table_name)s",
@@ -108,7 +110,7 @@ rounds = Table(
     Column("map", Text, nullable=False, doc="name of the map"),
     Column("variant_seed", BigInteger, doc="of a randomised map, empty for the map as designed"),
     Column("position", Integer, nullable=False, doc="which round of the unit this is, from 1"),
-    Column("limit_ticks", Integer, nullable=False, doc="time limit, ticks of 100 ms"),
+    Column("limit_ticks", Integer, nullable=False, doc=f"time limit, ticks of {TICK_MS} ms"),
     Column("episode", String(64), nullable=False, unique=True, doc="id of the recording"),
     Column(
         "started_ms", BigInteger, nullable=False, doc="when the room for it was opened, seconds before the first tick"

@@ -13,7 +13,7 @@ from movingout.server.study.unit import Crew
 from movingout.study.design.allocation import letters
 from movingout.study.design.definition import Outcome
 from movingout.study.design.steps import Step
-from movingout.world.metrics import TICK_S
+from movingout.world.constants import TICK_SECONDS
 
 View = dict[str, Any]
 PROLIFIC_ADDRESS = "https://app.prolific.com/submissions/complete?cc="
@@ -112,7 +112,7 @@ class Views:
             "description": the_map.description,
             "seat": crew.seat_of(step, guest) if crew else 0,
             "partner_letter": self.letter(crew, step),
-            "limit_s": step.limit_ticks * TICK_S,
+            "limit_s": step.limit_ticks * TICK_SECONDS,
             **_state(guest, crew, step),
         }
 
