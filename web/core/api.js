@@ -10,12 +10,14 @@ export class ApiError extends Error {
    * @param {string} code the server's error code, or "offline"
    * @param {string} message a sentence for people
    * @param {number} status HTTP status, 0 when nothing answered
+   * @param {Readonly<Record<string, unknown>>} [values] what the sentence tells besides, by name
    */
-  constructor(code, message, status) {
+  constructor(code, message, status, values = {}) {
     super(message);
     this.name = "ApiError";
     this.code = code;
     this.status = status;
+    this.values = values;
   }
 }
 
@@ -55,7 +57,8 @@ export async function requestJson(path, options) {
 async function refusal(answer) {
   const document = await answer.json().catch(() => null); // a proxy's page, say
   const error = document?.error;
-  if (typeof error?.message === "string") return new ApiError(String(error.code), error.message, answer.status);
+  if (typeof error?.message === "string")
+    return new ApiError(String(error.code), error.message, answer.status, error.values);
   return new ApiError(
     "http",
     `The server refused this (${answer.status}). Reload the page and try again.`,

@@ -19,6 +19,7 @@ import { Series } from "./series.js";
 import { Settings } from "./settings.js";
 import { StudyGame } from "../study/game.js";
 import { studyMarkOf } from "../text/study_mark.js";
+import { prepareTexts } from "../text/page.js";
 import { TEXT } from "../text/text.js";
 import { Thoughts } from "./decision_trace.js";
 
@@ -311,4 +312,5 @@ function touchParts() {
   };
 }
 
+await prepareTexts(studyMark?.language); // a round of a study speaks the language of the study
 new Play().start();

@@ -4,9 +4,9 @@
  */
 
 import { el } from "../core/dom.js";
+import { say } from "../text/catalogue.js";
 import { attempt, card, complain, heading, problemBox } from "./screen.js";
 
-/** @typedef {import("./words.js").Words} Words */
 /** @typedef {import("./screen.js").Screen} Screen */
 
 const PARAMETERS = [
@@ -31,7 +31,7 @@ export function recruitmentParameters(query) {
 }
 
 /**
- * @param {Words} words
+ *
  * @param {object} options
  * @param {string} options.title of the study
  * @param {boolean} options.asksCode
@@ -42,7 +42,7 @@ export function recruitmentParameters(query) {
  * @param {(() => void) | null} options.cancel
  * @returns {Screen}
  */
-export function arrivalScreen(words, { title, asksCode, second, problem, given, arrive, cancel }) {
+export function arrivalScreen({ title, asksCode, second, problem, given, arrive, cancel }) {
   const box = problemBox();
   complain(box, problem);
   const input = el("input", {
@@ -58,12 +58,12 @@ export function arrivalScreen(words, { title, asksCode, second, problem, given, 
   const field = el(
     "div",
     { class: "field" },
-    el("label", { for: "code" }, words.say("arrival.code")),
+    el("label", { for: "code" }, say("study.arrival.code")),
     input,
-    el("p", { id: "code-help", class: "field-help" }, words.say("arrival.codeHelp")),
+    el("p", { id: "code-help", class: "field-help" }, say("study.arrival.codeHelp")),
   );
-  const begin = el("button", { type: "submit", class: "button button-primary" }, words.say("arrival.begin"));
-  const back = cancel && el("button", { type: "button", class: "button", onclick: cancel }, words.say("page.cancel"));
+  const begin = el("button", { type: "submit", class: "button button-primary" }, say("study.arrival.begin"));
+  const back = cancel && el("button", { type: "button", class: "button", onclick: cancel }, say("study.page.cancel"));
   const form = el(
     "form",
     { class: "stack", novalidate: true },
@@ -74,15 +74,15 @@ export function arrivalScreen(words, { title, asksCode, second, problem, given, 
   form.addEventListener("submit", (event) => {
     event.preventDefault();
     const code = input.value.trim();
-    if (!asksCode) return void attempt(words, begin, box, () => arrive(given));
-    if (code) return void attempt(words, begin, box, () => arrive({ ...given, code }));
-    complain(box, words.say("arrival.codeMissing"));
+    if (!asksCode) return void attempt(begin, box, () => arrive(given));
+    if (code) return void attempt(begin, box, () => arrive({ ...given, code }));
+    complain(box, say("study.arrival.codeMissing"));
     input.focus();
   });
-  const lead = el("p", { class: "lead" }, words.say(second ? "arrival.secondLead" : "arrival.lead"));
+  const lead = el("p", { class: "lead" }, say(second ? "study.arrival.secondLead" : "study.arrival.lead"));
   const head = heading(
-    second ? words.say("arrival.secondTitle") : title || words.say("arrival.title"),
-    second ? title : words.say("arrival.title"),
+    second ? say("study.arrival.secondTitle") : title || say("study.arrival.title"),
+    second ? title : say("study.arrival.title"),
   );
   return { root: card(head, lead, form) };
 }

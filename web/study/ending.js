@@ -4,114 +4,114 @@
  */
 
 import { el } from "../core/dom.js";
+import { currentLanguage, has, say } from "../text/catalogue.js";
 import { actionButton, card, complain, heading, problemBox, prose } from "./screen.js";
 
 /** @typedef {import("./screen.js").Context} Context */
 /** @typedef {import("./screen.js").Screen} Screen */
-/** @typedef {import("./words.js").Words} Words */
 /** @typedef {import("./service.js").Step} Step */
 
 /** @param {Context} context @returns {Screen} */
-export function debriefScreen({ words, step, next }) {
+export function debriefScreen({ step, next }) {
   const text = prose(step.html ?? "");
   const problem = problemBox();
-  const keep = keepOption(words, "keep");
-  const remove = keepOption(words, "delete");
+  const keep = keepOption("keep");
+  const remove = keepOption("delete");
   const asks = step.ask_to_keep === true;
-  const on = actionButton(words, words.say("page.goOn"), problem, async () => {
+  const on = actionButton(say("study.page.goOn"), problem, async () => {
     if (!asks) return next();
     if (keep.input.checked || remove.input.checked) return next({ keep: keep.input.checked });
-    complain(problem, words.say("debrief.missing"));
+    complain(problem, say("study.debrief.missing"));
     keep.input.focus();
   });
   const question = asks
     ? el(
         "fieldset",
         { class: "question" },
-        el("legend", {}, words.say("debrief.question")),
+        el("legend", {}, say("study.debrief.question")),
         el("div", { class: "choice choice-wide" }, keep.row, remove.row),
       )
     : null;
-  const title = text.querySelector("h1") ? null : heading(words.say("code.done"));
+  const title = text.querySelector("h1") ? null : heading(say("study.code.done"));
   return { root: card(title, text, question, problem, el("div", { class: "row" }, on)) };
 }
 
-/** @param {Words} words @param {"keep" | "delete"} choice */
-function keepOption(words, choice) {
+/** @param {"keep" | "delete"} choice */
+function keepOption(choice) {
   const input = el("input", { type: "radio", name: "keep", value: choice });
-  const help = el("span", { class: "muted small option-help" }, words.say(`debrief.${choice}Help`));
+  const help = el("span", { class: "muted small option-help" }, say(`study.debrief.${choice}Help`));
   return {
     input,
-    row: el("label", { class: "choice-option" }, input, el("span", {}, words.say(`debrief.${choice}`), help)),
+    row: el("label", { class: "choice-option" }, input, el("span", {}, say(`study.debrief.${choice}`), help)),
   };
 }
 
 /** @param {Context} context @returns {Screen} */
-export function codeScreen({ words, step, several, people, leaveScreen, nextCode }) {
-  const outcome = words.has(`code.${step.outcome}`) ? String(step.outcome) : "done";
-  const who = several ? words.say("page.person", { number: people[0] + 1 }) : "";
+export function codeScreen({ step, several, people, leaveScreen, nextCode }) {
+  const outcome = has(`study.code.${step.outcome}`) ? String(step.outcome) : "done";
+  const who = several ? say("study.page.person", { number: people[0] + 1 }) : "";
   const after = nextCode
-    ? el("button", { type: "button", class: "button", onclick: nextCode }, words.say("code.nextPerson"))
-    : el("button", { type: "button", class: "button-link small", onclick: leaveScreen }, words.say("code.newPerson"));
+    ? el("button", { type: "button", class: "button", onclick: nextCode }, say("study.code.nextPerson"))
+    : el("button", { type: "button", class: "button-link small", onclick: leaveScreen }, say("study.code.newPerson"));
   const root = card(
-    heading(words.say(`code.${outcome}`), who),
-    el("p", { class: "lead" }, words.say(`code.${outcome}Lead`)),
-    step.code ? codeBlock(words, step, step.code) : null,
-    step.code ? dataSentence(words, step) : null,
+    heading(say(`study.code.${outcome}`), who),
+    el("p", { class: "lead" }, say(`study.code.${outcome}Lead`)),
+    step.code ? codeBlock(step, step.code) : null,
+    step.code ? dataSentence(step) : null,
     el(
       "div",
       { class: "row row-apart" },
-      step.code ? el("p", { class: "muted small" }, words.say("code.close")) : null,
+      step.code ? el("p", { class: "muted small" }, say("study.code.close")) : null,
       after,
     ),
   );
   return { root };
 }
 
-/** @param {Words} words @param {Step} step @param {string} code */
-function codeBlock(words, step, code) {
+/** @param {Step} step @param {string} code */
+function codeBlock(step, code) {
   const said = el("span", { class: "muted small", role: "status" });
   const copy = el(
     "button",
     { type: "button", class: step.completion_url ? "button" : "button button-primary" },
-    words.say("code.copy"),
+    say("study.code.copy"),
   );
   copy.addEventListener("click", async () => {
     const done = await navigator.clipboard?.writeText(code).then(
       () => true,
       () => false,
     );
-    said.textContent = words.say(done ? "code.copied" : "code.copyNot");
+    said.textContent = say(done ? "study.code.copied" : "study.code.copyNot");
   });
   const link =
     step.completion_url &&
-    el("a", { class: "button button-primary", href: step.completion_url, rel: "noreferrer" }, words.say("code.link"));
+    el("a", { class: "button button-primary", href: step.completion_url, rel: "noreferrer" }, say("study.code.link"));
   return el(
     "div",
     { class: "stack" },
     el(
       "div",
       { class: "code-box" },
-      el("p", { class: "muted small" }, words.say("code.yours")),
+      el("p", { class: "muted small" }, say("study.code.yours")),
       el("p", { class: "code", id: "completion-code" }, code),
-      earnedLine(words, step),
+      earnedLine(step),
     ),
-    el("p", {}, words.say("code.help")),
+    el("p", {}, say("study.code.help")),
     el("div", { class: "row" }, link, copy, said),
   );
 }
 
-/** @param {Words} words @param {Step} step */
-function earnedLine(words, { earned }) {
+/** @param {Step} step */
+function earnedLine({ earned }) {
   if (!earned) return null;
-  const amount = new Intl.NumberFormat(words.language, { style: "currency", currency: earned.currency }).format(
+  const amount = new Intl.NumberFormat(currentLanguage(), { style: "currency", currency: earned.currency }).format(
     earned.amount,
   );
-  return el("p", {}, words.say("code.earned", { amount, minutes: Math.round(earned.minutes) }));
+  return el("p", {}, say("study.code.earned", { amount, minutes: Math.round(earned.minutes) }));
 }
 
-/** @param {Words} words @param {Step} step */
-function dataSentence(words, { kept }) {
-  if (kept === false) return el("p", { class: "muted small" }, words.say("code.deleted"));
-  return el("p", { class: "muted small" }, `${words.say("code.kept")} ${words.say("code.later")}`);
+/** @param {Step} step */
+function dataSentence({ kept }) {
+  if (kept === false) return el("p", { class: "muted small" }, say("study.code.deleted"));
+  return el("p", { class: "muted small" }, `${say("study.code.kept")} ${say("study.code.later")}`);
 }

@@ -5,18 +5,15 @@
  */
 
 import { byId, el } from "../core/dom.js";
+import { currentLanguage, say } from "../text/catalogue.js";
+import { LANGUAGES } from "../text/language.js";
 import { card, heading } from "./screen.js";
 
 /** @typedef {import("./screen.js").Screen} Screen */
 /** @typedef {import("./service.js").View} View */
 /** @typedef {import("./service.js").Study} Study */
-/** @typedef {import("./words.js").Words} Words */
 
 const NO_STOP = ["consent", "code", "ended-elsewhere"]; // "I do not agree" is the consent's own; the others are over
-const NAMES = new Map([
-  ["en", "English"],
-  ["de", "Deutsch"],
-]); // in their own language, whatever the page's
 
 export class StudyFrame {
   #screen = byId("study-screen", HTMLElement);
@@ -31,8 +28,6 @@ export class StudyFrame {
   #shown = null;
   #id = "";
   #unseen = false; // the screen came while nobody could see it
-  /** @type {Words | null} */
-  #words = null;
 
   /** @param {{language: (language: string) => void, stop: () => void}} actions */
   constructor(actions) {
@@ -40,32 +35,30 @@ export class StudyFrame {
     document.addEventListener("visibilitychange", () => this.#showTitle());
   }
 
-  /** @param {Words} words @param {Study} study */
-  setWords(words, study) {
-    this.#words = words;
-    document.documentElement.lang = words.language;
+  /** @param {Study} study */
+  setTexts(study) {
     this.#title.textContent = study.title;
-    this.#banner.textContent = words.say("page.reconnecting");
-    this.#progress.setAttribute("aria-label", words.say("page.title"));
+    this.#banner.textContent = say("study.page.reconnecting");
+    this.#progress.setAttribute("aria-label", say("study.page.title"));
     const stop = el(
       "button",
       { type: "button", class: "button-link", onclick: this.actions.stop },
-      words.say("page.stop"),
+      say("study.page.stop"),
     );
-    this.#stop.replaceChildren(`${words.say("page.stopQuestion")} `, stop);
-    this.#showLanguages(words, study.languages);
+    this.#stop.replaceChildren(`${say("study.page.stopQuestion")} `, stop);
+    this.#showLanguages(study.languages);
   }
 
-  /** @param {Words} words @param {readonly string[]} languages */
-  #showLanguages(words, languages) {
+  /** @param {readonly string[]} languages */
+  #showLanguages(languages) {
     const select = el(
       "select",
       { class: "select language-select" },
-      ...languages.map((language) => el("option", { value: language }, NAMES.get(language) ?? language)),
+      ...languages.map((language) => el("option", { value: language }, LANGUAGES[language] ?? language)),
     );
-    select.value = words.language;
+    select.value = currentLanguage();
     select.addEventListener("change", () => this.actions.language(select.value));
-    this.#language.replaceChildren(el("span", { class: "sr-only" }, words.say("page.language")), select);
+    this.#language.replaceChildren(el("span", { class: "sr-only" }, say("study.page.language")), select);
     this.#language.hidden = languages.length < 2;
   }
 
@@ -75,18 +68,16 @@ export class StudyFrame {
    * @param {boolean} several two sit here
    */
   setPlace(view, people, several) {
-    const words = this.#words;
-    if (words === null) return;
     if (view) this.#title.textContent = view.study.title;
     this.#title.hidden = view === null; // the first screen has it as its heading
     const { done, total } = view?.position ?? { done: 0, total: 0 };
     this.#progress.hidden = total === 0;
     this.#progress.max = Math.max(1, total);
     this.#progress.value = done;
-    this.#part.textContent = total > 0 ? words.say("page.progress", { done: Math.min(done + 1, total), total }) : "";
+    this.#part.textContent = total > 0 ? say("study.page.progress", { done: Math.min(done + 1, total), total }) : "";
     this.#stop.hidden = !view?.can_stop || NO_STOP.includes(view.step.kind);
     this.#who.hidden = !several || people.length > 1;
-    this.#who.textContent = several ? words.say("page.handOver", { number: (people[0] ?? 0) + 1 }) : "";
+    this.#who.textContent = several ? say("study.page.handOver", { number: (people[0] ?? 0) + 1 }) : "";
   }
 
   /** @param {boolean} offline */
@@ -130,8 +121,6 @@ export class StudyFrame {
 
   /** @param {string} sentence @param {() => void} again */
   showProblem(sentence, again) {
-    const words = this.#words;
-    if (words === null) return;
     const retry = () => {
       this.#id = "";
       again();
@@ -139,11 +128,11 @@ export class StudyFrame {
     const button = el(
       "button",
       { type: "button", class: "button button-primary", onclick: retry },
-      words.say("page.tryAgain"),
+      say("study.page.tryAgain"),
     );
     this.show(`problem ${sentence}`, () => ({
       root: card(
-        heading(words.say("error.title")),
+        heading(say("error.title")),
         el("p", { class: "lead", role: "alert" }, sentence),
         el("div", { class: "row" }, button),
       ),

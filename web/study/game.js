@@ -5,22 +5,20 @@
  */
 
 import { byId, el } from "../core/dom.js";
+import { say, sayError } from "../text/catalogue.js";
 import { loadPeople } from "./people.js";
 import { Place } from "./service.js";
 import { complain, problemBox } from "./screen.js";
 import { askToStop } from "./stop.js";
-import { loadWords } from "./words.js";
 
 /** @typedef {import("../play/game.js").Game} Game */
 /** @typedef {import("../text/study_mark.js").StudyMark} StudyMark */
-/** @typedef {import("./words.js").Words} Words */
 
 const STUDY = "/study";
 const READ_MS = 5000; // how long the end of a round is shown
 
 export class StudyGame {
   #end = el("div", { class: "overlay", hidden: true });
-  #words;
   #places = loadPeople().map((token) => new Place(token));
   #left = false;
   #asking = false;
@@ -28,13 +26,11 @@ export class StudyGame {
   /** @param {StudyMark} mark */
   constructor(mark) {
     this.mark = mark;
-    this.#words = loadWords(mark.language);
-    document.documentElement.lang = mark.language;
     byId("arena-box", HTMLElement).append(this.#end);
     const round = byId("round", HTMLElement); // it counts rounds of the room, and a room of a study has but one
     round.before(el("p", { class: "muted" }, mark.name));
     round.hidden = true;
-    if (mark.practice) void this.#offerEnough();
+    if (mark.practice) this.#offerEnough();
   }
 
   /** Whether the keys belong to a dialog now. */
@@ -58,7 +54,6 @@ export class StudyGame {
     if (this.#asking) return;
     this.#asking = true;
     const stopped = await askToStop(
-      await this.#words,
       this.#places.map((_, person) => person),
       async (person, keep) => {
         await this.#places[person].stop(keep);
@@ -74,29 +69,30 @@ export class StudyGame {
     if (!over || this.showsResult) return;
     this.#end.hidden = false;
     setTimeout(() => this.leave(), READ_MS);
-    void this.#showEnd(game.result);
+    this.#showEnd(game.result);
   }
 
   /** @param {import("../messages.js").Result | null} result */
-  async #showEnd(result) {
-    const words = await this.#words;
-    const title = { delivered: "play.overDelivered", time: "play.overTime" }[result?.outcome ?? ""] ?? "play.overOther";
-    const heading = el("h2", { tabindex: "-1" }, words.say(title));
+  #showEnd(result) {
+    const title =
+      { delivered: "study.play.overDelivered", time: "study.play.overTime" }[result?.outcome ?? ""] ??
+      "study.play.overOther";
+    const heading = el("h2", { tabindex: "-1" }, say(title));
     const { delivered, items } = result ?? { delivered: 0, items: 0 };
     this.#end.replaceChildren(
       el(
         "section",
         { class: "card card-roomy stack panel" },
         heading,
-        items > 0 ? el("p", {}, words.say("play.delivered", { delivered, items })) : null,
-        el("p", { class: "muted" }, words.say("play.soon")),
+        items > 0 ? el("p", {}, say("study.play.delivered", { delivered, items })) : null,
+        el("p", { class: "muted" }, say("study.play.soon")),
         el(
           "div",
           { class: "row" },
           el(
             "button",
             { type: "button", class: "button button-primary", onclick: () => this.leave() },
-            words.say("play.goOn"),
+            say("study.play.goOn"),
           ),
         ),
       ),
@@ -105,16 +101,15 @@ export class StudyGame {
   }
 
   /** Who has practised enough says so. */
-  async #offerEnough() {
-    const words = await this.#words;
+  #offerEnough() {
     const problem = problemBox();
-    const button = el("button", { type: "button", class: "button button-wide" }, words.say("play.enough"));
+    const button = el("button", { type: "button", class: "button button-wide" }, say("study.play.enough"));
     button.addEventListener("click", async () => {
       try {
         for (const place of this.#places) await place.next(this.mark.key, { done: true });
         this.leave();
       } catch (error) {
-        complain(problem, words.problem(error));
+        complain(problem, sayError(error));
       }
     });
     const stop = byId("stop", HTMLButtonElement);

@@ -5,6 +5,7 @@
  */
 
 import { el } from "../core/dom.js";
+import { say } from "../text/catalogue.js";
 import { actionButton, card, heading, problemBox } from "./screen.js";
 
 /** @typedef {import("./screen.js").Context} Context */
@@ -24,24 +25,30 @@ function everySecond(show) {
   return () => clearInterval(timer);
 }
 
+/** 65 seconds -> "1:05". @param {number} seconds */
+export function clock(seconds) {
+  const whole = Math.max(0, Math.round(seconds));
+  return `${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, "0")}`;
+}
+
 /** @param {Context} context @returns {Screen} */
-export function waitingScreen({ words, step, addPerson, refresh }) {
+export function waitingScreen({ step, addPerson, refresh }) {
   const most = step.wait_s ?? 0;
-  const bar = el("progress", { class: "bar", max: Math.max(1, most), "aria-label": words.say("waiting.title") });
+  const bar = el("progress", { class: "bar", max: Math.max(1, most), "aria-label": say("study.waiting.title") });
   const since = el("p", { class: "label" });
   const others = el("p", { class: "muted small", role: "status" });
-  const then = words.say(step.otherwise === "agent" ? "waiting.thenAgent" : "waiting.thenCode");
+  const then = say(step.otherwise === "agent" ? "study.waiting.thenAgent" : "study.waiting.thenCode");
   let base = step.since_s ?? 0;
   const show = (/** @type {number} */ seconds) => {
     const waited = base + seconds;
     bar.value = Math.min(waited, most);
     const over = most > 0 && waited > most;
-    since.textContent = over ? words.say("waiting.soon") : words.say("waiting.since", { time: words.clock(waited) });
+    since.textContent = over ? say("study.waiting.soon") : say("study.waiting.since", { time: clock(waited) });
     if (over) refresh(); // what follows is known by now
   };
   const tell = (/** @type {import("./screen.js").Step} */ news) => {
     const alone = (news.people ?? 1) <= 1;
-    const text = alone ? words.say("waiting.alone") : words.say("waiting.others", { people: news.people ?? 1 });
+    const text = alone ? say("study.waiting.alone") : say("study.waiting.others", { people: news.people ?? 1 });
     if (others.textContent !== text) others.textContent = text;
   };
   let stop = everySecond(show);
@@ -51,16 +58,16 @@ export function waitingScreen({ words, step, addPerson, refresh }) {
     el(
       "p",
       {},
-      `${words.say("consent.second")} `,
+      `${say("study.consent.second")} `,
       el(
         "button",
         { type: "button", class: "button button-small", onclick: addPerson },
-        words.say("consent.secondButton"),
+        say("study.consent.secondButton"),
       ),
     );
   const root = card(
-    heading(words.say("waiting.title")),
-    el("p", { class: "lead" }, words.say("waiting.lead")),
+    heading(say("study.waiting.title")),
+    el("p", { class: "lead" }, say("study.waiting.lead")),
     el(
       "div",
       { class: "stack stack-tight" },
@@ -68,13 +75,13 @@ export function waitingScreen({ words, step, addPerson, refresh }) {
         "div",
         { class: "row row-apart" },
         since,
-        el("span", { class: "muted" }, words.say("waiting.most", { time: words.clock(most) })),
+        el("span", { class: "muted" }, say("study.waiting.most", { time: clock(most) })),
       ),
       bar,
     ),
     el("p", {}, then),
     others,
-    el("p", { class: "muted small" }, words.say("waiting.keepOpen")),
+    el("p", { class: "muted small" }, say("study.waiting.keepOpen")),
     second,
   );
   const update = (/** @type {import("./screen.js").Step} */ news) => {
@@ -87,20 +94,20 @@ export function waitingScreen({ words, step, addPerson, refresh }) {
 }
 
 /** @param {Context} context @returns {Screen} */
-export function breakScreen({ words, step, next }) {
+export function breakScreen({ step, next }) {
   const all = step.seconds ?? 0;
   const problem = problemBox();
   const left = el("p", { class: "label" });
-  const bar = el("progress", { class: "bar", max: Math.max(1, all), "aria-label": words.say("break.title") });
+  const bar = el("progress", { class: "bar", max: Math.max(1, all), "aria-label": say("study.break.title") });
   const stop = everySecond((seconds) => {
     bar.value = Math.max(0, all - seconds);
     left.textContent =
-      seconds < all ? words.say("break.left", { time: words.clock(all - seconds) }) : words.say("break.over");
+      seconds < all ? say("study.break.left", { time: clock(all - seconds) }) : say("study.break.over");
   });
-  const on = actionButton(words, words.say("page.goOn"), problem, () => next());
+  const on = actionButton(say("study.page.goOn"), problem, () => next());
   const root = card(
-    heading(words.say("break.title")),
-    el("p", { class: "lead" }, words.say("break.lead")),
+    heading(say("study.break.title")),
+    el("p", { class: "lead" }, say("study.break.lead")),
     all > 0 ? el("div", { class: "stack stack-tight" }, left, bar) : null,
     problem,
     el("div", { class: "row" }, on),
@@ -108,22 +115,22 @@ export function breakScreen({ words, step, next }) {
   return { root, close: stop };
 }
 
-/** @param {Context} context @returns {Screen} */
-export function pausedScreen({ words }) {
-  return { root: card(heading(words.say("paused.title")), el("p", { class: "lead" }, words.say("paused.lead"))) };
+/** @returns {Screen} */
+export function pausedScreen() {
+  return { root: card(heading(say("study.paused.title")), el("p", { class: "lead" }, say("study.paused.lead"))) };
 }
 
-/** @param {Context} context @returns {Screen} */
-export function elsewhereScreen({ words }) {
+/** @returns {Screen} */
+export function elsewhereScreen() {
   const here = el(
     "button",
     { type: "button", class: "button", onclick: () => location.reload() },
-    words.say("elsewhere.here"),
+    say("study.elsewhere.here"),
   );
   return {
     root: card(
-      heading(words.say("elsewhere.title")),
-      el("p", { class: "lead" }, words.say("elsewhere.lead")),
+      heading(say("study.elsewhere.title")),
+      el("p", { class: "lead" }, say("study.elsewhere.lead")),
       el("div", { class: "row" }, here),
     ),
   };

@@ -6,11 +6,11 @@
 
 import { badge, el } from "../core/dom.js";
 import { mapPicture } from "../view/render.js";
+import { say } from "../text/catalogue.js";
 import { actionButton, card, heading, problemBox } from "./screen.js";
 
 /** @typedef {import("./screen.js").Context} Context */
 /** @typedef {import("./screen.js").Screen} Screen */
-/** @typedef {import("./words.js").Words} Words */
 /** @typedef {import("./service.js").Step} Step */
 
 const COLOURS = /** @type {const} */ (["blue", "red"]);
@@ -23,47 +23,47 @@ export function roundScreen(context) {
   return cardScreen(context, state === "waiting");
 }
 
-/** "Round 3 of 12 · Partner A". @param {Words} words @param {Step} step */
-export function roundName(words, step) {
+/** "Round 3 of 12 · Partner A". @param {Step} step */
+export function roundName(step) {
   const round =
     step.kind === "practice"
-      ? words.say("round.practice")
-      : words.say("round.of", { number: step.number ?? 1, total: step.of ?? 1 });
-  return step.partner_letter ? `${round} · ${words.say("round.partner", { letter: step.partner_letter })}` : round;
+      ? say("study.round.practice")
+      : say("study.round.of", { number: step.number ?? 1, total: step.of ?? 1 });
+  return step.partner_letter ? `${round} · ${say("study.round.partner", { letter: step.partner_letter })}` : round;
 }
 
 /** @param {Context} context @param {boolean} waits @returns {Screen} */
 function cardScreen(context, waits) {
-  const { words, step, next } = context;
+  const { step, next } = context;
   const problem = problemBox();
-  const picture = el("canvas", { class: "map-picture", role: "img", "aria-label": words.say("round.map") });
+  const picture = el("canvas", { class: "map-picture", role: "img", "aria-label": say("study.round.map") });
   const action = waits
-    ? el("p", { class: "notice", role: "status" }, words.say("round.waiting"))
+    ? el("p", { class: "notice", role: "status" }, say("study.round.waiting"))
     : el(
         "div",
         { class: "row" },
-        actionButton(words, words.say("round.ready"), problem, () => next()),
+        actionButton(say("study.round.ready"), problem, () => next()),
       );
   const facts = el(
     "div",
     { class: "stack" },
     el("ul", { class: "round-seats" }, ...seatLines(context)),
-    step.kind === "practice" ? el("p", {}, words.say("round.practiceLead")) : null,
-    el("p", {}, step.description || words.say("round.goal")),
-    marks(words, step.map),
+    step.kind === "practice" ? el("p", {}, say("study.round.practiceLead")) : null,
+    el("p", {}, step.description || say("study.round.goal")),
+    marks(step.map),
     step.limit_s
       ? el(
           "p",
           {},
-          el("span", { class: "muted" }, `${words.say("round.limit")} `),
-          el("strong", {}, length(words, step.limit_s)),
+          el("span", { class: "muted" }, `${say("study.round.limit")} `),
+          el("strong", {}, length(step.limit_s)),
         )
       : null,
     problem,
     action,
   );
   const root = card(
-    heading(step.title ?? words.say("round.practice"), roundName(words, step)),
+    heading(step.title ?? say("study.round.practice"), roundName(step)),
     el("div", { class: "round-card" }, picture, facts),
   );
   const draw = () => step.map && picture.isConnected && mapPicture(picture, step.map);
@@ -77,61 +77,59 @@ function cardScreen(context, waits) {
   return { root, close };
 }
 
-/** @param {Words} words @param {number} seconds */
-function length(words, seconds) {
+/** @param {number} seconds */
+function length(seconds) {
   return seconds % 60 === 0
-    ? words.say("round.minutes", { minutes: seconds / 60 })
-    : words.say("round.seconds", { seconds });
+    ? say("study.round.minutes", { minutes: seconds / 60 })
+    : say("study.round.seconds", { seconds });
 }
 
-/** What the marks on the items of this map mean. @param {Words} words @param {Step["map"]} map */
-function marks(words, map) {
+/** What the marks on the items of this map mean. @param {Step["map"]} map */
+function marks(map) {
   const sizes = new Set(map?.items.map(({ size }) => size));
   const sentences = ["large", "middle"]
     .filter((size) => sizes.has(size))
-    .map((size) => words.say(`round.marks.${size}`));
+    .map((size) => say(`study.round.marks.${size}`));
   return sentences.length > 0 ? el("p", { class: "muted small" }, sentences.join(" ")) : null;
 }
 
 /** @param {Context} context */
-function seatLines({ words, step, steps, people, several }) {
-  const colour = (/** @type {number} */ seat) => words.say(`round.${COLOURS[seat]}`);
+function seatLines({ step, steps, people, several }) {
+  const colour = (/** @type {number} */ seat) => say(`study.round.${COLOURS[seat]}`);
   const line = (/** @type {number} */ seat, /** @type {string} */ text) =>
     el("li", { class: "agent" }, badge(seat), el("span", {}, text));
   if (people.length > 1) {
     const lines = steps.map(({ seat }, index) => ({
       seat: seat ?? index,
-      text: words.say("round.personIs", { number: people[index] + 1, colour: colour(seat ?? index) }),
+      text: say("study.round.personIs", { number: people[index] + 1, colour: colour(seat ?? index) }),
     }));
     return lines.sort((a, b) => a.seat - b.seat).map(({ seat, text }) => line(seat, text));
   }
   const seat = step.seat ?? 0;
   const partner = step.partner_letter
-    ? words.say("round.partner", { letter: step.partner_letter })
-    : words.say("round.otherPerson");
+    ? say("study.round.partner", { letter: step.partner_letter })
+    : say("study.round.otherPerson");
   const own = several
-    ? words.say("round.personIs", { number: people[0] + 1, colour: colour(seat) })
-    : words.say("round.youAre", { colour: colour(seat) });
+    ? say("study.round.personIs", { number: people[0] + 1, colour: colour(seat) })
+    : say("study.round.youAre", { colour: colour(seat) });
   return [
     el("li", { class: "agent strong" }, badge(seat), own),
-    line(1 - seat, words.say("round.partnerIs", { partner, colour: colour(1 - seat) })),
+    line(1 - seat, say("study.round.partnerIs", { partner, colour: colour(1 - seat) })),
   ];
 }
 
 /** @param {Context} context @returns {Screen} */
-function runningScreen({ words, step, next, play }) {
+function runningScreen({ step, next, play }) {
   const problem = problemBox();
   const back = step.room
-    ? el("button", { type: "button", class: "button button-primary", onclick: play }, words.say("round.backToGame"))
-    : el("p", { class: "notice", role: "status" }, words.say("round.starting"));
+    ? el("button", { type: "button", class: "button button-primary", onclick: play }, say("study.round.backToGame"))
+    : el("p", { class: "notice", role: "status" }, say("study.round.starting"));
   const enough =
-    step.kind === "practice"
-      ? actionButton(words, words.say("round.enough"), problem, () => next({ done: true }), "")
-      : null;
+    step.kind === "practice" ? actionButton(say("study.round.enough"), problem, () => next({ done: true }), "") : null;
   return {
     root: card(
-      heading(words.say("round.runningTitle"), roundName(words, step)),
-      el("p", { class: "lead" }, words.say("round.running")),
+      heading(say("study.round.runningTitle"), roundName(step)),
+      el("p", { class: "lead" }, say("study.round.running")),
       problem,
       el("div", { class: "row" }, back, enough),
     ),
@@ -139,13 +137,13 @@ function runningScreen({ words, step, next, play }) {
 }
 
 /** @param {Context} context @returns {Screen} */
-function overScreen({ words, step, next }) {
+function overScreen({ step, next }) {
   const problem = problemBox();
-  const on = actionButton(words, words.say("page.goOn"), problem, () => next());
+  const on = actionButton(say("study.page.goOn"), problem, () => next());
   return {
     root: card(
-      heading(words.say("round.overTitle"), roundName(words, step)),
-      el("p", { class: "lead" }, words.say("round.over")),
+      heading(say("study.round.overTitle"), roundName(step)),
+      el("p", { class: "lead" }, say("study.round.over")),
       problem,
       el("div", { class: "row" }, on),
     ),

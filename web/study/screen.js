@@ -5,14 +5,13 @@
  */
 
 import { el, notice } from "../core/dom.js";
+import { sayError } from "../text/catalogue.js";
 
-/** @typedef {import("./words.js").Words} Words */
 /** @typedef {import("./service.js").Step} Step */
 /** @typedef {import("./service.js").Place} Place */
 /**
  * What a screen may use and ask for.
  * @typedef {object} Context
- * @property {Words} words
  * @property {Step} step of the person, or of the first of both
  * @property {Step[]} steps of everybody whose screen this is
  * @property {number[]} people whose screen this is
@@ -56,29 +55,29 @@ export function complain(box, sentence) {
 
 /**
  * A button that does something with the server: it rests while that runs, and says what went wrong.
- * @param {Words} words @param {string} text @param {HTMLElement} problem @param {() => Promise<void>} action
+ * @param {string} text @param {HTMLElement} problem @param {() => Promise<void>} action
  * @param {string} [kind] "primary", "danger" or ""
  */
-export function actionButton(words, text, problem, action, kind = "primary") {
+export function actionButton(text, problem, action, kind = "primary") {
   const button = el("button", { type: "button", class: kind ? `button button-${kind}` : "button" }, text);
-  button.addEventListener("click", () => void attempt(words, button, problem, action));
+  button.addEventListener("click", () => void attempt(button, problem, action));
   return button;
 }
 
 /**
- * @param {Words} words
+ *
  * @param {HTMLButtonElement} button
  * @param {HTMLElement} problem
  * @param {() => Promise<void>} action
  */
-export async function attempt(words, button, problem, action) {
+export async function attempt(button, problem, action) {
   if (button.getAttribute("aria-disabled") === "true") return;
   button.setAttribute("aria-disabled", "true"); // not `disabled`: the keyboard would lose its place
   complain(problem, "");
   try {
     await action();
   } catch (error) {
-    complain(problem, words.problem(error));
+    complain(problem, sayError(error));
   } finally {
     button.removeAttribute("aria-disabled");
   }

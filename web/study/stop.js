@@ -5,50 +5,50 @@
  */
 
 import { el } from "../core/dom.js";
+import { say } from "../text/catalogue.js";
 import { attempt, problemBox } from "./screen.js";
 
-/** @typedef {import("./words.js").Words} Words */
 /** @typedef {import("./service.js").Place} Place */
 /** @typedef {(person: number, keep: boolean) => Promise<void>} Stop */
 
 /**
- * @param {Words} words
+ *
  * @param {readonly number[]} people who could stop here: numbers of one or two
  * @param {Stop} stop rejects with an ApiError
  * @returns {Promise<boolean>} whether somebody has stopped
  */
-export function askToStop(words, people, stop) {
+export function askToStop(people, stop) {
   const dialog = el("dialog", { class: "card card-roomy study-dialog", "aria-labelledby": "stop-title" });
   const problem = problemBox();
-  const who = whoField(words, people);
+  const who = whoField(people);
   let stopped = false;
   const choice = (/** @type {boolean} */ keep) => {
     const name = keep ? "keep" : "delete";
     const button = el(
       "button",
       { type: "button", class: keep ? "button button-wide" : "button button-wide button-danger" },
-      words.say(`stop.${name}`),
+      say(`study.stop.${name}`),
     );
     button.addEventListener("click", () =>
-      attempt(words, button, problem, async () => {
+      attempt(button, problem, async () => {
         for (const person of who.chosen()) await stop(person, keep);
         stopped = true;
         dialog.close();
       }),
     );
-    return el("div", {}, button, el("p", { class: "muted small stop-help" }, words.say(`stop.${name}Help`)));
+    return el("div", {}, button, el("p", { class: "muted small stop-help" }, say(`study.stop.${name}Help`)));
   };
   const no = el(
     "button",
     { type: "button", class: "button button-primary button-wide", autofocus: true, onclick: () => dialog.close() },
-    words.say("stop.no"),
+    say("study.stop.no"),
   );
   dialog.append(
     el(
       "div",
       { class: "stack" },
-      el("h2", { id: "stop-title" }, words.say("stop.title")),
-      el("p", {}, words.say("stop.lead")),
+      el("h2", { id: "stop-title" }, say("study.stop.title")),
+      el("p", {}, say("study.stop.lead")),
       who.field,
       problem,
       choice(true),
@@ -66,19 +66,19 @@ export function askToStop(words, people, stop) {
   });
 }
 
-/** @param {Words} words @param {readonly number[]} people */
-function whoField(words, people) {
+/** @param {readonly number[]} people */
+function whoField(people) {
   if (people.length < 2) return { field: null, chosen: () => people };
   const groups = [...people.map((person) => [person]), [...people]];
   const rows = groups.map((group, index) => {
     const input = el("input", { type: "radio", name: "who", value: index, checked: index === groups.length - 1 });
-    const name = group.length > 1 ? words.say("stop.both") : words.say("page.person", { number: group[0] + 1 });
+    const name = group.length > 1 ? say("study.stop.both") : say("study.page.person", { number: group[0] + 1 });
     return { input, group, row: el("label", { class: "choice-option" }, input, el("span", {}, name)) };
   });
   const field = el(
     "fieldset",
     { class: "question" },
-    el("legend", {}, words.say("stop.who")),
+    el("legend", {}, say("study.stop.who")),
     el("div", { class: "choice" }, ...rows.map(({ row }) => row)),
   );
   return { field, chosen: () => rows.find(({ input }) => input.checked)?.group ?? people };

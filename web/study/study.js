@@ -22,12 +22,12 @@ import { roundName, roundScreen } from "./round.js";
 import { card, heading } from "./screen.js";
 import { Place, arrive, askStudy } from "./service.js";
 import { askToStop } from "./stop.js";
-import { LANGUAGES, keepLanguage, keptLanguage, loadWords, pickLanguage } from "./words.js";
+import { LANGUAGES, keepLanguage, pickLanguage, wishedLanguages } from "../text/language.js";
+import { currentLanguage, say, sayError, useLanguage } from "../text/catalogue.js";
 
 /** @typedef {import("./service.js").View} View */
 /** @typedef {import("./screen.js").Context} Context */
 /** @typedef {import("./screen.js").Screen} Screen */
-/** @typedef {import("./words.js").Words} Words */
 
 const POLL_MS = 10_000;
 const POLL_PLAYING_MS = 2000; // somebody is just coming back from the game
@@ -62,14 +62,13 @@ class StudyPage {
   #codeOf = 0;
   #frame = new StudyFrame({ language: (language) => void this.#setLanguage(language), stop: () => void this.#stop() });
 
-  /** @param {Words} words @param {import("./service.js").Study} study */
-  constructor(words, study) {
-    this.words = words;
+  /** @param {import("./service.js").Study} study */
+  constructor(study) {
     this.study = study;
   }
 
   async start() {
-    this.#frame.setWords(this.words, this.study);
+    this.#frame.setTexts(this.study);
     setInterval(() => this.#tick(), TICK_MS);
     addEventListener("pageshow", (event) => event.persisted && location.reload()); // back from the game: all is old
     const parameters = recruitmentParameters(location.search);
@@ -88,14 +87,14 @@ class StudyPage {
     try {
       await this.#arrive(parameters);
     } catch (error) {
-      this.#askWho(this.words.problem(error), parameters);
+      this.#askWho(sayError(error), parameters);
     }
   }
 
   /** @param {Record<string, string>} parameters @param {boolean} [second] beside the first person */
   async #arrive(parameters, second = false) {
     const beside = second ? this.#places[0]?.token : undefined;
-    const { token, view } = await this.#persistence.until(() => arrive(parameters, this.words.language, beside));
+    const { token, view } = await this.#persistence.until(() => arrive(parameters, currentLanguage(), beside));
     this.#places = second ? [this.#places[0], new Place(token)] : [new Place(token)];
     this.#views = second ? [this.#views[0], view] : [view];
     savePeople(this.#places.map((place) => place.token));
@@ -119,8 +118,8 @@ class StudyPage {
       given,
       cancel: null,
     };
-    this.#frame.show(`arrival ${problem} ${this.words.language}`, () =>
-      arrivalScreen(this.words, { ...options, arrive: (parameters) => this.#arrive(parameters) }),
+    this.#frame.show(`arrival ${problem} ${currentLanguage()}`, () =>
+      arrivalScreen({ ...options, arrive: (parameters) => this.#arrive(parameters) }),
     );
   }
 
@@ -134,7 +133,7 @@ class StudyPage {
       cancel: () => this.#show(),
     };
     this.#frame.show("arrival-2", () =>
-      arrivalScreen(this.words, { ...options, arrive: (parameters) => this.#arrive(parameters, true) }),
+      arrivalScreen({ ...options, arrive: (parameters) => this.#arrive(parameters, true) }),
     );
   }
 
@@ -181,7 +180,7 @@ class StudyPage {
 
   /** @param {unknown} error */
   #lost(error) {
-    const sentence = this.words.problem(error);
+    const sentence = sayError(error);
     if (error instanceof ApiError && (error.status === 401 || error.status === 404)) this.#askWho(sentence);
     else this.#frame.showProblem(sentence, () => void this.#refresh());
   }
@@ -218,10 +217,10 @@ class StudyPage {
       step.state,
       Boolean(step.room),
       step.version,
-      this.words.language,
+      currentLanguage(),
     ]);
     if (make) this.#frame.show(id, () => make(this.#context(people)), step);
-    else this.#frame.showProblem(this.words.say("error.http"), () => location.reload());
+    else this.#frame.showProblem(say("error.http"), () => location.reload());
   }
 
   #turn() {
@@ -238,7 +237,6 @@ class StudyPage {
     const bothDone = two && this.#views.every(({ step }) => step.kind === "code");
     const key = steps[0].key;
     return {
-      words: this.words,
       step: steps[0],
       steps,
       people,
@@ -276,13 +274,13 @@ class StudyPage {
     if (seats === null) return false;
     saveTokens(seats.id, seats.tokens);
     const [{ key, kind }] = steps;
-    const { language } = this.words;
+    const language = currentLanguage();
     markStudyRound({
       room: seats.id,
       key,
       practice: kind === "practice",
       language,
-      name: roundName(this.words, steps[0]),
+      name: roundName(steps[0]),
     });
     location.assign(seats.path);
     return true;
@@ -290,7 +288,7 @@ class StudyPage {
 
   async #stop() {
     const people = this.#turn();
-    const stopped = await askToStop(this.words, people, async (person, keep) => {
+    const stopped = await askToStop(people, async (person, keep) => {
       this.#views[person] = await this.#persistence.until(() => this.#places[person].stop(keep));
     });
     if (stopped) await this.#takeAll([...this.#views]);
@@ -311,43 +309,42 @@ class StudyPage {
     );
   }
 
-  /** Words in the language of the study's texts, or the nearest that we have. @param {string} language */
+  /** Turns to the language of the study's texts, or to the nearest that there is. @param {string} language */
   async #follow(language) {
-    const wanted = pickLanguage(LANGUAGES, [language]);
-    if (wanted === this.words.language) return;
-    this.words = await this.#persistence.until(() => loadWords(wanted));
-    this.#frame.setWords(this.words, this.study);
+    const wanted = pickLanguage(Object.keys(LANGUAGES), [language]);
+    if (wanted === currentLanguage()) return;
+    await this.#persistence.until(() => useLanguage(wanted));
+    this.#frame.setTexts(this.study);
   }
 }
 
 async function boot() {
   const banner = byId("study-banner", HTMLElement);
   const persistence = new Persistence((offline) => (banner.hidden = !offline));
-  const wishes = [new URLSearchParams(location.search).get("lang"), keptLanguage(), ...navigator.languages];
-  const words = await persistence.until(() => loadWords(pickLanguage(LANGUAGES, wishes)));
+  const known = Object.keys(LANGUAGES);
+  const wished = wishedLanguages();
+  await persistence.until(() => useLanguage(pickLanguage(known, wished)));
   try {
     const study = await persistence.until(askStudy);
-    const offered = study.languages.filter((language) => LANGUAGES.some((known) => known === language));
-    const fits = offered.length === 0 || offered.includes(words.language);
-    await new StudyPage(
-      fits ? words : await persistence.until(() => loadWords(pickLanguage(offered, wishes))),
-      study,
-    ).start();
+    const offered = study.languages.filter((language) => known.includes(language));
+    if (offered.length > 0 && !offered.includes(currentLanguage()))
+      await persistence.until(() => useLanguage(pickLanguage(offered, wished)));
+    await new StudyPage(study).start();
   } catch (error) {
-    showBootProblem(words, error);
+    showBootProblem(error);
   }
 }
 
-/** Nothing can be shown yet but what went wrong. @param {Words} words @param {unknown} error */
-function showBootProblem(words, error) {
+/** Nothing can be shown yet but what went wrong. @param {unknown} error */
+function showBootProblem(error) {
   const again = el(
     "button",
     { type: "button", class: "button button-primary", onclick: () => location.reload() },
-    words.say("page.tryAgain"),
+    say("study.page.tryAgain"),
   );
-  const sentence = el("p", { class: "lead", role: "alert" }, words.problem(error));
+  const sentence = el("p", { class: "lead", role: "alert" }, sayError(error));
   byId("study-screen", HTMLElement).replaceChildren(
-    card(heading(words.say("error.title")), sentence, el("div", { class: "row" }, again)),
+    card(heading(say("error.title")), sentence, el("div", { class: "row" }, again)),
   );
 }
 

@@ -336,4 +336,4 @@ def test_pages_and_texts_are_served_and_the_start_page_leads_to_the_study(solo: 
     for path, part in (("/study", b"study.js"), ("/experimenter", b"experimenter.js"), ("/?lang=de", b"study.js")):
         status, page = solo.live.call(path)
         assert status == 200 and part in page, path
-    assert solo.live.call("/static/words/study.de.json")[0] == 200
+    assert solo.live.call("/static/words/de.json")[0] == 200

@@ -8,6 +8,7 @@ import { AnswerQueue } from "../../core/answer_queue.js";
 import { el } from "../../core/dom.js";
 import { missing, paginate, resumePage } from "./questionnaire_pages.js";
 import { attempt, complain, heading, problemBox } from "../screen.js";
+import { say } from "../../text/catalogue.js";
 import { idOf, question } from "./questions.js";
 import { UnsentAnswers } from "./unsent_answers.js";
 
@@ -36,7 +37,6 @@ class Form {
   constructor(context) {
     const { step, place } = context;
     this.context = context;
-    this.words = context.words;
     this.pages = paginate(step.items ?? []);
     /** @type {Map<string, Given>} */
     this.answers = new Map(Object.entries(step.answers ?? {}));
@@ -64,11 +64,10 @@ class Form {
   }
 
   #draw() {
-    const { words } = this;
     this.#watch.restart();
     this.#problem.replaceChildren();
     this.#questions = this.pages[this.page].map((item) =>
-      question(words, item, this.answers.get(item.id), (...answer) => this.#save(...answer)),
+      question(item, this.answers.get(item.id), (...answer) => this.#save(...answer)),
     );
     const form = el(
       "form",
@@ -90,12 +89,12 @@ class Form {
     const before = this.pages.slice(0, this.page).flat().length;
     const count = this.pages[this.page].length;
     const total = this.pages.flat().length;
-    const where = this.words.say(count === 1 ? "form.where.one" : "form.where.many", {
+    const where = say(count === 1 ? "form.where.one" : "form.where.many", {
       first: before + 1,
       last: before + count,
       total,
     });
-    const partner = step.partner_letter ? `${this.words.say("form.partner", { letter: step.partner_letter })} · ` : "";
+    const partner = step.partner_letter ? `${say("form.partner", { letter: step.partner_letter })} · ` : "";
     return heading(step.title ?? "", partner + where);
   }
 
@@ -104,13 +103,13 @@ class Form {
     const back = el(
       "button",
       { type: "button", class: "button", onclick: () => this.#turn(-1) },
-      this.words.say("page.back"),
+      say("study.page.back"),
     );
     if (this.page === 0) back.classList.add("invisible");
     this.nextButton = el(
       "button",
       { type: "submit", class: "button button-primary" },
-      this.words.say(last ? "form.finish" : "page.next"),
+      say(last ? "form.finish" : "study.page.next"),
     );
     return el("div", { class: "row row-apart questionnaire-foot" }, back, this.#status, this.nextButton);
   }
@@ -126,7 +125,7 @@ class Form {
 
   #showSaving() {
     const { waiting, offline, refused } = this.#queue.state;
-    this.#status.textContent = refused || this.words.say(offline && waiting ? "form.unsaved" : "form.saved");
+    this.#status.textContent = refused || say(offline && waiting ? "form.unsaved" : "form.saved");
     this.#status.dataset.waiting = String(waiting);
   }
 
@@ -144,7 +143,7 @@ class Form {
     const open = missing(this.pages[this.page], this.answers);
     if (open.length > 0) return this.#complain(open);
     if (this.page < this.pages.length - 1) return this.#turn(1);
-    if (this.nextButton) await attempt(this.words, this.nextButton, this.#problem, () => this.#finish());
+    if (this.nextButton) await attempt(this.nextButton, this.#problem, () => this.#finish());
   }
 
   /** The last answer has arrived before the step is left. */
@@ -155,10 +154,7 @@ class Form {
 
   /** Names what is missing, and takes the keyboard to the first of it. @param {Item[]} open */
   #complain(open) {
-    complain(
-      this.#problem,
-      this.words.say(open.length === 1 ? "form.missingOne" : "form.missingMany", { count: open.length }),
-    );
+    complain(this.#problem, say(open.length === 1 ? "form.missingOne" : "form.missingMany", { count: open.length }));
     for (const item of open) document.getElementById(idOf(item))?.setAttribute("data-missing", "");
     const first = document.querySelector(`#${CSS.escape(idOf(open[0]))} :is(input, textarea)`);
     if (first instanceof HTMLElement) first.focus();

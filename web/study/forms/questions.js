@@ -5,9 +5,9 @@
  */
 
 import { el } from "../../core/dom.js";
+import { say } from "../../text/catalogue.js";
 
 /** @typedef {import("../service.js").Item} Item */
-/** @typedef {import("../words.js").Words} Words */
 /** @typedef {import("./questionnaire_pages.js").Given} Given */
 /** @typedef {(item: Item, value: number, text: string) => void} Save */
 /** @typedef {{root: HTMLElement, flush: () => void}} Question `flush` saves what is still being typed */
@@ -18,16 +18,16 @@ const TLX_MOST = 20;
 const TEXT_LIMIT = 4000; // study/questionnaire.py
 const TYPING_MS = 700; // a text is saved this long after the last key
 
-/** @param {Words} words @param {Item} item @param {Given | undefined} given @param {Save} save @returns {Question} */
-export function question(words, item, given, save) {
-  if (item.kind === "text") return textQuestion(words, item, given, save);
-  const body = { likert7: likert, tlx, choice }[item.kind](words, item, given?.value, save);
+/** @param {Item} item @param {Given | undefined} given @param {Save} save @returns {Question} */
+export function question(item, given, save) {
+  if (item.kind === "text") return textQuestion(item, given, save);
+  const body = { likert7: likert, tlx, choice }[item.kind](item, given?.value, save);
   const root = el(
     "fieldset",
     { class: "question", id: idOf(item), "aria-describedby": `${idOf(item)}-missing` },
     el("legend", {}, item.text),
     ...body,
-    el("p", { class: "question-missing", id: `${idOf(item)}-missing` }, words.say("form.missingHere")),
+    el("p", { class: "question-missing", id: `${idOf(item)}-missing` }, say("form.missingHere")),
   );
   return { root, flush: () => {} };
 }
@@ -37,15 +37,15 @@ export function idOf(item) {
   return `question-${item.id}`;
 }
 
-/** @param {Words} words @param {Item} item @returns {[string, string]} */
-function endsOf(words, item) {
-  const usual = /** @type {[string, string]} */ ([words.say("form.low"), words.say("form.high")]);
+/** @param {Item} item @returns {[string, string]} */
+function endsOf(item) {
+  const usual = /** @type {[string, string]} */ ([say("form.low"), say("form.high")]);
   return item.ends ?? usual;
 }
 
-/** @param {Words} words @param {Item} item @param {number | undefined} value @param {Save} save */
-function likert(words, item, value, save) {
-  const [low, high] = endsOf(words, item);
+/** @param {Item} item @param {number | undefined} value @param {Save} save */
+function likert(item, value, save) {
+  const [low, high] = endsOf(item);
   const id = idOf(item);
   const boxes = LIKERT.map((step) => {
     const end = step === LIKERT[0] ? `${id}-low` : step === LIKERT.at(-1) ? `${id}-high` : null;
@@ -55,7 +55,7 @@ function likert(words, item, value, save) {
     "div",
     { class: "likert-ends" },
     el("span", { id: `${id}-low` }, low),
-    noAnswer(words, item, value, save),
+    noAnswer(item, value, save),
     el("span", { id: `${id}-high` }, high),
   );
   return [el("div", { class: "likert" }, ...boxes), ends];
@@ -80,33 +80,28 @@ function radio(item, value, given, save, describedBy = null) {
   return input;
 }
 
-/** @param {Words} words @param {Item} item @param {number | undefined} given @param {Save} save */
-function noAnswer(words, item, given, save) {
-  return el(
-    "label",
-    { class: "no-answer" },
-    radio(item, NO_ANSWER, given, save),
-    el("span", {}, words.say("form.noAnswer")),
-  );
+/** @param {Item} item @param {number | undefined} given @param {Save} save */
+function noAnswer(item, given, save) {
+  return el("label", { class: "no-answer" }, radio(item, NO_ANSWER, given, save), el("span", {}, say("form.noAnswer")));
 }
 
-/** @param {Words} words @param {Item} item @param {number | undefined} value @param {Save} save */
-function choice(words, item, value, save) {
+/** @param {Item} item @param {number | undefined} value @param {Save} save */
+function choice(item, value, save) {
   const options = (item.options ?? []).map((text, index) =>
     el("label", { class: "choice-option" }, radio(item, index, value, save), el("span", {}, text)),
   );
-  return [el("div", { class: "choice" }, ...options), noAnswer(words, item, value, save)];
+  return [el("div", { class: "choice" }, ...options), noAnswer(item, value, save)];
 }
 
 /**
  * Twenty-one gradations; nothing is chosen until the handle was touched.
- * @param {Words} words
+ *
  * @param {Item} item
  * @param {number | undefined} value
  * @param {Save} save
  */
-function tlx(words, item, value, save) {
-  const [low, high] = endsOf(words, item);
+function tlx(item, value, save) {
+  const [low, high] = endsOf(item);
   const chosen = value !== undefined && value !== NO_ANSWER;
   const said = el("output", { class: "tlx-said muted small" });
   const range = el("input", {
@@ -119,13 +114,13 @@ function tlx(words, item, value, save) {
     "aria-label": `${item.text} ${low} – ${high}`,
     "data-chosen": String(chosen),
   });
-  const no = noAnswer(words, item, value, (_, answer, text) => {
+  const no = noAnswer(item, value, (_, answer, text) => {
     mark(false);
     save(item, answer, text);
   });
   const mark = (/** @type {boolean} */ set) => {
     range.dataset.chosen = String(set);
-    said.textContent = words.say(set ? "form.chosen" : "form.choose", { value: range.value, most: TLX_MOST });
+    said.textContent = say(set ? "form.chosen" : "form.choose", { value: range.value, most: TLX_MOST });
     range.setAttribute("aria-valuetext", said.textContent);
   };
   const choose = () => {
@@ -144,8 +139,8 @@ function tlx(words, item, value, save) {
   return [said, range, ends];
 }
 
-/** @param {Words} words @param {Item} item @param {Given | undefined} given @param {Save} save @returns {Question} */
-function textQuestion(words, item, given, save) {
+/** @param {Item} item @param {Given | undefined} given @param {Save} save @returns {Question} */
+function textQuestion(item, given, save) {
   const id = idOf(item);
   const area = el("textarea", {
     id: `${id}-text`,
@@ -172,13 +167,9 @@ function textQuestion(words, item, given, save) {
     "div",
     { class: "field question", id },
     el("label", { for: `${id}-text` }, item.text),
-    el(
-      "p",
-      { id: `${id}-help`, class: "field-help" },
-      words.say(item.required ? "form.textHelpRequired" : "form.textHelp"),
-    ),
+    el("p", { id: `${id}-help`, class: "field-help" }, say(item.required ? "form.textHelpRequired" : "form.textHelp")),
     area,
-    el("p", { class: "question-missing", id: `${id}-missing` }, words.say("form.missingText")),
+    el("p", { class: "question-missing", id: `${id}-missing` }, say("form.missingText")),
   );
   return { root, flush };
 }

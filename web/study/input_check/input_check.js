@@ -12,6 +12,7 @@ import { LocalSeats } from "../../input/seats.js";
 import { Touch } from "../../input/touch.js";
 import { measureRtt } from "./rtt.js";
 import { actionButton, attempt, card, complain, heading, problemBox } from "../screen.js";
+import { has, say } from "../../text/catalogue.js";
 import { TriedControls } from "./tried_controls.js";
 
 /** @typedef {import("../screen.js").Context} Context */
@@ -45,10 +46,9 @@ class InputCheck {
 
   /** @param {Context} context */
   constructor(context) {
-    const { words, people } = context;
+    const { people } = context;
     this.context = context;
-    this.words = words;
-    this.panels = people.map((_, seat) => new ControlPanel(words, seat, people.length > 1));
+    this.panels = people.map((_, seat) => new ControlPanel(seat, people.length > 1));
     this.touch = new Touch(this.panels[0].touchParts, () => {});
     const first = matchMedia("(pointer: coarse)").matches ? "touch" : "keyboard";
     this.seats = new LocalSeats({ keyboard: this.#keyboard, gamepads: this.#gamepads, touch: this.touch }, first);
@@ -65,22 +65,26 @@ class InputCheck {
   }
 
   #build() {
-    const { words, context } = this;
-    const lead = words.say(
-      context.step.gamepad_required ? "check.gamepad" : context.people.length > 1 ? "check.leadTwo" : "check.lead",
+    const { context } = this;
+    const lead = say(
+      context.step.gamepad_required
+        ? "study.check.gamepad"
+        : context.people.length > 1
+          ? "study.check.leadTwo"
+          : "study.check.lead",
     );
-    this.goOn = actionButton(words, words.say("page.goOn"), this.#problem, () => this.#next());
-    this.again = el("button", { type: "button", class: "button button-small" }, words.say("check.again"));
+    this.goOn = actionButton(say("study.page.goOn"), this.#problem, () => this.#next());
+    this.again = el("button", { type: "button", class: "button button-small" }, say("study.check.again"));
     this.again.addEventListener("click", () => void this.#measure());
     const connection = el(
       "div",
       { class: "row row-apart check-connection" },
-      el("span", { class: "label" }, words.say("check.connection")),
+      el("span", { class: "label" }, say("study.check.connection")),
       el("span", { class: "row" }, this.#pill, this.again),
     );
     const panels = el("div", { class: "check-panels" }, ...this.panels.map(({ root }) => root));
     return card(
-      heading(words.say("check.title")),
+      heading(say("study.check.title")),
       el("p", { class: "lead" }, lead),
       panels,
       this.#said,
@@ -108,9 +112,9 @@ class InputCheck {
 
   #showTodo() {
     const open = new Set(this.tried.flatMap((one) => one.todo));
-    const names = [...open].map((what) => this.words.say(`check.${what}`));
+    const names = [...open].map((what) => say(`study.check.${what}`));
     this.#said.textContent =
-      names.length > 0 ? this.words.say("check.todo", { list: names.join(", ") }) : this.words.say("check.done");
+      names.length > 0 ? say("study.check.todo", { list: names.join(", ") }) : say("study.check.done");
     this.#said.className = names.length > 0 ? "muted" : "check-done";
     this.panels.forEach((panel, seat) => panel.showDone(this.tried[seat].done));
   }
@@ -124,18 +128,17 @@ class InputCheck {
   }
 
   async #measureOnce() {
-    const { words } = this;
     this.#pill.className = "pill";
-    this.#pill.textContent = words.say("check.measuring");
+    this.#pill.textContent = say("study.check.measuring");
     if (!this.again) return;
-    await attempt(words, this.again, this.#problem, async () => {
+    await attempt(this.again, this.#problem, async () => {
       this.#rtt = await measureRtt();
       const slow = this.#tooSlow();
       const tone = slow ? "bad" : this.#rtt < FAIR_MS ? "ok" : "attention";
       const ms = Math.max(1, Math.round(this.#rtt));
       this.#pill.className = `pill pill-${tone}`;
-      this.#pill.textContent = words.say(tone === "ok" ? "check.good" : "check.slow", { ms });
-      if (slow) complain(this.#problem, words.say("check.tooSlow", { ms, most: this.context.step.rtt_ms ?? 0 }));
+      this.#pill.textContent = say(tone === "ok" ? "study.check.good" : "study.check.slow", { ms });
+      if (slow) complain(this.#problem, say("study.check.tooSlow", { ms, most: this.context.step.rtt_ms ?? 0 }));
     });
   }
 
@@ -147,8 +150,8 @@ class InputCheck {
   async #next() {
     const todo = this.tried.flatMap((one) => one.todo);
     if (todo.length > 0) {
-      const list = [...new Set(todo)].map((what) => this.words.say(`check.${what}`)).join(", ");
-      return complain(this.#problem, this.words.say("check.todo", { list }));
+      const list = [...new Set(todo)].map((what) => say(`study.check.${what}`)).join(", ");
+      return complain(this.#problem, say("study.check.todo", { list }));
     }
     if (Number.isNaN(this.#rtt)) await this.#measure();
     if (Number.isNaN(this.#rtt)) return;
@@ -159,28 +162,27 @@ class InputCheck {
 
 /** The picture of one person's controls. */
 class ControlPanel {
-  /** @param {import("../words.js").Words} words @param {number} seat @param {boolean} named */
-  constructor(words, seat, named) {
-    this.words = words;
+  /** @param {number} seat @param {boolean} named */
+  constructor(seat, named) {
     this.litUntil = 0;
     this.dot = el("div", { class: "check-dot" });
     this.zone = el("div", { class: "check-stick" }, this.dot);
     this.arrows = new Map(
       /** @type {const} */ (["up", "left", "down", "right"]).map((side) => [
         side,
-        el("span", { class: `check-arrow check-${side}` }, words.say(`check.${side}`)),
+        el("span", { class: `check-arrow check-${side}` }, say(`study.check.${side}`)),
       ]),
     );
-    this.grab = el("button", { type: "button", class: "button check-light", tabindex: "-1" }, words.say("check.grab"));
+    this.grab = el("button", { type: "button", class: "button check-light", tabindex: "-1" }, say("study.check.grab"));
     this.backward = el(
       "button",
       { type: "button", class: "button check-light", tabindex: "-1", "aria-pressed": "false" },
-      words.say("check.backward"),
+      say("study.check.backward"),
     );
     this.device = el("span", { class: "pill" });
     this.hint = el("p", { class: "muted small" });
     const who = named
-      ? el("p", { class: "agent label" }, badge(seat), words.say("page.person", { number: seat + 1 }))
+      ? el("p", { class: "agent label" }, badge(seat), say("study.page.person", { number: seat + 1 }))
       : null;
     this.root = el(
       "div",
@@ -207,7 +209,6 @@ class ControlPanel {
    * @param {number} nowMs
    */
   show({ stick, backward, grabs, device }, card, mapping, nowMs) {
-    const { words } = this;
     if (grabs > 0) this.litUntil = nowMs + LIT_MS;
     this.dot.style.setProperty("--x", stick.x.toFixed(2));
     this.dot.style.setProperty("--y", (-stick.y).toFixed(2));
@@ -216,9 +217,9 @@ class ControlPanel {
     this.grab.toggleAttribute("data-lit", nowMs < this.litUntil);
     this.backward.toggleAttribute("data-lit", backward);
     const name =
-      card.device === "gamepad" && card.pad ? card.pad.id.replace(/\s*\(.*$/, "") : words.say(`check.device.${device}`);
+      card.device === "gamepad" && card.pad ? card.pad.id.replace(/\s*\(.*$/, "") : say(`study.check.device.${device}`);
     if (this.device.textContent !== name) this.device.textContent = name;
-    const hint = hintWords(words, { ...card, device }, mapping);
+    const hint = hintText({ ...card, device }, mapping);
     if (this.hint.textContent !== hint) this.hint.textContent = hint;
   }
 
@@ -230,24 +231,24 @@ class ControlPanel {
 }
 
 /**
- * @param {import("../words.js").Words} words
+ *
  * @param {SeatCard} card
  * @param {import("../../input/mapping.js").Mapping} mapping
  */
-function hintWords(words, { device, keySets }, mapping) {
+function hintText({ device, keySets }, mapping) {
   if (device === "gamepad") {
-    return words.say("check.hint.gamepad", {
+    return say("study.check.hint.gamepad", {
       grab: buttonName(mapping.buttons.grab),
       backward: buttonName(mapping.buttons.backward),
     });
   }
-  if (device === "touch") return words.say("check.hint.touch");
-  const or = words.say("check.or");
+  if (device === "touch") return say("study.check.hint.touch");
+  const or = say("study.check.or");
   const sets = keySets.map((set) => mapping.keys[set]);
   const list = (/** @type {(keys: import("../../input/mapping.js").KeySet) => string} */ name) =>
     sets.map(name).join(or);
-  const key = (/** @type {string} */ code) => (words.has(`key.${code}`) ? words.say(`key.${code}`) : keyName(code));
-  return words.say("check.hint.keyboard", {
+  const key = (/** @type {string} */ code) => (has(`key.${code}`) ? say(`key.${code}`) : keyName(code));
+  return say("study.check.hint.keyboard", {
     move: list(moveName),
     grab: list(({ grab }) => key(grab)),
     backward: list(({ backward }) => key(backward)),

@@ -1,0 +1,55 @@
+// @ts-check
+/*
+ * The languages of the pages and which one a reader gets. A language is a file web/words/<language>.json and a line
+ * in LANGUAGES.
+ */
+
+/** Every language by its own name. @type {Readonly<Record<string, string>>} */
+export const LANGUAGES = Object.freeze({ en: "English", de: "Deutsch" });
+export const DEFAULT_LANGUAGE = "en";
+const KEY = "movingout.language";
+
+/**
+ * The first wanted language that is offered, else the first offered: "de-AT" finds "de".
+ * @param {readonly string[]} offered
+ * @param {readonly (string | null | undefined)[]} wanted
+ */
+export function pickLanguage(offered, wanted) {
+  for (const wish of wanted) {
+    const found =
+      offered.find((language) => language === wish) ?? offered.find((language) => language === wish?.split("-")[0]);
+    if (found !== undefined) return found;
+  }
+  return offered[0];
+}
+
+/**
+ * What the reader wishes, the strongest wish first: the address (`?lang=de`), the choice made before, the browser.
+ * @returns {(string | null)[]}
+ */
+export function wishedLanguages() {
+  return [new URLSearchParams(location.search).get("lang"), keptLanguage(), ...navigator.languages];
+}
+
+/** The language of a page whose reader may choose freely. */
+export function readerLanguage() {
+  return pickLanguage([DEFAULT_LANGUAGE, ...Object.keys(LANGUAGES)], wishedLanguages());
+}
+
+/** @returns {string | null} what the reader chose before */
+export function keptLanguage() {
+  try {
+    return localStorage.getItem(KEY);
+  } catch {
+    return null;
+  }
+}
+
+/** @param {string} language */
+export function keepLanguage(language) {
+  try {
+    localStorage.setItem(KEY, language);
+  } catch {
+    // chosen for this page only
+  }
+}

@@ -1,0 +1,23 @@
+// @ts-check
+/*
+ * Starts a page in the reader's language: its texts are loaded and stand in its HTML when `prepareTexts` resolves.
+ */
+
+import { ApiError } from "../core/api.js";
+import { fillIn, useLanguage } from "./catalogue.js";
+import { readerLanguage } from "./language.js";
+
+const RETRY_MS = 1000;
+
+/** Tries until the server answers. @param {string} [language] a key of LANGUAGES */
+export async function prepareTexts(language = readerLanguage()) {
+  for (;;) {
+    try {
+      await useLanguage(language);
+      return fillIn();
+    } catch (error) {
+      if (!(error instanceof ApiError)) throw error;
+      await new Promise((done) => setTimeout(done, RETRY_MS));
+    }
+  }
+}
