@@ -16,10 +16,11 @@ from bench._episodes import Outcome
 from bench._leads import LEGEND, against_aim, leads
 from bench._roster import PAPER_BASS, PAPER_COLUMNS, Field
 from bench.bass import Numbers
-from bench.learning import mean_error, shown, table
+from bench.learning import table
 from movingout.agents.checkpoint.checkpoint import Card
 from movingout.maps import map_names
 from movingout.matches.experiment.paper_reference import paper_figures
+from movingout.world.estimates import estimate, estimate_text
 
 BEGIN, END = "<!-- measured: begin -->", "<!-- measured: end -->"
 
@@ -112,7 +113,7 @@ def _generalisation(field: Field, played: Played) -> str:
         cells = []
         for group in field.partners:
             mine = [one for one in played[group] if one.run.agent == agent]
-            cells += [shown(*mean_error([getattr(one, name) for one in mine])) for name in ("tcr", "nfd")]
+            cells += [estimate_text(estimate([getattr(one, name) for one in mine])) for name in ("tcr", "nfd")]
             cells.append(str(len(mine)))
         lines.append(f"| {agent} | {field.learners.get(agent, '')} | " + " | ".join(cells) + " |")
     return "\n".join(lines)
@@ -124,10 +125,8 @@ def _beside_paper(outcomes: Sequence[Outcome], labels: Mapping[str, str]) -> str
     lines = [head, "|---" * (5 + 3 * len(PAPER_COLUMNS)) + "|"]
     for agent in _agents(outcomes):
         mine = [one for one in outcomes if one.run.agent == agent]
-        ours = [
-            mean_error([v for one in mine if (v := getattr(one, name)) is not None]) for name in ("tcr", "nfd", "ac")
-        ]
-        cells = [shown(*pair) for pair in ours]
+        ours = [estimate([v for one in mine if (v := getattr(one, name)) is not None]) for name in ("tcr", "nfd", "ac")]
+        cells = [estimate_text(found) for found in ours]
         for rows in PAPER_COLUMNS.values():
             figures = paper_figures(rows[agent][0], 1, rows[agent][1]) if agent in rows else {}
             cells += [f"{figures[name].mean:.3f}" if name in figures else "" for name in ("tcr", "nfd", "ac")]

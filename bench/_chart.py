@@ -9,7 +9,7 @@ from html import escape
 from bench._episodes import Outcome
 from bench._leads import TARGET_TCR
 from bench._roster import BASS, CONTROL, SCRIPTED
-from bench.learning import mean_error
+from movingout.world.estimates import Estimate, estimate
 
 WIDTH, LEFT, RIGHT, TOP, PITCH, BAR = 800, 290, 44, 52, 34, 18
 NOTES = {SCRIPTED: "the expert; they learned from a variant", CONTROL: "control: these people alone"}
@@ -24,12 +24,11 @@ STYLE = (
 
 def chart(outcomes: Sequence[Outcome], names: Mapping[str, str]) -> str:
     """A bar of TCR with its standard error for each agent, the best first; `names` says what they are."""
-    scores = {agent: mean_error([one.tcr for one in outcomes if one.run.agent == agent]) for agent in _agents(outcomes)}
-    ranked = sorted(scores, key=lambda agent: -scores[agent][0])
+    by_agent = {agent: estimate([one.tcr for one in outcomes if one.run.agent == agent]) for agent in _agents(outcomes)}
+    scores = {agent: found for agent, found in by_agent.items() if found is not None}
+    ranked = sorted(scores, key=lambda agent: -scores[agent].mean)
     bottom = TOP + PITCH * len(ranked)
-    rows = [
-        _row(TOP + PITCH * place, agent, names.get(agent, ""), *scores[agent]) for place, agent in enumerate(ranked)
-    ]
+    rows = [_row(TOP + PITCH * place, agent, names.get(agent, ""), scores[agent]) for place, agent in enumerate(ranked)]
     maps = len({one.run.map for one in outcomes})
     title = f"TCR beside people of C, never trained with; bars: mean over {maps} maps, lines: standard error"
     return (
@@ -61,9 +60,10 @@ def _scale(bottom: float) -> str:
     return "".join(lines)
 
 
-def _row(top: float, agent: str, name: str, mean: float, error: float) -> str:
+def _row(top: float, agent: str, name: str, found: Estimate) -> str:
     """Names on the left, the bar, its error and its value; the expert and the control are outlined."""
     middle, kind = top + BAR / 2, "reference" if agent in NOTES else "bar"
+    mean, error = found.mean, found.stderr or 0.0
     low, high = _x(max(mean - error, 0.0)), _x(min(mean + error, 1.0))
     return (
         f'<text x="0" y="{middle - 1}">{escape(agent)}</text>'

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 from bench._episodes import Outcome
 from bench._roster import BASS, Field
-from bench.learning import mean_error
+from movingout.world.estimates import estimate, estimate_text
 
 TARGET_TCR = 0.65
 LEGEND = (
@@ -15,12 +15,11 @@ LEGEND = (
 
 def against_aim(outcomes: Sequence[Outcome]) -> str:
     """What was aimed at, and by how much it was reached or missed."""
-    mine = [one.tcr for one in outcomes if one.run.agent == BASS]
-    if not mine:
+    found = estimate([one.tcr for one in outcomes if one.run.agent == BASS])
+    if found is None:
         return f"`{BASS}` is not among those who have played; aimed at is a TCR of {TARGET_TCR}."
-    tcr, error = mean_error(mine)
-    reached = "reached" if tcr >= TARGET_TCR else f"missed by {TARGET_TCR - tcr:.3f}"
-    return f"`{BASS}` TCR {tcr:.3f} ± {error:.3f}; aimed at {TARGET_TCR}: {reached}."
+    reached = "reached" if found.mean >= TARGET_TCR else f"missed by {TARGET_TCR - found.mean:.3f}"
+    return f"`{BASS}` TCR {estimate_text(found)}; aimed at {TARGET_TCR}: {reached}."
 
 
 def leads(field: Field, played: Mapping[str, Sequence[Outcome]]) -> str:
@@ -43,10 +42,13 @@ def _cells(outcomes: Sequence[Outcome], one: str, other: str) -> list[str]:
 
 def lead(outcomes: Sequence[Outcome], one: str, other: str, metric: str) -> str:
     """The mean difference with its standard error, bold where the means' own standard errors do not overlap."""
-    mean, error = mean_error(gains(outcomes, one, other, metric))
-    mine, theirs = (mean_error(values) for values in shared(outcomes, one, other, metric))
-    cell = f"{mean:+.3f} ± {error:.3f}"
-    return f"**{cell}**" if mine[1] and abs(mine[0] - theirs[0]) > mine[1] + theirs[1] else cell
+    gain = estimate(gains(outcomes, one, other, metric))
+    mine, theirs = (estimate(values) for values in shared(outcomes, one, other, metric))
+    if gain is None or mine is None or theirs is None:
+        return "–"
+    cell = f"{gain.mean:+.3f} ± {gain.stderr or 0.0:.3f}"
+    errors = (mine.stderr or 0.0) + (theirs.stderr or 0.0)
+    return f"**{cell}**" if mine.stderr and abs(mine.mean - theirs.mean) > errors else cell
 
 
 def gains(outcomes: Sequence[Outcome], one: str, other: str, metric: str) -> list[float]:

@@ -8,12 +8,10 @@ episodes. With `--log FILE` every finished episode is kept, and the same command
 
 import argparse
 import json
-import math
 import os
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
 from rich.console import Console
 from rich.progress import Progress
 
@@ -24,6 +22,7 @@ from movingout.maps import load_map, map_names
 from movingout.maps.errors import MovingOutError
 from movingout.matches import MatchError, MatchResult, play_matches
 from movingout.world.constants import LIMIT_TICKS
+from movingout.world.estimates import estimate, estimate_text
 
 PARTNER_STRIDE = 7  # from map to map, so that different people come first
 
@@ -71,18 +70,6 @@ def play_all(todo: list[Run], workers: int, log: Path | None = None) -> list[Out
     return [done[run] for run in todo]
 
 
-def mean_error(values: list[float]) -> tuple[float, float]:
-    """Mean and standard error."""
-    if not values:
-        return math.nan, math.nan
-    return float(np.mean(values)), float(np.std(values, ddof=1) / math.sqrt(len(values))) if len(values) > 1 else 0.0
-
-
-def shown(mean: float, error: float) -> str:
-    """Mean and standard error as a cell of a table; a dash where nothing was measured."""
-    return "–" if math.isnan(mean) else f"{mean:.3f} ± {error:.3f}"
-
-
 def table(outcomes: list[Outcome], agents: list[str], maps: list[str]) -> str:
     """Rows of agents that played: TCR and NFD over all maps, then TCR by map."""
     lines = ["| agent | TCR | NFD | WT [s] | AC | n | " + " | ".join(maps) + " |", "|---" * (6 + len(maps)) + "|"]
@@ -90,12 +77,17 @@ def table(outcomes: list[Outcome], agents: list[str], maps: list[str]) -> str:
         mine = [one for one in outcomes if one.run.agent == agent]
         if not mine:
             continue
-        tcr, nfd, waiting = (mean_error([getattr(one, name) for one in mine]) for name in ("tcr", "nfd", "wt_s"))
-        consistency = mean_error([one.ac for one in mine if one.ac is not None])
-        cells = [shown(*pair) for pair in (tcr, nfd, waiting, consistency)]
-        by_map = [f"{mean_error([one.tcr for one in mine if one.run.map == name])[0]:.2f}" for name in maps]
+        tcr, nfd, waiting = (estimate([getattr(one, name) for one in mine]) for name in ("tcr", "nfd", "wt_s"))
+        consistency = estimate([one.ac for one in mine if one.ac is not None])
+        cells = [estimate_text(found) for found in (tcr, nfd, waiting, consistency)]
+        by_map = [_mean_text([one.tcr for one in mine if one.run.map == name]) for name in maps]
         lines.append(f"| {agent} | " + " | ".join([*cells, str(len(mine)), *by_map]) + " |")
     return "\n".join(lines)
+
+
+def _mean_text(values: list[float]) -> str:
+    found = estimate(values)
+    return "–" if found is None else f"{found.mean:.2f}"
 
 
 def main(words: Sequence[str] | None = None) -> None:
@@ -140,15 +132,20 @@ def _partners(said: str) -> list[str]:
     return [person.agent_id for person in population(said)] if said in POPULATIONS else [said]
 
 
-def _scores(outcomes: Sequence[Outcome], agents: Sequence[str]) -> dict[str, dict[str, tuple[float, float]]]:
-    """Mean and standard error of each metric, by agent."""
+def _scores(outcomes: Sequence[Outcome], agents: Sequence[str]) -> dict[str, dict[str, tuple[float, float] | None]]:
+    """Mean and standard error (0 of one episode) of each metric, by agent; None of none."""
     return {
         agent: {
-            name: mean_error([getattr(one, name) for one in outcomes if one.run.agent == agent])
+            name: _mean_and_error([getattr(one, name) for one in outcomes if one.run.agent == agent])
             for name in ("tcr", "nfd", "wt_s")
         }
         for agent in agents
     }
+
+
+def _mean_and_error(values: list[float]) -> tuple[float, float] | None:
+    found = estimate(values)
+    return None if found is None else (found.mean, found.stderr or 0.0)
 
 
 if __name__ == "__main__":

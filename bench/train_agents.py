@@ -29,13 +29,14 @@ from bench._curriculum import train_all
 from bench._episodes import EpisodeLog, Outcome
 from bench._roster import CHOOSING_BY_NFD, CONTROL, OF_A, OF_BOTH, PAPER_BASS, SCRIPTED, Field
 from bench.bass import Numbers, bass_agent_of, held_out_episodes, measure
-from bench.learning import mean_error, play_all, runs
+from bench.learning import play_all, runs
 from movingout.agents.catalogue import UNSEEN_TCR
 from movingout.agents.checkpoint.checkpoint import SHIPPED, Card, Checkpoint, Score, find_checkpoint, rescored
 from movingout.agents.scripted.populations import population
 from movingout.maps import map_names
 from movingout.maps.errors import MovingOutError
 from movingout.world.constants import LIMIT_TICKS
+from movingout.world.estimates import estimate
 
 
 def main(words: Sequence[str] | None = None) -> None:
@@ -204,8 +205,10 @@ def scores(outcomes: Sequence[Outcome], agent: str) -> dict[str, Score]:
 
 
 def _score(values: list[float]) -> Score:
-    mean, error = mean_error(values)
-    return Score(mean=round(mean, 4), stderr=round(error, 4), n=len(values))
+    found = estimate(values)
+    if found is None:
+        raise ValueError("an agent that played no episode has no score")
+    return Score(mean=round(found.mean, 4), stderr=round(found.stderr or 0.0, 4), n=found.n)
 
 
 if __name__ == "__main__":

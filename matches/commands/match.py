@@ -16,9 +16,10 @@ from movingout.matches.errors import MatchError
 from movingout.matches.experiment.grid import PEOPLE
 from movingout.matches.experiment.plan import Entry, seated
 from movingout.matches.match import Match, MatchResult
-from movingout.matches.results.table import MEASURES, rows_of, words
+from movingout.matches.results.table import MEASURES, rows_of
 from movingout.matches.run import play_matches
 from movingout.world.constants import LIMIT_TICKS, MAX_TICKS, TICKS_PER_SECOND
+from movingout.world.estimates import estimate_text
 from movingout.world.exactness import inexact_engine
 
 
@@ -127,7 +128,7 @@ def _table(blue: str, red: str, rows: list[Any]) -> str:
     lines = [heads]
     for row in rows:
         full = sum(result.ending == "delivered" for result in row.results)
-        lines.append([row.map, str(len(row.results)), str(full), *(words(row.estimate(m)) for m in MEASURES)])
+        lines.append([row.map, str(len(row.results)), str(full), *(estimate_text(row.estimate(m)) for m in MEASURES)])
     widths = [max(len(line[k]) for line in lines) for k in range(len(heads))]
     table = "\n".join("  ".join(map(str.ljust, line, widths)).rstrip() for line in lines)
     return f"blue {blue}, red {red}; means ± standard errors\n\n{table}"

@@ -6,9 +6,10 @@ from typing import Any, NamedTuple
 
 from movingout.matches.experiment.paper_reference import Figure, paper_figures
 from movingout.matches.match import MatchResult
-from movingout.matches.results.estimates import Estimate, estimate, stars, welch
-from movingout.matches.results.table import MEASURES, Measure, words
+from movingout.matches.results.significance import stars, welch
+from movingout.matches.results.table import MEASURES, Measure, estimate_json, estimate_of
 from movingout.matches.run import GridRun
+from movingout.world.estimates import Estimate, estimate_text
 
 CAUTION = (
     "Read with care. The paper's agents learned from people; ours learned from scripted people or are scripted "
@@ -34,8 +35,8 @@ class Line(NamedTuple):
     against: "tuple[MatchResult, ...] | None"
     against_table: str  # of the paper, of the condition that this one is against
 
-    def ours(self, measure: Measure) -> Estimate:
-        return _estimate(self.results, measure)
+    def ours(self, measure: Measure) -> Estimate | None:
+        return estimate_of(self.results, measure)
 
     def theirs(self, measure: Measure) -> Figure | None:
         return paper_figures(self.table, self.challenge, self.label).get(measure.key)
@@ -44,18 +45,21 @@ class Line(NamedTuple):
         """Our change in % from the condition this one is against, and Welch's p; None where there is none."""
         if self.against is None:
             return None, None
-        before, now = _estimate(self.against, measure), self.ours(measure)
-        return _percent(before.mean, now.mean), welch(before, now)
+        before, now = estimate_of(self.against, measure), self.ours(measure)
+        return _percent(before, now), welch(before, now)
 
     def their_change(self, measure: Measure) -> float | None:
         """The paper's change in %, from its means."""
         before = paper_figures(self.against_table, self.challenge, self.label).get(measure.key)
         now = self.theirs(measure)
-        return None if before is None or now is None else _percent(before.mean, now.mean)
+        return _percent(before, now)
 
 
-def _percent(before: float | None, now: float | None) -> float | None:
-    return 100.0 * (now - before) / before if before and now is not None else None
+def _percent(before: Estimate | Figure | None, now: Estimate | Figure | None) -> float | None:
+    """The change of the mean in %; None where there is none, or from zero."""
+    if before is None or now is None or not before.mean:
+        return None
+    return 100.0 * (now.mean - before.mean) / before.mean
 
 
 def lines_of(run: GridRun) -> list[Line]:
@@ -96,7 +100,7 @@ def _table(lines: Sequence[Line]) -> str:
     for line in lines:
         row = [line.condition, str(line.challenge), line.label, str(len(line.results))]
         for measure in COMPARED:
-            row.append(words(line.ours(measure)) + _change_words(*line.change(measure)))
+            row.append(estimate_text(line.ours(measure)) + _change_words(*line.change(measure)))
             row.append(_figure_words(line.theirs(measure)) + _change_words(line.their_change(measure), None))
         rows.append(row)
     tables = sorted({line.table for line in lines if line.table})
@@ -136,7 +140,7 @@ def _grid_json(run: GridRun) -> dict[str, Any]:
                 "challenge": line.challenge,
                 "agent": line.label,
                 "paper_table": line.table,
-                "ours": {measure.key: line.ours(measure).to_json() for measure in (*MEASURES, WAITING)},
+                "ours": {measure.key: estimate_json(line.ours(measure)) for measure in (*MEASURES, WAITING)},
                 "paper": {
                     measure.key: figure._asdict()
                     for measure in COMPARED
@@ -148,8 +152,3 @@ def _grid_json(run: GridRun) -> dict[str, Any]:
             for line in lines_of(run)
         ],
     }
-
-
-def _estimate(results: Sequence[MatchResult], measure: Measure) -> Estimate:
-    values = (measure.value(result) for result in results)
-    return estimate([value for value in values if value is not None])

@@ -6,13 +6,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from movingout.matches.match import MatchResult
-from movingout.matches.results.estimates import Estimate, holm, welch
+from movingout.matches.results.significance import holm, welch
 from movingout.matches.results.table import Measure, Row
 from movingout.matches.run import GridRun
 from movingout.recordings import RecordingError, read_episode
 from movingout.recordings.report.failures import TITLES, failures
 from movingout.recordings.report.track import Track
 from movingout.recordings.report.waiting import waits
+from movingout.world.estimates import Estimate
 
 WORST = 12  # matches listed
 MOMENTS = 4  # per match
@@ -22,7 +23,7 @@ MOMENTS = 4  # per match
 class Cell:
     """An agent (row) with a partner (column)."""
 
-    estimate: Estimate
+    estimate: Estimate | None
     best: bool  # of its column
     p: float | None  # that it equals the best of its column, Welch with Holm's correction in the column
 
@@ -36,10 +37,10 @@ class Matrix:
     partners: tuple[str, ...]
     cells: dict[tuple[str, str], Cell]
 
-    def strength(self, found: Estimate) -> float:
+    def strength(self, found: Estimate | None) -> float:
         """How good a value is among all of the matrix, in [0, 1]."""
-        means = [cell.estimate.mean for cell in self.cells.values() if cell.estimate.mean is not None]
-        if found.mean is None or max(means) == min(means):
+        means = [cell.estimate.mean for cell in self.cells.values() if cell.estimate is not None]
+        if found is None or max(means) == min(means):
             return 0.0
         share = (found.mean - min(means)) / (max(means) - min(means))
         return share if self.measure.more_is_better else 1.0 - share
@@ -65,10 +66,10 @@ def matrix(rows: Iterable[Row], measure: Measure) -> Matrix:
     return Matrix(measure, agents, partners, cells)
 
 
-def _judged(column: dict[str, Estimate], measure: Measure) -> dict[str, Cell]:
+def _judged(column: dict[str, Estimate | None], measure: Measure) -> dict[str, Cell]:
     """Each value of a column beside its best."""
     sign = 1.0 if measure.more_is_better else -1.0
-    means = {agent: sign * found.mean for agent, found in column.items() if found.mean is not None}
+    means = {agent: sign * found.mean for agent, found in column.items() if found is not None}
     best = max(means, key=means.__getitem__) if len(set(means.values())) > 1 else ""
     tests = [None if not best or agent == best else welch(column[best], found) for agent, found in column.items()]
     corrected = holm(tests)

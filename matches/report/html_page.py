@@ -8,13 +8,14 @@ from urllib.parse import quote
 
 from movingout.matches.match import MatchResult
 from movingout.matches.report.crossplay import Cell, Matrix, Moment, matrix, moments, worst_matches
-from movingout.matches.results.estimates import stars
 from movingout.matches.results.results_folder import write_whole
-from movingout.matches.results.table import MEASURES, Row, html, words
+from movingout.matches.results.significance import stars
+from movingout.matches.results.table import MEASURES, Row, html
 from movingout.matches.run import GridRun
 from movingout.recordings.commands.report import SERVER
 from movingout.recordings.storage.finished import SUFFIX
 from movingout.world.constants import TICKS_PER_SECOND
+from movingout.world.estimates import estimate_text
 
 _SHARE = 45  # % of colour in the best cell: dark ink stays readable on it
 
@@ -109,11 +110,13 @@ def _cell(found: Matrix, cell: Cell | None) -> str:
     if cell is None:
         return "<td></td>"
     share = round(_SHARE * found.strength(cell.estimate))
-    tip = f"n = {cell.estimate.n}" + ("" if cell.p is None else f", p = {cell.p:.2g} against the best")
+    tip = f"n = {cell.estimate.n if cell.estimate else 0}" + (
+        "" if cell.p is None else f", p = {cell.p:.2g} against the best"
+    )
     return (
         f'<td{" class=best" if cell.best else ""} title="{tip}" '
         f'style="background: color-mix(in srgb, var(--goal-edge) {share}%, var(--surface))">'
-        f"{words(cell.estimate)}<sup>{stars(cell.p)}</sup></td>"
+        f"{estimate_text(cell.estimate)}<sup>{stars(cell.p)}</sup></td>"
     )
 
 

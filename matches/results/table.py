@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from movingout.matches.experiment.plan import Entry
 from movingout.matches.match import Match, MatchResult
-from movingout.matches.results.estimates import Estimate, estimate
+from movingout.world.estimates import Estimate, estimate, estimate_text
 
 ALL_MAPS = "all maps"
 
@@ -45,9 +45,8 @@ class Row:
     def failed(self) -> int:
         return sum(result.ending == "failed" for result in self.results)
 
-    def estimate(self, measure: Measure) -> Estimate:
-        values = (measure.value(result) for result in self.results)
-        return estimate([value for value in values if value is not None])
+    def estimate(self, measure: Measure) -> Estimate | None:
+        return estimate_of(self.results, measure)
 
     def to_json(self) -> dict[str, Any]:
         ticks = [result.ticks for result in self.results]
@@ -61,7 +60,7 @@ class Row:
             "failed": self.failed,
             "full_deliveries": sum(result.ending == "delivered" for result in self.results),
             "mean_ticks": sum(ticks) / len(ticks),
-            **{measure.key: self.estimate(measure).to_json() for measure in MEASURES},
+            **{measure.key: estimate_json(self.estimate(measure)) for measure in MEASURES},
         }
 
 
@@ -84,8 +83,9 @@ def markdown(rows: Sequence[Row]) -> str:
     heads = ["condition", "challenge", "map", "agent", "partner", "n", *(m.heading for m in MEASURES), "failed"]
     lines = [_line(heads), _line(["---"] * 5 + ["--:"] * (len(heads) - 5))]
     for row in rows:
-        cells = [row.condition, str(row.challenge), row.map, row.agent, row.partner, str(len(row.results))]
-        lines.append(_line([*cells, *(words(row.estimate(measure)) for measure in MEASURES), str(row.failed or "")]))
+        names = [row.condition, str(row.challenge), row.map, row.agent, row.partner]
+        estimates = [estimate_text(row.estimate(measure)) for measure in MEASURES]
+        lines.append(_line([*names, str(len(row.results)), *estimates, str(row.failed or "")]))
     return "\n".join(lines) + "\n"
 
 
@@ -101,18 +101,22 @@ def html(rows: Sequence[Row]) -> str:
             for text in (row.condition, str(row.challenge), row.map, row.agent, row.partner)
         )
         + f"<td>{len(row.results)}</td>"
-        + "".join(f"<td>{escape(words(row.estimate(measure)))}</td>" for measure in MEASURES)
+        + "".join(f"<td>{escape(estimate_text(row.estimate(measure)))}</td>" for measure in MEASURES)
         + f"<td>{row.failed or ''}</td></tr>"
         for row in rows
     )
     return f"<table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"
 
 
-def words(found: Estimate) -> str:
-    """0.512 ± 0.031, or a dash where nothing was measured; n where it differs is in the JSON."""
-    if found.mean is None:
-        return "–"
-    return f"{found.mean:.3f}" + ("" if found.stderr is None else f" ± {found.stderr:.3f}")
+def estimate_of(results: Iterable[MatchResult], measure: Measure) -> Estimate | None:
+    """A measure over the results that have it."""
+    values = (measure.value(result) for result in results)
+    return estimate([value for value in values if value is not None])
+
+
+def estimate_json(found: Estimate | None) -> dict[str, Any]:
+    """The fields mean, stderr and n; n is 0 where nothing was measured."""
+    return {"mean": None, "stderr": None, "n": 0} if found is None else found._asdict()
 
 
 def _line(cells: Sequence[str]) -> str:

@@ -15,8 +15,9 @@ from movingout.recordings.progress import over_processes
 from movingout.recordings.report.facts import GROUPINGS, facts_of
 from movingout.recordings.report.measures import MEASURES
 from movingout.recordings.report.page import Page
-from movingout.recordings.report.tally import Estimate, Found, Group, Tally
+from movingout.recordings.report.tally import Found, Group, Tally
 from movingout.recordings.storage.listing import recording_paths
+from movingout.world.estimates import Estimate
 
 SERVER = "http://127.0.0.1:8000"
 OUT = Path("report.html")

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from movingout.recordings.report.tally import Estimate
+from movingout.world.estimates import Estimate
 
 
 @dataclass(frozen=True, slots=True)

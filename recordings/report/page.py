@@ -195,7 +195,7 @@ class Page:
     def _rate_row(self, who: str) -> str:
         rates = {case: self.tally.rate(who, case) for case in TITLES}
         cells = "".join(f"<td>{with_error(rate, MEASURES['success'])}</td>" for rate in rates.values())
-        return f'<tr><th scope="row">{escape(who)}</th><td>{rates["keeps"].n}</td>{cells}</tr>'
+        return f'<tr><th scope="row">{escape(who)}</th><td>{self.tally.appearances[who]}</td>{cells}</tr>'
 
     def _case(self, case: Case) -> str:
         found = [one for one in self.tally.found if one.failure.case == case]

@@ -1,6 +1,5 @@
 """Facts of many episodes, added up per map and population as they come in."""
 
-import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -15,25 +14,10 @@ from movingout.recordings.report.track import Ints
 from movingout.recordings.report.waiting import Wait
 from movingout.recordings.storage.listing import Unreadable
 from movingout.world.constants import TICK_SECONDS
+from movingout.world.estimates import Estimate, estimate
 from movingout.world.state import Floats
 
 MEASURES = ("success", "seconds", "tcr", "nfd", "wt_s", "ac")
-
-
-class Estimate(NamedTuple):
-    """A mean with its standard error; the error is None for a single value."""
-
-    mean: float
-    stderr: float | None
-    n: int
-
-
-def estimate(values: Sequence[float]) -> Estimate | None:
-    """Mean ± s / sqrt(n), with s the sample's standard deviation (n - 1). None without values."""
-    if not values:
-        return None
-    spread = float(np.std(values, ddof=1)) / math.sqrt(len(values)) if len(values) > 1 else None
-    return Estimate(float(np.mean(values)), spread, len(values))
 
 
 class Strip(NamedTuple):
@@ -118,7 +102,7 @@ class Tally:
     broken_off: int = 0  # episodes that did not run to their end
     first: str = ""  # start of the earliest and of the latest recording
     last: str = ""
-    _appearances: dict[str, int] = field(default_factory=dict)  # seats taken in episodes that ran to their end
+    appearances: dict[str, int] = field(default_factory=dict)  # seats taken in episodes that ran to their end
     _affected: dict[tuple[str, Case], int] = field(default_factory=dict)
 
     @classmethod
@@ -155,13 +139,12 @@ class Tally:
     @property
     def people(self) -> list[str]:
         """The labels of those who sat in a seat."""
-        return sorted(self._appearances)
+        return sorted(self.appearances)
 
-    def rate(self, who: str, case: Case) -> Estimate:
+    def rate(self, who: str, case: Case) -> Estimate | None:
         """In which share of its appearances (an episode and a seat) it had such a failure."""
-        n, affected = self._appearances[who], self._affected.get((who, case), 0)
-        share = affected / n
-        return Estimate(share, math.sqrt(share * (1.0 - share) / (n - 1)) if n > 1 else None, n)
+        affected = self._affected.get((who, case), 0)
+        return estimate([1.0] * affected + [0.0] * (self.appearances[who] - affected))
 
     def _add(self, facts: EpisodeFacts) -> None:
         self.first = min(self.first or facts.started, facts.started)
@@ -176,7 +159,7 @@ class Tally:
 
     def _count_failures(self, facts: EpisodeFacts) -> None:
         for seat, who in enumerate(facts.population):
-            self._appearances[who] = self._appearances.get(who, 0) + 1
+            self.appearances[who] = self.appearances.get(who, 0) + 1
             for case in TITLES:
                 if any(failure.case == case and failure.seat == seat for failure in facts.failures):
                     self._affected[who, case] = self._affected.get((who, case), 0) + 1

@@ -9,7 +9,7 @@ from movingout.study.analysis import tables
 from movingout.study.analysis.likert import VALUES, likert_bars
 from movingout.study.analysis.results import METRICS, Results
 from movingout.study.analysis.tables import HEADS, Namer, Table
-from movingout.study.analysis.tests_and_estimates import estimate
+from movingout.world.estimates import estimate
 
 _ENDS = {1: " strongly disagree", 4: " neutral", 7: " strongly agree"}
 

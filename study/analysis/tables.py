@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import combinations
 
+from movingout.study.analysis.comparisons import Comparison, compare, corrected, trend
 from movingout.study.analysis.results import METRICS, Results
-from movingout.study.analysis.tests_and_estimates import Comparison, Estimate, compare, corrected, estimate, trend
+from movingout.world.estimates import estimate, estimate_text
 
 HEADS = {"tcr": "TCR ↑", "nfd": "NFD ↑", "wt_s": "WT, s ↓", "ac": "AC ↑"}
 Namer = Callable[[str], str]
@@ -65,7 +66,7 @@ def ratings(results: Results, name: Namer) -> Table:
     about = (*results.partners, *([] if "" in results.partners else [""]))
     rows = []
     for form, item in results.scales():
-        cells = [_words(estimate(list(results.ratings(form, item.id, partner).values()))) for partner in about]
+        cells = [estimate_text(estimate(list(results.ratings(form, item.id, partner).values()))) for partner in about]
         if any(cell != "–" for cell in cells):
             rows.append((item.label, *cells))
     heads = ("Item", *(name(partner) if partner in results.partners else "all" for partner in about))
@@ -100,13 +101,7 @@ def flags(results: Results) -> Table:
 
 
 def _cells(results: Results, partner: str, map_name: str | None) -> tuple[str, ...]:
-    return tuple(_words(estimate(results.values(metric, partner, map_name))) for metric in METRICS)
-
-
-def _words(found: Estimate | None) -> str:
-    if found is None:
-        return "–"
-    return f"{found.mean:.3f}" + (f" ± {found.stderr:.3f}" if found.stderr is not None else "")
+    return tuple(estimate_text(estimate(results.values(metric, partner, map_name))) for metric in METRICS)
 
 
 def _p(p: float | None) -> str:

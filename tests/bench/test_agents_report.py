@@ -33,8 +33,8 @@ def test_the_report_replaces_what_was_measured_and_keeps_the_words_around_it(tmp
     assert text.startswith("before\n") and text.endswith("after\n") and "of before" not in text
     assert "(results.svg)" in text and (tmp_path / "results.svg").read_text() == "<svg/>"
     assert "0.256" in text and "## With people of C" in text and "### With people of B" in text
-    assert "| dp@all | DP | 0.250 ± 0.000 |" in text
-    assert "| dp@a | DP | 0.750 ± 0.000 | 0.375 ± 0.000 | 1 | 0.500 ± 0.000 | 0.250 ± 0.000 | 1 | – | – | 0 |" in text
+    assert "| dp@all | DP | 0.250 | " in text
+    assert "| dp@a | DP | 0.750 | 0.375 | 1 | 0.500 | 0.250 | 1 | – | – | 0 |" in text
     assert "| idle |  | 0.000 ± 0.000 | 0.000 ± 0.000 | 1 | – | – | 0 | – | – | 0 |" in text
 
 

@@ -1,13 +1,12 @@
 """The bench of learned agents: fair pairings, honest errors."""
 
-import math
 from pathlib import Path
 
 import pytest
 
 from bench import learning
 from bench._episodes import EpisodeLog, Outcome, Run
-from bench.learning import mean_error, play_all, runs, table
+from bench.learning import play_all, runs, table
 from bench.train_agents import scores
 from movingout.matches import MatchError
 from tests.matches.support import HERE
@@ -33,11 +32,6 @@ def test_every_second_partner_is_not_tied_to_a_seat() -> None:
     people = [f"c{number}" for number in range(20)]
     made = runs(["dp@all"], people, ["HandOff", "LeftRight"], episodes=4, ticks=50)
     assert {(int(run.partner[1:]) % 2, run.seat) for run in made} == {(0, 0), (0, 1), (1, 0), (1, 1)}
-
-
-def test_errors_are_those_of_the_mean() -> None:
-    mean, error = mean_error([0.0, 1.0, 0.0, 1.0])
-    assert mean == 0.5 and math.isclose(error, math.sqrt(1 / 3) / 2)
 
 
 def test_the_table_and_the_cards_scores_come_from_the_same_outcomes() -> None:

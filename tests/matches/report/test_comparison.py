@@ -1,5 +1,4 @@
 import json
-import math
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,8 +14,9 @@ from movingout.matches.match import lost
 from movingout.matches.report.comparison import CAUTION, json_report, lines_of, markdown_report
 from movingout.matches.report.crossplay import matrix, worst_matches
 from movingout.matches.report.html_page import page
-from movingout.matches.results.estimates import Estimate, estimate, holm, stars, welch
+from movingout.matches.results.significance import holm, stars, welch
 from movingout.matches.results.table import ALL_MAPS, MEASURES, markdown, rows_of
+from movingout.world.estimates import estimate
 from tests.matches.support import small_grid
 from tests.support import ROOT
 
@@ -32,12 +32,6 @@ def _run(grid: Grid, values: Sequence[float]) -> GridRun:
     plan = entries(grid)
     found = {match: _result(match, values[k % len(values)]) for k, match in enumerate(matches_of(plan))}
     return GridRun(Path("nowhere"), grid, plan, found)
-
-
-def test_an_estimate_is_the_mean_and_its_standard_error() -> None:
-    assert estimate([1.0, 2.0, 3.0, 4.0]) == Estimate(2.5, math.sqrt((5 / 3) / 4), 4)
-    assert estimate([2.0]) == Estimate(2.0, None, 1)
-    assert estimate([]) == Estimate(None, None, 0)
 
 
 @pytest.mark.parametrize(
@@ -66,7 +60,7 @@ def test_rows_have_means_per_map_and_over_all_and_count_a_lost_match_as_nothing(
     assert [(row.map, len(row.results), row.failed) for row in rows] == [
         (ALL_MAPS, 4, 1), ("DistancePriority", 2, 1), ("FourCorners", 2, 0),
     ]  # fmt: skip
-    assert rows[0].estimate(TCR).mean == pytest.approx(0.45)
+    assert (found := rows[0].estimate(TCR)) is not None and found.mean == pytest.approx(0.45)
     assert rows[0].to_json()["wt_s"]["n"] == 3
     assert "0.300 ± 0.300" in markdown(rows)
 

@@ -1,7 +1,6 @@
 """A folder of recordings as one page."""
 
 import json
-import math
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -14,10 +13,11 @@ from movingout.recordings import SeatInfo, finalise
 from movingout.recordings.report.facts import GROUPINGS, EpisodeFacts, facts_of
 from movingout.recordings.report.failures import Failure
 from movingout.recordings.report.page import Page
-from movingout.recordings.report.tally import Estimate, Tally, estimate
+from movingout.recordings.report.tally import Tally
 from movingout.recordings.report.waiting import Wait
 from movingout.recordings.storage.listing import Unreadable
 from movingout.server.cli import main
+from movingout.world.estimates import Estimate
 from tests.recordings.support import header, record
 from tests.support import ROOT
 
@@ -46,12 +46,6 @@ def html(*all_facts: EpisodeFacts | Unreadable) -> str:
 
 
 # ---- adding up ---------------------------------------------------------------------------------------------
-
-
-def test_an_estimate_is_the_mean_with_its_standard_error() -> None:
-    assert estimate([1.0, 2.0, 3.0, 4.0]) == pytest.approx((2.5, math.sqrt(5 / 3) / 2, 4))
-    assert estimate([7.0]) == Estimate(7.0, None, 1)
-    assert estimate([]) is None
 
 
 def test_episodes_add_up_per_map_and_population() -> None:
@@ -88,7 +82,7 @@ def test_a_failure_rate_counts_seats_that_failed_at_least_once() -> None:
     twice = (Failure("keeps", 1, 0, 10, 40, "x"), Failure("keeps", 1, 0, 50, 90, "x"))
     tally = Tally.of([facts(failures=twice), facts("two"), facts("three"), facts("four")])
     assert tally.rate("scripted", "keeps") == pytest.approx((0.25, 0.25, 4))
-    assert tally.rate("people", "keeps").mean == 0.0
+    assert tally.rate("people", "keeps") == (0.0, 0.0, 4)
     assert len(tally.found) == 2
 
 

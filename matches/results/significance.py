@@ -1,41 +1,17 @@
-"""Means with standard errors, and whether two sets of matches differ."""
+"""Whether two means differ: Welch's test, Holm's correction, the usual marks."""
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+
+from movingout.world.estimates import Estimate
 
 
-@dataclass(frozen=True, slots=True)
-class Estimate:
-    """A mean over n values; the standard error needs two."""
-
-    mean: float | None
-    stderr: float | None
-    n: int
-
-    def to_json(self) -> dict[str, Any]:
-        return asdict(self)
-
-
-def estimate(values: Sequence[float]) -> Estimate:
-    """Mean and standard error s / sqrt(n), s with n - 1 in the denominator."""
-    n = len(values)
-    if n == 0:
-        return Estimate(None, None, 0)
-    mean = math.fsum(values) / n
-    if n == 1:
-        return Estimate(mean, None, 1)
-    variance = math.fsum((value - mean) ** 2 for value in values) / (n - 1)
-    return Estimate(mean, math.sqrt(variance / n), n)
-
-
-def welch(one: Estimate, other: Estimate) -> float | None:
-    """Two-sided p of Welch's test that two means are equal; None where it says nothing.
+def welch(one: Estimate | None, other: Estimate | None) -> float | None:
+    """Two-sided p of Welch's test that two means are equal; None where one has no standard error.
 
     The tail of Student's t is computed as the regularised incomplete beta function I_x(v/2, 1/2), x = v / (v + t^2).
     """
-    if one.mean is None or other.mean is None or one.stderr is None or other.stderr is None:
+    if one is None or other is None or one.stderr is None or other.stderr is None:
         return None
     spread = one.stderr**2 + other.stderr**2
     if spread == 0.0:
@@ -46,7 +22,7 @@ def welch(one: Estimate, other: Estimate) -> float | None:
 
 
 def holm(values: Sequence[float | None]) -> list[float | None]:
-    """p values corrected for their number (Holm); None stays None."""
+    """p values with Holm's correction for the number of tests; None stays None."""
     order = sorted((value, index) for index, value in enumerate(values) if value is not None)
     corrected: list[float | None] = [None] * len(values)
     worst = 0.0

@@ -2,7 +2,7 @@
 
 import pytest
 
-from movingout.study.analysis.tests_and_estimates import Comparison, compare, corrected, estimate, signed_rank, trend
+from movingout.study.analysis.comparisons import Comparison, compare, corrected, signed_rank, trend
 
 # Student's sleep data (1908): extra hours of sleep of ten patients under two drugs.
 FIRST = dict(zip("abcdefghij", (0.7, -1.6, -0.2, -1.2, -0.1, 3.4, 3.7, 0.8, 0.0, 2.0), strict=True))
@@ -58,14 +58,6 @@ def spread(mean: float, deviation: float) -> dict[str, float]:
 def test_holms_correction_is_that_of_rs_p_adjust() -> None:
     found = corrected([comparison(w_p=p) for p in (0.01, 0.02, None, 0.03, 0.04, 0.05)])
     assert [one.holm_p for one in found] == [pytest.approx(p) if p else None for p in (0.05, 0.08, 0, 0.09, 0.09, 0.09)]
-
-
-def test_a_standard_error_is_the_deviation_over_the_root_of_the_number() -> None:
-    found = estimate([1.0, 2.0, 3.0, 4.0])
-    assert found is not None and (found.mean, found.n) == (2.5, 4)
-    assert found.stderr == pytest.approx((5 / 3) ** 0.5 / 2)
-    assert estimate([]) is None
-    assert (single := estimate([7.0])) is not None and single.stderr is None
 
 
 def test_what_cannot_be_tested_has_no_p() -> None:

@@ -1,4 +1,4 @@
-"""The statistics of a report: estimates and comparisons of two partners, by scipy and statsmodels alone.
+"""Comparisons of two partners, by scipy and statsmodels alone.
 
 The paper compared models by independent t-tests. Its participants met several models, so their answers belong
 together, and Likert answers are ranks: `signed_rank` (Wilcoxon, paired) with Holm's correction over all comparisons
@@ -21,15 +21,6 @@ _Z = float(stats.norm.ppf(0.5 + CONFIDENCE / 2))
 
 
 @dataclass(frozen=True, slots=True)
-class Estimate:
-    """A mean with its standard error, s / sqrt(n); None where there is only one value."""
-
-    mean: float
-    stderr: float | None
-    n: int
-
-
-@dataclass(frozen=True, slots=True)
 class Comparison:
     """`one` against `other` in one measure, over participants."""
 
@@ -45,13 +36,6 @@ class Comparison:
     holm_p: float | None  # w_p corrected over the comparisons of the table
     g: float | None  # Hedges' g, the standardised difference corrected for few participants
     g_interval: tuple[float, float] | None  # 95 %
-
-
-def estimate(values: Sequence[float]) -> Estimate | None:
-    """None without values."""
-    if not values:
-        return None
-    return Estimate(float(np.mean(values)), float(stats.sem(values)) if len(values) > 1 else None, len(values))
 
 
 def compare(measure: str, one: str, other: str, first: dict[str, float], second: dict[str, float]) -> Comparison | None:

@@ -1,0 +1,35 @@
+"""Mean ± standard error of the mean: the one definition that every report, table and benchmark uses."""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+
+class Estimate(NamedTuple):
+    """A mean of n values with its standard error, which a single value does not have."""
+
+    mean: float
+    stderr: float | None
+    n: int
+
+
+def estimate(values: Sequence[float]) -> Estimate | None:
+    """Mean and s / sqrt(n), where s is the sample standard deviation (n - 1). None without values.
+
+    Sums are exactly rounded, so the result does not depend on the order of the values.
+    """
+    n = len(values)
+    if n == 0:
+        return None
+    mean = math.fsum(values) / n
+    if n == 1:
+        return Estimate(mean, None, 1)
+    variance = math.fsum((value - mean) ** 2 for value in values) / (n - 1)
+    return Estimate(mean, math.sqrt(variance / n), n)
+
+
+def estimate_text(found: Estimate | None) -> str:
+    """0.512 ± 0.031, without the error where there is none, and a dash where nothing was measured."""
+    if found is None:
+        return "–"
+    return f"{found.mean:.3f}" + ("" if found.stderr is None else f" ± {found.stderr:.3f}")
