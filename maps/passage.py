@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from movingout.maps.flood_fill import BitGrid, Mask
 from movingout.maps.solid import WALL_MARGIN
 from movingout.maps.spec import ARENA_HALF, ROBOT_RADIUS, Rect
 
@@ -19,10 +20,10 @@ SPACING = 0.025
 _SIDE = round(2 * ARENA_HALF / SPACING) + 1
 _AXIS = np.linspace(-ARENA_HALF, ARENA_HALF, _SIDE)
 GRID = np.stack(np.meshgrid(_AXIS, _AXIS, indexing="ij"), axis=-1)  # (_SIDE, _SIDE, 2) x, y
+_POINTS = BitGrid(_SIDE, _SIDE)
 _AROUND = 0.05  # a place counts as good as the best sample this near to it
 
 Grid = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 
 @lru_cache(maxsize=64)
@@ -53,15 +54,10 @@ def way_to_goal(walls: tuple[Rect, ...], goals: tuple[Rect, ...]) -> Grid:
 @lru_cache(maxsize=64)
 def robot_areas(walls: tuple[Rect, ...]) -> npt.NDArray[np.int64]:
     """(97, 97) the number, from 1, of the connected area in which a robot's centre can be at each point; 0 for none."""
-    free = clearance(walls) >= ROBOT_RADIUS
-    areas = np.zeros(free.shape, dtype=np.int64)
-    while (rest := free & (areas == 0)).any():
-        frontier = np.zeros_like(free)
-        frontier[tuple(np.argwhere(rest)[0])] = True
-        number = areas.max() + 1
-        while frontier.any():
-            areas[frontier] = number
-            frontier = _grown(frontier) & free & (areas == 0)
+    free = _POINTS.to_bits(clearance(walls) >= ROBOT_RADIUS)
+    areas = np.zeros((_SIDE, _SIDE), dtype=np.int64)
+    for number, area in enumerate(_POINTS.components(free, free, diagonals=False), start=1):
+        areas[_POINTS.to_mask(area)] = number
     areas.setflags(write=False)
     return areas
 
@@ -87,16 +83,6 @@ def _values_near(grid: npt.NDArray[Any], x: float, y: float) -> npt.NDArray[Any]
     part = window(x, y, _AROUND)
     points = GRID[part]
     return np.asarray(grid[part][np.hypot(points[..., 0] - x, points[..., 1] - y) <= _AROUND])
-
-
-def _grown(mask: Mask) -> Mask:
-    """The mask and its 4 neighbours."""
-    grown = mask.copy()
-    grown[1:] |= mask[:-1]
-    grown[:-1] |= mask[1:]
-    grown[:, 1:] |= mask[:, :-1]
-    grown[:, :-1] |= mask[:, 1:]
-    return grown
 
 
 def widest(room: Grid, sources: Mask) -> Grid:

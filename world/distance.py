@@ -23,6 +23,7 @@ import numpy as np
 import numpy.typing as npt
 
 from movingout.maps import MapSpec, Rect
+from movingout.maps.flood_fill import UNREACHED, BitGrid, Mask
 from movingout.maps.spec import ARENA_HALF
 from movingout.world.state import Floats
 
@@ -33,7 +34,6 @@ OFFICIAL_NO_WAY = 1.44  # what the official code takes for the distance of an it
 OVERLAP = 0.01  # a wall or goal counts for a cell when it overlaps by more than this
 
 Cell = tuple[int, int]
-Mask = npt.NDArray[np.bool_]
 
 
 class Distances:
@@ -52,7 +52,7 @@ class Distances:
         self._blocked = _overlapped(map_spec.walls, cells)
         self._blocked[PAPER_CELLS:, :] = self._blocked[:, PAPER_CELLS:] = True
         goal = _overlapped(map_spec.goals, cells) & ~self._blocked
-        self._to_goal = flood(self._blocked, goal) * CELL
+        self._to_goal = moves_to(goal, self._blocked) * CELL
         self._to_goal.setflags(write=False)
         self._to_cell: dict[Cell, Floats] = {}
 
@@ -81,7 +81,7 @@ class Distances:
         if goal not in self._to_cell:
             alone = np.zeros_like(self._blocked)
             alone[goal] = True
-            self._to_cell[goal] = flood(self._blocked, alone) * CELL
+            self._to_cell[goal] = moves_to(alone, self._blocked) * CELL
         if self._blocked[goal] and cell != goal:
             return math.inf
         return float(self._to_cell[goal][cell])
@@ -129,31 +129,12 @@ def official_distances(map_spec: MapSpec) -> OfficialDistances:
     return OfficialDistances(map_spec)
 
 
-def flood(blocked: Mask, sources: Mask) -> Floats:
+def moves_to(sources: Mask, blocked: Mask) -> Floats:
     """Moves (n, n) from each cell to the nearest source, `inf` where there is no way; 8 directions, 1 move each."""
-    moves = np.full(blocked.shape, np.inf)
-    moves[sources] = 0.0
-    reached = sources.copy()
-    frontier = sources
-    step = 0
-    while frontier.any():
-        step += 1
-        frontier = _grown(frontier) & ~reached
-        moves[frontier] = step
-        reached |= frontier
-        frontier &= ~blocked
-    return moves
-
-
-def _grown(mask: Mask) -> Mask:
-    """The mask and its 8 neighbours."""
-    columns = mask.copy()
-    columns[1:] |= mask[:-1]
-    columns[:-1] |= mask[1:]
-    grown = columns.copy()
-    grown[:, 1:] |= columns[:, :-1]
-    grown[:, :-1] |= columns[:, 1:]
-    return grown
+    grid = BitGrid(*blocked.shape)
+    starts = grid.to_bits(sources)
+    moves = grid.path_lengths(starts, grid.every_point, dead_ends=grid.to_bits(blocked) & ~starts)
+    return np.where(moves == UNREACHED, np.inf, moves)
 
 
 def _overlapped(rects: tuple[Rect, ...], cells: int) -> Mask:

@@ -8,7 +8,6 @@ from collections.abc import Callable
 import numpy as np
 
 from movingout.agents.scripted.navigation.grasp_stance import stands_towards
-from movingout.agents.scripted.navigation.lattice import UNREACHED
 from movingout.agents.scripted.navigation.terrain import Terrain, cell_of
 from movingout.agents.scripted.navigation.walking_distance import walk_lengths
 from movingout.agents.scripted.placement.handover_lanes import FARTHEST, Relay, relay
@@ -21,6 +20,7 @@ from movingout.agents.scripted.tasks.task import Errand
 from movingout.agents.scripted.tasks.wait import Aside, WalkTo
 from movingout.agents.scripted.traffic import in_goal, partners_way, touching, way_out
 from movingout.maps import MapSpec
+from movingout.maps.flood_fill import UNREACHED
 from movingout.world.state import Floats
 
 HOPELESS_FOR = 40  # ticks after which a hopeless item is looked at again

@@ -7,16 +7,16 @@ import numpy as np
 
 from movingout.agents.scripted.carrying.solo_carry import Body, carried_discs
 from movingout.agents.scripted.navigation.cost_search import Search
-from movingout.agents.scripted.navigation.flood_fill import Mask, grown, to_bits, to_mask
 from movingout.agents.scripted.navigation.geometry import Disc, heading_of
 from movingout.agents.scripted.navigation.grasp_stance import HEADINGS, in_frame
-from movingout.agents.scripted.navigation.lattice import CARRIER, UNREACHED
+from movingout.agents.scripted.navigation.lattice import CARRIER
 from movingout.agents.scripted.navigation.motion_choice import HORIZON, STRIDE, Danger, no_danger
-from movingout.agents.scripted.navigation.terrain import AXIS, CELLS, Terrain, cell_of, sample, with_robot
+from movingout.agents.scripted.navigation.terrain import AXIS, CELLS, FLOOR, Terrain, cell_of, sample, with_robot
 from movingout.agents.scripted.navigation.walking_distance import Way, way_to
 from movingout.agents.scripted.placement.goal_storage import storage
 from movingout.agents.scripted.situation import Situation
 from movingout.maps import MapSpec
+from movingout.maps.flood_fill import UNREACHED, Mask
 from movingout.maps.spec import ROBOT_RADIUS
 from movingout.world.constants import TICK_SECONDS
 from movingout.world.state import Floats
@@ -131,7 +131,9 @@ def side_prices(now: Situation, item: int, side: float) -> list[float]:
 
 @lru_cache(maxsize=32)
 def _way_home(ground: Terrain) -> Way:
-    near = to_mask(grown(to_bits(storage(ground.map).inside), 3)) & (ground.clearance > ROBOT_RADIUS)
+    near = FLOOR.to_mask(FLOOR.dilated(FLOOR.to_bits(storage(ground.map).inside), 3)) & (
+        ground.clearance > ROBOT_RADIUS
+    )
     rows, columns = np.nonzero(near)
     return way_to(ground, [(float(AXIS[c]), float(AXIS[r])) for r, c in zip(rows[::7], columns[::7], strict=True)])
 
@@ -144,7 +146,7 @@ def _way_to(ground: Terrain, x: float, y: float) -> Way:
 @lru_cache(maxsize=64)
 def in_goal(map_spec: MapSpec) -> Mask:
     """(CELLS, CELLS) where an idle robot would be in the way of whoever brings something."""
-    return to_mask(grown(to_bits(storage(map_spec).inside), 5))
+    return FLOOR.to_mask(FLOOR.dilated(FLOOR.to_bits(storage(map_spec).inside), 5))
 
 
 def around(way: Floats) -> Mask:

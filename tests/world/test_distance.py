@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from movingout.maps import MapSpec, Rect, load_map
-from movingout.world.distance import flood, official_distances, paper_distances
+from movingout.world.distance import moves_to, official_distances, paper_distances
 
 
 @pytest.fixture
@@ -21,7 +21,7 @@ def test_a_flood_counts_moves_in_eight_directions_around_what_is_blocked() -> No
     source = np.zeros_like(blocked)
     source[0, 0] = True
     expected = [[0, 1, 2, 3, 4], [1, 1, 2, 3, 4], [8, 7, 6, 5, 5], [8, 7, 6, 6, 6]]
-    assert flood(blocked, source).tolist() == expected
+    assert moves_to(source, blocked).tolist() == expected
 
 
 def test_what_is_walled_off_has_no_way() -> None:
@@ -29,7 +29,7 @@ def test_what_is_walled_off_has_no_way() -> None:
     blocked[1] = True
     source = np.zeros_like(blocked)
     source[0, 0] = True
-    assert np.isinf(flood(blocked, source)[2]).all()
+    assert np.isinf(moves_to(source, blocked)[2]).all()
 
 
 def test_inside_a_goal_the_distance_is_zero_and_grows_by_a_cell_per_move(walled: MapSpec) -> None:

@@ -13,11 +13,12 @@ import numpy as np
 from movingout.agents.scripted.carrying.solo_carry import LINGER, Progress
 from movingout.agents.scripted.navigation.cost_search import Field, Search, shared_search
 from movingout.agents.scripted.navigation.geometry import Disc, covering_discs, half_extents, heading_of, wrap
-from movingout.agents.scripted.navigation.lattice import PAIR, UNIT_PER_TICK, UNREACHED, nearest_value, values
+from movingout.agents.scripted.navigation.lattice import PAIR, UNIT_PER_TICK, nearest_value, values
 from movingout.agents.scripted.navigation.motion_choice import STRIDE, Command
 from movingout.agents.scripted.navigation.terrain import Terrain, squeeze
 from movingout.agents.scripted.placement.goal_places import Places, place_costs
 from movingout.maps import ItemSpec
+from movingout.maps.flood_fill import UNREACHED
 from movingout.maps.spec import ROBOT_RADIUS
 from movingout.world.constants import TOGETHER_TURN_DIVISOR
 from movingout.world.scoring import goal_boxes, is_delivered

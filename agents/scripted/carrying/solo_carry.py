@@ -11,7 +11,6 @@ from movingout.agents.scripted.navigation.geometry import Disc, covering_discs, 
 from movingout.agents.scripted.navigation.lattice import (
     CARRIER,
     UNIT_PER_TICK,
-    UNREACHED,
     lattice_pose,
     nearest_value,
     next_pose,
@@ -32,6 +31,7 @@ from movingout.agents.scripted.placement.goal_places import Places, place_costs
 from movingout.agents.scripted.placement.goal_storage import CRAMMED, storage
 from movingout.agents.scripted.placement.handover_lanes import Relay, meeting_costs
 from movingout.maps import ItemSpec, MapSpec
+from movingout.maps.flood_fill import UNREACHED
 from movingout.maps.spec import ROBOT_RADIUS
 from movingout.world.scoring import goal_boxes, is_delivered
 from movingout.world.state import Floats

@@ -15,8 +15,9 @@ import numpy as np
 import numpy.typing as npt
 
 from movingout.agents.scripted.navigation.geometry import Disc
-from movingout.agents.scripted.navigation.lattice import UNREACHED, Cost, Index, Motion
+from movingout.agents.scripted.navigation.lattice import Cost, Index, Motion
 from movingout.agents.scripted.navigation.terrain import CELL, CELLS, Terrain
+from movingout.maps.flood_fill import UNREACHED
 from movingout.world.state import Floats
 
 LEVELS_PER_SLICE = 64  # a few milliseconds

@@ -15,7 +15,6 @@ from movingout.maps.spec import ARENA_HALF
 from movingout.world.state import Floats
 
 UNIT_PER_TICK = 4  # costs are in quarter ticks: one tick drives 0.06
-UNREACHED = 30000
 _AROUND = np.arange(-1, 2)
 _NEIGHBOURS = np.arange(-1, 3)[:, None]  # of a point, per axis
 

@@ -9,12 +9,14 @@ import numpy as np
 
 from movingout.agents.scripted.navigation.geometry import Disc, signed_distance
 from movingout.maps import ItemSpec, MapSpec
+from movingout.maps.flood_fill import BitGrid
 from movingout.maps.spec import ARENA_HALF, ROBOT_RADIUS
 from movingout.world.constants import WALL_RADIUS
 from movingout.world.state import Floats
 
 CELL = 0.03
 CELLS = 81  # grid points per side, from -1.2 to 1.2
+FLOOR = BitGrid(CELLS, CELLS)
 AXIS: Floats = np.round(np.arange(CELLS) * CELL - ARENA_HALF, 9)
 _FAR = 0.6  # clearances beyond this are all the same to a planner
 _TOUCH = 0.003  # units: nearer than this counts as touching
@@ -57,6 +59,11 @@ def _terrain(map_spec: MapSpec, items: tuple[Placed, ...]) -> Terrain:
         np.minimum(window, distance, out=window)
     ground = _alive[map_spec, items] = Terrain(map_spec, items, clearance)
     return ground
+
+
+def standing_room(ground: Terrain, radius: float) -> int:
+    """The points, as bits of `FLOOR`, at which a disc of this radius fits."""
+    return FLOOR.to_bits(ground.clearance >= radius)
 
 
 def with_robot(ground: Terrain, position: Floats) -> Terrain:

@@ -6,12 +6,13 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from movingout.agents.scripted.navigation.flood_fill import Mask, lengths, standing_room, to_bits
-from movingout.agents.scripted.navigation.lattice import UNREACHED, Cost
-from movingout.agents.scripted.navigation.terrain import AXIS, CELL, CELLS, Terrain, cell_of
+from movingout.agents.scripted.navigation.lattice import Cost
+from movingout.agents.scripted.navigation.terrain import AXIS, CELL, CELLS, FLOOR, Terrain, cell_of, standing_room
+from movingout.maps.flood_fill import UNREACHED, Mask, StepCosts
 from movingout.maps.spec import ROBOT_RADIUS
 from movingout.world.state import Floats
 
+WALKING = StepCosts(straight=2, diagonal=3, surcharge=3)  # quarter ticks
 _MARGIN = 0.004  # units kept from everything
 _LOOK_AHEAD = 3  # doublings: the direction at a cell looks 2**3 cells down the way
 _TURN_COST = 9.0  # quarter ticks per radian off the way
@@ -37,7 +38,8 @@ def walk_lengths(ground: Terrain, targets: Sequence[Point], shunned: Mask | None
     cells = _standing_cells(ground, targets)
     if shunned is None:
         return _lengths(ground, cells)
-    return lengths(_bits_of(cells), standing_room(ground, ROBOT_RADIUS + _MARGIN), to_bits(shunned))
+    room = standing_room(ground, ROBOT_RADIUS + _MARGIN)
+    return FLOOR.path_lengths(_bits_of(cells), room, WALKING, avoided=FLOOR.to_bits(shunned))
 
 
 def _standing_cells(ground: Terrain, targets: Sequence[Point]) -> frozenset[Cell]:
@@ -49,12 +51,12 @@ def _bits_of(cells: Iterable[Cell]) -> int:
     mask = np.zeros((CELLS, CELLS), dtype=np.bool_)
     for cell in cells:
         mask[cell] = True
-    return to_bits(mask)
+    return FLOOR.to_bits(mask)
 
 
 @lru_cache(maxsize=64)
 def _lengths(ground: Terrain, cells: frozenset[Cell]) -> Cost:
-    return lengths(_bits_of(cells), standing_room(ground, ROBOT_RADIUS + _MARGIN))
+    return FLOOR.path_lengths(_bits_of(cells), standing_room(ground, ROBOT_RADIUS + _MARGIN), WALKING)
 
 
 def nearest_free(free: Mask, x: float, y: float, within: int = 5) -> Cell:

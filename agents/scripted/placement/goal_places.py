@@ -10,13 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from movingout.agents.scripted.navigation.flood_fill import grown, standing_room, to_mask
-from movingout.agents.scripted.navigation.lattice import UNREACHED, Cost, Motion
+from movingout.agents.scripted.navigation.lattice import Cost, Motion
 from movingout.agents.scripted.navigation.sliced_planning import Thinking, Thought
-from movingout.agents.scripted.navigation.terrain import AXIS, CELLS, Terrain
+from movingout.agents.scripted.navigation.terrain import AXIS, CELLS, FLOOR, Terrain, standing_room
 from movingout.agents.scripted.placement.goal_storage import CRAMMED, INSET, cells, moved, storage
 from movingout.agents.scripted.placement.packing import Packing
 from movingout.agents.scripted.placement.remaining_items import Division, Outlook, Point, around
+from movingout.maps.flood_fill import UNREACHED
 from movingout.maps.spec import ROBOT_RADIUS
 from movingout.world.scoring import goal_boxes
 from movingout.world.state import Floats
@@ -124,7 +124,7 @@ def _lost(left: Division, outlook: Outlook, before: int) -> npt.NDArray[np.int16
     price = np.full((CELLS, CELLS), _SHUT_IN if stuck else 0.0, dtype=np.int16)
     for part in left.parts:
         missed = max(left.out_of_reach(part) - before, 0)
-        price[to_mask(grown(part, 3))] = min(missed * _OUT_OF_REACH, _SHUT_IN)
+        price[FLOOR.to_mask(FLOOR.dilated(part, 3))] = min(missed * _OUT_OF_REACH, _SHUT_IN)
     return price
 
 

@@ -6,11 +6,11 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
-from movingout.agents.scripted.navigation.flood_fill import Mask, lengths, standing_room, to_bits
-from movingout.agents.scripted.navigation.lattice import UNREACHED
-from movingout.agents.scripted.navigation.terrain import AXIS, CELL, CELLS, terrain
+from movingout.agents.scripted.navigation.terrain import AXIS, CELL, CELLS, FLOOR, standing_room, terrain
+from movingout.agents.scripted.navigation.walking_distance import WALKING
 from movingout.agents.scripted.placement.remaining_items import Point
 from movingout.maps import MapSpec
+from movingout.maps.flood_fill import UNREACHED, Mask
 from movingout.maps.shapes import circumradius
 from movingout.world.scoring import goal_boxes
 from movingout.world.state import Floats
@@ -41,7 +41,7 @@ def storage(map_spec: MapSpec) -> Storage:
     x, y = np.meshgrid(AXIS, AXIS)
     for goal in map_spec.goals:
         inside |= (x > goal.left) & (x < goal.right) & (y > goal.bottom) & (y < goal.top)
-    way_out = lengths(to_bits(~inside), standing_room(terrain(map_spec, ()), 0.02))
+    way_out = FLOOR.path_lengths(FLOOR.to_bits(~inside), standing_room(terrain(map_spec, ()), 0.02), WALKING)
     depth = np.where(way_out < UNREACHED, way_out, 0).astype(np.float64)
     area = sum((goal.right - goal.left) * (goal.top - goal.bottom) for goal in map_spec.goals)
     radii = [circumradius(item.shape, item.scale) for item in map_spec.items]

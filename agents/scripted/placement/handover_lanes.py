@@ -8,13 +8,13 @@ from functools import lru_cache
 
 import numpy as np
 
-from movingout.agents.scripted.navigation.flood_fill import Mask, flood, lengths, standing_room, to_bits
-from movingout.agents.scripted.navigation.lattice import UNREACHED, Cost, Motion
-from movingout.agents.scripted.navigation.terrain import AXIS, CELLS, Terrain, cell_of, terrain
-from movingout.agents.scripted.navigation.walking_distance import way_to
+from movingout.agents.scripted.navigation.lattice import Cost, Motion
+from movingout.agents.scripted.navigation.terrain import AXIS, CELLS, FLOOR, Terrain, cell_of, standing_room, terrain
+from movingout.agents.scripted.navigation.walking_distance import WALKING, way_to
 from movingout.agents.scripted.placement.goal_storage import cells, moved, storage
 from movingout.agents.scripted.placement.remaining_items import Point
 from movingout.maps import MapSpec
+from movingout.maps.flood_fill import UNREACHED, Mask
 from movingout.maps.spec import ROBOT_RADIUS
 from movingout.world.state import Floats
 
@@ -72,7 +72,9 @@ def relay(map_spec: MapSpec, handover: float) -> Relay:
     `handover` is the share of the way home that lies beyond the meeting place.
     """
     bare = terrain(map_spec, ())
-    way_home = lengths(to_bits(storage(map_spec).inside), standing_room(bare, 0.06)).astype(np.float64)
+    way_home = FLOOR.path_lengths(FLOOR.to_bits(storage(map_spec).inside), standing_room(bare, 0.06), WALKING).astype(
+        np.float64
+    )
     small = next((item for item in map_spec.items if item.size == "small"), None)
     if small is None:
         return Relay(False, np.zeros((CELLS, CELLS), dtype=np.bool_), way_home, 0.0)
@@ -87,7 +89,7 @@ def _bottlenecks(bare: Terrain, start: Point) -> tuple[Floats, Mask]:
     """Places (n, 2) on the way from an item to the goal, and at which of them a robot blocks every way."""
     inside = storage(bare.map).inside
     free = standing_room(bare, ROBOT_RADIUS + 0.004)
-    goal = to_bits(inside) & free
+    goal = FLOOR.to_bits(inside) & free
     rows, columns = np.nonzero(inside & (bare.clearance > ROBOT_RADIUS))
     if not len(rows):
         return np.empty((0, 2)), np.empty(0, dtype=np.bool_)
@@ -99,8 +101,8 @@ def _bottlenecks(bare: Terrain, start: Point) -> tuple[Floats, Mask]:
     places = path[14:-14:4]
     blocked = []
     for px, py in places:
-        left = free & ~to_bits(np.hypot(x - px, y - py) < 2 * ROBOT_RADIUS)
-        blocked.append(not flood(to_bits(home) & left, left) & goal)
+        left = free & ~FLOOR.to_bits(np.hypot(x - px, y - py) < 2 * ROBOT_RADIUS)
+        blocked.append(not FLOOR.connected(FLOOR.to_bits(home) & left, left) & goal)
     return places, np.array(blocked, dtype=np.bool_)
 
 

@@ -3,10 +3,10 @@
 import numpy as np
 import numpy.typing as npt
 
-from movingout.agents.scripted.navigation.flood_fill import Mask, flood_around, pieces, standing_room, to_mask
-from movingout.agents.scripted.navigation.terrain import AXIS, Terrain
+from movingout.agents.scripted.navigation.terrain import AXIS, FLOOR, Terrain, standing_room
 from movingout.agents.scripted.placement.goal_storage import storage, within_goals
 from movingout.agents.scripted.placement.remaining_items import Outlook, around
+from movingout.maps.flood_fill import Mask
 from movingout.world.state import Floats
 
 _ELBOWS = 0.1  # units of room that two robots want around what they put down
@@ -63,8 +63,8 @@ class Packing:
             start |= around(*point, 2 * size + 0.2)  # the item itself still stands there
         for abreast in _ABREAST:
             wide = standing_room(ground, size + abreast)
-            floor = pieces(start, wide)
-            if any((to_mask(piece)[self._cells] & self._fits[size]).any() for piece in floor):
+            floor = FLOOR.components(start, wide)
+            if any((FLOOR.to_mask(piece)[self._cells] & self._fits[size]).any() for piece in floor):
                 return abreast, floor, start
         return 0.0, [], 0
 
@@ -74,5 +74,5 @@ class Packing:
         if not floor:
             return np.ones(self._x.shape, dtype=np.bool_)
         hole = around(x, y, radius + size + abreast)
-        left = sum(flood_around(hole, start, piece) for piece in floor)  # pieces have nothing in common
-        return to_mask(left)[self._cells]
+        left = sum(FLOOR.connected_around(hole, start, piece) for piece in floor)  # pieces have nothing in common
+        return FLOOR.to_mask(left)[self._cells]

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from movingout.agents.scripted.navigation.flood_fill import Mask, flood, flood_around, grown, to_bits, to_mask
-from movingout.agents.scripted.navigation.terrain import AXIS, CELLS
+from movingout.agents.scripted.navigation.terrain import AXIS, CELLS, FLOOR
+from movingout.maps.flood_fill import Mask
 
 Point = tuple[float, float]
 
@@ -39,8 +39,8 @@ class Division:
     def _flood(self, start: int, free: int) -> int:
         """The piece of the floor that hangs together with the lowest point of `start`."""
         start &= -start
-        piece = next((flood_around(self._hole, start, known) for known in self._known if known & start), 0)
-        self.pieces.append(piece or flood(start, free))
+        piece = next((FLOOR.connected_around(self._hole, start, known) for known in self._known if known & start), 0)
+        self.pieces.append(piece or FLOOR.connected(start, free))
         return self.pieces[-1]
 
     def _parts(self, free: int) -> list[int]:
@@ -78,7 +78,7 @@ class Division:
         whole = self._partners
         for part in self.parts:
             whole |= part
-        return to_mask(grown(whole, _ARM))
+        return FLOOR.to_mask(FLOOR.dilated(whole, _ARM))
 
     def best_case(self) -> int:
         """How many items are out of reach at least, whatever is done."""
@@ -100,7 +100,7 @@ def around(x: float, y: float, radius: float) -> int:
     rows, columns = _window(y, radius), _window(x, radius)
     mask = np.zeros((CELLS, CELLS), dtype=np.bool_)
     mask[rows, columns] = np.hypot(AXIS[columns] - x, AXIS[rows, None] - y) < radius
-    return to_bits(mask)
+    return FLOOR.to_bits(mask)
 
 
 def _window(middle: float, radius: float) -> slice:

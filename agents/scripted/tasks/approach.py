@@ -2,14 +2,13 @@
 
 import math
 
-from movingout.agents.scripted.navigation.flood_fill import Mask
 from movingout.agents.scripted.navigation.geometry import heading_of, wrap
 from movingout.agents.scripted.navigation.grasp_stance import HEADINGS, stands, within_reach
-from movingout.agents.scripted.navigation.lattice import UNREACHED
 from movingout.agents.scripted.navigation.motion_choice import Command, Danger, best_move, drive, turn_to
 from movingout.agents.scripted.navigation.terrain import Terrain, sample
 from movingout.agents.scripted.navigation.walking_distance import cost_at, walk_lengths, way_to
 from movingout.agents.scripted.situation import Situation
+from movingout.maps.flood_fill import UNREACHED, Mask
 from movingout.maps.spec import ROBOT_RADIUS
 from movingout.world.state import Floats
 

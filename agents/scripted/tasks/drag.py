@@ -8,7 +8,7 @@ from movingout.agents.scripted.carrying.solo_carry import margins
 from movingout.agents.scripted.navigation.cost_search import Field, Search
 from movingout.agents.scripted.navigation.geometry import Disc, covering_discs, half_extents, wrap
 from movingout.agents.scripted.navigation.grasp_stance import stands
-from movingout.agents.scripted.navigation.lattice import SLIDER, UNREACHED, nearest_value, values
+from movingout.agents.scripted.navigation.lattice import SLIDER, nearest_value, values
 from movingout.agents.scripted.navigation.motion_choice import REST, STRIDE, Command, Danger, drive
 from movingout.agents.scripted.navigation.sliced_planning import Thinking, Thought, solve
 from movingout.agents.scripted.navigation.terrain import Terrain, squeeze
@@ -17,6 +17,7 @@ from movingout.agents.scripted.situation import Situation
 from movingout.agents.scripted.tasks.approach import Approach, walk_costs
 from movingout.agents.scripted.tasks.fetch import look_around
 from movingout.maps import ItemSpec
+from movingout.maps.flood_fill import UNREACHED
 from movingout.maps.spec import ROBOT_RADIUS
 from movingout.world.scoring import goal_boxes, is_delivered
 from movingout.world.state import Floats

@@ -7,7 +7,6 @@ import numpy as np
 
 from movingout.agents.scripted.carrying.solo_carry import Haul, Offset, margins
 from movingout.agents.scripted.navigation.grasp_stance import GAP, in_frame, stands
-from movingout.agents.scripted.navigation.lattice import UNREACHED
 from movingout.agents.scripted.navigation.motion_choice import REST, Command, Danger
 from movingout.agents.scripted.navigation.sliced_planning import Thinking, Thought, solve
 from movingout.agents.scripted.navigation.terrain import Terrain, with_robot
@@ -16,6 +15,7 @@ from movingout.agents.scripted.placement.handover_lanes import Relay
 from movingout.agents.scripted.situation import Situation
 from movingout.agents.scripted.tasks.approach import Approach, stand_number, walk_costs
 from movingout.agents.scripted.traffic import around, partners_way, side_prices
+from movingout.maps.flood_fill import UNREACHED
 from movingout.maps.shapes import circumradius
 from movingout.maps.spec import ROBOT_RADIUS
 from movingout.world.state import Floats

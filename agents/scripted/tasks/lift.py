@@ -11,7 +11,6 @@ from movingout.agents.scripted.carrying import paired_carry
 from movingout.agents.scripted.carrying.paired_carry import PairHaul
 from movingout.agents.scripted.navigation.geometry import heading_of, wrap
 from movingout.agents.scripted.navigation.grasp_stance import stands
-from movingout.agents.scripted.navigation.lattice import UNREACHED
 from movingout.agents.scripted.navigation.motion_choice import REST, Command, Danger, no_danger
 from movingout.agents.scripted.navigation.sliced_planning import Thinking, Thought, solve
 from movingout.agents.scripted.navigation.terrain import Terrain, sample, with_robot
@@ -20,6 +19,7 @@ from movingout.agents.scripted.situation import Situation
 from movingout.agents.scripted.tasks.approach import NEARLY, Approach, stand_number, walk_costs
 from movingout.agents.scripted.tasks.fetch import look_around
 from movingout.agents.scripted.traffic import bound, side_prices
+from movingout.maps.flood_fill import UNREACHED
 from movingout.maps.spec import ROBOT_RADIUS
 from movingout.world.state import Floats
 

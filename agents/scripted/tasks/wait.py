@@ -3,12 +3,12 @@
 from collections.abc import Callable
 
 from movingout.agents.scripted.carrying.solo_carry import Body
-from movingout.agents.scripted.navigation.lattice import UNREACHED
 from movingout.agents.scripted.navigation.motion_choice import REST, Command, Danger, best_move
 from movingout.agents.scripted.navigation.sliced_planning import Thinking, Thought, solve
 from movingout.agents.scripted.navigation.walking_distance import way_to
 from movingout.agents.scripted.situation import Situation
 from movingout.agents.scripted.traffic import aside
+from movingout.maps.flood_fill import UNREACHED
 from movingout.world.state import Floats
 
 

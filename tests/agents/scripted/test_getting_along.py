@@ -8,7 +8,6 @@ import numpy as np
 from movingout.agents.base import EpisodeInfo
 from movingout.agents.scripted.agent import ScriptedAgent
 from movingout.agents.scripted.navigation.grasp_stance import stands
-from movingout.agents.scripted.navigation.lattice import UNREACHED
 from movingout.agents.scripted.navigation.motion_choice import no_danger
 from movingout.agents.scripted.navigation.terrain import with_robot
 from movingout.agents.scripted.situation import Situation
@@ -20,6 +19,7 @@ from movingout.agents.scripted.tasks.lift import APART, LET_GO, Lift, cramped
 from movingout.agents.scripted.tasks.lift import FED_UP as PAIR_FED_UP
 from movingout.agents.scripted.tasks.wait import Aside
 from movingout.maps import load_map
+from movingout.maps.flood_fill import UNREACHED
 from movingout.world import World
 
 THINK = 1000  # slices: to the end

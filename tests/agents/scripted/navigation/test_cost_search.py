@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from movingout.agents.scripted.navigation.cost_search import LEVELS_PER_SLICE, Field, Search
-from movingout.agents.scripted.navigation.lattice import CARRIER, SLIDER, UNREACHED, Cost
+from movingout.agents.scripted.navigation.lattice import CARRIER, SLIDER, Cost
 from movingout.agents.scripted.navigation.terrain import CELLS, terrain
 from movingout.maps import load_map
+from movingout.maps.flood_fill import UNREACHED
 
 GROUND = terrain(load_map("HandOff"), ())
 ROW, COLUMN = (int(index) for index in np.unravel_index(int(np.argmax(GROUND.clearance)), (CELLS, CELLS)))
