@@ -25,6 +25,12 @@ def newest(frame: bytes) -> tuple[int, tuple[int, int], list[tuple[float, float,
     return tick, held, [(x / 20000, y / 20000, angle * math.pi / 32768) for x, y, angle in rows][-bodies:]
 
 
+def steering(seat: int, seq: int, tick: int, move: float, heading: float, grabs: int) -> bytes:
+    """An input frame that answers the bundle of `tick`."""
+    stick = round(move * 32767), round(heading * 32767 / math.pi)
+    return INPUT.pack(3, seat, seq, tick, tick, *stick, grabs % 256, 3, 0.0)
+
+
 async def carry(socket: ClientConnection, seat: int, item: int, home: tuple[float, float]) -> None:
     """Grab `item`, bring it `home`, let go. A heading of 0 looks up, counter-clockwise."""
     seq = grabs = pressed_at = 0
@@ -39,8 +45,8 @@ async def carry(socket: ClientConnection, seat: int, item: int, home: tuple[floa
         if (there := away < 0.05 if carrying else in_reach) and tick > pressed_at + 2:
             grabs, pressed_at = grabs + 1, tick
         move = 0.0 if there else 0.005 if away < 0.195 and not carrying else min(1.0, away / 0.12)
-        stick, seq = (round(move * 32767), round(heading * 32767 / math.pi)), seq + 1
-        await socket.send(INPUT.pack(3, seat, seq, tick, tick, *stick, grabs % 256, 3, 0.0))
+        seq += 1
+        await socket.send(steering(seat, seq, tick, move, heading, grabs))
         if there and carrying:
             return
 
@@ -57,4 +63,5 @@ async def main(address: str, room: str) -> None:
         await asyncio.sleep(0.5)  # let the last press arrive
 
 
-asyncio.run(main(*sys.argv[1:])) if len(sys.argv) == 3 else sys.exit(__doc__)
+if __name__ == "__main__":
+    asyncio.run(main(*sys.argv[1:])) if len(sys.argv) == 3 else sys.exit(__doc__)

@@ -1,156 +1,149 @@
-"""The five binary frames as values, each with `encode` and `decode` side by side.
+"""The binary frames: each is declared once, field by field, as it lies on the wire.
 
-The layouts are the structs of `server.messages`; a frame's fields are in the order of its struct. What comes from
-a client is checked here once (length, type, finite numbers), so nothing behind it has to.
+From a declaration follow the Python value, its bytes, and the reader and writer in `web/messages.js`. What comes from a
+client is checked here once (length, type, finite numbers), so nothing behind it has to.
 """
 
 import math
 import struct
+from functools import partial
 from math import floor
-from typing import Any, NamedTuple
+from typing import Annotated, ClassVar, Self
 
 import numpy as np
 
-from movingout.maps.errors import MovingOutError
 from movingout.server import messages as m
+from movingout.server.frame_layout import Form, FrameError, Packed, Wire, flags_of
 from movingout.world.state import Floats
 
 MOST_POSITION = 32767 / m.POSITION_SCALE
+MASKED_ITEMS = 32
+
+U8, I8, U16, U32, F64 = (partial(Wire, letter) for letter in "BbHId")
+POSITION = Wire("h", "in units of the world", m.POSITION_SCALE)
+ANGLE = partial(Wire, "h", scale=m.ANGLE_SCALE, wraps=True)
+SEATS = Form.EACH_SEAT
 
 
-class FrameError(MovingOutError):
-    """A binary frame that no client of this protocol sends."""
+class Pose(Packed, frozen=True, kw_only=True):
+    """Where one body is. Sent in bulk: see `encode_poses`."""
+
+    x: Annotated[float, POSITION]
+    y: Annotated[float, POSITION]
+    angle: Annotated[float, ANGLE("[rad]")]
 
 
-class BundleEvent(NamedTuple):
-    """Something that happened inside a tick; `pose` (0-4) says when to show it."""
+class BundleEvent(Packed, frozen=True, kw_only=True):
+    """Something that happened inside a tick."""
 
-    code: int  # index into EVENT_CODES
-    seat: int
-    item: int
-    pose: int
+    code: Annotated[int, U8("a value of EVENT")]
+    seat: Annotated[int, I8("-1 for none")]
+    item: Annotated[int, I8("-1 for none")]
+    pose: Annotated[int, U8("which pose of the tick (0-4) to show it with")]
 
     @property
     def kind(self) -> str:
         return m.EVENT_CODES[self.code]
 
 
-class Bundle(NamedTuple):
-    """One tick for the client to play back: five real poses of every body, and what happened."""
+class Bundle(Packed, frozen=True, kw_only=True):
+    """One tick for the client to play back: five poses of every body, and what happened."""
 
-    flags: int
-    epoch: int  # of the round
-    tick: int  # number of the state after it, from 1
-    time_ms: float  # server time at which the tick starts
-    seqs: tuple[int, int]  # newest input applied, blue and red
-    slack_ms: tuple[float, float]  # how long before the latch that input came
-    held: tuple[int, int]
-    delivered: tuple[bool, ...]  # (N,)
+    TYPE: ClassVar[int | None] = m.BUNDLE
+    COUNTS: ClassVar[dict[str, str]] = {
+        "bodies": "two robots, then the items",
+        "pose_count": "poses of each body",
+        "event_count": "events",
+    }
+
+    flags: Annotated[int, U8("FLAG_NOT_RECORDING, FLAG_LATE")]
+    epoch: Annotated[int, U16("of the round, modulo 65536")]
+    tick: Annotated[int, U32("number of the state after it, from 1")]
+    time_ms: Annotated[float, F64("server time at which the tick starts")]
+    seqs: Annotated[tuple[int, int], U32("newest input applied, 0 for none", form=SEATS)]
+    slack_ms: Annotated[
+        tuple[float, float], U16("how long before the tick that input came", scale=m.SLACK_SCALE, form=SEATS)
+    ]
+    held: Annotated[tuple[int, int], I8("item in the hand, -1 for none", form=SEATS)]
+    delivered: Annotated[tuple[bool, ...], U32("one per item", form=Form.FLAGS)]
     poses: Floats  # (5, 2 + N, 3) x, y, angle
     events: tuple[BundleEvent, ...] = ()
 
     def encode(self) -> bytes:
         count, bodies, _ = self.poses.shape
-        head = m.BUNDLE_HEAD.pack(
-            m.BUNDLE, self.flags, self.epoch, self.tick, self.time_ms, *self.seqs,
-            *map(_wire_slack, self.slack_ms), *self.held, _mask(self.delivered), bodies, count, len(self.events),
-        )  # fmt: skip
-        events = b"".join(m.BUNDLE_EVENT.pack(*event) for event in self.events)
-        return head + encode_poses(self.poses) + events
+        head = self.layout.pack(self, bodies, count, len(self.events))
+        return head + encode_poses(self.poses) + b"".join([event.encode() for event in self.events])
 
     @classmethod
-    def decode(cls, frame: bytes) -> "Bundle":
-        if len(frame) < m.BUNDLE_HEAD.size or frame[0] != m.BUNDLE:
-            raise FrameError(f"a bundle has at least {m.BUNDLE_HEAD.size} bytes and begins with {m.BUNDLE}")
-        _, flags, epoch, tick, time_ms, *rest, mask, bodies, count, events = m.BUNDLE_HEAD.unpack_from(frame)
-        seq_blue, seq_red, slack_blue, slack_red, held_blue, held_red = rest
-        first_event = m.BUNDLE_HEAD.size + count * bodies * m.BUNDLE_POSE.size
-        if len(frame) != first_event + events * m.BUNDLE_EVENT.size:
+    def decode(cls, frame: bytes) -> Self:
+        fields = cls.layout.unpack(frame)
+        bodies, count, events = (fields.pop(name) for name in cls.COUNTS)
+        first_pose, event_size = cls.layout.size, BundleEvent.layout.size
+        first_event = first_pose + count * bodies * Pose.layout.size
+        if len(frame) != first_event + events * event_size:
             raise FrameError(f"a bundle of {bodies} bodies and {events} events does not have {len(frame)} bytes")
+        fields["delivered"] = flags_of(fields["delivered"], bodies - 2)
+        starts = range(first_event, len(frame), event_size)
         return cls(
-            flags=flags,
-            epoch=epoch,
-            tick=tick,
-            time_ms=time_ms,
-            seqs=(seq_blue, seq_red),
-            slack_ms=(slack_blue / m.SLACK_SCALE, slack_red / m.SLACK_SCALE),
-            held=(held_blue, held_red),
-            delivered=tuple(bool(mask >> item & 1) for item in range(bodies - 2)),
-            poses=decode_poses(frame[m.BUNDLE_HEAD.size : first_event], count, bodies),
-            events=tuple(BundleEvent(*event) for event in m.BUNDLE_EVENT.iter_unpack(frame[first_event:])),
+            **fields,
+            poses=decode_poses(frame[first_pose:first_event], count, bodies),
+            events=tuple(BundleEvent.decode(frame[start : start + event_size]) for start in starts),
         )
 
 
-class Beat(NamedTuple):
-    """Sent 50 ms after the bundle of `tick`, so that TCP notices a lost packet sooner."""
+class Beat(Packed, frozen=True, kw_only=True):
+    """Sent 50 ms after a bundle, so that TCP notices a lost packet sooner."""
 
-    tick: int
+    TYPE: ClassVar[int | None] = m.BEAT
 
-    def encode(self) -> bytes:
-        return m.BEAT_FRAME.pack(m.BEAT, *self)
-
-    @classmethod
-    def decode(cls, frame: bytes) -> "Beat":
-        return cls(*_unpack(m.BEAT_FRAME, m.BEAT, frame))
+    tick: Annotated[int, U32("of the bundle")]
 
 
-class Input(NamedTuple):
-    """The level state of one seat's controls."""
+class Input(Packed, frozen=True, kw_only=True):
+    """The state of one seat's controls."""
 
-    seat: int
-    seq: int
-    ack_tick: int  # newest bundle received
-    seen_tick: int  # newest tick shown
-    move: float  # [-1, 1]
-    heading: float  # [rad] in [-pi, pi]
-    grabs: int  # presses so far, modulo 256
-    device: int  # index into DEVICES
-    client_ms: float
+    TYPE: ClassVar[int | None] = m.INPUT
 
-    def encode(self) -> bytes:
-        move, heading = _round(self.move * m.AXIS_SCALE), _wrap16(_round(self.heading * m.ANGLE_SCALE))
-        return m.INPUT_FRAME.pack(
-            m.INPUT, self.seat, self.seq, self.ack_tick, self.seen_tick, move, heading, self.grabs, self.device,
-            self.client_ms,
-        )  # fmt: skip
+    seat: Annotated[int, U8("0 blue, 1 red")]
+    seq: Annotated[int, U32("counts the inputs of this seat; older ones are ignored")]
+    ack_tick: Annotated[int, U32("newest bundle received")]
+    seen_tick: Annotated[int, U32("newest tick shown")]
+    move: Annotated[float, Wire("h", "speed, from -1 (backward) to 1 (forward)", m.AXIS_SCALE)]
+    heading: Annotated[float, ANGLE("[rad], 0 is up, counter-clockwise")]
+    grabs: Annotated[int, U8("presses of the grab button so far, modulo 256")]
+    device: Annotated[int, U8("place in DEVICES")]
+    client_ms: Annotated[float, F64("the client's clock")]
 
     @classmethod
-    def decode(cls, frame: bytes) -> "Input":
-        seat, seq, ack, seen, move, heading, grabs, device, client_ms = _unpack(m.INPUT_FRAME, m.INPUT, frame)
-        if seat > 1 or device >= len(m.DEVICES) or not math.isfinite(client_ms):
+    def decode(cls, frame: bytes) -> Self:
+        decoded = super().decode(frame)
+        if decoded.seat > 1 or decoded.device >= len(m.DEVICES) or not math.isfinite(decoded.client_ms):
             raise FrameError("an input names seat 0 or 1, a known device and a finite time")
-        stick = max(-1.0, move / m.AXIS_SCALE)
-        return cls(seat, seq, ack, seen, stick, heading / m.ANGLE_SCALE, grabs, device, client_ms)
+        return decoded
 
 
-class Ping(NamedTuple):
-    """A clock sample asked for by the client."""
+class Ping(Packed, frozen=True, kw_only=True):
+    """The client asks for a sample of the server's clock."""
 
-    client_ms: float
+    TYPE: ClassVar[int | None] = m.PING
 
-    def encode(self) -> bytes:
-        return m.PING_FRAME.pack(m.PING, *self)
+    client_ms: Annotated[float, F64("the client's clock")]
 
     @classmethod
-    def decode(cls, frame: bytes) -> "Ping":
-        (client_ms,) = _unpack(m.PING_FRAME, m.PING, frame)
-        if not math.isfinite(client_ms):
+    def decode(cls, frame: bytes) -> Self:
+        decoded = super().decode(frame)
+        if not math.isfinite(decoded.client_ms):
             raise FrameError("a ping carries a finite time")
-        return cls(client_ms)
+        return decoded
 
 
-class Pong(NamedTuple):
+class Pong(Packed, frozen=True, kw_only=True):
     """The answer to a ping."""
 
-    client_ms: float
-    server_ms: float
+    TYPE: ClassVar[int | None] = m.PONG
 
-    def encode(self) -> bytes:
-        return m.PONG_FRAME.pack(m.PONG, *self)
-
-    @classmethod
-    def decode(cls, frame: bytes) -> "Pong":
-        return cls(*_unpack(m.PONG_FRAME, m.PONG, frame))
+    client_ms: Annotated[float, F64("as in the ping")]
+    server_ms: Annotated[float, F64("the server's clock")]
 
 
 ClientFrame = Input | Ping
@@ -190,26 +183,3 @@ def decode_poses(raw: bytes, count: int, bodies: int) -> Floats:
 
 
 _POSE_SCALE = np.array([m.POSITION_SCALE, m.POSITION_SCALE, m.ANGLE_SCALE])
-
-
-def _unpack(layout: struct.Struct, kind: int, frame: bytes) -> tuple[Any, ...]:
-    if len(frame) != layout.size or frame[0] != kind:
-        raise FrameError(f"a frame of type {kind} has {layout.size} bytes")
-    return layout.unpack(frame)[1:]
-
-
-def _wire_slack(slack_ms: float) -> int:
-    return min(65535, round(slack_ms * m.SLACK_SCALE)) if slack_ms > 0.0 else 0
-
-
-def _mask(flags: tuple[bool, ...]) -> int:
-    return sum(1 << index for index, flag in enumerate(flags) if flag)
-
-
-def _round(value: float) -> int:
-    """Half up, as JavaScript's Math.round."""
-    return math.floor(value + 0.5)
-
-
-def _wrap16(value: int) -> int:
-    return (value + 32768) % 65536 - 32768

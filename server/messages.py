@@ -5,7 +5,6 @@ input, ping, pong) is binary, little endian. `web/messages.js` is generated from
 (`python -m movingout.server.messages_js`); a test fails when it is stale. docs/protocol.md explains the conversation.
 """
 
-import struct
 from typing import Literal
 
 import msgspec
@@ -27,23 +26,12 @@ ANGLE_SCALE = 32768.0 / 3.141592653589793  # int16 wraps with the angle
 AXIS_SCALE = 32767.0
 SLACK_SCALE = 10.0  # input slack in 0.1 ms
 
-# type, flags, epoch, tick (number of the state after it, from 1), server time of the tick's start [ms],
-# input seq applied for blue and red, input slack of blue and red [0.1 ms, how long before the latch it came],
-# held item of blue and red (-1 none), delivered bit mask, bodies (2 robots, then items), poses, events
-BUNDLE_HEAD = struct.Struct("<BBHIdIIHHbbIBBB")
-BUNDLE_POSE = struct.Struct("<hhh")  # x, y, angle: `poses` blocks of `bodies`
-BUNDLE_EVENT = struct.Struct("<BbbB")  # event code, seat, item, pose index (0-4) at which to show it
 FLAG_NOT_RECORDING = 1
 FLAG_LATE = 2  # this tick was late or ticks were skipped before it
 
-BEAT_FRAME = struct.Struct("<BI")  # type, tick: 50 ms after the bundle of that tick
-# type, seat, seq, newest tick received, newest tick shown, move, heading, grab presses (mod 256), device, client ms
-INPUT_FRAME = struct.Struct("<BBIIIhhBBd")
-PING_FRAME = struct.Struct("<Bd")  # type, client time [ms]
-PONG_FRAME = struct.Struct("<Bdd")  # type, client time [ms], server time [ms]
-
 DEVICES = ("keyboard", "gamepad", "touch", "program")
 EVENT_CODES = ("grab", "grab_failed", "release", "delivered", "undelivered", "deadline_missed", "agent_error")
+EVENT = {name: code for code, name in enumerate(EVENT_CODES)}
 
 # ---- close codes -------------------------------------------------------------------------------------------
 

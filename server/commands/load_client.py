@@ -17,10 +17,10 @@ from typing import cast
 import msgspec
 
 from movingout.server import messages as m
-from movingout.server.frames import Input, Ping
+from movingout.server.frames import Bundle, Input, Ping
 
 TEXT, BINARY, CLOSE, WS_PING, WS_PONG = 1, 2, 8, 9, 10
-_TICK_AT, _TICK = 4, struct.Struct("<I")  # of a bundle
+_TICK_AT, _TIME_AT = (Bundle.layout.offsets()[name] for name in ("tick", "time_ms"))
 
 
 @dataclass
@@ -110,11 +110,11 @@ class Bot(asyncio.Protocol):
             self._tally.closed[code] = self._tally.closed.get(code, 0) + 1
 
     def _take_bundle(self, payload: bytes) -> None:
-        (tick,) = _TICK.unpack_from(payload, _TICK_AT)
+        (tick,) = struct.unpack_from("<I", payload, _TICK_AT)
         if self._measured:
             self._tally.bundles += 1
             self._tally.gaps += max(0, tick - self._tick - 1)
-            (due_ms,) = struct.unpack_from("<d", payload, 8)
+            (due_ms,) = struct.unpack_from("<d", payload, _TIME_AT)
             self._tally.delays_ms.append(time.monotonic() * 1e3 - due_ms)
         self._tick = tick
 
@@ -139,9 +139,20 @@ class Bot(asyncio.Protocol):
             for seat in self._seats:
                 tick = max(0, self._tick)
                 angle = math.remainder(count * period + seat, 2 * math.pi)
-                self._send(BINARY, Input(seat, count, tick, tick, 1.0, angle, count // 30 % 256, 3, due * 1e3).encode())
+                stick = Input(
+                    seat=seat,
+                    seq=count,
+                    ack_tick=tick,
+                    seen_tick=tick,
+                    move=1.0,
+                    heading=angle,
+                    grabs=count // 30 % 256,
+                    device=m.DEVICES.index("program"),
+                    client_ms=due * 1e3,
+                )
+                self._send(BINARY, stick.encode())
             if count % round(self._inputs_per_s) == 0:
-                self._send(BINARY, Ping(due * 1e3).encode())
+                self._send(BINARY, Ping(client_ms=due * 1e3).encode())
 
     def _say(self, message: m.ClientMessage) -> None:
         self._send(TEXT, msgspec.json.encode(message))

@@ -19,7 +19,8 @@ from movingout.server.connection.admission import Gate
 from movingout.server.connection.origin import origin_allowed
 from movingout.server.connection.send_queue import Client
 from movingout.server.connection.token_bucket import Bucket
-from movingout.server.frames import FrameError, Ping, Pong, decode_client_frame
+from movingout.server.frame_layout import FrameError
+from movingout.server.frames import Ping, Pong, decode_client_frame
 from movingout.server.rooms.registry import Directory
 from movingout.server.rooms.room import Room
 from movingout.server.rooms.services import Refused, WrongRequest
@@ -231,7 +232,7 @@ class Conversation:
         except FrameError as error:
             raise Hangup(m.CLOSE_BAD_MESSAGE, str(error)) from None
         if isinstance(frame, Ping):
-            self.client.answer(Pong(frame.client_ms, now * 1e3).encode())
+            self.client.answer(Pong(client_ms=frame.client_ms, server_ms=now * 1e3).encode())
             return
         self._confirm()
         self._attempt(control_messages.submit, frame, now)

@@ -6,6 +6,8 @@ doubled packet changes how often the hand toggles. Knows no socket and no clock:
 
 from typing import NamedTuple
 
+import msgspec
+
 from movingout.server.frames import Input
 from movingout.server.messages import DEVICES
 from movingout.world.state import Floats
@@ -57,7 +59,7 @@ class Controls:
         """Nobody holds the stick: the page lost the focus, or play begins anew."""
         self._presses = 0
         if self._newest is not None:
-            self._newest = self._newest._replace(move=0.0)
+            self._newest = msgspec.structs.replace(self._newest, move=0.0)
 
     @property
     def device(self) -> str:

@@ -144,7 +144,7 @@ class Room:
     def beat(self) -> None:
         """50 ms after a tick: a few bytes, so that TCP notices a loss sooner."""
         if self.phase == "playing":
-            frame = Beat(self.round.state.tick).encode()
+            frame = Beat(tick=self.round.state.tick).encode()
             for client in self.seating.clients:
                 client.beat(frame)
 

@@ -73,8 +73,8 @@ class Round:
         self.recorder.event(Event(self.state.tick + 1, kind, seat, item, detail))
         if kind == "focus":
             self.health.focus(seat, detail == "visible")
-        if kind in m.EVENT_CODES:
-            self._pending.append(BundleEvent(m.EVENT_CODES.index(kind), seat, item, pose))
+        if kind in m.EVENT:
+            self._show(kind, seat, item, pose)
 
     def step(
         self,
@@ -160,7 +160,7 @@ class Round:
             else:
                 continue
             self.recorder.event(Event(tick, kind, seat, item))
-            self._pending.append(BundleEvent(m.EVENT_CODES.index(kind), seat, item, GRASP_POSE[seat]))
+            self._show(kind, seat, item, GRASP_POSE[seat])
 
     def _note_deliveries(self, before: tuple[bool, ...], poses: Floats) -> None:
         if before == self.delivered:
@@ -172,7 +172,11 @@ class Round:
             kind: EventKind = "delivered" if now else "undelivered"
             pose = next((index for index, flag in enumerate(flags) if bool(flag[item]) == now), LAST_POSE)
             self.recorder.event(Event(self.state.tick, kind, -1, item))
-            self._pending.append(BundleEvent(m.EVENT_CODES.index(kind), -1, item, pose))
+            self._show(kind, -1, item, pose)
+
+    def _show(self, kind: EventKind, seat: int, item: int, pose: int) -> None:
+        """Let the bundle of this tick tell the players."""
+        self._pending.append(BundleEvent(code=m.EVENT[kind], seat=seat, item=item, pose=pose))
 
     def _record(
         self,
@@ -197,6 +201,14 @@ class Round:
         held_blue, held_red = self.state.held.tolist()
         events, self._pending = tuple(self._pending), []
         return Bundle(
-            flags, self.epoch, self.state.tick, moment.due * 1e3, (max(0, blue.seq), max(0, red.seq)),
-            (blue.slack_ms, red.slack_ms), (held_blue, held_red), self.delivered, poses, events,
-        ).encode()  # fmt: skip
+            flags=flags,
+            epoch=self.epoch,
+            tick=self.state.tick,
+            time_ms=moment.due * 1e3,
+            seqs=(max(0, blue.seq), max(0, red.seq)),
+            slack_ms=(blue.slack_ms, red.slack_ms),
+            held=(held_blue, held_red),
+            delivered=self.delivered,
+            poses=poses,
+            events=events,
+        ).encode()

@@ -99,6 +99,13 @@ class Player:
         self._count += 1
         self._presses += stick.press
         return Input(
-            self._seat, self._count, bundle.tick, bundle.tick, stick.move, stick.heading, self._presses % 256,
-            self._device, bundle.time_ms,
-        ).encode()  # fmt: skip
+            seat=self._seat,
+            seq=self._count,
+            ack_tick=bundle.tick,
+            seen_tick=bundle.tick,
+            move=stick.move,
+            heading=stick.heading,
+            grabs=self._presses % 256,
+            device=self._device,
+            client_ms=bundle.time_ms,
+        ).encode()

@@ -19,11 +19,12 @@ from websockets.sync.client import ClientConnection, connect
 
 from movingout.server import messages as m
 from movingout.server.app import create_app
-from movingout.server.frames import Bundle, Input
+from movingout.server.frames import Bundle
 from movingout.server.host import Host
 from movingout.server.rooms.room import Room
 from movingout.server.settings import Limits, Settings
 from movingout.server.uvicorn_server import game_server, listen
+from tests.server.support import make_input
 
 ADMIN = "the-admin-token-of-the-tests"
 WAIT_S = 20.0
@@ -121,7 +122,18 @@ class Person:
     def push(self, seat: int = 0, move: float = 0.5, heading: float = 0.0, grabs: int = 0) -> None:
         self.seq += 1
         tick = self.bundles[-1].tick if self.bundles else 0
-        self.connection.send(Input(seat, self.seq, tick, tick, move, heading, grabs, 3, 0.0).encode())
+        self.connection.send(
+            make_input(
+                seat=seat,
+                seq=self.seq,
+                ack_tick=tick,
+                seen_tick=tick,
+                move=move,
+                heading=heading,
+                grabs=grabs,
+                device=3,
+            ).encode()
+        )
 
     def hear(self, timeout: float = WAIT_S) -> dict[str, Any] | Bundle | bytes:
         frame = self.connection.recv(timeout)

@@ -24,6 +24,24 @@ from movingout.world.state import Floats, WorldState
 TICK = 0.1
 
 
+def make_input(**fields: Any) -> Input:
+    """Blue's first input, nothing pressed, but for `fields`."""
+    nothing = {
+        "seat": 0, "seq": 1, "ack_tick": 0, "seen_tick": 0, "move": 0.0, "heading": 0.0, "grabs": 0, "device": 0,
+        "client_ms": 0.0,
+    }  # fmt: skip
+    return Input(**(nothing | fields))
+
+
+def make_bundle(**fields: Any) -> Bundle:
+    """The first tick of a round in which nobody has done anything, but for `fields`."""
+    nothing: dict[str, Any] = {
+        "flags": 0, "epoch": 0, "tick": 1, "time_ms": 0.0, "seqs": (0, 0), "slack_ms": (0.0, 0.0), "held": (-1, -1),
+        "delivered": (),
+    }  # fmt: skip
+    return Bundle(**(nothing | fields))
+
+
 class Ear:
     """A client that keeps what it hears."""
 
@@ -167,7 +185,7 @@ class Table:
         control_messages.handle(self.room, ear, message, self.now)
 
     def push(self, ear: Ear, seat: int, move: float = 1.0, heading: float = 0.0, grabs: int = 0, seq: int = 0) -> None:
-        frame = Input(seat, seq or next(self.seqs), 0, 0, move, heading, grabs, 0, 0.0)
+        frame = make_input(seat=seat, seq=seq or next(self.seqs), move=move, heading=heading, grabs=grabs)
         control_messages.submit(self.room, ear, frame, self.now)
 
     def step(self, ticks: int = 1) -> None:

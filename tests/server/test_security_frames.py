@@ -16,8 +16,10 @@ from hypothesis import strategies as st
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from movingout.server import messages as m
-from movingout.server.frames import Bundle, FrameError, Input, decode_client_frame
+from movingout.server.frame_layout import FrameError
+from movingout.server.frames import Bundle, decode_client_frame
 from tests.server.live import Live, raw_socket, serve
+from tests.server.support import make_input
 from tests.server.threats import close_code, player
 
 # ---- 4 sizes --------------------------------------------------------------------------------------------------
@@ -69,7 +71,7 @@ def test_4_nested_json_is_no_stack_overflow(live: Live) -> None:
 
 def test_5_a_flood_is_cut_off_without_a_close_frame(live: Live) -> None:
     person = player(live)
-    frame = Input(0, 1, 0, 0, 1.0, 0.0, 0, 0, 0.0).encode()
+    frame = make_input(move=1.0).encode()
     started = time.monotonic()
     with pytest.raises((ConnectionClosed, OSError)):
         for _ in range(100_000):
@@ -82,7 +84,7 @@ def test_5_a_flood_is_cut_off_without_a_close_frame(live: Live) -> None:
 def test_5_a_flood_that_goes_on_after_a_close_is_cut_off_too(live: Live) -> None:
     connection = live.connect()
     connection.send(json.dumps({"type": "join", "room": "nowhere"}))
-    flood = (bytes((0x82, 0x80 | 28)) + bytes(4) + Input(0, 1, 0, 0, 1.0, 0.0, 0, 0, 0.0).encode()) * 500
+    flood = (bytes((0x82, 0x80 | 28)) + bytes(4) + make_input(move=1.0).encode()) * 500
     started = time.monotonic()
     with pytest.raises(OSError):
         for _ in range(10_000):
@@ -95,7 +97,7 @@ def test_5_whoever_floods_again_and_again_has_to_wait_and_fills_no_log(
 ) -> None:
     with serve(tmp_path) as live:
         room = live.open_room("here", "idle")["room"]
-        flood = (bytes((0x82, 0x80 | 28)) + bytes(4) + Input(0, 1, 0, 0, 1.0, 0.0, 0, 0, 0.0).encode()) * 200
+        flood = (bytes((0x82, 0x80 | 28)) + bytes(4) + make_input(move=1.0).encode()) * 200
         with pytest.raises(InvalidStatus) as refused:
             for _ in range(30):
                 person = live.person(room, mode="watch")
@@ -125,8 +127,8 @@ def test_5_two_people_at_one_screen_stay_within_the_rate(live: Live) -> None:
         b"\x03",
         b"\xff" * 28,
         bytes(28),
-        Input(0, 2**32 - 1, 0, 0, 1.0, 0.0, 0, 0, float("nan")).encode(),
-        Input(5, 1, 0, 0, 1.0, 0.0, 0, 0, 0.0).encode(),
+        make_input(seq=2**32 - 1, move=1.0, client_ms=float("nan")).encode(),
+        make_input(seat=5, move=1.0).encode(),
         b"\x01" + bytes(60),
         '{"type":"ready","seat":"0"}',
         '{"type":"ready","seat":0,"admin":true}',
@@ -146,7 +148,18 @@ def test_6_a_malformed_message_closes_with_4400_and_a_sentence(live: Live, frame
 
 def test_6_huge_numbers_are_only_numbers(live: Live) -> None:
     person = player(live)
-    person.connection.send(Input(0, 2**32 - 1, 2**32 - 1, 2**32 - 1, 1.0, 3.14, 255, 3, 1e308).encode())
+    person.connection.send(
+        make_input(
+            seq=2**32 - 1,
+            ack_tick=2**32 - 1,
+            seen_tick=2**32 - 1,
+            move=1.0,
+            heading=3.14,
+            grabs=255,
+            device=3,
+            client_ms=1e308,
+        ).encode()
+    )
     person.say(type="ready", seat=0)
     person.wait_for("room", phase="playing")
     person.say(type="ready", seat=2**62)

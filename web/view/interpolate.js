@@ -2,6 +2,8 @@
 // The server sends five real poses of the coming 100 ms in one bundle; the play head follows some ms behind the
 // arrival, so that drawing at display rate always lies between two known poses (shared notes: compute ahead).
 
+import { EVENT, POSES_PER_TICK, TICK_MS } from "../messages.js";
+
 /** @typedef {import("../messages.js").Bundle} Bundle */
 /** @typedef {import("../messages.js").FullState} FullState */
 /** @typedef {import("./render.js").Triple} Triple */
@@ -16,11 +18,9 @@
  * @property {readonly boolean[]} delivered
  */
 
-const POSE_MS = 20;
+const POSE_MS = TICK_MS / POSES_PER_TICK;
 const KEEP_MS = 2000; // how much of the past is kept
 export const EXTRAPOLATE_MS = 60; // without data: go on that long with the last velocity, then freeze
-
-const [GRAB, RELEASE, DELIVERED, UNDELIVERED] = [0, 2, 3, 4]; // places in EVENT_CODES of messages.js
 
 /** The poses of one round in order of time. */
 export class Timeline {
@@ -134,7 +134,7 @@ function heldAt(bundle, index, before) {
   if (before === undefined) return bundle.held;
   return bundle.held.map((now, seat) => {
     const change = bundle.events.find(
-      (event) => event.seat === seat && (event.code === GRAB || event.code === RELEASE),
+      (event) => event.seat === seat && (event.code === EVENT.grab || event.code === EVENT.release),
     );
     return change !== undefined && index < change.pose ? before[seat] : now;
   });
@@ -145,7 +145,7 @@ function deliveredAt(bundle, index, before) {
   if (before === undefined) return bundle.delivered;
   return bundle.delivered.map((now, item) => {
     const change = bundle.events.find(
-      (event) => event.item === item && (event.code === DELIVERED || event.code === UNDELIVERED),
+      (event) => event.item === item && (event.code === EVENT.delivered || event.code === EVENT.undelivered),
     );
     return change !== undefined && index < change.pose ? before[item] : now;
   });

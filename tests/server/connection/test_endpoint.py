@@ -50,7 +50,7 @@ def test_a_ping_is_answered_with_the_servers_clock(live: Live) -> None:
     _, blue, _ = two_people(live)
     answers = []
     for sent in (1.5, 2.5):
-        blue.connection.send(Ping(sent).encode())
+        blue.connection.send(Ping(client_ms=sent).encode())
         while not isinstance(frame := blue.hear(), bytes):
             pass
         answers.append(Pong.decode(frame))

@@ -3,8 +3,8 @@
 from movingout.server import messages as m
 from movingout.server.connection.send_queue import CONTROL_LIMIT, WINDOW, Client
 from movingout.server.connection.token_bucket import Bucket
-from movingout.server.frames import Input
 from movingout.server.rooms.input_buffer import MAX_PRESSES, Controls
+from tests.server.support import make_input
 
 
 class Line:
@@ -151,18 +151,18 @@ def test_a_bucket_gives_its_burst_and_then_its_rate() -> None:
 def test_controls_keep_the_newest_stick_and_count_presses() -> None:
     controls = Controls()
     assert controls.latch(0.0).seq == -1
-    assert controls.submit(Input(0, 5, 0, 0, 0.5, 1.0, 2, 1, 0.0), 0.0)
-    assert not controls.submit(Input(0, 5, 0, 0, 1.0, 1.0, 3, 1, 0.0), 0.0)
-    assert not controls.submit(Input(0, 4, 0, 0, 1.0, 1.0, 9, 1, 0.0), 0.0)
+    assert controls.submit(make_input(seq=5, move=0.5, heading=1.0, grabs=2, device=1), 0.0)
+    assert not controls.submit(make_input(seq=5, move=1.0, heading=1.0, grabs=3, device=1), 0.0)
+    assert not controls.submit(make_input(seq=4, move=1.0, heading=1.0, grabs=9, device=1), 0.0)
     latches = [controls.latch(0.04) for _ in range(3)]
     assert [latch.action for latch in latches] == [(0.5, 1.0, 1.0), (0.5, 1.0, 1.0), (0.5, 1.0, 0.0)]
     assert (latches[0].seq, round(latches[0].slack_ms), controls.device) == (5, 40, "gamepad")
-    assert controls.submit(Input(0, 6, 0, 0, 0.5, 1.0, 202, 1, 0.0), 0.1)
+    assert controls.submit(make_input(seq=6, move=0.5, heading=1.0, grabs=202, device=1), 0.1)
     assert sum(controls.latch(0.1).action[2] for _ in range(20)) == MAX_PRESSES
 
 
 def test_released_controls_stand_still_and_forget_presses() -> None:
     controls = Controls()
-    controls.submit(Input(0, 1, 0, 0, 1.0, 1.0, 1, 0, 0.0), 0.0)
+    controls.submit(make_input(move=1.0, heading=1.0, grabs=1), 0.0)
     controls.release()
     assert controls.latch(0.0).action == (0.0, 1.0, 0.0)

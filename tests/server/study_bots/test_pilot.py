@@ -15,12 +15,13 @@ from movingout.server.study_bots.pilot import ScriptedPilot, state_of
 from movingout.server.study_bots.player import Player
 from movingout.world import World
 from tests.server.live import serve
+from tests.server.support import make_bundle
 
 
 def _bundle(world: World) -> Bundle:
     delivered = tuple(world.delivered().tolist())
-    frame = Bundle(0, 1, world.state().tick, 0.0, (0, 0), (0.0, 0.0), (-1, -1), delivered, world.sub_poses()).encode()
-    return Bundle.decode(frame)
+    sent = make_bundle(tick=world.state().tick, delivered=delivered, poses=world.sub_poses())
+    return Bundle.decode(sent.encode())
 
 
 def test_the_state_is_read_from_the_wire_as_finely_as_the_wire_tells_it() -> None:
@@ -37,7 +38,7 @@ def test_the_state_is_read_from_the_wire_as_finely_as_the_wire_tells_it() -> Non
 def test_velocities_do_not_jump_where_the_angle_wraps() -> None:
     poses = np.zeros((5, 3, 3))
     poses[-2, 0, 2], poses[-1, 0, 2] = math.pi - 0.01, -math.pi + 0.01
-    seen = state_of(Bundle(0, 1, 1, 0.0, (0, 0), (0.0, 0.0), (-1, -1), (False,), poses))
+    seen = state_of(make_bundle(delivered=(False,), poses=poses))
     assert seen.robot_velocities[0] == pytest.approx([0.0, 0.0, 1.0])
 
 
