@@ -16,6 +16,7 @@ PROTOCOL = 1
 
 TICK_MS = constants.TICK_MS
 POSES_PER_TICK = constants.POSES_PER_TICK
+LIMIT_TICKS = constants.LIMIT_TICKS
 
 # ---- binary frames: the first byte is the type -------------------------------------------------------------
 

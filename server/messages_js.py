@@ -18,7 +18,7 @@ from movingout.server.frames import Beat, Bundle, BundleEvent, Input, Ping, Pong
 TARGET = Path(__file__).parent.parent / "web" / "messages.js"
 
 NUMBER_NAMES = (
-    "PROTOCOL", "TICK_MS", "POSES_PER_TICK", "BUNDLE", "BEAT", "INPUT", "PING", "PONG", "POSITION_SCALE",
+    "PROTOCOL", "TICK_MS", "POSES_PER_TICK", "LIMIT_TICKS", "BUNDLE", "BEAT", "INPUT", "PING", "PONG", "POSITION_SCALE",
     "ANGLE_SCALE", "AXIS_SCALE", "SLACK_SCALE", "FLAG_NOT_RECORDING", "FLAG_LATE",
 )  # fmt: skip
 CLOSE_NAMES = tuple(name for name in vars(m) if name.startswith("CLOSE_"))

@@ -5,6 +5,7 @@ export const SUBPROTOCOL = "movingout.v1";
 export const PROTOCOL = 1;
 export const TICK_MS = 100;
 export const POSES_PER_TICK = 5;
+export const LIMIT_TICKS = 500;
 export const BUNDLE = 1;
 export const BEAT = 2;
 export const INPUT = 3;

@@ -3,6 +3,8 @@
  * The running server in words for the experimenter. Pure: from GET /api/admin/state to short texts.
  */
 
+import { clockText, secondsOf } from "../core/ticks.js";
+
 /** @typedef {{words: string, tone: "" | "ok" | "attention" | "bad"}} Pill */
 /** @typedef {import("../messages.js").SeatState} Seat */
 /**
@@ -105,8 +107,7 @@ export function grouped(value) {
 
 /** @param {number} ticks */
 function clock(ticks) {
-  const seconds = Math.floor(ticks / 10);
-  return `${Math.floor(seconds / 60)}:${String(seconds % 60).padStart(2, "0")}`;
+  return clockText(Math.floor(secondsOf(ticks)));
 }
 
 /** "2 h 5 min". @param {number} seconds */

@@ -4,7 +4,7 @@
  * letters here too: whoever leads the session stays blind.
  */
 
-import { clockText } from "../play/seat_phrases.js";
+import { clockText, secondsOf } from "../core/ticks.js";
 
 /** @typedef {"" | "ok" | "attention" | "bad"} Tone */
 /** @typedef {{words: string, tone: Tone}} Pill */
@@ -61,7 +61,6 @@ import { clockText } from "../play/seat_phrases.js";
 
 const LATE_MS = 5; // p99 beyond which a person might notice
 const DISK_MB = 1000;
-const TICKS_PER_S = 10;
 
 const KINDS = /** @type {Record<string, string>} */ ({
   consent: "Consent",
@@ -116,8 +115,8 @@ export function timeWords({ tick, limit_ticks, since_s, outcome, phase }) {
   if (outcome) return "";
   if (tick === null || tick === undefined || tick === 0) return clockText(since_s);
   const played = limit_ticks
-    ? `${clockText(tick / TICKS_PER_S)} / ${clockText(limit_ticks / TICKS_PER_S)}`
-    : clockText(tick / TICKS_PER_S);
+    ? `${clockText(secondsOf(tick))} / ${clockText(secondsOf(limit_ticks))}`
+    : clockText(secondsOf(tick));
   return phase === "paused" ? `${played}, paused` : played;
 }
 

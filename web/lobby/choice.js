@@ -3,6 +3,9 @@
  * What can be chosen in the lobby, and the request that a choice becomes. Pure: knows neither page nor network.
  */
 
+import { ticksOf } from "../core/ticks.js";
+import { LIMIT_TICKS } from "../messages.js";
+
 /**
  * @typedef {object} AgentCard what the server says of an agent
  * @property {string} id
@@ -24,17 +27,14 @@
  * @property {number | null} seed Challenge 2, null for the maps as they are
  */
 
-export const TICKS_PER_S = 10;
-
 /** Limits to choose from in ticks, with what people read; 50 s is the paper's (section "Human Study Procedure"). */
-export const LIMITS = /** @type {const} */ ([
-  { ticks: 300, label: "30 s" },
-  { ticks: 500, label: "50 s" },
-  { ticks: 900, label: "90 s" },
-  { ticks: 1800, label: "3 min" },
-  { ticks: 3000, label: "5 min" },
-]);
-export const DEFAULT_LIMIT = 500;
+export const LIMITS = [
+  { ticks: ticksOf(30), label: "30 s" },
+  { ticks: LIMIT_TICKS, label: "50 s" },
+  { ticks: ticksOf(90), label: "90 s" },
+  { ticks: ticksOf(180), label: "3 min" },
+  { ticks: ticksOf(300), label: "5 min" },
+];
 export const SEED_MAX = 999_999_999;
 
 /** Modes in the paper's order with what each asks of two players. */

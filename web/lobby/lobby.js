@@ -7,7 +7,8 @@
 import { ApiError, requestJson } from "../core/api.js";
 import { controlsCard } from "./controls.js";
 import { badge, byId, el, notice } from "../core/dom.js";
-import { DEFAULT_LIMIT, LIMITS, MODES, SEED_MAX, defaultPartner, isOpen, parseSeed } from "./choice.js";
+import { LIMIT_TICKS } from "../messages.js";
+import { LIMITS, MODES, SEED_MAX, defaultPartner, isOpen, parseSeed } from "./choice.js";
 import { roomRequest, seatOptions, seatsNote } from "./choice.js";
 import { mapPicture } from "../view/render.js";
 import { saveTokens } from "../wire/seat_tokens.js";
@@ -167,7 +168,7 @@ function remembered() {
   const first = {
     map: maps[0].name,
     seats: /** @type {[string, string]} */ (["here", partner]),
-    limitTicks: DEFAULT_LIMIT,
+    limitTicks: LIMIT_TICKS,
     seed: null,
   };
   try {

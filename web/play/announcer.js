@@ -1,6 +1,7 @@
 // The polite live region: at most one sentence a second, the newest wins. The clock is never read out each second.
 
 import { byId } from "../core/dom.js";
+import { ticksOf } from "../core/ticks.js";
 import { TEXT } from "../text/text.js";
 
 /** @typedef {import("./game.js").Game} Game */
@@ -25,7 +26,7 @@ export class Announcer {
     if (phase === "playing" && before.phase !== "playing") this.#next = TEXT.announce.start;
     if (phase === "paused" && before.phase !== "paused") this.#next = TEXT.announce.paused(game.room?.reason ?? "");
     if (passed(limit / 2)) this.#next = TEXT.announce.halfTime;
-    if (passed(limit - 100)) this.#next = TEXT.announce.tenSeconds;
+    if (passed(limit - ticksOf(10))) this.#next = TEXT.announce.tenSeconds;
     if (scene.stalled && !before.stalled) this.#next = TEXT.announce.stalled;
     if (delivered !== before.delivered) this.#next = TEXT.announce.delivered(delivered, scene.view.delivered.length);
     if (this.#next !== "" && nowMs - this.#saidAtMs >= QUIET_MS) this.#say(nowMs);

@@ -1,9 +1,10 @@
 // The words and bars beside the arena. Writes to the page only what changed; knows no socket and no device.
 
 import { badge, byId, el } from "../core/dom.js";
+import { clockText, secondsOf } from "../core/ticks.js";
 import { buttonName, keyName, moveName } from "../input/mapping.js";
 import { TEXT } from "../text/text.js";
-import { clockText, connectionWords, playingWords, seatName, taskSentence, waitingWords } from "./seat_phrases.js";
+import { connectionWords, playingWords, seatName, taskSentence, waitingWords } from "./seat_phrases.js";
 
 /** @typedef {import("./game.js").Game} Game */
 /** @typedef {import("./game.js").Scene} Scene */
@@ -11,7 +12,6 @@ import { clockText, connectionWords, playingWords, seatName, taskSentence, waiti
 /** @typedef {import("../input/seats.js").SeatCard} SeatCard */
 /** @typedef {import("../wire/connection.js").Status} Status */
 
-const TICKS_PER_S = 10;
 const PROBLEM_MS = 6000;
 
 export class Hud {
@@ -98,7 +98,7 @@ export class Hud {
     const limited = round.limit_ticks > 0;
     const ticks = limited ? round.limit_ticks - scene.tick : scene.tick;
     this.#text(timeLabel, limited ? TEXT.timeLeft : TEXT.time);
-    this.#text(time, clockText(ticks / TICKS_PER_S));
+    this.#text(time, clockText(secondsOf(ticks)));
     timeBar.hidden = !limited;
     this.#width(timeBar, limited ? ticks / round.limit_ticks : 0);
     const items = round.map.items.length;

@@ -4,7 +4,7 @@
  * Metrics"): TCR and NFD are shares of 0 to 1, WT is in seconds, AC in 0 to 1 or -1 when nobody carried together.
  */
 
-import { TICKS_PER_S } from "../lobby/choice.js";
+import { secondsOf } from "../core/ticks.js";
 
 /**
  * @typedef {object} Result the server's `result` message
@@ -32,7 +32,7 @@ export function headline({ outcome }) {
 
 /** @param {number} ticks */
 export function duration(ticks) {
-  const seconds = ticks / TICKS_PER_S;
+  const seconds = secondsOf(ticks);
   if (seconds < 60) return `${seconds.toFixed(1)} s`;
   const whole = Math.round(seconds);
   return `${Math.floor(whole / 60)} min ${whole % 60} s`;

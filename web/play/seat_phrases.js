@@ -47,12 +47,6 @@ export function taskSentence(map) {
   return map.goals.length > 1 ? TEXT.task.goals(sentence) : sentence;
 }
 
-/** Minutes and seconds: 31 -> "0:31". @param {number} seconds */
-export function clockText(seconds) {
-  const whole = Math.max(0, Math.ceil(seconds));
-  return `${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, "0")}`;
-}
-
 /**
  * The connection as a word and a colour.
  * @param {import("../wire/connection.js").Status} status @param {boolean} stalled @param {number} rttMs -1 unknown

@@ -1,10 +1,11 @@
 // @ts-check
 /*
- * A finished episode as the replay shows it: poses every 20 ms, and what was held and delivered after each tick.
+ * A finished episode as the replay shows it: the poses between ticks, and what was held and delivered after each tick.
  * Pure. Data: GET /api/recordings/{id} and …/poses (int16 x, y, angle per body, the wire's scales).
  */
 
-import { ANGLE_SCALE, POSITION_SCALE } from "../messages.js";
+import { POSE_MS } from "../core/ticks.js";
+import { ANGLE_SCALE, POSES_PER_TICK, POSITION_SCALE, TICK_MS } from "../messages.js";
 
 /** @typedef {import("../view/render.js").GameMap} GameMap */
 /** @typedef {import("../view/render.js").View} View */
@@ -30,8 +31,6 @@ import { ANGLE_SCALE, POSITION_SCALE } from "../messages.js";
  * @property {import("./metric_curves.js").Curves} curves
  */
 
-export const POSE_MS = 20;
-export const TICK_MS = 100;
 const VALUES_PER_BODY = 3;
 
 export class ReplayError extends Error {}
@@ -50,7 +49,7 @@ export class Replay {
     this.#bodies = 2 + summary.map.items.length;
     this.#poses = new DataView(poses);
     this.frames = poses.byteLength / (2 * VALUES_PER_BODY * this.#bodies);
-    const expected = 1 + (TICK_MS / POSE_MS) * summary.ticks;
+    const expected = 1 + POSES_PER_TICK * summary.ticks;
     if (this.frames !== expected)
       throw new ReplayError(`This recording has ${this.frames} pictures where ${expected} belong.`);
   }

@@ -3,6 +3,8 @@
  * What happened in an episode, in words. Pure.
  */
 
+import { clockText, secondsOf, ticksOf } from "../core/ticks.js";
+
 /** @typedef {import("./data.js").ReplayEvent} ReplayEvent */
 /** @typedef {import("../view/render.js").GameMap} GameMap */
 
@@ -36,7 +38,7 @@ function isTold({ kind }) {
 
 /** Troubles that come many in a row: told once, with how often. */
 const REPEATED = new Set(["collision", "grab_failed", "deadline_missed", "agent_error", "tick_skipped"]);
-const SAME_TROUBLE_TICKS = 20;
+const SAME_TROUBLE_TICKS = ticksOf(2);
 
 /** @typedef {ReplayEvent & {times: number, last: number}} ToldEvent `last`: tick of the last of them */
 
@@ -72,8 +74,8 @@ export function eventTone({ kind, seat }) {
   return "attention";
 }
 
-/** "0:12.3". @param {number} tick of 100 ms */
+/** The time of a tick to a tenth of a second: "0:12.3". @param {number} tick */
 export function tickTime(tick) {
-  const seconds = Math.floor(tick / 10);
-  return `${Math.floor(seconds / 60)}:${String(seconds % 60).padStart(2, "0")}.${tick % 10}`;
+  const tenths = Math.floor(10 * secondsOf(tick));
+  return `${clockText(Math.floor(tenths / 10))}.${tenths % 10}`;
 }

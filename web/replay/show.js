@@ -6,7 +6,8 @@
 
 import { ApiError } from "../core/api.js";
 import { byId, el, notice } from "../core/dom.js";
-import { TICK_MS, tickAt } from "./data.js";
+import { TICK_MS } from "../messages.js";
+import { tickAt } from "./data.js";
 import { drawThoughts, drawTrails, ranking, thoughtsAt } from "./overlay.js";
 import { TEXT } from "../text/text.js";
 

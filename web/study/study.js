@@ -31,7 +31,7 @@ import { currentLanguage, say, sayError, useLanguage } from "../text/catalogue.j
 
 const POLL_MS = 10_000;
 const POLL_PLAYING_MS = 2000; // somebody is just coming back from the game
-const TICK_MS = 1000;
+const CLOCK_MS = 1000;
 
 const SCREENS = /** @type {Record<string, (context: Context) => Screen>} */ ({
   consent: consentScreen,
@@ -69,7 +69,7 @@ class StudyPage {
 
   async start() {
     this.#frame.setTexts(this.study);
-    setInterval(() => this.#tick(), TICK_MS);
+    setInterval(() => this.#tick(), CLOCK_MS);
     addEventListener("pageshow", (event) => event.persisted && location.reload()); // back from the game: all is old
     const parameters = recruitmentParameters(location.search);
     if (Object.keys(parameters).length > 0) return this.#arriveByLink(parameters);

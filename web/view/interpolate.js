@@ -1,8 +1,9 @@
 // Poses on the server's time line, and the play head that moves along it. Pure: time comes in as an argument.
-// The server sends five real poses of the coming 100 ms in one bundle; the play head follows some ms behind the
-// arrival, so that drawing at display rate always lies between two known poses (shared notes: compute ahead).
+// The server sends the real poses of the coming tick in one bundle; the play head follows some milliseconds behind the
+// arrival, so that what is drawn at display rate always lies between two known poses.
 
-import { EVENT, POSES_PER_TICK, TICK_MS } from "../messages.js";
+import { POSE_MS } from "../core/ticks.js";
+import { EVENT } from "../messages.js";
 
 /** @typedef {import("../messages.js").Bundle} Bundle */
 /** @typedef {import("../messages.js").FullState} FullState */
@@ -18,7 +19,6 @@ import { EVENT, POSES_PER_TICK, TICK_MS } from "../messages.js";
  * @property {readonly boolean[]} delivered
  */
 
-const POSE_MS = TICK_MS / POSES_PER_TICK;
 const KEEP_MS = 2000; // how much of the past is kept
 export const EXTRAPOLATE_MS = 60; // without data: go on that long with the last velocity, then freeze
 

@@ -3,14 +3,7 @@ import { test } from "node:test";
 
 import { contrast, readable } from "../../core/colours.js";
 import { outline, radiusOf } from "../../shapes.js";
-import {
-  clockText,
-  connectionWords,
-  playingWords,
-  seatName,
-  taskSentence,
-  waitingWords,
-} from "../../play/seat_phrases.js";
+import { connectionWords, playingWords, seatName, taskSentence, waitingWords } from "../../play/seat_phrases.js";
 
 /** @param {Partial<import("../../messages.js").SeatState>} [more] @returns {import("../../messages.js").SeatState} */
 const seat = (more) => ({
@@ -77,11 +70,6 @@ test("the task names only what this map asks for", () => {
   assert.equal(taskSentence(map(item("star", "small"))), "Carry everything into the green area.");
   assert.match(taskSentence(map(item("star", "small"), item("star", "large"))), /marked 2 need both/);
   assert.match(taskSentence(map(item("star", "middle"))), /1–2 are faster/);
-});
-
-test("time is minutes and seconds, rounded up", () => {
-  assert.deepEqual([50, 30.1, 9.9, 0, -1].map(clockText), ["0:50", "0:31", "0:10", "0:00", "0:00"]);
-  assert.equal(clockText(125), "2:05");
 });
 
 test("the connection is a word and a colour", () => {
