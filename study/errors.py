@@ -1,21 +1,13 @@
 """What can be wrong with a study: its file, or the place where its data lie."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 from movingout.maps.errors import MovingOutError
+from movingout.maps.yaml_document import Fault
 
 
 class StudyError(MovingOutError):
     """A study cannot do what was asked."""
-
-
-class Fault(NamedTuple):
-    """Something wrong in a study file: the line from 1, the path of the field, and what would be right."""
-
-    line: int
-    path: str
-    message: str
 
 
 class StudyFileError(StudyError):

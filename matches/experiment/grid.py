@@ -16,8 +16,8 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator, model_valida
 from movingout.agents.scripted.populations import POPULATIONS
 from movingout.maps import load_map, map_names
 from movingout.maps.errors import MapError
+from movingout.matches.experiment.grid_file import read_grid_file
 from movingout.matches.experiment.paper_reference import paper_tables
-from movingout.matches.experiment.yaml_file import read_yaml
 from movingout.matches.match import Challenge
 from movingout.world.constants import LIMIT_TICKS, MAX_TICKS
 
@@ -162,7 +162,7 @@ class Grid(_Strict):
 
 def read_grid(path: Path) -> Grid:
     """Read and check a grid file. Raises MatchError with the line and the path of each fault."""
-    return read_yaml(path, Grid)
+    return read_grid_file(path, Grid)
 
 
 def _refuse_doubles(values: list[Any], what: str) -> None:

@@ -8,11 +8,10 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
+from movingout.maps.yaml_document import Fault, FieldPath, YamlDocument, YamlError, path_text
 from movingout.study.design.definition import Study
 from movingout.study.design.instruments import instrument_names
-from movingout.study.design.yaml_document import Document, words
-from movingout.study.design.yaml_document import Path as FieldPath
-from movingout.study.errors import Fault, StudyError, StudyFileError
+from movingout.study.errors import StudyError, StudyFileError
 
 FILE_KEY = "file"
 
@@ -24,16 +23,21 @@ def read_study(path: Path) -> Study:
 
 def parse_study(text: str, name: str = "study.yaml", folder: Path | None = None) -> Study:
     """The study of a text; texts given as {file: NAME} are read from `folder` where there is one."""
-    document = Document(text, name)
-    if not isinstance(document.value, dict):
-        raise document.error(1, (), "a study is a mapping of fields; `movingout study new` writes one")
-    value = _with_files(document, document.value, (), folder)
     try:
-        study = Study.model_validate(value)
+        document = YamlDocument(text)
+    except YamlError as error:
+        raise StudyFileError(name, [error.fault]) from None
+    if not isinstance(document.value, dict):
+        problem = "a study is a mapping of fields; `movingout study new` writes one"
+        raise StudyFileError(name, [Fault(1, path_text(()), problem)])
+    try:
+        study = Study.model_validate(_with_files(document, document.value, (), folder))
+    except YamlError as error:
+        raise StudyFileError(name, [error.fault]) from None
     except ValidationError as error:
         faults = [_fault(document, one) for one in error.errors(include_url=False) if not _follows(one)]
         raise StudyFileError(name, sorted(set(faults))) from None
-    found = [Fault(document.line(path), words(path), message) for path, message in _inconsistencies(study)]
+    found = [Fault(document.line(path), path_text(path), message) for path, message in _inconsistencies(study)]
     if found:
         raise StudyFileError(name, sorted(found))
     return study
@@ -48,7 +52,7 @@ def _text(path: Path) -> str:
         raise StudyError(f"cannot read {path}: {error.strerror or error}") from None
 
 
-def _with_files(document: Document, value: Any, path: FieldPath, folder: Path | None) -> Any:
+def _with_files(document: YamlDocument, value: Any, path: FieldPath, folder: Path | None) -> Any:
     """The values with each {file: NAME} replaced by what the file beside the study says."""
     if isinstance(value, list):
         return [_with_files(document, entry, (*path, index), folder) for index, entry in enumerate(value)]
@@ -58,11 +62,11 @@ def _with_files(document: Document, value: Any, path: FieldPath, folder: Path | 
         return {key: _with_files(document, entry, (*path, key), folder) for key, entry in value.items()}
     file = Path(str(value[FILE_KEY]))
     if file.is_absolute() or ".." in file.parts:
-        raise document.error(document.line(path), path, "a file of a study lies beside it: a relative name without ..")
+        raise document.error(path, "a file of a study lies beside it: a relative name without ..")
     try:
         return (folder / file).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise document.error(document.line(path), path, f"cannot read {file}: {error}") from None
+        raise document.error(path, f"cannot read {file}: {error}") from None
 
 
 # ---- faults of single fields ------------------------------------------------------------------------------------
@@ -73,8 +77,8 @@ def _follows(error: Any) -> bool:
     return bool(error["type"] == "too_short" and len(error["input"]) >= error["ctx"]["min_length"])
 
 
-def _fault(document: Document, error: Any) -> Fault:
-    path: FieldPath = tuple(part for part in error["loc"] if part not in ("literal['unique']", "[key]"))
+def _fault(document: YamlDocument, error: Any) -> Fault:
+    path = document.path_of(error["loc"], missing=error["type"] == "missing")
     message = error["msg"].removeprefix("Value error, ")
     if error["type"] == "extra_forbidden":
         message = _unknown_field(path)
@@ -82,7 +86,7 @@ def _fault(document: Document, error: Any) -> Fault:
         message = "this field is missing"
     elif not isinstance(error["input"], dict | list):
         message = f"{message}, not {error['input']!r}" if "not " not in message else message
-    return Fault(document.line(path), words(path), message[:1].lower() + message[1:])
+    return Fault(document.line(path), path_text(path), message[:1].lower() + message[1:])
 
 
 def _unknown_field(path: FieldPath) -> str:

@@ -1,0 +1,121 @@
+"""A YAML text as plain values, with the line on which each of them stands: what studies and grids are read with."""
+
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
+
+import yaml
+
+from movingout.maps.errors import MovingOutError
+
+FieldPath = tuple[str | int, ...]
+MAX_BYTES = 1 << 20
+_MOST_NODES = 20_000  # aliases can blow a small file up
+
+
+class Fault(NamedTuple):
+    """Something wrong in a file: the line from 1, the path of the field, and what would be right."""
+
+    line: int
+    path: str
+    message: str
+
+
+class YamlError(MovingOutError):
+    """A text is not YAML, or holds something that no file of ours may hold."""
+
+    def __init__(self, fault: Fault) -> None:
+        self.fault = fault
+        super().__init__(f"line {fault.line}: {fault.path}: {fault.message}")
+
+
+class YamlDocument:
+    """The values of a YAML text: mappings with names as keys, lists and scalars. Raises YamlError."""
+
+    def __init__(self, text: str, *, aliases: bool = True) -> None:
+        self._lines: dict[FieldPath, int] = {(): 1}
+        self._loader = yaml.SafeLoader(_readable(text))
+        try:
+            if not aliases:
+                _refuse_aliases(text)
+            root = self._loader.get_single_node()
+            self.value = self._value(root, (), ()) if root else None
+        except yaml.MarkedYAMLError as error:
+            mark = error.problem_mark or error.context_mark
+            problem = " ".join(part for part in (error.context, error.problem) if part)
+            raise _error((mark.line if mark else 0) + 1, (), f"this is not YAML: {problem}") from None
+        except RecursionError:
+            raise _error(1, (), "lists or mappings are nested too deeply") from None
+        finally:
+            self._loader.dispose()
+
+    def line(self, path: FieldPath) -> int:
+        """The line of a field; of the nearest one around it where the field itself is missing."""
+        while path not in self._lines:
+            path = path[:-1]
+        return self._lines[path]
+
+    def path_of(self, location: Sequence[str | int], *, missing: bool) -> FieldPath:
+        """The path of a pydantic location without the names that it adds for unions; `missing`: of an absent field."""
+        path: FieldPath = ()
+        for step in location:
+            if (*path, step) in self._lines:
+                path = (*path, step)
+        return (*path, location[-1]) if missing else path
+
+    def error(self, path: FieldPath, message: str) -> YamlError:
+        """An error about a field, with its line."""
+        return _error(self.line(path), path, message)
+
+    def _value(self, node: yaml.Node, path: FieldPath, around: tuple[int, ...]) -> Any:
+        if id(node) in around or len(self._lines) > _MOST_NODES:
+            raise _error(node.start_mark.line + 1, path, "an alias (*) contains itself, or there are too many")
+        self._lines.setdefault(path, node.start_mark.line + 1)
+        if isinstance(node, yaml.MappingNode):
+            return dict(self._entries(node, path, (*around, id(node))))
+        if isinstance(node, yaml.SequenceNode):
+            inner = (*around, id(node))
+            return [self._value(entry, (*path, index), inner) for index, entry in enumerate(node.value)]
+        try:
+            return self._loader.construct_object(node, deep=True)
+        except ValueError as error:  # a date such as 2026-13-45
+            raise _error(node.start_mark.line + 1, path, f"{node.value!r} is no value: {error}") from None
+
+    def _entries(self, node: yaml.MappingNode, path: FieldPath, around: tuple[int, ...]) -> Iterator[tuple[str, Any]]:
+        seen: set[str] = set()
+        for key, value in node.value:
+            line = key.start_mark.line + 1
+            name = key.value if isinstance(key, yaml.ScalarNode) else ""
+            if not name:
+                raise _error(line, path, "the name of a field is a word")
+            if name in seen:
+                raise _error(line, (*path, name), f"{name!r} stands here twice; remove one")
+            seen.add(name)
+            self._lines[(*path, name)] = line
+            yield name, self._value(value, (*path, name), around)
+
+
+def path_text(path: FieldPath) -> str:
+    """A path as people write it: blocks[0].maps."""
+    text = ""
+    for part in path:
+        text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else part
+    return text or "the file"
+
+
+def _error(line: int, path: FieldPath, message: str) -> YamlError:
+    return YamlError(Fault(line, path_text(path), message))
+
+
+def _refuse_aliases(text: str) -> None:
+    for token in yaml.scan(text):
+        if isinstance(token, yaml.AliasToken):
+            raise _error(token.start_mark.line + 1, (), f"no aliases (*{token.value}); write it out")
+
+
+def _readable(text: str) -> str:
+    if len(text.encode()) > MAX_BYTES:
+        raise _error(1, (), "it has more than 1 MiB; what belongs here is a page or two")
+    for number, line in enumerate(text.splitlines(), 1):
+        if not all(letter.isprintable() or letter in "\t\ufeff" for letter in line):
+            raise _error(number, (), "holds a control character; save it as UTF-8 text")
+    return text

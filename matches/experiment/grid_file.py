@@ -1,0 +1,42 @@
+"""A YAML file checked against a pydantic model; each fault is named with its line and its path."""
+
+from pathlib import Path
+from typing import TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from movingout.maps.yaml_document import YamlDocument, YamlError, path_text
+from movingout.matches.errors import MatchError
+
+MOST_FAULTS = 5  # in one message
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+def read_grid_file(path: Path, model: type[Model]) -> Model:
+    """The file as a model. Raises MatchError: unreadable, not YAML, or not what the model asks for."""
+    try:
+        document = YamlDocument(path.read_text(encoding="utf-8"), aliases=False)
+    except OSError as error:
+        raise MatchError(f"cannot read {path}: {error.strerror or error}") from error
+    except UnicodeDecodeError as error:
+        raise MatchError(f"{path} is not UTF-8 text: {error}") from error
+    except YamlError as error:
+        raise MatchError(f"{path}: {error}") from error
+    if not isinstance(document.value, dict):
+        raise MatchError(f"{path}: the file should have lines like 'name: ...', see docs/matches.md")
+    try:
+        return model.model_validate(document.value)
+    except ValidationError as error:
+        raise MatchError(f"{path}: {'; '.join(_faults(error, document))}") from error
+
+
+def _faults(error: ValidationError, document: YamlDocument) -> list[str]:
+    """One phrase per fault; of a union only the alternative that matched the most of the path."""
+    deepest: dict[int, tuple[int, str]] = {}
+    for fault in error.errors():
+        path = document.path_of(fault["loc"], missing=fault["type"] == "missing")
+        line, message = document.line(path), fault["msg"].removeprefix("Value error, ")
+        if line not in deepest or len(path) > deepest[line][0]:
+            deepest[line] = len(path), f"line {line}: {path_text(path)}: {message}"
+    return [text for _, (_, text) in sorted(deepest.items())][:MOST_FAULTS]

@@ -1,0 +1,50 @@
+"""YAML texts as values with lines."""
+
+import pytest
+
+from movingout.maps.yaml_document import YamlDocument, YamlError, path_text
+
+TEXT = "name: x\nblocks:\n  - maps: [a, b]\n    rounds: 3\n"
+
+
+def test_every_value_has_its_line() -> None:
+    document = YamlDocument(TEXT)
+    assert document.value == {"name": "x", "blocks": [{"maps": ["a", "b"], "rounds": 3}]}
+    assert [document.line(path) for path in ((), ("name",), ("blocks", 0), ("blocks", 0, "rounds"))] == [1, 1, 3, 4]
+
+
+def test_a_field_that_is_missing_has_the_line_of_what_it_belongs_to() -> None:
+    document = YamlDocument(TEXT)
+    path = document.path_of(("blocks", 0, "seats"), missing=True)
+    assert (path_text(path), document.line(path)) == ("blocks[0].seats", 3)
+
+
+def test_names_that_pydantic_adds_for_unions_are_not_part_of_a_path() -> None:
+    location = ("blocks", "function-after[check(), tuple]", 0, "maps", "literal['all']")
+    assert YamlDocument(TEXT).path_of(location, missing=False) == ("blocks", 0, "maps")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("a: [1\n", "line 2: the file: this is not YAML"),
+        ("a: 1\nb: {c: 1, c: 2}\n", "line 2: b.c: 'c' stands here twice; remove one"),
+        ("a: 1\nb: \x07\n", "line 2: the file: holds a control character"),
+        ("a: 2026-13-45\n", "line 1: a: '2026-13-45' is no value"),
+        ("a: &a [*a]\n", "line 1: a[0]: an alias (*) contains itself"),
+        ("? [1]\n: 2\n", "line 1: the file: the name of a field is a word"),
+        ("a: " + "[" * 2000 + "]" * 2000, "line 1: the file: lists or mappings are nested too deeply"),
+        ("a: " + "x" * (1 << 20), "line 1: the file: it has more than 1 MiB"),
+    ],
+)
+def test_what_cannot_be_read_is_named_with_line_and_path(text: str, message: str) -> None:
+    with pytest.raises(YamlError) as caught:
+        YamlDocument(text)
+    assert str(caught.value).startswith(message)
+
+
+def test_aliases_can_be_refused() -> None:
+    text = "a: &a [1]\nb: *a\n"
+    assert YamlDocument(text).value == {"a": [1], "b": [1]}
+    with pytest.raises(YamlError, match=r"line 2: .*no aliases \(\*a\); write it out"):
+        YamlDocument(text, aliases=False)
