@@ -20,11 +20,13 @@ from movingout.agents.checkpoint.checkpoint import (
     MODEL_ROOTS,
     Card,
     checkpoint_folders,
+    damage,
     find_checkpoint,
     folder_name,
     readable_checkpoints,
 )
-from movingout.agents.errors import AgentError
+from movingout.agents.errors import AgentError, CheckpointError
+from movingout.agents.kinds.registry import KINDS, kind_of
 from movingout.maps import MovingOutError, map_names
 
 OptionValue = int | float | bool | str
@@ -93,7 +95,19 @@ def agent_cards() -> list[AgentCard]:
 
 def trained_cards() -> list[AgentCard]:
     """The agents with a checkpoint; a damaged one is left out here and complained of by `agent_card`."""
-    return [_trained_card(checkpoint.card) for checkpoint in readable_checkpoints(*MODEL_ROOTS)]
+    readable = readable_checkpoints(*MODEL_ROOTS)
+    return [_trained_card(checkpoint.card) for checkpoint in readable if checkpoint.card.kind in KINDS]
+
+
+def damaged_cards() -> list[str]:
+    """What is wrong with each checkpoint that `trained_cards` leaves out, in a sentence."""
+    sentences = damage(*MODEL_ROOTS)
+    for checkpoint in readable_checkpoints(*MODEL_ROOTS):
+        try:
+            kind_of(checkpoint.card)
+        except CheckpointError as error:
+            sentences.append(str(error))
+    return sentences
 
 
 def _trained_card(card: Card) -> AgentCard:
@@ -186,7 +200,8 @@ def _parse(agent_id: str) -> tuple[str, dict[str, OptionValue]]:
 def _factory(reference: str) -> Callable[..., object]:
     """What makes the agent: a trained one (`dp@all`), one of the catalogue, or the user's own."""
     if "@" in reference:
-        return partial(_resolve("movingout.agents.inference.policy_agent:trained_agent"), reference)
+        checkpoint = find_checkpoint(reference, *MODEL_ROOTS)
+        return partial(kind_of(checkpoint.card).load, checkpoint)
     if reference == GHOST:
         return _resolve("movingout.agents.baseline.replay_agent:GhostAgent")
     entry = _CATALOGUE.get(reference)

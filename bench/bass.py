@@ -30,11 +30,11 @@ from movingout.agents.bass.agent import BassAgent, OracleBassAgent, acting, engi
 from movingout.agents.bass.selection import choose
 from movingout.agents.bass.state_vector import HELD_START, ITEMS_START, ROBOT_WIDTH, held_of, moving
 from movingout.agents.catalogue import load_agent
-from movingout.agents.data.dagger import SUFFIX, load_correction
+from movingout.agents.data.corrections import SUFFIX, load_correction
 from movingout.agents.data.dataset import Trajectory, read_trajectories, recording_files
 from movingout.agents.data.demonstrations import jobs, make_all
-from movingout.agents.hold import toggles
-from movingout.agents.inference.policy_agent import Singles
+from movingout.agents.grasp_encoding import toggles
+from movingout.agents.inference.network import Singles
 from movingout.agents.observation.features import feature_encoder
 from movingout.agents.scripted.populations import population
 from movingout.maps import load_map, map_names
@@ -150,7 +150,7 @@ def _samples(agent: BassAgent, walk: Trajectory, state: WorldState, seat: int, c
     seen = feature_encoder(walk.map, agent.spec.layout).encode(state, seat).astype(np.float32)
     noise = agent.network.noise(count, agent.random)
     chunks = agent.network.run(np.tile(seen, (count, agent.spec.obs_horizon, 1)), noise)
-    return chunks if agent.spec.noise_rows else spread(chunks, noise)
+    return chunks if agent.network.noise_rows else spread(chunks, noise)
 
 
 def _state(walk: Trajectory, tick: int) -> WorldState:

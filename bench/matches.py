@@ -13,7 +13,8 @@ from bench import print_table
 from movingout.agents.base import Agent
 from movingout.agents.catalogue import load_agent
 from movingout.agents.checkpoint.policy_spec import PolicySpec
-from movingout.agents.inference.policy_agent import PolicyAgent, PolicyNetwork
+from movingout.agents.inference.network import PolicyNetwork
+from movingout.agents.inference.policy_agent import PolicyAgent
 from movingout.maps import load_map
 from movingout.matches.execution.lockstep import COMPANY, Lockstep
 from movingout.matches.match import Match
@@ -76,8 +77,8 @@ def lockstep_seconds(lockstep: Lockstep, matches: Sequence[Match]) -> float:
 
 def random_network() -> PolicyNetwork:
     """A policy of the usual size that has learned nothing."""
+    from movingout.agents.kinds.policy import build_policy
     from movingout.agents.policies.export import export_policy
-    from movingout.agents.policies.policy import build_policy
 
     spec = PolicySpec.model_validate(SPEC)
     return PolicyNetwork(spec, export_policy(build_policy(spec)))

@@ -18,7 +18,7 @@ import torch
 
 from bench import print_table
 from bench.world import driving
-from movingout.agents.data.dagger import SUFFIX, load_correction
+from movingout.agents.data.corrections import SUFFIX, load_correction
 from movingout.agents.data.dataset import (
     Trajectory,
     Windows,
@@ -27,9 +27,10 @@ from movingout.agents.data.dataset import (
     trajectory_pieces,
     windows_of,
 )
+from movingout.agents.kinds.registry import KINDS
 from movingout.agents.observation.features import feature_encoder
-from movingout.agents.observing import start_state
-from movingout.agents.training.config import PolicyConfig, policy_preset
+from movingout.agents.observation.seat_observation import start_state
+from movingout.agents.policies.config import PolicyConfig
 from movingout.maps import load_map, map_names
 from movingout.maps.errors import MovingOutError
 from movingout.world import World
@@ -101,7 +102,7 @@ def recorded(places: Sequence[Path]) -> list[Trajectory]:
 
 
 def _row(walks: Sequence[Trajectory], kind: str, preset: str) -> list[str]:
-    config = policy_preset(kind, preset)
+    config = KINDS[kind].presets[preset]
     windows, encoding = encoded(walks, config)
     horizons = f"{config.obs_horizon} x {config.horizon}"
     rate = drawn(windows, config, BATCHES)

@@ -2,7 +2,7 @@
 
 from movingout.agents.base import EpisodeInfo
 from movingout.agents.catalogue import load_agent
-from movingout.agents.observing import observe
+from movingout.agents.observation.seat_observation import observe
 from movingout.world.env import MovingOutEnv
 
 

@@ -1,7 +1,6 @@
 """BASS at play: candidates for oneself and guesses of the partner, simulated together, the best one played."""
 
 from collections.abc import Hashable, Sequence
-from functools import lru_cache
 
 import numpy as np
 
@@ -13,7 +12,8 @@ from movingout.agents.bass.value import Value
 from movingout.agents.checkpoint.checkpoint import Checkpoint, SelectionSpec
 from movingout.agents.checkpoint.policy_spec import PolicySpec
 from movingout.agents.errors import AgentError, CheckpointError
-from movingout.agents.inference.policy_agent import Network, PolicyAgent, PolicyNetwork, Singles, View, encoded
+from movingout.agents.inference.network import Network, PolicyNetwork, Singles, shared_network, shared_policy_network
+from movingout.agents.inference.policy_agent import PolicyAgent, View, encoded
 from movingout.world import World
 from movingout.world.physics import Snapshot
 from movingout.world.state import Floats, WorldState
@@ -168,7 +168,7 @@ def _candidates(agents: Sequence[BassAgent], histories: Singles) -> list[tuple[S
     parts = [
         (mine[: agent.selection.own], mine[agent.selection.own :]) for agent, mine in zip(agents, each, strict=True)
     ]
-    if agents[0].spec.noise_rows:
+    if agents[0].network.noise_rows:
         return parts
     return [
         (spread(mine, noise), spread(theirs, guessed))
@@ -247,12 +247,6 @@ def _engine_rollout(moment: Snapshot, chunk: Floats, levels: bool) -> Floats:
     return np.array(rows)
 
 
-@lru_cache(maxsize=8)
-def _shared_network(data: bytes) -> Network:
-    """One simulator, and one value network, for all agents of a process that have it."""
-    return Network(data)
-
-
 SAMPLINGS = {
     "4": {"own": 4, "partner": 4, "combine": "independent"},
     "2x2": {"own": 2, "partner": 2, "combine": "product"},
@@ -262,8 +256,8 @@ SAMPLINGS = {
 
 
 def bass_agent(
-    checkpoint: Checkpoint, network: PolicyNetwork, execute: int = 0, simulator: str = "learned",
-    partner: str = "policy", sampling: str = "", score: str = "",
+    checkpoint: Checkpoint, execute: int = 0, simulator: str = "learned", partner: str = "policy",
+    sampling: str = "", score: str = "",
 ) -> BassAgent:  # fmt: skip
     """The agent of a checkpoint of kind bass.
 
@@ -292,6 +286,7 @@ def bass_agent(
         raise AgentError(f"{card.id} has no value network; train it with --score value, or use score=nfd")
     changes = {**SAMPLINGS.get(sampling, {}), **({"score": score} if score else {})}
     selection = card.selection.model_copy(update=changes)
-    dynamics = _shared_network(checkpoint.read("dynamics.onnx"))
-    value = Value(card.value, _shared_network(checkpoint.read("value.onnx"))) if card.value else None
+    network = shared_policy_network(card.policy, checkpoint.read("policy.onnx"))
+    dynamics = shared_network(checkpoint.read("dynamics.onnx"))
+    value = Value(card.value, shared_network(checkpoint.read("value.onnx"))) if card.value else None
     return variants[simulator, partner](card.policy, network, dynamics, selection, execute, value)

@@ -16,7 +16,7 @@ import numpy as np
 
 from movingout.agents.bass.restored_world import restage
 from movingout.agents.data.dataset import Indices, Singles, Trajectory
-from movingout.agents.hold import toggles
+from movingout.agents.grasp_encoding import toggles
 from movingout.maps import MapSpec
 from movingout.maps.spec import ARENA_HALF
 from movingout.recordings.progress import track

@@ -18,7 +18,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from movingout.agents.observing import start_state
+from movingout.agents.observation.seat_observation import start_state
 from movingout.maps import MapSpec
 from movingout.maps.spec import SHAPES, SIZES
 from movingout.world.observation import ITEM_SLOTS, encode_state

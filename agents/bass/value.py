@@ -18,7 +18,7 @@ import numpy as np
 
 from movingout.agents.bass.state_vector import states_of
 from movingout.agents.checkpoint.checkpoint import ValueSpec
-from movingout.agents.inference.policy_agent import Network
+from movingout.agents.inference.network import Network
 from movingout.agents.observation.features import feature_encoder
 from movingout.maps import MapSpec
 from movingout.world.metrics import WEIGHTS, normalized_final_distance

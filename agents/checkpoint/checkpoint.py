@@ -24,7 +24,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
 from movingout.agents.checkpoint.onnx_validation import check_onnx
-from movingout.agents.checkpoint.policy_spec import PolicySpec
+from movingout.agents.checkpoint.policy_spec import KindName, PolicySpec
 from movingout.agents.errors import CheckpointError
 
 SHIPPED = Path(__file__).resolve().parents[1] / "checkpoints"
@@ -33,15 +33,8 @@ MODEL_ROOTS = (Path("data") / "models", SHIPPED)
 CARD = "card.json"
 MAX_CARD_BYTES = 1 << 20
 MAX_FILE_BYTES = 256 << 20
-FileName = Literal[
-    "policy.onnx",
-    "policy.safetensors",
-    "dynamics.onnx",
-    "dynamics.safetensors",
-    "value.onnx",
-    "metrics.json",
-    "config.json",
-]
+FileName = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_-]{0,31}\.(onnx|safetensors|json)$")]
+"""Of a file beside the card; which there are is the business of the agent kind."""
 
 _Line = Annotated[str, Field(max_length=400)]
 _Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
@@ -125,7 +118,7 @@ class Card(_Strict):
     id: _AgentId
     name: Annotated[str, Field(min_length=1, max_length=MAX_NAME)]
     description: _Line
-    kind: Literal["mlp", "gru", "dp", "bass"]
+    kind: KindName
     maps: Annotated[tuple[_Line, ...], Field(min_length=1, max_length=64)]
     policy: PolicySpec
     dynamics: DynamicsSpec | None = None

@@ -9,7 +9,8 @@ from movingout.agents.observation.features import LAYOUT_SIZES
 ACTION_WIDTH = 5
 """Per tick: distance, cos, sin of the heading, and the grasp one-hot (no, yes), +1 where it is and -1 where not."""
 
-PolicyKind = Literal["mlp", "gru", "dp"]
+KindName = Annotated[str, Field(pattern=r"^[a-z][a-z0-9-]{0,23}$")]
+"""The name of an agent kind (`agents.kinds.registry`)."""
 Grasp = Literal["hold", "toggle"]
 Layout = Literal["official-v1", "map-v1", "aware-v1"]
 Denoiser = Literal["resmlp", "items", "unet"]
@@ -21,7 +22,7 @@ class PolicySpec(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    kind: PolicyKind
+    kind: KindName
     layout: Layout
     obs_horizon: Annotated[int, Field(ge=1, le=8)]
     horizon: Annotated[int, Field(ge=1, le=32)]
@@ -40,23 +41,16 @@ class PolicySpec(BaseModel):
     def _can_be_built(self) -> Self:
         if self.execute > self.horizon:
             raise ValueError(f"of a horizon of {self.horizon} actions {self.execute} cannot be executed")
-        if self.kind == "dp" and self.denoiser == "unet" and (self.horizon % 4 or self.width % 8):
+        if self.denoiser == "unet" and (self.horizon % 4 or self.width % 8):
             raise ValueError(
                 "a U-Net halves its horizon twice and groups its channels by eight: "
                 f"horizon {self.horizon} is to be a multiple of 4, width {self.width} of 8"
             )
-        if self.denoiser == "items" and (self.kind != "dp" or self.layout != "aware-v1"):
-            raise ValueError("denoiser items is for dp with layout aware-v1; other layouts take --denoiser resmlp")
+        if self.denoiser == "items" and self.layout != "aware-v1":
+            raise ValueError("denoiser items is for layout aware-v1; other layouts take --denoiser resmlp")
         return self
 
     @property
     def features(self) -> int:
         """D, the numbers of one observation."""
         return LAYOUT_SIZES[self.layout]
-
-    @property
-    def noise_rows(self) -> int:
-        """How many noise tensors (horizon, 5) one sample needs: none for mlp and gru, fresh ones per step for DDPM."""
-        if self.kind != "dp":
-            return 0
-        return self.sample_steps if self.process == "ddpm" else 1

@@ -14,8 +14,7 @@ from rich.table import Table
 from movingout.agents.action_chunk import rows_to_execute
 from movingout.agents.base import THREADS, ActionChunk, Agent, EpisodeInfo, Observation
 from movingout.agents.baseline.idle import IdleAgent
-from movingout.agents.catalogue import AgentCard, agent_card, agent_cards, load_agent, unseen_map
-from movingout.agents.checkpoint.checkpoint import MODEL_ROOTS, damage
+from movingout.agents.catalogue import AgentCard, agent_card, agent_cards, damaged_cards, load_agent, unseen_map
 from movingout.agents.data.rollout import rollout
 from movingout.agents.errors import AgentError
 from movingout.maps import load_map
@@ -45,7 +44,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _list(arguments: argparse.Namespace) -> int:
     cards = agent_cards()
-    for sentence in damage(*MODEL_ROOTS):
+    for sentence in damaged_cards():
         print(f"movingout: left out: {sentence}", file=sys.stderr)
     if arguments.json:
         print(json.dumps({"agents": [_document(card) for card in cards]}))

@@ -7,22 +7,18 @@ has no memory that could explain an old plan. Now and then the hand slips for so
 learned too. With the expert itself as the learner this makes the first data. Kept as .npz of plain arrays.
 """
 
-import io
-import json
 import math
-from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from movingout.agents.base import EpisodeInfo
 from movingout.agents.catalogue import load_agent
-from movingout.agents.data.dataset import Piece, Singles, Trajectory
+from movingout.agents.data.corrections import Correction
+from movingout.agents.data.dataset import Trajectory
 from movingout.agents.data.rollout import Player
-from movingout.agents.errors import AgentError, DataError
-from movingout.maps import MapSpec, map_from_json, map_to_json
+from movingout.agents.errors import AgentError
+from movingout.maps import MapSpec
 from movingout.world import World
 from movingout.world.state import Floats, WorldState
 
@@ -33,20 +29,6 @@ LEARNER_TICKS = (5, 45)  # how long the learner has the stick
 EXPERT_TICKS = (20, 80)
 TEACHER = "scripted:slices=1000,patience=25,yields=1"
 """The expert as one can learn from it: it never stands still to think, and does not insist."""
-SHORTEST = 4  # ticks of a stretch that is worth learning
-LONGEST_REST = 15  # ticks of standing still that are learned: who learns to wait must not learn nothing else
-SUFFIX = ".corrections.npz"
-_ARRAYS = ("robot_poses", "robot_velocities", "held", "item_poses", "actions")
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Correction:
-    """An episode, the learner's seat in it, and what the expert did there."""
-
-    trajectory: Trajectory
-    seat: int
-    labels: Singles  # (T, 5), the grasp as desired level
-    taught: npt.NDArray[np.bool_]  # (T,) whether the tick was the expert's, its hand steady
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,58 +144,6 @@ class _SlippingHand:
         self._left -= 1
         self._action[2] = self._random.random() < SLIP_PRESS_CHANCE
         return self._action, False
-
-
-def correction_pieces(corrections: Iterable[Correction], layout: str) -> Iterator[Piece]:
-    """The stretches in which the expert acted, in the learners' seats."""
-    for one in corrections:
-        features = one.trajectory.features(one.seat, layout)
-        for begin, end in taught_stretches(one):
-            yield one.trajectory.participants[one.seat], features[begin:end], one.labels[begin:end]
-
-
-def taught_stretches(one: Correction) -> Iterator[tuple[int, int]]:
-    """First tick and the one after the last of each run of taught ticks that is long enough."""
-    resting = 0
-    taught = one.taught.copy()
-    stays = np.diff(one.labels[:, 4], prepend=one.labels[:1, 4]) == 0.0  # letting go at last is no rest
-    for tick, rests in enumerate((one.labels[:, 0] == 0.0) & stays):
-        resting = resting + 1 if rests else 0
-        taught[tick] &= resting <= LONGEST_REST
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], taught, [False])).astype(np.int8)))
-    for begin, end in edges.reshape(-1, 2).tolist():
-        if end - begin >= SHORTEST:
-            yield begin, end
-
-
-def save_correction(path: Path, correction: Correction) -> None:
-    """Write one file."""
-    walk = correction.trajectory
-    about = {"map": map_to_json(walk.map), "participants": walk.participants, "seat": correction.seat}
-    data = io.BytesIO()
-    arrays = {name: getattr(walk, name) for name in _ARRAYS}
-    arrays |= {"labels": correction.labels, "taught": correction.taught, "about": np.array(json.dumps(about))}
-    np.savez_compressed(data, allow_pickle=False, **arrays)
-    part = path.with_suffix(".part")
-    part.write_bytes(data.getvalue())
-    part.replace(path)
-
-
-def load_correction(path: Path) -> Correction:
-    """Read one file; DataError for one that is not ours."""
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            about = json.loads(str(file["about"]))
-            arrays = {name: file[name] for name in _ARRAYS}
-            labels, taught = file["labels"], file["taught"]
-            blue, red = about["participants"]
-            walk = Trajectory(map_from_json(about["map"]), (blue, red), **arrays)
-            seat = int(about["seat"])
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise DataError(f"{path} is not a file of corrections: {error}") from error
-    if labels.shape != (walk.ticks, 5) or taught.shape != (walk.ticks,) or seat not in (0, 1):
-        raise DataError(f"{path}: labels of shape {labels.shape} for {walk.ticks} ticks; make the file anew")
-    return Correction(walk, seat, labels, taught)
 
 
 def lessons(

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from movingout.agents.checkpoint.policy_spec import Grasp
 from movingout.agents.errors import DataError
-from movingout.agents.hold import levels_of, presses_of
+from movingout.agents.grasp_encoding import levels_of, presses_of
 from movingout.agents.observation.features import feature_encoder
 from movingout.maps import MapSpec
 from movingout.recordings import Episode, read_episode

@@ -9,7 +9,8 @@ from functools import partial
 from pathlib import Path
 
 from movingout.agents.catalogue import load_agent
-from movingout.agents.data.dagger import SUFFIX, Lesson, save_correction, teach
+from movingout.agents.data.corrections import SUFFIX, save_correction
+from movingout.agents.data.dagger import Lesson, teach
 from movingout.agents.data.rollout import rollout
 from movingout.agents.scripted.populations import Participant
 from movingout.maps import MapSpec

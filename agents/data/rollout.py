@@ -8,7 +8,7 @@ import numpy as np
 
 from movingout.agents.action_chunk import checked_chunk, rows_to_execute, world_action
 from movingout.agents.base import ActionChunk, Agent, EpisodeInfo
-from movingout.agents.observing import observe
+from movingout.agents.observation.seat_observation import observe
 from movingout.maps import MapSpec
 from movingout.world import World
 from movingout.world.state import Floats, WorldState

@@ -10,85 +10,19 @@ noise is wider then, until it moves: it tries what it would rarely do.
 from collections import deque
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
-import onnxruntime
 
-from movingout.agents.base import THREADS, ActionChunk, EpisodeInfo, Observation
-from movingout.agents.checkpoint.checkpoint import MODEL_ROOTS, Checkpoint, find_checkpoint
-from movingout.agents.checkpoint.policy_spec import ACTION_WIDTH, PolicySpec
-from movingout.agents.errors import AgentError, CheckpointError
-from movingout.agents.hold import toggles
-from movingout.agents.inference.device import providers
+from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
+from movingout.agents.checkpoint.policy_spec import PolicySpec
+from movingout.agents.errors import AgentError
+from movingout.agents.grasp_encoding import toggles
+from movingout.agents.inference.network import PolicyNetwork, Singles
 from movingout.agents.observation.features import FeatureEncoder, feature_encoder
 from movingout.world.state import Floats, WorldState
 
-Singles = npt.NDArray[np.float32]
 STANDSTILL_TICKS = 20
 STANDSTILL = 0.06  # [u] who keeps within this of where it is now, for so long, stands still
-
-
-class Network:
-    """An ONNX graph that runs on one thread, or on a GPU (agents.inference.device)."""
-
-    def __init__(self, data: bytes) -> None:
-        options = onnxruntime.SessionOptions()
-        options.intra_op_num_threads = THREADS
-        options.inter_op_num_threads = THREADS
-        options.log_severity_level = 3
-        where = providers()
-        try:
-            self._session = onnxruntime.InferenceSession(data, options, providers=where)
-        except Exception as error:  # onnxruntime has no common base of its own errors
-            raise CheckpointError(f"onnxruntime cannot load this network: {error}"[:300]) from error
-        self._inputs = [argument.name for argument in self._session.get_inputs()]
-
-    def __call__(self, **inputs: Singles) -> list[Any]:
-        """The outputs for inputs by name, rows first; inputs that the graph does not have are left out.
-
-        A row on its own is summed in another order than the same row beside others, and an agent must not play
-        differently when it plays alone: so it is asked twice at once.
-        """
-        asked = {name: inputs[name] for name in self._inputs}
-        if any(len(rows) != 1 for rows in asked.values()):
-            return list(self._session.run(None, asked))
-        twice = {name: np.concatenate((rows, rows)) for name, rows in asked.items()}
-        return [rows[:1] for rows in self._session.run(None, twice)]
-
-
-class PolicyNetwork:
-    """A policy's network: observations in, chunks out."""
-
-    def __init__(self, spec: PolicySpec, data: bytes) -> None:
-        """Raises CheckpointError when the graph does not give what the spec says."""
-        self.spec = spec
-        self._network = Network(data)
-        history = np.zeros((1, spec.obs_horizon, spec.features), dtype=np.float32)
-        try:
-            chunks = self.sample(history, np.random.default_rng(0))
-        except Exception as error:  # a foreign graph may fail in any way that onnxruntime knows
-            raise CheckpointError(f"the network does not take what its card says: {error}"[:300]) from error
-        if chunks.shape != (1, spec.horizon, ACTION_WIDTH) or not np.isfinite(chunks).all():
-            raise CheckpointError(f"the network answers with shape {chunks.shape}, not (1, {spec.horizon}, 5) numbers")
-
-    def sample(self, history: Singles, random: np.random.Generator) -> Singles:
-        """Chunks (B, H, 5) for observations (B, To, D), each from noise of its own."""
-        return self.run(history, self.noise(len(history), random))
-
-    def noise(self, count: int, random: np.random.Generator) -> Singles:
-        """(count, rows, H, 5) for `run`."""
-        spec = self.spec
-        shape = (count, max(spec.noise_rows, 1), spec.horizon, ACTION_WIDTH)
-        drawn: Singles = random.standard_normal(shape, dtype=np.float32)
-        return drawn
-
-    def run(self, history: Singles, noise: Singles) -> Singles:
-        """Chunks (B, H, 5) for observations (B, To, D) and noise (B, rows, H, 5); each row for itself, to the bit."""
-        chunks: Singles = self._network(observation=history, noise=noise)[0]
-        return chunks
 
 
 @dataclass(frozen=True, slots=True)
@@ -251,31 +185,3 @@ def agent_rows(chunk: Singles, *, holding: bool, levels: bool) -> ActionChunk:
     wanted = chunk[:, 4] > chunk[:, 3]
     rows[:, 3] = toggles(wanted, holding) if levels else wanted
     return rows
-
-
-@lru_cache(maxsize=4)
-def _policy_network(spec: PolicySpec, data: bytes) -> PolicyNetwork:
-    """One network for all agents of a process that have it."""
-    return PolicyNetwork(spec, data)
-
-
-def agent_of(checkpoint: Checkpoint, execute: int = 0, **variant: str) -> PolicyAgent:
-    """The agent of a checkpoint, its files verified. `variant` is for BASS, see `agents.bass.agent.bass_agent`."""
-    card = checkpoint.card
-    network = _policy_network(card.policy, checkpoint.read("policy.onnx"))
-    if card.kind == "bass":
-        from movingout.agents.bass.agent import bass_agent
-
-        return bass_agent(checkpoint, network, execute, **variant)
-    if variant:
-        raise AgentError(f"{card.id} chooses among nothing; only agents of kind bass take {', '.join(variant)}")
-    return PolicyAgent(card.policy, network, execute)
-
-
-def trained_agent(
-    agent_id: str, execute: int = 0, simulator: str = "", partner: str = "", sampling: str = "", score: str = ""
-) -> PolicyAgent:
-    """The agent `agent_id` from the user's models or from those that come with the project, with its options."""
-    options = {"simulator": simulator, "partner": partner, "sampling": sampling, "score": score}
-    variant = {name: str(value) for name, value in options.items() if value != ""}  # `sampling=4` comes as a number
-    return agent_of(find_checkpoint(agent_id, *MODEL_ROOTS), execute, **variant)

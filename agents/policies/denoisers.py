@@ -6,7 +6,7 @@ import torch
 from torch import Tensor, nn
 
 from movingout.agents.checkpoint.policy_spec import ACTION_WIDTH, PolicySpec
-from movingout.agents.policies.observers import FlatObserver, ItemObserver, ResidualBlock
+from movingout.agents.policies.encoders import FlatEncoder, ItemEncoder, ResidualBlock
 
 TIME_WIDTH = 64
 ITEM_WIDTH = 128  # numbers by which the items are told apart
@@ -63,8 +63,8 @@ class ResMlpDenoiser(nn.Module):
 
 def _observer(spec: PolicySpec) -> nn.Module:
     if spec.denoiser == "items":
-        return ItemObserver(spec.width, ITEM_WIDTH, spec.obs_horizon, spec.dropout)
-    return FlatObserver(spec)
+        return ItemEncoder(spec.width, ITEM_WIDTH, spec.obs_horizon, spec.dropout)
+    return FlatEncoder(spec)
 
 
 class _ConvBlock(nn.Module):

@@ -5,14 +5,17 @@ Weights are stored in half precision and computed with in single precision, so t
 
 import tempfile
 import warnings
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 import onnx
 import torch
 from onnx import helper, numpy_helper
+from safetensors.torch import save
 from torch import Tensor, nn
 
+from movingout.agents.checkpoint.checkpoint import Checkpoint, Training, write_checkpoint
 from movingout.agents.checkpoint.onnx_validation import check_onnx
 from movingout.agents.checkpoint.policy_spec import ACTION_WIDTH
 from movingout.agents.policies.policy import Policy
@@ -25,8 +28,8 @@ def export_policy(policy: Policy) -> bytes:
     """ONNX of `observation` (B, To, D) and, for diffusion, `noise` (B, R, H, 5) to `chunk` (B, H, 5)."""
     spec = policy.spec
     observation = torch.zeros(2, spec.obs_horizon, spec.features)
-    noise = torch.zeros(2, max(spec.noise_rows, 1), spec.horizon, ACTION_WIDTH)
-    names = ["observation", "noise"] if spec.noise_rows else ["observation"]
+    noise = torch.zeros(2, max(policy.noise_rows, 1), spec.horizon, ACTION_WIDTH)
+    names = ["observation", "noise"] if policy.noise_rows else ["observation"]
     return export(policy, (observation, noise), names, ["chunk"])
 
 
@@ -52,6 +55,26 @@ def halved_weights(module: nn.Module) -> dict[str, Tensor]:
         name: (tensor.half() if _is_halved(tensor.dtype == torch.float32, tensor.numel()) else tensor).contiguous()
         for name, tensor in module.state_dict().items()
     }
+
+
+def save_policy(
+    folder: Path, agent_id: str, policy: Policy, maps: Iterable[str], training: Training, name: str, description: str
+) -> Checkpoint:
+    """Write the checkpoint folder: card, ONNX and safetensors."""
+    policy = policy.eval().cpu()
+    card = {
+        "schema_version": 1,
+        "id": agent_id,
+        "name": name,
+        "description": description,
+        "kind": policy.spec.kind,
+        "maps": sorted(maps),
+        "policy": policy.spec.model_dump(),
+        "training": training.model_dump(),
+    }
+    return write_checkpoint(
+        folder, card, {"policy.onnx": export_policy(policy), "policy.safetensors": save(halved_weights(policy))}
+    )
 
 
 def _is_halved(single: bool, numbers: int) -> bool:

@@ -12,7 +12,7 @@ import numpy as np
 
 from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
 from movingout.agents.errors import AgentError
-from movingout.agents.observing import observe
+from movingout.agents.observation.seat_observation import observe
 from movingout.agents.scripted import ScriptedAgent
 from movingout.agents.scripted.keyboard_model import Keys
 from movingout.agents.scripted.populations import participant

@@ -4,7 +4,7 @@ import argparse
 import dataclasses
 from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
-from movingout.agents.training.config import Optimisation
+from movingout.agents.training.optimisation import Optimisation
 
 ConfigT = TypeVar("ConfigT", bound=Optimisation)
 

@@ -1,86 +1,105 @@
-"""The folder of a training run, DATA/runs/<id>: what it was begun with, so that nothing else is gone on with unasked.
+"""One training run: what it was asked for, its folders, and what its card says about where the weights come from.
 
-config.json            id, kind, preset, SHA-256 of the data and every field of the configuration
-card.json              of the agent that came of it
-resume.safetensors     with losses.jsonl and TensorBoard's events, see `training.loop`; for BASS also in folders here
+A kind's `train` is given one. It may be asked only for what does not depend on the kind.
 """
 
-import dataclasses
-import json
-import shutil
-from collections.abc import Mapping, Sequence
+import argparse
+import datetime
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Generic, Protocol, TypeVar
 
-from movingout.agents.checkpoint.checkpoint import CARD, Checkpoint
+from movingout.agents.checkpoint.checkpoint import SHIPPED, Checkpoint, Training, find_checkpoint, folder_name
 from movingout.agents.errors import DataError
-from movingout.agents.training.config import Change, Optimisation
+from movingout.agents.training import run_folder
+from movingout.agents.training.optimisation import Optimisation
+from movingout.agents.training.training_data import TrainingData, read_training_data
 
-CONFIG = "config.json"
-RESUME = "resume.safetensors"
-_CHANGES: dict[str, Change] = {"id": "never", "kind": "never", "data_sha256": "asked", "seats": "asked"}
-_WORDS = {"id": "agent", "data_sha256": "data of SHA-256"}
-
-
-def begin(folder: Path, about: Mapping[str, str], config: Optimisation, on_purpose: bool) -> str:
-    """Write what the run is begun with, or gone on with when something has been trained in the folder already.
-
-    Returns the SHA-256 of the data it had before; empty when it had none, or the folder does not say.
-    `about` is what config.json says beside the configuration. Raises DataError when the run was begun with something
-    else: always for a change that makes another agent of it, and unless it is `on_purpose` for other data and for
-    another way to train. A folder that says nothing of it, because it is older, is gone on with.
-    """
-    begun = _begun(folder)
-    now = {**about, **dataclasses.asdict(config)}
-    if any(folder.rglob(RESUME)):
-        _compare(begun, now, config, on_purpose)
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / CONFIG).write_text(json.dumps({**begun, **now}, indent=1) + "\n", encoding="utf-8")
-    return str(begun.get("data_sha256", ""))
+ConfigT = TypeVar("ConfigT", bound=Optimisation)
 
 
-def put_back(folder: Path, data_sha256: str) -> None:
-    """Say again that the run is of the data it had before: nothing was learned from others."""
-    config = {**_begun(folder), "data_sha256": data_sha256}
-    (folder / CONFIG).write_text(json.dumps(config, indent=1) + "\n", encoding="utf-8")
+class Progress(Protocol):
+    """How far a network has been trained (`training.fit.Fitted`)."""
+
+    @property
+    def updates(self) -> int: ...
+
+    @property
+    def made(self) -> int: ...
 
 
-def finish(folder: Path, checkpoint: Checkpoint) -> None:
-    """Leave a copy of the card of what came of the run."""
-    shutil.copyfile(checkpoint.folder / CARD, folder / CARD)
+@dataclass(frozen=True, slots=True)
+class TrainingRun(Generic[ConfigT]):
+    """What `movingout train KIND …` was told."""
 
+    kind: str
+    config: ConfigT  # the preset with what the command line changes
+    options: argparse.Namespace  # of all kinds: id, name, population, preset, recordings, go_on, data; and of this one
+    kept_options: tuple[str, ...]  # which of its own options the run folder keeps
+    tell: Callable[[str], None]  # says something to whoever waits
 
-def _begun(folder: Path) -> dict[str, object]:
-    path = folder / CONFIG
-    if not path.exists():
-        return {}
-    try:
-        return dict(json.loads(path.read_text(encoding="utf-8")))
-    except (ValueError, TypeError) as error:
-        raise DataError(f"{path} does not say what the run was begun with ({error}); choose another --id") from error
+    @property
+    def agent_id(self) -> str:
+        """Of the new agent."""
+        return str(self.options.id)
 
+    @property
+    def name(self) -> str:
+        """The name shown in the lobby."""
+        return self.options.name or f"{self.kind.upper()} {self.agent_id.rpartition('@')[2]}"
 
-def _compare(begun: Mapping[str, object], now: Mapping[str, object], config: Optimisation, on_purpose: bool) -> None:
-    """Refuse what is not to be gone on with."""
-    changes = {entry.name: entry.metadata["change"] for entry in dataclasses.fields(config)} | _CHANGES
-    other = [name for name in now if name in begun and begun[name] != now[name]]
-    never = [name for name in other if changes.get(name) == "never"]
-    asked = [name for name in other if changes.get(name) == "asked"]
-    if never:
-        raise DataError(f"{_told(begun, now, never)}; train that under another --id")
-    if asked and not on_purpose:
-        raise DataError(
-            f"{_told(begun, now, asked)}; choose another --id, or go on with what it has learned by --go-on"
+    @property
+    def folder(self) -> Path:
+        """Where curves and resume files go."""
+        folder: Path = self.options.data / "runs" / folder_name(self.agent_id)
+        return folder
+
+    @property
+    def model_folder(self) -> Path:
+        """Where the checkpoint goes."""
+        folder: Path = self.options.data / "models" / folder_name(self.agent_id)
+        return folder
+
+    def find(self, agent_id: str) -> Checkpoint:
+        """Another agent of the data folder, or a shipped one. Raises CheckpointError."""
+        return find_checkpoint(agent_id, self.options.data / "models", SHIPPED)
+
+    def read_data(self) -> TrainingData:
+        """The recordings and corrections that were named. Raises DataError or RecordingError."""
+        return read_training_data(self.options.recordings)
+
+    def begin(self, data: TrainingData | None = None) -> str:
+        """Write what the run is of, see `run_folder.begin`; without data nothing is trained.
+
+        Returns the SHA-256 of the data it had before, empty when it had none.
+        """
+        names = ("id", "kind", "preset", *self.kept_options)
+        about = {name: str(value) for name, value in vars(self.options).items() if name in names}
+        if data is not None:
+            about["data_sha256"] = data.sha256
+        return run_folder.begin(self.folder, about, self.config, self.options.go_on)
+
+    def check_learned(self, data: TrainingData, before: str, fitted: Progress, option: str) -> None:
+        """Raises DataError when there was nothing left to do, so that a card would name data never learned from.
+
+        `before` is what `begin` returned, `option` the one that would let it learn on.
+        """
+        if not fitted.made and before not in ("", data.sha256):
+            run_folder.put_back(self.folder, before)
+            raise DataError(
+                f"{self.agent_id} has made all of its {fitted.updates} updates; learn on with a larger {option}"
+            )
+
+    def training(self, data: TrainingData, people: Collection[str], rows: int, updates: int) -> Training:
+        """Where weights come from, for the card."""
+        return Training(
+            preset=self.options.preset,
+            data_sha256=data.sha256,
+            population=self.options.population or f"{len(people)} participants",
+            episodes=len(data.files),
+            windows=rows,
+            updates=updates,
+            seed=self.config.seed,
+            created=datetime.datetime.now(datetime.UTC).date().isoformat(),
         )
-
-
-def _told(begun: Mapping[str, object], now: Mapping[str, object], names: Sequence[str]) -> str:
-    differences = [
-        f"{_WORDS.get(name, name.replace('_', '-'))} {_short(begun[name])}, not {_short(now[name])}" for name in names
-    ]
-    return f"this run was begun with {'; '.join(differences)}"
-
-
-def _short(value: object) -> str:
-    """A value as typed; of a hash its beginning."""
-    text = {True: "yes", False: "no"}[value] if isinstance(value, bool) else str(value)
-    return f"{text[:12]}…" if len(text) == 64 else text or "none"

@@ -20,7 +20,7 @@ from movingout.agents.action_chunk import checked_chunk, rows_to_execute
 from movingout.agents.base import ActionChunk, Agent, BatchAgent, EpisodeInfo, Observation
 from movingout.agents.catalogue import load_agent
 from movingout.agents.checkpoint.checkpoint import fingerprint
-from movingout.agents.observing import observe, said, start_state
+from movingout.agents.observation.seat_observation import observe, said, start_state
 from movingout.agents.worker.heartbeat import Blackboard
 from movingout.agents.worker.messages import (
     Close,

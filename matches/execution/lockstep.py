@@ -16,7 +16,7 @@ import numpy as np
 from movingout.agents.base import Agent, EpisodeInfo
 from movingout.agents.catalogue import load_agent
 from movingout.agents.data.rollout import Watcher
-from movingout.agents.observing import said
+from movingout.agents.observation.seat_observation import said
 from movingout.maps.errors import MapError
 from movingout.matches.execution.batched_decisions import ask
 from movingout.matches.execution.decision_timeout import Stopwatch

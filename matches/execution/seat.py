@@ -6,7 +6,7 @@ from types import TracebackType
 from movingout.agents.action_chunk import rows_to_execute
 from movingout.agents.base import Agent, BatchAgent, EpisodeInfo, Observation
 from movingout.agents.errors import AgentError
-from movingout.agents.observing import observe
+from movingout.agents.observation.seat_observation import observe
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.matches.execution.decision_timeout import Stopwatch, TooLate
 from movingout.world.state import Floats, WorldState

@@ -6,7 +6,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from movingout.agents.base import EpisodeInfo
-from movingout.agents.observing import observe
+from movingout.agents.observation.seat_observation import observe
 from movingout.agents.scripted.human_model import Person
 from movingout.maps import MapSpec
 from movingout.server.frames import Bundle

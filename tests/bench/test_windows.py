@@ -7,14 +7,14 @@ import pytest
 
 from bench import windows
 from bench.windows import driven, encoded, main
-from movingout.agents.training.config import policy_preset
+from movingout.agents.kinds.registry import KINDS
 from tests.agents.learning import recorded
 
 
 def test_rows_are_repeated_until_they_are_as_many_as_in_training(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(windows, "ROWS", 3_000)
     walk = driven("SingleRotation", seed=1)
-    made, rate = encoded([walk], policy_preset("dp", "fast"))
+    made, rate = encoded([walk], KINDS["dp"].presets["fast"])
     assert len(made) == 3_000 and rate > 0
     assert np.array_equal(made.features[:500], made.features[1000:1500])
     assert np.array_equal(made.features[:500], walk.features(0, "aware-v1"))

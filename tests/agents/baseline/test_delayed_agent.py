@@ -7,7 +7,7 @@ from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
 from movingout.agents.baseline.delayed_agent import LaggedAgent
 from movingout.agents.catalogue import load_agent
 from movingout.agents.errors import AgentError
-from movingout.agents.observing import observe, start_state
+from movingout.agents.observation.seat_observation import observe, start_state
 from movingout.maps import load_map
 
 THE_MAP = load_map("HandOff")

@@ -10,18 +10,20 @@ import torch
 from movingout.agents.action_chunk import checked_chunk
 from movingout.agents.base import EpisodeInfo
 from movingout.agents.bass.agent import BassAgent, engine_simulator, spread
+from movingout.agents.bass.checkpoint_parts import export_dynamics
+from movingout.agents.bass.config import BassConfig, Order
 from movingout.agents.bass.dynamics import Rollout, build_dynamics, carried, holding
+from movingout.agents.bass.dynamics_training import train_dynamics, transitions_of
 from movingout.agents.bass.state_vector import ITEMS_START, moving, moving_arrays
 from movingout.agents.checkpoint.checkpoint import DynamicsKind, DynamicsSpec, SelectionSpec, find_checkpoint
 from movingout.agents.data.rollout import rollout
 from movingout.agents.errors import DataError
-from movingout.agents.inference.policy_agent import Network, PolicyNetwork, Singles, agent_of
-from movingout.agents.observing import observe, start_state
+from movingout.agents.inference.network import Network, PolicyNetwork, Singles
+from movingout.agents.kinds.policy import build_policy
+from movingout.agents.kinds.registry import load_checkpoint
+from movingout.agents.observation.seat_observation import observe, start_state
 from movingout.agents.policies.export import export_policy, halved_weights
-from movingout.agents.policies.policy import build_policy
 from movingout.agents.scripted import ScriptedAgent
-from movingout.agents.training.config import BassConfig, Order
-from movingout.agents.training.simulators import export_dynamics, train_dynamics, transitions_of
 from movingout.maps import load_map
 from movingout.server.cli import main
 from movingout.world import World
@@ -122,7 +124,7 @@ def test_a_bass_agent_is_trained_on_top_of_a_policy_and_tells_what_it_weighed(tm
     assert main(["train", "dp", *common, "--id", "dp@tiny", "--depth", "1"]) == 0
     bass = ["train", "bass", *common, "--id", "bass@tiny", "--base", "dp@tiny", "--latent", "4"]
     assert main([*bass, "--value-updates", "4", "--value-width", "16"]) == 0
-    agent = agent_of(find_checkpoint("bass@tiny", tmp_path / "models"))
+    agent = load_checkpoint(find_checkpoint("bass@tiny", tmp_path / "models"))
     assert isinstance(agent, BassAgent)
     world = World(load_map("HandOff"))
     agent.reset(EpisodeInfo(world.map, 1, 5, 100))

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 import torch
 
+from movingout.agents.bass.config import BassConfig
+from movingout.agents.bass.dynamics_training import train_dynamics, transitions_of
 from movingout.agents.bass.grasp_model import Grasping, hands_of
 from movingout.agents.bass.state_vector import ITEMS_START, MOVING_WIDTH, constant, moving
 from movingout.agents.data.rollout import rollout
-from movingout.agents.observing import start_state
+from movingout.agents.observation.seat_observation import start_state
 from movingout.agents.scripted import ScriptedAgent
-from movingout.agents.training.config import BassConfig
-from movingout.agents.training.simulators import train_dynamics, transitions_of
 from movingout.maps import MapSpec, load_map, map_names
 from movingout.maps.surface import surface_distance
 from tests.agents.learning import walked

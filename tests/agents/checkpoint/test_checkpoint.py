@@ -11,9 +11,10 @@ import torch
 
 from movingout.agents.checkpoint.checkpoint import CARD, Checkpoint, find_checkpoint, read_checkpoint, write_checkpoint
 from movingout.agents.errors import CheckpointError
-from movingout.agents.inference.policy_agent import agent_of
+from movingout.agents.inference.policy_agent import PolicyAgent
+from movingout.agents.kinds.policy import build_policy
+from movingout.agents.kinds.registry import load_checkpoint
 from movingout.agents.policies.export import export, export_policy
-from movingout.agents.policies.policy import build_policy
 from tests.agents.learning import tiny_spec
 
 SPEC = tiny_spec(kind="mlp")
@@ -43,7 +44,8 @@ def test_a_checkpoint_is_found_by_its_id_and_plays(tmp_path: Path) -> None:
     written = _written(tmp_path)
     found = find_checkpoint("mlp@test", tmp_path / "missing", tmp_path)
     assert found == written and found.card.policy == SPEC
-    assert agent_of(found).spec == SPEC
+    agent = load_checkpoint(found)
+    assert isinstance(agent, PolicyAgent) and agent.spec == SPEC
 
 
 @pytest.mark.parametrize(
@@ -77,11 +79,11 @@ def test_a_changed_file_is_refused_by_its_hash(tmp_path: Path) -> None:
     data[-1] ^= 1
     file.write_bytes(data)
     with pytest.raises(CheckpointError, match="is not the file its card describes"):
-        agent_of(checkpoint)
+        load_checkpoint(checkpoint)
     file.unlink()
     file.symlink_to("/etc/hostname")
     with pytest.raises(CheckpointError, match="no plain file"):
-        agent_of(checkpoint)
+        load_checkpoint(checkpoint)
 
 
 class _Bomb:
@@ -92,7 +94,7 @@ class _Bomb:
 def test_a_pickle_in_the_place_of_a_network_is_refused_without_being_run(tmp_path: Path) -> None:
     checkpoint = write_checkpoint(tmp_path / "mlp-test", _card(), {"policy.onnx": pickle.dumps(_Bomb())})
     with pytest.raises(CheckpointError, match="ONNX"):
-        agent_of(checkpoint)
+        load_checkpoint(checkpoint)
 
 
 def test_a_network_with_a_forbidden_operator_or_outside_data_is_refused(tmp_path: Path) -> None:
@@ -120,7 +122,7 @@ def test_a_network_with_a_forbidden_operator_or_outside_data_is_refused(tmp_path
     for sentence, data in crafted.items():
         checkpoint = write_checkpoint(tmp_path / "mlp-test", _card(), {"policy.onnx": data})
         with pytest.raises(CheckpointError) as raised:
-            agent_of(checkpoint)
+            load_checkpoint(checkpoint)
         assert sentence in str(raised.value)
 
 
@@ -130,7 +132,7 @@ def test_a_network_of_another_shape_than_its_card_is_refused(tmp_path: Path) -> 
     for data in (small, other):
         checkpoint = write_checkpoint(tmp_path / "mlp-test", _card(), {"policy.onnx": data})
         with pytest.raises(CheckpointError, match="network"):
-            agent_of(checkpoint)
+            load_checkpoint(checkpoint)
 
 
 def test_an_unknown_id_is_answered_with_those_that_exist(tmp_path: Path) -> None:

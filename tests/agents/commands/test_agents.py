@@ -28,8 +28,8 @@ def test_one_agent_is_shown_and_an_unknown_one_is_answered_with_those_there_are(
 @pytest.mark.parametrize(
     ("agent_id", "sentence"),
     [
-        ("mlp@all:foo=3", "unexpected keyword argument 'foo'; options: execute,"),
-        ("mlp@all:sampling=4", "mlp@all chooses among nothing"),
+        ("mlp@all:foo=3", "unexpected keyword argument 'foo'; options: execute"),
+        ("mlp@all:sampling=4", "unexpected keyword argument 'sampling'; options: execute"),
         ("mlp@all:execute=-3", "execute is a whole number of ticks from 1 to 8, not -3"),
         ("mlp@all:execute=2.5", "execute is a whole number of ticks from 1 to 8, not 2.5"),
         ("mlp@all:execute=abc", "execute is a whole number of ticks from 1 to 8, not abc"),

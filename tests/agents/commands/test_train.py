@@ -11,9 +11,11 @@ from movingout.agents.action_chunk import checked_chunk
 from movingout.agents.base import EpisodeInfo
 from movingout.agents.bass.recombination import LENGTH
 from movingout.agents.checkpoint.checkpoint import find_checkpoint
-from movingout.agents.data.dagger import Lesson, save_correction, teach
-from movingout.agents.inference.policy_agent import agent_of, agent_rows
-from movingout.agents.observing import observe
+from movingout.agents.data.corrections import save_correction
+from movingout.agents.data.dagger import Lesson, teach
+from movingout.agents.inference.policy_agent import agent_rows
+from movingout.agents.kinds.registry import load_checkpoint
+from movingout.agents.observation.seat_observation import observe
 from movingout.maps import load_map
 from movingout.server.cli import main
 from movingout.world import World
@@ -42,7 +44,7 @@ def test_training_writes_an_agent_that_plays(
     assert json.loads((run / "config.json").read_text())["batch"] == 32
     assert list(run.glob("events.*"))
 
-    agent = agent_of(find_checkpoint("dp@tiny", tmp_path / "models"))
+    agent = load_checkpoint(find_checkpoint("dp@tiny", tmp_path / "models"))
     world = World(load_map("HandOff"))
     agent.reset(EpisodeInfo(world.map, 0, 1, 50))
     for _ in range(5):

@@ -5,15 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from movingout.agents.data.dagger import (
-    LONGEST_REST,
-    Lesson,
-    correction_pieces,
-    lessons,
-    load_correction,
-    save_correction,
-    teach,
-)
+from movingout.agents.data.corrections import LONGEST_REST, correction_pieces, load_correction, save_correction
+from movingout.agents.data.dagger import Lesson, lessons, teach
 from movingout.agents.data.dataset import windows_of
 from movingout.agents.errors import DataError
 from movingout.maps import load_map

@@ -3,13 +3,14 @@ import pytest
 
 from movingout.agents.base import BatchAgent, EpisodeInfo
 from movingout.agents.bass.agent import BassAgent
+from movingout.agents.bass.checkpoint_parts import export_dynamics
 from movingout.agents.bass.dynamics import build_dynamics
 from movingout.agents.checkpoint.checkpoint import DynamicsSpec, SelectionSpec
-from movingout.agents.inference.policy_agent import Network, PolicyAgent, PolicyNetwork
-from movingout.agents.observing import observe
+from movingout.agents.inference.network import Network, PolicyNetwork
+from movingout.agents.inference.policy_agent import PolicyAgent
+from movingout.agents.kinds.policy import build_policy
+from movingout.agents.observation.seat_observation import observe
 from movingout.agents.policies.export import export_policy
-from movingout.agents.policies.policy import build_policy
-from movingout.agents.training.simulators import export_dynamics
 from movingout.maps import load_map
 from tests.agents.learning import random_walk, states_of, tiny_spec
 

@@ -5,7 +5,7 @@ import pytest
 
 from movingout.agents.errors import AgentError
 from movingout.agents.inference.device import VARIABLE, providers
-from movingout.agents.inference.policy_agent import Network
+from movingout.agents.inference.network import Network
 
 
 def test_without_a_wish_it_is_the_processor(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,10 +7,11 @@ import sys
 import numpy as np
 
 from movingout.agents.base import EpisodeInfo
-from movingout.agents.inference.policy_agent import PolicyAgent, PolicyNetwork
-from movingout.agents.observing import observe, start_state
+from movingout.agents.inference.network import PolicyNetwork
+from movingout.agents.inference.policy_agent import PolicyAgent
+from movingout.agents.kinds.policy import build_policy
+from movingout.agents.observation.seat_observation import observe, start_state
 from movingout.agents.policies.export import export_policy
-from movingout.agents.policies.policy import build_policy
 from movingout.maps import load_map
 from tests.agents.learning import tiny_spec
 

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 import torch
 
-from movingout.agents.inference.policy_agent import PolicyNetwork
+from movingout.agents.inference.network import PolicyNetwork
+from movingout.agents.kinds.policy import build_policy
 from movingout.agents.observation.features import ITEM_COLUMNS
+from movingout.agents.policies.diffusion_policy import Diffusion, Flow
+from movingout.agents.policies.encoders import alike_for_items
 from movingout.agents.policies.export import export_policy, halved_weights
-from movingout.agents.policies.observers import alike_for_items
-from movingout.agents.policies.policy import build_policy
-from movingout.agents.policies.processes import Diffusion, Flow
 from tests.agents.learning import tiny_spec
 
 VARIANTS = [
@@ -32,7 +32,7 @@ def test_an_exported_policy_gives_the_numbers_of_the_trained_one(variant: dict[s
     policy.load_state_dict(halved_weights(policy))  # as they are stored
     served = PolicyNetwork(spec, export_policy(policy))
     seen = np.random.default_rng(1).standard_normal((3, 2, spec.features), dtype=np.float32)
-    noise = np.random.default_rng(7).standard_normal((3, max(spec.noise_rows, 1), 8, 5), dtype=np.float32)
+    noise = np.random.default_rng(7).standard_normal((3, max(policy.noise_rows, 1), 8, 5), dtype=np.float32)
     with torch.inference_mode():
         expected = policy(torch.from_numpy(seen), torch.from_numpy(noise)).numpy()
     assert np.allclose(served.sample(seen, np.random.default_rng(7)), expected, atol=1e-4)

@@ -9,7 +9,7 @@ import pytest
 
 from movingout.agents.base import ActionChunk, Observation
 from movingout.agents.catalogue import load_agent
-from movingout.agents.data.dagger import load_correction
+from movingout.agents.data.corrections import load_correction
 from movingout.agents.data.rollout import rollout
 from movingout.agents.errors import AgentError, DataError
 from movingout.agents.scripted.human_model import Person

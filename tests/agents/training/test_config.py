@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from movingout.agents.checkpoint.checkpoint import MAX_NAME, MAX_POPULATION
-from movingout.agents.training.config import PRESETS, bass_preset, policy_preset
+from movingout.agents.kinds.registry import KINDS
+from movingout.agents.training.optimisation import PRESETS
 from movingout.agents.training.options import add_fields, overridden
 from movingout.server.cli import main
 
@@ -78,7 +79,7 @@ def test_what_cannot_be_is_refused_in_a_sentence_before_a_recording_is_read(
 
 
 def test_a_given_number_of_updates_is_in_place_of_the_presets_epochs() -> None:
-    preset = policy_preset("dp", "paper")
+    preset = KINDS["dp"].presets["paper"]
     parser = argparse.ArgumentParser()
     add_fields(parser, type(preset))
     assert overridden(preset, parser.parse_args([])).epochs == 1000
@@ -90,7 +91,7 @@ def test_a_given_number_of_updates_is_in_place_of_the_presets_epochs() -> None:
 def test_every_preset_can_be() -> None:
     for preset in PRESETS:
         for kind in ("mlp", "gru", "dp"):
-            config = policy_preset(kind, preset)
+            config = KINDS[kind].presets[preset]
             config.check()
             assert config.spec(kind).kind == kind
-        bass_preset(preset).check()
+        KINDS["bass"].presets[preset].check()

@@ -9,17 +9,20 @@ import pytest
 import torch
 from torch import nn
 
-from movingout.agents.checkpoint.policy_spec import PolicyKind
+from movingout.agents.bass import dynamics_training, value_training
+from movingout.agents.bass.config import BassConfig
+from movingout.agents.bass.dynamics_training import train_dynamics, transitions_of
+from movingout.agents.bass.value_training import Returns, train_value
 from movingout.agents.data.dataset import trajectory_windows
-from movingout.agents.training import policies, simulators, values
-from movingout.agents.training.config import BassConfig, Optimisation, PolicyConfig, Precision
-from movingout.agents.training.loop import Fitted, Task
-from movingout.agents.training.policies import train_policy
-from movingout.agents.training.simulators import train_dynamics, transitions_of
-from movingout.agents.training.values import Returns, train_value
+from movingout.agents.kinds.policy import build_policy
+from movingout.agents.policies import training
+from movingout.agents.policies.config import PolicyConfig
+from movingout.agents.policies.training import train_policy
+from movingout.agents.training.fit import Fitted, Task
+from movingout.agents.training.optimisation import Optimisation, Precision
 from tests.agents.learning import walked
 
-POLICIES: list[tuple[PolicyKind, dict[str, object]]] = [
+POLICIES: list[tuple[str, dict[str, object]]] = [
     ("mlp", {}),
     ("gru", {"obs_horizon": 3}),
     ("dp", {"pose_noise": 0.01}),
@@ -35,11 +38,13 @@ SIMULATORS: list[dict[str, object]] = [
 Train = Callable[[Path], object]
 
 
-def _policy(kind: PolicyKind, changes: dict[str, object], precision: Precision = "fp32") -> Train:
+def _policy(kind: str, changes: dict[str, object], precision: Precision = "fp32") -> Train:
     config = PolicyConfig(width=16, depth=1, updates=1, batch=8, precision=precision, **changes)  # type: ignore[arg-type]
 
+    windows = trajectory_windows([walked(ticks=20)], "aware-v1", "hold")
+
     def train(folder: Path) -> object:
-        return train_policy(kind, config, trajectory_windows([walked(ticks=20)], "aware-v1", "hold"), folder)
+        return train_policy(build_policy, config.spec(kind), config, windows, folder)
 
     return train
 
@@ -67,7 +72,7 @@ def test_batches_come_to_where_the_network_lies(train: Train, tmp_path: Path, mo
         asked.extend(loss.device.type for loss in losses)
         return Fitted(task.network, 1, 1)
 
-    for module in (policies, simulators, values):
+    for module in (training, dynamics_training, value_training):
         monkeypatch.setattr(module, "fit", fit_elsewhere)
     train(tmp_path)
     assert set(asked) == {"meta"}
@@ -95,6 +100,6 @@ def test_validation_leaves_the_random_numbers_of_training_alone(
             assert first is None or torch.equal(task.validate(task.network)["loss"], first), "always the same noise"
         return Fitted(task.network, 1, 1)
 
-    monkeypatch.setattr(policies, "fit", fit_between)
+    monkeypatch.setattr(training, "fit", fit_between)
     _policy("dp", {})(tmp_path)
     assert drawn[0] == drawn[1]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from movingout.agents.base import ActionChunk, Observation
-from movingout.agents.observing import start_state
+from movingout.agents.observation.seat_observation import start_state
 from movingout.agents.worker import process
 from movingout.agents.worker.heartbeat import Blackboard
 from movingout.agents.worker.messages import (

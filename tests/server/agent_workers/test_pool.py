@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from movingout.agents.errors import AgentError, AgentsBusyError
-from movingout.agents.observing import start_state
+from movingout.agents.observation.seat_observation import start_state
 from movingout.maps import load_map
 from movingout.server.agent_workers.pool import AgentAnswer, AgentPool, AgentSeat
 from movingout.world.state import WorldState

@@ -30,7 +30,7 @@ class ResidualBlock(nn.Module):
         return out
 
 
-class FlatObserver(nn.Sequential):
+class FlatEncoder(nn.Sequential):
     """All numbers side by side: what is learned about the item in one slot says nothing about another slot."""
 
     def __init__(self, spec: PolicySpec) -> None:
@@ -41,7 +41,7 @@ class FlatObserver(nn.Sequential):
         )
 
 
-class ItemObserver(nn.Module):
+class ItemEncoder(nn.Module):
     """The same network looks at each item, items look at each other, and a weighted sum of them is what is told.
 
     So it does not matter in which slot an item stands, and each episode teaches something about all items.

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from movingout.agents.hold import levels_of, presses_of, toggles
+from movingout.agents.grasp_encoding import levels_of, presses_of, toggles
 
 
 def test_a_press_is_made_exactly_where_the_wanted_level_differs_from_the_hand() -> None:

@@ -1,7 +1,8 @@
-"""Ways to make a chunk out of noise: flow matching, and denoising diffusion with DDPM or DDIM sampling.
+"""Diffusion Policy: a chunk is made out of noise, by flow matching or by denoising diffusion (DDPM or DDIM sampling).
 
-Each knows how to lose (training) and how to sample; the network is an argument. Noise is an argument too, so that a
-decision can be repeated exactly and the whole sampler becomes one ONNX graph.
+From the top: the policy conditions a denoising network on the observation; its process says what that network learns
+(`loss`) and how a chunk is sampled with it (`sample`). Noise is an argument of `sample`, so that a decision can be
+repeated exactly and the whole sampler becomes one ONNX graph.
 """
 
 import math
@@ -11,8 +12,33 @@ import torch
 from torch import Tensor
 
 from movingout.agents.checkpoint.policy_spec import PolicySpec
+from movingout.agents.policies.denoisers import ResMlpDenoiser, UNetDenoiser
+from movingout.agents.policies.policy import Policy
 
 MAX_BETA = 0.999
+
+
+class DiffusionPolicy(Policy):
+    """Diffusion Policy with the U-Net or the fast denoiser, by diffusion or by flow."""
+
+    def __init__(self, spec: PolicySpec) -> None:
+        super().__init__(spec)
+        self.denoiser = UNetDenoiser(spec) if spec.denoiser == "unet" else ResMlpDenoiser(spec)
+        self.process = make_process(spec)
+
+    @property
+    def noise_rows(self) -> int:
+        """One to begin with; DDPM draws fresh noise in every step."""
+        return self.spec.sample_steps if self.spec.process == "ddpm" else 1
+
+    def _condition(self, observation: Tensor) -> Tensor:
+        return self.denoiser.condition(self.normalised(observation).flatten(1))
+
+    def loss(self, observation: Tensor, chunk: Tensor) -> Tensor:
+        return self.process.loss(self.denoiser, self._condition(observation), chunk)
+
+    def forward(self, observation: Tensor, noise: Tensor) -> Tensor:
+        return self.process.sample(self.denoiser, self._condition(observation), noise)
 
 
 class Denoiser(Protocol):

@@ -7,11 +7,13 @@ from pathlib import Path
 import pytest
 
 from movingout.agents.errors import DataError
-from movingout.agents.training.config import Optimisation, PolicyConfig, policy_preset
-from movingout.agents.training.run import CONFIG, RESUME, begin
+from movingout.agents.kinds.policy import DP
+from movingout.agents.policies.config import PolicyConfig
+from movingout.agents.training.optimisation import Optimisation
+from movingout.agents.training.run_folder import CONFIG, RESUME, begin
 
 ABOUT = {"id": "dp@mine", "kind": "dp", "preset": "fast", "seats": "acting", "data_sha256": "a" * 64}
-CONFIGURATION = policy_preset("dp", "fast")
+CONFIGURATION = DP.presets["fast"]
 
 
 @pytest.fixture

@@ -1,36 +1,30 @@
-"""Training the learned simulator from episodes, and adding it to a policy to make a BASS agent."""
+"""Training the learned simulator of BASS from episodes (paper, "BASS Details").
 
+From the top: episodes become single ticks; the simulator is fitted to them in one or several stages (`stages`), each a
+`fit` with its own loss; validation counts how well ticks of people who are not trained on are predicted.
+"""
+
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 import torch
-from safetensors.torch import save
-from torch import nn
+from torch import Tensor, nn
 
-from movingout.agents.bass.dynamics import Dynamics, Rollout, build_dynamics
+from movingout.agents.bass.config import BassConfig, Order
+from movingout.agents.bass.dynamics import Dynamics, VaeDynamics, build_dynamics
 from movingout.agents.bass.grasp_model import hands_of
-from movingout.agents.bass.state_vector import (
-    ACTION_WIDTH,
-    CONSTANT_WIDTH,
-    ITEMS_START,
-    MOVING_WIDTH,
-    constant,
-    moving_arrays,
-)
-from movingout.agents.checkpoint.checkpoint import Checkpoint, DynamicsSpec, FileName, Training, write_checkpoint
-from movingout.agents.checkpoint.policy_spec import Grasp
+from movingout.agents.bass.state_vector import ACTION_WIDTH, ITEMS_START, constant, moving_arrays
 from movingout.agents.data.dataset import Indices, Singles, Trajectory, split_rows
-from movingout.agents.errors import CheckpointError
-from movingout.agents.policies.export import export, halved_weights
-from movingout.agents.training.config import BassConfig
-from movingout.agents.training.loop import Fitted, Losses, Task, fit
-from movingout.agents.training.stages import Batch, Stage, stages
-from movingout.agents.training.values import ValueFile
+from movingout.agents.training.fit import Fitted, Losses, Task, fit
 from movingout.maps import MapSpec
+from movingout.world.state import Floats
 
 VALIDATION_ROWS = 8192
+Batch = tuple[Tensor, Tensor, Tensor, Tensor]
+"""States (B, 58), constants (B, 146), actions (B, 8), next states (B, 58)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,7 +68,7 @@ def transitions_of(trajectories: list[Trajectory]) -> Transitions:
     )
 
 
-def action_rows(walk: Trajectory) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+def action_rows(walk: Trajectory) -> Floats:
     """(T, 8): world actions as distance, cos, sin, toggle of blue and red."""
     distance, heading, toggle = (walk.actions[..., k] for k in range(3))
     rows = np.stack((distance, np.cos(heading), np.sin(heading), toggle > 0.5), axis=-1)
@@ -84,7 +78,7 @@ def action_rows(walk: Trajectory) -> np.ndarray[tuple[int, ...], np.dtype[np.flo
 def train_dynamics(config: BassConfig, data: Transitions, folder: Path) -> Fitted[Dynamics]:
     """Fit the simulator; curves and resume files go to `folder`. Validation is with people who are not trained on.
 
-    An order of several stages (`training.stages`) shares the updates among them. Raises DataError for an order that
+    An order of several stages (`stages`) shares the updates among them. Raises DataError for an order that
     the simulator cannot have.
     """
     config.check()
@@ -133,63 +127,57 @@ def _batch(data: Transitions, rows: Indices, device: torch.device) -> Batch:
     return before, constants, actions, after
 
 
-def export_dynamics(dynamics: Dynamics, depth: int, grasp: Grasp) -> bytes:
-    """ONNX of `state` (B, 58), `constant` (B, 146), `actions` (B, depth, 2, 4) to `states` (B, depth, 58)."""
-    example = torch.zeros(2, MOVING_WIDTH), torch.zeros(2, CONSTANT_WIDTH), torch.zeros(2, depth, 2, 4)
-    return export(Rollout(dynamics, depth, grasp), example, ["state", "constant", "actions"], ["states"])
-
-
 @dataclass(frozen=True, slots=True)
-class Simulator:
-    """A trained simulator as it lies in a checkpoint."""
+class Stage:
+    """One fit: the losses of a batch, and what happens to the network before."""
 
-    spec: DynamicsSpec
-    onnx: bytes
-    weights: bytes  # safetensors
-    training: Training | None  # where the weights come from; older cards do not say it
-
-
-def exported(dynamics: Dynamics, depth: int, grasp: Grasp, training: Training) -> Simulator:
-    """The files of a trained simulator."""
-    return Simulator(dynamics.spec, export_dynamics(dynamics, depth, grasp), save(halved_weights(dynamics)), training)
+    name: str  # of its folder; "" for the run folder itself
+    losses: Callable[[Dynamics, Batch], Losses]
+    prepare: Callable[[Dynamics], None] = lambda dynamics: None
 
 
-def simulator_of(checkpoint: Checkpoint, depth: int, grasp: Grasp) -> Simulator:
-    """The simulator of another BASS agent. Raises CheckpointError when it is none, or one for other chunks."""
-    card = checkpoint.card
-    if card.dynamics is None or card.selection is None:
-        raise CheckpointError(f"{card.id} has no simulator; name an agent of kind bass")
-    if (card.selection.depth, card.policy.grasp) != (depth, grasp):
-        raise CheckpointError(
-            f"the simulator of {card.id} is for {card.selection.depth} ticks and grasp {card.policy.grasp}, "
-            f"not for {depth} and {grasp}"
-        )
-    onnx, weights = checkpoint.read("dynamics.onnx"), checkpoint.read("dynamics.safetensors")
-    return Simulator(card.dynamics, onnx, weights, card.dynamics_training)
+def stages(order: Order) -> tuple[Stage, ...]:
+    """The fits of an order, one after the other; all but `joint` are for autoencoders.
+
+    `joint` fits everything together, `fine-tuned` starts the second autoencoder from the weights of the first,
+    `separate` fits both alone; with the last two the step between the latent spaces comes at the end, the autoencoders
+    frozen.
+    """
+    joint = Stage("", lambda network, batch: network.losses(*batch))
+    if order == "joint":
+        return (joint,)
+    step = Stage("step", lambda network, batch: {"loss": _vae(network).stepping(*batch)}, _freeze)
+    if order == "separate":
+        return Stage("autoencoders", _both), step
+    return Stage("first", _first), Stage("second", _second, _begin_second), step
 
 
-def save_bass(
-    folder: Path, agent_id: str, base: Checkpoint, simulator: Simulator, value: ValueFile | None, config: BassConfig,
-    name: str, description: str,
-) -> Checkpoint:  # fmt: skip
-    """Write the checkpoint of a BASS agent: the base policy's network, the simulator and, if it has one, the value."""
-    card = {
-        **base.card.model_dump(exclude={"files", "scores"}),
-        "id": agent_id,
-        "name": name,
-        "description": description,
-        "kind": "bass",
-        "dynamics": simulator.spec.model_dump(),
-        "selection": config.selection().model_dump(),
-        "value": value.spec.model_dump() if value else None,
-        "dynamics_training": simulator.training.model_dump() if simulator.training else None,
-        "value_training": value.training.model_dump() if value and value.training else None,
-    }
-    files: dict[FileName, bytes] = {
-        "policy.onnx": base.read("policy.onnx"),
-        "dynamics.onnx": simulator.onnx,
-        "dynamics.safetensors": simulator.weights,
-    }
-    if value:
-        files |= {"value.onnx": value.onnx}
-    return write_checkpoint(folder, card, files)
+def _first(network: Dynamics, batch: Batch) -> Losses:
+    state, constant, _, _ = batch
+    return {"loss": _vae(network).autoencoding(_vae(network).now, state, constant)}
+
+
+def _second(network: Dynamics, batch: Batch) -> Losses:
+    state, constant, _, after = batch
+    vae = _vae(network)
+    return {"loss": vae.autoencoding(vae.next, vae.target(state, after), constant)}
+
+
+def _both(network: Dynamics, batch: Batch) -> Losses:
+    first, second = _first(network, batch)["loss"], _second(network, batch)["loss"]
+    return {"loss": first + second, "first": first, "second": second}
+
+
+def _begin_second(network: Dynamics) -> None:
+    vae = _vae(network)
+    vae.next.load_state_dict(vae.now.state_dict())
+
+
+def _freeze(network: Dynamics) -> None:
+    for autoencoder in (_vae(network).now, _vae(network).next):
+        autoencoder.requires_grad_(False)
+
+
+def _vae(network: Dynamics) -> VaeDynamics:
+    assert isinstance(network, VaeDynamics)
+    return network

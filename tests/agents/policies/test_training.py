@@ -7,8 +7,9 @@ import pytest
 
 from movingout.agents.data.dataset import windows_of
 from movingout.agents.errors import DataError
-from movingout.agents.training.config import PolicyConfig
-from movingout.agents.training.policies import SOON, hand_changes, train_policy
+from movingout.agents.kinds.policy import build_policy
+from movingout.agents.policies.config import PolicyConfig
+from movingout.agents.policies.training import SOON, hand_changes, train_policy
 
 
 def test_windows_before_a_hand_changes_are_found_and_those_that_begin_with_the_press() -> None:
@@ -26,4 +27,4 @@ def test_events_are_of_levels_only(tmp_path: Path) -> None:
     windows = windows_of([("p", np.zeros((4, 121), np.float32), np.zeros((4, 5), np.float32))])
     config = PolicyConfig(layout="official-v1", width=8, depth=1, updates=1, grasp="toggle", event_weight=2)
     with pytest.raises(DataError, match="--grasp hold"):
-        train_policy("mlp", config, windows, tmp_path)
+        train_policy(build_policy, config.spec("mlp"), config, windows, tmp_path)

@@ -7,19 +7,18 @@ import numpy as np
 import pytest
 import torch
 
-from movingout.agents.checkpoint.checkpoint import SHIPPED, find_checkpoint
-from movingout.agents.errors import CheckpointError, DataError
-from movingout.agents.inference.policy_agent import Network
-from movingout.agents.training.config import BassConfig
-from movingout.agents.training.values import (
+from movingout.agents.bass.checkpoint_parts import packed_value, value_of
+from movingout.agents.bass.config import BassConfig
+from movingout.agents.bass.value_training import (
     TAIL,
     Returns,
     discounted,
-    exported_value,
     returns_of,
     train_value,
-    value_of,
 )
+from movingout.agents.checkpoint.checkpoint import SHIPPED, find_checkpoint
+from movingout.agents.errors import CheckpointError, DataError
+from movingout.agents.inference.network import Network
 from movingout.maps import load_map
 from tests.agents.learning import walked
 
@@ -56,7 +55,7 @@ def test_a_value_tells_what_follows_and_is_exported_as_trained(tmp_path: Path) -
     network = train_value(config, data, tmp_path).network
     rows = features[900:1000].astype(np.float32)  # the tenth episode is not trained on
     source = find_checkpoint("dp@all", SHIPPED).card.training
-    files = exported_value(network, source)
+    files = packed_value(network, source)
     assert (files.spec, files.training) == (config.value_spec(), source)
     (served,) = Network(files.onnx)(features=rows)
     assert np.corrcoef(served, data.returns[900:1000])[0, 1] > 0.9

@@ -9,9 +9,9 @@ import torch
 from torch import nn
 
 from movingout.agents.errors import DataError
-from movingout.agents.training.config import Optimisation, Precision
-from movingout.agents.training.loop import Fitted, Losses, Task, fit
-from movingout.agents.training.run import RESUME
+from movingout.agents.training.fit import Fitted, Losses, Task, fit
+from movingout.agents.training.optimisation import Optimisation, Precision
+from movingout.agents.training.run_folder import RESUME
 
 CONFIG = Optimisation(rate=0.1, warmup=0, evaluate_every=2)
 

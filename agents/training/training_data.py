@@ -7,7 +7,13 @@ from pathlib import Path
 
 from movingout.agents.bass.recombination import Part
 from movingout.agents.checkpoint.policy_spec import PolicySpec
-from movingout.agents.data.dagger import SUFFIX, Correction, correction_pieces, load_correction, taught_stretches
+from movingout.agents.data.corrections import (
+    SUFFIX,
+    Correction,
+    correction_pieces,
+    load_correction,
+    taught_stretches,
+)
 from movingout.agents.data.dataset import (
     Piece,
     SeatChoice,
@@ -22,7 +28,7 @@ from movingout.agents.errors import DataError
 
 
 @dataclass(frozen=True, slots=True)
-class Material:
+class TrainingData:
     """Everything under the places that were named."""
 
     files: list[Path]
@@ -67,11 +73,11 @@ class Material:
         ]
 
 
-def read_material(places: list[Path]) -> Material:
+def read_training_data(places: list[Path]) -> TrainingData:
     """Read everything there. Raises DataError when there is nothing."""
     if not places:
         raise DataError("name recordings to learn from, or folders of them; `movingout demos label` makes some")
     files = recording_files(places, (".mcap", SUFFIX))
     labelled = [file for file in files if file.name.endswith(SUFFIX)]
     recordings = [file for file in files if file not in labelled]
-    return Material(files, read_trajectories(recordings), [load_correction(file) for file in labelled])
+    return TrainingData(files, read_trajectories(recordings), [load_correction(file) for file in labelled])

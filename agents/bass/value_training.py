@@ -10,15 +10,14 @@ import numpy.typing as npt
 import torch
 from torch import Tensor, nn
 
+from movingout.agents.bass.config import BassConfig
 from movingout.agents.bass.value import LAYOUT, progress
-from movingout.agents.checkpoint.checkpoint import Checkpoint, Training, ValueSpec
+from movingout.agents.checkpoint.checkpoint import ValueSpec
 from movingout.agents.data.dataset import Indices, Singles, Trajectory, split_rows
-from movingout.agents.errors import CheckpointError, DataError
+from movingout.agents.errors import DataError
 from movingout.agents.observation.features import LAYOUT_SIZES, feature_encoder
-from movingout.agents.policies.export import export
-from movingout.agents.policies.observers import ItemObserver, ResidualBlock, alike_for_items
-from movingout.agents.training.config import BassConfig
-from movingout.agents.training.loop import Fitted, Losses, Task, fit
+from movingout.agents.policies.encoders import ItemEncoder, ResidualBlock, alike_for_items
+from movingout.agents.training.fit import Fitted, Losses, Task, fit
 from movingout.world.state import Floats
 
 TAIL = 60  # ticks at the end of an episode that time has cut off: what would have followed is not known
@@ -113,7 +112,7 @@ class ValueNetwork(nn.Module):
 
 def _layers(width: int) -> nn.Sequential:
     return nn.Sequential(
-        ItemObserver(width, ITEM_WIDTH),
+        ItemEncoder(width, ITEM_WIDTH),
         ResidualBlock(width),
         nn.LayerNorm(width),
         nn.Linear(width, 1),
@@ -152,25 +151,3 @@ def train_value(config: BassConfig, data: Returns, folder: Path) -> Fitted[Value
     trained = fit(Task(network, losses, validate, config.value_updates, random, len(train)), how, folder)
     assert isinstance(trained.network, ValueNetwork)
     return Fitted(trained.network.cpu(), trained.updates, trained.made)
-
-
-@dataclass(frozen=True, slots=True)
-class ValueFile:
-    """A trained value network as it lies in a checkpoint."""
-
-    spec: ValueSpec
-    onnx: bytes
-    training: Training | None  # where the weights come from; older cards do not say it
-
-
-def value_of(checkpoint: Checkpoint) -> ValueFile:
-    """The value network of another BASS agent. Raises CheckpointError when it has none."""
-    if checkpoint.card.value is None:
-        raise CheckpointError(f"{checkpoint.card.id} has no value network; name an agent trained with --score value")
-    return ValueFile(checkpoint.card.value, checkpoint.read("value.onnx"), checkpoint.card.value_training)
-
-
-def exported_value(network: ValueNetwork, training: Training) -> ValueFile:
-    """A trained value network as a file."""
-    example = torch.zeros(2, len(network.mean))
-    return ValueFile(network.spec, export(network, (example,), ["features"], ["value"]), training)

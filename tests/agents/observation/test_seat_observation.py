@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from movingout.agents.observing import observe, said, start_state
+from movingout.agents.observation.seat_observation import observe, said, start_state
 from movingout.maps import MovingOutError, load_map
 from movingout.world import World
 from movingout.world.observation import encode_state

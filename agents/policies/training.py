@@ -1,23 +1,20 @@
-"""Training a policy from windows, and putting it into a checkpoint folder."""
+"""Training any policy from windows: the batches, their augmentation and the weighting of the loss."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 import torch
-from safetensors.torch import save
 from torch import nn
 
-from movingout.agents.checkpoint.checkpoint import Checkpoint, Training, write_checkpoint
-from movingout.agents.checkpoint.policy_spec import PolicyKind
+from movingout.agents.checkpoint.policy_spec import PolicySpec
 from movingout.agents.data.dataset import Indices, Windows
-from movingout.agents.policies.export import export_policy, halved_weights
-from movingout.agents.policies.policy import MOTION, Policy, build_policy
-from movingout.agents.training.config import PolicyConfig
-from movingout.agents.training.loop import Fitted, Losses, Task, fit
-from movingout.agents.training.noise import noisy_partner
+from movingout.agents.policies.config import PolicyConfig
+from movingout.agents.policies.policy import MOTION, Policy
+from movingout.agents.policies.pose_noise import noisy_partner
+from movingout.agents.training.fit import Fitted, Losses, Task, fit
 
 NORMALISER_ROWS = 200_000  # rows from which mean and deviation are estimated
 VALIDATION_ROWS = 4096
@@ -25,14 +22,16 @@ SOON = 4  # ticks
 HOLDS = 4  # index of one's own hand, +1 or -1, in every observation layout
 
 
-def train_policy(kind: PolicyKind, config: PolicyConfig, windows: Windows, folder: Path) -> Fitted[Policy]:
-    """Fit `mlp`, `gru` or `dp` to windows; curves and resume file go to `folder`.
+def train_policy(
+    build: Callable[[PolicySpec], Policy], spec: PolicySpec, config: PolicyConfig, windows: Windows, folder: Path
+) -> Fitted[Policy]:
+    """Fit the policy that `build` makes of `spec` to windows; curves and resume file go to `folder`.
 
     Raises DataError for a configuration that cannot be.
     """
     config.check()
     torch.manual_seed(config.seed)
-    policy = build_policy(config.spec(kind))
+    policy = build(spec)
     _fit_normaliser(policy, windows)
     train, held_out = windows.split(config.held_out, config.seed)
     random = np.random.default_rng(config.seed)
@@ -84,23 +83,3 @@ def _fit_normaliser(policy: Policy, windows: Windows) -> None:
     stride = max(len(windows) // NORMALISER_ROWS, 1)
     sample = windows.features[::stride]
     policy.fit_normaliser(torch.from_numpy(sample.mean(axis=0)), torch.from_numpy(sample.std(axis=0)))
-
-
-def save_policy(
-    folder: Path, agent_id: str, policy: Policy, maps: Iterable[str], training: Training, name: str, description: str
-) -> Checkpoint:
-    """Write the checkpoint folder: card, ONNX and safetensors."""
-    policy = policy.eval().cpu()
-    card = {
-        "schema_version": 1,
-        "id": agent_id,
-        "name": name,
-        "description": description,
-        "kind": policy.spec.kind,
-        "maps": sorted(maps),
-        "policy": policy.spec.model_dump(),
-        "training": training.model_dump(),
-    }
-    return write_checkpoint(
-        folder, card, {"policy.onnx": export_policy(policy), "policy.safetensors": save(halved_weights(policy))}
-    )

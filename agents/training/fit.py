@@ -23,8 +23,8 @@ from torch import Tensor, nn
 from torch.utils.tensorboard import SummaryWriter
 
 from movingout.agents.errors import DataError
-from movingout.agents.training.config import Optimisation
-from movingout.agents.training.run import RESUME
+from movingout.agents.training.optimisation import Optimisation
+from movingout.agents.training.run_folder import RESUME
 
 NetworkT = TypeVar("NetworkT", bound=nn.Module, covariant=True)
 Losses = dict[str, Tensor]

@@ -1,0 +1,109 @@
+"""The networks that BASS has beside its base policy, as files of a checkpoint: the simulator and the value."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import torch
+from safetensors.torch import save
+
+from movingout.agents.bass.config import BassConfig
+from movingout.agents.bass.dynamics import Dynamics, Rollout
+from movingout.agents.bass.state_vector import CONSTANT_WIDTH, MOVING_WIDTH
+from movingout.agents.bass.value_training import ValueNetwork
+from movingout.agents.checkpoint.checkpoint import (
+    Checkpoint,
+    DynamicsSpec,
+    FileName,
+    Training,
+    ValueSpec,
+    write_checkpoint,
+)
+from movingout.agents.checkpoint.policy_spec import Grasp
+from movingout.agents.errors import CheckpointError
+from movingout.agents.policies.export import export, halved_weights
+
+
+@dataclass(frozen=True, slots=True)
+class TrainedSimulator:
+    """A trained simulator as it lies in a checkpoint."""
+
+    spec: DynamicsSpec
+    onnx: bytes
+    weights: bytes  # safetensors
+    training: Training | None  # where the weights come from; older cards do not say
+
+
+@dataclass(frozen=True, slots=True)
+class TrainedValue:
+    """A trained value network as it lies in a checkpoint."""
+
+    spec: ValueSpec
+    onnx: bytes
+    training: Training | None  # where the weights come from; older cards do not say
+
+
+def export_dynamics(dynamics: Dynamics, depth: int, grasp: Grasp) -> bytes:
+    """ONNX of `state` (B, 58), `constant` (B, 146), `actions` (B, depth, 2, 4) to `states` (B, depth, 58)."""
+    example = torch.zeros(2, MOVING_WIDTH), torch.zeros(2, CONSTANT_WIDTH), torch.zeros(2, depth, 2, 4)
+    return export(Rollout(dynamics, depth, grasp), example, ["state", "constant", "actions"], ["states"])
+
+
+def packed_simulator(dynamics: Dynamics, depth: int, grasp: Grasp, training: Training) -> TrainedSimulator:
+    """A simulator that was trained just now."""
+    onnx, weights = export_dynamics(dynamics, depth, grasp), save(halved_weights(dynamics))
+    return TrainedSimulator(dynamics.spec, onnx, weights, training)
+
+
+def packed_value(network: ValueNetwork, training: Training) -> TrainedValue:
+    """A value network that was trained just now."""
+    example = torch.zeros(2, len(network.mean))
+    return TrainedValue(network.spec, export(network, (example,), ["features"], ["value"]), training)
+
+
+def simulator_of(checkpoint: Checkpoint, depth: int, grasp: Grasp) -> TrainedSimulator:
+    """The simulator of another BASS agent. Raises CheckpointError when it has none, or one for other chunks."""
+    card = checkpoint.card
+    if card.dynamics is None or card.selection is None:
+        raise CheckpointError(f"{card.id} has no simulator; name an agent of kind bass")
+    if (card.selection.depth, card.policy.grasp) != (depth, grasp):
+        raise CheckpointError(
+            f"the simulator of {card.id} is for {card.selection.depth} ticks and grasp {card.policy.grasp}, "
+            f"not for {depth} and {grasp}"
+        )
+    onnx, weights = checkpoint.read("dynamics.onnx"), checkpoint.read("dynamics.safetensors")
+    return TrainedSimulator(card.dynamics, onnx, weights, card.dynamics_training)
+
+
+def value_of(checkpoint: Checkpoint) -> TrainedValue:
+    """The value network of another BASS agent. Raises CheckpointError when it has none."""
+    card = checkpoint.card
+    if card.value is None:
+        raise CheckpointError(f"{card.id} has no value network; name an agent trained with --score value")
+    return TrainedValue(card.value, checkpoint.read("value.onnx"), card.value_training)
+
+
+def save_bass(
+    folder: Path, agent_id: str, base: Checkpoint, simulator: TrainedSimulator, value: TrainedValue | None,
+    config: BassConfig, name: str, description: str,
+) -> Checkpoint:  # fmt: skip
+    """Write the checkpoint of a BASS agent: the base policy's network, the simulator and, if it has one, the value."""
+    card = {
+        **base.card.model_dump(exclude={"files", "scores"}),
+        "id": agent_id,
+        "name": name,
+        "description": description,
+        "kind": "bass",
+        "dynamics": simulator.spec.model_dump(),
+        "selection": config.selection().model_dump(),
+        "value": value.spec.model_dump() if value else None,
+        "dynamics_training": simulator.training.model_dump() if simulator.training else None,
+        "value_training": value.training.model_dump() if value and value.training else None,
+    }
+    files: dict[FileName, bytes] = {
+        "policy.onnx": base.read("policy.onnx"),
+        "dynamics.onnx": simulator.onnx,
+        "dynamics.safetensors": simulator.weights,
+    }
+    if value:
+        files |= {"value.onnx": value.onnx}
+    return write_checkpoint(folder, card, files)

@@ -1,0 +1,98 @@
+"""Trained networks at play: ONNX graphs on one thread of onnxruntime, or on a GPU. No torch."""
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import onnxruntime
+
+from movingout.agents.base import THREADS
+from movingout.agents.checkpoint.policy_spec import ACTION_WIDTH, PolicySpec
+from movingout.agents.errors import CheckpointError
+from movingout.agents.inference.device import providers
+
+Singles = npt.NDArray[np.float32]
+
+
+class Network:
+    """An ONNX graph that runs on one thread, or on a GPU (agents.inference.device)."""
+
+    def __init__(self, data: bytes) -> None:
+        options = onnxruntime.SessionOptions()
+        options.intra_op_num_threads = THREADS
+        options.inter_op_num_threads = THREADS
+        options.log_severity_level = 3
+        where = providers()
+        try:
+            self._session = onnxruntime.InferenceSession(data, options, providers=where)
+        except Exception as error:  # onnxruntime has no common base of its own errors
+            raise CheckpointError(f"onnxruntime cannot load this network: {error}"[:300]) from error
+        self.input_shapes = {argument.name: list(argument.shape) for argument in self._session.get_inputs()}
+
+    def __call__(self, **inputs: Singles) -> list[Any]:
+        """The outputs for inputs by name, rows first; inputs that the graph does not have are left out.
+
+        A row on its own is summed in another order than the same row beside others, and an agent must not play
+        differently when it plays alone: so it is asked twice at once.
+        """
+        asked = {name: inputs[name] for name in self.input_shapes}
+        if any(len(rows) != 1 for rows in asked.values()):
+            return list(self._session.run(None, asked))
+        twice = {name: np.concatenate((rows, rows)) for name, rows in asked.items()}
+        return [rows[:1] for rows in self._session.run(None, twice)]
+
+
+class PolicyNetwork:
+    """A policy's network: observations in, chunks out."""
+
+    def __init__(self, spec: PolicySpec, data: bytes) -> None:
+        """Raises CheckpointError when the graph does not give what the spec says."""
+        self.spec = spec
+        self._network = Network(data)
+        self.noise_rows = _noise_rows(self._network)
+        history = np.zeros((1, spec.obs_horizon, spec.features), dtype=np.float32)
+        try:
+            chunks = self.sample(history, np.random.default_rng(0))
+        except Exception as error:  # a foreign graph may fail in any way that onnxruntime knows
+            raise CheckpointError(f"the network does not take what its card says: {error}"[:300]) from error
+        if chunks.shape != (1, spec.horizon, ACTION_WIDTH) or not np.isfinite(chunks).all():
+            raise CheckpointError(f"the network answers with shape {chunks.shape}, not (1, {spec.horizon}, 5) numbers")
+
+    def sample(self, history: Singles, random: np.random.Generator) -> Singles:
+        """Chunks (B, H, 5) for observations (B, To, D), each from noise of its own."""
+        return self.run(history, self.noise(len(history), random))
+
+    def noise(self, count: int, random: np.random.Generator) -> Singles:
+        """(count, rows, H, 5) for `run`."""
+        spec = self.spec
+        shape = (count, max(self.noise_rows, 1), spec.horizon, ACTION_WIDTH)
+        drawn: Singles = random.standard_normal(shape, dtype=np.float32)
+        return drawn
+
+    def run(self, history: Singles, noise: Singles) -> Singles:
+        """Chunks (B, H, 5) for observations (B, To, D) and noise (B, rows, H, 5); each row for itself, to the bit."""
+        chunks: Singles = self._network(observation=history, noise=noise)[0]
+        return chunks
+
+
+def _noise_rows(network: Network) -> int:
+    """R of the graph's input `noise` (B, R, H, 5); 0 where it has none. Raises CheckpointError when R is not fixed."""
+    shape = network.input_shapes.get("noise")
+    if shape is None:
+        return 0
+    if len(shape) != 4 or not isinstance(shape[1], int):
+        raise CheckpointError(f"the network's input noise has shape {shape}, not (batch, rows, horizon, 5)")
+    return shape[1]
+
+
+@lru_cache(maxsize=4)
+def shared_policy_network(spec: PolicySpec, data: bytes) -> PolicyNetwork:
+    """One network for all agents of a process that have it."""
+    return PolicyNetwork(spec, data)
+
+
+@lru_cache(maxsize=8)
+def shared_network(data: bytes) -> Network:
+    """Likewise, for simulators and values."""
+    return Network(data)

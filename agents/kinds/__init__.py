@@ -1,0 +1,1 @@
+"""The kinds of agents that can be trained: one record each."""

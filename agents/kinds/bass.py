@@ -1,0 +1,132 @@
+"""The kind `bass`: a simulator and a value on top of a policy, to choose among its candidates."""
+
+import argparse
+from typing import TYPE_CHECKING
+
+from movingout.agents.base import Agent
+from movingout.agents.bass.config import BassConfig
+from movingout.agents.checkpoint.checkpoint import Checkpoint
+from movingout.agents.errors import DataError
+from movingout.agents.kinds.kind import AgentKind, Trained
+from movingout.agents.training.run import TrainingRun
+from movingout.agents.training.training_data import TrainingData
+
+if TYPE_CHECKING:
+    from movingout.agents.bass.checkpoint_parts import TrainedSimulator, TrainedValue
+
+
+def load_bass(
+    checkpoint: Checkpoint, execute: int = 0, simulator: str = "learned", partner: str = "policy",
+    sampling: str | int = "", score: str = "",
+) -> Agent:  # fmt: skip
+    """The agent of a checkpoint; the options are explained in `agents.bass.agent.bass_agent`."""
+    from movingout.agents.bass.agent import bass_agent
+
+    return bass_agent(
+        checkpoint, execute, simulator=simulator, partner=partner, sampling=str(sampling), score=score
+    )  # `sampling=4` comes as a number
+
+
+def _add_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--base", required=True, help="id of the policy whose candidates are chosen among")
+    parser.add_argument("--simulator", default="", help="id of a BASS agent whose simulator to take; trains none")
+    parser.add_argument("--value", default="", help="id of a BASS agent whose value network to take; trains none")
+
+
+def _train(run: TrainingRun[BassConfig]) -> Trained:
+    """Fit the simulator and, to choose by value, the value; take from other agents what is named. Write all of it."""
+    from movingout.agents.bass.checkpoint_parts import save_bass, simulator_of, value_of
+
+    config, options = run.config, run.options
+    base = run.find(options.base)
+    _check(config, base, options)
+    grasp = base.card.policy.grasp
+    simulator = simulator_of(run.find(options.simulator), config.depth, grasp) if options.simulator else None
+    value = value_of(run.find(options.value)) if options.value else None
+    trained = []
+    if simulator is None or (value is None and config.score == "value"):
+        data = run.read_data()
+        before = run.begin(data)
+        if simulator is None:
+            simulator = _train_simulator(run, config, data, base, before)
+            trained.append(simulator.training)
+        if value is None and config.score == "value":
+            value = _train_value(run, config, data, before)
+            trained.append(value.training)
+    else:
+        run.begin()
+    checkpoint = save_bass(
+        run.model_folder, run.agent_id, base, simulator, value, config, run.name, _description(base, config)
+    )
+    training = next((one for one in trained if one), checkpoint.card.training)
+    return Trained(checkpoint, training)
+
+
+def _check(config: BassConfig, base: Checkpoint, options: argparse.Namespace) -> None:
+    """Raises DataError for options that do not go together."""
+    horizon = base.card.policy.horizon
+    if config.depth > horizon:
+        raise DataError(
+            f"{options.base} predicts {horizon} ticks, so --depth {config.depth} is too far; --depth {horizon}"
+        )
+    if options.value and config.score != "value":
+        raise DataError(f"--value {options.value} is for --score value, not for --score {config.score}")
+
+
+def _description(base: Checkpoint, config: BassConfig) -> str:
+    by = "what is done by then and expected to follow" if config.score == "value" else config.score.upper()
+    return (
+        f"{base.card.name} with simulation and selection: of {config.own} candidates, each simulated with "
+        f"{config.partner} guesses of the partner's, the best by {by}."
+    )
+
+
+def _train_simulator(
+    run: TrainingRun[BassConfig], config: BassConfig, data: TrainingData, base: Checkpoint, before: str
+) -> "TrainedSimulator":
+    from movingout.agents.bass.checkpoint_parts import packed_simulator
+    from movingout.agents.bass.dynamics_training import train_dynamics, transitions_of
+
+    transitions = transitions_of(data.episodes)
+    fitted = train_dynamics(config, transitions, run.folder)
+    run.check_learned(data, before, fitted, "--updates")
+    training = run.training(data, data.cast, len(transitions), fitted.updates)
+    return packed_simulator(fitted.network, config.depth, base.card.policy.grasp, training)
+
+
+def _train_value(run: TrainingRun[BassConfig], config: BassConfig, data: TrainingData, before: str) -> "TrainedValue":
+    from movingout.agents.bass.checkpoint_parts import packed_value
+    from movingout.agents.bass.value_training import returns_of, train_value
+
+    returns = returns_of(data.episodes, config.discount)
+    fitted = train_value(config, returns, run.folder / "value")
+    run.check_learned(data, before, fitted, "--value-updates")
+    training = run.training(data, data.cast, len(returns.returns), fitted.updates)
+    return packed_value(fitted.network, training)
+
+
+BASS = AgentKind(
+    name="bass",
+    summary="BASS: a simulator, to choose among a policy's candidates",
+    presets={
+        "fast": BassConfig(),
+        "paper": BassConfig(
+            width=128,
+            latent=32,
+            residual=False,
+            rigid=False,
+            grasping=False,
+            own=4,
+            partner=4,
+            combine="independent",
+            score="nfd",
+            depth=4,
+            epochs=1000,
+            warmup=0,
+        ),
+    },
+    add_options=_add_options,
+    option_names=("base", "simulator", "value"),
+    train=_train,
+    load=load_bass,
+)

@@ -1,0 +1,31 @@
+"""What a kind of trained agent is: one record, from its options on the command line to the agent that plays."""
+
+import argparse
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Generic
+
+from movingout.agents.base import Agent
+from movingout.agents.checkpoint.checkpoint import Checkpoint, Training
+from movingout.agents.training.run import ConfigT, TrainingRun
+
+
+@dataclass(frozen=True, slots=True)
+class Trained:
+    """What a training run has made."""
+
+    checkpoint: Checkpoint
+    training: Training  # where the weights come from that were trained in this run
+
+
+@dataclass(frozen=True, slots=True)
+class AgentKind(Generic[ConfigT]):
+    """Everything that commands, catalogue and server know about a kind. Making a record imports no torch."""
+
+    name: str  # `movingout train NAME`, and `kind` on the card
+    summary: str  # one phrase for --help
+    presets: Mapping[str, ConfigT]  # by the word of --preset; fields of the class become options
+    add_options: Callable[[argparse.ArgumentParser], None]  # those that are not fields of the configuration
+    option_names: tuple[str, ...]  # of these, the ones that a run folder keeps
+    train: Callable[[TrainingRun[ConfigT]], Trained]  # trains, exports, writes the checkpoint folder; may import torch
+    load: Callable[..., Agent]  # a checkpoint, and the options of an id as keywords (`bass@all:execute=4`)

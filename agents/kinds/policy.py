@@ -1,0 +1,150 @@
+"""The kinds that are a policy network alone: MLP, GRU and Diffusion Policy. They differ in network and presets."""
+
+import argparse
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from itertools import chain
+from typing import TYPE_CHECKING, get_args
+
+from movingout.agents.base import Agent
+from movingout.agents.checkpoint.checkpoint import Checkpoint
+from movingout.agents.checkpoint.policy_spec import Denoiser, PolicySpec
+from movingout.agents.data.dataset import Piece, SeatChoice
+from movingout.agents.errors import DataError
+from movingout.agents.kinds.kind import AgentKind, Trained
+from movingout.agents.policies.config import PolicyConfig
+from movingout.agents.training.run import TrainingRun
+from movingout.agents.training.training_data import TrainingData
+
+if TYPE_CHECKING:
+    from movingout.agents.policies.policy import Policy
+
+NO_DENOISER: Denoiser = "resmlp"  # what the cards of policies without a denoiser say
+Build = Callable[[PolicySpec], "Policy"]
+"""Makes the network that a spec describes, with fresh weights."""
+
+_PAPER = PolicyConfig(
+    layout="map-v1", obs_horizon=2, horizon=8, execute=4, grasp="toggle", epochs=1000, batch=1024, rate=1e-3, warmup=0,
+    decay=0.0, clip=0.0, precision="fp32", width=2048,
+)  # fmt: skip
+"""What the paper's policies have in common."""
+
+
+def policy_kind(
+    name: str, summary: str, build: Build, fast: PolicyConfig, paper: PolicyConfig, *,
+    denoisers: tuple[Denoiser, ...] = (NO_DENOISER,),
+) -> AgentKind[PolicyConfig]:  # fmt: skip
+    """The record of a policy that is trained from windows and plays as an ONNX graph."""
+    return AgentKind(
+        name=name,
+        summary=summary,
+        presets={"fast": fast, "paper": paper},
+        add_options=_add_options,
+        option_names=("seats",),
+        train=lambda run: _train(name, build, denoisers, run),
+        load=load_policy,
+    )
+
+
+def load_policy(checkpoint: Checkpoint, execute: int = 0) -> Agent:
+    """The agent of a checkpoint. `execute`: ticks between decisions; 0 means what the card says."""
+    from movingout.agents.inference.network import shared_policy_network
+    from movingout.agents.inference.policy_agent import PolicyAgent
+
+    spec = checkpoint.card.policy
+    return PolicyAgent(spec, shared_policy_network(spec, checkpoint.read("policy.onnx")), execute)
+
+
+def _train(kind: str, build: Build, denoisers: tuple[Denoiser, ...], run: TrainingRun[PolicyConfig]) -> Trained:
+    """From recordings to a checkpoint: read, cut into windows, fit, export."""
+    from movingout.agents.data.dataset import windows_of
+    from movingout.agents.policies.export import save_policy
+    from movingout.agents.policies.training import train_policy
+
+    config = run.config
+    if config.denoiser not in denoisers:
+        raise DataError(f"--denoiser {config.denoiser} is not for {kind}; leave the option out")
+    spec = config.spec(kind)
+    seats: SeatChoice = run.options.seats
+    data = run.read_data()
+    pieces = data.pieces(spec, seats)
+    if left_out := data.left_out(seats):
+        count = 2 * len(data.trajectories)
+        run.tell(f"--seats {seats}: {left_out} of {count} seats are not learned from")
+    before = run.begin(data)
+    windows = windows_of(chain(pieces, _recombined(run, data, spec)))
+    fitted = train_policy(build, spec, config, windows, run.folder)
+    run.check_learned(data, before, fitted, "--updates")
+    training = run.training(data, windows.names, len(windows), fitted.updates)
+    description = f"{kind.upper()} trained on {training.episodes} episodes of {training.population}."
+    maps = {walk.map.name for walk in data.episodes}
+    checkpoint = save_policy(run.model_folder, run.agent_id, fitted.network, maps, training, run.name, description)
+    return Trained(checkpoint, training)
+
+
+def _recombined(run: TrainingRun[PolicyConfig], data: TrainingData, spec: PolicySpec) -> Iterator[Piece]:
+    """The paper's recombination: as many more ticks as `config.recombine` says, each piece confirmed by the engine."""
+    from movingout.agents.bass.recombination import LENGTH, augmentation
+    from movingout.agents.data.dataset import person
+
+    config = run.config
+    if not config.recombine:
+        return
+    parts = data.parts(spec, run.options.seats)
+    count = round(config.recombine * sum(part.ticks for part in parts) / LENGTH)
+    found, report = augmentation(parts, count, config.seed, config.matching)
+    run.tell(f"recombination: {report.valid} of {report.tried} pieces valid ({report.share:.1%})")
+    for piece, walk in found:
+        seat = piece.own.seat
+        yield person(walk.participants[seat]), walk.features(seat, spec.layout), piece.targets
+
+
+def _add_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--seats",
+        choices=get_args(SeatChoice),
+        default="acting",
+        help="whom to learn from in recordings: all who act (default; no idle seats and ghosts), human, or all",
+    )
+
+
+def build_policy(spec: PolicySpec) -> "Policy":
+    """The network of a shipped kind, with fresh weights."""
+    return _NETWORKS[spec.kind](spec)
+
+
+def _mlp(spec: PolicySpec) -> "Policy":
+    from movingout.agents.policies.behaviour_cloning import MlpPolicy
+
+    return MlpPolicy(spec)
+
+
+def _gru(spec: PolicySpec) -> "Policy":
+    from movingout.agents.policies.behaviour_cloning import GruPolicy
+
+    return GruPolicy(spec)
+
+
+def _diffusion_policy(spec: PolicySpec) -> "Policy":
+    from movingout.agents.policies.diffusion_policy import DiffusionPolicy
+
+    return DiffusionPolicy(spec)
+
+
+MLP = policy_kind("mlp", "the paper's MLP", _mlp, fast=PolicyConfig(width=512), paper=_PAPER)
+GRU = policy_kind(
+    "gru",
+    "the paper's GRU",
+    _gru,
+    fast=PolicyConfig(width=256, obs_horizon=4, horizon=4, depth=2),
+    paper=replace(_PAPER, horizon=4),
+)
+DP = policy_kind(
+    "dp",
+    "Diffusion Policy, with the U-Net or the fast denoiser",
+    _diffusion_policy,
+    fast=PolicyConfig(denoiser="items", restless=2.0),
+    paper=replace(_PAPER, denoiser="unet", process="ddpm", width=128, dropout=0.05, warmup=500, sample_steps=36),
+    denoisers=get_args(Denoiser),
+)
+_NETWORKS: dict[str, Build] = {MLP.name: _mlp, GRU.name: _gru, DP.name: _diffusion_policy}

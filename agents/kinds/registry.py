@@ -1,0 +1,25 @@
+"""The kinds there are. A new one is a module beside this one, and an entry here."""
+
+from typing import Any
+
+from movingout.agents.base import Agent
+from movingout.agents.checkpoint.checkpoint import Card, Checkpoint
+from movingout.agents.errors import CheckpointError
+from movingout.agents.kinds.bass import BASS
+from movingout.agents.kinds.kind import AgentKind
+from movingout.agents.kinds.policy import DP, GRU, MLP
+
+_ALL: tuple[AgentKind[Any], ...] = MLP, GRU, DP, BASS
+KINDS = {kind.name: kind for kind in _ALL}
+
+
+def kind_of(card: Card) -> AgentKind[Any]:
+    """The kind of a trained agent. Raises CheckpointError for one that this version does not know."""
+    if card.kind not in KINDS:
+        raise CheckpointError(f"{card.id} is of the unknown kind {card.kind!r}; known: {', '.join(KINDS)}")
+    return KINDS[card.kind]
+
+
+def load_checkpoint(checkpoint: Checkpoint, **options: object) -> Agent:
+    """The agent of a checkpoint, its files verified. `options` are those of its kind."""
+    return kind_of(checkpoint.card).load(checkpoint, **options)

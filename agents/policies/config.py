@@ -1,0 +1,60 @@
+"""How a policy is trained: the configuration that MLP, GRU and diffusion policies share. Knows no torch."""
+
+from dataclasses import dataclass
+
+from movingout.agents.bass.recombination import Matching
+from movingout.agents.checkpoint.policy_spec import Denoiser, Grasp, Layout, PolicySpec, Process
+from movingout.agents.errors import DataError
+from movingout.agents.training.optimisation import AtLeastOne, NotNegativeFloat, Optimisation, described, documented
+
+
+@dataclass(frozen=True, kw_only=True)
+class PolicyConfig(Optimisation):
+    """A policy and how it is trained; the fields of the network are those of its card."""
+
+    layout: Layout = documented(
+        "aware-v1", "observation layout: official-v1, map-v1 (walls and goals), aware-v1 (ways)", "never"
+    )
+    obs_horizon: int = documented(
+        1, "observations that the policy sees: the present one and obs_horizon - 1 before it", "never"
+    )
+    horizon: int = documented(8, "actions predicted", "never")
+    execute: int = documented(2, "actions played before deciding anew", "free")
+    grasp: Grasp = documented(
+        "hold", "what is predicted about the hand: hold (desired level) or toggle (official)", "never"
+    )
+    width: int = documented(512, "units per layer; channels of the first level of a U-Net", "never")
+    depth: int = documented(3, "layers, or residual blocks", "never")
+    dropout: float = documented(0.0, "dropout in the network")
+    denoiser: Denoiser = documented(
+        "resmlp", "dp only: resmlp, items (the same, looking at each item with one network) or unet", "never"
+    )
+    process: Process = documented("flow", "dp only: flow, ddim or ddpm", "never")
+    train_steps: int = documented(36, "dp only: diffusion steps in training (ddim, ddpm)", "never")
+    sample_steps: int = documented(4, "dp only: steps of one decision", "free")
+    restless: float = documented(
+        1.0, "dp only: noise of a decision is so many times as wide at a standstill of 2 s", "free"
+    )
+    pose_noise: NotNegativeFloat = documented(
+        0.0, "augmentation: standard deviation of noise on the partner's pose; paper 0.002"
+    )
+    recombine: NotNegativeFloat = documented(
+        0.0, "augmentation: recombined stretches to add, as a share of the recorded windows"
+    )
+    matching: Matching = documented(
+        "both-ends", "recombined stretches begin and end in the same places (paper), or begin there alone: one-end"
+    )
+    event_weight: AtLeastOne = documented(
+        1, "how often windows are drawn in which the hand is about to change, others once", "free"
+    )
+    grasp_weight: NotNegativeFloat = documented(1.0, "weight of the grasp's numbers in the loss")
+
+    def spec(self, kind: str) -> PolicySpec:
+        """The network's description. Raises DataError for what cannot be built."""
+        names = set(PolicySpec.model_fields) - {"kind"}
+        return described(PolicySpec, {"kind": kind} | {name: getattr(self, name) for name in names})
+
+    def check(self) -> None:
+        super().check()
+        if self.event_weight > 1 and self.grasp != "hold":
+            raise DataError("--event-weight goes by hold levels; train with --grasp hold")
