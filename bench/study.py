@@ -15,8 +15,8 @@ from typing import Any
 import httpx
 
 from bench.server import canary
-from movingout.server.study_bots.crowd import Crowd, Plan
-from movingout.server.study_bots.rehearsal import RehearsalServer, Served
+from movingout.server.study_bots.cohort import Cohort, SimulationPlan
+from movingout.server.study_bots.rehearsal_server import RehearsalServer, ServerAddress
 from movingout.study.design.templates import template_text
 
 PAIRS = 8
@@ -36,14 +36,14 @@ def main() -> None:
         file = Path(folder) / "study.yaml"
         file.write_text(text, encoding="utf-8")
         with RehearsalServer(file, Path(folder) / "data", 1.0) as server:
-            _print(asyncio.run(_measure(server.served)))
+            _print(asyncio.run(_measure(server.address)))
 
 
-async def _measure(served: Served) -> dict[str, Any]:
-    crowd = Crowd(served.base, Plan(2 * PAIRS, scripted=False))
-    headers = {"Authorization": f"Bearer {served.admin_token}"}
-    async with httpx.AsyncClient(base_url=served.base, headers=headers, timeout=30.0) as http:
-        taking_part = asyncio.create_task(crowd.take_part())
+async def _measure(address: ServerAddress) -> dict[str, Any]:
+    cohort = Cohort(address.base, SimulationPlan(2 * PAIRS, scripted=False))
+    headers = {"Authorization": f"Bearer {address.admin_token}"}
+    async with httpx.AsyncClient(base_url=address.base, headers=headers, timeout=30.0) as http:
+        taking_part = asyncio.create_task(cohort.take_part())
         watching = asyncio.create_task(_watch(http))
         try:
             await _until_all_play(http, taking_part)

@@ -21,7 +21,7 @@ class Arrival(NamedTuple):
     parameters: Mapping[str, str]
 
 
-class NotWelcome(StudyError):
+class ArrivalRefused(StudyError):
     """Somebody who cannot take part with this link; `code` is for programs."""
 
     def __init__(self, code: str, message: str) -> None:
@@ -30,12 +30,12 @@ class NotWelcome(StudyError):
 
 
 def read_arrival(link: Mapping[str, str], needs_code: bool) -> Arrival:
-    """Raises NotWelcome when the link cannot be a participant's."""
+    """Raises ArrivalRefused when the link cannot be a participant's."""
     given = {name: value.strip() for name, value in link.items()}
     if any(len(value) > MOST_LETTERS or value.startswith(UNFILLED) for value in given.values()):
-        raise NotWelcome("link", "This link is not complete. Please open it again from where you got it.")
+        raise ArrivalRefused("link", "This link is not complete. Please open it again from where you got it.")
     if given.get("assignmentId") == PREVIEW:
-        raise NotWelcome("preview", "This is a preview. Please accept the task first, then open it again.")
+        raise ArrivalRefused("preview", "This is a preview. Please accept the task first, then open it again.")
     source, external_id = _person(given, needs_code)
     return Arrival(source, external_id, {name: given[name] for name in KEPT if given.get(name)})
 
@@ -44,7 +44,7 @@ def _person(given: Mapping[str, str], needs_code: bool) -> tuple[str, str]:
     """Where they come from, and their id there. Where a code is needed, nothing else lets anybody in."""
     code = given.get("code", "").upper()
     if needs_code and not code:
-        raise NotWelcome("code", "Please type the code that you were given.")
+        raise ArrivalRefused("code", "Please type the code that you were given.")
     if not needs_code and given.get("PROLIFIC_PID"):
         return PROLIFIC, given["PROLIFIC_PID"]
     if not needs_code and given.get("workerId"):

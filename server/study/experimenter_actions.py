@@ -5,16 +5,16 @@ from typing import Any
 
 import msgspec
 
-from movingout.server.study.participant_session import Guest
+from movingout.server.study.participant_session import ParticipantSession
 from movingout.server.study.running_study import RunningStudy
-from movingout.server.study.session_service import Reception
-from movingout.server.study.unit import Crew
+from movingout.server.study.session_service import SessionService
+from movingout.server.study.unit import StudyUnit
 from movingout.study.errors import StudyError
 
 PAYMENT_COLUMNS = ("source", "id", "pid", "outcome", "code", "minutes", "amount", "currency", "data_kept")
 
 
-class Order(msgspec.Struct):
+class ExperimenterRequest(msgspec.Struct):
     """The body of what the experimenter asks for: about whom, and why."""
 
     pid: str | None = None
@@ -24,107 +24,109 @@ class Order(msgspec.Struct):
     text: str = ""
 
 
-class Experimenter:
+class ExperimenterActions:
     """The actions of the experimenter's screen."""
 
-    def __init__(self, running: RunningStudy, reception: Reception) -> None:
+    def __init__(self, running: RunningStudy, session_service: SessionService) -> None:
         self._running = running
-        self._reception = reception
+        self._session_service = session_service
 
-    async def pause(self, order: Order) -> None:
+    async def pause(self, request: ExperimenterRequest) -> None:
         """Stop the clock of one unit, or of everybody."""
-        await self._set_paused(order, True)
+        await self._set_paused(request, True)
 
-    async def resume(self, order: Order) -> None:
-        await self._set_paused(order, False)
+    async def resume(self, request: ExperimenterRequest) -> None:
+        await self._set_paused(request, False)
 
-    async def _set_paused(self, order: Order, paused: bool) -> None:
+    async def _set_paused(self, request: ExperimenterRequest, paused: bool) -> None:
         running = self._running
         async with running.lock:
-            crew = self._crew(order) if order.pid or order.unit is not None else None
-            await self._audit("pause" if paused else "resume", order)
-            await running.pause(paused, crew)
+            unit = self._unit(request) if request.pid or request.unit is not None else None
+            await self._audit("pause" if paused else "resume", request)
+            await running.pause(paused, unit)
 
-    async def restart_round(self, order: Order) -> None:
+    async def restart_round(self, request: ExperimenterRequest) -> None:
         """The running round does not count; it is played again from its map card."""
         running = self._running
         async with running.lock:
-            crew = self._crew(order)
-            if crew.game is None:
+            unit = self._unit(request)
+            if unit.running_round is None:
                 raise StudyError("no round is running there now")
-            await self._audit("restart-round", order)
-            running.playing.close(crew, "The experimenter starts this round again.")
-            await running.playing.write_down(crew)
+            await self._audit("restart-round", request)
+            running.rooms.close(unit, "The experimenter starts this round again.")
+            await running.rooms.write_down(unit)
 
-    async def kick(self, order: Order) -> None:
+    async def kick(self, request: ExperimenterRequest) -> None:
         """The study ends for a participant, who gets a code."""
         async with self._running.lock:
-            guest = self._guest(order)
-            await self._audit("kick", order)
-            await self._running.dismiss(guest, "withdrew")
+            session = self._session(request)
+            await self._audit("kick", request)
+            await self._running.dismiss(session, "withdrew")
 
-    async def invalid(self, order: Order) -> None:
+    async def invalid(self, request: ExperimenterRequest) -> None:
         """A round does not count."""
-        episode = order.episode or self._crew(order).episode
+        episode = request.episode or self._unit(request).episode
         if not episode:
             raise StudyError("they have not played a round yet")
-        await self._running.run(self._running.records.rounds.mark, episode, False, order.reason)
+        await self._running.run(self._running.databases.rounds.mark, episode, False, request.reason)
 
-    async def note(self, order: Order) -> None:
+    async def note(self, request: ExperimenterRequest) -> None:
         """Something to remember, of a participant or of the whole study."""
-        running, text = self._running, (order.text or order.reason).strip()
+        running, text = self._running, (request.text or request.reason).strip()
         if not text:
             raise StudyError("a note says something")
-        unit = order.unit if order.unit is not None else self._guest(order).place.unit if order.pid else None
-        pids = [guest.pid for guest in running.guests.values() if unit is not None and guest.place.unit == unit]
-        if order.unit is not None and not pids:
-            raise StudyError(f"there is no unit {order.unit} here")
-        await running.run(running.records.store.note, text, unit)
-        running.notes.insert(0, {"at": time(), "text": text, "pid": " and ".join(pids) or order.pid})
+        unit = request.unit if request.unit is not None else self._session(request).record.unit if request.pid else None
+        pids = [
+            session.pid for session in running.sessions.values() if unit is not None and session.record.unit == unit
+        ]
+        if request.unit is not None and not pids:
+            raise StudyError(f"there is no unit {request.unit} here")
+        await running.run(running.databases.store.note, text, unit)
+        running.notes.insert(0, {"at": time(), "text": text, "pid": " and ".join(pids) or request.pid})
 
-    async def open_next(self, order: Order) -> dict[str, str]:
+    async def open_next(self, request: ExperimenterRequest) -> dict[str, str]:
         """A code for whoever comes next, and the link with it."""
-        code = await self._reception.new_code()
-        await self._audit("open-next", order)
+        code = await self._session_service.new_code()
+        await self._audit("open-next", request)
         return {"code": code, "path": f"/study?code={code}"}
 
     async def payments(self) -> list[dict[str, Any]]:
         """One row for each who has a code: who they are where they were recruited, and what their time is worth."""
         running = self._running
-        known = await running.run(running.records.identities.everybody)
-        await running.run(running.records.store.audit, "experimenter", "payments")
+        known = await running.run(running.databases.identities.everybody)
+        await running.run(running.databases.store.audit, "experimenter", "payments")
         rows = []
-        for guest in running.guests.values():
-            if guest.place.code is None:
+        for session in running.sessions.values():
+            if session.record.code is None:
                 continue
-            source, external_id = known.get(guest.pid, ("", ""))
-            worth = running.worth(guest) or {"minutes": "", "amount": "", "currency": ""}
-            about = {"source": source, "id": _plain(external_id), "pid": guest.pid, "outcome": guest.place.outcome}
-            rows.append({**about, "code": guest.place.code, **worth, "data_kept": guest.place.keep is not False})
+            source, external_id = known.get(session.pid, ("", ""))
+            worth = running.worth(session) or {"minutes": "", "amount": "", "currency": ""}
+            about = {"source": source, "id": _plain(external_id), "pid": session.pid, "outcome": session.record.outcome}
+            rows.append({**about, "code": session.record.code, **worth, "data_kept": session.record.keep is not False})
         return rows
 
-    async def _audit(self, action: str, order: Order) -> None:
+    async def _audit(self, action: str, request: ExperimenterRequest) -> None:
         """The reason may say who it was: it goes beside the data, as a note, and not into the audit."""
         running = self._running
-        unit = {} if order.unit is None else {"unit": order.unit}
-        await running.run(running.records.store.audit, "experimenter", action, order.pid or "", **unit)
-        if order.reason.strip():
-            reason = f"{action}: {order.reason.strip()}"
-            await self.note(Order(pid=order.pid, unit=order.unit, text=reason))
+        unit = {} if request.unit is None else {"unit": request.unit}
+        await running.run(running.databases.store.audit, "experimenter", action, request.pid or "", **unit)
+        if request.reason.strip():
+            reason = f"{action}: {request.reason.strip()}"
+            await self.note(ExperimenterRequest(pid=request.pid, unit=request.unit, text=reason))
 
-    def _guest(self, order: Order) -> Guest:
-        guest = self._running.guests.get(order.pid or "")
-        if guest is None:
-            raise StudyError(f"there is no participant {order.pid!r} here")
-        return guest
+    def _session(self, request: ExperimenterRequest) -> ParticipantSession:
+        session = self._running.sessions.get(request.pid or "")
+        if session is None:
+            raise StudyError(f"there is no participant {request.pid!r} here")
+        return session
 
-    def _crew(self, order: Order) -> Crew:
-        """Whom an order is about. Raises StudyError when they do not play (yet)."""
-        unit = self._guest(order).place.unit if order.pid else order.unit
-        crew = self._running.crews.get(-1 if unit is None else unit)
-        if crew is None:
+    def _unit(self, request: ExperimenterRequest) -> StudyUnit:
+        """Whom an request is about. Raises StudyError when they do not play (yet)."""
+        number = self._session(request).record.unit if request.pid else request.unit
+        unit = self._running.units.get(-1 if number is None else number)
+        if unit is None:
             raise StudyError("they have not come as far as the game, or have finished")
-        return crew
+        return unit
 
 
 def _plain(text: str) -> str:

@@ -4,9 +4,9 @@ import asyncio
 import logging
 
 from movingout.server.rooms.room import Room
-from movingout.server.study.participant_session import Guest
+from movingout.server.study.participant_session import ParticipantSession
 from movingout.server.study.running_study import RunningStudy
-from movingout.server.study.unit import Crew
+from movingout.server.study.unit import StudyUnit
 from movingout.study.errors import StoreError
 
 log = logging.getLogger(__name__)
@@ -15,7 +15,7 @@ LOOK_S = 1.0
 SLOW_PARTNER_S = 300.0  # somebody who is there and lets a partner wait so long is worth an alert
 
 
-class Caretaker:
+class StudyMonitor:
     """Looks after a running study. `start` and `stop` run inside the event loop, while the study runs."""
 
     def __init__(self, running: RunningStudy) -> None:
@@ -45,51 +45,55 @@ class Caretaker:
     async def look(self) -> None:
         """One look. The lock is held."""
         running, now = self._running, self._running.now()
-        for crew in list(running.crews.values()):
-            if all(guest.finished for guest in crew.guests) and crew.game is None and crew.over is None:
-                del running.crews[crew.unit.id]
+        for unit in list(running.units.values()):
+            if (
+                all(session.finished for session in unit.members)
+                and unit.running_round is None
+                and unit.finished_round is None
+            ):
+                del running.units[unit.record.id]
             else:
-                await self._look_after(crew, now)
-        await running.playing.look_after(running.crews.values(), now, may_begin=not running.paused)
+                await self._look_after(unit, now)
+        await running.rooms.look_after(running.units.values(), now, may_begin=not running.paused)
         if not running.paused:
             await running.match()
         full = running.host.full_disk()
         if full:
             running.alerts.raise_("disk", full)
 
-    async def _look_after(self, crew: Crew, now: float) -> None:
-        await self._running.bring_in(crew)
-        self._hear_players(crew, now)
-        if not (self._running.paused or crew.paused):
-            await self._evict(crew, now)
-            self._notice_slow_partner(crew, now)
-        if crew.game is not None:
-            self._notice_room(crew.unit.id, crew.game.room)
+    async def _look_after(self, unit: StudyUnit, now: float) -> None:
+        await self._running.bring_in(unit)
+        self._hear_players(unit, now)
+        if not (self._running.paused or unit.paused):
+            await self._evict(unit, now)
+            self._notice_slow_partner(unit, now)
+        if unit.running_round is not None:
+            self._notice_room(unit.record.id, unit.running_round.room)
 
-    def _hear_players(self, crew: Crew, now: float) -> None:
+    def _hear_players(self, unit: StudyUnit, now: float) -> None:
         """Who sits in the game is present, though no page of the study is open."""
-        if crew.game is not None:
-            for pid, seat in crew.game.seats.items():
-                if crew.game.room.seats[seat].client is not None:
-                    self._running.guests[pid].heard_at = now
+        if unit.running_round is not None:
+            for pid, seat in unit.running_round.seats.items():
+                if unit.running_round.room.seats[seat].client is not None:
+                    self._running.sessions[pid].last_seen_at = now
 
-    async def _evict(self, crew: Crew, now: float) -> None:
+    async def _evict(self, unit: StudyUnit, now: float) -> None:
         """Nobody waits for ever for a partner who is gone."""
         running = self._running
-        if any(one.finished and one.place.outcome != "done" for one in crew.guests):
-            await running.part(crew)  # the server was killed, or the database refused, half-way through
-        absent = [one for one in crew.guests if not one.finished and self._gone(one, now)]
-        waiting = [one for one in crew.guests if not one.finished and one.plays_on() and one.present(now)]
+        if any(one.finished and one.record.outcome != "done" for one in unit.members):
+            await running.part(unit)  # the server was killed, or the database refused, half-way through
+        absent = [one for one in unit.members if not one.finished and self._gone(one, now)]
+        waiting = [one for one in unit.members if not one.finished and one.has_rounds_left() and one.present(now)]
         if absent and waiting:
             running.alerts.raise_("gone", f"{absent[0].pid} did not come back; {waiting[0].pid} was given a code.")
             await running.dismiss(absent[0], "withdrew")
 
-    def _gone(self, guest: Guest, now: float) -> bool:
-        return not guest.present(now) and now - guest.heard_at > self._running.study.pairing.return_s
+    def _gone(self, session: ParticipantSession, now: float) -> bool:
+        return not session.present(now) and now - session.last_seen_at > self._running.study.pairing.return_s
 
-    def _notice_slow_partner(self, crew: Crew, now: float) -> None:
-        if crew.ready and now - crew.ready_at > SLOW_PARTNER_S and not crew.problem:
-            waiting = ", ".join(sorted(crew.ready))
+    def _notice_slow_partner(self, unit: StudyUnit, now: float) -> None:
+        if unit.ready and now - unit.ready_at > SLOW_PARTNER_S and not unit.problem:
+            waiting = ", ".join(sorted(unit.ready))
             self._running.alerts.raise_("slow", f"{waiting} waits for a partner who is there, but does not come.")
 
     def _notice_room(self, unit: int, room: Room) -> None:

@@ -17,49 +17,49 @@ Push = Callable[[dict[str, Any]], None]
 
 
 @dataclass(eq=False)
-class Guest:
+class ParticipantSession:
     """One participant."""
 
-    place: Participant
-    way: tuple[Step, ...]
-    heard_at: float  # seconds of the server's clock
+    record: Participant
+    steps: tuple[Step, ...]
+    last_seen_at: float  # seconds of the server's clock
     since: float  # when the current step was reached
     source: str = ""
     rtt_ms: float = -1.0
     device: str = ""
     refused: str = ""  # why the input check was not passed
     declined: bool = False
-    pushes: list[Push] = field(default_factory=list)  # to the pages that are open
+    listeners: list[Push] = field(default_factory=list)  # to the pages that are open
 
     @property
     def pid(self) -> str:
-        return self.place.pid
+        return self.record.pid
 
     @property
     def finished(self) -> bool:
-        return self.declined or self.place.code is not None
+        return self.declined or self.record.code is not None
 
     @property
     def step(self) -> Step | None:
         """The current step; None in the waiting room."""
-        return next((step for step in self.way if step.key == self.place.step), None)
+        return next((step for step in self.steps if step.key == self.record.step), None)
 
     @property
-    def on_the_way(self) -> bool:
+    def before_unit_steps(self) -> bool:
         """Whether they have not come to the first step of their unit yet."""
-        return self.place.step in (LAST_ALONE, WAITING) and not self.finished
+        return self.record.step in (LAST_ALONE, WAITING) and not self.finished
 
-    def done(self) -> int:
+    def steps_done(self) -> int:
         """How many steps are done."""
         if self.finished:
-            return len(self.way)
-        keys = [step.key for step in self.way]
-        return keys.index(LAST_ALONE) + 1 if self.place.step == WAITING else keys.index(self.place.step)
+            return len(self.steps)
+        keys = [step.key for step in self.steps]
+        return keys.index(LAST_ALONE) + 1 if self.record.step == WAITING else keys.index(self.record.step)
 
-    def plays_on(self) -> bool:
+    def has_rounds_left(self) -> bool:
         """Whether rounds are still to come."""
-        return any(step.kind in ("practice", "round") for step in self.way[self.done() :])
+        return any(step.kind in ("practice", "round") for step in self.steps[self.steps_done() :])
 
     def present(self, now: float) -> bool:
         """Whether a page of theirs is open; also one that sleeps behind another tab."""
-        return now - self.heard_at < (HIDDEN_S if self.pushes else PRESENT_S)
+        return now - self.last_seen_at < (HIDDEN_S if self.listeners else PRESENT_S)

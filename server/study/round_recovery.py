@@ -6,13 +6,13 @@ from typing import NamedTuple
 from movingout.recordings import read_episode
 from movingout.recordings.storage.listing import read_summary
 from movingout.server.rooms.quality import RoundHealth
-from movingout.study.store.rounds import Played
+from movingout.study.store.rounds import RoundOutcome
 
 
 class Recovered(NamedTuple):
     """What the row of a round and of its players wants to know; players by seat."""
 
-    played: Played
+    played: RoundOutcome
     rtt_ms: tuple[float | None, float | None]
     idle_share: tuple[float | None, float | None]
 
@@ -23,7 +23,7 @@ def recovered(path: Path) -> Recovered:
     for tick in read_episode(path).ticks:
         health.tick(tick.actions, tick.rtt_ms, tick.late_ms)
     tcr, nfd, wt_s, ac = (summary.metrics[name] for name in ("tcr", "nfd", "wt_s", "ac"))
-    played = Played(
+    played = RoundOutcome(
         summary.outcome, summary.ticks, tcr, nfd, wt_s, None if ac < 0 else ac, health.late_p99_ms()
     )  # fmt: skip
     return Recovered(played, (health.rtt_ms(0), health.rtt_ms(1)), (health.idle_share(0), health.idle_share(1)))

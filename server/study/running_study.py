@@ -13,17 +13,17 @@ from typing import Any, ParamSpec, TypeVar
 
 from movingout.server.host import Host
 from movingout.server.study.alerts import Alerts
-from movingout.server.study.database_thread import Records
-from movingout.server.study.participant_session import Guest
-from movingout.server.study.study_rooms import Playing
-from movingout.server.study.unit import Crew, Over
+from movingout.server.study.databases import StudyDatabases
+from movingout.server.study.participant_session import ParticipantSession
+from movingout.server.study.study_rooms import StudyRooms
+from movingout.server.study.unit import FinishedRound, StudyUnit
 from movingout.server.study.waiting_room import WaitingRoom
 from movingout.study.data.erasure import remove_recordings
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.allocation import assign
 from movingout.study.design.definition import Outcome
 from movingout.study.design.review import earned
-from movingout.study.design.step_order import LAST_ALONE, WAITING, blocks_over, following
+from movingout.study.design.step_order import LAST_ALONE, WAITING, blocks_over, next_step
 from movingout.study.design.steps import steps
 from movingout.study.errors import StudyError
 from movingout.study.store import Unit
@@ -53,15 +53,15 @@ class RunningStudy:
         self.needs_code = needs_code
         self.simulated = simulated
         self.alerts = Alerts()
-        self.records = Records(folder, file_text, self.alerts, simulated)
+        self.databases = StudyDatabases(folder, file_text, self.alerts, simulated)
         self.lock = asyncio.Lock()
         self.waiting = WaitingRoom(self.study.pairing.wait_s)
-        self.guests: dict[str, Guest] = {}
-        self.crews: dict[int, Crew] = {}
+        self.sessions: dict[str, ParticipantSession] = {}
+        self.units: dict[int, StudyUnit] = {}
         self.notes: list[dict[str, Any]] = []  # the newest first
         self.paused = False
         names = {"study": self.study.id, **({"simulated": "yes"} if simulated else {})}
-        self.playing = Playing(self.study, names, host, self.records, self.alerts, self.lock, self._played)
+        self.rooms = StudyRooms(self.study, names, host, self.databases, self.alerts, self.lock, self._played)
         self._alone = steps(self.study, assign(self.study, 0))
         self._removals: set[asyncio.Task[None]] = set()
 
@@ -69,33 +69,33 @@ class RunningStudy:
 
     async def start(self) -> None:
         """Bring everybody back to where they were."""
-        store = self.records.store
-        known = await self.run(self.records.identities.everybody)
+        store = self.databases.store
+        known = await self.run(self.databases.identities.everybody)
         for one in await self.run(store.everybody):
             self.add(one, known.get(one.pid, ("", ""))[0])
         self.paused = await self.run(store.paused)
         self.notes = [self._note(row) for row in reversed(await self.run(store.rows, notes))]
-        newest = await self.run(self.records.rounds.newest_episodes)
-        for unit in await self.run(store.units_on_their_way):
-            self._add_crew(unit, [self.guests[pid] for pid in unit.pids], newest.get(unit.id, ""))
-        await self.playing.take_up(self.crews)
+        newest = await self.run(self.databases.rounds.newest_episodes)
+        for record in await self.run(store.units_on_their_way):
+            self._add_unit(record, [self.sessions[pid] for pid in record.pids], newest.get(record.id, ""))
+        await self.rooms.take_up(self.units)
         self._hold_rooms()
         async with self.lock:
-            for crew in list(self.crews.values()):
-                await self._catch_up(crew)
-                await self.bring_in(crew)
-        for guest in self.guests.values():
-            if guest.place.keep is False and guest.finished:
-                self.remove_data(guest)
+            for unit in list(self.units.values()):
+                await self._catch_up(unit)
+                await self.bring_in(unit)
+        for session in self.sessions.values():
+            if session.record.keep is False and session.finished:
+                self.remove_data(session)
 
     def _note(self, row: dict[str, Any]) -> dict[str, Any]:
-        pids = [pid for pid, guest in self.guests.items() if row["unit"] and guest.place.unit == row["unit"]]
+        pids = [pid for pid, session in self.sessions.items() if row["unit"] and session.record.unit == row["unit"]]
         return {"at": row["at_ms"] / 1e3, "text": row["text"], "pid": " and ".join(pids) or None}
 
     async def stop(self) -> None:
-        await self.playing.finish()
+        await self.rooms.finish()
         await asyncio.gather(*self._removals, return_exceptions=True)
-        self.records.close()
+        self.databases.close()
 
     def now(self) -> float:
         """Seconds of a clock that never jumps."""
@@ -103,59 +103,59 @@ class RunningStudy:
 
     async def run(self, work: Callable[Arguments, Result], *args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
         """Ask the databases."""
-        return await self.records.run(work, *args, **kwargs)
+        return await self.databases.run(work, *args, **kwargs)
 
-    def add(self, place: Participant, source: str) -> Guest:
+    def add(self, record: Participant, source: str) -> ParticipantSession:
         """Somebody takes part from now on."""
-        guest = Guest(place, self._alone, heard_at=self.now(), since=self.now(), source=source)
-        self.guests[place.pid] = guest
-        return guest
+        session = ParticipantSession(record, self._alone, last_seen_at=self.now(), since=self.now(), source=source)
+        self.sessions[record.pid] = session
+        return session
 
-    def crew_of(self, guest: Guest) -> Crew | None:
-        return None if guest.place.unit is None else self.crews.get(guest.place.unit)
+    def unit_of(self, session: ParticipantSession) -> StudyUnit | None:
+        return None if session.record.unit is None else self.units.get(session.record.unit)
 
-    def stays(self, guest: Guest) -> bool:
+    def stays(self, session: ParticipantSession) -> bool:
         """Whether the experimenter has paused this participant."""
-        crew = self.crew_of(guest)
-        return self.paused or (crew is not None and crew.paused)
+        unit = self.unit_of(session)
+        return self.paused or (unit is not None and unit.paused)
 
-    def worth(self, guest: Guest) -> dict[str, Any] | None:
+    def worth(self, session: ParticipantSession) -> dict[str, Any] | None:
         """What the time of somebody who has finished is paid; None where nothing is."""
-        pay, place = self.study.pay, guest.place
-        if pay is None or place.finished_ms is None:
+        pay, record = self.study.pay, session.record
+        if pay is None or record.finished_ms is None:
             return None
-        minutes = max(0, place.finished_ms - place.arrived_ms) / 60_000
+        minutes = max(0, record.finished_ms - record.arrived_ms) / 60_000
         return {"minutes": round(minutes, 1), "amount": earned(self.study, minutes), "currency": pay.currency}
 
-    def push(self, *guests: Guest) -> None:
+    def push(self, *sessions: ParticipantSession) -> None:
         """Tell open pages to look again."""
-        for guest in guests:
-            for push in list(guest.pushes):
+        for session in sessions:
+            for push in list(session.listeners):
                 push({"changed": True})
 
     # ---- pausing (the lock is held) ---------------------------------------------------------------------------
 
-    async def pause(self, paused: bool, crew: Crew | None = None) -> None:
-        """Stop the clock of a crew or of everybody, or let it go on; a restart of the server changes nothing."""
-        await self.run(self.records.store.pause, paused, None if crew is None else crew.unit.id)
-        if crew is None:
+    async def pause(self, paused: bool, unit: StudyUnit | None = None) -> None:
+        """Stop the clock of a unit or of everybody, or let it go on; a restart of the server changes nothing."""
+        await self.run(self.databases.store.pause, paused, None if unit is None else unit.record.id)
+        if unit is None:
             self.paused = paused
         else:
-            crew.paused = paused
+            unit.paused = paused
         self._hold_rooms()
         if not paused:
-            self._begin_waits_anew(crew)
-        self.push(*self.guests.values())
+            self._begin_waits_anew(unit)
+        self.push(*self.sessions.values())
 
-    def _begin_waits_anew(self, crew: Crew | None) -> None:
+    def _begin_waits_anew(self, unit: StudyUnit | None) -> None:
         """A pause does not count: nobody who went away meanwhile is gone, nobody has waited too long."""
-        for guest in self.guests.values() if crew is None else crew.guests:
-            guest.heard_at = self.now()
+        for session in self.sessions.values() if unit is None else unit.members:
+            session.last_seen_at = self.now()
         self.waiting.begin_anew(self.now())
 
     def _hold_rooms(self) -> None:
-        for crew in self.crews.values():
-            room, still = crew.game and crew.game.room, self.paused or crew.paused
+        for unit in self.units.values():
+            room, still = unit.running_round and unit.running_round.room, self.paused or unit.paused
             if room and still and not room.held:
                 room.hold(PAUSED, self.now())
             elif room and room.held and not still:
@@ -163,135 +163,135 @@ class RunningStudy:
 
     # ---- from step to step (the lock is held) -----------------------------------------------------------------
 
-    async def advance(self, guest: Guest) -> None:
+    async def advance(self, session: ParticipantSession) -> None:
         """On to the step that follows."""
-        rounds, unit = self.records.rounds, guest.place.unit
+        rounds, unit = self.databases.rounds, session.record.unit
         over, played = frozenset[str](), frozenset[str]()
         if unit is not None and any(block.limit_minutes for block in self.study.blocks):
             over = blocks_over(self.study, await self.run(rounds.block_seconds, unit))
             played = await self.run(rounds.finished_steps, unit)
-        step = following(guest.way, guest.place.step, over, played)
+        step = next_step(session.steps, session.record.step, over, played)
         if step.kind == "code":
-            await self._finish(guest, "done")
+            await self._finish(session, "done")
         else:
-            await self.move(guest, step.key)
+            await self.move(session, step.key)
 
-    async def move(self, guest: Guest, key: str) -> None:
-        await self.run(self.records.store.move, guest.pid, key)
-        await self.refresh(guest)
+    async def move(self, session: ParticipantSession, key: str) -> None:
+        await self.run(self.databases.store.move, session.pid, key)
+        await self.refresh(session)
 
-    async def refresh(self, guest: Guest) -> None:
+    async def refresh(self, session: ParticipantSession) -> None:
         """Read again what the store says of them."""
-        before = guest.place.step
-        guest.place = await self.run(self.records.store.participant, guest.pid)
-        if guest.place.step != before:
-            guest.since = self.now()
+        before = session.record.step
+        session.record = await self.run(self.databases.store.participant, session.pid)
+        if session.record.step != before:
+            session.since = self.now()
 
-    async def _played(self, crew: Crew, over: Over) -> None:
+    async def _played(self, unit: StudyUnit, over: FinishedRound) -> None:
         """A round or the practice has ended; one that was broken off is begun again."""
-        for guest in crew.at(over.step) if over.counts else []:
-            await self.advance(guest)
-        self.push(*crew.guests)
+        for session in unit.at(over.step) if over.counts else []:
+            await self.advance(session)
+        self.push(*unit.members)
 
-    async def _catch_up(self, crew: Crew) -> None:
+    async def _catch_up(self, unit: StudyUnit) -> None:
         """After a crash: a round that was finished and not yet counted as such is."""
-        finished = await self.run(self.records.rounds.finished_steps, crew.unit.id)
-        for guest in crew.guests:
-            while not guest.finished and guest.place.step in finished:
-                await self.advance(guest)
+        finished = await self.run(self.databases.rounds.finished_steps, unit.record.id)
+        for session in unit.members:
+            while not session.finished and session.record.step in finished:
+                await self.advance(session)
 
     # ---- pairs (the lock is held) -----------------------------------------------------------------------------
 
-    async def form(self, guests: list[Guest]) -> None:
+    async def form(self, sessions: list[ParticipantSession]) -> None:
         """Give one or two a slot, and let them begin what depends on it."""
-        unit = await self.run(self.records.store.form_unit, [guest.pid for guest in guests])
-        self._add_crew(unit, guests)
-        for guest in guests:
-            await self.refresh(guest)
-        await self.bring_in(self.crews[unit.id])
-        if unit.slot >= self.study.units:
-            self.alerts.raise_("full", f"There are more participants than planned: slot {unit.slot + 1} was given.")
-        self.push(*guests)
+        record = await self.run(self.databases.store.form_unit, [session.pid for session in sessions])
+        self._add_unit(record, sessions)
+        for session in sessions:
+            await self.refresh(session)
+        await self.bring_in(self.units[record.id])
+        if record.slot >= self.study.units:
+            self.alerts.raise_("full", f"There are more participants than planned: slot {record.slot + 1} was given.")
+        self.push(*sessions)
 
-    def _add_crew(self, unit: Unit, guests: list[Guest], episode: str = "") -> None:
-        self.crews[unit.id] = Crew(unit, guests, paused=unit.paused, episode=episode)
-        for guest in guests:
-            guest.way = steps(self.study, assign(self.study, unit.slot))
+    def _add_unit(self, record: Unit, sessions: list[ParticipantSession], episode: str = "") -> None:
+        self.units[record.id] = StudyUnit(record, sessions, paused=record.paused, episode=episode)
+        for session in sessions:
+            session.steps = steps(self.study, assign(self.study, record.slot))
 
-    async def bring_in(self, crew: Crew) -> None:
+    async def bring_in(self, unit: StudyUnit) -> None:
         """Nobody of a unit is left before its first step, also when a kill or the database came between."""
-        for guest in crew.guests:
-            if guest.on_the_way:
-                await self.move(guest, following(guest.way, LAST_ALONE).key)
+        for session in unit.members:
+            if session.before_unit_steps:
+                await self.move(session, next_step(session.steps, LAST_ALONE).key)
 
     async def match(self) -> None:
         """Pair those who wait, and let nobody wait for ever."""
         now = self.now()
-        for guest in self.guests.values():
-            if guest.place.step == WAITING and guest.place.unit is None and not guest.finished:
-                self.waiting.enter(guest.pid, guest.since, guest.place.screen)
-            if guest.pushes and guest.present(now):
-                self.waiting.heard(guest.pid, now)
+        for session in self.sessions.values():
+            if session.record.step == WAITING and session.record.unit is None and not session.finished:
+                self.waiting.enter(session.pid, session.since, session.record.screen)
+            if session.listeners and session.present(now):
+                self.waiting.heard(session.pid, now)
         while (pair := self.waiting.pair(now)) is not None:
-            await self.form([self.guests[pid] for pid in pair])
+            await self.form([self.sessions[pid] for pid in pair])
         for pid in self.waiting.over(now):
-            guest = self.guests[pid]
-            if self.study.pairing.otherwise == "agent" and guest.present(now):
-                await self.form([guest])
+            session = self.sessions[pid]
+            if self.study.pairing.otherwise == "agent" and session.present(now):
+                await self.form([session])
             else:
-                await self._finish(guest, "no-partner")
-                self.push(guest)
+                await self._finish(session, "no-partner")
+                self.push(session)
             self.waiting.leave(pid)
 
     # ---- going (the lock is held) -----------------------------------------------------------------------------
 
-    async def dismiss(self, guest: Guest, outcome: Outcome, keep: bool = True) -> None:
+    async def dismiss(self, session: ParticipantSession, outcome: Outcome, keep: bool = True) -> None:
         """Somebody leaves before the end; a partner is free to go, and paid."""
-        if guest.finished:
+        if session.finished:
             return
         if not keep:
-            await self.run(self.records.store.keep_data, guest.pid, False)
-        await self._finish(guest, outcome)
-        self.waiting.leave(guest.pid)
-        self.push(guest)
-        crew = self.crew_of(guest)
-        if crew is not None:
-            await self.part(crew)
+            await self.run(self.databases.store.keep_data, session.pid, False)
+        await self._finish(session, outcome)
+        self.waiting.leave(session.pid)
+        self.push(session)
+        unit = self.unit_of(session)
+        if unit is not None:
+            await self.part(unit)
         if not keep:
-            self.remove_data(guest)
+            self.remove_data(session)
 
-    async def part(self, crew: Crew) -> None:
+    async def part(self, unit: StudyUnit) -> None:
         """Somebody of them has left: nobody else is kept waiting for rounds that cannot be."""
-        self.playing.close(crew, "The round was ended, because somebody left the study.", "left")
-        for other in crew.guests:
-            if not other.finished and other.plays_on():
+        self.rooms.close(unit, "The round was ended, because somebody left the study.", "left")
+        for other in unit.members:
+            if not other.finished and other.has_rounds_left():
                 await self._finish(other, "partner-left")
                 self.push(other)
 
-    async def _finish(self, guest: Guest, outcome: Outcome) -> None:
+    async def _finish(self, session: ParticipantSession, outcome: Outcome) -> None:
         """Give the one and only code."""
-        await self.run(self.records.store.finish, guest.pid, outcome, self._code(outcome))
-        await self.refresh(guest)
+        await self.run(self.databases.store.finish, session.pid, outcome, self._code(outcome))
+        await self.refresh(session)
 
     def _code(self, outcome: Outcome) -> str:
         fixed = {} if self.study.codes == "unique" else self.study.codes
         return fixed.get(outcome) or "".join(secrets.choice(CODE_LETTERS) for _ in range(CODE_LENGTH))
 
-    def remove_data(self, guest: Guest) -> None:
+    def remove_data(self, session: ParticipantSession) -> None:
         """Delete what they did, soon; a server that is killed before does it when it starts again."""
-        task = asyncio.create_task(self._withdraw(guest))
+        task = asyncio.create_task(self._withdraw(session))
         self._removals.add(task)
         task.add_done_callback(self._removals.discard)
 
-    async def _withdraw(self, guest: Guest) -> None:
+    async def _withdraw(self, session: ParticipantSession) -> None:
         """Delete answers and recordings once the last recording is on the disk. The code stays, to be paid."""
-        await self.playing.finish()
+        await self.rooms.finish()
         await self.host.archive.settled()
-        store = self.records.store
+        store = self.databases.store
         try:
-            if await self.run(has_deeds, store, guest.pid):
-                episodes = await self.run(episodes_of, store, guest.pid)
-                removed = await asyncio.to_thread(remove_recordings, self.folder.recordings, guest.pid, set(episodes))
-                await self.run(clear, store, guest.pid, removed)
+            if await self.run(has_deeds, store, session.pid):
+                episodes = await self.run(episodes_of, store, session.pid)
+                removed = await asyncio.to_thread(remove_recordings, self.folder.recordings, session.pid, set(episodes))
+                await self.run(clear, store, session.pid, removed)
         except StudyError as error:
-            self.alerts.raise_("deletion", f"The data of {guest.pid} could not be deleted: {error}")
+            self.alerts.raise_("deletion", f"The data of {session.pid} could not be deleted: {error}")

@@ -1,1 +1,1 @@
-"""Simulated participants: they take a whole study through the interfaces that browsers use, and keep a diary of it."""
+"""Simulated participants: they take a whole study through the interfaces that browsers use, and keep a log of it."""

@@ -20,7 +20,7 @@ class SimulationError(StudyError):
     """The rehearsal cannot go on."""
 
 
-class Refusal(StudyError):
+class RequestRefused(StudyError):
     """The server did not do what was asked for; `code` is what the page would go by."""
 
     def __init__(self, status: int, code: str, message: str) -> None:
@@ -100,4 +100,4 @@ def _content(answer: httpx.Response) -> Any:
     if answer.is_success:
         return content
     error = content.get("error", {})
-    raise Refusal(answer.status_code, error.get("code", ""), error.get("message", answer.text[:200]))
+    raise RequestRefused(answer.status_code, error.get("code", ""), error.get("message", answer.text[:200]))

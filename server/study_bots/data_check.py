@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from movingout.recordings.storage.index import list_recordings
-from movingout.server.study_bots.participant import PLAYED, Diary
+from movingout.server.study_bots.simulated_participant import PLAYED, ActivityLog
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.store.tables import answers, participants, rounds
 
@@ -15,7 +15,7 @@ Row = dict[str, Any]
 
 
 @dataclass(frozen=True)
-class Kept:
+class StoredData:
     """What the store holds after a rehearsal."""
 
     pids: dict[str, str]  # name to pseudonym
@@ -24,9 +24,9 @@ class Kept:
     answers: list[Row]
 
 
-def read_kept(folder: StudyFolder) -> Kept:
+def read_stored(folder: StudyFolder) -> StoredData:
     with closing(folder.open_existing()) as store, closing(folder.open_identities()) as identities:
-        return Kept(
+        return StoredData(
             {external: pid for pid, (_, external) in identities.everybody().items()},
             {row["pid"]: row for row in store.rows(participants)},
             store.rows(rounds),
@@ -34,47 +34,49 @@ def read_kept(folder: StudyFolder) -> Kept:
         )
 
 
-def losses(folder: StudyFolder, kept: Kept, diaries: Sequence[Diary]) -> list[str]:
-    """One sentence for everything that is not as the diaries say; empty: nothing was lost."""
-    found = list(_doubled_rounds(kept)) + list(_recordings(folder, kept))
-    for diary in diaries:
-        found += [f"{diary.name}: {sentence}" for sentence in _of_one(kept, diary)]
+def find_losses(folder: StudyFolder, stored: StoredData, logs: Sequence[ActivityLog]) -> list[str]:
+    """One sentence for everything that is not as the logs say; empty: nothing was lost."""
+    found = list(_doubled_rounds(stored)) + list(_recordings(folder, stored))
+    for log in logs:
+        found += [f"{log.name}: {sentence}" for sentence in _of_one(stored, log)]
     return found
 
 
-def _of_one(kept: Kept, diary: Diary) -> Iterator[str]:
-    row = kept.participants.get(kept.pids.get(diary.name, ""))
+def _of_one(stored: StoredData, log: ActivityLog) -> Iterator[str]:
+    row = stored.participants.get(stored.pids.get(log.name, ""))
     if row is None:
         yield "is not in the store"
         return
-    if len(diary.codes) != 1 or row["code"] not in diary.codes:
-        yield f"was shown the codes {sorted(diary.codes)}; the store has {row['code']}"
-    if row["outcome"] != diary.outcome:
-        yield f"ended with {diary.outcome}; the store has {row['outcome']}"
-    if diary.deleted:
-        if any(answer["pid"] == row["pid"] for answer in kept.answers):
+    if len(log.codes) != 1 or row["code"] not in log.codes:
+        yield f"was shown the codes {sorted(log.codes)}; the store has {row['code']}"
+    if row["outcome"] != log.outcome:
+        yield f"ended with {log.outcome}; the store has {row['outcome']}"
+    if log.deleted:
+        if any(answer["pid"] == row["pid"] for answer in stored.answers):
             yield "asked for deletion, and answers are still there"
         return
-    saved = {(one["step"], one["item"], one["value"], one["text"]) for one in kept.answers if one["pid"] == row["pid"]}
-    yield from (f"the answer {click} is missing" for click in diary.clicks if click not in saved)
-    played = {one["step"] for one in kept.rounds if one["unit"] == row["unit"] and one["outcome"] in PLAYED}
-    if not _partner_deleted(kept, row):
-        yield from (f"the round {key} is missing" for key in sorted(diary.rounds - played))
+    saved = {
+        (one["step"], one["item"], one["value"], one["text"]) for one in stored.answers if one["pid"] == row["pid"]
+    }
+    yield from (f"the answer {click} is missing" for click in log.saved_answers if click not in saved)
+    played = {one["step"] for one in stored.rounds if one["unit"] == row["unit"] and one["outcome"] in PLAYED}
+    if not _partner_deleted(stored, row):
+        yield from (f"the round {key} is missing" for key in sorted(log.rounds - played))
 
 
-def _partner_deleted(kept: Kept, row: Row) -> bool:
+def _partner_deleted(stored: StoredData, row: Row) -> bool:
     """The rounds of a pair go when one of the two asks for it."""
-    return any(one["unit"] == row["unit"] and one["keep"] is False for one in kept.participants.values())
+    return any(one["unit"] == row["unit"] and one["keep"] is False for one in stored.participants.values())
 
 
-def _doubled_rounds(kept: Kept) -> Iterator[str]:
-    done = Counter((one["unit"], one["step"]) for one in kept.rounds if one["valid"] and one["outcome"] in PLAYED)
+def _doubled_rounds(stored: StoredData) -> Iterator[str]:
+    done = Counter((one["unit"], one["step"]) for one in stored.rounds if one["valid"] and one["outcome"] in PLAYED)
     for (unit, step), count in done.items():
         if count > 1:
             yield f"unit {unit} finished the round {step} {count} times"
 
 
-def _recordings(folder: StudyFolder, kept: Kept) -> Iterator[str]:
+def _recordings(folder: StudyFolder, stored: StoredData) -> Iterator[str]:
     """One recording per finished round, as long as its row says, and none that no row knows."""
     found, broken = list_recordings(folder.recordings) if folder.recordings.is_dir() else ([], [])
     yield from (f"{one.path.name} cannot be read: {one.problem}" for one in broken)
@@ -82,8 +84,10 @@ def _recordings(folder: StudyFolder, kept: Kept) -> Iterator[str]:
     yield from (
         f"{name} is recorded {count} times" for name, count in Counter(o.id for o in found).items() if count > 1
     )
-    yield from (f"no row knows the recording {name}" for name in ticks.keys() - {one["episode"] for one in kept.rounds})
-    for one in kept.rounds:
+    yield from (
+        f"no row knows the recording {name}" for name in ticks.keys() - {one["episode"] for one in stored.rounds}
+    )
+    for one in stored.rounds:
         name = f"the round {one['step']} of unit {one['unit']}"
         if one["outcome"] is None:
             yield f"{name} was never closed"

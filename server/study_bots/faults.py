@@ -5,7 +5,7 @@ from random import Random
 
 
 @dataclass
-class Faults:
+class FaultInjection:
     """How often each thing happens; all zero: nothing goes wrong."""
 
     random: Random
@@ -23,6 +23,6 @@ class Faults:
         return self.random.uniform(0, self.late_s) if self.happens(self.late) else 0.0
 
 
-def chaos(random: Random) -> Faults:
+def chaos(random: Random) -> FaultInjection:
     """Everything, and often."""
-    return Faults(random, reloads=0.15, twice=0.1, drops=0.004, late=0.1, late_s=2.0, leaves=0.001)
+    return FaultInjection(random, reloads=0.15, twice=0.1, drops=0.004, late=0.1, late_s=2.0, leaves=0.001)

@@ -178,7 +178,7 @@ class Pairing(Strict):
     return_s: Annotated[int, Field(ge=5, le=600)] = 60  # how long a round waits for somebody who dropped out
 
 
-class Gate(Strict):
+class Requirements(Strict):
     """What a participant's machine must offer."""
 
     rtt_ms: Annotated[int, Field(ge=1, le=2000)] = 150  # median round trip
@@ -214,7 +214,7 @@ class Study(Strict):
     minutes: Annotated[int, Field(ge=1, le=480)] = 60  # what participants were told
     consent: Consent
     pay: Pay | None = None
-    gate: Gate = Gate()
+    gate: Requirements = Requirements()
     demographics: str = "demographics"  # a questionnaire, or "" for none
     practice: Practice | None = None
     partners: tuple[Partner, ...] = ()

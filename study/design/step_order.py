@@ -9,15 +9,15 @@ WAITING = "waiting"  # the place of somebody who waits for a partner; no step of
 LAST_ALONE = "input-check"  # after this step the unit is formed
 
 
-def following(way: tuple[Step, ...], key: str, over: Collection[str] = (), played: Collection[str] = ()) -> Step:
+def next_step(order: tuple[Step, ...], key: str, over: Collection[str] = (), played: Collection[str] = ()) -> Step:
     """The step after `key`.
 
     Of the blocks in `over`, the ones whose time is up, only questions about rounds in `played` (keys) are left.
     """
-    keys = [step.key for step in way]
+    keys = [step.key for step in order]
     return next(
         step
-        for step in way[keys.index(key) + 1 :]
+        for step in order[keys.index(key) + 1 :]
         if step.block not in over or (step.kind == "questionnaire" and _asks_about(step.key, played))
     )
 

@@ -13,7 +13,7 @@ from movingout.study.store.tables import consents, players, rounds
 
 
 @dataclass(frozen=True, slots=True)
-class Played:
+class RoundOutcome:
     """How a round went; `ac` is None where nothing was carried together."""
 
     outcome: str  # delivered, time, left, stopped, error or interrupted
@@ -26,7 +26,7 @@ class Played:
 
 
 @dataclass(frozen=True, slots=True)
-class Seated:
+class PlayerOutcome:
     """How a round went for one participant."""
 
     pid: str
@@ -43,7 +43,7 @@ class Rounds:
     def __init__(self, store: Store) -> None:
         self._store = store
 
-    def begin(self, unit: Unit, step: Step, episode: str, seated: Sequence[Seated]) -> int:
+    def begin(self, unit: Unit, step: Step, episode: str, seated: Sequence[PlayerOutcome]) -> int:
         """Open a round; the attempt's number. StudyError, and so no tick, where a consent is missing."""
         if step.turn is None:
             raise StudyError(f"step {step.key} is no round")
@@ -61,7 +61,7 @@ class Rounds:
             connection.execute(insert(players), [{"round": number, **asdict(one)} for one in seated])
             return int(attempt)
 
-    def end(self, episode: str, played: Played, seated: Sequence[Seated] = ()) -> None:
+    def end(self, episode: str, played: RoundOutcome, seated: Sequence[PlayerOutcome] = ()) -> None:
         """Close a round with what came of it."""
         with self._store.database.write() as connection:
             number = connection.execute(select(rounds.c.id).where(rounds.c.episode == episode)).scalar()

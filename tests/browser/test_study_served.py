@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 
-from movingout.server.study_bots.data_check import read_kept
+from movingout.server.study_bots.data_check import read_stored
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.study_file import read_study
 from movingout.study.store.tables import notes
@@ -82,7 +82,7 @@ def test_a_participant_with_agents_from_the_link_to_the_code_over_reloads_and_a_
         assert study.complaints() == []
         shown = page.locator("#completion-code").inner_text()
         folder = StudyFolder(read_study(study.file), study.server.data)
-        kept = read_kept(folder)
+        kept = read_stored(folder)
         (one,) = kept.participants.values()
         assert (one["outcome"], one["code"]) == ("done", shown.strip())
         assert [round_["outcome"] for round_ in kept.rounds] == ["time"] * 4
@@ -170,7 +170,7 @@ def test_two_at_one_screen_answer_alone_and_play_together(browser: Browser, tmp_
             expect(page.get_by_text(f"Person {number}: it is your turn")).to_be_visible()
             together.fill_in()
         until(page, "round")
-        kept = read_kept(StudyFolder(read_study(study.file), study.server.data))
+        kept = read_stored(StudyFolder(read_study(study.file), study.server.data))
         assert {row["unit"] for row in kept.participants.values()} == {1}
         assert len(kept.answers) == 2 * (7 + 2)
         assert study.complaints() == []
@@ -248,7 +248,7 @@ def pay(experimenter: Page) -> None:
 
 def assert_kept(study: StudyServer) -> None:
     folder = StudyFolder(read_study(study.file), study.server.data)
-    kept = read_kept(folder)
+    kept = read_stored(folder)
     people = [kept.participants[kept.pids[name]] for name in ("person-1", "person-2")]
     assert [one["outcome"] for one in people] == ["withdrew", "partner-left"]
     assert len({one["code"] for one in people}) == 2

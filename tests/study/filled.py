@@ -14,7 +14,7 @@ from movingout.study.design.steps import Step, steps
 from movingout.study.design.study_file import parse_study
 from movingout.study.design.templates import template_text
 from movingout.study.store import Store, Unit
-from movingout.study.store.rounds import Played, Rounds, Seated
+from movingout.study.store.rounds import PlayerOutcome, RoundOutcome, Rounds
 from tests.recordings.support import record
 from tests.study.support import OPENED, Clock
 
@@ -78,7 +78,7 @@ def _play(
     assert step.turn is not None
     episode = f"{place.study.id}-{unit.id}-{step.key.replace('/', '-')}"
     seated = [
-        Seated(pid, (step.turn.seat + member) % 2, "keyboard", 15.0 + member, 0.1, 0.0)
+        PlayerOutcome(pid, (step.turn.seat + member) % 2, "keyboard", 15.0 + member, 0.1, 0.0)
         for member, pid in enumerate(unit.pids)
     ]
     rounds = Rounds(store)
@@ -95,7 +95,7 @@ def _play(
         )  # fmt: skip
         finalise(journal)
     consistency = 0.8 + float(random.normal(0, 0.05)) if random.random() < 0.9 else None
-    rounds.end(episode, Played(outcome, 500, tcr, tcr + 0.05, 5 * (1 - tcr), consistency, 1.5))
+    rounds.end(episode, RoundOutcome(outcome, 500, tcr, tcr + 0.05, 5 * (1 - tcr), consistency, 1.5))
 
 
 def _fill_in(store: Store, study: Study, pid: str, step: Step, mood: float, random: np.random.Generator) -> None:

@@ -21,7 +21,7 @@ def test_a_study_is_served_from_postgresql_and_exported_and_forgotten(
         assert visitor.look()["step"]["answers"] == {"teamwork": {"value": 5, "text": ""}}
         visitor.go_to("code")
         assert visitor.step["outcome"] == "done"
-        pid, store = visitor.pid, study.running.records.store
+        pid, store = visitor.pid, study.running.databases.store
         assert [len(store.rows(table)) for table in (participants, rounds, answers)] == [1, 2, 7 + 1 + 2 * 10]
     file = tmp_path / "study.yaml"
     file.write_text(SOLO, encoding="utf-8")

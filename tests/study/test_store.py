@@ -20,7 +20,7 @@ from movingout.study.store import IdentityStore, Store, Unit
 from movingout.study.store.clock import now_ms
 from movingout.study.store.database import Database, alembic_config
 from movingout.study.store.removal import clear, has_deeds
-from movingout.study.store.rounds import Played, Rounds, Seated
+from movingout.study.store.rounds import PlayerOutcome, RoundOutcome, Rounds
 from movingout.study.store.tables import (
     answers,
     audit,
@@ -34,7 +34,7 @@ from movingout.study.store.tables import (
 )
 from tests.study.support import TEXT, Clock, agree, open_identities, open_store, rounds_of
 
-PLAYED = Played("time", 500, 0.5, 0.6, 3.5, None, 1.25)
+PLAYED = RoundOutcome("time", 500, 0.5, 0.6, 3.5, None, 1.25)
 
 
 def test_the_migrations_make_exactly_the_tables(place: Path | str) -> None:
@@ -134,7 +134,7 @@ def test_no_round_begins_and_no_answer_is_kept_before_everybody_has_consented(pl
     agree(store, ["P1"])
     store.arrive("P2", "en")
     unit = store.form_unit(["P1", "P2"])
-    seated = [Seated("P1", 0, "keyboard"), Seated("P2", 1, "gamepad")]
+    seated = [PlayerOutcome("P1", 0, "keyboard"), PlayerOutcome("P2", 1, "gamepad")]
     with pytest.raises(StudyError, match="no tick is played before everybody has consented"):
         Rounds(store).begin(unit, rounds_of(0)[0], "episode-1", seated)
     with pytest.raises(StudyError, match="nothing is kept before the consent"):
@@ -146,9 +146,9 @@ def test_a_round_is_one_row_per_attempt_and_only_finished_valid_ones_count(place
     store = open_store(place)
     agree(store, ["P1"])
     unit, play, (first, second, *_) = store.form_unit(["P1"]), Rounds(store), rounds_of(0)
-    seated = [Seated("P1", 0, "keyboard")]
+    seated = [PlayerOutcome("P1", 0, "keyboard")]
     assert play.begin(unit, first, "a", seated) == 1
-    play.end("a", PLAYED, [Seated("P1", 0, "keyboard", rtt_ms=12.0, idle_share=0.25)])
+    play.end("a", PLAYED, [PlayerOutcome("P1", 0, "keyboard", rtt_ms=12.0, idle_share=0.25)])
     play.mark("a", valid=False, reason="the pad was unplugged")
     assert play.begin(unit, first, "b", seated) == 2
     play.end("b", PLAYED)
@@ -279,10 +279,10 @@ def test_a_block_lasts_from_its_first_round_to_the_end_of_the_newest(place: Path
     unit, played = store.form_unit(["P1"]), Rounds(store)
     first, second, third = rounds_of(unit.slot)[:3]
     for episode, step, seconds in (("e1", first, 30), ("e2", second, 20)):
-        played.begin(unit, step, episode, [Seated("P1", 0, "keyboard")])
+        played.begin(unit, step, episode, [PlayerOutcome("P1", 0, "keyboard")])
         clock.ms += seconds * 1000
         played.end(episode, PLAYED)
-    played.begin(unit, third, "e3", [Seated("P1", 0, "keyboard")])
+    played.begin(unit, third, "e3", [PlayerOutcome("P1", 0, "keyboard")])
     assert played.block_seconds(unit.id) == {first.block: pytest.approx(50, abs=0.1)}
 
 
@@ -299,7 +299,7 @@ def test_what_a_participant_did_goes_at_their_wish_and_the_code_stays(place: Pat
     agree(store, ["P1", "P2"])
     unit = store.form_unit(["P1"])
     step = rounds_of(unit.slot)[0]
-    Rounds(store).begin(unit, step, "e1", [Seated("P1", 0, "keyboard")])
+    Rounds(store).begin(unit, step, "e1", [PlayerOutcome("P1", 0, "keyboard")])
     for pid in ("P1", "P2"):
         store.answer(pid, "form", "demographics", "", "age", 2, "", 900.0, 100.0)
     store.finish("P1", "withdrew", "CODE-1")

@@ -14,12 +14,12 @@ from movingout.server.host import Host
 from movingout.server.settings import Settings
 from movingout.server.study.api import experimenter, participant
 from movingout.server.study.api.dashboard import Dashboard
-from movingout.server.study.api.participant_view import Views
-from movingout.server.study.experimenter_actions import Experimenter
-from movingout.server.study.monitor import Caretaker
-from movingout.server.study.participant_actions import WrongAnswer
+from movingout.server.study.api.participant_view import ParticipantViews
+from movingout.server.study.experimenter_actions import ExperimenterActions
+from movingout.server.study.monitor import StudyMonitor
+from movingout.server.study.participant_actions import StepRefused
 from movingout.server.study.running_study import RunningStudy
-from movingout.server.study.session_service import Reception
+from movingout.server.study.session_service import SessionService
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.errors import StoreError, StudyError
 from movingout.study.questionnaire import AnswerError
@@ -33,22 +33,22 @@ FAULT = "Something went wrong on the server. Please try again; the experimenter 
 def create_study_app(
     settings: Settings, folder: StudyFolder, file_text: str, needs_code: bool = False, simulated: bool = False
 ) -> FastAPI:
-    """A server that runs one study; `app.state` has its `host`, `running`, `caretaker` and `reception`.
+    """A server that runs one study; `app.state` has its `host`, `running`, `monitor` and `session_service`.
 
     Raises StudyError when the databases cannot be used, or when the study is not what it began with.
     """
     host = Host(settings)
     running = RunningStudy(folder, file_text, host, needs_code, simulated)
-    caretaker, reception, views = Caretaker(running), Reception(running), Views(running)
+    monitor, session_service, views = StudyMonitor(running), SessionService(running), ParticipantViews(running)
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         await host.start()
         await running.start()
-        caretaker.start()
+        monitor.start()
         yield
         await host.suspend()
-        await caretaker.stop()
+        await monitor.stop()
         await running.stop()
         await host.stop()
 
@@ -56,10 +56,10 @@ def create_study_app(
         host,
         lifespan,
         _pages(),
-        participant.routes(running, reception, views),
-        experimenter.routes(running, Experimenter(running, reception), Dashboard(running, views)),
+        participant.routes(running, session_service, views),
+        experimenter.routes(running, ExperimenterActions(running, session_service), Dashboard(running, views)),
     )
-    app.state.running, app.state.caretaker, app.state.reception = running, caretaker, reception
+    app.state.running, app.state.monitor, app.state.session_service = running, monitor, session_service
     _tell_errors(app, running)
     return app
 
@@ -87,8 +87,8 @@ def _tell_errors(app: FastAPI, running: RunningStudy) -> None:
     def told(status: int, code: str, message: str) -> JSONResponse:
         return JSONResponse({"error": {"code": code, "message": message}}, status)
 
-    @app.exception_handler(WrongAnswer)
-    async def wrong_answer(request: Request, error: WrongAnswer) -> JSONResponse:
+    @app.exception_handler(StepRefused)
+    async def wrong_answer(request: Request, error: StepRefused) -> JSONResponse:
         return told(422, error.code, str(error))
 
     @app.exception_handler(AnswerError)

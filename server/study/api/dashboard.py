@@ -5,10 +5,10 @@ from typing import Any
 
 import orjson
 
-from movingout.server.study.api.participant_view import Views
-from movingout.server.study.participant_session import Guest
+from movingout.server.study.api.participant_view import ParticipantViews
+from movingout.server.study.participant_session import ParticipantSession
 from movingout.server.study.running_study import RunningStudy
-from movingout.server.study.unit import Crew, Game
+from movingout.server.study.unit import RunningRound, StudyUnit
 
 State = dict[str, Any]
 
@@ -16,7 +16,7 @@ State = dict[str, Any]
 class Dashboard:
     """Made at most once a second, however many look at it."""
 
-    def __init__(self, running: RunningStudy, views: Views) -> None:
+    def __init__(self, running: RunningStudy, views: ParticipantViews) -> None:
         self._running = running
         self._views = views
         self._made_at = -1.0
@@ -31,81 +31,81 @@ class Dashboard:
 
     def state(self) -> State:
         running, now = self._running, self._running.now()
-        guests = list(running.guests.values())
-        rows = [self._row(guest, now) for guest in guests]
+        sessions = list(running.sessions.values())
+        rows = [self._row(session, now) for session in sessions]
         return {
             "study": {"id": running.study.id, "title": running.study.title.text(running.study.languages[0])},
             "paused": running.paused,
             "counts": {
                 "planned": running.study.participants,
-                "finished": sum(guest.place.outcome == "done" for guest in guests),
+                "finished": sum(session.record.outcome == "done" for session in sessions),
                 "active": sum(not row["outcome"] and row["present"] for row in rows),
                 "waiting": len(running.waiting),
             },
             "participants": rows,
-            "waiting": [guest.pid for guest in guests if running.waiting.since(guest.pid) is not None],
-            "rooms": [crew.game.room.id for crew in running.crews.values() if crew.game],
+            "waiting": [session.pid for session in sessions if running.waiting.since(session.pid) is not None],
+            "rooms": [unit.running_round.room.id for unit in running.units.values() if unit.running_round],
             "alerts": running.alerts.to_json(),
             "notes": running.notes,
             "server": self._server(),
         }
 
     def _server(self) -> State:
-        host, playing = self._running.host, self._running.playing
+        host, rooms = self._running.host, self._running.rooms
         lateness = host.ticker.lateness
         return {
             "late_p99_ms": round(lateness.percentile_ms(0.99), 2),
             "missed": lateness.skipped,
             "ticks": lateness.ticks,
             "disk_free_mb": round(shutil.disk_usage(host.settings.data).free / 1e6),
-            "recordings": playing.recorded,
-            "partial": playing.partial,
+            "recordings": rooms.recorded,
+            "partial": rooms.partial,
         }
 
-    def _row(self, guest: Guest, now: float) -> State:
-        running, crew, step = self._running, self._running.crew_of(guest), guest.step
-        rounds = [one.key for one in guest.way if one.kind == "round"]
-        others = crew.others(guest) if crew else []
+    def _row(self, session: ParticipantSession, now: float) -> State:
+        running, unit, step = self._running, self._running.unit_of(session), session.step
+        rounds = [one.key for one in session.steps if one.kind == "round"]
+        others = unit.others(session) if unit else []
         plays = step is not None and step.kind in ("practice", "round")
         return {
-            "pid": guest.pid,
-            "unit": guest.place.unit,
-            "partner_letter": self._views.letter(crew, step) if step else None,
+            "pid": session.pid,
+            "unit": session.record.unit,
+            "partner_letter": self._views.letter(unit, step) if step else None,
             "partner_pid": others[0].pid if others else None,
-            "seat": crew.seat_of(step, guest) if crew and step and plays else None,
-            "step": guest.place.step,
-            "kind": "code" if guest.finished else step.kind if step else "waiting",
-            "title": crew.game.room.round.map.title if crew and crew.game else "",
-            "position": {"done": guest.done(), "total": len(guest.way)},
+            "seat": unit.seat_of(step, session) if unit and step and plays else None,
+            "step": session.record.step,
+            "kind": "code" if session.finished else step.kind if step else "waiting",
+            "title": unit.running_round.room.round.map.title if unit and unit.running_round else "",
+            "position": {"done": session.steps_done(), "total": len(session.steps)},
             "round": {"number": rounds.index(step.key) + 1, "of": len(rounds)} if step and step.turn else None,
-            "since_s": round(now - guest.since),
-            "present": guest.present(now) or _seated(guest, crew),
-            "outcome": guest.place.outcome,
-            "code_given": guest.place.code is not None,
-            "episode": crew.episode if crew else "",
-            "paused": running.stays(guest),
-            **_game(guest, crew),
+            "since_s": round(now - session.since),
+            "present": session.present(now) or _seated(session, unit),
+            "outcome": session.record.outcome,
+            "code_given": session.record.code is not None,
+            "episode": unit.episode if unit else "",
+            "paused": running.stays(session),
+            **_game(session, unit),
         }
 
 
-def _playing(guest: Guest, crew: Crew | None) -> Game | None:
+def _playing(session: ParticipantSession, unit: StudyUnit | None) -> RunningRound | None:
     """The game that somebody is in."""
-    return crew.game if crew and crew.game and guest.pid in crew.game.seats else None
+    return unit.running_round if unit and unit.running_round and session.pid in unit.running_round.seats else None
 
 
-def _seated(guest: Guest, crew: Crew | None) -> bool:
-    game = _playing(guest, crew)
-    return game is not None and game.room.seats[game.seats[guest.pid]].client is not None
+def _seated(session: ParticipantSession, unit: StudyUnit | None) -> bool:
+    game = _playing(session, unit)
+    return game is not None and game.room.seats[game.seats[session.pid]].client is not None
 
 
-def _game(guest: Guest, crew: Crew | None) -> State:
+def _game(session: ParticipantSession, unit: StudyUnit | None) -> State:
     """What is only known of somebody who is in a room."""
-    game = _playing(guest, crew)
+    game = _playing(session, unit)
     if game is None:
         return {"room": None, "phase": "", "tick": None, "limit_ticks": None, "late_ms": None, "missed": None,
-                "recording": "", "rtt_ms": guest.rtt_ms}  # fmt: skip
+                "recording": "", "rtt_ms": session.rtt_ms}  # fmt: skip
     room = game.room
-    client = room.seats[game.seats[guest.pid]].client
+    client = room.seats[game.seats[session.pid]].client
     late_ms = room.round.health.late_p99_ms() if room.round.started else None
     problem = room.round.recorder.problem or "not recording"
     recording = "recording" if room.recording else "" if room.config.practice else problem
@@ -117,5 +117,5 @@ def _game(guest: Guest, crew: Crew | None) -> State:
         "late_ms": None if late_ms is None else round(late_ms, 2),
         "missed": room.missed_ticks,
         "recording": recording if room.round.started else "",
-        "rtt_ms": client.rtt_ms if client is not None else guest.rtt_ms,
+        "rtt_ms": client.rtt_ms if client is not None else session.rtt_ms,
     }

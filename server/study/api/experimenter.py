@@ -12,13 +12,13 @@ from fastapi.responses import Response, StreamingResponse
 from movingout.server.api.authentication import admin, body_of
 from movingout.server.study.api.dashboard import Dashboard
 from movingout.server.study.api.event_stream import event_stream, every_second
-from movingout.server.study.experimenter_actions import PAYMENT_COLUMNS, Experimenter, Order
+from movingout.server.study.experimenter_actions import PAYMENT_COLUMNS, ExperimenterActions, ExperimenterRequest
 from movingout.server.study.running_study import RunningStudy
 
 NO_STORE = {"cache-control": "no-store"}
 
 
-def routes(running: RunningStudy, experimenter: Experimenter, dashboard: Dashboard) -> APIRouter:
+def routes(running: RunningStudy, experimenter: ExperimenterActions, dashboard: Dashboard) -> APIRouter:
     router = APIRouter(prefix="/api/experimenter", dependencies=[Depends(admin(running.host))])
 
     @router.get("/state")
@@ -29,7 +29,7 @@ def routes(running: RunningStudy, experimenter: Experimenter, dashboard: Dashboa
     async def live() -> StreamingResponse:
         return event_stream(every_second(running.host, dashboard.newest))
 
-    actions: dict[str, Callable[[Order], Awaitable[None]]] = {
+    actions: dict[str, Callable[[ExperimenterRequest], Awaitable[None]]] = {
         "pause": experimenter.pause,
         "resume": experimenter.resume,
         "restart-round": experimenter.restart_round,
@@ -43,7 +43,7 @@ def routes(running: RunningStudy, experimenter: Experimenter, dashboard: Dashboa
     @router.post("/open-next")
     @router.post("/next-code")
     async def open_next(request: Request) -> dict[str, str]:
-        return await experimenter.open_next(await body_of(request, Order))
+        return await experimenter.open_next(await body_of(request, ExperimenterRequest))
 
     @router.get("/qr.svg")
     async def qr(request: Request, code: str) -> Response:
@@ -63,9 +63,11 @@ def routes(running: RunningStudy, experimenter: Experimenter, dashboard: Dashboa
     return router
 
 
-def _performing(action: Callable[[Order], Awaitable[None]]) -> Callable[[Request], Awaitable[dict[str, Any]]]:
+def _performing(
+    action: Callable[[ExperimenterRequest], Awaitable[None]],
+) -> Callable[[Request], Awaitable[dict[str, Any]]]:
     async def perform(request: Request) -> dict[str, Any]:
-        await action(await body_of(request, Order))
+        await action(await body_of(request, ExperimenterRequest))
         return {"done": True}
 
     return perform

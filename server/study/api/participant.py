@@ -11,12 +11,12 @@ from fastapi.responses import StreamingResponse
 from movingout.server.api.authentication import address_of, bearer, body_of, own_page
 from movingout.server.api.errors import ApiError
 from movingout.server.study.api.event_stream import event_stream, queued
-from movingout.server.study.api.participant_view import View, Views
-from movingout.server.study.arrival_link import NotWelcome, read_arrival
-from movingout.server.study.participant_actions import Click, Journey, Said
-from movingout.server.study.participant_session import Guest
+from movingout.server.study.api.participant_view import ParticipantViews, View
+from movingout.server.study.arrival_link import ArrivalRefused, read_arrival
+from movingout.server.study.participant_actions import ParticipantActions, StepRequest, StudyAnswerRequest
+from movingout.server.study.participant_session import ParticipantSession
 from movingout.server.study.running_study import RunningStudy
-from movingout.server.study.session_service import Reception
+from movingout.server.study.session_service import SessionService
 
 
 class ArriveRequest(msgspec.Struct):
@@ -33,8 +33,8 @@ class StopRequest(msgspec.Struct):
     keep: bool
 
 
-def routes(running: RunningStudy, reception: Reception, views: Views) -> APIRouter:
-    api = ParticipantApi(running, reception, views)
+def routes(running: RunningStudy, session_service: SessionService, views: ParticipantViews) -> APIRouter:
+    api = ParticipantApi(running, session_service, views)
     router = APIRouter(prefix="/api/study")
     for path, get in (("", api.study), ("/view", api.view), ("/events", api.events)):
         router.add_api_route(path, get, methods=["GET"])
@@ -47,11 +47,11 @@ def routes(running: RunningStudy, reception: Reception, views: Views) -> APIRout
 class ParticipantApi:
     """What a participant's page may ask for."""
 
-    def __init__(self, running: RunningStudy, reception: Reception, views: Views) -> None:
+    def __init__(self, running: RunningStudy, session_service: SessionService, views: ParticipantViews) -> None:
         self._running = running
-        self._reception = reception
+        self._session_service = session_service
         self._views = views
-        self._journey = Journey(running)
+        self._actions = ParticipantActions(running)
 
     async def study(self) -> dict[str, Any]:
         told = self._running.study
@@ -70,49 +70,49 @@ class ParticipantApi:
             raise ApiError(429, "locked", "Too many wrong codes from your address; wait a minute.")
         try:
             arrival = read_arrival(wanted.parameters, running.needs_code)
-            token, guest = await self._reception.arrive(arrival, wanted.language, wanted.beside)
-        except NotWelcome as error:
+            token, session = await self._session_service.arrive(arrival, wanted.language, wanted.beside)
+        except ArrivalRefused as error:
             if error.code == "code_unknown":
                 gate.wrong_token(address, "seat")
             raise ApiError(403, error.code, str(error)) from None
-        return {"token": token, "view": await self._views.view(guest)}
+        return {"token": token, "view": await self._views.view(session)}
 
     async def view(self, request: Request, lang: str = "") -> dict[str, View]:
-        guest = await self._guest(request)
-        if guest is not None and lang:
-            await self._journey.speak(guest, lang)
-        return await self._shown(guest)
+        session = await self._session(request)
+        if session is not None and lang:
+            await self._actions.speak(session, lang)
+        return await self._shown(session)
 
     async def next(self, request: Request) -> dict[str, View]:
-        guest, said = await self._guest(request), await body_of(request, Said)
-        if guest is not None:
-            await self._journey.go_on(guest, said)
-        return await self._shown(guest)
+        session, done = await self._session(request), await body_of(request, StepRequest)
+        if session is not None:
+            await self._actions.go_on(session, done)
+        return await self._shown(session)
 
     async def answer(self, request: Request) -> dict[str, bool]:
-        guest, click = await self._guest(request), await body_of(request, Click)
-        if guest is None:
+        session, given = await self._session(request), await body_of(request, StudyAnswerRequest)
+        if session is None:
             raise ApiError(409, "elsewhere", "The study was opened in another window; go on there.")
-        await self._journey.answer(guest, click)
+        await self._actions.answer(session, given)
         return {"saved": True}
 
     async def decline(self, request: Request) -> dict[str, View]:
-        guest = await self._guest(request)
-        if guest is not None:
-            await self._journey.decline(guest)
-        return await self._shown(guest)
+        session = await self._session(request)
+        if session is not None:
+            await self._actions.decline(session)
+        return await self._shown(session)
 
     async def stop(self, request: Request) -> dict[str, View]:
-        guest, wanted = await self._guest(request), await body_of(request, StopRequest)
-        if guest is not None:
-            await self._journey.stop(guest, wanted.keep)
-        return await self._shown(guest)
+        session, wanted = await self._session(request), await body_of(request, StopRequest)
+        if session is not None:
+            await self._actions.stop(session, wanted.keep)
+        return await self._shown(session)
 
     async def events(self, request: Request) -> StreamingResponse:
         """The participant's news, for as long as the page is open."""
-        guest, host = await self._guest(request), self._running.host
+        session, host = await self._session(request), self._running.host
         queue: asyncio.Queue[str] = asyncio.Queue()
-        if guest is None:
+        if session is None:
             queue.put_nowait(orjson.dumps({"view": self._views.elsewhere()}).decode())
             return event_stream(queued(host, queue, lambda: None))
 
@@ -120,19 +120,19 @@ class ParticipantApi:
             queue.put_nowait(orjson.dumps(news).decode())
 
         def close() -> None:
-            guest.heard_at = self._running.now()
-            if push in guest.pushes:
-                guest.pushes.remove(push)
+            session.last_seen_at = self._running.now()
+            if push in session.listeners:
+                session.listeners.remove(push)
 
-        guest.pushes.append(push)
+        session.listeners.append(push)
         return event_stream(queued(host, queue, close))
 
-    async def _guest(self, request: Request) -> Guest | None:
+    async def _session(self, request: Request) -> ParticipantSession | None:
         """Who asks; None for a page whose place was taken over by another one."""
-        known = await self._reception.of_token(bearer(request))
+        known = await self._session_service.of_token(bearer(request))
         if known is None:
             raise ApiError(401, "no_participant", "This page is not known (any more); open your link again.")
         return None if known == "elsewhere" else known
 
-    async def _shown(self, guest: Guest | None) -> dict[str, View]:
-        return {"view": self._views.elsewhere() if guest is None else await self._views.view(guest)}
+    async def _shown(self, session: ParticipantSession | None) -> dict[str, View]:
+        return {"view": self._views.elsewhere() if session is None else await self._views.view(session)}

@@ -7,9 +7,9 @@ from markdown_it import MarkdownIt
 
 from movingout.maps import map_to_json
 from movingout.server.study.arrival_link import PROLIFIC
-from movingout.server.study.participant_session import Guest
+from movingout.server.study.participant_session import ParticipantSession
 from movingout.server.study.running_study import RunningStudy
-from movingout.server.study.unit import Crew
+from movingout.server.study.unit import StudyUnit
 from movingout.study.design.allocation import letters
 from movingout.study.design.definition import Outcome
 from movingout.study.design.steps import Step
@@ -23,28 +23,30 @@ _markdown = MarkdownIt("commonmark", {"html": False}).enable("table")
 _html = cache(_markdown.render)
 
 
-class Views:
-    """Views of a running study."""
+class ParticipantViews:
+    """ParticipantViews of a running study."""
 
     def __init__(self, running: RunningStudy) -> None:
         self._running = running
         self._letters = {name: shown.removeprefix("Partner ") for name, shown in letters(running.study).items()}
 
-    async def view(self, guest: Guest) -> View:
+    async def view(self, session: ParticipantSession) -> View:
         """The whole view. Raises StoreError."""
-        step = await self._step(guest)
-        return self._frame(guest.place.language, step, guest.done(), len(guest.way), not guest.finished)
+        step = await self._step(session)
+        return self._frame(
+            session.record.language, step, session.steps_done(), len(session.steps), not session.finished
+        )
 
     def elsewhere(self) -> View:
         """For a page whose place was taken over by another one."""
         language = self._running.study.languages[0]
         return self._frame(language, {"key": "elsewhere", "kind": "ended-elsewhere"}, 0, 1, False)
 
-    def letter(self, crew: Crew | None, step: Step) -> str | None:
+    def letter(self, unit: StudyUnit | None, step: Step) -> str | None:
         """By what name the partner is shown; None for another person, and in practice."""
-        if step.kind == "practice" or crew is None:
+        if step.kind == "practice" or unit is None:
             return None
-        substitute = self._running.study.group == 2 and len(crew.guests) == 1 and step.block
+        substitute = self._running.study.group == 2 and len(unit.members) == 1 and step.block
         return AGENT_IN_PAIRS if substitute else self._letters.get(step.partner)
 
     def _frame(self, language: str, step: View, done: int, total: int, can_stop: bool) -> View:
@@ -58,27 +60,27 @@ class Views:
             "can_stop": can_stop,
         }
 
-    async def _step(self, guest: Guest) -> View:
-        step, running = guest.step, self._running
-        if guest.finished:
-            return self._code(guest)
-        if running.stays(guest):
+    async def _step(self, session: ParticipantSession) -> View:
+        step, running = session.step, self._running
+        if session.finished:
+            return self._code(session)
+        if running.stays(session):
             return {"key": "paused", "kind": "paused"}
         if step is None:
-            return self._waiting(guest)
+            return self._waiting(session)
         shown: View = {"key": step.key, "kind": step.kind}
         if step.kind == "consent":
-            return shown | self._consent(guest.place.language)
+            return shown | self._consent(session.record.language)
         if step.questionnaire:
-            return shown | await self._questions(guest, step)
+            return shown | await self._questions(session, step)
         if step.kind == "input-check":
             gate = running.study.gate
             return shown | {"gamepad_required": gate.gamepad, "rtt_ms": gate.rtt_ms}
         if step.kind in ("practice", "round"):
-            return shown | await self._round(guest, step)
+            return shown | await self._round(session, step)
         if step.kind == "debrief" and running.study.debrief is not None:
             debrief = running.study.debrief
-            html = _html(debrief.text.text(guest.place.language))
+            html = _html(debrief.text.text(session.record.language))
             return shown | {"html": html, "ask_to_keep": debrief.ask_to_keep}
         return shown | {"seconds": step.seconds}  # a break
 
@@ -87,38 +89,38 @@ class Views:
         boxes = [{"id": box.id, "text": box.text.text(language), "required": box.required} for box in consent.boxes]
         return {"version": consent.version, "html": _html(consent.text.text(language)), "boxes": boxes}
 
-    async def _questions(self, guest: Guest, step: Step) -> View:
+    async def _questions(self, session: ParticipantSession, step: Step) -> View:
         running, study = self._running, self._running.study
-        questionnaire = study.questionnaire(step.questionnaire, guest.place.language)
+        questionnaire = study.questionnaire(step.questionnaire, session.record.language)
         if study.shuffles(step.questionnaire):
-            questionnaire = questionnaire.shuffled(f"{guest.pid} {step.key}")
-        given = await running.run(running.records.store.answers, guest.pid, step.key)
+            questionnaire = questionnaire.shuffled(f"{session.pid} {step.key}")
+        given = await running.run(running.databases.store.answers, session.pid, step.key)
         return {
             "title": questionnaire.title,
             "items": [item.as_json() for item in questionnaire.items],
             "answers": {item: {"value": value, "text": text} for item, (value, text) in given.items()},
-            "partner_letter": self.letter(running.crew_of(guest), step) if step.partner else None,
+            "partner_letter": self.letter(running.unit_of(session), step) if step.partner else None,
         }
 
-    async def _round(self, guest: Guest, step: Step) -> View:
-        running, crew = self._running, self._running.crew_of(guest)
-        await running.playing.prepare(step)
-        the_map = running.playing.map_of(step)
-        rounds = [one.key for one in guest.way if one.kind == "round"]
+    async def _round(self, session: ParticipantSession, step: Step) -> View:
+        running, unit = self._running, self._running.unit_of(session)
+        await running.rooms.prepare(step)
+        the_map = running.rooms.map_of(step)
+        rounds = [one.key for one in session.steps if one.kind == "round"]
         number = {"number": rounds.index(step.key) + 1, "of": len(rounds)} if step.kind == "round" else {}
         return number | {
             "map": map_to_json(the_map),
             "title": the_map.title,
             "description": the_map.description,
-            "seat": crew.seat_of(step, guest) if crew else 0,
-            "partner_letter": self.letter(crew, step),
+            "seat": unit.seat_of(step, session) if unit else 0,
+            "partner_letter": self.letter(unit, step),
             "limit_s": step.limit_ticks * TICK_SECONDS,
-            **_state(guest, crew, step),
+            **_state(session, unit, step),
         }
 
-    def _waiting(self, guest: Guest) -> View:
+    def _waiting(self, session: ParticipantSession) -> View:
         running, pairing = self._running, self._running.study.pairing
-        since = running.waiting.since(guest.pid)
+        since = running.waiting.since(session.pid)
         return {
             "key": "waiting",
             "kind": "waiting",
@@ -128,29 +130,29 @@ class Views:
             "otherwise": pairing.otherwise,
         }
 
-    def _code(self, guest: Guest) -> View:
-        place = guest.place
-        outcome: Outcome | str | None = "declined" if guest.declined else place.outcome
-        from_prolific = guest.source == PROLIFIC and place.code
+    def _code(self, session: ParticipantSession) -> View:
+        record = session.record
+        outcome: Outcome | str | None = "declined" if session.declined else record.outcome
+        from_prolific = session.source == PROLIFIC and record.code
         return {
             "key": "code",
             "kind": "code",
-            "code": place.code,
+            "code": record.code,
             "outcome": outcome,
-            "completion_url": f"{PROLIFIC_ADDRESS}{place.code}" if from_prolific else None,
-            "earned": self._running.worth(guest),
-            "kept": place.keep,
+            "completion_url": f"{PROLIFIC_ADDRESS}{record.code}" if from_prolific else None,
+            "earned": self._running.worth(session),
+            "kept": record.keep,
         }
 
 
-def _state(guest: Guest, crew: Crew | None, step: Step) -> View:
+def _state(session: ParticipantSession, unit: StudyUnit | None, step: Step) -> View:
     """Where a round is, and the way into its room."""
-    if crew is None:
+    if unit is None:
         return {"state": "card", "room": None}
-    if crew.over is not None and crew.over.step.key == step.key:
+    if unit.finished_round is not None and unit.finished_round.step.key == step.key:
         return {"state": "over", "room": None}
-    game = crew.game
-    if game is not None and game.step.key == step.key and guest.pid in game.keys:
-        room = {"id": game.room.id, "token": game.keys[guest.pid], "seat": game.seats[guest.pid]}
+    game = unit.running_round
+    if game is not None and game.step.key == step.key and session.pid in game.keys:
+        room = {"id": game.room.id, "token": game.keys[session.pid], "seat": game.seats[session.pid]}
         return {"state": "playing", "room": {**room, "path": f"/play/{game.room.id}"}}
-    return {"state": "waiting" if guest.pid in crew.ready else "card", "room": None}
+    return {"state": "waiting" if session.pid in unit.ready else "card", "room": None}

@@ -39,7 +39,7 @@ def serve(args: argparse.Namespace) -> int:
         app = create_study_app(
             settings, folder, args.file.read_text(encoding="utf-8"), args.codes, args.rehearse is not None
         )
-        code = asyncio.run(app.state.reception.new_code()) if args.codes else ""
+        code = asyncio.run(app.state.session_service.new_code()) if args.codes else ""
         links = _links(app, settings, folder, code)
         sys.setswitchinterval(SWITCH_S)
         server = game_server(app, settings, certificate, on_ready=lambda: print(links, flush=True))

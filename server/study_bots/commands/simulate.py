@@ -33,7 +33,7 @@ def configure(commands: Any) -> None:
 
 
 def _simulate(args: argparse.Namespace) -> int:
-    code: int = importlib.import_module("movingout.server.study_bots.commands.simulation").simulate(args)
+    code: int = importlib.import_module("movingout.server.study_bots.commands.rehearsal_command").simulate(args)
     return code
 
 

@@ -16,8 +16,8 @@ from websockets.exceptions import ConnectionClosed
 from movingout.server.security.tokens import hash_token
 from movingout.server.study.api.app import create_study_app
 from movingout.server.study.api.dashboard import Dashboard
-from movingout.server.study.api.participant_view import Views
-from movingout.server.study.monitor import Caretaker
+from movingout.server.study.api.participant_view import ParticipantViews
+from movingout.server.study.monitor import StudyMonitor
 from movingout.server.study.running_study import RunningStudy
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.study_file import parse_study
@@ -28,7 +28,7 @@ SPEED = 20  # ticks of 5 ms
 SOLO = """
 format: 1
 id: solo
-title: {en: Playing with partners, de: Mit Partnern spielen}
+title: {en: StudyRooms with partners, de: Mit Partnern spielen}
 languages: [en, de]
 participants: 400
 consent:
@@ -46,7 +46,7 @@ debrief: {text: "# Thank you"}
 PAIR = """
 format: 1
 id: pair
-title: Playing together
+title: StudyRooms together
 participants: 400
 group: 2
 consent: {version: "1", text: We record how you play.}
@@ -63,7 +63,7 @@ class Served:
 
     live: Live
     running: RunningStudy
-    caretaker: Caretaker
+    monitor: StudyMonitor
     folder: StudyFolder
 
     def ask(self, action: str, **order: Any) -> Any:
@@ -79,7 +79,7 @@ class Served:
 
     def row(self, pid: str) -> dict[str, Any]:
         """A participant as the experimenter sees them, now and not a second ago."""
-        state = self.live.run(Dashboard(self.running, Views(self.running)).state)
+        state = self.live.run(Dashboard(self.running, ParticipantViews(self.running)).state)
         return next(dict(row) for row in state["participants"] if row["pid"] == pid)
 
     def alerts(self) -> list[str]:
@@ -101,7 +101,7 @@ class Served:
 
         async def once() -> None:
             async with self.running.lock:
-                await self.caretaker.look()
+                await self.monitor.look()
 
         asyncio.run_coroutine_threadsafe(once(), self.live.loop).result(WAIT_S)
 
@@ -109,8 +109,8 @@ class Served:
         """As if nobody had been heard of for so long."""
 
         def age() -> None:
-            for guest in self.running.guests.values():
-                guest.heard_at -= seconds
+            for session in self.running.sessions.values():
+                session.last_seen_at -= seconds
             for one in self.running.waiting.alive(float("-inf")):
                 one.since -= seconds
                 one.heard -= seconds
@@ -137,7 +137,7 @@ class Visitor:
     @property
     def pid(self) -> str:
         """What the page never gets to know."""
-        found = self.served.running.records.identities.of_session(hash_token(self.token).hex())
+        found = self.served.running.databases.identities.of_session(hash_token(self.token).hex())
         assert found is not None
         return found
 
@@ -251,7 +251,7 @@ def served(
         message_burst=60.0 * SPEED,
     )
     with serve(data, many, app_of, port, **options) as live:
-        yield Served(live, made[0].running, made[0].caretaker, folder)
+        yield Served(live, made[0].running, made[0].monitor, folder)
 
 
 def events_of(visitor: Visitor, count: int) -> list[dict[str, Any]]:

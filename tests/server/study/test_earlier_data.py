@@ -46,7 +46,7 @@ def test_participants_are_where_they_were_and_go_on_to_their_codes(tmp_path: Pat
         study.ask("resume", pid=card.pid)
         assert card.look()["step"]["key"] == ABOUT["fixture-card"]["step"]
         pids = [one.pid for one in (asked, card) if one.go_to("code")]
-        store = study.running.records.store
+        store = study.running.databases.store
         outcomes = {row["pid"]: row["outcome"] for row in store.rows(participants)}
         assert [outcomes[pid] for pid in pids] == ["done", "done"]
         invalid = [row["episode"] for row in store.rows(rounds) if not row["valid"]]

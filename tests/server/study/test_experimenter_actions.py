@@ -63,7 +63,7 @@ def test_the_screen_shows_who_is_where(long: Served) -> None:
     row = long.row(visitor.pid)
     assert (row["kind"], row["outcome"], row["code_given"], row["room"]) == ("code", "withdrew", True, None)
     state = long.state()
-    assert state["counts"]["planned"] == 400 and state["study"] == {"id": "solo", "title": "Playing with partners"}
+    assert state["counts"]["planned"] == 400 and state["study"] == {"id": "solo", "title": "StudyRooms with partners"}
     assert state["server"]["ticks"] > 0 and state["server"]["disk_free_mb"] > 0
 
 
@@ -110,8 +110,8 @@ def test_a_restarted_round_is_played_again_from_its_card(long: Served) -> None:
     assert (visitor.look()["step"]["key"], visitor.step["state"]) == (key, "card")
     visitor.next()
     visitor.player().next_tick(visitor.step["room"]["seat"])
-    unit = long.running.guests[visitor.pid].place.unit
-    mine = [row for row in long.running.records.store.rows(rounds) if row["unit"] == unit]
+    unit = long.running.sessions[visitor.pid].record.unit
+    mine = [row for row in long.running.databases.store.rows(rounds) if row["unit"] == unit]
     assert [(row["attempt"], row["outcome"]) for row in mine] == [(1, "stopped"), (2, None)]
     assert len({row["episode"] for row in mine}) == 2
 
@@ -120,7 +120,7 @@ def test_a_round_is_marked_invalid_and_the_reason_kept(long: Served) -> None:
     visitor = playing(long)
     episode = long.row(visitor.pid)["episode"]
     long.ask("invalid", episode=episode, reason="somebody helped")
-    (row,) = [row for row in long.running.records.store.rows(rounds) if row["episode"] == episode]
+    (row,) = [row for row in long.running.databases.store.rows(rounds) if row["episode"] == episode]
     assert row["valid"] is False
     status, answer = long.live.call("/api/experimenter/invalid", {"episode": "none"}, ADMIN)
     assert (status, answer["error"]["message"]) == (409, "there is no round with the recording 'none'")
@@ -138,10 +138,10 @@ def test_a_round_is_marked_invalid_and_the_reason_kept(long: Served) -> None:
 def test_an_order_about_nobody_is_refused_and_leaves_no_trace(
     solo: Served, action: str, order: object, status: int
 ) -> None:
-    before = [len(solo.running.records.store.rows(table)) for table in (audit, notes)]
+    before = [len(solo.running.databases.store.rows(table)) for table in (audit, notes)]
     found, answer = solo.live.call(f"/api/experimenter/{action}", order, ADMIN)
     assert (found, bool(answer["error"]["message"])) == (status, True)
-    assert [len(solo.running.records.store.rows(table)) for table in (audit, notes)] == before
+    assert [len(solo.running.databases.store.rows(table)) for table in (audit, notes)] == before
     assert "database" not in solo.alerts() and not solo.running.paused
 
 
@@ -155,9 +155,9 @@ def test_who_is_kicked_gets_a_code(long: Served) -> None:
     visitor = playing(long)
     long.ask("kick", pid=visitor.pid, reason="fell asleep")
     assert (visitor.look()["step"]["kind"], bool(visitor.step["code"])) == ("code", True)
-    actions = [row["action"] for row in long.running.records.store.rows(audit)]
+    actions = [row["action"] for row in long.running.databases.store.rows(audit)]
     assert "kick" in actions
-    assert visitor.pid not in str(long.running.records.store.rows(audit))
+    assert visitor.pid not in str(long.running.databases.store.rows(audit))
     for action in ("kick", "restart-round", "pause"):
         assert long.live.call(f"/api/experimenter/{action}", {"pid": "PXXXXXX"}, ADMIN)[0] == 409
 

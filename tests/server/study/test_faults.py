@@ -27,12 +27,12 @@ def study(serving: Served) -> Iterator[Served]:
 
 def rounds_of(study: Served, visitor: Visitor) -> list[str]:
     """The outcomes of somebody's rounds."""
-    unit = study.running.guests[visitor.pid].place.unit
-    return [row["outcome"] for row in study.running.records.store.rows(rounds) if row["unit"] == unit]
+    unit = study.running.sessions[visitor.pid].record.unit
+    return [row["outcome"] for row in study.running.databases.store.rows(rounds) if row["unit"] == unit]
 
 
 def pragma(study: Served, sentence: str) -> None:
-    with study.running.records.store.database.write() as connection:
+    with study.running.databases.store.database.write() as connection:
         connection.exec_driver_sql(sentence)
 
 
@@ -43,7 +43,7 @@ def read_only(study: Served) -> Iterator[None]:
     try:
         yield
     finally:
-        with study.running.records.store.database.read() as connection:
+        with study.running.databases.store.database.read() as connection:
             connection.exec_driver_sql("PRAGMA query_only=OFF")
 
 
@@ -60,7 +60,7 @@ def test_a_read_only_database_is_a_sentence_and_an_alert_and_what_is_tried_again
     assert "readonly database; make the file and its folder writable" in alert["text"]
     visitor.fill_in()
     assert visitor.kind == "input-check"
-    kept = [row for row in study.running.records.store.rows(answers) if row["pid"] == visitor.pid]
+    kept = [row for row in study.running.databases.store.rows(answers) if row["pid"] == visitor.pid]
     assert len(kept) == 7
 
 
@@ -95,13 +95,13 @@ def test_a_round_that_cannot_be_written_down_does_not_begin_until_it_can(study: 
 
 def test_a_full_database_keeps_what_was_confirmed(study: Served) -> None:
     visitor = study.visitor().go_to("questionnaire")
-    with study.running.records.store.database.read() as connection:
+    with study.running.databases.store.database.read() as connection:
         pages = connection.exec_driver_sql("PRAGMA page_count").scalar_one()
     pragma(study, f"PRAGMA max_page_count={pages + 20}")
     statuses = [visitor.answer("comment", -1, "x" * 4000)[0] for _ in range(60)]
     assert set(statuses) == {200, 507}
     kept = [
-        row for row in study.running.records.store.rows(answers) if row["item"] == "comment" and row["text"][0] == "x"
+        row for row in study.running.databases.store.rows(answers) if row["item"] == "comment" and row["text"][0] == "x"
     ]
     assert len(kept) == statuses.count(200)
     assert "database" in study.alerts()
@@ -141,7 +141,7 @@ def test_a_fault_in_the_server_is_a_sentence_and_not_a_stack_trace(
     study: Served, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     visitor = study.visitor()
-    monkeypatch.setattr(study.running, "stays", lambda guest: 1 / 0)
+    monkeypatch.setattr(study.running, "stays", lambda session: 1 / 0)
     status, answer = visitor.call("view")
     assert (status, answer["error"]["code"]) == (500, "fault")
     assert "Traceback" not in str(answer) and "Division" not in str(answer)

@@ -8,7 +8,7 @@ import pytest
 
 from movingout.recordings.storage.index import list_recordings
 from movingout.server import messages as m
-from movingout.server.study.unit import Crew
+from movingout.server.study.unit import StudyUnit
 from movingout.study.design.step_order import WAITING
 from movingout.study.store.tables import rounds
 from tests.server.live import Person
@@ -53,22 +53,22 @@ def test_two_browsers_find_each_other_and_play_to_the_end(pair: Served) -> None:
         together(first, second)
     assert (first.step["outcome"], second.step["outcome"]) == ("done", "done")
     assert first.step["code"] != second.step["code"]
-    unit = pair.running.guests[first.pid].place.unit
-    store = pair.running.records.store
+    unit = pair.running.sessions[first.pid].record.unit
+    store = pair.running.databases.store
     assert [row["outcome"] for row in store.rows(rounds) if row["unit"] == unit] == ["time", "time"]
 
 
 def test_practice_waits_for_a_partner_whose_move_was_cut_off(pair: Served, monkeypatch: pytest.MonkeyPatch) -> None:
     """A kill, or the database, came between the moves of the two; the next look brings the other in."""
 
-    async def nobody_looks(crew: Crew) -> None:
+    async def nobody_looks(unit: StudyUnit) -> None:
         pass
 
     first, second = paired(pair)
-    late = pair.running.guests[second.pid]
+    late = pair.running.sessions[second.pid]
     with monkeypatch.context() as patch:
         patch.setattr(pair.running, "bring_in", nobody_looks)
-        pair.live.run(lambda: setattr(late, "place", replace(late.place, step=WAITING)))
+        pair.live.run(lambda: setattr(late, "record", replace(late.record, step=WAITING)))
         assert first.next()["step"]["state"] == "waiting"
         assert second.look()["step"]["kind"] == "waiting"
     second.wait_until(lambda one: one.kind == "practice")
@@ -222,7 +222,7 @@ def begun_again(study: Served, first: Visitor, second: Visitor) -> None:
     for visitor in (first, second):
         visitor.wait_until(lambda one: one.step["state"] == "card")
     together(first, second)
-    mine = [row for row in study.running.records.store.rows(rounds) if row["step"] == key]
+    mine = [row for row in study.running.databases.store.rows(rounds) if row["step"] == key]
     assert [(row["attempt"], row["outcome"]) for row in mine] == [(1, "stopped"), (2, "time")]
     assert any("the fire alarm" in note["text"] for note in study.state()["notes"])
 

@@ -42,8 +42,8 @@ def test_from_the_link_to_the_code_a_reload_anywhere_returns_to_the_same_place(s
         "completion_url": f"https://app.prolific.com/submissions/complete?cc={step['code']}",
         "earned": {"currency": "USD"},
     }  # fmt: skip
-    store = solo.running.records.store
-    unit = solo.running.guests[visitor.pid].place.unit
+    store = solo.running.databases.store
+    unit = solo.running.sessions[visitor.pid].record.unit
     played = [row for row in store.rows(rounds) if row["unit"] == unit]
     assert [(row["outcome"], row["ticks"], row["partner"]) for row in played] in (
         [("time", 20, "good"), ("time", 20, "bad")],
@@ -56,7 +56,7 @@ def test_every_finished_round_has_exactly_one_recording_and_nothing_says_who_it_
     with served(tmp_path) as study:
         visitor = study.visitor(PROLIFIC_PID="5f3c-the-worker")
         visitor.go_to("code")
-        pid, episodes = visitor.pid, {row["episode"] for row in study.running.records.store.rows(rounds)}
+        pid, episodes = visitor.pid, {row["episode"] for row in study.running.databases.store.rows(rounds)}
         assert study.state()["server"]["recordings"] == 2
     found, damaged = list_recordings(tmp_path / "recordings")
     assert ({one.id for one in found}, damaged) == (episodes, [])
@@ -90,7 +90,7 @@ def test_the_consent_is_kept_with_the_language_and_the_hash_of_the_shown_text(so
     assert (status, answer["error"]["code"]) == (422, "boxes")
     visitor.next(boxes=["adult", "unknown"])
     visitor.next(boxes=["adult"])
-    mine = [row for row in solo.running.records.store.rows(consents) if row["pid"] == visitor.pid]
+    mine = [row for row in solo.running.databases.store.rows(consents) if row["pid"] == visitor.pid]
     text = solo.running.study.consent.text.text("de")
     assert [(row["language"], row["sha256"], row["boxes"]) for row in mine] == [
         ("de", sha256(text.encode()).hexdigest(), '["adult"]')
@@ -104,9 +104,9 @@ def test_who_declines_is_a_number_and_nothing_else(tmp_path: Path) -> None:
             visitor.decline()
             assert (visitor.step["code"], visitor.step["outcome"]) == (None, "declined")
         visitor.look()
-        store = study.running.records.store
+        store = study.running.databases.store
         assert (store.rows(participants), store.rows(counts)) == ([], [{"name": "declined", "number": 1}])
-        with study.running.records.identities._database.read() as connection:
+        with study.running.databases.identities._database.read() as connection:
             assert connection.execute(identities.select()).all() == []
         assert study.visitor(PROLIFIC_PID="curious").kind == "consent", "who changes their mind is welcome"
 
@@ -139,7 +139,7 @@ def test_every_exit_gives_exactly_one_code(solo: Served, outcome: str, leave: Ca
     for again in ("keep", "delete", "decline", "look"):
         {"decline": visitor.decline, "look": visitor.look}.get(again, partial(visitor.stop, again == "keep"))()
         assert (visitor.step["code"], visitor.step["outcome"]) == (first["code"], outcome)
-    codes = [row["code"] for row in solo.running.records.store.rows(participants) if row["code"]]
+    codes = [row["code"] for row in solo.running.databases.store.rows(participants) if row["code"]]
     assert len(set(codes)) == len(codes)
 
 
@@ -149,11 +149,11 @@ def test_who_withdraws_with_the_data_is_paid_and_leaves_nothing_behind(tmp_path:
         visitor.answer("teamwork", 5)
         visitor.stop(False)
         assert (visitor.step["kept"], bool(visitor.step["code"])) == (False, True)
-        pid, store = visitor.pid, study.running.records.store
+        pid, store = visitor.pid, study.running.databases.store
     found, _ = list_recordings(tmp_path / "recordings")
     assert found == []
     with served(tmp_path) as study:
-        store = study.running.records.store
+        store = study.running.databases.store
         assert (store.rows(rounds), store.rows(answers)) == ([], [])
         assert [(row["pid"], row["outcome"]) for row in store.rows(participants)] == [(pid, "withdrew")]
 
@@ -164,7 +164,7 @@ def test_data_are_deleted_too_when_somebody_says_so_after_the_debrief(solo: Serv
     assert (status, answer["error"]["code"]) == (422, "keep")
     visitor.next(keep=False)
     assert (visitor.step["outcome"], visitor.step["kept"]) == ("done", False)
-    store = solo.running.records.store
+    store = solo.running.databases.store
     visitor.wait_until(lambda one: not [row for row in store.rows(answers) if row["pid"] == one.pid])
 
 
@@ -180,7 +180,7 @@ def test_double_clicks_do_what_one_click_does(solo: Served) -> None:
         assert {one.result()[0] for one in heard} == {200}
         visitor.look()
     assert visitor.kind == "practice"
-    mine = [row for row in solo.running.records.store.rows(consents) if row["pid"] == visitor.pid]
+    mine = [row for row in solo.running.databases.store.rows(consents) if row["pid"] == visitor.pid]
     assert len(mine) == 1
     assert len([room for room in solo.live.rooms if visitor.pid == room.seats[0].alias]) == 1
 
@@ -190,7 +190,7 @@ def test_of_two_with_one_link_the_second_goes_on_and_the_first_is_told(solo: Ser
     first.agree()
     with ThreadPoolExecutor(1) as pool:
         heard = pool.submit(events_of, first, 1)
-        while not solo.running.guests[first.pid].pushes:
+        while not solo.running.sessions[first.pid].listeners:
             pass
         second = solo.visitor(PROLIFIC_PID="shared")
         assert heard.result(20) == [{"changed": True}]
@@ -258,14 +258,14 @@ def test_a_study_that_has_everybody_it_needs_says_so(tmp_path: Path) -> None:
         first.go_to("code")
         status, answer = study.arrive(PROLIFIC_PID="too-late")
         assert (status, answer["error"]["code"]) == (403, "study_full")
-        known = study.running.records.identities.known
+        known = study.running.databases.identities.known
         assert known("prolific", "too-late") is None, "nothing is kept of who was turned away"
 
 
 @pytest.mark.parametrize("language", ["en", "de"])
 def test_whatever_a_participant_is_refused_for_the_page_has_words_for_it(language: str) -> None:
     sources = Path(movingout.server.study.__path__[0]).rglob("*.py")
-    refusal = re.compile(r'(?:NotWelcome\(|WrongAnswer\(|ApiError\(\d+, |guest\.refused = )"(\w+)"')
+    refusal = re.compile(r'(?:ArrivalRefused\(|StepRefused\(|ApiError\(\d+, |session\.refused = )"(\w+)"')
     codes = {code for source in sources for code in refusal.findall(source.read_text(encoding="utf-8"))}
     words = json.loads((pages.WEB / "words" / f"study.{language}.json").read_text(encoding="utf-8"))
     assert {"code", "code_unknown", "boxes", "locked", "slow"} <= codes
@@ -293,7 +293,7 @@ def test_a_click_is_kept_at_once_and_shown_again(solo: Served) -> None:
     assert visitor.answer("age", 1, key="practice")[0] == 422
     visitor.next()
     assert visitor.answer("age", 3, key="form") == (200, {"saved": True}), "one that was on its way"
-    kept = [row for row in solo.running.records.store.rows(answers) if row["pid"] == visitor.pid]
+    kept = [row for row in solo.running.databases.store.rows(answers) if row["pid"] == visitor.pid]
     assert [(row["value"], row["elapsed_ms"], row["hidden_ms"]) for row in kept] == [(2, 900.0, 10.0), (3, 900.0, 10.0)]
 
 

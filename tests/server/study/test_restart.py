@@ -97,7 +97,7 @@ def _visitor(study: Any, name: str) -> Visitor:
 
 def forget_the_end(study: Served, visitor: Visitor, key: str) -> None:
     """As a server leaves it that is killed between the last tick and its row."""
-    with study.running.records.store.database.write() as connection:
+    with study.running.databases.store.database.write() as connection:
         connection.execute(update(rounds).values(outcome=None, ended_ms=None, ticks=None, tcr=None))
         connection.execute(update(participants).where(participants.c.pid == visitor.pid).values(step=key))
 
@@ -107,11 +107,11 @@ def test_a_round_whose_end_was_not_written_down_is_taken_from_its_recording(tmp_
         visitor = study.visitor().go_to("round")
         key = visitor.step["key"]
         visitor.play()
-        (before,) = study.running.records.store.rows(rounds)
+        (before,) = study.running.databases.store.rows(rounds)
         forget_the_end(study, visitor, key)
     with served(tmp_path) as study:
         assert Visitor(study, visitor.token, {}).look()["step"]["kind"] == "questionnaire"
-        (after,) = study.running.records.store.rows(rounds)
+        (after,) = study.running.databases.store.rows(rounds)
     for name in ("episode", "outcome", "ticks", "tcr", "nfd", "wt_s", "ac", "late_ms"):
         assert (
             after[name] == pytest.approx(before[name], abs=1e-6) if name == "late_ms" else after[name] == before[name]
@@ -128,7 +128,7 @@ def test_a_round_that_never_had_a_tick_is_played_again(tmp_path: Path) -> None:
         assert (visitor.look()["step"]["state"], room in study.live.host.directory.rooms) == ("card", False)
         visitor.play()
         assert visitor.kind == "questionnaire"
-        assert [(row["attempt"], row["outcome"]) for row in study.running.records.store.rows(rounds)] == [
+        assert [(row["attempt"], row["outcome"]) for row in study.running.databases.store.rows(rounds)] == [
             (1, "interrupted"), (2, "time"),
         ]  # fmt: skip
 
@@ -142,7 +142,7 @@ def test_a_server_that_is_stopped_in_a_round_ends_it_and_plays_it_again(tmp_path
         visitor = Visitor(study, visitor.token, visitor.view)
         assert visitor.look()["step"]["state"] == "card"
         visitor.play()
-        outcomes = [row["outcome"] for row in study.running.records.store.rows(rounds)]
+        outcomes = [row["outcome"] for row in study.running.databases.store.rows(rounds)]
     assert outcomes == ["stopped", "time"]
     assert len(list_recordings(tmp_path / "recordings")[0]) == 2
 

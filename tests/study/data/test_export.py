@@ -13,7 +13,7 @@ from movingout.study.data.erasure import DAY_MS, due, forget, purge
 from movingout.study.data.export import Options, export_study
 from movingout.study.errors import StudyError
 from movingout.study.store.clock import now_ms
-from movingout.study.store.rounds import Played, Rounds
+from movingout.study.store.rounds import RoundOutcome, Rounds
 from movingout.study.store.tables import audit, rounds, tombstones, units
 from tests.study.filled import fill, template
 from tests.study.support import Clock
@@ -93,7 +93,7 @@ def test_a_recording_that_is_gone_is_reported_and_the_export_is_made(tmp_path: P
 def test_a_round_that_never_had_a_tick_misses_no_recording(tmp_path: Path) -> None:
     study, text = template("agent_survey", **SHORT)
     place, store, _ = fill(tmp_path, study, text, 1)
-    Rounds(store).end(store.rows(rounds)[0]["episode"], Played("interrupted", 0, 0.0, 0.0, 0.0, None))
+    Rounds(store).end(store.rows(rounds)[0]["episode"], RoundOutcome("interrupted", 0, 0.0, 0.0, 0.0, None))
     assert export_study(place, store, tmp_path / "out", Options(("csv",))).missing == [store.rows(rounds)[1]["episode"]]
 
 

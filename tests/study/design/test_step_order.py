@@ -1,7 +1,7 @@
 """From step to step, also when the time of a block is over."""
 
 from movingout.study.design.allocation import assign
-from movingout.study.design.step_order import LAST_ALONE, blocks_over, following
+from movingout.study.design.step_order import LAST_ALONE, blocks_over, next_step
 from movingout.study.design.steps import steps
 from movingout.study.design.study_file import parse_study
 from movingout.study.design.templates import template_text
@@ -11,23 +11,23 @@ _PLAIN = parse_study(template_text("agent_survey"))
 STUDY = _PLAIN.model_copy(
     update={"blocks": tuple(block.model_copy(update={"limit_minutes": LIMIT_MINUTES}) for block in _PLAIN.blocks)}
 )
-WAY = steps(STUDY, assign(STUDY, 0))
+ORDER = steps(STUDY, assign(STUDY, 0))
 BLOCK = STUDY.blocks[0].id
-ROUNDS = [step.key for step in WAY if step.kind == "round"]
+ROUNDS = [step.key for step in ORDER if step.kind == "round"]
 
 
 def walk(key: str, over: set[str], played: set[str]) -> list[str]:
     """The kinds of all steps from `key` on."""
     kinds: list[str] = []
-    while key != WAY[-1].key:
-        step = following(WAY, key, over, played)
+    while key != ORDER[-1].key:
+        step = next_step(ORDER, key, over, played)
         kinds.append(step.kind)
         key = step.key
     return kinds
 
 
 def test_with_time_left_every_step_follows() -> None:
-    assert [step.kind for step in WAY[1:]] == walk(WAY[0].key, set(), set())
+    assert [step.kind for step in ORDER[1:]] == walk(ORDER[0].key, set(), set())
 
 
 def test_a_block_whose_time_is_up_leaves_questions_about_what_was_played() -> None:
@@ -38,8 +38,8 @@ def test_a_block_whose_time_is_up_leaves_questions_about_what_was_played() -> No
 
 
 def test_nobody_is_asked_about_a_partner_whom_they_never_met() -> None:
-    after = [step.key for step in WAY].index(LAST_ALONE) + 1
-    assert walk(LAST_ALONE, {BLOCK}, set()) == [step.kind for step in WAY[after:] if not step.block]
+    after = [step.key for step in ORDER].index(LAST_ALONE) + 1
+    assert walk(LAST_ALONE, {BLOCK}, set()) == [step.kind for step in ORDER[after:] if not step.block]
 
 
 def test_a_block_is_over_when_it_has_lasted_as_long_as_it_may() -> None:

@@ -6,12 +6,12 @@ from pathlib import Path
 import pytest
 
 from movingout.server.study_bots.browser import SimulationError
-from movingout.server.study_bots.crowd import Crowd, Plan
+from movingout.server.study_bots.cohort import Cohort, SimulationPlan
 from tests.server.study.support import served
 
 
 def _visit(base: str) -> None:
-    asyncio.run(Crowd(base, Plan(1, scripted=False)).take_part())
+    asyncio.run(Cohort(base, SimulationPlan(1, scripted=False)).take_part())
 
 
 def test_a_study_of_real_people_is_never_visited(tmp_path: Path) -> None:

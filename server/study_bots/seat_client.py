@@ -12,19 +12,19 @@ from websockets.exceptions import ConnectionClosed, WebSocketException
 from movingout.maps import map_from_json
 from movingout.server import messages as m
 from movingout.server.frames import Bundle, Input
-from movingout.server.study_bots.pilot import Pilot
+from movingout.server.study_bots.policies import SeatPolicy
 
 OVER = ("round_over", "series_over", "closed")
 SILENCE_S = 5.0  # the room says where it is every second
 
 
-class Player:
+class SeatClient:
     """One visit to a room: until the round is over, the connection is, or the player has had enough."""
 
-    def __init__(self, address: str, room: str, token: str, pilot: Pilot, device: str) -> None:
+    def __init__(self, address: str, room: str, token: str, policy: SeatPolicy, device: str) -> None:
         self._address = address
         self._join = m.Join(room, tokens=[token])
-        self._pilot = pilot
+        self._policy = policy
         self._device = m.DEVICES.index(device)
         self._seat = -1
         self._newest: Bundle | None = None
@@ -64,7 +64,7 @@ class Player:
             case "welcome":
                 self._seat = message["seats"][0]["seat"]
             case "round":
-                self._pilot.begin(map_from_json(message["map"]), self._seat, message["limit_ticks"])
+                self._policy.begin(map_from_json(message["map"]), self._seat, message["limit_ticks"])
                 self._begun = True
             case "room":
                 self._over = self._over or message["phase"] in OVER
@@ -95,7 +95,7 @@ class Player:
             await asyncio.sleep(0)  # what came meanwhile is newer
 
     def _input(self, bundle: Bundle) -> bytes:
-        stick = self._pilot.steer(bundle)
+        stick = self._policy.steer(bundle)
         self._count += 1
         self._presses += stick.press
         return Input(

@@ -16,7 +16,7 @@ from movingout.world.state import WorldState
 NOT_AGAIN = 2  # ticks after a press, until its effect is seen
 
 
-class Stick(NamedTuple):
+class StickInput(NamedTuple):
     """What a hand does for one tick."""
 
     move: float  # [-1, 1]
@@ -24,15 +24,15 @@ class Stick(NamedTuple):
     press: bool
 
 
-class Pilot(Protocol):
+class SeatPolicy(Protocol):
     """Plays one seat of one round at a time."""
 
     def begin(self, the_map: MapSpec, seat: int, ticks: int) -> None: ...
 
-    def steer(self, bundle: Bundle) -> Stick: ...
+    def steer(self, bundle: Bundle) -> StickInput: ...
 
 
-class ScriptedPilot:
+class ScriptedPolicy:
     """A scripted person (agents/scripted/human_model.py) who sees what the wire shows: poses, hands, nothing else."""
 
     def __init__(self, name: str, seed: int) -> None:
@@ -44,22 +44,24 @@ class ScriptedPilot:
         self._pressed_at = -NOT_AGAIN
         self._person.reset(EpisodeInfo(the_map, seat, self._seed, ticks))
 
-    def steer(self, bundle: Bundle) -> Stick:
+    def steer(self, bundle: Bundle) -> StickInput:
         row = self._person.act(observe(self._map, state_of(bundle), self._seat))[0]
         press = row[3] > 0.5 and bundle.tick - self._pressed_at > NOT_AGAIN
         if press:
             self._pressed_at = bundle.tick
-        return Stick(float(np.clip(row[0], -1, 1)), math.atan2(row[2], row[1]), press)
+        return StickInput(float(np.clip(row[0], -1, 1)), math.atan2(row[2], row[1]), press)
 
 
-class CirclingPilot:
+class CirclingPolicy:
     """Drives in circles and presses now and then: costs nothing, for measuring the server alone."""
 
     def begin(self, the_map: MapSpec, seat: int, ticks: int) -> None:
         self._seat = seat
 
-    def steer(self, bundle: Bundle) -> Stick:
-        return Stick(1.0, math.remainder(bundle.tick * TICK_SECONDS + self._seat, 2 * math.pi), bundle.tick % 30 == 0)
+    def steer(self, bundle: Bundle) -> StickInput:
+        return StickInput(
+            1.0, math.remainder(bundle.tick * TICK_SECONDS + self._seat, 2 * math.pi), bundle.tick % 30 == 0
+        )
 
 
 def state_of(bundle: Bundle) -> WorldState:

@@ -11,8 +11,8 @@ from movingout.maps import load_map
 from movingout.recordings.storage.index import list_recordings
 from movingout.server.frames import Bundle
 from movingout.server.security.tokens import hash_token
-from movingout.server.study_bots.pilot import ScriptedPilot, state_of
-from movingout.server.study_bots.player import Player
+from movingout.server.study_bots.policies import ScriptedPolicy, state_of
+from movingout.server.study_bots.seat_client import SeatClient
 from movingout.world import World
 from tests.server.live import serve
 from tests.server.support import make_bundle
@@ -57,9 +57,9 @@ def test_a_scripted_person_plays_a_round_to_its_end_also_over_a_connection_that_
             return seen == 20
 
         async def play() -> tuple[bool, str]:
-            first = Player(f"ws://{live.address}", room["room"], "key", ScriptedPilot("A01", 1), device)
+            first = SeatClient(f"ws://{live.address}", room["room"], "key", ScriptedPolicy("A01", 1), device)
             assert not await first.play(drops)
-            second = Player(f"ws://{live.address}", room["room"], "key", ScriptedPilot("A01", 1), device)
+            second = SeatClient(f"ws://{live.address}", room["room"], "key", ScriptedPolicy("A01", 1), device)
             return await second.play(lambda: False), second.outcome
 
         assert asyncio.run(play()) in ((True, "time"), (True, "delivered"))

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from movingout.server.study_bots.commands.simulation import Rehearsed, rehearse
-from movingout.server.study_bots.crowd import Plan
-from movingout.server.study_bots.data_check import losses, read_kept
-from movingout.server.study_bots.participant import Click
+from movingout.server.study_bots.cohort import SimulationPlan
+from movingout.server.study_bots.commands.rehearsal_command import RehearsalResult, rehearse
+from movingout.server.study_bots.data_check import find_losses, read_stored
+from movingout.server.study_bots.simulated_participant import SavedAnswer
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.study_file import read_study
 from tests.server.study_bots.support import agents_text, pairs_text
@@ -20,34 +20,34 @@ def _file(folder: Path, text: str) -> Path:
     return path
 
 
-def _chaos(folder: Path, text: str, plan: Plan, kills: int) -> Rehearsed:
+def _chaos(folder: Path, text: str, plan: SimulationPlan, kills: int) -> RehearsalResult:
     done = rehearse(_file(folder, text), replace(plan, chaos=True, scripted=False), folder / "data", kills)
-    assert done.kept is not None
+    assert done.stored is not None
     assert done.lost == []
-    assert all(len(diary.codes) == 1 for diary in done.diaries)
-    assert len(done.kept.participants) == plan.participants
+    assert all(len(log.codes) == 1 for log in done.logs)
+    assert len(done.stored.participants) == plan.participants
     return done
 
 
 def test_pairs_find_each_other_and_nothing_is_lost_when_the_server_is_killed(tmp_path: Path) -> None:
-    done = _chaos(tmp_path, pairs_text(wait_s=10), Plan(2, speed=20, seed=3), kills=1)
-    assert done.kept is not None
-    units = {row["unit"] for row in done.kept.participants.values()}
+    done = _chaos(tmp_path, pairs_text(wait_s=10), SimulationPlan(2, speed=20, seed=3), kills=1)
+    assert done.stored is not None
+    units = {row["unit"] for row in done.stored.participants.values()}
     assert units == {1}
 
 
 def test_what_is_lost_is_found_and_said(tmp_path: Path) -> None:
     file = _file(tmp_path, agents_text(ticks=10))
-    done = rehearse(file, Plan(1, speed=20, scripted=False), tmp_path / "data")
+    done = rehearse(file, SimulationPlan(1, speed=20, scripted=False), tmp_path / "data")
     folder = StudyFolder(read_study(file), tmp_path / "data")
-    (diary,), kept = done.diaries, read_kept(folder)
-    assert losses(folder, kept, [diary]) == []
-    click, recording = diary.clicks[0], next((tmp_path / "data" / "recordings").glob("*.mcap"))
-    diary.clicks.append(Click(click.step, click.item, 99, ""))
-    diary.codes.add("ANOTHER")
-    diary.rounds.add("play/9/Simple-1")
+    (log,), stored = done.logs, read_stored(folder)
+    assert find_losses(folder, stored, [log]) == []
+    click, recording = log.saved_answers[0], next((tmp_path / "data" / "recordings").glob("*.mcap"))
+    log.saved_answers.append(SavedAnswer(click.step, click.item, 99, ""))
+    log.codes.add("ANOTHER")
+    log.rounds.add("play/9/Simple-1")
     recording.unlink()
-    found = "\n".join(losses(folder, kept, [diary]))
+    found = "\n".join(find_losses(folder, stored, [log]))
     for words in ("the answer", "shown the codes", "the round play/9/Simple-1 is missing", "its recording is missing"):
         assert words in found
     assert len(found.splitlines()) == 4
@@ -59,4 +59,4 @@ def test_what_is_lost_is_found_and_said(tmp_path: Path) -> None:
 )
 def test_participants_with_faults_and_three_kills_lose_nothing(tmp_path: Path, text: str, people: int) -> None:
     """Every finished round has one recording and one row, every answer clicked is there, one code each."""
-    _chaos(tmp_path, text, Plan(people, speed=10, seed=11, at_once=32), kills=3)
+    _chaos(tmp_path, text, SimulationPlan(people, speed=10, seed=11, at_once=32), kills=3)

@@ -13,7 +13,7 @@ START_S = 60.0
 STOP_S = 60.0
 
 
-class Served(NamedTuple):
+class ServerAddress(NamedTuple):
     """Where a study is served."""
 
     base: str  # http://127.0.0.1:8000
@@ -24,7 +24,7 @@ class RehearsalServer:
     """Use it as a context; `kill` and `start` in between are what a power cut is."""
 
     def __init__(self, file: Path, data: Path, speed: float) -> None:
-        self.served = Served("")
+        self.address = ServerAddress("")
         quiet = ["-W", "ignore:resource_tracker:UserWarning"]  # what a killed server leaves is cleaned up in silence
         program = [sys.executable, *quiet, "-m", "movingout.server.cli", "study", "serve", str(file)]
         self._command = [*program, "--data", str(data), "--rehearse", f"{speed:g}"]
@@ -47,10 +47,10 @@ class RehearsalServer:
         timer = threading.Timer(START_S, self._process.kill)
         timer.start()
         try:
-            self.served = self._read_links(self._process)
+            self.address = self._read_links(self._process)
         finally:
             timer.cancel()
-        self._port = self.served.base.rpartition(":")[2]
+        self._port = self.address.base.rpartition(":")[2]
 
     def kill(self) -> None:
         """kill -9."""
@@ -68,13 +68,13 @@ class RehearsalServer:
         self._process.stdout.close()
         self._process = None
 
-    def _read_links(self, process: "subprocess.Popen[str]") -> Served:
+    def _read_links(self, process: "subprocess.Popen[str]") -> ServerAddress:
         assert process.stdout is not None
         base = ""
         for line in process.stdout:
             if found := re.search(r"(https?://\S+?)/study\b", line):
                 base = base or found[1]
             if found := re.search(r"Token\s+(\S+)", line):
-                return Served(base, found[1])
+                return ServerAddress(base, found[1])
         self._wait()
         raise SimulationError("the server for the rehearsal did not start; the lines above say why")

@@ -8,7 +8,7 @@ import pytest
 
 from movingout.recordings.storage.index import list_recordings
 from movingout.server.cli import main
-from movingout.server.study_bots.data_check import read_kept
+from movingout.server.study_bots.data_check import read_stored
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.study_file import read_study
 from tests.server.study_bots.support import agents_text
@@ -52,12 +52,12 @@ def test_a_rehearsal_is_reported_exported_and_forgotten_and_always_says_that_it_
 def forget_leaves_no_trace(pids: list[str]) -> None:
     data = Path("rehearsal")
     folder = StudyFolder(read_study(Path("study.yaml")), data)
-    kept = read_kept(folder)
-    names = {pid: name for name, pid in kept.pids.items()}
+    stored = read_stored(folder)
+    names = {pid: name for name, pid in stored.pids.items()}
     gone, stays = pids
-    code = kept.participants[gone]["code"]
+    code = stored.participants[gone]["code"]
     assert len(_traces(data, gone)) > 4, "the test looks for the right word"
     assert main(["study", "forget", "study.yaml", gone, "--data", "rehearsal"]) == 0
     assert _traces(data, gone, names[gone], code) == []
     assert len(_traces(data, stays)) > 4
-    assert list(read_kept(folder).participants) == [stays]
+    assert list(read_stored(folder).participants) == [stays]

@@ -9,17 +9,17 @@ from urllib.parse import urlsplit
 import httpx
 
 from movingout.agents.scripted.populations import PEOPLE, POPULATIONS
-from movingout.server.study_bots.browser import Refusal, SimulationError, StudyBrowser
-from movingout.server.study_bots.faults import Faults, chaos
-from movingout.server.study_bots.participant import Diary, Participant
-from movingout.server.study_bots.pilot import CirclingPilot, Pilot, ScriptedPilot
+from movingout.server.study_bots.browser import RequestRefused, SimulationError, StudyBrowser
+from movingout.server.study_bots.faults import FaultInjection, chaos
+from movingout.server.study_bots.policies import CirclingPolicy, ScriptedPolicy, SeatPolicy
+from movingout.server.study_bots.simulated_participant import ActivityLog, SimulatedParticipant
 
 TIMEOUT = httpx.Timeout(30.0)
 STAGGER_S = 0.1  # between two arrivals
 
 
 @dataclass(frozen=True)
-class Plan:
+class SimulationPlan:
     """Who takes part and how."""
 
     participants: int
@@ -33,14 +33,14 @@ class Plan:
 
 
 @dataclass
-class Crowd:
-    """Those of one rehearsal; `diaries` grow while it runs."""
+class Cohort:
+    """Those of one rehearsal; `logs` grow while it runs."""
 
     base: str
-    plan: Plan
-    diaries: list[Diary] = field(default_factory=list)
+    plan: SimulationPlan
+    logs: list[ActivityLog] = field(default_factory=list)
 
-    async def take_part(self) -> Sequence[Diary]:
+    async def take_part(self) -> Sequence[ActivityLog]:
         """Everybody, so many at once. Raises SimulationError when somebody cannot go on."""
         limits = httpx.Limits(max_connections=None, max_keepalive_connections=64)
         async with httpx.AsyncClient(base_url=self.base, timeout=TIMEOUT, limits=limits) as http:
@@ -50,12 +50,12 @@ class Crowd:
                 async with asyncio.TaskGroup() as group:
                     for number in range(self.plan.participants):
                         participant = self._participant(http, number)
-                        self.diaries.append(participant.diary)
+                        self.logs.append(participant.log)
                         group.create_task(self._one(participant, places, languages))
                         await asyncio.sleep(STAGGER_S / self.plan.speed)
-            except* (SimulationError, Refusal) as several:
+            except* (SimulationError, RequestRefused) as several:
                 raise SimulationError(f"a simulated participant cannot go on: {_first(several)}") from several
-        return self.diaries
+        return self.logs
 
     async def _languages(self, http: httpx.AsyncClient) -> list[str]:
         try:
@@ -70,45 +70,47 @@ class Crowd:
         languages: list[str] = study["languages"]
         return languages
 
-    async def _one(self, participant: Participant, places: asyncio.Semaphore, languages: list[str]) -> None:
+    async def _one(self, participant: SimulatedParticipant, places: asyncio.Semaphore, languages: list[str]) -> None:
         async with places:
             await participant.take_part(languages)
 
-    def _participant(self, http: httpx.AsyncClient, number: int) -> Participant:
+    def _participant(self, http: httpx.AsyncClient, number: int) -> SimulatedParticipant:
         plan = self.plan
         random = Random(f"{plan.seed} {number}")
         address = urlsplit(self.base)._replace(scheme="wss" if self.base.startswith("https") else "ws").geturl()
-        faults = chaos(random) if plan.chaos else Faults(random)
+        faults = chaos(random) if plan.chaos else FaultInjection(random)
         name = f"simulated-{plan.run}-{number + 1:04d}"
-        return Participant(name, StudyBrowser(http), address, _pilot(plan, number), faults, random, plan.speed)
+        return SimulatedParticipant(
+            name, StudyBrowser(http), address, _policy(plan, number), faults, random, plan.speed
+        )
 
 
-def _pilot(plan: Plan, number: int) -> Pilot:
+def _policy(plan: SimulationPlan, number: int) -> SeatPolicy:
     if not plan.scripted:
-        return CirclingPilot()
+        return CirclingPolicy()
     names = [f"{population}{person:02d}" for person in range(1, PEOPLE + 1) for population in POPULATIONS]
-    return ScriptedPilot(names[number % len(names)], plan.seed + number)
+    return ScriptedPolicy(names[number % len(names)], plan.seed + number)
 
 
-async def with_kills(crowd: Crowd, kills: int, restart: Callable[[], None]) -> Sequence[Diary]:
-    """Take part while the server is killed and started again, evenly over the way of the crowd."""
-    taking_part = asyncio.create_task(_all(crowd))
+async def with_kills(cohort: Cohort, kills: int, restart: Callable[[], None]) -> Sequence[ActivityLog]:
+    """Take part while the server is killed and started again, evenly over the way of the cohort."""
+    taking_part = asyncio.create_task(_all(cohort))
     for kill in range(kills):
-        while not taking_part.done() and progress(crowd) < (kill + 1) / (kills + 1):
+        while not taking_part.done() and progress(cohort) < (kill + 1) / (kills + 1):
             await asyncio.sleep(0.1)
         if not taking_part.done():
             await asyncio.to_thread(restart)
     return await taking_part
 
 
-async def _all(crowd: Crowd) -> Sequence[Diary]:
-    return await crowd.take_part()
+async def _all(cohort: Cohort) -> Sequence[ActivityLog]:
+    return await cohort.take_part()
 
 
-def progress(crowd: Crowd) -> float:
+def progress(cohort: Cohort) -> float:
     """The share of all steps that are done."""
-    shares = [diary.done / diary.total if diary.total else 0.0 for diary in crowd.diaries]
-    return sum(shares) / crowd.plan.participants
+    shares = [log.done / log.total if log.total else 0.0 for log in cohort.logs]
+    return sum(shares) / cohort.plan.participants
 
 
 def _first(group: BaseException) -> BaseException:

@@ -19,7 +19,7 @@ COMMENTS = (
 
 
 @dataclass
-class Opinions:
+class AnswerModel:
     """One participant's; the same partner is liked alike in all questions."""
 
     random: Random

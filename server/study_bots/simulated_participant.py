@@ -1,4 +1,4 @@
-"""A simulated participant: follows the server from screen to screen, and keeps a diary of what it did and was told."""
+"""A simulated participant: follows the server from screen to screen, and keeps a log of what it did and was told."""
 
 import asyncio
 import contextlib
@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 from random import Random
 from typing import Any, NamedTuple
 
-from movingout.server.study_bots.answers import Opinions
-from movingout.server.study_bots.browser import Refusal, StudyBrowser, View
-from movingout.server.study_bots.faults import Faults
-from movingout.server.study_bots.pilot import Pilot
-from movingout.server.study_bots.player import Player
+from movingout.server.study_bots.answer_model import AnswerModel
+from movingout.server.study_bots.browser import RequestRefused, StudyBrowser, View
+from movingout.server.study_bots.faults import FaultInjection
+from movingout.server.study_bots.policies import SeatPolicy
+from movingout.server.study_bots.seat_client import SeatClient
 
 LOOK_S = 2.0  # without news the view is asked for again
 READING_S = (0.5, 2.0)  # before each screen is dealt with
@@ -20,7 +20,7 @@ RTT_MS = (8.0, 60.0)
 PLAYED = ("delivered", "time")
 
 
-class Click(NamedTuple):
+class SavedAnswer(NamedTuple):
     """An answer of which the server has said that it is saved."""
 
     step: str
@@ -30,11 +30,11 @@ class Click(NamedTuple):
 
 
 @dataclass
-class Diary:
+class ActivityLog:
     """What must be found in the study's data afterwards."""
 
     name: str
-    clicks: list[Click] = field(default_factory=list)
+    saved_answers: list[SavedAnswer] = field(default_factory=list)
     codes: set[str] = field(default_factory=set)
     outcome: str = ""
     rounds: set[str] = field(default_factory=set)  # keys of the steps that were played to their end
@@ -43,31 +43,38 @@ class Diary:
     total: int = 0
 
 
-class Participant:
+class SimulatedParticipant:
     """One of them; `speed` is how much faster than people they read."""
 
     def __init__(
-        self, name: str, browser: StudyBrowser, address: str, pilot: Pilot, faults: Faults, random: Random, speed: float
+        self,
+        name: str,
+        browser: StudyBrowser,
+        address: str,
+        policy: SeatPolicy,
+        faults: FaultInjection,
+        random: Random,
+        speed: float,
     ) -> None:
-        self.diary = Diary(name)
+        self.log = ActivityLog(name)
         self._browser = browser
         self._address = address
-        self._pilot = pilot
+        self._policy = policy
         self._faults = faults
         self._random = random
         self._speed = speed
-        self._opinions = Opinions(random)
+        self._answer_model = AnswerModel(random)
         self._device = random.choice(("keyboard", "gamepad"))
         self._news = asyncio.Event()
 
-    async def take_part(self, languages: list[str]) -> Diary:
+    async def take_part(self, languages: list[str]) -> ActivityLog:
         """From the link to the completion code."""
         language = self._random.choice(languages)
-        view = await self._browser.arrive({"PROLIFIC_PID": self.diary.name, "STUDY_ID": "simulated"}, language)
+        view = await self._browser.arrive({"PROLIFIC_PID": self.log.name, "STUDY_ID": "simulated"}, language)
         listening = asyncio.create_task(self._listen())
         try:
             while view["step"]["kind"] != "code":
-                self.diary.done, self.diary.total = view["position"]["done"], view["position"]["total"]
+                self.log.done, self.log.total = view["position"]["done"], view["position"]["total"]
                 view = await self._with_faults(view)
         finally:
             listening.cancel()
@@ -75,13 +82,13 @@ class Participant:
                 await listening
         return self._finish(view)
 
-    def _finish(self, view: View) -> Diary:
+    def _finish(self, view: View) -> ActivityLog:
         step = view["step"]
-        self.diary.codes.add(str(step["code"]))
-        self.diary.outcome = step["outcome"]
-        self.diary.deleted = self.diary.deleted or step.get("kept") is False
-        self.diary.done = self.diary.total
-        return self.diary
+        self.log.codes.add(str(step["code"]))
+        self.log.outcome = step["outcome"]
+        self.log.deleted = self.log.deleted or step.get("kept") is False
+        self.log.done = self.log.total
+        return self.log
 
     async def _listen(self) -> None:
         async for _ in self._browser.news():
@@ -95,14 +102,14 @@ class Participant:
             return await self._browser.view()
         try:
             return await self._deal_with(view["step"])
-        except Refusal as refusal:
+        except RequestRefused as refusal:
             if refusal.status in (401, 404):
                 raise
             return await self._browser.view()  # somebody else went on: the partner left, the experimenter paused
 
     async def _leave(self) -> View:
         keep = self._random.random() < 0.5
-        self.diary.deleted = not keep
+        self.log.deleted = not keep
         return await self._browser.stop(keep)
 
     async def _deal_with(self, step: dict[str, Any]) -> View:
@@ -144,10 +151,10 @@ class Participant:
         for item in step["items"]:
             if item["id"] in known:
                 continue
-            value, text = self._opinions.answer(item, step.get("partner_letter") or "")
+            value, text = self._answer_model.answer(item, step.get("partner_letter") or "")
             elapsed_ms = self._random.uniform(800, 6000)
             await self._browser.answer(step["key"], item["id"], value, text, elapsed_ms)
-            self.diary.clicks.append(Click(step["key"], item["id"], value, text))
+            self.log.saved_answers.append(SavedAnswer(step["key"], item["id"], value, text))
             if self._faults.happens(self._faults.reloads):
                 return await self._browser.view()
         return await self._next(step["key"])
@@ -166,11 +173,11 @@ class Participant:
         if state != "playing":
             return await self._next(step["key"])
         practice = step["kind"] == "practice"
-        player = Player(self._address, room["id"], room["token"], self._pilot, self._device)
+        player = SeatClient(self._address, room["id"], room["token"], self._policy, self._device)
         enough = self._random.randint(*PRACTICE_TICKS) if practice else 0
         over = await player.play(lambda: self._faults.happens(self._faults.drops), enough)
         if player.had_enough:
             return await self._next(step["key"], done=True)
         if player.outcome in PLAYED and not practice:
-            self.diary.rounds.add(step["key"])
+            self.log.rounds.add(step["key"])
         return await self._wait(step) if over else await self._browser.view()

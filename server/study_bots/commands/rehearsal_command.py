@@ -14,10 +14,10 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from movingout.server.study_bots.browser import SimulationError
-from movingout.server.study_bots.crowd import Crowd, Plan, progress, with_kills
-from movingout.server.study_bots.data_check import Kept, losses, read_kept
-from movingout.server.study_bots.participant import Diary
-from movingout.server.study_bots.rehearsal import RehearsalServer
+from movingout.server.study_bots.cohort import Cohort, SimulationPlan, progress, with_kills
+from movingout.server.study_bots.data_check import StoredData, find_losses, read_stored
+from movingout.server.study_bots.rehearsal_server import RehearsalServer
+from movingout.server.study_bots.simulated_participant import ActivityLog
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.definition import Study
 from movingout.study.design.study_file import read_study
@@ -25,11 +25,11 @@ from movingout.study.design.study_file import read_study
 LOOK_S = 0.2  # between two looks at the progress
 
 
-class Rehearsed(NamedTuple):
+class RehearsalResult(NamedTuple):
     """What came of a rehearsal; the last three are known where its data lie on this machine."""
 
-    diaries: Sequence[Diary]
-    kept: Kept | None = None
+    logs: Sequence[ActivityLog]
+    stored: StoredData | None = None
     lost: Sequence[str] = ()
     data: Path | None = None
 
@@ -39,37 +39,39 @@ def simulate(args: argparse.Namespace) -> int:
     study = read_study(args.file)
     plan = _plan(args, study)
     if args.url:
-        done = Rehearsed(_watched(Crowd(args.url.rstrip("/"), plan)))
+        done = RehearsalResult(_watched(Cohort(args.url.rstrip("/"), plan)))
     else:
         done = rehearse(args.file, plan, args.data or _new_folder(study), args.kills)
     _say(args, done)
     return 1 if done.lost else 0
 
 
-def rehearse(file: Path, plan: Plan, data: Path, kills: int = 0) -> Rehearsed:
+def rehearse(file: Path, plan: SimulationPlan, data: Path, kills: int = 0) -> RehearsalResult:
     """Let everybody take part at a server of its own, and look for everything they did in its data."""
     folder = StudyFolder(read_study(file), data)
     if folder.own.exists():
         raise SimulationError(f"{folder.own} exists already; a rehearsal begins in a folder of its own: --data DIR")
     with RehearsalServer(file, data, plan.speed) as server:
-        diaries = _watched(Crowd(server.served.base, plan), kills, server)
-    kept = read_kept(folder)
-    return Rehearsed(diaries, kept, losses(folder, kept, diaries), data)
+        logs = _watched(Cohort(server.address.base, plan), kills, server)
+    stored = read_stored(folder)
+    return RehearsalResult(logs, stored, find_losses(folder, stored, logs), data)
 
 
 def _new_folder(study: Study) -> Path:
     return Path("data") / "simulated" / f"{study.id}-{datetime.now():%Y%m%d-%H%M%S}"
 
 
-def _plan(args: argparse.Namespace, study: Study) -> Plan:
+def _plan(args: argparse.Namespace, study: Study) -> SimulationPlan:
     people: int = study.participants if args.participants is None else args.participants
     if people < 1 or people % study.group:
         raise SimulationError(f"--participants is {'even' if study.group == 2 else 'one or more'}, not {people}")
     at_once = max(args.at_once, study.group)
-    return Plan(people, args.speed, args.seed, at_once, args.chaos, run=f"{datetime.now():%H%M%S}", group=study.group)
+    return SimulationPlan(
+        people, args.speed, args.seed, at_once, args.chaos, run=f"{datetime.now():%H%M%S}", group=study.group
+    )
 
 
-def _watched(crowd: Crowd, kills: int = 0, server: RehearsalServer | None = None) -> Sequence[Diary]:
+def _watched(cohort: Cohort, kills: int = 0, server: RehearsalServer | None = None) -> Sequence[ActivityLog]:
     """Let everybody take part, with a bar on standard error."""
 
     def restart() -> None:
@@ -77,13 +79,13 @@ def _watched(crowd: Crowd, kills: int = 0, server: RehearsalServer | None = None
         server.kill()
         server.start()
 
-    async def take_part() -> Sequence[Diary]:
+    async def take_part() -> Sequence[ActivityLog]:
         with _bar() as bar:
-            task = bar.add_task("", total=1.0, words=_words(crowd))
-            taking_part = asyncio.create_task(with_kills(crowd, kills, restart))
+            task = bar.add_task("", total=1.0, words=_words(cohort))
+            taking_part = asyncio.create_task(with_kills(cohort, kills, restart))
             while not (await asyncio.wait([taking_part], timeout=LOOK_S))[0]:
-                bar.update(task, completed=progress(crowd), words=_words(crowd))
-            bar.update(task, completed=progress(crowd), words=_words(crowd))
+                bar.update(task, completed=progress(cohort), words=_words(cohort))
+            bar.update(task, completed=progress(cohort), words=_words(cohort))
             return await taking_part
 
     return asyncio.run(take_part())
@@ -99,13 +101,13 @@ def _bar() -> Progress:
     return Progress(*columns, console=Console(stderr=True))
 
 
-def _words(crowd: Crowd) -> str:
-    finished = sum(bool(diary.codes) for diary in crowd.diaries)
-    rounds = sum(len(diary.rounds) for diary in crowd.diaries) // crowd.plan.group
-    return f"{finished} of {crowd.plan.participants} finished, {rounds} rounds"
+def _words(cohort: Cohort) -> str:
+    finished = sum(bool(log.codes) for log in cohort.logs)
+    rounds = sum(len(log.rounds) for log in cohort.logs) // cohort.plan.group
+    return f"{finished} of {cohort.plan.participants} finished, {rounds} rounds"
 
 
-def _say(args: argparse.Namespace, done: Rehearsed) -> None:
+def _say(args: argparse.Namespace, done: RehearsalResult) -> None:
     console = Console(highlight=False, markup=False, soft_wrap=True)
     counts = _counts(done)
     if args.json:
@@ -127,14 +129,14 @@ def _say(args: argparse.Namespace, done: Rehearsed) -> None:
             console.print(f"  movingout study {action} {args.file} --data {done.data}")
 
 
-def _counts(done: Rehearsed) -> dict[str, Any]:
+def _counts(done: RehearsalResult) -> dict[str, Any]:
     counts: dict[str, Any] = {
-        "participants": len(done.diaries),
-        "outcomes": dict(Counter(diary.outcome for diary in done.diaries)),
-        "codes": sum(len(diary.codes) for diary in done.diaries),
-        "clicks": sum(len(diary.clicks) for diary in done.diaries),
+        "participants": len(done.logs),
+        "outcomes": dict(Counter(log.outcome for log in done.logs)),
+        "codes": sum(len(log.codes) for log in done.logs),
+        "clicks": sum(len(log.saved_answers) for log in done.logs),
     }
-    if done.kept is not None:
-        counts["rounds"] = dict(Counter(row["outcome"] or "open" for row in done.kept.rounds))
-        counts["answers"] = len(done.kept.answers)
+    if done.stored is not None:
+        counts["rounds"] = dict(Counter(row["outcome"] or "open" for row in done.stored.rounds))
+        counts["answers"] = len(done.stored.answers)
     return counts

@@ -16,7 +16,7 @@ Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
 
 
-class Records:
+class StudyDatabases:
     """Opened once per run, with the study frozen. Raises StoreError, and StudyError for a study that has changed."""
 
     def __init__(self, folder: StudyFolder, file_text: str, alerts: Alerts, simulated: bool) -> None:
