@@ -28,6 +28,7 @@ from movingout.agents.checkpoint.checkpoint import (
 from movingout.agents.errors import AgentError, CheckpointError
 from movingout.agents.kinds.registry import KINDS, kind_of
 from movingout.maps import MovingOutError, map_names
+from movingout.maps.suggestion import known_names
 
 OptionValue = int | float | bool | str
 UNSEEN_TCR = "TCR with unseen scripted people"
@@ -131,7 +132,7 @@ def agent_card(agent_id: str) -> AgentCard:
         if any(folder.name == folder_name(reference) for folder in checkpoint_folders(*MODEL_ROOTS)):
             return _trained_card(find_checkpoint(reference, *MODEL_ROOTS).card)
         known = [*(card.id for card in trained_cards()), *_CATALOGUE]
-        raise AgentError(f"unknown agent {agent_id!r}; known: {', '.join(known)}")
+        raise AgentError(f"unknown agent {agent_id!r}; {known_names(reference, known)}")
     named = f" with {', '.join(f'{key}={value}' for key, value in options.items())}" if options else ""
     return AgentCard(agent_id, reference.rpartition(":")[2], "policy", "all", f"Your own policy {reference}{named}.")
 
@@ -192,8 +193,8 @@ def _parse(agent_id: str) -> tuple[str, dict[str, OptionValue]]:
         return head, _parse_options(agent_id, rest)
     attribute, _, options = rest.partition(":")
     if not attribute.isidentifier() or not all(part.isidentifier() for part in head.split(".")):
-        known = ", ".join(dict.fromkeys([*_CATALOGUE, *(card.id for card in trained_cards())]))
-        raise AgentError(f"unknown agent {agent_id!r}; known: {known}, or package.module:Factory for your own")
+        known = known_names(head, dict.fromkeys([*_CATALOGUE, *(card.id for card in trained_cards())]))
+        raise AgentError(f"unknown agent {agent_id!r}; {known}, or package.module:Factory for your own")
     return f"{head}:{attribute}", _parse_options(agent_id, options)
 
 

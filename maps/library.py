@@ -1,6 +1,5 @@
 """Finding maps: the shipped ones by name, anybody's own by path."""
 
-import difflib
 import json
 import os
 from functools import lru_cache
@@ -10,6 +9,7 @@ from movingout.maps.errors import MapError
 from movingout.maps.json_format import map_from_json
 from movingout.maps.official import is_official, map_from_official
 from movingout.maps.spec import MapSpec
+from movingout.maps.suggestion import known_names
 
 PRACTICE = "Simple"
 
@@ -68,8 +68,4 @@ def _read(path: Path) -> MapSpec:
 
 
 def _unknown(name: str) -> str:
-    known = (*_NAMES, PRACTICE)
-    folded = {candidate.lower(): candidate for candidate in known}
-    close = difflib.get_close_matches(name.lower(), folded, n=1)
-    hint = f"did you mean {folded[close[0]]}? " if close else ""
-    return f"unknown map {name!r}; {hint}known: {', '.join(known)}"
+    return f"unknown map {name!r}; {known_names(name, (*_NAMES, PRACTICE))}"

@@ -17,6 +17,7 @@ from movingout.agents.scripted import ScriptedAgent
 from movingout.agents.scripted.keyboard_model import Keys
 from movingout.agents.scripted.populations import participant
 from movingout.agents.scripted.style import Style
+from movingout.maps.suggestion import known_names
 from movingout.world.state import Floats, WorldState
 
 WANDER_KEEPS = 0.9  # share of the steering error that stays from tick to tick
@@ -36,7 +37,7 @@ class Person:
         known = [field.name for field in fields(Style)]
         wrong = [habit for habit in habits if habit not in known]
         if wrong:
-            raise AgentError(f"style: no habit {wrong[0]!r}; known: {', '.join(known)}")
+            raise AgentError(f"style: no habit {wrong[0]!r}; {known_names(wrong[0], known)}")
         self.style: Style = replace(participant(name).style, **habits)  # type: ignore[arg-type]
         self._plan = ScriptedAgent(seed=seed)
         self._plan.style = replace(self.style, speed=1.0, delay=0, noise=0.0, hesitation=0.0, stick=0)

@@ -10,6 +10,7 @@ from random import Random
 from typing import Any
 
 from movingout.agents.errors import AgentError
+from movingout.maps.suggestion import known_names
 
 _LIMITS = {
     "patience": (5, 500),
@@ -69,7 +70,7 @@ def varied(seed: int, habits: Mapping[str, Any] | None = None) -> Style:
     """
     wrong = [name for name in habits or {} if name not in PLAN_HABITS]
     if wrong:
-        raise AgentError(f"style: no habit {wrong[0]!r} of a plan; known: {', '.join(PLAN_HABITS)}")
+        raise AgentError(f"style: no habit {wrong[0]!r} of a plan; {known_names(wrong[0], PLAN_HABITS)}")
     return replace(Style() if seed == 0 else _drawn(seed), **dict(habits or {}))
 
 

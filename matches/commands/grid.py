@@ -14,7 +14,7 @@ from movingout.matches.errors import MatchError
 from movingout.matches.execution.lockstep import Lockstep
 from movingout.matches.experiment.grid import Grid, read_grid
 from movingout.matches.experiment.plan import entries, matches_of, missing_agents
-from movingout.matches.experiment.shipped_grids import protocol_path
+from movingout.matches.experiment.shipped_grids import grid_path, shipped_grids
 from movingout.matches.report.html_page import write_page
 from movingout.matches.report.parquet import write_parquet
 from movingout.matches.results.results_folder import GRID, read_results
@@ -27,7 +27,7 @@ _PROBE_TICKS = 100
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("grid", type=Path, metavar="GRID.yaml", help="a file, or the name of a shipped protocol")
+    parser.add_argument("grid", type=Path, metavar="GRID.yaml", help=f"a file, or one of {', '.join(shipped_grids())}")
     parser.add_argument("--out", type=Path, metavar="DIR", help="results folder; default: data/matches/<name of file>")
     add_workers(parser)
     parser.add_argument("--shard", default="0/1", metavar="I/N", help="only each N-th match from the I-th (0 to N-1)")
@@ -41,7 +41,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def perform(args: argparse.Namespace) -> int:
-    shard, path = _shard(args.shard), protocol_path(args.grid)
+    shard, path = _shard(args.shard), grid_path(args.grid)
     grid = read_grid(path)
     folder: Path = args.out or Path("data/matches") / path.stem
     crew = crew_of(args)

@@ -25,7 +25,7 @@ class _Process:
         paths = [path or str(Path.cwd()) for path in sys.path]
         environment = {**os.environ, **_ONE_THREAD, "PYTHONPATH": os.pathsep.join(paths)}
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "movingout.matches.execution.worker"], env=environment, encoding="utf-8",
+            [sys.executable, "-P", "-m", "movingout.matches.execution.worker"], env=environment, encoding="utf-8",
             stdin=subprocess.PIPE, stdout=subprocess.PIPE,
         )  # fmt: skip
         self._listener = threading.Thread(target=self._listen, args=(number, inbox), daemon=True)

@@ -16,6 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator, model_valida
 from movingout.agents.scripted.populations import POPULATIONS
 from movingout.maps import load_map, map_names
 from movingout.maps.errors import MapError
+from movingout.maps.suggestion import known_names
 from movingout.matches.experiment.grid_file import read_grid_file
 from movingout.matches.experiment.paper_reference import paper_tables
 from movingout.matches.match import Challenge
@@ -124,8 +125,8 @@ class Grid(_Strict):
             pairs = [(one.agent, partner) for one in condition.contestants for partner in condition.partners_of(one)]
             _refuse_doubles([f"{agent} with {partner}" for agent, partner in pairs], "the pair")
             if condition.paper and condition.paper not in paper_tables():
-                known = ", ".join(sorted(paper_tables()))
-                raise ValueError(f"paper {condition.paper!r} is no table here; known: {known}")
+                known = known_names(condition.paper, sorted(paper_tables()))
+                raise ValueError(f"paper {condition.paper!r} is no table here; {known}")
             if condition.against and (condition.against not in names or condition.against == condition.name):
                 raise ValueError(f"condition {condition.name!r} is against {condition.against!r}, not another one here")
             for agent_id in [a for one in condition.contestants for a in (one.agent, *condition.partners_of(one))]:

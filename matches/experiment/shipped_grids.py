@@ -1,16 +1,27 @@
-"""The protocols that come with the project: grids by name."""
+"""The grids that come with the project, by name."""
 
 from pathlib import Path
+
+from movingout.maps.suggestion import known_names
+from movingout.matches.errors import MatchError
 
 FOLDER = Path(__file__).resolve().parents[1] / "protocols"
 
 
-def protocol_names() -> list[str]:
+def shipped_grids() -> list[str]:
+    """The names, sorted."""
     return sorted(path.stem for path in FOLDER.glob("*.yaml"))
 
 
-def protocol_path(grid: Path) -> Path:
-    """The file of a shipped protocol when `grid` is its name, else `grid` itself."""
-    if not grid.exists() and grid.name == str(grid) and grid.stem in protocol_names():
+def grid_path(grid: Path) -> Path:
+    """The file of a shipped grid where `grid` is its name, else `grid` itself.
+
+    Raises MatchError for a bare word that is neither a file nor the name of a grid.
+    """
+    if grid.exists() or grid.name != str(grid):
+        return grid
+    if grid.stem in shipped_grids():
         return FOLDER / f"{grid.stem}.yaml"
+    if not grid.suffix:
+        raise MatchError(f"there is no grid {str(grid)!r}; {known_names(str(grid), shipped_grids())}, or a YAML file")
     return grid

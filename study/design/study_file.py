@@ -1,6 +1,5 @@
 """Reading study.yaml: every fault with its line and the path of its field."""
 
-import difflib
 import typing
 from collections.abc import Iterator
 from pathlib import Path
@@ -8,6 +7,7 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
+from movingout.maps.suggestion import known_names
 from movingout.maps.yaml_document import Fault, FieldPath, YamlDocument, YamlError, path_text
 from movingout.study.design.definition import Study
 from movingout.study.design.instruments import instrument_names
@@ -90,9 +90,7 @@ def _fault(document: YamlDocument, error: Any) -> Fault:
 
 
 def _unknown_field(path: FieldPath) -> str:
-    known = list(_model_at(path[:-1]).model_fields)
-    close = difflib.get_close_matches(str(path[-1]), known, 1)
-    return f"there is no such field; {f'did you mean {close[0]}? ' if close else ''}known: {', '.join(known)}"
+    return f"there is no such field; {known_names(str(path[-1]), _model_at(path[:-1]).model_fields)}"
 
 
 def _model_at(path: FieldPath) -> type[BaseModel]:

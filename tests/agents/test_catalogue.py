@@ -27,8 +27,12 @@ def test_options_reach_a_factory_of_the_user_with_their_types() -> None:
 @pytest.mark.parametrize(
     ("agent_id", "sentence"),
     [
-        ("scriptet", "unknown agent 'scriptet'; known: scripted, person, idle, bass@all, dp@all"),
-        ("a b:c", "unknown agent"),
+        (
+            "scriptet",
+            "unknown agent 'scriptet'; did you mean scripted? known: scripted, person, idle, bass@all, dp@all",
+        ),
+        ("a b:c", "unknown agent 'a b:c'; known: scripted"),
+        ("scripted:patient=3", "did you mean patience? known: heavy_first"),
         ("no_such_module:Factory", "cannot import 'no_such_module'"),
         (f"{HERE}:Missing", "has no factory 'Missing'"),
         (f"{HERE}:Forward:speed=1", "options: rows, execute, distance"),

@@ -97,6 +97,15 @@ def test_an_agent_that_takes_its_process_along_loses_only_its_matches(tmp_path: 
     assert [(row.failed, len(row.results)) for row in run.rows] == [(1, 2)]
 
 
+def test_a_file_where_one_stands_does_not_take_the_place_of_a_library_in_workers(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "numpy.py").write_text("raise ImportError('not the numpy you want')\n")
+    monkeypatch.chdir(tmp_path)
+    (result,) = play("idle", "idle", ticks=1, workers=1)
+    assert result.ending == "time", result.failure
+
+
 @pytest.mark.slow
 def test_a_worker_that_hangs_where_no_alarm_reaches_is_replaced(tmp_path: Path) -> None:
     grid = small_grid(agents=[f"{HERE}:Deaf"], partners=["idle"], maps=["HandOff"], seeds=1, agent_limit_s=1.0)

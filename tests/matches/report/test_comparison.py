@@ -9,7 +9,7 @@ from movingout.matches import GridRun, Match, MatchResult
 from movingout.matches.experiment.grid import Grid, read_grid
 from movingout.matches.experiment.paper_reference import PAPER
 from movingout.matches.experiment.plan import entries, matches_of, missing_agents
-from movingout.matches.experiment.shipped_grids import FOLDER, protocol_names, protocol_path
+from movingout.matches.experiment.shipped_grids import FOLDER, grid_path, shipped_grids
 from movingout.matches.match import lost
 from movingout.matches.report.comparison import CAUTION, json_report, lines_of, markdown_report
 from movingout.matches.report.crossplay import matrix, worst_matches
@@ -119,9 +119,9 @@ def test_the_papers_figures_stand_in_the_paper() -> None:
 
 
 def test_every_shipped_protocol_is_a_valid_grid() -> None:
-    assert len(protocol_names()) >= 8
-    for name in protocol_names():
-        grid = read_grid(protocol_path(Path(name)))
+    assert len(shipped_grids()) >= 8
+    for name in shipped_grids():
+        grid = read_grid(grid_path(Path(name)))
         assert entries(grid)
         labels = {(entry.condition, entry.match.challenge, entry.agent) for entry in entries(grid)}
         for condition in grid.all_conditions:
@@ -131,9 +131,9 @@ def test_every_shipped_protocol_is_a_valid_grid() -> None:
 
 @pytest.mark.parametrize("name", ["idle-control", "scripted-population", "challenge-2-scripted"])
 def test_protocols_without_learned_agents_need_nothing_that_is_not_here(name: str) -> None:
-    assert missing_agents(read_grid(protocol_path(Path(name)))) == []
+    assert missing_agents(read_grid(grid_path(Path(name)))) == []
 
 
 def test_a_protocol_whose_agents_are_not_here_says_how_to_get_them() -> None:
-    (sentence,) = [one for one in missing_agents(read_grid(protocol_path(Path("challenge-2")))) if "mlp@c2" in one]
+    (sentence,) = [one for one in missing_agents(read_grid(grid_path(Path("challenge-2")))) if "mlp@c2" in one]
     assert sentence.endswith("(to get it: movingout train mlp on Challenge 2 demonstrations)")
