@@ -13,6 +13,8 @@ import platform
 import sys
 from pathlib import Path
 
+from movingout.maps.suggestion import known_names
+
 _FOLDER = Path(__file__).parent
 MINUTES = ("world", "recordings", "server", "study", "browser", "scripted", "matches")
 """What `make bench` runs: about a quarter of an hour altogether."""
@@ -25,7 +27,7 @@ def main(words: list[str]) -> int:
     options = words[len(names) :]
     for name in names:
         if name not in known:
-            print(f"unknown benchmark {name!r}; known: {', '.join(known)}", file=sys.stderr)
+            print(f"unknown benchmark {name!r}; {known_names(name, known)}", file=sys.stderr)
             return 2
     if options and (len(names) != 1 or not _takes_options(names[0])):
         print(f"{options[0]}: name first the one benchmark that it is for, if it takes options", file=sys.stderr)

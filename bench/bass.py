@@ -24,7 +24,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bench._bass_report import role, tables
+from bench.results.bass_tables import role, tables
 from movingout.agents.base import EpisodeInfo
 from movingout.agents.bass.agent import BassAgent, OracleBassAgent, acting, engine_simulator, spread
 from movingout.agents.bass.selection import choose

@@ -15,7 +15,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import Progress
 
-from bench._episodes import EpisodeLog, Outcome, Run
+from bench.results.episode_log import EpisodeLog, Outcome, Run
 from movingout.agents.catalogue import load_agent
 from movingout.agents.scripted.populations import POPULATIONS, population
 from movingout.maps import load_map, map_names

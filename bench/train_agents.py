@@ -23,13 +23,13 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from bench._agents_report import measured_part, write_report
-from bench._chart import chart
 from bench._curriculum import train_all
-from bench._episodes import EpisodeLog, Outcome
 from bench._roster import CHOOSING_BY_NFD, CONTROL, OF_A, OF_BOTH, PAPER_BASS, SCRIPTED, Field
 from bench.bass import Numbers, bass_agent_of, held_out_episodes, measure
 from bench.learning import play_all, runs
+from bench.results.chart import chart
+from bench.results.episode_log import EpisodeLog, Outcome
+from bench.results.page import measured_part, write_report
 from movingout.agents.catalogue import UNSEEN_TCR
 from movingout.agents.checkpoint.checkpoint import SHIPPED, Card, Checkpoint, Score, find_checkpoint, rescored
 from movingout.agents.scripted.populations import population

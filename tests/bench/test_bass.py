@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bench import _bass_report, bass
-from bench._bass_report import BASS, GRU, ORACLE, RANDOM, role, tables
+from bench import bass
 from bench.bass import Numbers, _poses, bass_agent_of, main, measure
+from bench.results import bass_tables
+from bench.results.bass_tables import BASS, GRU, ORACLE, RANDOM, role, tables
 from movingout.agents.base import EpisodeInfo
 from movingout.agents.bass.agent import OracleBassAgent
 from movingout.agents.bass.score_functions import Judge
@@ -110,7 +111,7 @@ def test_agents_are_called_what_they_are(monkeypatch: pytest.MonkeyPatch) -> Non
     agents = {agent_id: bass.bass_agent_of(agent_id) for agent_id in ids}
     assert [role(*each) for each in agents.items()] == [BASS, RANDOM, ORACLE]
     card = SimpleNamespace(dynamics=DynamicsSpec(kind="gru"))
-    monkeypatch.setattr(_bass_report, "find_checkpoint", lambda *_: SimpleNamespace(card=card))
+    monkeypatch.setattr(bass_tables, "find_checkpoint", lambda *_: SimpleNamespace(card=card))
     assert role(ids[0], agents[ids[0]]) == GRU
 
 

@@ -14,7 +14,7 @@ from movingout.world import World
 
 def test_an_unknown_benchmark_is_answered_with_the_known_ones(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["wrold"]) == 2
-    assert "unknown benchmark 'wrold'; known: " in capsys.readouterr().err
+    assert "unknown benchmark 'wrold'; did you mean world? known: " in capsys.readouterr().err
 
 
 def test_a_benchmark_with_options_takes_its_own_ones_alone(capsys: pytest.CaptureFixture[str]) -> None:

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from bench import learning
-from bench._episodes import EpisodeLog, Outcome, Run
 from bench.learning import play_all, runs, table
+from bench.results.episode_log import EpisodeLog, Outcome, Run
 from bench.train_agents import scores
 from movingout.matches import MatchError
 from tests.matches.support import HERE

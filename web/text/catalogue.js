@@ -66,7 +66,10 @@ function find(key, { count }) {
   return texts[key] ?? (typeof count === "number" ? texts[`${key}.${plural.select(count)}`] : texts[`${key}.other`]);
 }
 
-/** A number with a fixed count of decimals: 0.5 -> "0.50", in German "0,50". @param {number} value @param {number} decimals */
+/**
+ * A number with a fixed count of decimals: 0.5 -> "0.50", in German "0,50".
+ * @param {number} value @param {number} decimals
+ */
 export function sayNumber(value, decimals) {
   return new Intl.NumberFormat(language, {
     minimumFractionDigits: decimals,

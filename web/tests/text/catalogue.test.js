@@ -12,7 +12,7 @@ const WEB = new URL("../../", import.meta.url);
 const english = textsOf("en");
 const places = (/** @type {string} */ text) => [...new Set(text.match(/\{\w+\}/g))].sort();
 const stem = (/** @type {string} */ key) => key.replace(/\.(zero|one|two|few|many|other)$/, "");
-/** @param {Record<string, string>} texts  "key.one" and "key.other" are one text, in as many forms as the language has */
+/** "a.one" and "a.other" are one text, in as many forms as the language has. @param {Record<string, string>} texts */
 const keysOf = (texts) => [...new Set(Object.keys(texts).map(stem))];
 
 for (const language of Object.keys(LANGUAGES)) {

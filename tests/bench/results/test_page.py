@@ -7,12 +7,12 @@ from pathlib import Path
 import pytest
 
 from bench import train_agents
-from bench._agents_report import BEGIN, END, measured_part, write_report
-from bench._chart import chart
-from bench._episodes import Outcome, Run
-from bench._leads import against_aim, gains, lead, leads
 from bench._roster import CHOOSING_BY_NFD, OF_A, OF_BOTH
 from bench.bass import Numbers
+from bench.results.chart import chart
+from bench.results.episode_log import Outcome, Run
+from bench.results.page import BEGIN, END, measured_part, write_report
+from bench.results.paired_differences import against_aim, gains, lead, leads
 from bench.train_agents import main
 from movingout.agents.catalogue import UNSEEN_TCR
 from movingout.agents.checkpoint.checkpoint import SHIPPED, Checkpoint, Score, read_checkpoint

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from bench import _episodes
-from bench._episodes import EpisodeLog, Outcome, Run, meaning
 from bench.learning import play_all
+from bench.results import episode_log
+from bench.results.episode_log import EpisodeLog, Outcome, Run, meaning
 from movingout.agents.inference import policy_agent
 from movingout.maps import library
 from movingout.maps.errors import MovingOutError
@@ -35,7 +35,7 @@ def test_a_log_is_of_no_use_when_the_code_or_an_agent_is_another(
 ) -> None:
     log = tmp_path / "log.jsonl"
     assert RUN in _kept(log).known([RUN])
-    monkeypatch.setattr(_episodes, part, lambda *_: "changed")
+    monkeypatch.setattr(episode_log, part, lambda *_: "changed")
     assert not EpisodeLog(log).known([RUN])
 
 
@@ -44,10 +44,10 @@ def test_a_module_of_somebody_else_counts_by_its_file(tmp_path: Path, monkeypatc
     versions = []
     for text in ("one", "two"):
         (tmp_path / "their_agent.py").write_text(f"NAME = {text!r}")
-        _episodes._version.cache_clear()
-        versions.append(_episodes._version("their_agent:Agent"))
-    assert versions[0] != versions[1] and _episodes._version("idle") == ""
-    _episodes._version.cache_clear()
+        episode_log._version.cache_clear()
+        versions.append(episode_log._version("their_agent:Agent"))
+    assert versions[0] != versions[1] and episode_log._version("idle") == ""
+    episode_log._version.cache_clear()
 
 
 def test_comments_and_docstrings_mean_nothing() -> None:
@@ -81,7 +81,7 @@ def test_two_who_keep_their_episodes_in_one_file_lose_none(tmp_path: Path) -> No
 
 def test_all_code_that_plays_counts(monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[bytes] = []
-    monkeypatch.setattr(_episodes, "meaning", lambda source: seen.append(source) or "")  # type: ignore[func-returns-value]
-    _episodes._code.__wrapped__()
+    monkeypatch.setattr(episode_log, "meaning", lambda source: seen.append(source) or "")  # type: ignore[func-returns-value]
+    episode_log._code.__wrapped__()
     for module in (policy_agent, library, lockstep, physics):
         assert Path(str(module.__file__)).read_bytes() in seen

@@ -10,13 +10,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
-from bench._bass_report import BASS as ROLE
-from bench._bass_report import tables
-from bench._episodes import Outcome
-from bench._leads import LEGEND, against_aim, leads
 from bench._roster import PAPER_BASS, PAPER_COLUMNS, Field
 from bench.bass import Numbers
 from bench.learning import table
+from bench.results.bass_tables import BASS as ROLE
+from bench.results.bass_tables import tables
+from bench.results.episode_log import Outcome
+from bench.results.paired_differences import LEGEND, against_aim, leads
 from movingout.agents.checkpoint.checkpoint import Card
 from movingout.maps import map_names
 from movingout.matches.experiment.paper_reference import paper_figures

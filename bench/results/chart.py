@@ -6,9 +6,9 @@ Its colours follow the reader's light or dark theme; nothing is said by colour a
 from collections.abc import Mapping, Sequence
 from html import escape
 
-from bench._episodes import Outcome
-from bench._leads import TARGET_TCR
 from bench._roster import BASS, CONTROL, SCRIPTED
+from bench.results.episode_log import Outcome
+from bench.results.paired_differences import TARGET_TCR
 from movingout.world.estimates import Estimate, estimate
 
 WIDTH, LEFT, RIGHT, TOP, PITCH, BAR = 800, 290, 44, 52, 34, 18

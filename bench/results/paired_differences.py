@@ -2,8 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 
-from bench._episodes import Outcome
 from bench._roster import BASS, Field
+from bench.results.episode_log import Outcome
 from movingout.world.estimates import estimate, estimate_text
 
 TARGET_TCR = 0.65

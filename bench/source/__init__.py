@@ -1,0 +1,1 @@
+"""Readers of our own source code, for `bench.house`."""

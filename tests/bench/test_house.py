@@ -1,0 +1,33 @@
+"""The source code keeps to the limits of the house."""
+
+import pytest
+
+from bench.house import LARGEST_FOLDER, LONGEST_FILE, main, report
+from bench.source.files import SourceTree
+from bench.source.import_graph import import_circles, import_graph
+
+TREE = SourceTree()
+
+
+def test_no_modules_import_one_another_in_a_circle() -> None:
+    assert import_circles(import_graph()) == []
+
+
+def test_no_folder_has_too_many_files_of_its_own() -> None:
+    assert {folder: files for folder, files in TREE.folder_sizes.items() if files > LARGEST_FOLDER} == {}
+
+
+def test_no_file_is_too_long() -> None:
+    assert {file: lines for file, lines in TREE.line_counts.items() if lines > LONGEST_FILE} == {}
+
+
+def test_every_function_is_annotated_and_no_javascript_line_is_too_long() -> None:
+    assert TREE.annotated_share == 1.0
+    assert TREE.long_js_lines == []
+
+
+def test_the_report_is_one_markdown_table_with_what_is_behind_it(capsys: pytest.CaptureFixture[str]) -> None:
+    main()
+    out = capsys.readouterr().out
+    assert "| import circles | 0 | 0 |" in out and "| functions with all types annotated | 100.0 % | 100 % |" in out
+    assert report(TREE) in out
