@@ -54,10 +54,11 @@ def play_all(todo: list[Run], workers: int, log: Path | None = None) -> list[Out
 
     def heed(result: MatchResult) -> None:
         run = rest[result.match]
-        if result.failure or result.wt_s is None:
+        metrics = result.metrics
+        if result.failure or metrics.wt_s is None:
             failed.append(f"{run.agent} with {run.partner} on {run.map}, seed {run.seed}: {result.failure}")
             return
-        done[run] = Outcome(run, result.tcr, result.nfd, result.wt_s, result.ac, result.cpu_s)
+        done[run] = Outcome(run, metrics.tcr, metrics.nfd, metrics.wt_s, metrics.ac, result.cpu_s)
         if kept is not None:
             kept.append(done[run])
         progress.update(bar, completed=len(done))

@@ -10,6 +10,7 @@ from movingout.maps import MapSpec, load_map
 from movingout.maps.randomize import Split, randomize
 from movingout.matches.errors import MatchError
 from movingout.world.constants import LIMIT_TICKS
+from movingout.world.metrics import Metrics
 
 Challenge = Literal[1, 2]
 Ending = Literal["delivered", "time", "failed"]
@@ -57,10 +58,7 @@ class MatchResult:
     ticks: int
     delivered: int
     items: int
-    tcr: float
-    nfd: float
-    wt_s: float | None  # None for a failed match
-    ac: float | None  # None also when nothing was carried together
+    metrics: Metrics  # of a failed match: TCR and NFD 0, the others None
     waiting_share: float | None  # of the ticks, as the official code counts; None for a failed match
     failure: str = ""  # one sentence
     failed_seat: int = -1  # 0 blue, 1 red, -1 nobody in particular
@@ -69,13 +67,29 @@ class MatchResult:
 
     def to_json(self) -> dict[str, Any]:
         """A flat JSON object; `result_from_json` reads it back."""
-        document = {entry.name: getattr(self, entry.name) for entry in fields(self) if entry.name != "match"}
-        return {"id": self.match.id, **asdict(self.match), **document, "limit_ticks": self.match.ticks}
+        document: dict[str, Any] = {"id": self.match.id, **asdict(self.match)}
+        for entry in fields(self):
+            if entry.name == "metrics":
+                document |= self.metrics.values()
+            elif entry.name != "match":
+                document[entry.name] = getattr(self, entry.name)
+        return {**document, "limit_ticks": self.match.ticks}
 
 
 def lost(match: Match, reason: str, *, seat: int = -1, tick: int = 0, recording: str = "") -> MatchResult:
     """The result of a match that could not be played to its end."""
-    return MatchResult(match, "failed", tick, 0, 0, 0.0, 0.0, None, None, None, reason, seat, recording)
+    return MatchResult(
+        match=match,
+        ending="failed",
+        ticks=tick,
+        delivered=0,
+        items=0,
+        metrics=Metrics.of({"tcr": 0.0, "nfd": 0.0, "wt_s": None}),
+        waiting_share=None,
+        failure=reason,
+        failed_seat=seat,
+        recording=recording,
+    )
 
 
 def match_to_json(match: Match) -> dict[str, Any]:
@@ -91,7 +105,8 @@ def result_from_json(document: dict[str, Any]) -> MatchResult:
     try:
         names = [entry.name for entry in fields(Match)]
         match = Match(**{**{name: document[name] for name in names}, "ticks": document["limit_ticks"]})
-        rest = {entry.name: document[entry.name] for entry in fields(MatchResult) if entry.name != "match"}
+        names = [entry.name for entry in fields(MatchResult) if entry.name not in ("match", "metrics")]
+        rest = {name: document[name] for name in names} | {"metrics": Metrics.of(document)}
     except (KeyError, TypeError) as error:
         raise MatchError(f"a result lacks the field {error}; it was written by another version") from error
     if match.id != document.get("id"):

@@ -21,6 +21,7 @@ from movingout.recordings.verification import difference
 from movingout.recordings.viewer.candidates import candidates, guesses, made_in
 from movingout.world import World
 from movingout.world.constants import POSES_PER_TICK, TICK_MS
+from movingout.world.metrics import NO_VALUE, to_numbers
 from movingout.world.state import Floats, WorldState
 
 
@@ -100,8 +101,8 @@ def summary(episode: Episode) -> dict[str, Any]:
         "events": [
             {"tick": e.tick, "kind": e.kind, "seat": e.seat, "item": e.item, "detail": e.detail} for e in episode.events
         ],
-        "metrics": result(episode),
-        "curves": curves(episode),
+        "metrics": to_numbers(result(episode)),
+        "curves": {key: [NO_VALUE if one is None else one for one in curve] for key, curve in curves(episode).items()},
     }
 
 

@@ -5,6 +5,7 @@ Agents are "blue" and "red"; both act at once, once per tick of 0.1 s. An action
 float32. An episode terminates when everything is delivered and is truncated at its limit of ticks.
 """
 
+import math
 import os
 from collections.abc import Callable
 from typing import Any, ClassVar, Literal
@@ -46,7 +47,7 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
 
     `map` is a map, a map's name or a map file's path. Equal seeds of `reset` give equal episodes; without `split`
     every episode starts alike. The info of each agent has "score" (official, [0, 1]); in an episode's last tick also
-    "tcr", "nfd", "wt_s" and "ac" (NaN when undefined).
+    the metrics of `world.metrics.METRICS` by key (NaN without a value).
     """
 
     metadata: ClassVar[dict[str, Any]] = {
@@ -163,7 +164,6 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
     def _infos(self, last: bool = False) -> dict[str, Info]:
         info: Info = {"score": self._world.score()}
         if last:
-            metrics = self._metrics.result()
-            ac = float("nan") if metrics.ac is None else metrics.ac
-            info |= {"tcr": metrics.tcr, "nfd": metrics.nfd, "wt_s": metrics.wt_s, "ac": ac}
+            values = self._metrics.result().values()
+            info |= {key: math.nan if value is None else value for key, value in values.items()}
         return {agent: dict(info) for agent in self.possible_agents}

@@ -1,13 +1,19 @@
-"""How well an episode went: the paper's four metrics, live and at the end, and what the official code calls the same.
+"""The metrics of an episode: one table that names them, their values during and after play, and the official variants.
 
-Source: the paper's section "Details of Evaluation Metrics". A tick is judged by the state *before* it, in which its
-actions were chosen. Where the official code computes something else under the same name it is here too, as
-`OfficialMetrics`, with the difference said.
+`METRICS` is the one list of metrics: tables, reports, file schemas and exports are made from it. To add a metric, add
+a row there, a field of `Metrics` and its computation. A metric without a value is None; only files and the wire, where
+a number must stand, write it as `NO_VALUE`.
+
+Source of the four of the paper: its section "Details of Evaluation Metrics". A tick is judged by the state *before* it,
+in which its actions were chosen. Where the official code computes something else under the same name, `OfficialMetrics`
+has it.
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -23,14 +29,137 @@ WEIGHTS: dict[Size, float] = {"small": 1.0, "middle": 2.0, "large": 2.0}
 _NOTHING = 1e-9  # lengths and distances below it count as none (official value)
 
 
+NO_VALUE = -1.0  # written for None where a number must stand
+Values = Mapping[str, float | None]
+
+
+@dataclass(frozen=True, slots=True)
+class Metric:
+    """What a metric is called, what it means and how it is shown."""
+
+    key: str  # in code, JSON, files and tables
+    symbol: str
+    title: str
+    unit: str  # empty for none
+    low: float | None  # bounds of its values, None where there is none
+    high: float | None
+    higher_is_better: bool
+    digits: int  # after the point, for people
+    meaning: str
+    none_when: str = ""  # why it may have no value; empty when it always has one
+    from_paper: bool = True
+
+    @property
+    def heading(self) -> str:
+        """The symbol with its unit, for the head of a column."""
+        return f"{self.symbol} [{self.unit}]" if self.unit else self.symbol
+
+    @property
+    def bounds(self) -> str:
+        """The unit, or the interval of its values: "s", "[0, 1]"; empty when it has neither."""
+        if self.unit or self.low is None or self.high is None:
+            return self.unit
+        return f"[{self.low:g}, {self.high:g}]"
+
+    @property
+    def description(self) -> str:
+        """One line for schemas and data dictionaries."""
+        source = " (paper)" if self.from_paper else ""
+        return f"{self.title.lower()}{source}: {self.meaning}"
+
+    @property
+    def documentation(self) -> str:
+        """`description`, and when the cell of a table is empty."""
+        return self.description + (f"; empty when {self.none_when}" if self.none_when else "")
+
+    def text(self, value: float | None) -> str:
+        """A value for people, with its unit."""
+        return "–" if value is None else f"{value:.{self.digits}f} {self.unit}".rstrip()
+
+
+METRICS = (
+    Metric(
+        key="tcr",
+        symbol="TCR",
+        title="Task completion rate",
+        unit="",
+        low=0.0,
+        high=1.0,
+        higher_is_better=True,
+        digits=2,
+        meaning="delivered items / items, middle and large ones counting twice",
+    ),
+    Metric(
+        key="nfd",
+        symbol="NFD",
+        title="Normalised final distance",
+        unit="",
+        low=None,
+        high=1.0,
+        higher_is_better=True,
+        digits=2,
+        meaning="share of the items' way to a goal that was covered; negative when they went farther away",
+    ),
+    Metric(
+        key="wt_s",
+        symbol="WT",
+        title="Waiting time",
+        unit="s",
+        low=0.0,
+        high=None,
+        higher_is_better=False,
+        digits=1,
+        meaning="time in which an agent alone held a middle or large item, both agents added",
+    ),
+    Metric(
+        key="ac",
+        symbol="AC",
+        title="Action consistency",
+        unit="",
+        low=0.0,
+        high=1.0,
+        higher_is_better=True,
+        digits=2,
+        meaning="share of the pushing that agreed while both held one item",
+        none_when="nothing was carried together",
+    ),
+)
+
+
 @dataclass(frozen=True, slots=True)
 class Metrics:
-    """The paper's metrics of an episode so far."""
+    """The metrics of an episode so far; the fields are the keys of `METRICS`."""
 
-    tcr: float  # task completion rate, [0, 1]
-    nfd: float  # normalized final distance, 1 when all is home, 0 when nothing came nearer, negative when farther
-    wt_s: float  # waiting time of both agents together [s]
-    ac: float | None  # action consistency, [0, 1]; None when the two never pulled on one item together
+    tcr: float
+    nfd: float
+    wt_s: float | None  # None only for an episode that could not be played
+    ac: float | None
+
+    def values(self) -> dict[str, float | None]:
+        """By key, in the order of `METRICS`."""
+        return {metric.key: getattr(self, metric.key) for metric in METRICS}
+
+    @classmethod
+    def of(cls, values: Values) -> "Metrics":
+        """The inverse of `values`; a metric that an older file does not have is None. KeyError for TCR, NFD and WT."""
+        found: dict[str, Any] = {
+            metric.key: values.get(metric.key) if metric.none_when else values[metric.key] for metric in METRICS
+        }
+        return cls(**found)
+
+
+def to_numbers(values: Values) -> dict[str, float]:
+    """For files and the wire: `NO_VALUE` for None."""
+    return {key: NO_VALUE if value is None else value for key, value in values.items()}
+
+
+def from_numbers(numbers: Mapping[str, float]) -> dict[str, float | None]:
+    """What `to_numbers` wrote, by key of `METRICS`; None for a metric that an older file does not have."""
+    return {metric.key: _value(metric, numbers.get(metric.key)) for metric in METRICS}
+
+
+def _value(metric: Metric, number: float | None) -> float | None:
+    return None if metric.none_when and number == NO_VALUE else number
 
 
 @dataclass(frozen=True, slots=True)

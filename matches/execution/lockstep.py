@@ -76,14 +76,20 @@ class LiveMatch:
 
     def result(self) -> MatchResult:
         """The result of a match that is over; ends its recording."""
-        metrics = self.metrics.result()
         flags = self.world.delivered().tolist()
         ending: Literal["delivered", "time"] = "delivered" if all(flags) else "time"
         path = "" if self.recorder is None else str(self.recorder.close(ending, self.state.tick))
         return MatchResult(
-            self.match, ending, self.state.tick, sum(flags), len(flags), metrics.tcr, metrics.nfd, metrics.wt_s,
-            metrics.ac, self.metrics.waiting_share, recording=path, cpu_s=self.cpu_s,
-        )  # fmt: skip
+            match=self.match,
+            ending=ending,
+            ticks=self.state.tick,
+            delivered=sum(flags),
+            items=len(flags),
+            metrics=self.metrics.result(),
+            waiting_share=self.metrics.waiting_share,
+            recording=path,
+            cpu_s=self.cpu_s,
+        )
 
     def lose(self, seat: int, reason: str) -> MatchResult:
         """The result of a match that an agent has lost; ends its recording."""

@@ -4,7 +4,7 @@ from collections import defaultdict
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from movingout.matches.experiment.paper_reference import Figure, paper_figures
+from movingout.matches.experiment.paper_reference import PAPER_METRICS, Figure, paper_figures
 from movingout.matches.match import MatchResult
 from movingout.matches.results.significance import stars, welch
 from movingout.matches.results.table import MEASURES, Measure, estimate_json, estimate_of
@@ -21,7 +21,7 @@ CAUTION = (
 
 
 WAITING = Measure("waiting_share", "WT [share]", False, lambda result: result.waiting_share)
-COMPARED = tuple(WAITING if measure.key == "wt_s" else measure for measure in MEASURES)
+COMPARED = tuple(next(one for one in (*MEASURES, WAITING) if one.key == key) for key in PAPER_METRICS)
 
 
 class Line(NamedTuple):

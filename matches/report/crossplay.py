@@ -85,7 +85,7 @@ def worst_matches(run: GridRun) -> list[MatchResult]:
     ranks: Counter[tuple[str, str, str]] = Counter()
     order: list[tuple[bool, int, MatchResult]] = []
     bad = [result for result in run.results.values() if result.ending != "delivered"]
-    for result in sorted(bad, key=lambda one: (one.tcr, one.nfd, one.match.id)):
+    for result in sorted(bad, key=lambda one: (one.metrics.tcr, one.metrics.nfd, one.match.id)):
         pairing = pairings[result.match]
         order.append((result.ending != "failed", ranks[pairing], result))
         ranks[pairing] += 1

@@ -144,7 +144,7 @@ def _worst_row(run: GridRun, result: MatchResult) -> str:
     cells = "".join(f'<td class="words">{escape(text)}</td>' for text in (match.map, match.blue, match.red))
     return (
         f'<tr>{cells}<td class="where">{"<br>".join(where) or "–"}</td>'
-        f"<td>{match.seed}</td><td>{result.tcr:.2f}</td><td>{result.nfd:.2f}</td></tr>"
+        f"<td>{match.seed}</td><td>{result.metrics.tcr:.2f}</td><td>{result.metrics.nfd:.2f}</td></tr>"
     )
 
 

@@ -4,17 +4,19 @@ from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 from movingout.matches.experiment.plan import Entry
 from movingout.matches.match import Match, MatchResult
 from movingout.world.estimates import Estimate, estimate, estimate_text
+from movingout.world.metrics import METRICS
 
 ALL_MAPS = "all maps"
 
 
 class Measure(NamedTuple):
-    """One metric: its heading, whether more is better, and its value of a result (None: it has none)."""
+    """One column: its heading, whether more is better, and its value of a result (None: it has none)."""
 
     key: str
     heading: str
@@ -22,11 +24,9 @@ class Measure(NamedTuple):
     value: Callable[[MatchResult], float | None]
 
 
-MEASURES = (
-    Measure("tcr", "TCR", True, lambda result: result.tcr),
-    Measure("nfd", "NFD", True, lambda result: result.nfd),
-    Measure("wt_s", "WT [s]", False, lambda result: result.wt_s),
-    Measure("ac", "AC", True, lambda result: result.ac),
+MEASURES = tuple(
+    Measure(metric.key, metric.heading, metric.higher_is_better, attrgetter(f"metrics.{metric.key}"))
+    for metric in METRICS
 )
 
 

@@ -12,6 +12,7 @@ from movingout.recordings.file_format.metadata import utc
 from movingout.recordings.storage.listing import seat_title
 from movingout.recordings.versions import why_not_exact
 from movingout.world.constants import TICKS_PER_SECOND
+from movingout.world.metrics import METRICS, Metric, Values, to_numbers
 
 _OUTCOMES = {
     "delivered": "everything delivered",
@@ -41,7 +42,7 @@ def info_json(path: Path, episode: Episode) -> dict[str, Any]:
         "outcome": episode.outcome,
         "complete": episode.complete,
         "damage": episode.damage,
-        "metrics": result(episode),
+        "metrics": to_numbers(result(episode)),
         "events": dict(Counter(event.kind for event in episode.events)),
         "versions": dict(episode.versions),
         "finalised": not path.name.endswith(JOURNAL_SUFFIX),
@@ -106,14 +107,13 @@ def _promise(episode: Episode) -> str:
     return caveat or "same engine as here, so it must re-simulate to the same bits; `recordings verify` checks it"
 
 
-def _metric_rows(metrics: dict[str, float]) -> list[tuple[str, str]]:
-    together = "nothing was carried together" if metrics["ac"] < 0 else f"{metrics['ac']:.2f} of the pushing agreed"
-    return [
-        ("TCR", f"{metrics['tcr']:.2f}  ({metrics['delivered']:.0f} of {metrics['items']:.0f} items delivered)"),
-        ("NFD", f"{metrics['nfd']:.2f}  (1 = all the way home)"),
-        ("WT", f"{metrics['wt_s']:.1f} s waiting for help, both together"),
-        ("AC", together),
-    ]
+def _metric_rows(values: Values) -> list[tuple[str, str]]:
+    delivered = ("delivered", f"{values['delivered']:.0f} of {values['items']:.0f} items")
+    return [delivered, *((metric.symbol, _metric_words(metric, values[metric.key])) for metric in METRICS)]
+
+
+def _metric_words(metric: Metric, value: float | None) -> str:
+    return metric.none_when if value is None else f"{metric.text(value):<7} {metric.title.lower()}: {metric.meaning}"
 
 
 def _counted(words: list[str]) -> str:

@@ -12,7 +12,7 @@ from movingout.recordings.episode import Episode, TickRecord
 from movingout.recordings.file_format.derived_topics import result
 from movingout.recordings.file_format.metadata import utc
 from movingout.world.constants import TICK_SECONDS
-from movingout.world.metrics import EpisodeMetrics
+from movingout.world.metrics import METRICS, EpisodeMetrics
 from movingout.world.observation import ITEM_SLOTS, LAYOUTS, encoder
 from movingout.world.state import WorldState
 
@@ -41,6 +41,10 @@ def _prefixed(prefix: str, entries: Sequence[Entry]) -> list[Entry]:
     return [(f"{prefix}_{name}", kind, unit, meaning) for name, kind, unit, meaning in entries]
 
 
+def _metric_columns(when: str = "") -> list[Entry]:
+    return [(metric.key, "float64", metric.bounds, when + metric.documentation) for metric in METRICS]
+
+
 _SEAT: list[Entry] = [
     ("kind", "string", "", "who sat in the seat: human, agent, remote, ghost, idle"),
     ("name", "string", "", "pseudonym of the person, or id of the agent"),
@@ -63,10 +67,7 @@ EPISODES = _columns(
     *_prefixed("red", _SEAT),
     ("delivered", "int64", "items", "delivered at the end"),
     ("items", "int64", "items", "on the map"),
-    ("tcr", "float64", "[0, 1]", "task completion rate (paper)"),
-    ("nfd", "float64", "", "normalised final distance (paper); 1 when all is home"),
-    ("wt_s", "float64", "s", "waiting time of both together (paper)"),
-    ("ac", "float64", "[0, 1]", "action consistency (paper); empty when nothing was carried together"),
+    *_metric_columns(),
     ("split", "string", "", "train or test; no participant is in both"),
     ("study", "string", "JSON", "pseudonymous ids of the study"),
     ("pymunk", "string", "", "version of the physics engine"),
@@ -114,10 +115,7 @@ TICKS = _columns(
     *(entry for slot in range(ITEM_SLOTS) for entry in _prefixed(f"item_{slot}", _ITEM)),
     ("late_ms", "float64", "ms", "start of the tick after its due time"),
     ("delivered", "int64", "items", "delivered now"),
-    ("tcr", "float64", "[0, 1]", "task completion rate so far"),
-    ("nfd", "float64", "", "normalised final distance so far"),
-    ("wt_s", "float64", "s", "waiting time so far"),
-    ("ac", "float64", "[0, 1]", "action consistency so far, empty before anything is carried together"),
+    *_metric_columns("so far: "),
 )
 TABLES = {"episodes": EPISODES, "ticks": TICKS, "events": EVENTS}
 
@@ -143,10 +141,9 @@ def episode_row(episode: Episode, split: str) -> Row:
         "complete": episode.complete,
         "ticks": len(episode.ticks),
         "limit_ticks": header.limit_ticks,
-        "delivered": int(numbers["delivered"]),
-        "items": int(numbers["items"]),
-        **{name: numbers[name] for name in ("tcr", "nfd", "wt_s")},
-        "ac": _or_none(numbers["ac"]),
+        "delivered": sum(episode.ticks[-1].delivered) if episode.ticks else 0,
+        "items": len(header.map.items),
+        **{metric.key: numbers[metric.key] for metric in METRICS},
         "split": split,
         "study": orjson.dumps(dict(header.study)).decode(),
         "pymunk": episode.versions.get("pymunk", ""),
@@ -182,9 +179,8 @@ def tick_rows(episode: Episode, layout: str = "") -> Iterator[Row]:
             tick = episode.ticks[number - 1]
             metrics.update(before, tick.actions, state)
             row = _made_row(tick)
-        so_far = metrics.result()
         row |= {"episode_id": episode.header.episode_id, "tick": number, "time_s": round(number * TICK_SECONDS, 3)}
-        row |= {"tcr": so_far.tcr, "nfd": so_far.nfd, "wt_s": so_far.wt_s, "ac": so_far.ac}
+        row |= metrics.result().values()
         if encode is not None:
             for colour, seen in zip(SEAT_COLOURS, encode(state), strict=True):
                 row[f"{colour}_observation"] = seen.astype(np.float32)
@@ -216,10 +212,6 @@ def _state_row(state: WorldState, delivered: Sequence[bool]) -> Row:
 
 def _named(prefix: str, columns: Sequence[Entry], values: Sequence[Any]) -> Row:
     return {f"{prefix}_{column[0]}": value for column, value in zip(columns, values, strict=True)}
-
-
-def _or_none(value: float) -> float | None:
-    return None if value < 0 else value
 
 
 def data_dictionary(describe: Callable[[str], str], tables: dict[str, list[Column]]) -> str:

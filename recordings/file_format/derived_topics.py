@@ -7,12 +7,10 @@ from mcap.writer import Writer
 
 from movingout.recordings.episode import Episode, Event
 from movingout.recordings.file_format import foxglove
-from movingout.recordings.file_format.topics import METRICS
-from movingout.world.metrics import EpisodeMetrics, Metrics
+from movingout.recordings.file_format.topics import METRICS_TOPIC
+from movingout.world.metrics import METRICS, EpisodeMetrics, Metrics, to_numbers
 from movingout.world.scoring import delivered_items
 from movingout.world.state import WorldState
-
-METRIC_NAMES = ("tcr", "nfd", "wt_s", "ac")
 
 
 class Derived:
@@ -50,7 +48,7 @@ class Derived:
             self._add("/scene/bodies", log_ns, publish_ns, foxglove.body_scene(self._map, delivered, log_ns))
             self._shown = delivered
         self._add("/tf", log_ns, publish_ns, self._transforms.of(state, log_ns))
-        self._add(METRICS.name, log_ns, publish_ns, _metrics_payload(number, delivered, self._metrics.result()))
+        self._add(METRICS_TOPIC.name, log_ns, publish_ns, _metrics_payload(number, delivered, self._metrics.result()))
 
     def _after_tick(self, number: int) -> tuple[WorldState, tuple[bool, ...]]:
         if number == 0:
@@ -70,10 +68,10 @@ class Derived:
 
 def _register(writer: Writer) -> dict[str, int]:
     channels = {
-        METRICS.name: writer.register_channel(
-            METRICS.name,
+        METRICS_TOPIC.name: writer.register_channel(
+            METRICS_TOPIC.name,
             "json",
-            writer.register_schema(METRICS.schema_name, "jsonschema", orjson.dumps(METRICS.schema)),
+            writer.register_schema(METRICS_TOPIC.schema_name, "jsonschema", orjson.dumps(METRICS_TOPIC.schema)),
         )
     }
     for name, message in foxglove.TOPICS.items():
@@ -83,32 +81,26 @@ def _register(writer: Writer) -> dict[str, int]:
 
 
 def _metrics_payload(tick: int, delivered: tuple[bool, ...], metrics: Metrics) -> bytes:
-    return orjson.dumps({"tick": tick, "delivered": sum(delivered), **_numbers(metrics)})
+    return orjson.dumps({"tick": tick, "delivered": sum(delivered), **to_numbers(metrics.values())})
 
 
-def _numbers(metrics: Metrics) -> dict[str, float]:
-    """The metrics as plain numbers; an action consistency that does not apply is -1."""
-    ac = -1.0 if metrics.ac is None else metrics.ac
-    return {"tcr": metrics.tcr, "nfd": metrics.nfd, "wt_s": metrics.wt_s, "ac": ac}
-
-
-def curves(episode: Episode) -> dict[str, list[float]]:
-    """The metrics after each tick, T values each; `ac` is -1 until something is carried together."""
+def curves(episode: Episode) -> dict[str, list[float | None]]:
+    """The metrics after each tick, T values each, by key."""
     metrics = EpisodeMetrics(episode.header.map)
     rows = []
     for before, tick in zip(episode.states, episode.ticks, strict=False):
         metrics.update(before, tick.actions, tick.state)
-        rows.append(_numbers(metrics.result()))
-    return {name: [row[name] for row in rows] for name in METRIC_NAMES}
+        rows.append(metrics.result().values())
+    return {metric.key: [row[metric.key] for row in rows] for metric in METRICS}
 
 
-def result(episode: Episode) -> dict[str, float]:
-    """How it ended: deliveries and the paper's metrics; `ac` is -1 when nothing was carried together."""
+def result(episode: Episode) -> dict[str, float | None]:
+    """How it ended: `delivered` and `items`, then the metrics by key."""
     metrics = EpisodeMetrics(episode.header.map)
     metrics.update_episode(list(episode.states), episode.actions)
     delivered = episode.ticks[-1].delivered if episode.ticks else ()
     return {
         "delivered": float(sum(delivered)),
         "items": float(len(episode.header.map.items)),
-        **_numbers(metrics.result()),
+        **metrics.result().values(),
     }

@@ -8,6 +8,7 @@ what they describe; the topics that viewers draw are in `.foxglove`.
 from typing import Any, NamedTuple
 
 from movingout.world.constants import TICK_MS
+from movingout.world.metrics import METRICS, NO_VALUE, Metric
 
 FORMAT_VERSION = 1
 TICK_NS = 100_000_000
@@ -42,6 +43,10 @@ def _integer(description: str) -> Schema:
 
 def _number(description: str) -> Schema:
     return {"type": "number", "description": description}
+
+
+def _metric(metric: Metric) -> Schema:
+    return _number(metric.description + (f"; {NO_VALUE:g} when {metric.none_when}" if metric.none_when else ""))
 
 
 def _string(description: str) -> Schema:
@@ -153,13 +158,10 @@ _TIMING = _object(
     "how punctual the tick was", tick=_TICK, late_ms=_number("start after its due time"), blue=_NETWORK, red=_NETWORK
 )
 _METRICS = _object(
-    "the paper's metrics so far, derived",
+    "the metrics so far, derived",
     tick=_TICK,
     delivered=_integer("items delivered now"),
-    tcr=_number("task completion rate, [0, 1]"),
-    nfd=_number("normalised final distance, 1 when all is home"),
-    wt_s=_number("waiting time of both together, seconds"),
-    ac=_number("action consistency, [0, 1], -1 before anything is carried together"),
+    **{metric.key: _metric(metric) for metric in METRICS},
 )
 _COMMIT = _object(
     "closes a tick in a journal: everything before it is whole",
@@ -178,7 +180,7 @@ TRUTH = (
     Topic("/agent/red", "movingout.AgentDecision", _AGENT),
     Topic("/timing", "movingout.Timing", _TIMING),
 )
-METRICS = Topic("/metrics", "movingout.Metrics", _METRICS)
+METRICS_TOPIC = Topic("/metrics", "movingout.Metrics", _METRICS)
 COMMIT = Topic("/commit", "movingout.Commit", _COMMIT)
 JOURNAL_TOPICS = (*TRUTH, COMMIT)
 CHANNELS = {topic.name: number for number, topic in enumerate(JOURNAL_TOPICS, start=1)}

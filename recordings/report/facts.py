@@ -64,7 +64,7 @@ class EpisodeFacts:
     outcome: Outcome
     complete: bool
     ticks: int
-    metrics: dict[str, float]  # delivered, items, tcr, nfd, wt_s, ac (-1 for none)
+    metrics: dict[str, float | None]  # delivered, items, and the metrics by key
     waits: tuple[Wait, ...]
     failures: tuple[Failure, ...]
     consistency: Floats  # (S, 2) per second: sum and count of the ticks' action consistency

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from movingout.world.estimates import Estimate
+from movingout.world.metrics import METRICS, Metric
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,13 +22,15 @@ class Measure:
         return self.short + (f", {self.unit}" if self.unit else "")
 
 
+def _measure(metric: Metric) -> Measure:
+    scale = None if metric.low is None or metric.high is None else (metric.low, metric.high)
+    return Measure(metric.title, metric.symbol, metric.unit, scale, metric.digits)
+
+
 MEASURES = {
     "success": Measure("Everything delivered", "Success", "%", (0.0, 100.0), 0),
     "seconds": Measure("Time played", "Time", "s", None, 1),
-    "tcr": Measure("Task completion rate", "TCR", "", (0.0, 1.0), 2),
-    "nfd": Measure("Normalised final distance", "NFD", "", None, 2),
-    "wt_s": Measure("Waiting time", "WT", "s", None, 1),
-    "ac": Measure("Action consistency", "AC", "", (0.0, 1.0), 2),
+    **{metric.key: _measure(metric) for metric in METRICS},
 }
 
 

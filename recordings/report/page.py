@@ -15,6 +15,7 @@ from movingout.recordings.report.method import method
 from movingout.recordings.report.tally import Found, Group, Strip, Tally
 from movingout.recordings.report.waiting import Wait
 from movingout.world.constants import TICK_SECONDS
+from movingout.world.metrics import METRICS
 
 MOST_LISTED = 300  # findings per case; the JSON output has all
 MOST_ABREAST = 4  # populations of a map in one row
@@ -22,7 +23,7 @@ STRIPS = 5  # episodes with the most waiting, per group
 _STYLE = Path(__file__).with_name("page.css")
 
 
-_CHARTED = ("success", "tcr", "nfd", "wt_s", "ac", "seconds")
+_CHARTED = ("success", *(metric.key for metric in METRICS), "seconds")
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,8 +123,8 @@ class Page:
             '<div class="card scroll" tabindex="0" role="region" aria-label="Results by map and population"><table>'
             f'<thead><tr><th class="words" scope="col">Map</th><th class="words" scope="col">Blue with red</th>'
             f'<th scope="col">n</th>{heads}</tr></thead><tbody>{"".join(rows)}</tbody></table></div>'
-            '<p class="quiet small">Mean ± standard error over episodes. AC is over those in which something was '
-            "carried together.</p>"
+            '<p class="quiet small">Mean ± standard error over episodes. An episode without a value of a metric '
+            "does not enter its mean.</p>"
         )
 
     def _maps(self) -> str:

@@ -15,9 +15,10 @@ from movingout.recordings.report.waiting import Wait
 from movingout.recordings.storage.listing import Unreadable
 from movingout.world.constants import TICK_SECONDS
 from movingout.world.estimates import Estimate, estimate
+from movingout.world.metrics import METRICS
 from movingout.world.state import Floats
 
-MEASURES = ("success", "seconds", "tcr", "nfd", "wt_s", "ac")
+MEASURES = ("success", "seconds", *(metric.key for metric in METRICS))
 
 
 class Strip(NamedTuple):
@@ -44,13 +45,11 @@ class Group:
 
     def add(self, facts: EpisodeFacts) -> None:
         """Take in one episode that ran to its end."""
-        metrics = facts.metrics
         self.values["success"].append(float(facts.outcome == "delivered"))
         self.values["seconds"].append(facts.ticks * TICK_SECONDS)
-        for name in ("tcr", "nfd", "wt_s"):
-            self.values[name].append(metrics[name])
-        if metrics["ac"] >= 0.0:
-            self.values["ac"].append(metrics["ac"])
+        for metric in METRICS:
+            if (value := facts.metrics[metric.key]) is not None:
+                self.values[metric.key].append(value)
         self.presence += facts.presence
         self.consistency = _sum(self.consistency, facts.consistency)
         self.waiting = _sum(self.waiting, _per_second([_ticks_waited(facts, seat) for seat in (0, 1)], facts.ticks))

@@ -23,6 +23,7 @@ from movingout.recordings.file_format.metadata import END, RECORDING, RESULT, he
 from movingout.recordings.file_format.reader import episode_of_journal, read_episode
 from movingout.recordings.file_format.records import Message, records_of
 from movingout.recordings.file_format.topics import CHANNELS, TRUTH
+from movingout.world.metrics import to_numbers
 
 SUFFIX = ".mcap"
 DAMAGED_SUFFIX = ".damaged"
@@ -60,7 +61,7 @@ def write_recording(stream: IO[bytes], episode: Episode, journal: bytes, torn: i
     messages = _copy(writer, journal, Derived(writer, episode))
     if episode.ended_ns:
         writer.add_metadata(END, {"outcome": episode.outcome, "ended_ns": str(episode.ended_ns)})
-    writer.add_metadata(RESULT, {name: repr(value) for name, value in result(episode).items()})
+    writer.add_metadata(RESULT, {name: repr(value) for name, value in to_numbers(result(episode)).items()})
     writer.add_metadata(RECORDING, _closing(episode, messages, torn))
     writer.finish()  # type: ignore[no-untyped-call]
 

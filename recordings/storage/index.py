@@ -17,7 +17,7 @@ from movingout.recordings.errors import RecordingError, cannot
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.recordings.progress import track
 from movingout.recordings.storage.finished import SUFFIX
-from movingout.recordings.storage.listing import Summary, Unreadable, read_summary
+from movingout.recordings.storage.listing import Summary, Unreadable, read_summary, summary_from_json
 
 INDEX_NAME = ".index.sqlite"
 _VERSION = 1  # of this table; another one is rebuilt
@@ -87,7 +87,9 @@ def _look(
         )
         condition, values = wanted.condition()
         query = f"SELECT name, summary FROM everything WHERE {condition} ORDER BY started DESC, name"
-        summaries = [_summary(folder / name, text) for name, text in database.execute(query, values)]
+        summaries = [
+            summary_from_json(orjson.loads(text), folder / name) for name, text in database.execute(query, values)
+        ]
         problems = database.execute("SELECT name, problem FROM everything WHERE summary = '' ORDER BY name")
         return summaries, [Unreadable(folder / name, problem) for name, problem in problems]
 
@@ -145,10 +147,6 @@ def _row(path: Path, stamp: Stamp) -> tuple[str | int, ...]:
         *(path.name, *stamp, "", text),
         *(entry.map, entry.started, entry.outcome, entry.blue, entry.red, study),
     )
-
-
-def _summary(path: Path, text: str) -> Summary:
-    return Summary(**{**orjson.loads(text), "path": path})
 
 
 def _discard(index: Path) -> None:

@@ -23,6 +23,7 @@ from movingout.recordings.file_format.metadata import (
 from movingout.recordings.file_format.reader import UNREADABLE, read_episode
 from movingout.recordings.file_format.records import MAGIC, metadata_in
 from movingout.recordings.storage.finished import SUFFIX
+from movingout.world.metrics import from_numbers, to_numbers
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,12 +41,18 @@ class Summary:
     blue: str  # kind and name: "human P1"
     red: str
     study: dict[str, str]
-    metrics: dict[str, float]
+    metrics: dict[str, float | None]  # delivered, items, and the metrics by key
     complete: bool
     damage: str  # one sentence, empty for none
 
     def to_json(self) -> dict[str, Any]:
-        return {name: getattr(self, name) for name in self.__slots__} | {"path": str(self.path)}  # asdict copies deeply
+        document = {name: getattr(self, name) for name in self.__slots__}  # asdict copies deeply
+        return document | {"path": str(self.path), "metrics": to_numbers(self.metrics)}
+
+
+def summary_from_json(document: Mapping[str, Any], path: Path) -> Summary:
+    """What `Summary.to_json` wrote, of the file at `path`."""
+    return Summary(**{**document, "path": path, "metrics": _metrics(document["metrics"])})
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,10 +137,14 @@ def _of_metadata(path: Path, records: Mapping[str, Entries]) -> Summary:
         blue=seat_title(records[SEATS[0]]["kind"], records[SEATS[0]]["name"]),
         red=seat_title(records[SEATS[1]]["kind"], records[SEATS[1]]["name"]),
         study=dict(records.get(STUDY, {})),
-        metrics={name: float(value) for name, value in records[RESULT].items()},
+        metrics=_metrics({name: float(value) for name, value in records[RESULT].items()}),
         complete=closing["complete"] == "true",
         damage=closing["damage"],
     )
+
+
+def _metrics(numbers: Mapping[str, float]) -> dict[str, float | None]:
+    return {"delivered": numbers["delivered"], "items": numbers["items"], **from_numbers(numbers)}
 
 
 def _of_episode(path: Path, episode: Episode) -> Summary:

@@ -17,7 +17,7 @@ from movingout.server.rooms.input_buffer import Latch
 from movingout.server.rooms.quality import RoundHealth
 from movingout.server.rooms.recorder import Recorder
 from movingout.world import World
-from movingout.world.metrics import EpisodeMetrics
+from movingout.world.metrics import EpisodeMetrics, to_numbers
 from movingout.world.scoring import delivered_items
 from movingout.world.state import Floats, WorldState
 
@@ -109,17 +109,17 @@ class Round:
 
     def result(self, index: int, outcome: Outcome) -> m.Result:
         """For people; call before the recorder is closed."""
-        metrics = self._metrics.result()
+        numbers = to_numbers(self._metrics.result().values())
         return m.Result(
             index=index,
             outcome=outcome,
             ticks=self.state.tick,
             delivered=sum(self.delivered),
             items=len(self.delivered),
-            tcr=metrics.tcr,
-            nfd=metrics.nfd,
-            wt_s=metrics.wt_s,
-            ac=-1.0 if metrics.ac is None else metrics.ac,
+            tcr=numbers["tcr"],
+            nfd=numbers["nfd"],
+            wt_s=numbers["wt_s"],
+            ac=numbers["ac"],
             recording=self.episode_id if self.recorder.active else "",
         )
 

@@ -7,6 +7,7 @@ from movingout.recordings import read_episode
 from movingout.recordings.storage.listing import read_summary
 from movingout.server.rooms.quality import RoundHealth
 from movingout.study.store.rounds import RoundOutcome
+from movingout.world.metrics import Metrics
 
 
 class Recovered(NamedTuple):
@@ -22,8 +23,14 @@ def recovered(path: Path) -> Recovered:
     summary, health = read_summary(path), RoundHealth()
     for tick in read_episode(path).ticks:
         health.tick(tick.actions, tick.rtt_ms, tick.late_ms)
-    tcr, nfd, wt_s, ac = (summary.metrics[name] for name in ("tcr", "nfd", "wt_s", "ac"))
+    metrics = Metrics.of(summary.metrics)
     played = RoundOutcome(
-        summary.outcome, summary.ticks, tcr, nfd, wt_s, None if ac < 0 else ac, health.late_p99_ms()
-    )  # fmt: skip
+        outcome=summary.outcome,
+        ticks=summary.ticks,
+        tcr=metrics.tcr,
+        nfd=metrics.nfd,
+        wt_s=metrics.wt_s or 0.0,
+        ac=metrics.ac,
+        late_ms=health.late_p99_ms(),
+    )
     return Recovered(played, (health.rtt_ms(0), health.rtt_ms(1)), (health.idle_share(0), health.idle_share(1)))

@@ -29,6 +29,7 @@ from movingout.study.design.steps import Step
 from movingout.study.errors import StoreError, StudyError
 from movingout.study.store.rounds import PlayerOutcome, RoundOutcome
 from movingout.study.store.tables import rounds
+from movingout.world.metrics import from_numbers
 
 log = logging.getLogger(__name__)
 
@@ -281,9 +282,15 @@ class StudyRooms:
 
 
 def _played(room: Room, result: m.Result) -> RoundOutcome:
-    ac = None if result.ac < 0 else result.ac
-    late_ms = room.round.health.late_p99_ms()
-    return RoundOutcome(result.outcome, result.ticks, result.tcr, result.nfd, result.wt_s, ac, late_ms)
+    return RoundOutcome(
+        outcome=result.outcome,
+        ticks=result.ticks,
+        tcr=result.tcr,
+        nfd=result.nfd,
+        wt_s=result.wt_s,
+        ac=from_numbers({"ac": result.ac})["ac"],
+        late_ms=room.round.health.late_p99_ms(),
+    )
 
 
 def _seated(game: RunningRound) -> tuple[PlayerOutcome, ...]:

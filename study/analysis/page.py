@@ -7,9 +7,10 @@ from importlib.resources import files
 from movingout.recordings.report import svg
 from movingout.study.analysis import tables
 from movingout.study.analysis.likert import VALUES, likert_bars
-from movingout.study.analysis.results import METRICS, Results
+from movingout.study.analysis.results import STORED, Results
 from movingout.study.analysis.tables import HEADS, Namer, Table
 from movingout.world.estimates import estimate
+from movingout.world.metrics import Metric
 
 _ENDS = {1: " strongly disagree", 4: " neutral", 7: " strongly agree"}
 
@@ -87,25 +88,26 @@ def _side(table: Table, column: int) -> str:
 def _charts(results: Results, name: Namer) -> str:
     """A chart per metric: maps down, partners as marks, with standard errors."""
     keys = "".join(f"<li>{svg.legend_mark(at)}{escape(name(one))}</li>" for at, one in enumerate(results.partners))
-    charts = "".join(_chart(results, metric, name) for metric in METRICS)
+    charts = "".join(_chart(results, metric, name) for metric in STORED)
     return f'<ul class="legend" aria-label="Partners">{keys}</ul><div class="charts">{charts}</div>' if charts else ""
 
 
-def _chart(results: Results, metric: str, name: Namer) -> str:
+def _chart(results: Results, metric: Metric, name: Namer) -> str:
     rows: list[tuple[str, list[svg.Dot]]] = []
     for map_name in results.maps:
         dots = []
         for at, partner in enumerate(results.partners):
-            if (found := estimate(results.values(metric, partner, map_name))) is not None:
+            if (found := estimate(results.values(metric.key, partner, map_name))) is not None:
                 title = f"{name(partner)} on {map_name}: {found.mean:.3f}, n = {found.n}"
                 dots.append(svg.Dot(at, found.mean, found.stderr or 0.0, title))
         rows.append((map_name, dots))
     ends = [value for _, row in rows for dot in row for value in (dot.mean - dot.half, dot.mean + dot.half)]
     if not ends:
         return ""
-    low, high = (0.0, 1.0) if metric in ("tcr", "ac") else (min(0.0, *ends), max(1.0, *ends))
-    title = f"{HEADS[metric]} by map, mean and standard error"
-    return f'<figure class="card"><h3>{HEADS[metric]}</h3>{svg.dots(rows, low, high, title)}</figure>'
+    low = min(0.0, *ends) if metric.low is None else metric.low
+    high = max(1.0, *ends) if metric.high is None else metric.high
+    title = f"{HEADS[metric.key]} by map, mean and standard error"
+    return f'<figure class="card"><h3>{HEADS[metric.key]}</h3>{svg.dots(rows, low, high, title)}</figure>'
 
 
 def _likert(results: Results, name: Namer) -> str:

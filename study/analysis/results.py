@@ -9,8 +9,9 @@ from movingout.study.design.definition import Study
 from movingout.study.questionnaire import NO_ANSWER, Item
 from movingout.study.store.store import Store
 from movingout.study.store.tables import answers, counts, participants, players, rounds, tombstones, units
+from movingout.world.metrics import METRICS
 
-METRICS = ("tcr", "nfd", "wt_s", "ac")
+STORED = tuple(metric for metric in METRICS if metric.key in rounds.c)  # what the table of rounds has a column for
 FINISHED = ("delivered", "time")
 AWAY_SHARE = 0.5  # of ticks without input
 HIDDEN_S = 2.0

@@ -7,10 +7,10 @@ from functools import partial
 from itertools import combinations
 
 from movingout.study.analysis.comparisons import Comparison, compare, corrected, trend
-from movingout.study.analysis.results import METRICS, Results
+from movingout.study.analysis.results import STORED, Results
 from movingout.world.estimates import estimate, estimate_text
 
-HEADS = {"tcr": "TCR ↑", "nfd": "NFD ↑", "wt_s": "WT, s ↓", "ac": "AC ↑"}
+HEADS = {metric.key: f"{metric.heading} {'↑' if metric.higher_is_better else '↓'}" for metric in STORED}
 Namer = Callable[[str], str]
 Values = dict[str, float]
 
@@ -33,7 +33,7 @@ def performance(results: Results, name: Namer) -> Table:
         (name(partner), str(len(results.values("tcr", partner))), *_cells(results, partner, None))
         for partner in results.partners
     ]
-    note = "Mean ± standard error over rounds. AC is over those in which something was carried together."
+    note = "Mean ± standard error over rounds. A round without a value of a metric does not enter its mean."
     return Table("performance", "Results by partner", ("Partner", "rounds", *HEADS.values()), tuple(rows), 1, note)
 
 
@@ -49,7 +49,7 @@ def performance_by_map(results: Results, name: Namer) -> Table:
 
 def metric_comparisons(results: Results, name: Namer) -> Table:
     """Every pair of partners in every metric, over means per participant."""
-    found = _pairs(results, [(HEADS[metric], partial(results.per_unit, metric)) for metric in METRICS])
+    found = _pairs(results, [(HEADS[metric], partial(results.per_unit, metric)) for metric in HEADS])
     return _comparison_table("metric_comparisons", "Partners compared: performance", found, name)
 
 
@@ -76,7 +76,7 @@ def ratings(results: Results, name: Namer) -> Table:
 def order_effects(results: Results) -> Table:
     """Whether people got better with time, whoever the partner was."""
     rows = []
-    for metric in METRICS:
+    for metric in HEADS:
         series: dict[int, list[float]] = defaultdict(list)
         for row in sorted(results.rounds, key=lambda row: row["position"]):
             if row[metric] is not None:
@@ -101,7 +101,7 @@ def flags(results: Results) -> Table:
 
 
 def _cells(results: Results, partner: str, map_name: str | None) -> tuple[str, ...]:
-    return tuple(estimate_text(estimate(results.values(metric, partner, map_name))) for metric in METRICS)
+    return tuple(estimate_text(estimate(results.values(metric, partner, map_name))) for metric in HEADS)
 
 
 def _p(p: float | None) -> str:

@@ -24,6 +24,7 @@ from sqlalchemy import (
 )
 
 from movingout.world.constants import TICK_MS
+from movingout.world.metrics import METRICS
 
 metadata = MetaData(
     naming_convention={
@@ -118,10 +119,7 @@ rounds = Table(
     Column("ended_ms", BigInteger, doc="last tick, empty while it runs"),
     Column("outcome", String(16), doc="delivered, time, left, stopped, error or interrupted"),
     Column("ticks", Integer, doc="ticks played"),
-    Column("tcr", Float, doc="task completion rate, 0 to 1"),
-    Column("nfd", Float, doc="normalised final distance"),
-    Column("wt_s", Float, doc="waiting time, seconds"),
-    Column("ac", Float, doc="action consistency, empty where nothing was carried together"),
+    *(Column(metric.key, Float, doc=metric.documentation) for metric in METRICS if metric.from_paper),
     Column("late_ms", Float, doc="99th percentile of the lateness of ticks, ms"),
     Column("valid", Boolean, nullable=False, doc="false where the experimenter marked it invalid"),
     UniqueConstraint("unit", "step", "attempt"),

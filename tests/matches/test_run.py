@@ -31,7 +31,7 @@ def test_the_numbers_are_the_same_whatever_the_number_of_workers(tmp_path: Path)
     one = run_grid(small_grid(), tmp_path / "one", workers=1)
     three = run_grid(small_grid(), tmp_path / "three", workers=3)
     assert _numbers(one.results) == _numbers(three.results)
-    assert len({result.nfd for result in one.results.values()}) > 3
+    assert len({result.metrics.nfd for result in one.results.values()}) > 3
     assert (tmp_path / "one/results.md").read_text() == (tmp_path / "three/results.md").read_text()
 
 

@@ -10,7 +10,7 @@ from mcap.reader import make_reader
 
 from movingout.recordings import finalise
 from movingout.recordings.file_format import foxglove
-from movingout.recordings.file_format.topics import METRICS, TRUTH, Schema
+from movingout.recordings.file_format.topics import METRICS_TOPIC, TRUTH, Schema
 from tests.recordings.support import record
 
 LAYOUT: dict[str, Any] = json.loads(
@@ -18,7 +18,7 @@ LAYOUT: dict[str, Any] = json.loads(
 )
 PANELS: dict[str, Any] = LAYOUT["configById"]
 DRAWN = ("boolean", "integer", "number")
-SCHEMAS: dict[str, Schema] = {topic.name: topic.schema for topic in (*TRUTH, METRICS)}
+SCHEMAS: dict[str, Schema] = {topic.name: topic.schema for topic in (*TRUTH, METRICS_TOPIC)}
 
 
 def leaves(tree: Any) -> Iterator[str]:

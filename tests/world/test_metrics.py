@@ -155,7 +155,7 @@ def test_a_whole_episode_gives_the_same_as_its_ticks(room: MapSpec) -> None:
 
 
 def test_before_the_first_tick_nothing_is_done() -> None:
-    assert EpisodeMetrics(load_map("FourCorners")).result() == Metrics(tcr=0.0, nfd=0.0, wt_s=0.0, ac=None)
+    assert EpisodeMetrics(load_map("FourCorners")).result() == Metrics.of({"tcr": 0.0, "nfd": 0.0, "wt_s": 0.0})
 
 
 def test_official_score_counts_items_and_official_waiting_is_a_fraction_of_ticks(room: MapSpec) -> None:

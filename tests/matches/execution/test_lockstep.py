@@ -30,17 +30,17 @@ def test_a_match_gives_what_the_plain_rollout_gives() -> None:
     for step in rollout(match.world_map(), (load_agent(match.blue), load_agent(match.red)), match.seed, match.ticks):
         metrics.update(step.before, step.actions, step.after)
     expected = metrics.result()
-    assert (result.tcr, result.nfd, result.wt_s, result.ac) == (
-        expected.tcr, expected.nfd, expected.wt_s, expected.ac,
-    )  # fmt: skip
-    assert result.nfd != 0.0
+    assert result.metrics == expected
+    assert expected.nfd != 0.0
 
 
 @pytest.mark.parametrize("company", [1, 3, 16])
 def test_company_does_not_change_a_match(company: int) -> None:
     alone = [result for match in _matches(f"{HERE}:Wanderer") for result in Lockstep().play([match])]
     assert _by_seed(list(Lockstep(company=company).play(_matches(f"{HERE}:Wanderer")))) == alone
-    assert len({(result.nfd, result.wt_s) for result in alone}) > 1, "the seeds must differ, else this shows nothing"
+    assert len({(result.metrics.nfd, result.metrics.wt_s) for result in alone}) > 1, (
+        "the seeds must differ, else this shows nothing"
+    )
 
 
 @pytest.mark.slow
@@ -56,7 +56,7 @@ def test_agents_that_can_are_asked_in_one_batch_with_the_same_result() -> None:
     together = _by_seed(list(Lockstep().play(_matches(f"{HERE}:Fleet", red=f"{HERE}:Fleet"))))
     assert set(Fleet.sizes) == {8}
     alone = Lockstep().play(_matches(f"{HERE}:Wanderer"))
-    assert [(one.nfd, one.wt_s) for one in together] == [(one.nfd, one.wt_s) for one in _by_seed(list(alone))]
+    assert [one.metrics for one in together] == [one.metrics for one in _by_seed(list(alone))]
 
 
 @pytest.mark.parametrize(
@@ -74,7 +74,7 @@ def test_an_agent_that_misbehaves_loses_its_match_and_no_other(agent: str, reaso
     bad = Match("DistancePriority", agent, f"{HERE}:Wanderer", 9, ticks=60)
     results = {result.match: result for result in Lockstep(agent_limit_s=0.2).play([good[0], bad, good[1]])}
     lost = results[bad]
-    assert (lost.ending, lost.failed_seat, lost.tcr, lost.wt_s) == ("failed", 0, 0.0, None)
+    assert (lost.ending, lost.failed_seat, lost.metrics.tcr, lost.metrics.wt_s) == ("failed", 0, 0.0, None)
     assert reason in lost.failure
     assert [results[match] for match in good] == _by_seed(list(Lockstep().play(good)))
 

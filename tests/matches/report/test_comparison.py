@@ -17,6 +17,7 @@ from movingout.matches.report.html_page import page
 from movingout.matches.results.significance import holm, stars, welch
 from movingout.matches.results.table import ALL_MAPS, MEASURES, markdown, rows_of
 from movingout.world.estimates import estimate
+from movingout.world.metrics import Metrics
 from tests.matches.support import small_grid
 from tests.support import ROOT
 
@@ -24,7 +25,8 @@ TCR = MEASURES[0]
 
 
 def _result(match: Match, tcr: float, nfd: float = 0.5, ac: float | None = None) -> MatchResult:
-    return MatchResult(match, "delivered" if tcr == 1.0 else "time", 60, 0, 4, tcr, nfd, 1.5, ac, 0.03)
+    metrics = Metrics.of({"tcr": tcr, "nfd": nfd, "wt_s": 1.5, "ac": ac})
+    return MatchResult(match, "delivered" if tcr == 1.0 else "time", 60, 0, 4, metrics, 0.03)
 
 
 def _run(grid: Grid, values: Sequence[float]) -> GridRun:
@@ -84,7 +86,7 @@ def test_the_worst_of_each_pairing_come_in_turn_after_the_lost_ones() -> None:
     fault = next(match for match in run.results if match.seats == ("idle", "idle") and match.seed == 1)
     run.results[fault] = lost(fault, "it raised", seat=0)
     worst = worst_matches(run)
-    assert [(one.ending, one.tcr) for one in worst] == [("failed", 0.0), ("time", 0.9), ("time", 0.1)]
+    assert [(one.ending, one.metrics.tcr) for one in worst] == [("failed", 0.0), ("time", 0.9), ("time", 0.1)]
 
 
 def test_the_page_shows_everything_escaped_and_loads_nothing() -> None:

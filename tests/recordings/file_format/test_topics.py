@@ -13,11 +13,11 @@ from mcap.reader import make_reader
 from movingout.maps import load_map, map_names
 from movingout.recordings import AgentDecision, finalise
 from movingout.recordings.file_format.payloads import read_agent, write_agent, write_map
-from movingout.recordings.file_format.topics import JOURNAL_TOPICS, METRICS, TRUTH, Topic
+from movingout.recordings.file_format.topics import JOURNAL_TOPICS, METRICS_TOPIC, TRUTH, Topic
 from tests.recordings.support import record
 
 SCALARS = {"boolean", "string", "number", "integer"}
-TOPICS = (*JOURNAL_TOPICS, METRICS)
+TOPICS = (*JOURNAL_TOPICS, METRICS_TOPIC)
 
 
 def faults(schema: dict[str, Any], where: str = "") -> list[str]:
@@ -64,7 +64,7 @@ def test_every_message_obeys_its_schema(tmp_path: Path) -> None:
             if schema is not None and schema.encoding == "jsonschema":
                 Draft202012Validator(orjson.loads(schema.data)).validate(orjson.loads(message.data))
                 seen.add(channel.topic)
-    assert seen == {*(topic.name for topic in TRUTH), METRICS.name} - {"/agent/blue"}
+    assert seen == {*(topic.name for topic in TRUTH), METRICS_TOPIC.name} - {"/agent/blue"}
 
 
 def test_every_map_obeys_the_map_schema() -> None:

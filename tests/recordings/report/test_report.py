@@ -18,6 +18,7 @@ from movingout.recordings.report.waiting import Wait
 from movingout.recordings.storage.listing import Unreadable
 from movingout.server.cli import main
 from movingout.world.estimates import Estimate
+from movingout.world.metrics import from_numbers
 from tests.recordings.support import header, record
 from tests.support import ROOT
 
@@ -32,7 +33,7 @@ def facts(episode_id: str = "one", **changes: object) -> EpisodeFacts:
         "outcome": "time",
         "complete": True,
         "ticks": 20,
-        "metrics": {"delivered": 1.0, "items": 4.0, "tcr": 0.25, "nfd": 0.5, "wt_s": 1.0, "ac": -1.0},
+        "metrics": {"delivered": 1.0, "items": 4.0, **from_numbers({"tcr": 0.25, "nfd": 0.5, "wt_s": 1.0})},
         "waits": (Wait(0, 1, 0, 10),),
         "failures": (),
         "consistency": np.zeros((2, 2)),

@@ -13,7 +13,10 @@ from mcap.writer import Writer
 
 from movingout.recordings import RecordingError, finalise, read_episode
 from movingout.recordings.file_format.reader import check_file
+from movingout.world.metrics import METRICS
 from tests.recordings.support import record
+
+KEYS = [metric.key for metric in METRICS]
 
 
 @pytest.fixture(scope="module")
@@ -102,7 +105,7 @@ def test_a_plain_mcap_reader_sees_metadata_attachments_and_every_topic(finished:
     assert metadata["study"] == {"study_id": "pilot", "session": "s-17"}
     assert metadata["recording"]["complete"] == "true"
     assert metadata["recording"]["ticks"] == "8"
-    assert metadata["result"].keys() == {"delivered", "items", "tcr", "nfd", "wt_s", "ac"}
+    assert metadata["result"].keys() == {"delivered", "items", *KEYS}
     assert attachments == ["map.json"]
     assert topics == {
         *("/map", "/state", "/actions", "/inputs", "/events", "/agent/red", "/timing", "/metrics"),
@@ -142,6 +145,4 @@ def test_running_metrics_follow_every_state(finished: Path) -> None:
         rows = [json.loads(message.data) for _, _, message in reader.iter_messages(topics=["/metrics"])]
         result = {record.name: record.metadata for record in reader.iter_metadata()}["result"]
     assert [row["tick"] for row in rows] == list(range(9))
-    assert {name: repr(float(rows[-1][name])) for name in ("tcr", "nfd", "wt_s", "ac")} == {
-        name: result[name] for name in ("tcr", "nfd", "wt_s", "ac")
-    }
+    assert {name: repr(float(rows[-1][name])) for name in KEYS} == {name: result[name] for name in KEYS}

@@ -66,4 +66,4 @@ def test_a_scripted_person_plays_a_round_to_its_end_also_over_a_connection_that_
         asyncio.run_coroutine_threadsafe(live.host.archive.settled(), live.loop).result(20)
     found, broken = list_recordings(tmp_path / "recordings")
     assert broken == []
-    assert [one.metrics["tcr"] > 0 for one in found] == [True]
+    assert [(one.metrics["tcr"] or 0) > 0 for one in found] == [True]

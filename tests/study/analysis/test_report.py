@@ -40,7 +40,7 @@ def html(results: Results) -> str:
 
 def test_the_table_by_partner_is_in_the_layout_of_the_papers(results: Results) -> None:
     table = performance(results, plain)
-    assert table.heads == ("Partner", "rounds", "TCR ↑", "NFD ↑", "WT, s ↓", "AC ↑")
+    assert table.heads == ("Partner", "rounds", "TCR ↑", "NFD ↑", "WT [s] ↓", "AC ↑")
     assert [row[:2] for row in table.rows] == [("dp", "12"), ("bass", "12"), ("mlp", "12"), ("gru", "12")]
     assert re.fullmatch(r"0\.\d{3} ± 0\.\d{3}", table.rows[0][2])
 
