@@ -6,7 +6,7 @@ Nothing here blocks: `observe` hands a question to the worker, `answer` looks at
 import asyncio
 import itertools
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -59,8 +59,11 @@ class _Question:
 class AgentSeat:
     """One agent in one seat for one episode. Made by `AgentPool.open`."""
 
-    def __init__(self, pool: "AgentPool", key: int, worker: AgentProcess, opening: Open) -> None:
+    def __init__(
+        self, pool: "AgentPool", key: int, worker: AgentProcess, opening: Open, clock: Callable[[], float]
+    ) -> None:
         self._pool = pool
+        self._clock = clock
         self._worker = worker
         self._opening = opening
         self.key = key
@@ -85,12 +88,13 @@ class AgentSeat:
     def observe(self, state: WorldState, tick: int, deadline: float) -> None:
         """Ask for the action of `tick`, which starts from `state`; the answer is of use until `deadline`.
 
-        `deadline` is in seconds of `time.monotonic()`. Nothing is asked while the last chunk still lasts.
+        `deadline` is in seconds of the machine's monotonic clock, which the worker reads too.
+        Nothing is asked while the last chunk still lasts.
         """
         if self.failed or 0 <= tick - self._chunk_tick < self._execute:
             return
         self._due = tick
-        self._waiting = _Question(state, tick, deadline, time.monotonic())
+        self._waiting = _Question(state, tick, deadline, self._clock())
         self._ask()
 
     def answer(self, tick: int) -> AgentAnswer:
@@ -157,7 +161,7 @@ class AgentSeat:
         self._chunk = answered_chunk(message)
         self._chunk_tick, self._execute, self._detail = message.tick, message.execute, message.detail
         if self._asked is not None:
-            self._latency_ms = (time.monotonic() - self._asked.asked) * 1e3
+            self._latency_ms = (self._clock() - self._asked.asked) * 1e3
         self._asked = None
         self._pool.note_cost(self.agent_id, message.decision_ms, message.execute)
 
@@ -177,7 +181,8 @@ class AgentSeat:
 class AgentPool:
     """Worker processes for agents and the seats they serve. Use inside a running event loop."""
 
-    def __init__(self, workers: int = 1) -> None:
+    def __init__(self, workers: int = 1, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
         self._seats: dict[int, AgentSeat] = {}
         self._home: dict[int, AgentProcess] = {}
         self._costs: dict[str, float] = {}  # share of a core per seat, by agent id
@@ -222,7 +227,7 @@ class AgentPool:
                 "close a room or start the server with more agent workers"
             )
         key = next(self._keys)
-        taken = AgentSeat(self, key, worker, Open(key, agent_id, map, seat, seed, ticks))
+        taken = AgentSeat(self, key, worker, Open(key, agent_id, map, seat, seed, ticks), self._clock)
         self._seats[key] = taken
         self._home[key] = worker
         if worker.connected:

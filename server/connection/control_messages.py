@@ -3,14 +3,10 @@
 from movingout.recordings import InputSample
 from movingout.server import messages as m
 from movingout.server.frames import Input
+from movingout.server.rooms.phases import ALLOWED, Request, names
 from movingout.server.rooms.room import Room
 from movingout.server.rooms.seat import Listener, Seat
 from movingout.server.rooms.services import WrongRequest
-
-READY_IN: tuple[m.Phase, ...] = ("lobby", "countdown", "paused", "round_over")
-AGAIN_IN: tuple[m.Phase, ...] = ("round_over", "series_over")
-PAUSE_IN: tuple[m.Phase, ...] = ("playing",)
-LEAVE_IN: tuple[m.Phase, ...] = ("lobby", "countdown", "playing", "paused", "round_over", "series_over")
 
 
 def submit(room: Room, client: Listener, frame: Input, now: float) -> None:
@@ -33,15 +29,15 @@ def handle(room: Room, client: Listener, message: m.ClientMessage, now: float) -
     """A control message. Raises WrongRequest with what would work."""
     match message:
         case m.Ready(seat, ready):
-            room.set_ready(_own(room, client, seat, "ready", READY_IN), ready, now)
+            room.set_ready(_own(room, client, seat, "ready"), ready, now)
         case m.Again() if room.config.study:
             raise WrongRequest("study", "a round of a study is played once; go back to the study's page")
         case m.Again(seat):
-            room.ask_again(_own(room, client, seat, "again", AGAIN_IN), now)
+            room.ask_again(_own(room, client, seat, "again"), now)
         case m.Pause(seat):
-            room.pause(_own(room, client, seat, "pause", PAUSE_IN), now)
+            room.pause(_own(room, client, seat, "pause"), now)
         case m.Leave(seat):
-            room.leave(_own(room, client, seat, "leave", LEAVE_IN), now)
+            room.leave(_own(room, client, seat, "leave"), now)
         case m.Keyframe():
             client.tell(room.full_state())
         case m.Focus(visible):
@@ -50,10 +46,11 @@ def handle(room: Room, client: Listener, message: m.ClientMessage, now: float) -
             raise WrongRequest("joined", "this connection has joined already; open another one")
 
 
-def _own(room: Room, client: Listener, index: int, request: str, phases: tuple[m.Phase, ...]) -> Seat:
+def _own(room: Room, client: Listener, index: int, request: Request) -> Seat:
     """The client's seat, if the request is possible now."""
     if index not in (0, 1) or room.seats[index].client is not client:
         raise WrongRequest("not_your_seat", f"seat {index} is not yours; your welcome message lists your seats")
-    if room.phase not in phases:
-        raise WrongRequest("wrong_phase", f"{request} is possible in {', '.join(phases)}; the room is in {room.phase}")
+    if room.phase not in ALLOWED[request]:
+        allowed = names(ALLOWED[request])
+        raise WrongRequest("wrong_phase", f"{request} is possible in {allowed}; the room is in {room.phase}")
     return room.seats[index]

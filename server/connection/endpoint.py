@@ -33,6 +33,7 @@ Said = TypeVar("Said")
 Message = MutableMapping[str, Any]
 Receive = Callable[[], Awaitable[Message]]
 Send = Callable[[Message], Awaitable[None]]
+OnBinary = Callable[[bytes], bool]  # False: nobody listens any more
 WIRE = "movingout.wire"  # where the scope's extensions hold the Wire of a connection
 
 _decode_control = msgspec.json.Decoder(m.ClientMessage).decode
@@ -42,8 +43,10 @@ _decode_join = msgspec.json.Decoder(m.Join).decode
 class Wire(Protocol):
     """The short way to a connection (server.connection.uvicorn_protocols.GameWebSocketProtocol)."""
 
-    on_binary: Callable[[bytes], bool] | None  # gets every small binary message; False: nobody listens any more
-    on_writable: Callable[[], None] | None
+    def listen(self, on_binary: OnBinary, on_writable: Callable[[], None]) -> None:
+        """From now on hand over every small binary message, and say when more can be written."""
+
+    def stop_listening(self) -> None: ...
 
     def write(self, message: str | bytes) -> bool: ...
 
@@ -150,8 +153,7 @@ class Conversation:
             raise Hangup(m.CLOSE_BAD_MESSAGE, "The first message must be a join, within 5 seconds.") from None
         finally:
             self._gate.joined(self._address)
-        self._wire.on_binary = self._hear_binary
-        self._wire.on_writable = self._wake.set
+        self._wire.listen(self._hear_binary, self._wake.set)
         while True:
             message = await receive()
             if message["type"] != "websocket.receive":
@@ -167,7 +169,7 @@ class Conversation:
         sender.cancel()
         listener.cancel()
         await asyncio.gather(sender, listener, return_exceptions=True)
-        self._wire.on_binary = self._wire.on_writable = None
+        self._wire.stop_listening()
         if hangup.code == 0 or self.client.blocked_since or self.client.lost:
             self._wire.abort()
             return

@@ -9,7 +9,7 @@ from typing import Any
 from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
-from movingout.server.connection.endpoint import WIRE
+from movingout.server.connection.endpoint import WIRE, OnBinary
 from movingout.server.settings import Limits
 
 try:
@@ -85,13 +85,13 @@ def http_protocol(limits: Limits) -> type[HttpToolsProtocol]:
 class GameWebSocketProtocol(WebSocketsSansIOProtocol):
     """Uvicorn's websocket with a short way for the hot path, and no patience for floods of pings.
 
-    After the handshake the stream is cut into whole frames here. A small binary frame goes straight to `on_binary`, and
-    `write` goes straight to the transport: no queue, no task switch, no pausing of the socket per message
+    After the handshake the stream is cut into whole frames here. A small binary frame goes straight to the listener,
+    and `write` goes straight to the transport: no queue, no task switch, no pausing of the socket per message
     (together about half the cost of a message). Everything else is left to Uvicorn, which always gets whole frames.
     """
 
-    on_binary: Callable[[bytes], bool] | None = None
-    on_writable: Callable[[], None] | None = None
+    _on_binary: OnBinary | None = None
+    _on_writable: Callable[[], None] | None = None
     _rest = b""
     _after_close = 0
     _pings = 0.0
@@ -108,6 +108,13 @@ class GameWebSocketProtocol(WebSocketsSansIOProtocol):
         if message["type"] == "websocket.http.response.body":
             self.handshake_complete = True  # refused, which is an answer: Uvicorn would log it as an error
 
+    def listen(self, on_binary: OnBinary, on_writable: Callable[[], None]) -> None:
+        """Hand small binary frames to `on_binary`; False from it means that nobody listens any more."""
+        self._on_binary, self._on_writable = on_binary, on_writable
+
+    def stop_listening(self) -> None:
+        self._on_binary = self._on_writable = None
+
     def data_received(self, data: bytes) -> None:
         if not self.handshake_initiated:
             super().data_received(data)
@@ -115,14 +122,14 @@ class GameWebSocketProtocol(WebSocketsSansIOProtocol):
         if self.close_sent and self._floods_on(len(data)):
             self.transport.abort()
             return
-        if self.on_binary is not None and not self._rest and _is_small_binary(data):
-            self.on_binary(apply_mask(data[6:], data[2:6]))
+        if self._on_binary is not None and not self._rest and _is_small_binary(data):
+            self._on_binary(apply_mask(data[6:], data[2:6]))
             return
         buffer = self._rest + data if self._rest else data
         at = 0
         while (end := _frame_end(buffer, at, self.config.ws_max_size)) and not self.transport.is_closing():
-            if buffer[at] == FINAL_BINARY and MASKED <= buffer[at + 1] < MASKED + LONG and self.on_binary is not None:
-                heard = self.on_binary(apply_mask(buffer[at + 6 : end], buffer[at + 2 : at + 6]))
+            if buffer[at] == FINAL_BINARY and MASKED <= buffer[at + 1] < MASKED + LONG and self._on_binary is not None:
+                heard = self._on_binary(apply_mask(buffer[at + 6 : end], buffer[at + 2 : at + 6]))
                 if not heard and len(buffer) - end > AFTER_CLOSE_BYTES:
                     self.transport.abort()
             else:
@@ -147,8 +154,8 @@ class GameWebSocketProtocol(WebSocketsSansIOProtocol):
 
     def resume_writing(self) -> None:
         super().resume_writing()
-        if self.on_writable is not None:
-            self.on_writable()
+        if self._on_writable is not None:
+            self._on_writable()
 
     def abort(self) -> None:
         """Drop the connection at once, whatever still waits to be sent."""

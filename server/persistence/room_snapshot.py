@@ -8,19 +8,17 @@ import numpy as np
 from movingout.recordings import EpisodeWriter, RecordingError
 from movingout.recordings.episode import Episode
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
-from movingout.server import messages as m
 from movingout.server.persistence.room_store import VERSION, RoomFile, SeatFile
 from movingout.server.rooms.pause import RESTART_RESUME_S
+from movingout.server.rooms.phases import IN_ROUND
 from movingout.server.rooms.recorder import Recorder
-from movingout.server.rooms.room import Room
+from movingout.server.rooms.room import RESTARTED, Room, RoomProgress
 from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import Services
 from movingout.world import World
 from movingout.world.state import WorldState
 
 log = logging.getLogger(__name__)
-
-IN_ROUND: frozenset[m.Phase] = frozenset({"playing", "paused", "countdown"})
 
 
 def room_file(room: Room, saved: float) -> RoomFile:
@@ -44,30 +42,32 @@ def room_file(room: Room, saved: float) -> RoomFile:
 def restore_room(file: RoomFile, recordings: Path, services: Services, now: float) -> Room:
     """The room as it was, paused if it was playing. Raises MapError or AgentError when it cannot be."""
     seats = [_seat(index, kept, now - file.config.resume_s) for index, kept in enumerate(file.seats)]
-    room = Room(file.id, file.config, seats, services, now, index=file.index, epoch=file.epoch)
-    room.series.results = file.results
-    if file.episode and _resume_round(room, recordings / f"{file.episode}{JOURNAL_SUFFIX}"):
-        room.interrupted(now, RESTART_RESUME_S)
-    elif file.phase in IN_ROUND:
-        room.reason = "The server was restarted; this round begins anew."
-    else:
-        room.phase, room.reason = file.phase, file.reason
+    broken_off = file.phase in IN_ROUND
+    progress = RoomProgress(
+        index=file.index,
+        epoch=file.epoch,
+        results=tuple(file.results),
+        phase="lobby" if broken_off else file.phase,
+        reason=RESTARTED if broken_off else file.reason,
+    )
+    room = Room(file.id, file.config, seats, services, now, progress)
+    if file.episode:
+        _resume_round(room, recordings / f"{file.episode}{JOURNAL_SUFFIX}", now)
     return room
 
 
-def _resume_round(room: Room, journal: Path) -> bool:
-    """Bring the world to where the journal ends; False when that is not possible to the bit."""
+def _resume_round(room: Room, journal: Path, now: float) -> None:
+    """Bring the world to where the journal ends, unless that is not possible to the bit."""
     try:
         writer, episode = EpisodeWriter.resume(journal)
     except RecordingError as error:
         log.warning("room %s: the round cannot be resumed: %s", room.id, error)
-        return False
+        return
     if not _reproduces(episode):
         log.warning("room %s: the recorded actions lead elsewhere on this machine; the round is not resumed", room.id)
         writer.abandon()
-        return False
-    room.round.resume(episode, Recorder(writer))
-    return True
+        return
+    room.resume(episode, Recorder(writer), now + RESTART_RESUME_S)
 
 
 def _reproduces(episode: Episode) -> bool:

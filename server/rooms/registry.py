@@ -21,6 +21,7 @@ from movingout.world.state import WorldState
 log = logging.getLogger(__name__)
 
 KEPT_VARIANTS = 500
+RoundWatcher = Callable[[str, str, m.Result], None]  # room, episode
 
 
 class Directory:
@@ -46,7 +47,7 @@ class Directory:
         self._on_change = on_change
         self._on_closed = on_closed
         self._on_journal = on_journal
-        self.on_ended: Callable[[str, str, m.Result], None] = lambda room_id, episode_id, result: None
+        self._round_watchers: list[RoundWatcher] = []
 
     def open(self, config: RoomConfig, seats: list[Seat]) -> Room:
         """A new room that ticks from now on. Raises MapError and AgentError."""
@@ -69,6 +70,10 @@ class Directory:
         self._variants[name, seed, split] = variant
         while len(self._variants) > KEPT_VARIANTS:
             del self._variants[next(iter(self._variants))]
+
+    def watch_rounds(self, watcher: RoundWatcher) -> None:
+        """Call `watcher(room_id, episode_id, result)` when a round is over, within its last tick."""
+        self._round_watchers.append(watcher)
 
     def remove(self, room: Room) -> None:
         """Forget a closed room."""
@@ -113,7 +118,8 @@ class Directory:
         self._on_journal(journal)
 
     def ended(self, room_id: str, episode_id: str, result: m.Result) -> None:
-        self.on_ended(room_id, episode_id, result)
+        for watcher in self._round_watchers:
+            watcher(room_id, episode_id, result)
 
     def new_id(self) -> str:
         return new_id(20)

@@ -4,19 +4,22 @@ Pure and synchronous: nothing here awaits, sleeps or reads a clock; times (secon
 are arguments, and everything else comes in as `Services`. `tick` is the compute-ahead tick: latch the inputs at time
 T, step the world to T + 100 ms at once, send what will be seen until then.
 
-Phases: lobby -> countdown -> playing <-> paused -> round_over -> countdown ... -> series_over; closed ends it all.
+The phases and what leads from one to the next are the table of server/rooms/phases.py.
 """
 
 import math
+from dataclasses import dataclass
 
 import msgspec
 
 from movingout.maps.errors import MovingOutError
-from movingout.recordings.episode import Outcome
+from movingout.recordings.episode import Episode, Outcome
 from movingout.server import messages as m
 from movingout.server.frames import Beat
 from movingout.server.rooms.action_sources import ask_agents, latch
 from movingout.server.rooms.pause import Pause, give_up
+from movingout.server.rooms.phases import BETWEEN_ROUNDS, IN_ROUND, Event, next_phase, possible
+from movingout.server.rooms.recorder import Recorder
 from movingout.server.rooms.round import Moment
 from movingout.server.rooms.round_series import Series
 from movingout.server.rooms.seat import Listener, Seat
@@ -33,9 +36,18 @@ AGENT_PATIENCE_S = 10.0  # the countdown waits so long for an agent that still l
 ANNOUNCE_S = 1.0
 EARLY_S = 0.002  # a timer may fire this early
 BUILD = "0.1.0"
+RESTARTED = "The server was restarted; this round begins anew."
 
-IN_ROUND: frozenset[m.Phase] = frozenset({"countdown", "playing", "paused"})
-COUNTDOWN_FROM: frozenset[m.Phase] = frozenset({"lobby", "paused", "round_over", "series_over"})
+
+@dataclass(frozen=True)
+class RoomProgress:
+    """Where a room is in its series: at the beginning, or where a restart found it."""
+
+    index: int = 0  # of the round in the series
+    epoch: int = 0  # rounds so far, replays included
+    results: tuple[m.Result, ...] = ()
+    phase: m.Phase = "lobby"
+    reason: str = ""
 
 
 class Room:
@@ -48,14 +60,13 @@ class Room:
         seats: list[Seat],
         services: Services,
         now: float,
-        index: int = 0,
-        epoch: int = 0,
+        progress: RoomProgress = RoomProgress(),
     ) -> None:
         self.id = room_id
         self.config = config
         self.seats = seats
-        self.phase: m.Phase = "lobby"
-        self.reason = ""
+        self.phase: m.Phase = progress.phase
+        self.reason = progress.reason
         self.until = 0.0  # when the countdown or the pause ends
         self.missed_ticks = 0
         self.held = ""  # why the person who runs a study has stopped the clock, empty when nobody has
@@ -65,7 +76,7 @@ class Room:
         self._announced = now
         self._empty_since = now
         self._over_since = now
-        self.series = Series(config, seats, services, index, epoch)
+        self.series = Series(config, seats, services, progress.index, progress.epoch, progress.results)
         self.round = self.series.prepare()
 
     # ---- clients --------------------------------------------------------------------------------------------
@@ -84,7 +95,7 @@ class Room:
         client.tell(welcome)
         client.tell(self.series.message(self.round))
         client.tell(self.full_state())
-        if self.series.results and self.phase in ("round_over", "series_over"):
+        if self.series.results and self.phase in BETWEEN_ROUNDS:
             client.tell(self.series.results[-1])
         for grant in taken:
             self._returned(self.seats[grant.seat], now)
@@ -107,21 +118,22 @@ class Room:
         """End everything: the round with `outcome`, every connection with `code`."""
         if self.round.started and self.phase in IN_ROUND:
             self._end_round(outcome)
-        self.phase, self.reason = "closed", message
+        self._move(Event.CLOSED, message)
         for client in list(self.seating.clients):
             client.dismiss(code, message)
         self.series.free_agents()
 
-    def interrupted(self, now: float, wait_s: float) -> None:
-        """The server was killed in this round and is back: wait for the people to come back too."""
-        self.phase, self.reason, self.until = "paused", "The server was restarted. The game waits.", now + wait_s
+    def resume(self, episode: Episode, recorder: Recorder, until: float) -> None:
+        """The server was killed in this round and is back: wait until `until` for the people to come back too."""
+        self.round.resume(episode, recorder)
+        self._move(Event.INTERRUPTED, "The server was restarted. The game waits.", until)
 
     def suspend(self) -> None:
         """The server stops in good order: the round ends, the room comes back after the restart."""
         if self.round.started and self.phase in IN_ROUND:
             self._end_round("stopped")
         if self.phase in IN_ROUND:
-            self.phase, self.reason = "lobby", "The server was restarted; this round begins anew."
+            self._move(Event.SUSPENDED, RESTARTED)
         for client in list(self.seating.clients):
             client.dismiss(m.CLOSE_SHUTDOWN, "The server is being restarted; this page comes back by itself.")
         self.series.free_agents()
@@ -169,7 +181,7 @@ class Room:
             self._services.changed(self.id)
         elif self.phase == "round_over":
             seat.gone = True
-            self._enter("series_over", f"{seat.title} did not come back.")
+            self._enter(Event.SERIES_ENDED, f"{seat.title} did not come back.")
 
     def _step(self, moment: Moment, now: float) -> None:
         blue, red = self.seats
@@ -196,21 +208,21 @@ class Room:
         try:
             self.series.seat_agents(self.round)
         except MovingOutError as error:  # other rooms have them all now
-            self._enter("series_over", str(error))
+            self._enter(Event.SERIES_ENDED, str(error))
 
     def _try_start(self, now: float) -> None:
         """Count down when everybody is ready for what comes next."""
-        if self.held or self.phase not in COUNTDOWN_FROM or not self.seating.clients:
+        if self.held or not possible(self.phase, Event.ALL_READY) or not self.seating.clients:
             return
         if not all(seat.is_ready and not seat.gone for seat in self.seats):
             return
-        if self.phase in ("round_over", "series_over") and not self._next_round(now):
+        if self.phase in BETWEEN_ROUNDS and not self._next_round(now):
             return
         countdown_s = min(self.config.countdown_s, PRACTICE_COUNTDOWN_S if self.config.practice else math.inf)
         failures = [seat.agent_failure for seat in self.seats if seat.agent_failure]
         told = not self.round.started and not self.config.study
         cautions = [seat.agent_caution for seat in self.seats if seat.agent_caution and told]
-        self._enter("countdown", " ".join(failures + cautions), self._due + TICK_SECONDS + countdown_s)
+        self._enter(Event.ALL_READY, " ".join(failures + cautions), self._due + TICK_SECONDS + countdown_s)
         ask_agents(self.round, self.seats, self.until)
 
     def _next_round(self, now: float) -> bool:
@@ -227,7 +239,7 @@ class Room:
         try:
             self.round = self.series.prepare()
         except MovingOutError as error:  # no worker has time for the agent any more
-            self._enter("series_over", str(error))
+            self._enter(Event.SERIES_ENDED, str(error))
             return False
         self._broadcast(self.series.message(self.round))
         self._broadcast(self.full_state())
@@ -246,7 +258,7 @@ class Room:
             self.series.begin(self.round)
         for seat in self.seats:
             seat.controls.release()
-        self._enter("playing", "")
+        self._enter(Event.START, "")
 
     def _finish(self, outcome: Outcome, reason: str) -> None:
         """The round is over: tell the result, hand the recording on."""
@@ -254,15 +266,21 @@ class Room:
         self._over_since = self._due
         for seat in self.seats:
             seat.ready = False
-        self._enter("round_over" if self.series.more and outcome in ("delivered", "time") else "series_over", reason)
+        goes_on = self.series.more and outcome in ("delivered", "time")
+        self._enter(Event.ROUND_ENDED if goes_on else Event.SERIES_ENDED, reason)
 
     def _end_round(self, outcome: Outcome) -> None:
         result = self.series.end(self.round, outcome)
         self._broadcast(result)
         self._services.ended(self.id, self.round.episode_id, result)
 
-    def _enter(self, phase: m.Phase, reason: str, until: float = 0.0) -> None:
-        self.phase, self.reason, self.until = phase, reason, until
+    def _move(self, event: Event, reason: str, until: float = 0.0) -> None:
+        """To the phase that follows; raises PhaseError when the event cannot happen now."""
+        self.phase, self.reason, self.until = next_phase(self.phase, event), reason, until
+
+    def _enter(self, event: Event, reason: str, until: float = 0.0) -> None:
+        """The same, and let everybody know."""
+        self._move(event, reason, until)
         self._broadcast(self.state())
         self._services.changed(self.id)
 
@@ -283,12 +301,12 @@ class Room:
             self._enter_pause(now)
         else:
             seat.ready = False
-            self._enter("lobby", f"{seat.title} lost the connection.")
+            self._enter(Event.CALLED_OFF, f"{seat.title} lost the connection.")
 
     def _enter_pause(self, now: float) -> None:
         """Pause, or stay paused, for whoever is absent or not ready."""
         pause = Pause.held(self.held, now) if self.held else Pause.waiting_for(self.seats, self.config.resume_s, now)
-        self._enter("paused", pause.reason, pause.until)
+        self._enter(Event.INTERRUPTED, pause.reason, pause.until)
 
     def set_ready(self, seat: Seat, ready: bool, now: float) -> None:
         """A person is ready for the coming round, or to go on; or not yet."""
@@ -297,7 +315,7 @@ class Room:
             if self.round.started:
                 self._enter_pause(now)
             else:
-                self._enter("lobby", "")
+                self._enter(Event.CALLED_OFF, "")
         self._announce(now)
         self._try_start(now)
 
@@ -321,7 +339,7 @@ class Room:
         if self.phase in ("playing", "paused") or (self.phase == "countdown" and self.round.started):
             self._enter_pause(now)
         elif self.phase == "countdown":
-            self._enter("lobby", reason)
+            self._enter(Event.CALLED_OFF, reason)
 
     def release(self, now: float) -> None:
         """The clock may go on: with a countdown as soon as everybody is here and ready."""
@@ -352,13 +370,13 @@ class Room:
         title = seat.title
         if not self.round.started and self.phase in ("lobby", "countdown") and seat.shared:
             seat.vacate()
-            self._enter("lobby", f"{title} left; the seat is free again.")
+            self._enter(Event.CALLED_OFF, f"{title} left; the seat is free again.")
             return
         seat.client, seat.absent_since, seat.gone = None, now, True
         if self.round.started and self.phase in IN_ROUND:
             self._finish("left", f"{title} left the game.")
         else:
-            self._enter("series_over", f"{title} left the game.")
+            self._enter(Event.SERIES_ENDED, f"{title} left the game.")
 
     # ---- what clients see -----------------------------------------------------------------------------------
 

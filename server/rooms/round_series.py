@@ -1,5 +1,7 @@
 """The rounds of a room, one after the other: which map comes, with which agents, and what was reached."""
 
+from collections.abc import Iterable
+
 from movingout.recordings.episode import Outcome
 from movingout.server import messages as m
 from movingout.server.rooms.recorder import Recorder
@@ -11,10 +13,18 @@ from movingout.server.rooms.services import RoomConfig, Services
 class Series:
     """Makes each round of a room and takes it to its end. Knows no client, no clock and no phase."""
 
-    def __init__(self, config: RoomConfig, seats: list[Seat], services: Services, index: int, epoch: int) -> None:
+    def __init__(
+        self,
+        config: RoomConfig,
+        seats: list[Seat],
+        services: Services,
+        index: int,
+        epoch: int,
+        results: Iterable[m.Result],
+    ) -> None:
         self.index = index  # of the round in the series
         self.epoch = epoch  # counts rounds, replays included
-        self.results: list[m.Result] = []
+        self.results = list(results)
         self._config = config
         self._seats = seats
         self._services = services

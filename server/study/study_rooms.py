@@ -64,7 +64,7 @@ class StudyRooms:
         self._units: dict[str, StudyUnit] = {}  # by room
         self._left: list[tuple[Room, float]] = []  # rooms whose round is over, since when
         self._writing: set[asyncio.Task[None]] = set()
-        host.directory.on_ended = self._ended
+        host.directory.watch_rounds(self._ended)
 
     # ---- before a round -----------------------------------------------------------------------------------------
 

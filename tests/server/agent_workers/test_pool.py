@@ -5,14 +5,17 @@ import os
 import signal
 import time
 from collections.abc import Awaitable, Callable
+from typing import cast
 
 import numpy as np
 import pytest
 
 from movingout.agents.errors import AgentError, AgentsBusyError
 from movingout.agents.observation.seat_observation import start_state
+from movingout.agents.worker.messages import Answer, Open, Opened
 from movingout.maps import load_map
 from movingout.server.agent_workers.pool import AgentAnswer, AgentPool, AgentSeat
+from movingout.server.agent_workers.process import AgentProcess
 from movingout.world.state import WorldState
 from tests.agents.support import HERE
 
@@ -54,6 +57,27 @@ async def ask(seat: AgentSeat, tick: int) -> AgentAnswer:
     seat.observe(state_at(tick), tick, time.monotonic() + PATIENCE_S)
     await until(lambda: seat.decisions > decisions or seat.failures > failures or bool(seat.failed))
     return seat.answer(tick)
+
+
+class _Worker:
+    """Keeps what it is told."""
+
+    def __init__(self) -> None:
+        self.told: list[object] = []
+
+    def send(self, message: object) -> None:
+        self.told.append(message)
+
+
+def test_the_latency_of_an_answer_is_measured_by_the_clock_that_the_seat_was_given() -> None:
+    now = [10.0]
+    opening = Open(7, "idle", MAP, 0, 1, 500)
+    seat = AgentSeat(AgentPool(0), 7, cast(AgentProcess, _Worker()), opening, clock=lambda: now[0])
+    seat.take(Opened(7))
+    seat.observe(state_at(3), 3, deadline=10.1)
+    now[0] = 10.0325
+    seat.take(Answer(7, 3, np.zeros((1, 4)).tobytes(), execute=1, decision_ms=2.0, detail={}))
+    assert seat.answer(3).latency_ms == pytest.approx(32.5)
 
 
 def test_an_agent_answers_for_the_tick_it_was_asked_about() -> None:

@@ -15,7 +15,7 @@ WEIGHED = {"chosen": 1, "scores": [0.1, 0.2], "candidates": [[[1.0, 1.0, 0.0]]] 
 
 
 def _answered(detail: dict[str, object]) -> AgentSeat:
-    seat = AgentSeat(AgentPool(0), 7, cast(Any, None), Open(7, "bass@all", load_map("Simple"), 1, 0, 100))
+    seat = AgentSeat(AgentPool(0), 7, cast(Any, None), Open(7, "bass@all", load_map("Simple"), 1, 0, 100), lambda: 0.0)
     seat.take(Answer(7, 4, b"\0" * 32, 1, 1.0, detail))
     return seat
 

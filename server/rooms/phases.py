@@ -1,0 +1,74 @@
+"""The phases of a room as a table: what may happen in each, and which phase follows.
+
+lobby -> countdown -> playing <-> paused -> round_over -> countdown ... -> series_over;   closed ends it all
+"""
+
+from enum import Enum
+from typing import Literal, get_args
+
+from movingout.maps.errors import MovingOutError
+from movingout.server.messages import Phase
+
+
+class PhaseError(MovingOutError):
+    """An event came in a phase in which it cannot happen: a fault of the server."""
+
+
+class Event(Enum):
+    """What moves a room from one phase to another."""
+
+    ALL_READY = "everybody is ready"
+    START = "the countdown is over"
+    CALLED_OFF = "a countdown is called off before the round, or a seat is free again"
+    INTERRUPTED = "somebody is absent or not ready in a round, or the clock is held"
+    ROUND_ENDED = "the round is over and another one follows"
+    SERIES_ENDED = "nothing more is played"
+    SUSPENDED = "the server stops and keeps the room"
+    CLOSED = "the room closes"
+
+
+Request = Literal["ready", "again", "pause", "leave"]
+
+IN_ROUND: frozenset[Phase] = frozenset({"countdown", "playing", "paused"})
+BETWEEN_ROUNDS: frozenset[Phase] = frozenset({"round_over", "series_over"})
+PHASES: frozenset[Phase] = frozenset(get_args(Phase))
+OPEN = PHASES - {"closed"}
+
+# What a person in a seat may ask for, and when.
+ALLOWED: dict[Request, frozenset[Phase]] = {
+    "ready": frozenset({"lobby", "countdown", "paused", "round_over"}),
+    "again": BETWEEN_ROUNDS,
+    "pause": frozenset({"playing"}),
+    "leave": OPEN,
+}
+
+_EVENTS: dict[Event, tuple[frozenset[Phase], Phase]] = {
+    Event.ALL_READY: (OPEN - {"countdown", "playing"}, "countdown"),
+    Event.START: (frozenset({"countdown"}), "playing"),
+    Event.CALLED_OFF: (frozenset({"lobby", "countdown"}), "lobby"),
+    Event.INTERRUPTED: (frozenset({"lobby", *IN_ROUND}), "paused"),  # lobby: a round goes on after a restart
+    Event.ROUND_ENDED: (IN_ROUND, "round_over"),
+    Event.SERIES_ENDED: (OPEN, "series_over"),
+    Event.SUSPENDED: (IN_ROUND, "lobby"),
+    Event.CLOSED: (PHASES, "closed"),
+}
+TRANSITIONS: dict[tuple[Phase, Event], Phase] = {
+    (before, event): after for event, (phases, after) in _EVENTS.items() for before in phases
+}
+
+
+def next_phase(phase: Phase, event: Event) -> Phase:
+    """Raises PhaseError with the phases in which the event is possible."""
+    after = TRANSITIONS.get((phase, event))
+    if after is None:
+        raise PhaseError(f"{event.value}: possible in {names(_EVENTS[event][0])}; the room is in {phase}")
+    return after
+
+
+def possible(phase: Phase, event: Event) -> bool:
+    return (phase, event) in TRANSITIONS
+
+
+def names(phases: frozenset[Phase]) -> str:
+    """In the order in which a room goes through them."""
+    return ", ".join(phase for phase in get_args(Phase) if phase in phases)
