@@ -1,4 +1,4 @@
-"""`movingout agents`: list, show and probe."""
+"""`movingout agents`: list, show, check and probe."""
 
 import argparse
 import json
@@ -15,6 +15,7 @@ from movingout.agents.action_chunk import rows_to_execute
 from movingout.agents.base import THREADS, ActionChunk, Agent, EpisodeInfo, Observation
 from movingout.agents.baseline.idle import IdleAgent
 from movingout.agents.catalogue import AgentCard, agent_card, agent_cards, damaged_cards, load_agent, unseen_map
+from movingout.agents.conformance import MAPS, TICKS, ConformanceError, check_agent
 from movingout.agents.data.rollout import rollout
 from movingout.agents.errors import AgentError
 from movingout.maps import load_map
@@ -31,9 +32,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
     probe.add_argument("--map", default="HandOff", help="a map's name or file (HandOff)")
     probe.add_argument("--ticks", type=int, default=200, help="length of the episode (200)")
     probe.set_defaults(perform=_probe)
-    for command in (show, probe):
+    check = commands.add_parser("check", help="does it keep the contract of an agent? exit code 1 if not")
+    check.add_argument("--map", default=",".join(MAPS), help="map names joined by commas (%(default)s)")
+    check.add_argument("--ticks", type=int, default=TICKS, help="length of each episode (%(default)s)")
+    check.set_defaults(perform=_check)
+    for command in (show, check, probe):
         command.add_argument("agent", metavar="ID", help="an id of the list, or package.module:Factory")
-    for command in (listing, show, probe):
+    for command in (listing, show, check, probe):
         command.add_argument("--json", action="store_true", help="one JSON document on standard output")
 
 
@@ -65,6 +70,28 @@ def _show(arguments: argparse.Namespace) -> int:
     print(f"{card.name}  ({card.id}, {card.kind})\n{card.description}\nmaps: {card.maps}")
     if card.scores:
         print(f"scores: {_scores(card)}")
+    return 0
+
+
+def _check(arguments: argparse.Namespace) -> int:
+    if arguments.ticks < 1:
+        raise AgentError(f"an episode has at least 1 tick, not {arguments.ticks}")
+    load_agent(arguments.agent)  # an id that names nothing is a wrong command, not a fault of the agent
+    maps = arguments.map.split(",")
+    try:
+        found = check_agent(lambda: load_agent(arguments.agent), maps, arguments.ticks)
+    except ConformanceError as error:
+        if arguments.json:
+            print(json.dumps({"id": arguments.agent, "conforms": False, "problem": str(error)}))
+        else:
+            print(f"{arguments.agent}: {error}")
+        return 1
+    if arguments.json:
+        decision_ms = {"p50": found.p50_ms, "p99": found.p99_ms, "n": len(found.decisions_ms)}
+        print(json.dumps({"id": arguments.agent, "conforms": True, "decision_ms": decision_ms}))
+    else:
+        seen = f"{len(found.decisions_ms)} decisions in {found.episodes} episodes on {', '.join(maps)}"
+        print(f"{arguments.agent} keeps the contract: {seen}, p50 {found.p50_ms:.1f} ms, p99 {found.p99_ms:.1f} ms")
     return 0
 
 

@@ -20,7 +20,8 @@ from movingout.agents.action_chunk import checked_chunk, rows_to_execute
 from movingout.agents.base import ActionChunk, Agent, BatchAgent, EpisodeInfo, Observation
 from movingout.agents.catalogue import load_agent
 from movingout.agents.checkpoint.checkpoint import fingerprint
-from movingout.agents.observation.seat_observation import observe, said, start_state
+from movingout.agents.decision_trace import decision_trace
+from movingout.agents.observation.seat_observation import observe, start_state
 from movingout.agents.worker.heartbeat import Blackboard
 from movingout.agents.worker.messages import (
     Close,
@@ -178,7 +179,7 @@ def _seen(seat: _Seat, question: Observe) -> Observation:
 
 def _answer(seat: _Seat, question: Observe, chunk: ActionChunk, begun: float) -> FromWorker:
     """The message with a checked chunk; the agent has been asked at `begun`."""
-    execute, detail = rows_to_execute(seat.agent, chunk), said(seat.agent)
+    execute, detail = rows_to_execute(seat.agent, chunk), decision_trace(seat.agent)
     seat.failures = 0
     return answer_message(question.key, question.tick, chunk, execute, (time.perf_counter() - begun) * 1e3, detail)
 

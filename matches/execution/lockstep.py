@@ -16,7 +16,7 @@ import numpy as np
 from movingout.agents.base import Agent, EpisodeInfo
 from movingout.agents.catalogue import load_agent
 from movingout.agents.data.rollout import Watcher
-from movingout.agents.observation.seat_observation import said
+from movingout.agents.decision_trace import decision_trace
 from movingout.maps.errors import MapError
 from movingout.matches.execution.batched_decisions import ask
 from movingout.matches.execution.decision_timeout import Stopwatch
@@ -59,7 +59,7 @@ class LiveMatch:
 
     def keep_decision(self, seat: Seat) -> None:
         """Record what the agent says about the answer it has just given."""
-        if self.recorder is not None and (detail := said(seat.agent)):
+        if self.recorder is not None and (detail := decision_trace(seat.agent)):
             self.recorder.decision(seat.episode.seat, self.state.tick + 1, detail)
 
     def advance(self) -> None:

@@ -49,7 +49,7 @@ class Recorder:
         self._writer.tick(TickRecord(actions, ("agent", "agent"), (-1, -1), after, tuple(delivered), 0.0))
 
     def decision(self, seat: int, tick: int, detail: Mapping[str, object]) -> None:
-        """What an agent says about its answer for a tick, as `agents.observing.said` has it."""
+        """What an agent says about its answer for a tick, as `agents.decision_trace` has it."""
         self._writer.agent(AgentDecision(tick, seat, -1.0, False, detail))
 
     def close(self, outcome: Outcome, tick: int, seat: int = -1, detail: str = "") -> Path:

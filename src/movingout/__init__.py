@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from importlib.metadata import version
 
     from movingout.agents.catalogue import load_agent as load_agent
+    from movingout.agents.conformance import check_agent as check_agent
     from movingout.maps import MovingOutError as MovingOutError
     from movingout.maps import load_map as load_map
     from movingout.matches import play as play
@@ -28,11 +29,12 @@ if TYPE_CHECKING:
 
     __version__: str = version("moving-out-live")
 
-__all__ = ["MovingOutError", "World", "__version__", "load_agent", "load_map", "play", "read_episode", "run_grid"]
+__all__ = ["MovingOutError", "World", "__version__", "check_agent", "load_agent", "load_map", "play", "read_episode", "run_grid"]
 
 _HOMES = {
     "MovingOutError": "movingout.maps",
     "World": "movingout.world",
+    "check_agent": "movingout.agents.conformance",
     "load_agent": "movingout.agents.catalogue",
     "load_map": "movingout.maps",
     "play": "movingout.matches",

@@ -1,11 +1,9 @@
 """What an agent sees is encoded by the world's own encoder."""
 
-from typing import Any
-
 import numpy as np
 import pytest
 
-from movingout.agents.observation.seat_observation import observe, said, start_state
+from movingout.agents.observation.seat_observation import observe, start_state
 from movingout.maps import MovingOutError, load_map
 from movingout.world import World
 from movingout.world.observation import encode_state
@@ -30,26 +28,3 @@ def test_the_start_state_is_the_worlds_own() -> None:
     the_map = load_map("AdaptiveAssist")
     assert np.array_equal(start_state(the_map).item_poses, World(the_map).state().item_poses)
     assert np.array_equal(start_state(the_map).robot_poses, World(the_map).state().robot_poses)
-
-
-class _Saying:
-    def __init__(self, detail: Any) -> None:
-        self.detail = detail
-
-    reset = act = None
-
-
-@pytest.mark.parametrize(
-    ("detail", "heard"),
-    [
-        (None, {}),
-        ({"scores": np.array([0.5, 1.5]), "best": np.int64(1)}, {"scores": [0.5, 1.5], "best": 1}),
-        ({"way": (1, 2)}, {"way": [1, 2]}),
-        ({"column": np.eye(2)[:, 0], "half": np.float16(1.5)}, {"column": [1.0, 0.0], "half": 1.5}),
-        ({1: 2}, {"unwritable": "TypeError: Dict key must be str"}),
-        ({"raw": b"x"}, {"unwritable": "TypeError: Type is not JSON serializable: bytes"}),
-        ({"many": 2**64}, {"unwritable": "TypeError: Integer exceeds 64-bit range"}),
-    ],
-)
-def test_what_an_agent_says_is_heard_as_plain_values_or_why_not(detail: Any, heard: dict[str, object]) -> None:
-    assert said(_Saying(detail)) == heard  # type: ignore[arg-type]

@@ -1,0 +1,215 @@
+"""Whether an agent keeps the contract of `agents.base.Agent`: to be run on a policy of one's own.
+
+    from movingout import check_agent
+
+    check_agent(lambda: MyPolicy("weights.npz"))
+
+It plays a few short episodes and raises ConformanceError for the first thing that is wrong, saying what would be right.
+`movingout agents check my_package.policy:MyPolicy` does the same from the command line.
+"""
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from movingout.agents.action_chunk import checked_chunk, rows_to_execute, world_action
+from movingout.agents.base import ActionChunk, Agent, BatchAgent, EpisodeInfo, Observation
+from movingout.agents.data.rollout import Watcher
+from movingout.agents.decision_trace import UNWRITABLE, decision_trace
+from movingout.agents.errors import AgentError
+from movingout.agents.observation.seat_observation import observe, start_state
+from movingout.maps import load_map
+from movingout.maps.spec import SEAT_COLOURS
+from movingout.world import World
+from movingout.world.state import Floats, Ints, WorldState
+
+MAPS = ("HandOff", "FourCorners", "SingleRotation")
+TICKS = 30
+SEED = 7
+
+
+class ConformanceError(AgentError, AssertionError):
+    """An agent does not keep the contract; the message says where, what, and what would be right."""
+
+
+@dataclass(slots=True)
+class Conformance:
+    """What was seen of an agent that keeps the contract. Times are reported and not judged."""
+
+    episodes: int = 0
+    decisions_ms: list[float] = field(default_factory=list)
+
+    @property
+    def p50_ms(self) -> float:
+        """Median time of a decision."""
+        return float(np.percentile(self.decisions_ms, 50))
+
+    @property
+    def p99_ms(self) -> float:
+        """99th percentile of the time of a decision; a live room gives it less than 100 ms."""
+        return float(np.percentile(self.decisions_ms, 99))
+
+
+def check_agent(factory: Callable[[], Agent], maps: Sequence[str] = MAPS, ticks: int = TICKS) -> Conformance:
+    """Play in both seats of each map and check everything that rooms and matches rely on.
+
+    `factory` makes a new agent at each call. Raises ConformanceError for the first fault.
+    """
+    found = Conformance()
+    agent = _made(factory)
+    if _made(factory) is agent:
+        raise ConformanceError("the factory returned the same object twice; make a new agent at each call")
+    for name in maps:
+        for seat in (0, 1):
+            episode = EpisodeInfo(load_map(name), seat, SEED, ticks)
+            first = _play(agent, episode, found)
+            _compare(first, _play(agent, episode, found), episode, "after another reset", "forget the last episode")
+            _compare(
+                first, _play(_made(factory), episode, found), episode, "in a new agent", "draw from its seed alone"
+            )
+            found.episodes += 3
+    if isinstance(agent, BatchAgent):
+        _check_batch(factory, maps, ticks)
+    return found
+
+
+def _made(factory: Callable[[], Agent]) -> Agent:
+    with _blamed("the factory"):
+        agent = factory()
+    for method in ("reset", "act"):
+        if not callable(getattr(agent, method, None)):
+            raise ConformanceError(f"the factory returned {type(agent).__name__}, which has no method {method}()")
+    return agent
+
+
+def _play(agent: Agent, episode: EpisodeInfo, found: Conformance) -> list[ActionChunk]:
+    """The checked answers to all questions of an episode, beside a partner who drives about."""
+    _reset_twice(agent, episode)
+    world = World(episode.map, record_sub_poses=False)
+    if isinstance(agent, Watcher):
+        agent.watch(world)
+    random = np.random.default_rng(SEED)
+    answers: list[ActionChunk] = []
+    waiting: list[Floats] = []
+    while world.tick < episode.ticks and not world.delivered().all():
+        state = world.state()
+        if not waiting:
+            answers.append(_decided(agent, state, episode, found))
+            waiting = list(answers[-1][: _rows(agent, answers[-1], episode)])
+        both = np.zeros((2, 3))
+        both[episode.seat] = world_action(waiting.pop(0))
+        both[1 - episode.seat] = random.uniform(0.0, 1.0), random.uniform(-np.pi, np.pi), random.random() < 0.1
+        world.step(both)
+    return answers
+
+
+def _reset_twice(agent: Agent, episode: EpisodeInfo) -> None:
+    """A room resets an agent when it is seated, and again when the round begins."""
+    with _blamed(f"{_place(episode)}: reset"):
+        agent.reset(episode)
+    with _blamed(f"{_place(episode)}: a second reset"):
+        agent.reset(episode)
+
+
+def _decided(agent: Agent, state: WorldState, episode: EpisodeInfo, found: Conformance) -> ActionChunk:
+    """One answer, checked."""
+    where = f"{_place(episode)}, tick {state.tick}"
+    before = _copied(state)
+    with _blamed(f"{where}: act"):
+        began = time.perf_counter()
+        answer = agent.act(observe(episode.map, state, episode.seat))
+        found.decisions_ms.append((time.perf_counter() - began) * 1e3)
+    if not _equal(before, state):
+        raise ConformanceError(f"{where}: act changed the observation's arrays; copy them before you write")
+    _check_ranges(answer, where)
+    trace = decision_trace(agent)
+    if UNWRITABLE in trace:
+        raise ConformanceError(f"{where}: `detail` cannot be written as JSON ({trace[UNWRITABLE]}); use plain values")
+    return np.array(answer, dtype=np.float64)
+
+
+def _check_ranges(answer: object, where: str) -> None:
+    """Shape, finiteness and heading as at the rim of a room; and the ranges that a room would clip to."""
+    try:
+        checked_chunk(answer)
+    except AgentError as error:
+        raise ConformanceError(f"{where}: {error}") from error
+    chunk = np.asarray(answer, dtype=np.float64)
+    if np.abs(chunk[:, 0]).max() > 1.0:
+        worst = chunk[np.abs(chunk[:, 0]).argmax(), 0]
+        raise ConformanceError(f"{where}: distance {worst:g} in column 0; clip it to -1 to 1")
+    if not np.isin(chunk[:, 3], (0.0, 1.0)).all():
+        worst = chunk[~np.isin(chunk[:, 3], (0.0, 1.0)), 3][0]
+        raise ConformanceError(f"{where}: grasp toggle {worst:g} in column 3; it is 1 to press and 0 not to")
+
+
+def _rows(agent: Agent, chunk: ActionChunk, episode: EpisodeInfo) -> int:
+    """How many rows to play before the agent is asked again."""
+    wanted = getattr(agent, "execute_rows", len(chunk))
+    if not isinstance(wanted, int) or wanted < 1:
+        raise ConformanceError(f"{_place(episode)}: execute_rows is {wanted!r}; it is a whole number of rows from 1")
+    return rows_to_execute(agent, chunk)
+
+
+def _compare(
+    one: Sequence[ActionChunk], other: Sequence[ActionChunk], episode: EpisodeInfo, when: str, advice: str
+) -> None:
+    """The same episode gives the same answers to the bit."""
+    same = [np.array_equal(a, b) for a, b in zip(one, other, strict=False)]
+    if len(one) != len(other) or not all(same):
+        number = same.index(False) if False in same else min(len(one), len(other))
+        raise ConformanceError(
+            f"{_place(episode)}: decision {number + 1} is another {when}, for the same map, seat and seed; "
+            f"an agent should {advice}"
+        )
+
+
+def _check_batch(factory: Callable[[], Agent], maps: Sequence[str], ticks: int) -> None:
+    """Agents that answer together (`BatchAgent`) answer as they would alone."""
+    episodes = [EpisodeInfo(load_map(name), seat, SEED, ticks) for name in maps for seat in (0, 1)]
+    alone, together = ([_made(factory) for _ in episodes] for _ in range(2))
+    asked: list[Observation] = []
+    for episode, *agents in zip(episodes, alone, together, strict=True):
+        for agent in agents:
+            _reset_twice(agent, episode)
+        asked.append(observe(episode.map, start_state(episode.map), episode.seat))
+    expected = [agent.act(observation) for agent, observation in zip(alone, asked, strict=True)]
+    first = together[0]
+    assert isinstance(first, BatchAgent)
+    rows = [row for row, agent in enumerate(together) if getattr(agent, "batch_key", None) == first.batch_key]
+    with _blamed("act_many"):
+        answers = list(first.act_many([together[row] for row in rows], [asked[row] for row in rows]))
+    if len(answers) != len(rows):
+        raise ConformanceError(f"act_many gave {len(answers)} answers to {len(rows)} agents; it gives one to each")
+    for row, answer in zip(rows, answers, strict=True):
+        episode, one = episodes[row], expected[row]
+        if not np.array_equal(answer, one):
+            raise ConformanceError(f"{_place(episode)}: act_many answers otherwise than act; both agree to the bit")
+
+
+@contextmanager
+def _blamed(what: str) -> Iterator[None]:
+    """Whatever the agent's own code raises becomes a ConformanceError that says in which call."""
+    try:
+        yield
+    except Exception as error:
+        raise ConformanceError(f"{what} raised {type(error).__name__}: {error}") from error
+
+
+def _place(episode: EpisodeInfo) -> str:
+    return f"{episode.map.name}, {SEAT_COLOURS[episode.seat]}"
+
+
+def _copied(state: WorldState) -> tuple[Floats | Ints, ...]:
+    return tuple(array.copy() for array in _arrays(state))
+
+
+def _equal(before: tuple[Floats | Ints, ...], state: WorldState) -> bool:
+    return all(np.array_equal(a, b) for a, b in zip(before, _arrays(state), strict=True))
+
+
+def _arrays(state: WorldState) -> tuple[Floats | Ints, ...]:
+    return state.robot_poses, state.robot_velocities, state.held, state.item_poses

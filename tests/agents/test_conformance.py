@@ -1,0 +1,128 @@
+"""`check_agent` accepts every agent that comes with the project, and says of a broken one what is wrong."""
+
+import json
+from collections.abc import Callable, Sequence
+from itertools import count
+
+import numpy as np
+import pytest
+
+from movingout import check_agent
+from movingout.agents.base import ActionChunk, Agent, EpisodeInfo, Observation
+from movingout.agents.baseline.idle import IdleAgent
+from movingout.agents.catalogue import agent_cards, load_agent
+from movingout.agents.conformance import ConformanceError
+from movingout.server.cli import main
+from tests.agents.support import HERE, Forward
+
+FEW_TICKS = 8
+
+
+@pytest.mark.parametrize("agent_id", [*(card.id for card in agent_cards()), "dp@all:lag=2"])
+def test_the_agents_of_the_project_keep_the_contract(agent_id: str) -> None:
+    found = check_agent(lambda: load_agent(agent_id), ticks=FEW_TICKS)
+    assert found.episodes == 18 and 0.0 <= found.p50_ms <= found.p99_ms
+
+
+def _answers(*row: float) -> Callable[[], Agent]:
+    class Answering(Forward):
+        def act(self, observation: Observation) -> ActionChunk:
+            return np.array([row])
+
+    return Answering
+
+
+class Impatient(Forward):
+    def reset(self, episode: EpisodeInfo) -> None:
+        if hasattr(self, "episode"):
+            raise RuntimeError("I am playing already")
+        super().reset(episode)
+
+
+class Writing(Forward):
+    def act(self, observation: Observation) -> ActionChunk:
+        observation.state.robot_poses.flags.writeable = True
+        observation.state.robot_poses[0] = 0.0
+        return super().act(observation)
+
+
+class Forgetful(Forward):
+    """Goes on with the random numbers of the last episode."""
+
+    random = None
+
+    def reset(self, episode: EpisodeInfo) -> None:
+        self.random = self.random or np.random.default_rng(episode.seed)
+
+    def act(self, observation: Observation) -> ActionChunk:
+        assert self.random is not None
+        return np.array([[self.random.random(), 1.0, 0.0, 0.0]])
+
+
+class Numbered(Forward):
+    """Each one drives a little faster than the one before."""
+
+    numbers = count(1)
+
+    def __init__(self) -> None:
+        super().__init__(distance=1.0 / next(self.numbers))
+
+
+class Closed(Forward):
+    def __init__(self) -> None:
+        super().__init__()
+        self.detail = {"raw": b"x"}  # type: ignore[dict-item]
+
+
+class Crowding(IdleAgent):
+    """Turns round where it answers together with others."""
+
+    @staticmethod
+    def act_many(agents: Sequence[IdleAgent], observations: Sequence[Observation]) -> list[ActionChunk]:
+        return [np.tile([0.0, -1.0, 0.0, 0.0], (10, 1)) for _ in agents]
+
+
+class Stuck(Forward):
+    def __init__(self) -> None:
+        super().__init__(execute=0)
+
+
+ONE = Forward()
+
+
+@pytest.mark.parametrize(
+    ("factory", "sentence"),
+    [
+        (lambda: ONE, "the factory returned the same object twice; make a new agent at each call"),
+        (object, "the factory returned object, which has no method reset()"),
+        (lambda: 1 / 0, "the factory raised ZeroDivisionError: division by zero"),
+        (Impatient, "HandOff, blue: a second reset raised RuntimeError: I am playing already"),
+        (_answers(0.5, 1.0, 0.0), r"HandOff, blue, tick 0: an action chunk has shape \(H, 4\)"),
+        (_answers(np.nan, 1.0, 0.0, 0.0), "tick 0: an action chunk must hold finite numbers"),
+        (_answers(0.5, 0.0, 0.0, 0.0), "cosine and sine of the heading, never both 0"),
+        (_answers(1.5, 1.0, 0.0, 0.0), "distance 1.5 in column 0; clip it to -1 to 1"),
+        (_answers(1.0, 1.0, 0.0, 0.7), "grasp toggle 0.7 in column 3; it is 1 to press and 0 not to"),
+        (Writing, "act changed the observation's arrays; copy them before you write"),
+        (Forgetful, "decision 1 is another after another reset, .* should forget the last episode"),
+        (Numbered, "decision 1 is another in a new agent, .* should draw from its seed alone"),
+        (Closed, "`detail` cannot be written as JSON .*bytes.*; use plain values"),
+        (Stuck, "execute_rows is 0; it is a whole number of rows from 1"),
+        (Crowding, "HandOff, blue: act_many answers otherwise than act"),
+    ],
+)
+def test_a_broken_agent_is_told_what_is_wrong_and_what_would_be_right(
+    factory: Callable[[], Agent], sentence: str
+) -> None:
+    with pytest.raises(ConformanceError, match=sentence) as raised:
+        check_agent(factory, ticks=FEW_TICKS)
+    assert isinstance(raised.value, AssertionError)
+
+
+def test_the_command_says_yes_or_no(capsys: pytest.CaptureFixture[str]) -> None:
+    short = "--map", "HandOff", "--ticks", "4", "--json"
+    assert main(["agents", "check", "idle", *short]) == 0
+    assert json.loads(capsys.readouterr().out)["conforms"] is True
+    assert main(["agents", "check", f"{HERE}:NotANumber", *short]) == 1
+    problem = json.loads(capsys.readouterr().out)["problem"]
+    assert problem == "HandOff, blue, tick 1: an action chunk must hold finite numbers; this one has NaN or infinity"
+    assert main(["agents", "check", "nobody", *short]) == 2
