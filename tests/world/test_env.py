@@ -14,10 +14,11 @@ from movingout.maps import Rect, load_map
 from movingout.world import ActionError, World, WorldError
 from movingout.world.action import to_world
 from movingout.world.env import REWARDS, MovingOutEnv
+from movingout.world.metrics import METRICS
 from movingout.world.observation import LAYOUTS, encode_state
 
 STILL = np.array([0.0, 1.0, 0.0, 0.0], np.float32)
-SCORED_LAST = {"score", "tcr", "nfd", "wt_s", "ac"}
+SCORED_LAST = {"score", *(metric.key for metric in METRICS)}
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)
