@@ -22,6 +22,7 @@ from movingout.maps import MapSpec
 from movingout.maps.spec import Size
 from movingout.world.constants import TICK_SECONDS
 from movingout.world.distance import Distances, official_distances, paper_distances
+from movingout.world.interdependence import Interdependence
 from movingout.world.scoring import delivered_items, goal_boxes, is_delivered
 from movingout.world.state import Floats, WorldState
 
@@ -123,6 +124,19 @@ METRICS = (
         meaning="share of the pushing that agreed while both held one item",
         none_when="nothing was carried together",
     ),
+    Metric(
+        key="interdependence",
+        symbol="INT",
+        title="Interdependence",
+        unit="",
+        low=0.0,
+        high=1.0,
+        higher_is_better=True,
+        digits=2,
+        meaning="share of deliveries that the partner enabled by carrying the item a part of the way",
+        none_when="nothing that was held is delivered",
+        from_paper=False,
+    ),
 )
 
 
@@ -134,6 +148,7 @@ class Metrics:
     nfd: float
     wt_s: float | None  # None only for an episode that could not be played
     ac: float | None
+    interdependence: float | None
 
     def values(self) -> dict[str, float | None]:
         """By key, in the order of `METRICS`."""
@@ -190,9 +205,16 @@ class EpisodeMetrics:
         self._consistency: list[float] = []
         self._official_waiting = 0
         self._official_consistency: list[float] = []
+        distances, farthest, _ = _to_be_carried(map_spec)
+        self._interdependence = Interdependence(
+            len(map_spec.items), lambda point: min(distances.one_to_goal(point), farthest)
+        )
 
     def update(self, before: WorldState, actions: Floats, after: WorldState) -> None:
         """Take in one tick: the state before it, its world actions (2, 3) and the state after it."""
+        if not self._ticks:
+            self._interdependence.see(before)
+        self._interdependence.see(after)
         self._ticks += 1
         self._final = after.item_poses
         blue, red = before.held.tolist()
@@ -211,11 +233,13 @@ class EpisodeMetrics:
     def result(self) -> Metrics:
         """The metrics up to the last tick taken in."""
         poses = self._item_poses()
+        delivered = delivered_items(self.map, poses)
         return Metrics(
-            tcr=task_completion_rate(self.map, delivered_items(self.map, poses)),
+            tcr=task_completion_rate(self.map, delivered),
             nfd=float(normalized_final_distance(self.map, poses)),
             wt_s=self._waiting * TICK_SECONDS,
             ac=float(np.mean(self._consistency)) if self._consistency else None,
+            interdependence=self._interdependence.share(delivered, poses),
         )
 
     @property
