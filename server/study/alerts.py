@@ -27,7 +27,7 @@ class Alerts:
         self._alerts: list[Alert] = []
         self._number = 0
 
-    def raise_(self, about: str, text: str) -> None:
+    def add(self, about: str, text: str) -> None:
         now = self._now()
         if any(one.about == about and one.text == text and now - one.at < QUIET_S for one in self._alerts):
             return

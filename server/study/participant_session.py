@@ -1,9 +1,9 @@
-"""A participant as the running server knows them.
+"""A participant as the running server knows them: their record in the database, their steps, and who is present now.
 
-Everything that must not be lost is in the store; this is what can be made again from it, and who is present now.
+Nothing here needs to outlive the server.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -13,7 +13,7 @@ from movingout.study.store.store import Participant
 
 PRESENT_S = 25.0  # the page asks every 10 s
 HIDDEN_S = 75.0  # a hidden tab asks once a minute, while its stream stays open
-Push = Callable[[dict[str, Any]], None]
+Listener = Callable[[dict[str, Any]], None]
 
 
 @dataclass(eq=False)
@@ -22,14 +22,14 @@ class ParticipantSession:
 
     record: Participant
     steps: tuple[Step, ...]
-    last_seen_at: float  # seconds of the server's clock
-    since: float  # when the current step was reached
-    source: str = ""
+    last_seen_at: float  # seconds of the monotonic clock
+    step_since: float  # when the current step was reached
+    source: str = ""  # who recruited them, as in arrival_link.py
     rtt_ms: float = -1.0
     device: str = ""
     refused: str = ""  # why the input check was not passed
     declined: bool = False
-    listeners: list[Push] = field(default_factory=list)  # to the pages that are open
+    listeners: list[Listener] = field(default_factory=list)  # the event streams of the pages that are open
 
     @property
     def pid(self) -> str:
@@ -46,20 +46,26 @@ class ParticipantSession:
 
     @property
     def before_unit_steps(self) -> bool:
-        """Whether they have not come to the first step of their unit yet."""
+        """Whether they have not reached the first step of their unit yet."""
         return self.record.step in (LAST_ALONE, WAITING) and not self.finished
 
     def steps_done(self) -> int:
-        """How many steps are done."""
         if self.finished:
             return len(self.steps)
         keys = [step.key for step in self.steps]
         return keys.index(LAST_ALONE) + 1 if self.record.step == WAITING else keys.index(self.record.step)
 
     def has_rounds_left(self) -> bool:
-        """Whether rounds are still to come."""
+        """Whether rounds or the practice are still to come."""
         return any(step.kind in ("practice", "round") for step in self.steps[self.steps_done() :])
 
     def present(self, now: float) -> bool:
-        """Whether a page of theirs is open; also one that sleeps behind another tab."""
+        """Whether a page of theirs is open, be it hidden behind another tab."""
         return now - self.last_seen_at < (HIDDEN_S if self.listeners else PRESENT_S)
+
+
+def notify(sessions: Iterable[ParticipantSession]) -> None:
+    """Tell their open pages to ask for the view again."""
+    for session in sessions:
+        for listener in list(session.listeners):
+            listener({"changed": True})

@@ -1,4 +1,4 @@
-"""Who plays together: one participant with agents, or two with each other; and the room they are in."""
+"""A unit: one participant who plays with agents, or two who play with each other; and their rounds."""
 
 from dataclasses import dataclass, field
 
@@ -17,13 +17,13 @@ class RunningRound:
 
     room: Room
     step: Step
-    keys: dict[str, str]  # pid to the key of the seat
-    seats: dict[str, int]  # pid to seat
+    keys: dict[str, str]  # of the seats, by pid
+    seats: dict[str, int]  # by pid
 
 
 @dataclass(frozen=True, slots=True)
 class FinishedRound:
-    """A round or the practice that has ended, until the store knows of it."""
+    """A round or the practice that has ended and is not saved yet."""
 
     step: Step
     episode: str
@@ -37,29 +37,39 @@ class FinishedRound:
 
 @dataclass(eq=False)
 class StudyUnit:
-    """A unit of the study."""
+    """A unit that is taking part; `record` is its row in the database. Changed only by the holder of a transaction."""
 
     record: Unit
     members: list[ParticipantSession]
-    ready: set[str] = field(default_factory=set)  # pids who want the round of their step to begin
-    ready_at: float = 0.0  # when the first of them said so
+    ready: set[str] = field(default_factory=set)  # pids of those who want the round of their step to begin
+    ready_at: float = 0.0  # when the first of them was, in seconds of the monotonic clock
     running_round: RunningRound | None = None
     finished_round: FinishedRound | None = None
     paused: bool = False
     problem: str = ""  # why no round can begin now
     episode: str = ""  # the recording of the newest round
 
+    @property
+    def finished(self) -> bool:
+        """Whether all members have their codes and every round is saved."""
+        return self.running_round is None and self.finished_round is None and all(one.finished for one in self.members)
+
     def others(self, session: ParticipantSession) -> list[ParticipantSession]:
         return [other for other in self.members if other is not session]
 
-    def at(self, step: Step) -> list[ParticipantSession]:
+    def members_at(self, step: Step) -> list[ParticipantSession]:
         """Who is at this step."""
         return [one for one in self.members if one.record.step == step.key]
 
+    def set_ready(self, session: ParticipantSession, now: float) -> None:
+        """The participant wants the round of their step to begin."""
+        self.ready_at = self.ready_at if self.ready else now
+        self.ready.add(session.pid)
+
     def all_ready(self, step: Step) -> bool:
-        """Whether everybody wants it to begin; a round needs all, practice those who have not had enough of it."""
-        here = self.at(step)
-        if step.kind == "practice":  # somebody may be on the way: a kill came between the moves of the two
+        """Whether the round can begin: everybody is ready, in practice everybody who has not finished practising."""
+        here = self.members_at(step)
+        if step.kind == "practice":  # a kill may have come between the moves of the two
             everybody = not any(one.before_unit_steps for one in self.members)
         else:
             everybody = len(here) == len(self.members)

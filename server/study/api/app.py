@@ -105,5 +105,5 @@ def _tell_errors(app: FastAPI, running: RunningStudy) -> None:
 
     @app.exception_handler(Exception)
     async def fault(request: Request, error: Exception) -> JSONResponse:
-        running.alerts.raise_("fault", f"A request to {request.url.path} failed; the server's log says why.")
+        running.alerts.add("fault", f"A request to {request.url.path} failed; the server's log says why.")
         return told(500, "fault", FAULT)

@@ -1,6 +1,7 @@
 """The experimenter's screen as one JSON document. Partners are letters here too: whoever leads stays blind."""
 
 import shutil
+import time
 from typing import Any
 
 import orjson
@@ -24,29 +25,29 @@ class Dashboard:
 
     def newest(self) -> str:
         """As JSON, not older than a second."""
-        now = self._running.now()
+        now = time.monotonic()
         if now - self._made_at >= 0.9:
             self._made, self._made_at = orjson.dumps(self.state()).decode(), now
         return self._made
 
     def state(self) -> State:
-        running, now = self._running, self._running.now()
-        sessions = list(running.sessions.values())
+        running, now = self._running, time.monotonic()
+        sessions = list(running.participants)
         rows = [self._row(session, now) for session in sessions]
         return {
             "study": {"id": running.study.id, "title": running.study.title.text(running.study.languages[0])},
-            "paused": running.paused,
+            "paused": running.progress.paused,
             "counts": {
                 "planned": running.study.participants,
                 "finished": sum(session.record.outcome == "done" for session in sessions),
                 "active": sum(not row["outcome"] and row["present"] for row in rows),
-                "waiting": len(running.waiting),
+                "waiting": running.units.waiting_count,
             },
             "participants": rows,
-            "waiting": [session.pid for session in sessions if running.waiting.since(session.pid) is not None],
-            "rooms": [unit.running_round.room.id for unit in running.units.values() if unit.running_round],
+            "waiting": [session.pid for session in sessions if running.units.waiting_since(session) is not None],
+            "rooms": [unit.running_round.room.id for unit in running.units if unit.running_round],
             "alerts": running.alerts.to_json(),
-            "notes": running.notes,
+            "notes": running.notes.to_json(),
             "server": self._server(),
         }
 
@@ -63,7 +64,7 @@ class Dashboard:
         }
 
     def _row(self, session: ParticipantSession, now: float) -> State:
-        running, unit, step = self._running, self._running.unit_of(session), session.step
+        running, unit, step = self._running, self._running.units.of(session), session.step
         rounds = [one.key for one in session.steps if one.kind == "round"]
         others = unit.others(session) if unit else []
         plays = step is not None and step.kind in ("practice", "round")
@@ -78,12 +79,12 @@ class Dashboard:
             "title": unit.running_round.room.round.map.title if unit and unit.running_round else "",
             "position": {"done": session.steps_done(), "total": len(session.steps)},
             "round": {"number": rounds.index(step.key) + 1, "of": len(rounds)} if step and step.turn else None,
-            "since_s": round(now - session.since),
+            "since_s": round(now - session.step_since),
             "present": session.present(now) or _seated(session, unit),
             "outcome": session.record.outcome,
             "code_given": session.record.code is not None,
             "episode": unit.episode if unit else "",
-            "paused": running.stays(session),
+            "paused": running.progress.is_paused(session),
             **_game(session, unit),
         }
 

@@ -1,6 +1,7 @@
 """The routes of a participant's page. Answers are JSON; errors are one sentence with a code for programs."""
 
 import asyncio
+import time
 from typing import Any
 
 import msgspec
@@ -80,13 +81,13 @@ class ParticipantApi:
     async def view(self, request: Request, lang: str = "") -> dict[str, View]:
         session = await self._session(request)
         if session is not None and lang:
-            await self._actions.speak(session, lang)
+            await self._actions.set_language(session, lang)
         return await self._shown(session)
 
     async def next(self, request: Request) -> dict[str, View]:
         session, done = await self._session(request), await body_of(request, StepRequest)
         if session is not None:
-            await self._actions.go_on(session, done)
+            await self._actions.complete_step(session, done)
         return await self._shown(session)
 
     async def answer(self, request: Request) -> dict[str, bool]:
@@ -120,7 +121,7 @@ class ParticipantApi:
             queue.put_nowait(orjson.dumps(news).decode())
 
         def close() -> None:
-            session.last_seen_at = self._running.now()
+            session.last_seen_at = time.monotonic()
             if push in session.listeners:
                 session.listeners.remove(push)
 

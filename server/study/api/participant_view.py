@@ -1,5 +1,6 @@
 """What a participant's page gets to know: their step, and nothing that would tell who the partner is."""
 
+import time
 from functools import cache
 from typing import Any
 
@@ -7,6 +8,7 @@ from markdown_it import MarkdownIt
 
 from movingout.maps import map_to_json
 from movingout.server.study.arrival_link import PROLIFIC
+from movingout.server.study.earnings import earnings
 from movingout.server.study.participant_session import ParticipantSession
 from movingout.server.study.running_study import RunningStudy
 from movingout.server.study.unit import StudyUnit
@@ -64,7 +66,7 @@ class ParticipantViews:
         step, running = session.step, self._running
         if session.finished:
             return self._code(session)
-        if running.stays(session):
+        if running.progress.is_paused(session):
             return {"key": "paused", "kind": "paused"}
         if step is None:
             return self._waiting(session)
@@ -94,16 +96,16 @@ class ParticipantViews:
         questionnaire = study.questionnaire(step.questionnaire, session.record.language)
         if study.shuffles(step.questionnaire):
             questionnaire = questionnaire.shuffled(f"{session.pid} {step.key}")
-        given = await running.run(running.databases.store.answers, session.pid, step.key)
+        given = await running.databases.run(running.databases.store.answers, session.pid, step.key)
         return {
             "title": questionnaire.title,
             "items": [item.as_json() for item in questionnaire.items],
             "answers": {item: {"value": value, "text": text} for item, (value, text) in given.items()},
-            "partner_letter": self.letter(running.unit_of(session), step) if step.partner else None,
+            "partner_letter": self.letter(running.units.of(session), step) if step.partner else None,
         }
 
     async def _round(self, session: ParticipantSession, step: Step) -> View:
-        running, unit = self._running, self._running.unit_of(session)
+        running, unit = self._running, self._running.units.of(session)
         await running.rooms.prepare(step)
         the_map = running.rooms.map_of(step)
         rounds = [one.key for one in session.steps if one.kind == "round"]
@@ -120,13 +122,13 @@ class ParticipantViews:
 
     def _waiting(self, session: ParticipantSession) -> View:
         running, pairing = self._running, self._running.study.pairing
-        since = running.waiting.since(session.pid)
+        since = running.units.waiting_since(session)
         return {
             "key": "waiting",
             "kind": "waiting",
-            "since_s": round(running.now() - since, 1) if since is not None else 0.0,
+            "since_s": round(time.monotonic() - since, 1) if since is not None else 0.0,
             "wait_s": pairing.wait_s,
-            "people": len(running.waiting),
+            "people": running.units.waiting_count,
             "otherwise": pairing.otherwise,
         }
 
@@ -140,7 +142,7 @@ class ParticipantViews:
             "code": record.code,
             "outcome": outcome,
             "completion_url": f"{PROLIFIC_ADDRESS}{record.code}" if from_prolific else None,
-            "earned": self._running.worth(session),
+            "earned": earnings(self._running.study, session.record),
             "kept": record.keep,
         }
 

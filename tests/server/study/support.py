@@ -100,8 +100,8 @@ class Served:
         """What the server does once a second, now."""
 
         async def once() -> None:
-            async with self.running.lock:
-                await self.monitor.look()
+            async with self.running.transaction() as tx:
+                await self.monitor.check(tx)
 
         asyncio.run_coroutine_threadsafe(once(), self.live.loop).result(WAIT_S)
 
@@ -109,9 +109,9 @@ class Served:
         """As if nobody had been heard of for so long."""
 
         def age() -> None:
-            for session in self.running.sessions.values():
+            for session in self.running.participants:
                 session.last_seen_at -= seconds
-            for one in self.running.waiting.alive(float("-inf")):
+            for one in self.running.units._waiting_room.alive(float("-inf")):
                 one.since -= seconds
                 one.heard -= seconds
 

@@ -110,7 +110,7 @@ def test_a_restarted_round_is_played_again_from_its_card(long: Served) -> None:
     assert (visitor.look()["step"]["key"], visitor.step["state"]) == (key, "card")
     visitor.next()
     visitor.player().next_tick(visitor.step["room"]["seat"])
-    unit = long.running.sessions[visitor.pid].record.unit
+    unit = long.running.participants[visitor.pid].record.unit
     mine = [row for row in long.running.databases.store.rows(rounds) if row["unit"] == unit]
     assert [(row["attempt"], row["outcome"]) for row in mine] == [(1, "stopped"), (2, None)]
     assert len({row["episode"] for row in mine}) == 2
@@ -142,7 +142,7 @@ def test_an_order_about_nobody_is_refused_and_leaves_no_trace(
     found, answer = solo.live.call(f"/api/experimenter/{action}", order, ADMIN)
     assert (found, bool(answer["error"]["message"])) == (status, True)
     assert [len(solo.running.databases.store.rows(table)) for table in (audit, notes)] == before
-    assert "database" not in solo.alerts() and not solo.running.paused
+    assert "database" not in solo.alerts() and not solo.running.progress.paused
 
 
 def test_a_round_that_was_never_played_cannot_be_marked(solo: Served) -> None:
@@ -166,7 +166,7 @@ def test_notes_stay(solo: Served) -> None:
     visitor = solo.visitor().go_to("practice")
     solo.ask("note", text="  The light went out. ")
     solo.ask("note", text="Wears glasses.", pid=visitor.pid)
-    notes = solo.running.notes[:2]
+    notes = solo.running.notes.to_json()[:2]
     assert [(note["text"], note["pid"]) for note in notes] == [
         ("Wears glasses.", visitor.pid), ("The light went out.", None),
     ]  # fmt: skip

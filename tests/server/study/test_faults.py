@@ -27,7 +27,7 @@ def study(serving: Served) -> Iterator[Served]:
 
 def rounds_of(study: Served, visitor: Visitor) -> list[str]:
     """The outcomes of somebody's rounds."""
-    unit = study.running.sessions[visitor.pid].record.unit
+    unit = study.running.participants[visitor.pid].record.unit
     return [row["outcome"] for row in study.running.databases.store.rows(rounds) if row["unit"] == unit]
 
 
@@ -141,7 +141,7 @@ def test_a_fault_in_the_server_is_a_sentence_and_not_a_stack_trace(
     study: Served, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     visitor = study.visitor()
-    monkeypatch.setattr(study.running, "stays", lambda session: 1 / 0)
+    monkeypatch.setattr(study.running.progress, "is_paused", lambda session: 1 / 0)
     status, answer = visitor.call("view")
     assert (status, answer["error"]["code"]) == (500, "fault")
     assert "Traceback" not in str(answer) and "Division" not in str(answer)

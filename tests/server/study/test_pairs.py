@@ -8,6 +8,7 @@ import pytest
 
 from movingout.recordings.storage.index import list_recordings
 from movingout.server import messages as m
+from movingout.server.study.transaction import Transaction
 from movingout.server.study.unit import StudyUnit
 from movingout.study.design.step_order import WAITING
 from movingout.study.store.tables import rounds
@@ -53,7 +54,7 @@ def test_two_browsers_find_each_other_and_play_to_the_end(pair: Served) -> None:
         together(first, second)
     assert (first.step["outcome"], second.step["outcome"]) == ("done", "done")
     assert first.step["code"] != second.step["code"]
-    unit = pair.running.sessions[first.pid].record.unit
+    unit = pair.running.participants[first.pid].record.unit
     store = pair.running.databases.store
     assert [row["outcome"] for row in store.rows(rounds) if row["unit"] == unit] == ["time", "time"]
 
@@ -61,13 +62,13 @@ def test_two_browsers_find_each_other_and_play_to_the_end(pair: Served) -> None:
 def test_practice_waits_for_a_partner_whose_move_was_cut_off(pair: Served, monkeypatch: pytest.MonkeyPatch) -> None:
     """A kill, or the database, came between the moves of the two; the next look brings the other in."""
 
-    async def nobody_looks(unit: StudyUnit) -> None:
+    async def nobody_looks(tx: Transaction, unit: StudyUnit) -> None:
         pass
 
     first, second = paired(pair)
-    late = pair.running.sessions[second.pid]
+    late = pair.running.participants[second.pid]
     with monkeypatch.context() as patch:
-        patch.setattr(pair.running, "bring_in", nobody_looks)
+        patch.setattr(pair.running.units, "move_to_first_step", nobody_looks)
         pair.live.run(lambda: setattr(late, "record", replace(late.record, step=WAITING)))
         assert first.next()["step"]["state"] == "waiting"
         assert second.look()["step"]["kind"] == "waiting"

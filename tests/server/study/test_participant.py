@@ -43,7 +43,7 @@ def test_from_the_link_to_the_code_a_reload_anywhere_returns_to_the_same_place(s
         "earned": {"currency": "USD"},
     }  # fmt: skip
     store = solo.running.databases.store
-    unit = solo.running.sessions[visitor.pid].record.unit
+    unit = solo.running.participants[visitor.pid].record.unit
     played = [row for row in store.rows(rounds) if row["unit"] == unit]
     assert [(row["outcome"], row["ticks"], row["partner"]) for row in played] in (
         [("time", 20, "good"), ("time", 20, "bad")],
@@ -190,7 +190,7 @@ def test_of_two_with_one_link_the_second_goes_on_and_the_first_is_told(solo: Ser
     first.agree()
     with ThreadPoolExecutor(1) as pool:
         heard = pool.submit(events_of, first, 1)
-        while not solo.running.sessions[first.pid].listeners:
+        while not solo.running.participants[first.pid].listeners:
             pass
         second = solo.visitor(PROLIFIC_PID="shared")
         assert heard.result(20) == [{"changed": True}]

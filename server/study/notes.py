@@ -1,0 +1,37 @@
+"""The experimenter's notes, as the dashboard shows them."""
+
+from time import time
+from typing import Any
+
+from movingout.server.study.databases import StudyDatabases
+from movingout.server.study.participants import Participants
+from movingout.study.store.tables import notes
+
+
+class ExperimenterNotes:
+    """All notes of a study, the newest first."""
+
+    def __init__(self, databases: StudyDatabases, participants: Participants) -> None:
+        self._databases = databases
+        self._participants = participants
+        self._notes: list[dict[str, Any]] = []
+
+    async def restore(self) -> None:
+        """Read them from the database, after the participants."""
+        for row in await self._databases.run(self._databases.store.rows, notes):
+            self._insert(row["at_ms"] / 1e3, row["text"], self._members(row["unit"]))
+
+    async def add(self, text: str, unit: int | None, pid: str | None) -> None:
+        """A note on a unit, on a participant who has no unit yet, or on the whole study."""
+        await self._databases.run(self._databases.store.note, text, unit)
+        self._insert(time(), text, self._members(unit) or pid)
+
+    def to_json(self) -> list[dict[str, Any]]:
+        return self._notes
+
+    def _insert(self, at: float, text: str, pid: str | None) -> None:
+        self._notes.insert(0, {"at": at, "text": text, "pid": pid})
+
+    def _members(self, unit: int | None) -> str | None:
+        pids = [session.pid for session in self._participants if unit and session.record.unit == unit]
+        return " and ".join(pids) or None

@@ -1,0 +1,80 @@
+"""Everybody who takes part, and the step each of them is at. Reading is free; a change needs a transaction."""
+
+import secrets
+import time
+from collections.abc import Iterator, Mapping
+
+from movingout.server.study.databases import StudyDatabases
+from movingout.server.study.participant_session import ParticipantSession
+from movingout.server.study.transaction import Transaction
+from movingout.study.design.allocation import assign
+from movingout.study.design.definition import Outcome, Study
+from movingout.study.design.steps import steps
+from movingout.study.store.store import Participant
+
+CODE_LETTERS = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789"
+CODE_LENGTH = 10
+
+
+class Participants:
+    """The sessions by pseudonym. Each change is in the database before it is seen here."""
+
+    def __init__(self, study: Study, databases: StudyDatabases) -> None:
+        self._study = study
+        self._store = databases.store
+        self._identities = databases.identities
+        self._sessions: dict[str, ParticipantSession] = {}
+        self._first_steps = steps(study, assign(study, 0))  # the same for every slot until the unit is formed
+
+    def __iter__(self) -> Iterator[ParticipantSession]:
+        """In the order of arrival."""
+        return iter(self._sessions.values())
+
+    def __getitem__(self, pid: str) -> ParticipantSession:
+        return self._sessions[pid]
+
+    def get(self, pid: str) -> ParticipantSession | None:
+        return self._sessions.get(pid)
+
+    async def restore(self, tx: Transaction, sources: Mapping[str, str]) -> None:
+        """Read everybody from the database after a start; `sources` says by pseudonym who recruited them."""
+        for record in await tx.run(self._store.everybody):
+            self._add(record, sources.get(record.pid, ""))
+
+    async def arrive(self, tx: Transaction, pid: str, language: str, source: str) -> ParticipantSession:
+        """Somebody takes part from now on."""
+        return self._add(await tx.run(self._store.arrive, pid, language), source)
+
+    def _add(self, record: Participant, source: str) -> ParticipantSession:
+        now = time.monotonic()
+        session = ParticipantSession(record, self._first_steps, last_seen_at=now, step_since=now, source=source)
+        self._sessions[record.pid] = session
+        return session
+
+    async def decline(self, tx: Transaction, session: ParticipantSession) -> None:
+        """No consent: delete everything about them; only the number of those who declined is kept."""
+        await tx.run(self._store.decline, session.pid)
+        await tx.run(self._identities.forget, session.pid)
+        session.declined = True
+        del self._sessions[session.pid]
+
+    async def move(self, tx: Transaction, session: ParticipantSession, key: str) -> None:
+        """To the step with this key."""
+        await tx.run(self._store.move, session.pid, key)
+        await self.refresh(tx, session)
+
+    async def finish(self, tx: Transaction, session: ParticipantSession, outcome: Outcome) -> None:
+        """Give them their only completion code."""
+        await tx.run(self._store.finish, session.pid, outcome, self._code(outcome))
+        await self.refresh(tx, session)
+
+    def _code(self, outcome: Outcome) -> str:
+        fixed = {} if self._study.codes == "unique" else self._study.codes
+        return fixed.get(outcome) or "".join(secrets.choice(CODE_LETTERS) for _ in range(CODE_LENGTH))
+
+    async def refresh(self, tx: Transaction, session: ParticipantSession) -> None:
+        """Read their record from the database again."""
+        before = session.record.step
+        session.record = await tx.run(self._store.participant, session.pid)
+        if session.record.step != before:
+            session.step_since = time.monotonic()

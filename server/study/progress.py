@@ -1,0 +1,97 @@
+"""From step to step, and the pauses in between. Reading is free; a change needs a transaction."""
+
+import time
+
+from movingout.server.study.databases import StudyDatabases
+from movingout.server.study.participant_session import ParticipantSession, notify
+from movingout.server.study.participants import Participants
+from movingout.server.study.transaction import Transaction
+from movingout.server.study.unit import FinishedRound, StudyUnit
+from movingout.server.study.units import Units
+from movingout.study.design.definition import Study
+from movingout.study.design.step_order import blocks_over, next_step
+
+PAUSED = "The experimenter has paused the study. Please wait."
+
+
+class Progress:
+    """Moves participants on, unless the experimenter has paused them."""
+
+    def __init__(self, study: Study, participants: Participants, units: Units, databases: StudyDatabases) -> None:
+        self._study = study
+        self._participants = participants
+        self._units = units
+        self._databases = databases
+        self._paused = False
+
+    # ---- from step to step ------------------------------------------------------------------------------------
+
+    async def advance(self, tx: Transaction, session: ParticipantSession) -> None:
+        """To the next step, or to the completion code."""
+        rounds, unit = self._databases.rounds, session.record.unit
+        over, played = frozenset[str](), frozenset[str]()
+        if unit is not None and any(block.limit_minutes for block in self._study.blocks):
+            over = blocks_over(self._study, await tx.run(rounds.block_seconds, unit))
+            played = await tx.run(rounds.finished_steps, unit)
+        step = next_step(session.steps, session.record.step, over, played)
+        if step.kind == "code":
+            await self._participants.finish(tx, session, "done")
+        else:
+            await self._participants.move(tx, session, step.key)
+
+    async def round_ended(self, tx: Transaction, unit: StudyUnit, ended: FinishedRound) -> None:
+        """A round or the practice is saved; one that was broken off is played again."""
+        tx.check()
+        for session in unit.members_at(ended.step) if ended.counts else []:
+            await self.advance(tx, session)
+        notify(unit.members)
+
+    async def catch_up(self, tx: Transaction, unit: StudyUnit) -> None:
+        """Leave the rounds behind that the database knows to be finished: a kill came before the move."""
+        finished = await tx.run(self._databases.rounds.finished_steps, unit.record.id)
+        for session in unit.members:
+            while not session.finished and session.record.step in finished:
+                await self.advance(tx, session)
+
+    # ---- pauses -----------------------------------------------------------------------------------------------
+
+    @property
+    def paused(self) -> bool:
+        """Whether the whole study is paused."""
+        return self._paused
+
+    def is_paused(self, session: ParticipantSession) -> bool:
+        """Whether this participant, or everybody, is paused."""
+        unit = self._units.of(session)
+        return self._paused or (unit is not None and unit.paused)
+
+    async def restore(self, tx: Transaction) -> None:
+        """After a start: what was paused stays paused. Rooms must have been resumed."""
+        self._paused = await tx.run(self._databases.store.paused)
+        self._hold_rooms()
+
+    async def set_paused(self, tx: Transaction, paused: bool, unit: StudyUnit | None = None) -> None:
+        """Stop the clock of a unit, or of everybody, or let it go on; it stays so over a restart of the server."""
+        await tx.run(self._databases.store.pause, paused, None if unit is None else unit.record.id)
+        if unit is None:
+            self._paused = paused
+        else:
+            unit.paused = paused
+        self._hold_rooms()
+        if not paused:
+            self._restart_waits(tx, unit)
+        notify(self._participants)
+
+    def _restart_waits(self, tx: Transaction, unit: StudyUnit | None) -> None:
+        """A pause does not count: who went away meanwhile is not gone, nobody has waited too long."""
+        for session in self._participants if unit is None else unit.members:
+            session.last_seen_at = time.monotonic()
+        self._units.restart_waits(tx)
+
+    def _hold_rooms(self) -> None:
+        for unit in self._units:
+            room, paused = unit.running_round and unit.running_round.room, self._paused or unit.paused
+            if room and paused and not room.held:
+                room.hold(PAUSED, time.monotonic())
+            elif room and room.held and not paused:
+                room.release(time.monotonic())

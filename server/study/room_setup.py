@@ -1,0 +1,75 @@
+"""What the room of a round is opened with: its map, its rules and who sits where."""
+
+from collections.abc import Mapping
+
+from movingout.maps import MapSpec
+from movingout.server.host import Host
+from movingout.server.rooms.seat import Seat
+from movingout.server.rooms.services import RoomConfig
+from movingout.server.security.tokens import hash_token
+from movingout.server.study.unit import StudyUnit
+from movingout.study.design.allocation import letters
+from movingout.study.design.definition import Study
+from movingout.study.design.steps import Step
+
+PRACTICE_PARTNER = "Partner"  # the name of the agent of the practice
+
+
+class RoomSetup:
+    """The rooms of one study, before they are opened. `simulated` participants are marked in the recordings."""
+
+    def __init__(self, study: Study, host: Host, simulated: bool) -> None:
+        self._study = study
+        self._host = host
+        self._names = {"study": study.id, **({"simulated": "yes"} if simulated else {})}  # for recordings
+        self._letters = letters(study)
+        self._splits = {block.id: block.split for block in study.blocks}
+
+    async def prepare(self, step: Step) -> None:
+        """Make the randomised map of a round ahead, in another process."""
+        if step.turn is not None and step.turn.variant_seed is not None:
+            await self._host.prepare_maps(self.config(step))
+
+    def map_of(self, step: Step) -> MapSpec:
+        """The map of a round or of the practice, after `prepare`."""
+        config = self.config(step)
+        return self._host.directory.load_map(config.maps[0], config.challenge2_seed, config.split)
+
+    def config(self, step: Step, unit: StudyUnit | None = None) -> RoomConfig:
+        practice, turn = self._study.practice, step.turn
+        return RoomConfig(
+            maps=(turn.map if turn else practice.map if practice else "",),
+            limit_ticks=step.limit_ticks,
+            practice=turn is None,
+            challenge2_seed=turn.variant_seed if turn else None,
+            split=self._splits.get(step.block, "train"),
+            countdown_s=self._host.settings.countdown_s,
+            resume_s=float(self._study.pairing.return_s),
+            study={**self._names, "unit": str(unit.record.id), "step": step.key} if unit else {},
+        )
+
+    def seats(self, unit: StudyUnit, step: Step, keys: Mapping[str, str]) -> list[Seat]:
+        """Whoever has a key plays, under their pseudonym; an agent, named by its letter, where no participant sits.
+
+        In practice the seat of a participant who has finished practising stands idle.
+        """
+        seats = {}
+        for session in unit.members:
+            index = unit.seat_of(step, session)
+            key = keys.get(session.pid)
+            human = Seat(index, "human", alias=session.pid, key=hash_token(key)) if key else None
+            seats[index] = human or Seat(index, "idle", name="idle")
+        for index in {0, 1} - set(seats):
+            agent = self._agent(step)
+            kind = "idle" if agent == "idle" else "agent"
+            name = self._letters.get(step.partner, PRACTICE_PARTNER)
+            seats[index] = Seat(index, kind, agent, name=name)  # type: ignore[arg-type]
+        return [seats[0], seats[1]]
+
+    def _agent(self, step: Step) -> str:
+        """The id of the agent that plays with a participant."""
+        if step.partner:
+            return self._study.partner(step.partner).agent
+        if self._study.group == 1 and self._study.practice:
+            return self._study.practice.agent
+        return self._study.pairing.agent

@@ -1,0 +1,67 @@
+"""How a round went: from the room it was played in, or from its recording where a killed server could not save it."""
+
+from pathlib import Path
+from typing import NamedTuple
+
+from movingout.recordings import read_episode
+from movingout.recordings.storage.listing import read_summary
+from movingout.server import messages as m
+from movingout.server.rooms.quality import RoundHealth
+from movingout.server.rooms.room import Room
+from movingout.server.study.unit import RunningRound
+from movingout.study.store.rounds import PlayerOutcome, RoundOutcome
+from movingout.world.metrics import Metrics, from_numbers
+
+
+class RecoveredRound(NamedTuple):
+    """What a recording says of a round and of its players; players by seat."""
+
+    outcome: RoundOutcome
+    rtt_ms: tuple[float | None, float | None]
+    idle_share: tuple[float | None, float | None]
+
+
+def recovered_round(path: Path) -> RecoveredRound:
+    """Read a finished recording. Raises RecordingError."""
+    summary, health = read_summary(path), RoundHealth()
+    for tick in read_episode(path).ticks:
+        health.tick(tick.actions, tick.rtt_ms, tick.late_ms)
+    metrics = Metrics.of(summary.metrics)
+    outcome = RoundOutcome(
+        outcome=summary.outcome,
+        ticks=summary.ticks,
+        tcr=metrics.tcr,
+        nfd=metrics.nfd,
+        wt_s=metrics.wt_s or 0.0,
+        ac=metrics.ac,
+        late_ms=health.late_p99_ms(),
+    )
+    return RecoveredRound(outcome, (health.rtt_ms(0), health.rtt_ms(1)), (health.idle_share(0), health.idle_share(1)))
+
+
+def round_outcome(room: Room, result: m.Result) -> RoundOutcome:
+    return RoundOutcome(
+        outcome=result.outcome,
+        ticks=result.ticks,
+        tcr=result.tcr,
+        nfd=result.nfd,
+        wt_s=result.wt_s,
+        ac=from_numbers({"ac": result.ac})["ac"],
+        late_ms=room.round.health.late_p99_ms(),
+    )
+
+
+def player_outcomes(running: RunningRound) -> tuple[PlayerOutcome, ...]:
+    """How the round went for each participant in it."""
+    health, seats = running.room.round.health, running.room.seats
+    return tuple(
+        PlayerOutcome(
+            pid=pid,
+            seat=seat,
+            device=seats[seat].controls.device,
+            rtt_ms=health.rtt_ms(seat),
+            idle_share=health.idle_share(seat),
+            hidden_s=health.hidden_s(seat),
+        )
+        for pid, seat in running.seats.items()
+    )

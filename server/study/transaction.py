@@ -1,0 +1,33 @@
+"""The right to change who is where in a study: handed out by `RunningStudy.transaction()`, to one holder at a time."""
+
+from collections.abc import Callable
+from typing import ParamSpec, TypeVar
+
+from movingout.server.study.databases import StudyDatabases
+
+Arguments = ParamSpec("Arguments")
+Result = TypeVar("Result")
+
+
+class Transaction:
+    """Valid inside one `async with study.transaction()` block. Every method that takes one relies on being alone.
+
+    It puts changes in order and undoes nothing: each call of `run` is committed on its own.
+    """
+
+    def __init__(self, databases: StudyDatabases) -> None:
+        self._databases = databases
+        self._open = True
+
+    def check(self) -> None:
+        """Raises RuntimeError once the block has ended."""
+        if not self._open:
+            raise RuntimeError("this transaction has ended; begin another: async with study.transaction()")
+
+    async def run(self, work: Callable[Arguments, Result], *args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
+        """Do `work` in the thread of the databases. Raises StoreError."""
+        self.check()
+        return await self._databases.run(work, *args, **kwargs)
+
+    def end(self) -> None:
+        self._open = False

@@ -1,0 +1,120 @@
+"""Who plays with whom, and who still waits for a partner. Reading is free; a change needs a transaction."""
+
+import time
+from collections.abc import Iterator, Sequence
+
+from movingout.server.study.alerts import Alerts
+from movingout.server.study.databases import StudyDatabases
+from movingout.server.study.participant_session import ParticipantSession, notify
+from movingout.server.study.participants import Participants
+from movingout.server.study.transaction import Transaction
+from movingout.server.study.unit import StudyUnit
+from movingout.server.study.waiting_room import WaitingRoom
+from movingout.study.design.allocation import assign
+from movingout.study.design.definition import Study
+from movingout.study.design.step_order import LAST_ALONE, WAITING, next_step
+from movingout.study.design.steps import steps
+from movingout.study.store import Unit
+
+
+class Units:
+    """The units that are taking part, by number, and the waiting room that pairs are formed from."""
+
+    def __init__(self, study: Study, participants: Participants, databases: StudyDatabases, alerts: Alerts) -> None:
+        self._study = study
+        self._participants = participants
+        self._databases = databases
+        self._alerts = alerts
+        self._units: dict[int, StudyUnit] = {}
+        self._waiting_room = WaitingRoom(study.pairing.wait_s)
+
+    def __iter__(self) -> Iterator[StudyUnit]:
+        """As they are now; units may be formed and removed meanwhile."""
+        return iter(list(self._units.values()))
+
+    def get(self, number: int | None) -> StudyUnit | None:
+        return None if number is None else self._units.get(number)
+
+    def of(self, session: ParticipantSession) -> StudyUnit | None:
+        """The unit of a participant; None before it is formed and after it has finished."""
+        return self.get(session.record.unit)
+
+    async def restore(self, tx: Transaction) -> None:
+        """Read the units that have not finished from the database, after the participants."""
+        newest = await tx.run(self._databases.rounds.newest_episodes)
+        for record in await tx.run(self._databases.store.units_on_their_way):
+            self._add(record, [self._participants[pid] for pid in record.pids], newest.get(record.id, ""))
+
+    def _add(self, record: Unit, members: Sequence[ParticipantSession], episode: str = "") -> None:
+        self._units[record.id] = StudyUnit(record, list(members), paused=record.paused, episode=episode)
+        for session in members:
+            session.steps = steps(self._study, assign(self._study, record.slot))
+
+    async def form(self, tx: Transaction, members: Sequence[ParticipantSession]) -> None:
+        """Give one or two participants a slot, and move them to its first step."""
+        record = await tx.run(self._databases.store.form_unit, [session.pid for session in members])
+        self._add(record, members)
+        for session in members:
+            await self._participants.refresh(tx, session)
+        await self.move_to_first_step(tx, self._units[record.id])
+        if record.slot >= self._study.units:
+            self._alerts.add("full", f"There are more participants than planned: slot {record.slot + 1} was given.")
+        notify(members)
+
+    async def move_to_first_step(self, tx: Transaction, unit: StudyUnit) -> None:
+        """Repeated by the monitor: the server may be killed, or the database refuse, between the moves of the two."""
+        tx.check()
+        for session in unit.members:
+            if session.before_unit_steps:
+                await self._participants.move(tx, session, next_step(session.steps, LAST_ALONE).key)
+
+    def remove(self, tx: Transaction, unit: StudyUnit) -> None:
+        """Forget a unit that has finished."""
+        tx.check()
+        del self._units[unit.record.id]
+
+    # ---- waiting for a partner --------------------------------------------------------------------------------
+
+    @property
+    def waiting_count(self) -> int:
+        return len(self._waiting_room)
+
+    def waiting_since(self, session: ParticipantSession) -> float | None:
+        """In seconds of the monotonic clock; None for who is not waiting."""
+        return self._waiting_room.since(session.pid)
+
+    def heard(self, session: ParticipantSession, now: float) -> None:
+        """A page of theirs is open: whoever waits may be paired."""
+        self._waiting_room.heard(session.pid, now)
+
+    def stop_waiting(self, tx: Transaction, session: ParticipantSession) -> None:
+        tx.check()
+        self._waiting_room.leave(session.pid)
+
+    def restart_waits(self, tx: Transaction) -> None:
+        """Nobody has waited so far: a pause does not count."""
+        tx.check()
+        self._waiting_room.begin_anew(time.monotonic())
+
+    async def match(self, tx: Transaction) -> None:
+        """Pair those who wait; who has waited long enough plays with an agent or gets a code."""
+        tx.check()
+        now = time.monotonic()
+        self._fill_waiting_room(now)
+        while (pair := self._waiting_room.pair(now)) is not None:
+            await self.form(tx, [self._participants[pid] for pid in pair])
+        for pid in self._waiting_room.over(now):
+            session = self._participants[pid]
+            if self._study.pairing.otherwise == "agent" and session.present(now):
+                await self.form(tx, [session])
+            else:
+                await self._participants.finish(tx, session, "no-partner")
+                notify([session])
+            self._waiting_room.leave(pid)
+
+    def _fill_waiting_room(self, now: float) -> None:
+        for session in self._participants:
+            if session.record.step == WAITING and session.record.unit is None and not session.finished:
+                self._waiting_room.enter(session.pid, session.step_since, session.record.screen)
+            if session.listeners and session.present(now):
+                self._waiting_room.heard(session.pid, now)

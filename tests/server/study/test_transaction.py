@@ -1,0 +1,145 @@
+"""Who is where changes only under the lock: a change needs a transaction, and there is one at a time."""
+
+import asyncio
+import inspect
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from movingout.server.host import Host
+from movingout.server.settings import Settings
+from movingout.server.study.departures import Departures
+from movingout.server.study.participant_session import ParticipantSession
+from movingout.server.study.participants import Participants
+from movingout.server.study.progress import Progress
+from movingout.server.study.running_study import RunningStudy
+from movingout.server.study.study_rooms import StudyRooms
+from movingout.server.study.transaction import Transaction
+from movingout.server.study.unit import StudyUnit
+from movingout.server.study.units import Units
+from movingout.study.data.study_folder import StudyFolder
+from movingout.study.design.study_file import parse_study
+from movingout.study.store.tables import participants
+from tests.server.study.support import SOLO
+
+READERS = {
+    Participants: {"get"},
+    Units: {"get", "of", "heard", "waiting_since"},
+    Progress: {"is_paused"},
+    StudyRooms: {"prepare", "map_of", "saved"},
+    Departures: {"delete_data", "deleted"},
+}
+"""All public methods that may be called at any time; `heard` marks presence, `delete_data` begins in the background."""
+
+Change = Callable[[RunningStudy, Transaction, ParticipantSession, StudyUnit], Any]
+CHANGES: dict[str, Change] = {
+    "Participants.restore": lambda study, tx, one, unit: study.participants.restore(tx, {}),
+    "Participants.arrive": lambda study, tx, one, unit: study.participants.arrive(tx, "PNEW", "en", "link"),
+    "Participants.decline": lambda study, tx, one, unit: study.participants.decline(tx, one),
+    "Participants.move": lambda study, tx, one, unit: study.participants.move(tx, one, "debrief"),
+    "Participants.finish": lambda study, tx, one, unit: study.participants.finish(tx, one, "done"),
+    "Participants.refresh": lambda study, tx, one, unit: study.participants.refresh(tx, one),
+    "Units.restore": lambda study, tx, one, unit: study.units.restore(tx),
+    "Units.form": lambda study, tx, one, unit: study.units.form(tx, [one]),
+    "Units.move_to_first_step": lambda study, tx, one, unit: study.units.move_to_first_step(tx, unit),
+    "Units.remove": lambda study, tx, one, unit: study.units.remove(tx, unit),
+    "Units.stop_waiting": lambda study, tx, one, unit: study.units.stop_waiting(tx, one),
+    "Units.restart_waits": lambda study, tx, one, unit: study.units.restart_waits(tx),
+    "Units.match": lambda study, tx, one, unit: study.units.match(tx),
+    "Progress.advance": lambda study, tx, one, unit: study.progress.advance(tx, one),
+    "Progress.round_ended": lambda study, tx, one, unit: study.progress.round_ended(tx, unit, None),  # type: ignore[arg-type]
+    "Progress.catch_up": lambda study, tx, one, unit: study.progress.catch_up(tx, unit),
+    "Progress.restore": lambda study, tx, one, unit: study.progress.restore(tx),
+    "Progress.set_paused": lambda study, tx, one, unit: study.progress.set_paused(tx, True),
+    "StudyRooms.open": lambda study, tx, one, unit: study.rooms.open(tx, unit, one.steps[3]),
+    "StudyRooms.close": lambda study, tx, one, unit: study.rooms.close(tx, unit, "Over."),
+    "StudyRooms.save": lambda study, tx, one, unit: study.rooms.save(tx, unit),
+    "StudyRooms.check": lambda study, tx, one, unit: study.rooms.check(tx, study.units, 0.0, True),
+    "StudyRooms.resume": lambda study, tx, one, unit: study.rooms.resume(tx, study.units),
+    "Departures.dismiss": lambda study, tx, one, unit: study.departures.dismiss(tx, one, "withdrew"),
+    "Departures.release_partners": lambda study, tx, one, unit: study.departures.release_partners(tx, unit),
+}
+
+
+def test_every_change_takes_a_transaction_and_everything_else_only_reads() -> None:
+    found = set()
+    for owner, readers in READERS.items():
+        methods = {name: value for name, value in inspect.getmembers(owner, inspect.isfunction) if name[0] != "_"}
+        takes = {name for name, value in methods.items() if "tx" in inspect.signature(value).parameters}
+        assert methods.keys() - takes == readers, owner
+        found |= {f"{owner.__name__}.{name}" for name in takes}
+    assert found == CHANGES.keys()
+
+
+def run(tmp_path: Path, test: Callable[[RunningStudy], Awaitable[None]]) -> None:
+    """Run a test on a study that is not served."""
+
+    async def with_study() -> None:
+        folder = StudyFolder(parse_study(SOLO), tmp_path)
+        study = RunningStudy(folder, SOLO, Host(Settings(data=tmp_path)))
+        try:
+            await test(study)
+        finally:
+            study.databases.close()
+
+    asyncio.run(with_study())
+
+
+async def at_practice(study: RunningStudy) -> tuple[Transaction, ParticipantSession, StudyUnit]:
+    """A transaction that has ended, and the participant who came to the practice in it."""
+    async with study.transaction() as tx:
+        session = await study.participants.arrive(tx, "PAAAAAA", "en", "link")
+        await tx.run(study.databases.store.consent, session.pid, "1", "en", "text", [])
+        await study.participants.move(tx, session, "input-check")
+        await study.units.form(tx, [session])
+    unit = study.units.of(session)
+    assert unit is not None and session.record.step == "practice"
+    return tx, session, unit
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_a_transaction_that_has_ended_raises_and_changes_nothing(tmp_path: Path, change: str) -> None:
+    async def test(study: RunningStudy) -> None:
+        stale, session, unit = await at_practice(study)
+        before = (session.record, list(study.units), list(study.participants), study.progress.paused, unit.problem)
+        rows = study.databases.store.rows(participants)
+        with pytest.raises(RuntimeError, match="this transaction has ended"):
+            result = CHANGES[change](study, stale, session, unit)
+            if inspect.isawaitable(result):
+                await result
+        after = (session.record, list(study.units), list(study.participants), study.progress.paused, unit.problem)
+        assert (after, study.databases.store.rows(participants)) == (before, rows)
+
+    run(tmp_path, test)
+
+
+def test_the_second_transaction_begins_when_the_first_has_ended(tmp_path: Path) -> None:
+    async def test(study: RunningStudy) -> None:
+        order = []
+
+        async def change(name: str) -> None:
+            async with study.transaction() as tx:
+                order.append(f"{name} begins")
+                await tx.run(study.databases.store.everybody)
+                await asyncio.sleep(0)
+                order.append(f"{name} ends")
+
+        await asyncio.gather(change("first"), change("second"))
+        assert order == ["first begins", "first ends", "second begins", "second ends"]
+
+    run(tmp_path, test)
+
+
+def test_a_transaction_ends_with_an_error_too_and_lets_the_next_one_begin(tmp_path: Path) -> None:
+    async def test(study: RunningStudy) -> None:
+        with pytest.raises(ZeroDivisionError):
+            async with study.transaction() as tx:
+                raise ZeroDivisionError
+        with pytest.raises(RuntimeError, match="ended"):
+            tx.check()
+        async with study.transaction() as another:
+            another.check()
+
+    run(tmp_path, test)
