@@ -51,7 +51,7 @@ class Moment:
     """A place in a match worth a look."""
 
     tick: int
-    words: str
+    text: str
 
 
 def matrix(rows: Iterable[Row], measure: Measure) -> Matrix:

@@ -1,9 +1,8 @@
-"""Results as rows: mean ± standard error per condition, agent, partner and map; as Markdown, HTML and JSON."""
+"""Results as rows: mean ± standard error per condition, agent, partner and map; as Markdown and JSON."""
 
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from html import escape
 from operator import attrgetter
 from typing import Any, NamedTuple
 
@@ -87,25 +86,6 @@ def markdown(rows: Sequence[Row]) -> str:
         estimates = [estimate_text(row.estimate(measure)) for measure in MEASURES]
         lines.append(_line([*names, str(len(row.results)), *estimates, str(row.failed or "")]))
     return "\n".join(lines) + "\n"
-
-
-def html(rows: Sequence[Row]) -> str:
-    """The same as the inner part of an HTML page."""
-    heads = ("condition", "challenge", "map", "agent", "partner")
-    top = "".join(f'<th scope="col" class="words">{head}</th>' for head in heads)
-    top += "".join(f'<th scope="col">{head}</th>' for head in ("n", *(m.heading for m in MEASURES), "failed"))
-    body = "".join(
-        "<tr>"
-        + "".join(
-            f'<td class="words">{escape(text)}</td>'
-            for text in (row.condition, str(row.challenge), row.map, row.agent, row.partner)
-        )
-        + f"<td>{len(row.results)}</td>"
-        + "".join(f"<td>{escape(estimate_text(row.estimate(measure)))}</td>" for measure in MEASURES)
-        + f"<td>{row.failed or ''}</td></tr>"
-        for row in rows
-    )
-    return f"<table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"
 
 
 def estimate_of(results: Iterable[MatchResult], measure: Measure) -> Estimate | None:

@@ -10,11 +10,11 @@ from urllib.parse import urlsplit
 
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.recordings.errors import RecordingError
-from movingout.recordings.html_file import check_name, write_html
+from movingout.recordings.html_page import check_name, write_html
 from movingout.recordings.progress import over_processes
 from movingout.recordings.report.facts import GROUPINGS, facts_of
 from movingout.recordings.report.measures import MEASURES
-from movingout.recordings.report.page import Page
+from movingout.recordings.report.page import ReportPage
 from movingout.recordings.report.tally import Found, Group, Tally
 from movingout.recordings.storage.listing import recording_paths
 from movingout.world.estimates import Estimate
@@ -44,7 +44,7 @@ def report(args: argparse.Namespace) -> int:
         raise RecordingError(f"there are no recordings in {args.folder}; name a folder with .mcap files")
     facts = over_processes(partial(facts_of, grouping=args.by), paths, min(args.workers, len(paths)), "reading")
     tally = Tally.of(facts)
-    write_html(Page(args.folder.resolve().name, args.server, tally).html(), args.out)
+    write_html(ReportPage(args.folder.resolve().name, args.server, tally).html(), args.out)
     if args.json:
         print(json.dumps(_document(args.out, tally), indent=2))
     else:
@@ -53,7 +53,7 @@ def report(args: argparse.Namespace) -> int:
 
 
 def _sentence(out: Path, tally: Tally) -> str:
-    left_out = [f"{tally.broken_off} broken off"] if tally.broken_off else []
+    left_out = [f"{tally.unfinished} unfinished"] if tally.unfinished else []
     left_out += [f"{len(tally.unreadable)} unreadable"] if tally.unreadable else []
     rest = f" ({', '.join(left_out)}: listed there)" if left_out else ""
     return f"wrote {out}: {tally.episodes} episodes, {len(tally.found)} failure cases{rest}"
@@ -63,7 +63,7 @@ def _document(out: Path, tally: Tally) -> dict[str, Any]:
     return {
         "report": str(out),
         "episodes": tally.episodes,
-        "broken_off": tally.broken_off,
+        "broken_off": tally.unfinished,
         "unreadable": [{"path": str(one.path), "problem": one.problem} for one in tally.unreadable],
         "groups": [_group(group) for _, groups in tally.by_map() for group in groups],
         "failures": [_found(one) for one in tally.found],

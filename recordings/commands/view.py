@@ -6,7 +6,7 @@ from pathlib import Path
 
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.file_format.reader import read_episode
-from movingout.recordings.html_file import check_name, write_html
+from movingout.recordings.html_page import check_name, write_html
 from movingout.recordings.storage.listing import path_of
 
 PORT = 8080

@@ -22,7 +22,7 @@ from movingout.recordings.storage.listing import Unreadable
 from movingout.world.metrics import tick_consistency
 from movingout.world.state import Floats
 
-PLAYED_OUT: frozenset[Outcome] = frozenset({"delivered", "time"})
+FINISHED: frozenset[Outcome] = frozenset({"delivered", "time"})
 SECOND = 10  # ticks
 
 Pair = tuple[str, str]  # blue, red
@@ -71,9 +71,9 @@ class EpisodeFacts:
     presence: npt.NDArray[np.float32]  # (2, 48, 48) seconds of each seat in each cell
 
     @property
-    def played_out(self) -> bool:
-        """Whether it ran to its end: only these enter means, since what was broken off says little."""
-        return self.complete and self.outcome in PLAYED_OUT
+    def finished(self) -> bool:
+        """Whether it was delivered or ran out of time; only such recordings enter averages."""
+        return self.complete and self.outcome in FINISHED
 
 
 def facts_of(path: Path, grouping: str) -> EpisodeFacts | Unreadable:

@@ -21,6 +21,10 @@ class Measure:
         """The short name with its unit."""
         return self.short + (f", {self.unit}" if self.unit else "")
 
+    def number(self, value: float) -> str:
+        """A value as text, in per cent where that is the unit."""
+        return f"{value * (100.0 if self.unit == '%' else 1.0):.{self.digits}f}".replace("-", "−")
+
 
 def _measure(metric: Metric) -> Measure:
     scale = None if metric.low is None or metric.high is None else (metric.low, metric.high)
@@ -39,17 +43,4 @@ def in_words(found: Estimate | None, name: str) -> str:
     if found is None:
         return "–"
     measure = MEASURES[name]
-    number = _number(found.mean, measure)
-    return f"{number} {measure.unit}".rstrip()
-
-
-def with_error(found: Estimate | None, measure: Measure) -> str:
-    """A mean with its standard error, for a table."""
-    if found is None:
-        return "–"
-    error = "" if found.stderr is None else f" <small>± {_number(found.stderr, measure)}</small>"
-    return f"{_number(found.mean, measure)}{' %' if measure.unit == '%' else ''}{error}"
-
-
-def _number(value: float, measure: Measure) -> str:
-    return f"{value * (100.0 if measure.unit == '%' else 1.0):.{measure.digits}f}".replace("-", "−")
+    return f"{measure.number(found.mean)} {measure.unit}".rstrip()

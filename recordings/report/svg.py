@@ -3,10 +3,10 @@
 import base64
 import io
 from collections.abc import Sequence
-from html import escape
 from typing import NamedTuple
 
 import numpy as np
+from markupsafe import Markup, escape
 from PIL import Image
 
 from movingout.maps.shapes import outline
@@ -39,7 +39,7 @@ class Segment(NamedTuple):
     title: str
 
 
-def arena(spec: MapSpec, presence: Floats, *, items: bool) -> str:
+def arena(spec: MapSpec, presence: Floats, *, items: bool) -> Markup:
     """A map with where blue and red spent their time, (2, cells, cells)."""
     title = f"Where blue and red were on {spec.title}"
     shapes = [
@@ -52,7 +52,7 @@ def arena(spec: MapSpec, presence: Floats, *, items: bool) -> str:
     return _svg(SIDE, SIDE, title, "".join(shapes), "arena")
 
 
-def dots(rows: Sequence[tuple[str, Sequence[Dot]]], low: float, high: float, title: str) -> str:
+def dots(rows: Sequence[tuple[str, Sequence[Dot]]], low: float, high: float, title: str) -> Markup:
     """One row per label, its dots on a common scale from `low` to `high`, each with its interval; a dot's mark is also
     its lane."""
     left, width, pitch = 150, 430, 12
@@ -82,11 +82,11 @@ def mark(kind: int, x: float, y: float) -> str:
     return shape[kind % 4]
 
 
-def legend_mark(kind: int) -> str:
-    return f'<svg class="key" width="12" height="12" aria-hidden="true">{mark(kind, 6, 6)}</svg>'
+def legend_mark(kind: int) -> Markup:
+    return Markup(f'<svg class="key" width="12" height="12" aria-hidden="true">{mark(kind, 6, 6)}</svg>')
 
 
-def curves(series: Sequence[tuple[str, Floats]], title: str) -> str:
+def curves(series: Sequence[tuple[str, Floats]], title: str) -> Markup:
     """Curves of values in [0, 1] over the seconds; a series is its CSS class and its values, NaN for a gap."""
     width, height = _PLOT
     count = max((len(values) for _, values in series), default=0)
@@ -110,7 +110,7 @@ def curves(series: Sequence[tuple[str, Floats]], title: str) -> str:
     return _svg(width, height, title, "".join(parts), "curves")
 
 
-def strip(segments: Sequence[Segment], length: float, title: str) -> str:
+def strip(segments: Sequence[Segment], length: float, title: str) -> Markup:
     """Stretches of time, blue above red; `length` is the share of the width that the episode lasted."""
     width, height = _PLOT[0], 18
     span = (width - _LEFT) * length
@@ -129,11 +129,9 @@ def strip(segments: Sequence[Segment], length: float, title: str) -> str:
     return _svg(width, height, title, letters + "".join(parts), "strip", role="group")
 
 
-def _svg(width: float, height: float, title: str, content: str, kind: str, role: str = "img") -> str:
-    return (
-        f'<svg class="{kind}" viewBox="0 0 {width:g} {height:g}" role="{role}" aria-label="{escape(title)}">'
-        f"{content}</svg>"
-    )
+def _svg(width: float, height: float, title: str, content: str, kind: str, role: str = "img") -> Markup:
+    head = f'<svg class="{kind}" viewBox="0 0 {width:g} {height:g}" role="{role}" aria-label="{escape(title)}">'
+    return Markup(f"{head}{content}</svg>")
 
 
 def _dot(dot: Dot, left: float, low: float, scale: float, y: float) -> str:

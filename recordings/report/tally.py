@@ -98,7 +98,7 @@ class Tally:
     groups: dict[tuple[str, Pair], Group] = field(default_factory=dict)
     found: list[Found] = field(default_factory=list)
     unreadable: list[Unreadable] = field(default_factory=list)
-    broken_off: int = 0  # episodes that did not run to their end
+    unfinished: int = 0  # episodes that did not run to their end
     first: str = ""  # start of the earliest and of the latest recording
     last: str = ""
     appearances: dict[str, int] = field(default_factory=dict)  # seats taken in episodes that ran to their end
@@ -135,6 +135,10 @@ class Tally:
     def overall(self, measure: str) -> Estimate | None:
         return estimate([value for group in self.groups.values() for value in group.values[measure]])
 
+    def failures_of(self, case: Case) -> list[Found]:
+        """The findings of a case, the longest first."""
+        return sorted((one for one in self.found if one.failure.case == case), key=lambda one: -one.failure.seconds)
+
     @property
     def people(self) -> list[str]:
         """The labels of those who sat in a seat."""
@@ -149,8 +153,8 @@ class Tally:
         self.first = min(self.first or facts.started, facts.started)
         self.last = max(self.last, facts.started)
         self.found += [Found(facts, failure) for failure in facts.failures]
-        if not facts.played_out:
-            self.broken_off += 1
+        if not facts.finished:
+            self.unfinished += 1
             return
         key = facts.map.name, facts.population
         self.groups.setdefault(key, Group(facts.map, facts.population)).add(facts)

@@ -1,13 +1,14 @@
 """How ratings are distributed, drawn as one bar per partner and item: shares of each value, neutral in the middle."""
 
 from collections.abc import Sequence
-from html import escape
+
+from markupsafe import Markup, escape
 
 WIDTH, LABEL, BAR, GAP = 640.0, 150.0, 14.0, 5.0
 VALUES = tuple(range(1, 8))
 
 
-def likert_bars(rows: Sequence[tuple[str, Sequence[int]]], title: str) -> str:
+def likert_bars(rows: Sequence[tuple[str, Sequence[int]]], title: str) -> Markup:
     """An SVG with one bar per row (partner, ratings 1 to 7); the neutral 4 is centred, so agreement leans right."""
     unit = (WIDTH - LABEL) / 2
     middle = LABEL + unit
@@ -25,7 +26,5 @@ def likert_bars(rows: Sequence[tuple[str, Sequence[int]]], title: str) -> str:
             x += share * unit
         y += BAR + GAP
     line = f'<line class="grid" x1="{middle:g}" x2="{middle:g}" y1="0" y2="{y:g}"/>'
-    return (
-        f'<svg class="bars" viewBox="0 0 {WIDTH:g} {y:g}" role="img" aria-label="{escape(title)}">'
-        f"{''.join(parts)}{line}</svg>"
-    )
+    head = f'<svg class="bars" viewBox="0 0 {WIDTH:g} {y:g}" role="img" aria-label="{escape(title)}">'
+    return Markup(f"{head}{''.join(parts)}{line}</svg>")

@@ -33,7 +33,7 @@ def performance(results: Results, name: Namer) -> Table:
         (name(partner), str(len(results.values("tcr", partner))), *_cells(results, partner, None))
         for partner in results.partners
     ]
-    note = "Mean ± standard error over rounds. A round without a value of a metric does not enter its mean."
+    note = "Mean ± standard error over rounds. A round without a value of a metric is left out of its mean."
     return Table("performance", "Results by partner", ("Partner", "rounds", *HEADS.values()), tuple(rows), 1, note)
 
 

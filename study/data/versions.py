@@ -12,7 +12,7 @@ from movingout.study.design.definition import Study
 from movingout.study.design.review import agent_ids
 
 _PACKAGES = ("maps", "world", "recordings", "agents", "matches", "study", "server", "web")
-_SUFFIXES = (".py", ".js", ".json", ".html", ".css")
+_SUFFIXES = (".py", ".js", ".json", ".html", ".css", ".j2")
 
 
 def text_sha256(text: str) -> str:

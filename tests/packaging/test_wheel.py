@@ -88,6 +88,8 @@ def test_a_match_is_played_and_verified(bin_folder: Path, elsewhere: Path) -> No
     out = _run([*command, "--ticks", "40", "--workers", "2", "--record", "played", "--json"], elsewhere)
     assert json.loads(out)["results"][0]["map"] == "HandOff"
     assert "identical" in _run([str(bin_folder / "movingout"), "recordings", "verify", "played"], elsewhere)
+    _run([str(bin_folder / "movingout"), "recordings", "report", "played", "-o", "report.html"], elsewhere)
+    assert "<h2>Results by map</h2>" in (elsewhere / "report.html").read_text(encoding="utf-8")
 
 
 def test_a_server_answers_with_its_pages_and_agents(bin_folder: Path, elsewhere: Path) -> None:

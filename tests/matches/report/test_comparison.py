@@ -90,8 +90,13 @@ def test_the_worst_of_each_pairing_come_in_turn_after_the_lost_ones() -> None:
 
 
 def test_the_page_shows_everything_escaped_and_loads_nothing() -> None:
-    text = page(_run(small_grid(name="a <b> & c"), [0.1, 0.9, 0.5]))
-    assert "a &lt;b&gt; &amp; c" in text and "<b>" not in text
+    nasty = "<script>alert('a & b')</script>"
+    run = _run(small_grid(name=nasty, about=nasty), [0.1, 0.9, 0.5])
+    fault = next(iter(run.results))
+    run.results[fault] = lost(fault, nasty, seat=0)
+    text = page(run)
+    assert "<script" not in text
+    assert text.count("&lt;script&gt;alert(&#39;a &amp; b&#39;)&lt;/script&gt;") >= 4  # title, heading, about, fault
     assert not re.search(r'(src|href)="https?:', text)
     assert "DistancePriority" in text and "0.500" in text
 

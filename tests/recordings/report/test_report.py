@@ -12,7 +12,7 @@ from movingout.maps import load_map
 from movingout.recordings import SeatInfo, finalise
 from movingout.recordings.report.facts import GROUPINGS, EpisodeFacts, facts_of
 from movingout.recordings.report.failures import Failure
-from movingout.recordings.report.page import Page
+from movingout.recordings.report.page import ReportPage
 from movingout.recordings.report.tally import Tally
 from movingout.recordings.report.waiting import Wait
 from movingout.recordings.storage.listing import Unreadable
@@ -43,7 +43,7 @@ def facts(episode_id: str = "one", **changes: object) -> EpisodeFacts:
 
 
 def html(*all_facts: EpisodeFacts | Unreadable) -> str:
-    return Page("pilot", "http://lab:8000", Tally.of(all_facts)).html()
+    return ReportPage("pilot", "http://lab:8000", Tally.of(all_facts)).html()
 
 
 # ---- adding up ---------------------------------------------------------------------------------------------
@@ -62,7 +62,7 @@ def test_episodes_add_up_per_map_and_population() -> None:
 
 def test_what_was_broken_off_is_counted_but_enters_no_mean() -> None:
     tally = Tally.of([facts(), facts("two", outcome="interrupted"), facts("three", complete=False)])
-    assert (tally.episodes, tally.broken_off) == (1, 2)
+    assert (tally.episodes, tally.unfinished) == (1, 2)
 
 
 def test_waiting_over_time_is_a_share_of_the_time_still_played() -> None:
@@ -113,13 +113,15 @@ def test_findings_and_waits_link_to_their_tick_in_the_replay() -> None:
 
 def test_names_from_files_cannot_become_markup() -> None:
     nasty = "<script>alert(1)</script>"
-    page = html(facts(population=(nasty, "scripted")), Unreadable(Path(nasty), nasty))
+    failure = Failure("stays_away", 0, 1, 12, 70, nasty)
+    page = html(facts(nasty, population=(nasty, "scripted"), failures=(failure,)), Unreadable(Path(nasty), nasty))
     assert "<script" not in page
+    assert page.count("&lt;script&gt;alert(1)") >= 6  # legend, table, group, rate, finding, file
 
 
 def test_unreadable_files_are_listed_with_their_problem() -> None:
     page = html(facts(), Unreadable(Path("torn.mcap"), "torn.mcap is torn: its end is missing"))
-    assert "1 files cannot be read" in page and "its end is missing" in page
+    assert "1 file cannot be read" in page and "its end is missing" in page
 
 
 def test_a_folder_without_results_says_so() -> None:
@@ -191,7 +193,7 @@ def test_several_processes_find_what_one_finds(folder: Path, tmp_path: Path) -> 
 def test_a_recording_gives_its_facts(folder: Path) -> None:
     found = facts_of(folder / "a.mcap", "agent")
     assert isinstance(found, EpisodeFacts)
-    assert (found.id, found.ticks, found.population, found.played_out) == ("a", 40, ("people", "scripted"), True)
+    assert (found.id, found.ticks, found.population, found.finished) == ("a", 40, ("people", "scripted"), True)
     assert found.presence.sum(axis=(1, 2)) == pytest.approx([4.0, 4.0])
 
 

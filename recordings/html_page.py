@@ -1,14 +1,29 @@
-"""An HTML page that appears whole or not at all."""
+"""HTML pages: made from Jinja2 templates that escape every value, and written whole or not at all."""
 
 from pathlib import Path
 
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
 from movingout.recordings.errors import RecordingError, cannot
+
+_LAYOUT = Path(__file__).with_name("report")  # layout.html.j2 and page.css, which all reports share
+
+
+def templates(folder: Path) -> Environment:
+    """The templates of a folder; they may extend `layout.html.j2`."""
+    return Environment(
+        loader=FileSystemLoader([folder, _LAYOUT]),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
 
 
 def check_name(path: Path) -> None:
     """RecordingError for a name that is no page's, so that a slip on the command line overwrites no recording."""
     if path.suffix.lower() not in (".html", ".htm"):
-        raise RecordingError(f"{path} is no name for a page; it should end in .html")
+        raise RecordingError(f"{path} is not the name of a page; it should end in .html")
 
 
 def write_html(text: str, path: Path) -> None:
