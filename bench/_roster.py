@@ -2,18 +2,26 @@
 
 from typing import NamedTuple
 
-DP, AUGMENTED, MLP, GRU = "dp@all", "dp-augmented@all", "mlp@all", "gru@all"
-BASS, PLAIN = "bass@all", "bass-plain@all"  # on top of AUGMENTED, and on top of DP
-FIRST = "bass-first@all"  # BASS with a value that has not seen itself play yet; in no table
-LEARNER = "dp-rounds@all"  # DP that goes on from round to round, and shows where labels are needed; likewise
+from movingout.agents.curriculum.roster import (
+    AUGMENTED,
+    AUGMENTED_A,
+    BASS,
+    BASS_A,
+    DP,
+    DP_A,
+    GRU,
+    GRU_A,
+    MLP,
+    MLP_A,
+    PLAIN,
+    PLAIN_A,
+)
+
 PAPER_CHOICE = "score=nfd,sampling=4x4"
 """Options with which a BASS agent chooses as in the paper, by NFD, instead of by a value."""
 PAPER_BASS, SIMULATED = f"{BASS}:{PAPER_CHOICE}", f"{PLAIN}:{PAPER_CHOICE}"
 CHOOSING_BY_NFD = (PAPER_BASS, SIMULATED)
 SCRIPTED, CONTROL = "scripted", "idle"
-
-DP_A, AUGMENTED_A, MLP_A, GRU_A = "dp@a", "dp-augmented@a", "mlp@a", "gru@a"
-BASS_A, PLAIN_A = "bass@a", "bass-plain@a"  # choose by NFD, as in the paper
 
 
 class Field(NamedTuple):

@@ -15,15 +15,17 @@
    scripted expert; those trained with A alone play with A and B as well. The scores with C go into the cards and the
    tables into the report.
 
+Steps 1 to 7 are `agents.curriculum.recipe`; `--dry-run` prints their commands.
 Stopped and started again it goes on where it was; finished evaluation episodes are in data/evaluation.jsonl.
 """
 
 import argparse
+import dataclasses
 import os
+import shlex
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from bench._curriculum import train_all
 from bench._roster import CHOOSING_BY_NFD, CONTROL, OF_A, OF_BOTH, PAPER_BASS, SCRIPTED, Field
 from bench.bass import Numbers, bass_agent_of, held_out_episodes, measure
 from bench.learning import play_all, runs
@@ -32,6 +34,8 @@ from bench.results.episode_log import EpisodeLog, Outcome
 from bench.results.page import measured_part, write_report
 from movingout.agents.catalogue import UNSEEN_TCR
 from movingout.agents.checkpoint.checkpoint import SHIPPED, Card, Checkpoint, Score, find_checkpoint, rescored
+from movingout.agents.curriculum.recipe import Sizes, recipe
+from movingout.agents.curriculum.steps import run_stages
 from movingout.agents.scripted.populations import population
 from movingout.maps import map_names
 from movingout.maps.errors import MovingOutError
@@ -48,8 +52,12 @@ def main(words: Sequence[str] | None = None) -> None:
 
 
 def _run(args: argparse.Namespace) -> None:
+    stages = recipe(Sizes(**{entry.name: vars(args)[entry.name] for entry in dataclasses.fields(Sizes)}))
+    if args.dry_run:
+        print("\n".join(shlex.join(("movingout", *step.words)) for stage in stages for step in stage))
+        return
     if not args.only_evaluate and not args.finished:
-        train_all(args)
+        run_stages(stages, args.workers)
     left_out = _left_out(args)
     both, of_a = (
         field._replace(learners={one: label for one, label in field.learners.items() if one not in left_out})
@@ -136,21 +144,11 @@ def _parsed(words: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     positive = _at_least(1)
     parser.set_defaults(data=Path("data"))  # where the processes that play look for models
-    parser.add_argument(
-        "--episodes", type=positive, default=64, help="per map in the expert's round; half in the others"
-    )
-    parser.add_argument("--rounds", type=_at_least(0), default=2, help="of labelling where the learner went")
-    parser.add_argument(
-        "--updates", type=positive, default=1200, help="of the policy between rounds, after each of them"
-    )
-    parser.add_argument(
-        "--policy-updates", type=_at_least(2), default=6000, help="of Diffusion Policy on all labels; half with A's"
-    )
-    parser.add_argument("--batch", type=positive, default=512, help="windows per update of Diffusion Policy")
-    parser.add_argument("--width", type=positive, default=384)
-    parser.add_argument("--simulator-updates", type=positive, default=5000)
-    parser.add_argument("--plays", type=positive, default=12, help="episodes per map and population without the expert")
-    parser.add_argument("--baseline-updates", type=positive, default=2000)
+    for entry in dataclasses.fields(Sizes):
+        if "least" in entry.metadata:
+            kind, text = _at_least(entry.metadata["least"]), f"{entry.metadata['help']} (%(default)s)"
+            parser.add_argument(f"--{entry.name.replace('_', '-')}", type=kind, default=entry.default, help=text)
+    parser.add_argument("--dry-run", action="store_true", help="print the commands of the training, and do nothing")
     parser.add_argument(
         "--without", action="append", default=[], metavar="ID", choices=[*OF_BOTH.learners, *OF_A.learners],
         help="an agent to leave out of the tables; may be said several times",

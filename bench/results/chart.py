@@ -6,9 +6,10 @@ Its colours follow the reader's light or dark theme; nothing is said by colour a
 from collections.abc import Mapping, Sequence
 from html import escape
 
-from bench._roster import BASS, CONTROL, SCRIPTED
+from bench._roster import CONTROL, SCRIPTED
 from bench.results.episode_log import Outcome
 from bench.results.paired_differences import TARGET_TCR
+from movingout.agents.curriculum.roster import BASS
 from movingout.world.estimates import Estimate, estimate
 
 WIDTH, LEFT, RIGHT, TOP, PITCH, BAR = 800, 290, 44, 52, 34, 18

@@ -2,8 +2,9 @@
 
 from collections.abc import Mapping, Sequence
 
-from bench._roster import BASS, Field
+from bench._roster import Field
 from bench.results.episode_log import Outcome
+from movingout.agents.curriculum.roster import BASS
 from movingout.world.estimates import estimate, estimate_text
 
 TARGET_TCR = 0.65
