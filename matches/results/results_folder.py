@@ -4,13 +4,14 @@ grid.json              the grid, its hash, the software and the checkpoints it w
 results-0-of-1.jsonl   one shard per driver; a torn last line (a killed driver, a full disk) is cut off on return
 """
 
-import fcntl
 import json
 import os
 from collections.abc import Iterable
 from pathlib import Path
 from types import TracebackType
 from typing import Any
+
+from filelock import lock_descriptor
 
 from movingout.matches.errors import MatchError
 from movingout.matches.experiment.grid import Grid
@@ -104,10 +105,13 @@ class Shard:
         except OSError as error:
             raise MatchError(f"cannot write {self.path}: {error.strerror or error}") from error
         try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            locked = lock_descriptor(self._file, blocking=False)
         except OSError as error:
             os.close(self._file)
-            raise MatchError(f"another process is filling {self.path}; wait for it, or use --shard") from error
+            raise MatchError(f"cannot lock {self.path}: {error.strerror or error}") from error
+        if not locked:
+            os.close(self._file)
+            raise MatchError(f"another process is filling {self.path}; wait for it, or use --shard")
         self._end = self._cut_torn_line()
 
     def __enter__(self) -> "Shard":

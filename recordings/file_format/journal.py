@@ -2,11 +2,10 @@
 
 A group is the head or one tick. It ends with a `/commit` message whose CRC-32 runs over every byte of the file so
 far, so a torn tail is cut off at a tick and a flipped bit anywhere before it is found. A journal belongs to one
-process at a time (flock), so that recovering never takes a running episode away.
+process at a time (a lock on the file itself), so that recovering never takes a running episode away.
 """
 
 import contextlib
-import fcntl
 import io
 import os
 import re
@@ -19,6 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import orjson
+from filelock import lock_descriptor, unlock_descriptor
 from mcap.writer import Writer
 
 from movingout.recordings.errors import BusyError, RecordingError, cannot
@@ -213,16 +213,18 @@ class Journal:
     def close(self) -> None:
         with self._closing:
             if self._descriptor >= 0:
-                fcntl.flock(self._descriptor, fcntl.LOCK_UN)  # a copy inside sync() would hold it on
+                unlock_descriptor(self._descriptor)  # a copy inside sync() would keep it locked
                 os.close(self._descriptor)
                 self._descriptor = -1
 
 
 def _lock(descriptor: int, path: Path) -> None:
     try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        locked = lock_descriptor(descriptor, blocking=False)
     except OSError as error:
-        raise BusyError(f"{path.name} is being written by another process; wait until its episode ends") from error
+        raise cannot("lock", path, error) from error
+    if not locked:
+        raise BusyError(f"{path.name} is being written by another process; wait until its episode ends")
 
 
 @contextlib.contextmanager

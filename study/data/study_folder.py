@@ -1,10 +1,11 @@
 """Where the data of a study lie: two databases of its own, and the recordings of all."""
 
-import fcntl
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
+
+from filelock import FileLock, Timeout
 
 from movingout.study.design.definition import Study
 from movingout.study.design.study_file import parse_study
@@ -54,18 +55,19 @@ class StudyFolder:
         Two servers would hand out the same places, and a server remembers whom somebody removes behind its back.
         Raises StudyError.
         """
+        lock = FileLock(self.own / "serving.lock", blocking=False, thread_local=False)
         try:
             self.own.mkdir(parents=True, exist_ok=True)
-            lock = (self.own / "serving.lock").open("w")
+            lock.acquire()
+        except Timeout:
+            problem = f"study {self.study.id} is being served from {self.data}; stop that server first"
+            raise StudyError(problem) from None
         except OSError as error:
             raise StudyError(f"cannot write to {self.own}: {error.strerror or error}") from None
-        with lock:
-            try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except OSError:
-                words = f"study {self.study.id} is being served from {self.data}; stop that server first"
-                raise StudyError(words) from None
+        try:
             yield
+        finally:
+            lock.release()
 
     def as_begun(self, store: Store, beside: Path) -> "StudyFolder":
         """With the study that the data were recorded with, whatever its file says by now.
