@@ -162,11 +162,13 @@ class RoomState(msgspec.Struct, tag="room", tag_field="type"):
     """Phase and seats, on every change and once a second."""
 
     phase: Phase
-    reason: str  # one sentence for people, may be empty
+    reason: str  # one sentence in English, may be empty
     until_ms: float  # server time at which countdown or pause ends, 0 for none
     seats: list[SeatState]
     spectators: int
     recording: bool
+    reason_code: str = ""  # what `reason` says, for pages in other languages
+    reason_values: dict[str, object] = {}
 
 
 class FullState(msgspec.Struct, tag="keyframe", tag_field="type"):
@@ -199,14 +201,17 @@ class Problem(msgspec.Struct, tag="error", tag_field="type"):
     """Something this client asked for cannot be done; the socket stays open."""
 
     code: str
-    message: str
+    message: str  # in English
+    values: dict[str, object] = {}  # what the message tells besides its code, by name
 
 
 class Bye(msgspec.Struct, tag="bye", tag_field="type"):
     """The last message before the server closes with `code`."""
 
     code: int
-    message: str
+    message: str  # in English
+    error: str = ""  # the code of the message, for pages in other languages
+    values: dict[str, object] = {}
 
 
 ServerMessage = Welcome | Round | RoomState | FullState | Result | Problem | Bye

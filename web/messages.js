@@ -345,7 +345,9 @@ function flagsOf(bits, length) {
  *   until_ms: number,
  *   seats: SeatState[],
  *   spectators: number,
- *   recording: boolean
+ *   recording: boolean,
+ *   reason_code: string,
+ *   reason_values: Record<string, any>
  * }} RoomState
  */
 
@@ -384,7 +386,8 @@ function flagsOf(bits, length) {
  * @typedef {{
  *   type: "error",
  *   code: string,
- *   message: string
+ *   message: string,
+ *   values: Record<string, any>
  * }} Problem
  */
 
@@ -393,7 +396,9 @@ function flagsOf(bits, length) {
  * @typedef {{
  *   type: "bye",
  *   code: number,
- *   message: string
+ *   message: string,
+ *   error: string,
+ *   values: Record<string, any>
  * }} Bye
  */
 

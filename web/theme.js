@@ -7,7 +7,7 @@
 (() => {
   const KEY = "movingout.theme";
   const NEXT = /** @type {Record<string, string>} */ ({ auto: "dark", dark: "light", light: "auto" });
-  const LABEL = /** @type {Record<string, string>} */ ({ auto: "as the system", dark: "dark", light: "light" });
+  const LABEL = /** @type {Record<string, string>} */ ({ auto: "system", dark: "dark", light: "light" });
 
   /** @returns {string} auto, dark or light */
   function chosen() {
@@ -24,7 +24,8 @@
     if (theme === "auto") delete document.documentElement.dataset.theme;
     else document.documentElement.dataset.theme = theme;
     for (const button of document.querySelectorAll("[data-theme-button]")) {
-      button.textContent = `Theme: ${LABEL[theme]}`;
+      button.textContent = `Theme: ${LABEL[theme]}`; // until the texts of the page are there
+      button.setAttribute("data-say", `theme.${theme}`);
     }
     window.dispatchEvent(new Event("movingout-theme")); // canvases read their colours again
   }

@@ -1,5 +1,7 @@
 // Which key or button does what: defaults, the reader's own choice (kept in localStorage) and names for people.
 
+import { has, say } from "../text/catalogue.js";
+
 /** @typedef {"up" | "left" | "down" | "right" | "grab" | "backward"} KeyAction */
 /** @typedef {"grab" | "backward" | "pause"} ButtonAction */
 /** @typedef {Record<KeyAction, string>} KeySet  KeyboardEvent.code per action: the place of the key, not its letter */
@@ -73,18 +75,12 @@ function isMapping(value) {
   return keysFit && buttonsFit && DEAD_ZONES.some((zone) => zone === deadZone);
 }
 
-const KEY_NAMES = new Map([
+/** What is printed on keys, the same in every language; the names of others are in the catalogue. */
+const KEY_SIGNS = new Map([
   ["ArrowUp", "↑"],
   ["ArrowLeft", "←"],
   ["ArrowDown", "↓"],
   ["ArrowRight", "→"],
-  ["Space", "Space"],
-  ["ShiftLeft", "Left Shift"],
-  ["ShiftRight", "Right Shift"],
-  ["ControlLeft", "Left Ctrl"],
-  ["ControlRight", "Right Ctrl"],
-  ["AltLeft", "Alt"],
-  ["AltRight", "Alt Gr"],
   ["Comma", ","],
   ["Period", "."],
   ["Slash", "/"],
@@ -94,34 +90,22 @@ const KEY_NAMES = new Map([
   ["Equal", "="],
   ["Backquote", "`"],
 ]);
-const BUTTON_NAMES = [
-  "A",
-  "B",
-  "X",
-  "Y",
-  "LB",
-  "RB",
-  "LT",
-  "RT",
-  "Back",
-  "Start",
-  "left stick",
-  "right stick",
-  "pad up",
-  "pad down",
-  "pad left",
-  "pad right",
-  "Home",
-];
+const BUTTON_SIGNS = ["A", "B", "X", "Y", "LB", "RB", "LT", "RT", "Back", "Start"];
+const BUTTON_NAMES = ["leftStick", "rightStick", "padUp", "padDown", "padLeft", "padRight"]; // the buttons after these
+const HOME = BUTTON_SIGNS.length + BUTTON_NAMES.length;
 
 /** What is printed on the key. @param {string} code */
 export function keyName(code) {
-  return KEY_NAMES.get(code) ?? code.replace(/^(Key|Digit)/, "").replace(/^Numpad/, "Num ");
+  if (has(`key.${code}`)) return say(`key.${code}`);
+  if (code.startsWith("Numpad")) return say("key.numpad", { key: code.slice("Numpad".length) });
+  return KEY_SIGNS.get(code) ?? code.replace(/^(Key|Digit)/, "");
 }
 
 /** @param {number} button  in the standard layout */
 export function buttonName(button) {
-  return BUTTON_NAMES[button] ?? `button ${button + 1}`;
+  if (button === HOME) return "Home";
+  const name = BUTTON_NAMES[button - BUTTON_SIGNS.length];
+  return BUTTON_SIGNS[button] ?? (name ? say(`button.${name}`) : say("button.number", { number: button + 1 }));
 }
 
 /** The four keys that move, short: "W A S D". @param {KeySet} keys */

@@ -1,10 +1,12 @@
 // @ts-check
 /*
- * What can be chosen in the lobby, and the request that a choice becomes. Pure: knows neither page nor network.
+ * What can be chosen in the lobby, and the request that a choice becomes. Knows neither page nor network.
  */
 
-import { ticksOf } from "../core/ticks.js";
+import { secondsOf, ticksOf } from "../core/ticks.js";
 import { LIMIT_TICKS } from "../messages.js";
+import { has, say, sayNumber } from "../text/catalogue.js";
+import { agentName } from "../text/names.js";
 
 /**
  * @typedef {object} AgentCard what the server says of an agent
@@ -27,22 +29,22 @@ import { LIMIT_TICKS } from "../messages.js";
  * @property {number | null} seed Challenge 2, null for the maps as they are
  */
 
-/** Limits to choose from in ticks, with what people read; 50 s is the paper's (section "Human Study Procedure"). */
-export const LIMITS = [
-  { ticks: ticksOf(30), label: "30 s" },
-  { ticks: LIMIT_TICKS, label: "50 s" },
-  { ticks: ticksOf(90), label: "90 s" },
-  { ticks: ticksOf(180), label: "3 min" },
-  { ticks: ticksOf(300), label: "5 min" },
-];
-export const SEED_MAX = 999_999_999;
+/** Limits to choose from, in ticks; 50 s is the paper's (section "Human Study Procedure"). */
+export const LIMITS = [ticksOf(30), LIMIT_TICKS, ticksOf(90), ticksOf(180), ticksOf(300)];
 
-/** Modes in the paper's order with what each asks of two players. */
-export const MODES = /** @type {const} */ ([
-  { id: "coordination", title: "Coordination", help: "Share the work and stay out of each other's way." },
-  { id: "awareness", title: "Awareness", help: "Notice when your partner needs you." },
-  { id: "action consistency", title: "Action consistency", help: "Move large things as one." },
-]);
+/** The modes of maps in the paper's order. */
+export const MODES = /** @type {const} */ (["coordination", "awareness", "action consistency"]);
+
+/** The catalogue key of a mode: "mode.action-consistency". @param {string} mode */
+export function modeKey(mode) {
+  return `mode.${mode.replace(" ", "-")}`;
+}
+
+/** "90 s", "3 min". @param {number} ticks */
+export function limitText(ticks) {
+  const seconds = secondsOf(ticks);
+  return seconds > 90 ? say("lobby.limit.minutes", { minutes: seconds / 60 }) : say("lobby.limit.seconds", { seconds });
+}
 
 /**
  * Everything that may sit on a seat.
@@ -50,38 +52,51 @@ export const MODES = /** @type {const} */ ([
  * @returns {SeatOption[]}
  */
 export function seatOptions(agents) {
+  const people = say("lobby.group.people");
   return [
-    { value: "here", label: "Me, at this computer", help: "With keyboard, gamepad or touch.", group: "People" },
-    { value: "link", label: "A person, by link", help: "You get a link and a code for them.", group: "People" },
+    { value: "here", label: say("lobby.seat.here"), help: say("lobby.seat.here.help"), group: people },
+    { value: "link", label: say("lobby.seat.link"), help: say("lobby.seat.link.help"), group: people },
     ...agents.map((agent) => ({
       value: `agent:${agent.id}`,
-      label: agent.name || agent.id,
+      label: agentLabel(agent),
       help: agentLine(agent),
-      group: "Agents",
+      group: say("lobby.group.agents"),
     })),
-    { value: "remote", label: "A program", help: "Your own program joins over the network.", group: "Other" },
+    {
+      value: "remote",
+      label: say("lobby.seat.remote"),
+      help: say("lobby.seat.remote.help"),
+      group: say("lobby.group.other"),
+    },
   ];
 }
 
 /** What trained policies are called. @type {Record<string, string>} */
 const POLICIES = { mlp: "MLP", gru: "GRU", dp: "Diffusion Policy" };
 
+/** @param {AgentCard} agent */
+function agentLabel({ id, name }) {
+  return agentName(id, name || id);
+}
+
 /**
  * An agent in one line: of a trained one what it is, whom it has learned from and how much it delivers with people it
- * never met; of another the first sentence of its description.
+ * never met; of another what the catalogue says of it, else the first sentence of its own description.
  * @param {AgentCard} agent
  */
-export function agentLine({ kind, policy, population, tcr, description }) {
-  const name = POLICIES[policy ?? ""];
-  if (!name || !population) return firstSentence(description);
-  const what = `${name}${kind === "bass" ? " with BASS" : ""}, learned from ${population.split(";")[0]}.`;
-  return typeof tcr?.unseen === "number" ? `${what} ${tcrWords(tcr.unseen, tcr.alone)}` : what;
+export function agentLine({ id, kind, policy: trained, population, tcr, description }) {
+  const name = POLICIES[trained ?? ""];
+  const help = `agent.${id.split(/[@:]/)[0]}.help`;
+  if (!name || !population) return has(help) ? say(help) : firstSentence(description);
+  const policy = kind === "bass" ? say("lobby.policy.bass", { policy: name }) : name;
+  const what = say("lobby.trained", { policy, population: population.split(";")[0] });
+  return typeof tcr?.unseen === "number" ? `${what} ${tcrText(tcr.unseen, tcr.alone)}` : what;
 }
 
 /** @param {number} unseen @param {number | null} alone */
-function tcrWords(unseen, alone) {
-  const beside = typeof alone === "number" ? ` (${alone.toFixed(2)} without help)` : "";
-  return `TCR ${unseen.toFixed(2)} with scripted people it never met${beside}.`;
+function tcrText(unseen, alone) {
+  const values = { unseen: sayNumber(unseen, 2) };
+  return alone === null ? say("lobby.tcr", values) : say("lobby.tcr.alone", { ...values, alone: sayNumber(alone, 2) });
 }
 
 /** A lobby has room for one line. @param {string} text */
@@ -132,12 +147,9 @@ export function roomRequest(choice, maps, practice = false) {
 export function seatsNote(seats) {
   const [blue, red] = seats;
   if (blue === "here" && red === "here") {
-    const keys = "blue on W A S D with space and red on the arrow keys with Enter";
-    return `Two people at this screen: two gamepads, or ${keys}.`;
+    return say("lobby.note.twoHere");
   }
-  if (!seats.includes("here")) {
-    return seats.some(isOpen) ? "You do not play yourself: you get the links." : "You do not play yourself: you watch.";
-  }
+  if (!seats.includes("here")) return say(seats.some(isOpen) ? "lobby.note.links" : "lobby.note.watch");
   return "";
 }
 

@@ -5,6 +5,7 @@
  */
 
 import { el } from "../core/dom.js";
+import { say } from "../text/catalogue.js";
 import { buttonName, keyName, loadMapping, moveName } from "../input/mapping.js";
 
 /** @typedef {readonly [string, string]} Row what to press, what it does */
@@ -16,21 +17,21 @@ export function controlsCard(storage = localStorage) {
   return el(
     "div",
     { class: "controls" },
-    table("Keyboard", [
-      [`${moveName(first)} · ${moveName(second)}`, "move"],
-      [`${keyName(first.grab)} · ${keyName(second.grab)}`, "grab, let go"],
-      [`${keyName(first.backward)} · ${keyName(second.backward)}`, "hold to drive backward"],
+    table(say("lobby.controls.keyboard"), [
+      [`${moveName(first)} · ${moveName(second)}`, say("lobby.controls.move")],
+      [`${keyName(first.grab)} · ${keyName(second.grab)}`, say("lobby.controls.grab")],
+      [`${keyName(first.backward)} · ${keyName(second.backward)}`, say("lobby.controls.backward")],
     ]),
-    table("Gamepad", [
-      ["left stick", "move"],
-      [buttonName(buttons.grab), "grab, let go"],
-      [buttonName(buttons.backward), "hold to drive backward"],
+    table(say("lobby.controls.gamepad"), [
+      [say("button.leftStick"), say("lobby.controls.move")],
+      [buttonName(buttons.grab), say("lobby.controls.grab")],
+      [buttonName(buttons.backward), say("lobby.controls.backward")],
     ]),
-    table("Touch", [
-      ["stick", "drag to move"],
-      ["button", "grab, let go"],
+    table(say("lobby.controls.touch"), [
+      [say("lobby.controls.stick"), say("lobby.controls.drag")],
+      [say("lobby.controls.button"), say("lobby.controls.grab")],
     ]),
-    el("p", { class: "field-help" }, "Two at one keyboard: blue has the first keys, red the second."),
+    el("p", { class: "field-help" }, say("lobby.controls.two")),
   );
 }
 

@@ -1,15 +1,19 @@
 // @ts-check
 /*
  * The lobby: choose a map, who sits where and the time limit; make the room; go to it. What a choice means is in
- * lobby_choice.js, the pictures are the game's own renderer.
+ * choice.js, the pictures are the game's own renderer.
  */
 
 import { ApiError, requestJson } from "../core/api.js";
+import { say, sayError } from "../text/catalogue.js";
+import { LANGUAGES, keepLanguage } from "../text/language.js";
+import { colourName, mapDescription, mapTitle } from "../text/names.js";
+import { prepareTexts } from "../text/page.js";
 import { controlsCard } from "./controls.js";
 import { badge, byId, el, notice } from "../core/dom.js";
 import { LIMIT_TICKS } from "../messages.js";
-import { LIMITS, MODES, SEED_MAX, defaultPartner, isOpen, parseSeed } from "./choice.js";
-import { roomRequest, seatOptions, seatsNote } from "./choice.js";
+import { LIMITS, MODES, defaultPartner, isOpen, parseSeed } from "./choice.js";
+import { limitText, modeKey, roomRequest, seatOptions, seatsNote } from "./choice.js";
 import { mapPicture } from "../view/render.js";
 import { saveTokens } from "../wire/seat_tokens.js";
 import { showShare } from "./share.js";
@@ -20,7 +24,6 @@ import { showShare } from "./share.js";
 
 const MEMORY = "movingout.lobby"; // localStorage: the last choice, without the seed
 const RETRY_MS = 3000;
-const COLOURS = ["Blue", "Red"];
 
 const form = byId("lobby", HTMLFormElement);
 const mapsBox = byId("maps", HTMLElement);
@@ -54,7 +57,7 @@ async function load() {
     if (location.pathname === "/practice") await practise();
   } catch (error) {
     if (!(error instanceof ApiError)) throw error;
-    mapsBox.replaceChildren(notice("bad", error.message, " Trying again…"));
+    mapsBox.replaceChildren(notice("bad", `${sayError(error)} ${say("lobby.retry")}`));
     window.setTimeout(load, RETRY_MS);
   } finally {
     mapsBox.removeAttribute("aria-busy");
@@ -63,26 +66,27 @@ async function load() {
 
 /** @param {Choice} choice */
 function showChoices(choice) {
-  mapsBox.replaceChildren(...MODES.map(({ id, title, help }) => mapGroup(id, title, help, choice.map)));
+  mapsBox.replaceChildren(...MODES.map((mode) => mapGroup(mode, choice.map)));
   seatsBox.replaceChildren(
     seatField(0, choice.seats[0]),
     seatField(1, choice.seats[1]),
     el("p", { id: "seats-note", class: "field-help", role: "status" }),
   );
-  limitSelect.replaceChildren(...LIMITS.map(({ ticks, label }) => el("option", { value: ticks }, label)));
+  limitSelect.replaceChildren(...LIMITS.map((ticks) => el("option", { value: ticks }, limitText(ticks))));
   limitSelect.value = String(choice.limitTicks);
   drawPictures();
   refresh();
   for (const button of [playButton, playAllButton, practiceButton]) button.disabled = false;
 }
 
-/** @param {string} mode @param {string} title @param {string} help @param {string} selected */
-function mapGroup(mode, title, help, selected) {
+/** @param {string} mode @param {string} selected */
+function mapGroup(mode, selected) {
+  const key = modeKey(mode);
   const cards = maps.filter((map) => map.mode === mode).map((map) => mapCard(map, map.name === selected));
   return el(
     "fieldset",
     { class: "map-group" },
-    el("legend", {}, el("h2", {}, title), el("span", { class: "muted small" }, help)),
+    el("legend", {}, el("h2", {}, say(key)), el("span", { class: "muted small" }, say(`${key}.help`))),
     ...cards,
   );
 }
@@ -100,8 +104,8 @@ function mapCard(map, selected) {
       "aria-describedby": `about-${map.name}`,
     }),
     el("canvas", { "aria-hidden": "true", "data-map": map.name }),
-    el("span", { class: "map-title" }, map.title),
-    el("span", { class: "sr-only", id: `about-${map.name}` }, map.description),
+    el("span", { class: "map-title" }, mapTitle(map)),
+    el("span", { class: "sr-only", id: `about-${map.name}` }, mapDescription(map)),
   );
 }
 
@@ -126,7 +130,7 @@ function seatField(seat, selected) {
   return el(
     "div",
     { class: "field seat" },
-    el("label", { for: `seat-${seat}` }, badge(seat), COLOURS[seat]),
+    el("label", { for: `seat-${seat}` }, badge(seat), colourName(seat)),
     select,
     el("p", { id: `seat-help-${seat}`, class: "field-help" }),
   );
@@ -148,8 +152,13 @@ function refresh() {
   const { map: name, seats } = choice();
   const map = maps.find((candidate) => candidate.name === name) ?? maps[0];
   chosenBox.replaceChildren(
-    el("div", { class: "row row-apart" }, el("h2", {}, map.title), el("span", { class: "pill" }, map.mode)),
-    el("p", {}, map.description),
+    el(
+      "div",
+      { class: "row row-apart" },
+      el("h2", {}, mapTitle(map)),
+      el("span", { class: "pill" }, say(modeKey(map.mode))),
+    ),
+    el("p", {}, mapDescription(map)),
   );
   for (const seat of [0, 1]) {
     const option = seatOptions(agents).find(({ value }) => value === seats[seat]);
@@ -157,9 +166,9 @@ function refresh() {
   }
   byId("seats-note", HTMLElement).textContent = seatsNote(seats);
   byId("hint", HTMLElement).hidden = seats.some(isOpen);
-  const verb = seats.includes("here") ? "Play" : seats.some(isOpen) ? "Open" : "Watch";
-  playButton.textContent = `${verb} ${map.title}`;
-  playAllButton.textContent = `${verb} all ${maps.length} maps`;
+  const verb = seats.includes("here") ? "play" : seats.some(isOpen) ? "open" : "watch";
+  playButton.textContent = say(`lobby.${verb}`, { map: mapTitle(map) });
+  playAllButton.textContent = say(`lobby.${verb}All`, { number: maps.length });
   byId("seed-field", HTMLElement).hidden = !randomisedBox.checked;
 }
 
@@ -177,7 +186,7 @@ function remembered() {
       ...first,
       ...(maps.some(({ name }) => name === kept.map) && { map: kept.map }),
       ...(Array.isArray(kept.seats) && kept.seats.length === 2 && { seats: kept.seats }),
-      ...(LIMITS.some(({ ticks }) => ticks === kept.limitTicks) && { limitTicks: kept.limitTicks }),
+      ...(LIMITS.some((ticks) => ticks === kept.limitTicks) && { limitTicks: kept.limitTicks }),
     };
   } catch {
     return first; // no storage, or not ours
@@ -198,7 +207,7 @@ async function play(names) {
   problemBox.replaceChildren(); // here and not on a change: the button must not move under the finger
   const chosen = choice();
   if (randomisedBox.checked && chosen.seed === null) {
-    showProblem(`The number for changed items is a whole number from 0 to ${SEED_MAX}.`);
+    showProblem(say("lobby.seed.wrong"));
     byId("more", HTMLDetailsElement).open = true;
     return seedInput.focus();
   }
@@ -223,7 +232,7 @@ async function openRoom(body, seats) {
     else location.assign(room.watch_path);
   } catch (error) {
     if (!(error instanceof ApiError)) throw error;
-    showProblem(error.message);
+    showProblem(sayError(error));
   } finally {
     setBusy(false);
   }
@@ -243,6 +252,20 @@ function newSeed() {
   seedInput.value = String(Math.floor(Math.random() * 1_000_000));
 }
 
+/** The languages to choose from; another one takes effect on a reload, with the choices of the game kept. */
+function showLanguages() {
+  const select = byId("language", HTMLSelectElement);
+  select.replaceChildren(...Object.entries(LANGUAGES).map(([code, name]) => el("option", { value: code }, name)));
+  select.value = document.documentElement.lang;
+  select.addEventListener("change", () => {
+    keepLanguage(select.value);
+    if (maps.length > 0) remember(choice());
+    location.assign(location.pathname); // without ?lang=
+  });
+}
+
+await prepareTexts();
+showLanguages();
 byId("controls", HTMLElement).append(controlsCard());
 newSeed();
 form.addEventListener("change", refresh);

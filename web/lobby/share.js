@@ -5,6 +5,7 @@
  */
 
 import { el } from "../core/dom.js";
+import { say } from "../text/catalogue.js";
 
 /** @typedef {{room: string, join_path: string, watch_path: string}} Room */
 
@@ -15,16 +16,16 @@ import { el } from "../core/dom.js";
  * @param {readonly string[]} seats values of the lobby's seat options
  */
 export function showShare(container, before, room, seats) {
-  const heading = el("h2", { tabindex: "-1" }, "The room is open");
+  const heading = el("h2", { tabindex: "-1" }, say("lobby.share.title"));
   const parts = [heading];
   if (seats.includes("link")) parts.push(linkCard(room));
   if (seats.includes("remote")) parts.push(programCard(room));
-  const back = el("button", { type: "button", class: "button" }, "Back to the maps");
+  const back = el("button", { type: "button", class: "button" }, say("lobby.share.back"));
   back.addEventListener("click", () => {
     container.hidden = true;
     before.hidden = false;
   });
-  const watch = el("a", { class: "button button-primary", href: room.watch_path }, "Watch the game");
+  const watch = el("a", { class: "button button-primary", href: room.watch_path }, say("lobby.share.watch"));
   container.replaceChildren(...parts, el("div", { class: "row" }, watch, back));
   before.hidden = true;
   container.hidden = false;
@@ -34,14 +35,14 @@ export function showShare(container, before, room, seats) {
 /** @param {Room} room */
 function linkCard(room) {
   const address = new URL(room.join_path, location.href).href;
-  const copy = el("button", { type: "button", class: "button" }, "Copy the link");
+  const copy = el("button", { type: "button", class: "button" }, say("lobby.share.copy"));
   const said = el("span", { class: "muted small", role: "status" });
   copy.addEventListener("click", async () => {
     const done = await navigator.clipboard?.writeText(address).then(
       () => true,
       () => false,
     );
-    said.textContent = done ? "Copied." : "Copying is not allowed here: select the link above.";
+    said.textContent = say(done ? "lobby.share.copied" : "lobby.share.copyNot");
   });
   return el(
     "div",
@@ -49,14 +50,14 @@ function linkCard(room) {
     el(
       "div",
       { class: "stack" },
-      el("h3", {}, "For a person"),
-      el("p", {}, "Send this link, or let them scan the code. The game starts when everybody is ready."),
+      el("h3", {}, say("lobby.share.person")),
+      el("p", {}, say("lobby.share.person.help")),
       el("a", { class: "share-address", href: address }, address),
       el("div", { class: "row" }, copy, said),
     ),
     el("img", {
       src: `/api/rooms/${encodeURIComponent(room.room)}/qr.svg`,
-      alt: "QR code of the link",
+      alt: say("play.waiting.qr"),
       width: 160,
       height: 160,
     }),
@@ -65,7 +66,7 @@ function linkCard(room) {
 
 /** @param {Room} room */
 function programCard({ room }) {
-  return el("div", { class: "card card-roomy stack" }, el("h3", {}, "For a program"), ...programFacts(room));
+  return el("div", { class: "card card-roomy stack" }, el("h3", {}, say("lobby.share.program")), ...programFacts(room));
 }
 
 /**
@@ -75,13 +76,13 @@ function programCard({ room }) {
 export function programFacts(room) {
   const scheme = location.protocol === "https:" ? "wss" : "ws";
   return [
-    el("p", {}, "It connects to this address and joins this room. docs/protocol.md explains how, with an example."),
+    el("p", {}, say("play.program.lead")),
     el(
       "dl",
       { class: "facts" },
-      el("dt", {}, "Address"),
+      el("dt", {}, say("play.program.address")),
       el("dd", {}, `${scheme}://${location.host}/ws`),
-      el("dt", {}, "Room"),
+      el("dt", {}, say("play.program.room")),
       el("dd", {}, room),
     ),
   ];

@@ -2,7 +2,8 @@
 
 import { byId } from "../core/dom.js";
 import { ticksOf } from "../core/ticks.js";
-import { TEXT } from "../text/text.js";
+import { say } from "../text/catalogue.js";
+import { reasonText } from "./seat_phrases.js";
 
 /** @typedef {import("./game.js").Game} Game */
 /** @typedef {import("./game.js").Scene} Scene */
@@ -23,12 +24,14 @@ export class Announcer {
     this.#before = { phase, delivered, stalled: scene.stalled, tick: scene.tick };
     const limit = game.round?.limit_ticks ?? 0;
     const passed = (/** @type {number} */ tick) => limit > 0 && before.tick < tick && scene.tick >= tick;
-    if (phase === "playing" && before.phase !== "playing") this.#next = TEXT.announce.start;
-    if (phase === "paused" && before.phase !== "paused") this.#next = TEXT.announce.paused(game.room?.reason ?? "");
-    if (passed(limit / 2)) this.#next = TEXT.announce.halfTime;
-    if (passed(limit - ticksOf(10))) this.#next = TEXT.announce.tenSeconds;
-    if (scene.stalled && !before.stalled) this.#next = TEXT.announce.stalled;
-    if (delivered !== before.delivered) this.#next = TEXT.announce.delivered(delivered, scene.view.delivered.length);
+    if (phase === "playing" && before.phase !== "playing") this.#next = say("play.announce.start");
+    if (phase === "paused" && before.phase !== "paused")
+      this.#next = say("play.announce.paused", { reason: reasonText(game.room) });
+    if (passed(limit / 2)) this.#next = say("play.announce.halfTime");
+    if (passed(limit - ticksOf(10))) this.#next = say("play.announce.tenSeconds");
+    if (scene.stalled && !before.stalled) this.#next = say("play.announce.stalled");
+    if (delivered !== before.delivered)
+      this.#next = say("play.announce.delivered", { done: delivered, total: scene.view.delivered.length });
     if (this.#next !== "" && nowMs - this.#saidAtMs >= QUIET_MS) this.#say(nowMs);
   }
 

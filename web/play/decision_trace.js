@@ -7,7 +7,8 @@ import { el } from "../core/dom.js";
 import { Pen } from "../view/pen.js";
 import { ROBOT_RADIUS } from "../view/render.js";
 import { outline } from "../shapes.js";
-import { TEXT } from "../text/text.js";
+import { say, sayNumber } from "../text/catalogue.js";
+import { colourName } from "../text/names.js";
 
 const STEP = 0.06; // arena units that a robot drives in a tick at full stick
 const MOVED = 0.03; // arena units; an item expected to move less is not drawn
@@ -50,7 +51,11 @@ export class Thoughts {
   /** Shows the switch, above the scores: what comes and goes must not move it away under the pointer. */
   offer() {
     this.box.hidden = false;
-    this.box.replaceChildren(el("h2", { id: "thoughts-title" }, TEXT.thoughts.title), this.#button, this.#list);
+    this.box.replaceChildren(
+      el("h2", { id: "thoughts-title" }, say("play.candidates.title")),
+      this.#button,
+      this.#list,
+    );
     this.#label();
   }
 
@@ -71,7 +76,7 @@ export class Thoughts {
     if (shown === this.#shown) return;
     this.#shown = shown;
     this.#list.replaceChildren(
-      ...(fresh.length > 0 ? fresh.map(scoreList) : [el("p", { class: "muted" }, TEXT.thoughts.none)]),
+      ...(fresh.length > 0 ? fresh.map(scoreList) : [el("p", { class: "muted" }, say("play.candidates.none"))]),
     );
   }
 
@@ -98,7 +103,7 @@ export class Thoughts {
   }
 
   #label() {
-    this.#button.textContent = this.#source === null ? TEXT.thoughts.show : TEXT.thoughts.hide;
+    this.#button.textContent = this.#source === null ? say("play.candidates.show") : say("play.candidates.hide");
     this.#button.setAttribute("aria-pressed", String(this.#source !== null));
   }
 
@@ -157,10 +162,14 @@ export function expectedRobots({ chosen, pairs = [], robots = [] }) {
 /** @param {Thought} thought */
 function scoreList(thought) {
   const rows = thought.scores.map((score, index) => {
-    const words = TEXT.thoughts.score(letterOf(index), score);
-    return el("li", {}, index === thought.chosen ? el("strong", {}, `${words}  ${TEXT.thoughts.chosen}`) : words);
+    const words = `${letterOf(index)}  ${sayNumber(score, 3)}`;
+    return el(
+      "li",
+      {},
+      index === thought.chosen ? el("strong", {}, `${words}  ${say("play.candidates.chosen")}`) : words,
+    );
   });
-  return el("div", {}, el("p", { class: "label" }, TEXT.colours[thought.seat]), el("ol", {}, ...rows));
+  return el("div", {}, el("p", { class: "label" }, colourName(thought.seat)), el("ol", {}, ...rows));
 }
 
 /** @param {Pen} pen @param {GameMap} map @param {View} view @param {Thought} thought */

@@ -1,10 +1,11 @@
 // @ts-check
 // Playing with a recording: a person takes one seat, the other seat plays again as it was recorded (a ghost).
 
-import { ApiError, requestJson } from "../core/api.js";
+import { requestJson } from "../core/api.js";
 import { badge, el, notice } from "../core/dom.js";
 import { saveTokens } from "../wire/seat_tokens.js";
-import { TEXT } from "../text/text.js";
+import { say, sayError } from "../text/catalogue.js";
+import { colourName } from "../text/names.js";
 
 /**
  * The body of POST /api/rooms: the map is the recording's own.
@@ -18,7 +19,7 @@ export function ghostRequest(recording, own, limitTicks) {
 }
 
 /**
- * One button per seat, and the server's sentence when it refuses.
+ * One button per seat, and the reason when the server refuses.
  * @param {HTMLElement} box @param {string} recording @param {number} limitTicks
  */
 export function offerGhosts(box, recording, limitTicks) {
@@ -28,8 +29,8 @@ export function offerGhosts(box, recording, limitTicks) {
       "button",
       { type: "button", class: "button button-small", onclick: () => void play(own) },
       badge(own),
-      el("span", { class: "sr-only" }, "Take "),
-      TEXT.colours[own],
+      el("span", { "aria-hidden": "true" }, colourName(own)),
+      el("span", { class: "sr-only" }, say("play.ghost.take", { colour: colourName(own) })),
     ),
   );
   box.replaceChildren(el("p", { class: "row" }, ...buttons), problem);
@@ -42,8 +43,7 @@ export function offerGhosts(box, recording, limitTicks) {
       saveTokens(room.room, room.tokens);
       location.assign(room.join_path);
     } catch (error) {
-      if (!(error instanceof ApiError)) throw error;
-      problem.replaceChildren(notice("bad", error.message));
+      problem.replaceChildren(notice("bad", sayError(error)));
     } finally {
       for (const button of buttons) button.disabled = false;
     }

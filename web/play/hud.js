@@ -3,8 +3,17 @@
 import { badge, byId, el } from "../core/dom.js";
 import { clockText, secondsOf } from "../core/ticks.js";
 import { buttonName, keyName, moveName } from "../input/mapping.js";
-import { TEXT } from "../text/text.js";
-import { connectionWords, playingWords, seatName, taskSentence, waitingWords } from "./seat_phrases.js";
+import { has, say } from "../text/catalogue.js";
+import { colourName, mapTitle } from "../text/names.js";
+import {
+  connectionWords,
+  playingWords,
+  reasonText,
+  roundText,
+  seatName,
+  taskSentence,
+  waitingWords,
+} from "./seat_phrases.js";
 
 /** @typedef {import("./game.js").Game} Game */
 /** @typedef {import("./game.js").Scene} Scene */
@@ -45,15 +54,15 @@ export class Hud {
   constructor() {
     const { seats, timeLabel, doneLabel, connectionLabel, recording, stalled } = this.#parts;
     seats.replaceChildren(...this.#seatRows.map((row) => row.box));
-    timeLabel.textContent = TEXT.timeLeft;
-    doneLabel.textContent = TEXT.delivered;
-    connectionLabel.textContent = TEXT.connection;
-    recording.textContent = TEXT.notRecording;
-    stalled.setAttribute("aria-label", TEXT.announce.stalled);
+    timeLabel.textContent = say("play.timeLeft");
+    doneLabel.textContent = say("play.delivered");
+    connectionLabel.textContent = say("play.connection");
+    recording.textContent = say("play.notRecording");
+    stalled.setAttribute("aria-label", say("play.announce.stalled"));
   }
 
   /**
-   * Something that was asked for cannot be done, or may go badly: the server's sentence, for a while.
+   * Something that was asked for cannot be done, or may go badly: a sentence, for a while.
    * @param {string} sentence @param {number} nowMs @param {"bad" | "attention"} [tone]
    */
   showProblem(sentence, nowMs, tone = "bad") {
@@ -68,7 +77,8 @@ export class Hud {
    */
   update(game, scene, status, nowMs) {
     const { phase, room, welcome } = game;
-    if (phase === "countdown" && room?.reason && !welcome?.study) this.showProblem(room.reason, nowMs, "attention");
+    if (phase === "countdown" && room?.reason && !welcome?.study)
+      this.showProblem(reasonText(room), nowMs, "attention");
     if (nowMs > this.#problemUntilMs) this.#parts.problem.hidden = true;
     const { play, connection, stalled, stop } = this.#parts;
     play.dataset.phase = game.phase;
@@ -87,8 +97,8 @@ export class Hud {
 
   /** @param {import("./game.js").Round} round */
   #heading(round) {
-    this.#text(this.#parts.round, round.practice ? TEXT.practice : TEXT.round(round.index, round.total));
-    this.#text(this.#parts.title, round.map.title);
+    this.#text(this.#parts.round, round.practice ? say("play.practice") : roundText(round));
+    this.#text(this.#parts.title, mapTitle(round.map));
     this.#text(this.#parts.task, taskSentence(round.map));
   }
 
@@ -97,7 +107,7 @@ export class Hud {
     const { time, timeLabel, timeBar, done, doneBar, arena } = this.#parts;
     const limited = round.limit_ticks > 0;
     const ticks = limited ? round.limit_ticks - scene.tick : scene.tick;
-    this.#text(timeLabel, limited ? TEXT.timeLeft : TEXT.time);
+    this.#text(timeLabel, limited ? say("play.timeLeft") : say("play.time"));
     this.#text(time, clockText(secondsOf(ticks)));
     timeBar.hidden = !limited;
     this.#width(timeBar, limited ? ticks / round.limit_ticks : 0);
@@ -105,7 +115,11 @@ export class Hud {
     const delivered = scene.view.delivered.filter(Boolean).length;
     this.#text(done, `${delivered} / ${items}`);
     this.#width(doneBar, items > 0 ? delivered / items : 0);
-    this.#attribute(arena, "aria-label", TEXT.arena(round.map.title, delivered, items));
+    this.#attribute(
+      arena,
+      "aria-label",
+      say("play.arenaState", { map: mapTitle(round.map), done: delivered, total: items }),
+    );
   }
 
   /** @param {Game} game @param {Scene} scene */
@@ -115,10 +129,10 @@ export class Hud {
     const running = phase === "playing" || phase === "paused";
     room.seats.forEach((seat, index) => {
       const mine = own.includes(index);
-      const device = TEXT.devices[/** @type {"keyboard"} */ (seat.device)];
-      const name = own.length > 1 && mine && !seat.name ? TEXT.colours[index] : seatName(seat, mine, own.length === 0);
+      const device = has(`play.device.${seat.device}`) ? say(`play.device.${seat.device}`) : "";
+      const name = own.length > 1 && mine && !seat.name ? colourName(index) : seatName(seat, mine, own.length === 0);
       const words = running ? playingWords(seat, index, round.map, scene.view, own) : waitingWords(seat);
-      const urgent = [TEXT.state.help, TEXT.state.helpPartner, TEXT.state.gone].includes(words);
+      const urgent = [say("play.state.help"), say("play.state.helpPartner"), say("play.state.gone")].includes(words);
       this.#text(this.#seatRows[index].name, mine && device ? `${name} · ${device}` : name);
       this.#text(this.#seatRows[index].words, words);
       this.#attribute(this.#seatRows[index].words, "data-state", urgent ? "attention" : "");
@@ -131,7 +145,7 @@ export class Hud {
     const count = game.room?.spectators ?? 0;
     const watching = game.welcome?.mode === "watch";
     watchers.hidden = !watching && count === 0;
-    this.#text(watchers, watching ? TEXT.watching : TEXT.watchers(count));
+    this.#text(watchers, watching ? say("play.watching") : say("play.watchers", { count }));
     recording.hidden = game.recording || game.phase !== "playing" || game.round?.practice === true;
   }
 
@@ -147,14 +161,18 @@ export class Hud {
     controls.hidden = cards.length === 0;
     const blocks = cards.map((card) => keyBlock(card, mapping, cards.length > 1));
     const buttons = [
-      el("button", { type: "button", class: "button-link small", onclick: actions.change }, TEXT.change),
+      el("button", { type: "button", class: "button-link small", onclick: actions.change }, say("play.change")),
     ];
     if (cards.length > 1) {
       buttons.push(
-        el("button", { type: "button", class: "button-link small", onclick: actions.swap }, TEXT.ready.swap),
+        el("button", { type: "button", class: "button-link small", onclick: actions.swap }, say("play.ready.swap")),
       );
     }
-    controls.replaceChildren(el("h2", {}, TEXT.controls), ...blocks, el("div", { class: "row row-apart" }, ...buttons));
+    controls.replaceChildren(
+      el("h2", {}, say("play.controls")),
+      ...blocks,
+      el("div", { class: "row row-apart" }, ...buttons),
+    );
   }
 
   /** @param {Element} part @param {string} text */
@@ -179,8 +197,8 @@ export class Hud {
 
 /** What the button below the cards does now. @param {Game} game */
 function stopWords(game) {
-  if (game.welcome?.mode === "watch") return TEXT.stopWatching;
-  return game.phase === "lobby" ? TEXT.leave : TEXT.pauseOrStop;
+  if (game.welcome?.mode === "watch") return say("play.stopWatching");
+  return game.phase === "lobby" ? say("play.leave") : say("play.pauseOrStop");
 }
 
 /** @param {number} seat */
@@ -195,25 +213,25 @@ function keyBlock(card, mapping, named) {
   const rows = keyRows(card, mapping).map(([keys, effect]) =>
     el("li", {}, ...keys.flatMap((key) => [el("kbd", {}, key), " "]), el("span", {}, effect)),
   );
-  const title = named ? el("p", { class: "agent small" }, badge(card.seat), TEXT.colours[card.seat]) : null;
+  const title = named ? el("p", { class: "agent small" }, badge(card.seat), colourName(card.seat)) : null;
   return el("div", { class: "keys" }, title, el("ul", {}, ...rows));
 }
 
 /** @param {SeatCard} card @param {Mapping} mapping @returns {[string[], string][]} */
 export function keyRows(card, mapping) {
-  const { move, grab, backward } = TEXT.actions;
+  const [move, grab, backward] = ["move", "grab", "backward"].map((action) => say(`play.action.${action}`));
   if (card.device === "gamepad") {
     return [
-      [[TEXT.stick], move],
+      [[say("button.leftStick")], move],
       [[buttonName(mapping.buttons.grab)], grab],
       [[buttonName(mapping.buttons.backward)], backward],
     ];
   }
   if (card.device === "touch") {
     return [
-      [[TEXT.touchMove], move],
-      [[TEXT.touchGrab], grab],
-      [[TEXT.touchBackward], backward],
+      [[say("play.touch.move")], move],
+      [[say("play.touch.grab")], grab],
+      [[say("play.touch.backward")], backward],
     ];
   }
   const sets = card.keySets.map((set) => mapping.keys[set]);
@@ -228,12 +246,12 @@ export function keyRows(card, mapping) {
 function backwardNames(sets) {
   const codes = sets.map((keys) => keys.backward);
   const shifts = codes.length === 2 && codes.includes("ShiftLeft") && codes.includes("ShiftRight");
-  return shifts ? [TEXT.shift] : codes.map(keyName);
+  return shifts ? [say("key.Shift")] : codes.map(keyName);
 }
 
 /** How to say "press this" for a seat. @param {SeatCard} card @param {Mapping} mapping */
 export function grabName(card, mapping) {
   if (card.device === "gamepad") return buttonName(mapping.buttons.grab);
-  if (card.device === "touch") return TEXT.touchGrab;
-  return card.keySets.map((set) => keyName(mapping.keys[set].grab)).join(TEXT.ready.or);
+  if (card.device === "touch") return say("play.touch.grab");
+  return card.keySets.map((set) => keyName(mapping.keys[set].grab)).join(say("play.or"));
 }

@@ -4,8 +4,9 @@
 import { badge, byId, el } from "../core/dom.js";
 import { grabName } from "./hud.js";
 import { programFacts } from "../lobby/share.js";
-import { TEXT } from "../text/text.js";
-import { seatName } from "./seat_phrases.js";
+import { say } from "../text/catalogue.js";
+import { colourName, colourWord } from "../text/names.js";
+import { reasonText, seatName } from "./seat_phrases.js";
 
 /** @typedef {import("./game.js").Game} Game */
 /** @typedef {import("../input/seats.js").SeatCard} SeatCard */
@@ -55,21 +56,21 @@ export class Panels {
 
   /**
    * The end of this page's game, with a sentence and where to go.
-   * @param {string} sentence
+   * @param {import("../wire/connection.js").Ending} ending
    * @param {string} watchPath empty: no such offer
    */
-  showOver(sentence, watchPath) {
-    const reload = sentence === TEXT.reload;
+  showOver({ kind, sentence }, watchPath) {
+    const reload = kind === "outdated";
     const buttons = [
       reload
         ? el(
             "button",
             { type: "button", class: "button button-primary", onclick: () => location.reload() },
-            TEXT.over.reload,
+            say("play.over.reload"),
           )
         : null,
-      watchPath ? el("a", { class: "button", href: watchPath }, TEXT.over.watch) : null,
-      el("a", { class: reload ? "button" : "button button-primary", href: "/" }, TEXT.over.lobby),
+      watchPath ? el("a", { class: "button", href: watchPath }, say("play.over.watch")) : null,
+      el("a", { class: reload ? "button" : "button button-primary", href: "/" }, say("play.over.lobby")),
     ];
     this.#overlayKey = "over";
     this.#show("over", panel("", el("p", { role: "alert" }, sentence), el("div", { class: "row" }, ...buttons)));
@@ -110,36 +111,39 @@ export class Panels {
    */
   #invitation(welcome, open, watching) {
     if (watching)
-      return [el("h2", {}, TEXT.ready.soon), el("p", { class: "muted small" }, TEXT.waiting.seats(open.length))];
+      return [
+        el("h2", {}, say("play.ready.soon")),
+        el("p", { class: "muted small" }, say("play.waiting.seats", { count: open.length })),
+      ];
     if (open.every(({ kind }) => kind === "remote"))
-      return [el("h2", {}, TEXT.waiting.program), ...programFacts(welcome.room)];
+      return [el("h2", {}, say("play.waiting.program")), ...programFacts(welcome.room)];
     const link = new URL(welcome.join_path, location.href).href;
     const field = el("input", {
       class: "input share-link",
       readonly: true,
       value: link,
-      "aria-label": TEXT.waiting.copy,
+      "aria-label": say("play.waiting.copy"),
     });
     field.addEventListener("focus", () => field.select());
-    const copy = el("button", { type: "button", class: "button button-primary button-wide" }, TEXT.waiting.copy);
+    const copy = el("button", { type: "button", class: "button button-primary button-wide" }, say("play.waiting.copy"));
     copy.addEventListener("click", async () => {
       const copied = await navigator.clipboard?.writeText(link).then(
         () => true,
         () => false,
       );
-      if (copied) copy.textContent = TEXT.waiting.copied;
+      if (copied) copy.textContent = say("play.waiting.copied");
       else field.focus(); // selected, ready for the reader's own copy
     });
     const qr = el("img", {
       class: "qr",
       src: `/api/rooms/${welcome.room}/qr.svg`,
-      alt: TEXT.waiting.qr,
+      alt: say("play.waiting.qr"),
       width: 144,
       height: 144,
     });
     return [
-      el("h2", {}, TEXT.waiting.title),
-      el("p", { class: "muted small" }, TEXT.waiting.sentence),
+      el("h2", {}, say("play.waiting.title")),
+      el("p", { class: "muted small" }, say("play.waiting.sentence")),
       field,
       copy,
       qr,
@@ -152,11 +156,11 @@ export class Panels {
     const waitingFor = seats.flatMap((seat, index) =>
       seat.ready || game.own.includes(index) ? [] : [seatName(seat, false, game.own.length === 0)],
     );
-    const waiting = waitingFor.map((name) => el("p", { class: "muted small" }, TEXT.ready.waitingFor(name)));
-    if (game.own.length === 0) return [el("h2", {}, TEXT.ready.soon), ...waiting];
+    const waiting = waitingFor.map((name) => el("p", { class: "muted small" }, say("play.ready.waitingFor", { name })));
+    if (game.own.length === 0) return [el("h2", {}, say("play.ready.soon")), ...waiting];
     const rows = cards.map((card) => this.#readyRow(card, seats[card.seat], mapping, cards.length > 1));
     const mineReady = game.own.every((seat) => seats[seat]?.ready);
-    return [el("h2", {}, TEXT.ready.title), ...rows, ...(mineReady ? waiting : [])];
+    return [el("h2", {}, say("play.ready.title")), ...rows, ...(mineReady ? waiting : [])];
   }
 
   /**
@@ -170,17 +174,19 @@ export class Panels {
       "p",
       { class: "agent" },
       badge(card.seat),
-      several ? TEXT.colours[card.seat] : TEXT.ready.you(TEXT.colours[card.seat]),
+      several ? colourName(card.seat) : say("play.ready.you", { colour: colourWord(card.seat) }),
     );
     if (seat?.ready)
-      return el("div", { class: "row row-apart" }, who, el("span", { class: "pill pill-ok" }, TEXT.state.ready));
+      return el("div", { class: "row row-apart" }, who, el("span", { class: "pill pill-ok" }, say("play.state.ready")));
     // The touch button is not there yet: the button below is all there is to press.
     const press =
-      card.device === "touch" ? null : el("p", { class: "muted small" }, TEXT.ready.press(grabName(card, mapping)));
+      card.device === "touch"
+        ? null
+        : el("p", { class: "muted small" }, say("play.ready.press", { key: grabName(card, mapping) }));
     const button = el(
       "button",
       { type: "button", class: several ? "button button-small" : "button button-primary button-wide" },
-      TEXT.ready.button,
+      say("play.ready.button"),
     );
     button.addEventListener("click", () => this.actions.ready(card.seat));
     if (several) return el("div", {}, el("div", { class: "row row-apart" }, who, button), press);
@@ -193,7 +199,7 @@ export class Panels {
   #updateOverlay(game, nowMs, cards, mapping) {
     const seconds = Math.ceil(game.secondsLeft(nowMs) - 0.05);
     if (game.phase === "paused") this.#updatePause(game, seconds, cards, mapping);
-    else if (this.#stopping) this.#say("stop", () => this.#show("stop", this.#sure()));
+    else if (this.#stopping) this.#say("stop", () => this.#show("stop", this.#sure(game)));
     else if (game.phase === "countdown") this.#say(`count ${seconds}`, () => this.#show("count", count(seconds)));
     else this.#say("", () => this.#hide());
   }
@@ -204,30 +210,38 @@ export class Panels {
     const absent = seats.some((seat) => !seat.present);
     const shown = absent ? seconds : -1;
     const key = JSON.stringify([game.room?.reason, shown, this.#stopping, seats.map((seat) => seat.ready), cards]);
-    this.#say(key, () => this.#show("pause", this.#stopping ? this.#sure() : this.#pause(game, shown, cards, mapping)));
+    this.#say(key, () =>
+      this.#show("pause", this.#stopping ? this.#sure(game) : this.#pause(game, shown, cards, mapping)),
+    );
   }
 
   /** @param {Game} game @param {number} seconds @param {readonly SeatCard[]} cards @param {Mapping} mapping */
   #pause(game, seconds, cards, mapping) {
     const seats = game.room?.seats ?? [];
     const unready = cards.filter((card) => !seats[card.seat]?.ready);
-    const parts = [el("p", {}, game.room?.reason ?? "")];
-    if (seconds >= 0) parts.push(el("p", { class: "muted" }, TEXT.pause.back(seconds)));
+    const parts = [el("p", {}, reasonText(game.room))];
+    if (seconds >= 0) parts.push(el("p", { class: "muted" }, say("play.pause.back", { count: seconds })));
     for (const card of unready.filter(({ device }) => device !== "touch")) {
-      const who = cards.length > 1 ? `${TEXT.colours[card.seat]}: ` : "";
-      parts.push(el("p", { class: "muted" }, who + TEXT.pause.goOn(grabName(card, mapping))));
+      const who = cards.length > 1 ? `${colourName(card.seat)}: ` : "";
+      parts.push(el("p", { class: "muted" }, who + say("play.pause.goOn", { key: grabName(card, mapping) })));
     }
     const buttons = [];
     if (unready.length > 0) {
       const goOn = () => unready.forEach((card) => this.actions.ready(card.seat));
-      buttons.push(el("button", { type: "button", class: "button button-primary", onclick: goOn }, TEXT.pause.button));
+      buttons.push(
+        el("button", { type: "button", class: "button button-primary", onclick: goOn }, say("play.pause.button")),
+      );
     }
     if (cards.length > 0)
-      buttons.push(el("button", { type: "button", class: "button", onclick: () => this.askStop() }, TEXT.pause.stop));
-    return panel(TEXT.pause.title, ...parts, el("div", { class: "row" }, ...buttons));
+      buttons.push(
+        el("button", { type: "button", class: "button", onclick: () => this.askStop() }, say("play.pause.stop")),
+      );
+    return panel(say("play.pause.title"), ...parts, el("div", { class: "row" }, ...buttons));
   }
 
-  #sure() {
+  /** @param {Game} game */
+  #sure(game) {
+    const people = game.room?.seats.filter(({ kind }) => kind === "human").length ?? 0;
     const no = () => {
       this.#stopping = false;
       this.#overlayKey = "?";
@@ -237,12 +251,12 @@ export class Panels {
       this.actions.stop();
     };
     return panel(
-      TEXT.pause.sure,
+      say(people > 1 ? "play.pause.sure" : "play.pause.sureAlone"),
       el(
         "div",
         { class: "row" },
-        el("button", { type: "button", class: "button button-danger", onclick: yes }, TEXT.pause.yes),
-        el("button", { type: "button", class: "button", onclick: no }, TEXT.pause.no),
+        el("button", { type: "button", class: "button button-danger", onclick: yes }, say("play.pause.yes")),
+        el("button", { type: "button", class: "button", onclick: no }, say("play.pause.no")),
       ),
     );
   }

@@ -11,7 +11,6 @@ import { loadMapping } from "../input/mapping.js";
 import { LocalSeats } from "../input/seats.js";
 import { InputSender } from "../input/sender.js";
 import { Touch } from "../input/touch.js";
-import * as wire from "../messages.js";
 import { Panels } from "./panels.js";
 import { Probe } from "./probe.js";
 import { context2d, drawScene, fitCanvas } from "../view/render.js";
@@ -19,8 +18,9 @@ import { Series } from "./series.js";
 import { Settings } from "./settings.js";
 import { StudyGame } from "../study/game.js";
 import { studyMarkOf } from "../text/study_mark.js";
+import { refusalText } from "./seat_phrases.js";
 import { prepareTexts } from "../text/page.js";
-import { TEXT } from "../text/text.js";
+import { say } from "../text/catalogue.js";
 import { Thoughts } from "./decision_trace.js";
 
 /** @typedef {import("../wire/connection.js").Status} Status */
@@ -84,8 +84,8 @@ class Play {
   #hudAtMs = 0;
 
   start() {
-    byId("touch-grab", HTMLElement).textContent = TEXT.touchGrab;
-    byId("touch-backward", HTMLElement).textContent = TEXT.touchBackward;
+    byId("touch-grab", HTMLElement).textContent = say("play.touch.grab");
+    byId("touch-backward", HTMLElement).textContent = say("play.touch.backward");
     byId("stop", HTMLButtonElement).addEventListener("click", () => this.#pauseOrStop());
     addEventListener("keydown", (event) => this.#pauseKey(event));
     addEventListener("pointerdown", (event) => event.pointerType === "touch" && this.#touch.wake());
@@ -106,7 +106,7 @@ class Play {
   /** @param {import("../messages.js").ServerMessage} message @param {number} atMs */
   onMessage(message, atMs) {
     this.#game.receive(message, atMs);
-    if (message.type === "error") this.#hud.showProblem(message.message, atMs);
+    if (message.type === "error") this.#hud.showProblem(refusalText(message), atMs);
     if (message.type !== "welcome") return;
     this.#seats.hold(this.#game.own);
     this.#senders = new Map(this.#game.own.map((seat) => [seat, new InputSender(seat)]));
@@ -125,14 +125,14 @@ class Play {
     this.#game.clock.add(sentMs, serverMs, atMs);
   }
 
-  /** @param {Status} status @param {string} sentence */
-  onStatus(status, sentence) {
+  /** @param {Status} status @param {import("../wire/connection.js").Ending} [ending] why it is over */
+  onStatus(status, ending) {
     if (status !== this.#status) this.#statusSinceMs = performance.now();
     this.#status = status;
-    if (status === "over" && this.#study && sentence !== TEXT.closed[wire.CLOSE_REPLACED]) return this.#study.leave();
-    const nothingThere = sentence === TEXT.closed[wire.CLOSE_NOT_FOUND];
-    if (status === "over" && sentence)
-      this.#panels.showOver(sentence, mode === "play" && !nothingThere ? `/watch/${room}` : "");
+    if (status === "over" && this.#study && ending?.kind !== "replaced") return this.#study.leave();
+    if (ending === undefined) return;
+    const watchPath = mode === "play" && ending.kind !== "notFound" ? `/watch/${room}` : "";
+    this.#panels.showOver(ending, watchPath);
   }
 
   // ---- once per frame ---------------------------------------------------------------------------------------
@@ -188,7 +188,9 @@ class Play {
   /** What to say about the connection when it has been gone for a while. @param {number} nowMs */
   #lost(nowMs) {
     if (nowMs - this.#statusSinceMs < PATIENCE_MS) return "";
-    return { connecting: TEXT.connecting, reconnecting: TEXT.reconnecting, open: "", over: "" }[this.#status];
+    return { connecting: say("play.connecting"), reconnecting: say("play.reconnecting"), open: "", over: "" }[
+      this.#status
+    ];
   }
 
   /** What a new phase brings with it. @param {number} nowMs */
@@ -272,7 +274,7 @@ class Play {
     const inRound = ["playing", "paused"].includes(this.#game.phase);
     this.#each((seat) => this.#connection.send({ type: "leave", seat }));
     this.#senders.clear(); // the seats are not ours any more
-    if (inRound) return;
+    if (inRound) return this.#series.stopHere();
     this.#connection.close();
     location.assign("/");
   }

@@ -4,8 +4,11 @@
  */
 
 import { el } from "../core/dom.js";
+import { say } from "../text/catalogue.js";
+import { mapTitle } from "../text/names.js";
 import { context2d, drawScene, fitCanvas } from "../view/render.js";
 import { duration, headline, measures } from "./result_words.js";
+import { roundText } from "./seat_phrases.js";
 
 /** @typedef {import("./result_words.js").Result} Result */
 /** @typedef {import("./result_words.js").Measure} Measure */
@@ -20,6 +23,7 @@ import { duration, headline, measures } from "./result_words.js";
  * @property {boolean} isLast no further round follows
  * @property {() => void} [onNext] go on; absent for spectators
  * @property {() => void} [onAgain] play this map once more; absent for spectators
+ * @property {boolean} [stoppedHere] somebody on this page has stopped the round
  * @property {string} nextLabel what `onNext` leads to
  * @property {string} [replayPath]
  * @property {import("../view/render.js").View} [view] how the arena looked at the end
@@ -30,7 +34,7 @@ import { duration, headline, measures } from "./result_words.js";
  * @param {Omit<Options, "nextLabel"> & {nextLabel?: string}} options
  */
 export function showResult(container, options) {
-  const heading = el("h2", { tabindex: "-1" }, headline(options.result));
+  const heading = el("h2", { tabindex: "-1" }, headline(options.result, options.stoppedHere));
   const card = el(
     "div",
     { class: "card card-roomy stack result-card" },
@@ -39,16 +43,19 @@ export function showResult(container, options) {
   const parts = [
     header(heading, options),
     card,
-    actions({ nextLabel: options.isLast ? "Finish" : "Next map", ...options }),
+    actions({ nextLabel: say(options.isLast ? "play.result.finish" : "play.result.next"), ...options }),
   ];
-  container.replaceChildren(el("section", { class: "result", "aria-label": "Result" }, ...parts));
+  container.replaceChildren(el("section", { class: "result", "aria-label": say("play.result.title") }, ...parts));
   drawEnd(container, options);
   heading.focus({ preventScroll: true });
 }
 
 /** @param {HTMLElement} heading @param {Pick<Options, "result" | "round" | "view">} options */
 function header(heading, { result, round, view }) {
-  const where = round.total > 1 ? `Round ${round.index + 1} of ${round.total} · ${round.map.title}` : round.map.title;
+  const title = mapTitle(round.map);
+  const where = round.total > 1 ? `${roundText(round)} · ${title}` : title;
+  const { delivered, items } = result;
+  const sentence = say("play.result.delivered", { delivered, items, time: duration(result.ticks) });
   return el(
     "header",
     { class: "result-head" },
@@ -57,10 +64,10 @@ function header(heading, { result, round, view }) {
       {},
       el("p", { class: "muted" }, where),
       heading,
-      el("p", { class: "muted" }, `${result.delivered} of ${result.items} delivered in ${duration(result.ticks)}`),
+      el("p", { class: "muted" }, sentence),
       deliveredRow(result),
     ),
-    view ? el("canvas", { class: "result-end", role: "img", "aria-label": "The arena at the end of the round" }) : null,
+    view ? el("canvas", { class: "result-end", role: "img", "aria-label": say("play.result.end") }) : null,
   );
 }
 
@@ -91,9 +98,9 @@ function actions({ onNext, onAgain, nextLabel, replayPath }) {
     "div",
     { class: "row" },
     onNext && el("button", { type: "button", class: "button button-primary", onclick: onNext }, nextLabel),
-    onAgain && el("button", { type: "button", class: "button", onclick: onAgain }, "Play it again"),
+    onAgain && el("button", { type: "button", class: "button", onclick: onAgain }, say("play.result.again")),
     replayPath
-      ? el("a", { class: "button", href: replayPath, target: "_blank", rel: "noopener" }, "Watch the replay")
+      ? el("a", { class: "button", href: replayPath, target: "_blank", rel: "noopener" }, say("play.result.replay"))
       : null,
   );
 }

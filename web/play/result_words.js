@@ -1,10 +1,13 @@
 // @ts-check
 /*
- * How a round ended, in words for people. Pure. The four measures are the paper's (appendix "Details of Evaluation
+ * How a round ended, in words for people. The four measures are the paper's (appendix "Details of Evaluation
  * Metrics"): TCR and NFD are shares of 0 to 1, WT is in seconds, AC in 0 to 1 or -1 when nobody carried together.
  */
 
 import { secondsOf } from "../core/ticks.js";
+import { say, sayNumber } from "../text/catalogue.js";
+
+const OUTCOMES = ["delivered", "time", "left", "stopped"];
 
 /**
  * @typedef {object} Result the server's `result` message
@@ -21,49 +24,37 @@ import { secondsOf } from "../core/ticks.js";
  */
 /** @typedef {{id: string, name: string, short: string, value: string, help: string}} Measure */
 
-/** @param {Pick<Result, "outcome">} result */
-export function headline({ outcome }) {
-  if (outcome === "delivered") return "Everything is delivered!";
-  if (outcome === "time") return "Time is up";
-  if (outcome === "left") return "The round ended: a player left";
-  if (outcome === "stopped") return "The round was stopped";
-  return "The round ended with a fault";
+/**
+ * @param {Pick<Result, "outcome">} result
+ * @param {boolean} [byYou] the reader has stopped the round
+ */
+export function headline({ outcome }, byYou = false) {
+  if (byYou && outcome !== "delivered") return say("play.result.headline.byYou");
+  return say(`play.result.headline.${OUTCOMES.includes(outcome) ? outcome : "error"}`);
 }
 
 /** @param {number} ticks */
 export function duration(ticks) {
   const seconds = secondsOf(ticks);
-  if (seconds < 60) return `${seconds.toFixed(1)} s`;
+  if (seconds < 60) return say("play.result.seconds", { seconds: sayNumber(seconds, 1) });
   const whole = Math.round(seconds);
-  return `${Math.floor(whole / 60)} min ${whole % 60} s`;
+  return say("play.result.minutes", { minutes: Math.floor(whole / 60), seconds: whole % 60 });
 }
 
 /** @param {Pick<Result, "tcr" | "nfd" | "wt_s" | "ac">} result @returns {Measure[]} */
 export function measures({ tcr, nfd, wt_s, ac }) {
   return [
-    {
-      id: "tcr",
-      name: "Work done",
-      short: "TCR",
-      value: percent(tcr),
-      help: "delivered; middle and large items count twice",
-    },
-    {
-      id: "nfd",
-      name: "Brought closer",
-      short: "NFD",
-      value: percent(nfd),
-      help: nfd < 0 ? "items ended farther from the goal" : "of all the way to the goal",
-    },
-    { id: "wt", name: "Waiting", short: "WT", value: `${wt_s.toFixed(1)} s`, help: "holding an item until help came" },
-    {
-      id: "ac",
-      name: "Pulling together",
-      short: "AC",
-      value: ac < 0 ? "–" : percent(ac),
-      help: ac < 0 ? "nothing was carried together" : "the same way while carrying together",
-    },
+    measure("tcr", percent(tcr)),
+    measure("nfd", percent(nfd), nfd < 0 ? "farther" : "help"),
+    measure("wt", say("play.result.seconds", { seconds: sayNumber(wt_s, 1) })),
+    measure("ac", ac < 0 ? "–" : percent(ac), ac < 0 ? "none" : "help"),
   ];
+}
+
+/** @param {string} id @param {string} value @param {string} [help] which explanation */
+function measure(id, value, help = "help") {
+  const name = say(`play.measure.${id}`);
+  return { id, name, short: id.toUpperCase(), value, help: say(`play.measure.${id}.${help}`) };
 }
 
 /** @param {number} share usually 0 to 1 */

@@ -1,6 +1,7 @@
 // What the seats are doing, in words for people. Pure: from the room and the view to short phrases.
 
-import { TEXT } from "../text/text.js";
+import { has, say } from "../text/catalogue.js";
+import { agentName, shapeObject } from "../text/names.js";
 
 /** @typedef {import("../messages.js").SeatState} SeatState */
 /** @typedef {import("./game.js").GameMap} GameMap */
@@ -11,16 +12,16 @@ import { TEXT } from "../text/text.js";
  * @param {SeatState} seat @param {boolean} own @param {boolean} [watching] who reads this plays with nobody
  */
 export function seatName(seat, own, watching = false) {
-  if (own) return seat.name || TEXT.you;
-  if (seat.kind === "agent" && /^[a-z]+$/.test(seat.name)) return seat.name[0].toUpperCase() + seat.name.slice(1);
-  return seat.name || (seat.kind === "human" && !watching ? TEXT.partner : TEXT.kinds[seat.kind]);
+  if (own) return seat.name || say("play.you");
+  if (["agent", "idle"].includes(seat.kind)) return agentName(seat.name || seat.kind);
+  return seat.name || (seat.kind === "human" && !watching ? say("play.partner") : say(`play.kind.${seat.kind}`));
 }
 
 /** What a seat does before and between rounds. @param {SeatState} seat */
 export function waitingWords(seat) {
-  if (seat.open || (!seat.present && seat.kind !== "idle")) return TEXT.state.notHere;
-  if (seat.kind === "idle") return TEXT.state.idle;
-  return seat.ready ? TEXT.state.ready : TEXT.state.notReady;
+  if (seat.open || (!seat.present && seat.kind !== "idle")) return say("play.state.notHere");
+  if (seat.kind === "idle") return say("play.state.idle");
+  return seat.ready ? say("play.state.ready") : say("play.state.notReady");
 }
 
 /**
@@ -29,22 +30,28 @@ export function waitingWords(seat) {
  * @param {readonly number[]} own seats of this page
  */
 export function playingWords(seat, index, map, view, own) {
-  if (!seat.present && seat.kind !== "idle") return TEXT.state.gone;
+  if (!seat.present && seat.kind !== "idle") return say("play.state.gone");
   const held = view.held[index];
-  if (held < 0) return seat.kind === "idle" ? TEXT.state.idle : TEXT.state.free;
+  if (held < 0) return seat.kind === "idle" ? say("play.state.idle") : say("play.state.free");
   const item = map.items[held];
-  if (view.held[1 - index] === held) return TEXT.state.together(item.shape);
-  if (item.size === "small") return TEXT.state.carrying(item.shape);
-  if (item.size === "middle") return TEXT.state.slow(item.shape);
-  if (own.includes(index)) return TEXT.state.blocked(item.shape);
-  return own.length > 0 ? TEXT.state.help : TEXT.state.helpPartner;
+  const state = (/** @type {string} */ name) => say(`play.state.${name}`, { item: shapeObject(item.shape) });
+  if (view.held[1 - index] === held) return state("together");
+  if (item.size === "small") return state("carrying");
+  if (item.size === "middle") return state("slow");
+  if (own.includes(index)) return state("blocked");
+  return own.length > 0 ? say("play.state.help") : say("play.state.helpPartner");
+}
+
+/** @param {{index: number, total: number}} round */
+export function roundText({ index, total }) {
+  return total > 1 ? say("play.round", { number: index + 1, total }) : say("play.oneRound");
 }
 
 /** The one sentence that says what to do on this map. @param {GameMap} map */
 export function taskSentence(map) {
   const sizes = new Set(map.items.map((item) => item.size));
-  const sentence = sizes.has("large") ? TEXT.task.both : sizes.has("middle") ? TEXT.task.some : TEXT.task.small;
-  return map.goals.length > 1 ? TEXT.task.goals(sentence) : sentence;
+  const heaviest = sizes.has("large") ? "large" : sizes.has("middle") ? "middle" : "small";
+  return say(`play.task.${heaviest}`, { count: map.goals.length });
 }
 
 /**
@@ -53,12 +60,38 @@ export function taskSentence(map) {
  * @returns {{words: string, state: "ok" | "attention" | "bad" | ""}}
  */
 export function connectionWords(status, stalled, rttMs) {
-  if (status === "connecting") return { words: TEXT.quality.waiting, state: "" };
-  if (status !== "open") return { words: TEXT.quality.lost, state: "bad" };
-  if (stalled) return { words: TEXT.quality.stalled, state: "bad" };
-  if (rttMs < 0) return { words: TEXT.quality.waiting, state: "" };
+  if (status === "connecting") return { words: say("play.quality.waiting"), state: "" };
+  if (status !== "open") return { words: say("play.quality.lost"), state: "bad" };
+  if (stalled) return { words: say("play.quality.stalled"), state: "bad" };
+  if (rttMs < 0) return { words: say("play.quality.waiting"), state: "" };
   const shown = Math.max(1, Math.round(rttMs));
-  if (rttMs < 80) return { words: TEXT.quality.good(shown), state: "ok" };
-  if (rttMs < 200) return { words: TEXT.quality.fair(shown), state: "attention" };
-  return { words: TEXT.quality.poor(shown), state: "bad" };
+  if (rttMs < 80) return { words: say("play.quality.good", { ms: shown }), state: "ok" };
+  if (rttMs < 200) return { words: say("play.quality.fair", { ms: shown }), state: "attention" };
+  return { words: say("play.quality.poor", { ms: shown }), state: "bad" };
+}
+
+/**
+ * Why the game waits or is over.
+ * @param {Pick<import("../messages.js").RoomState, "reason" | "reason_code" | "reason_values"> | null} room
+ */
+export function reasonText(room) {
+  if (room === null) return "";
+  const { reason, reason_code: code, reason_values: values } = room;
+  return has(`reason.${code}`) ? say(`reason.${code}`, withNames(values)) : reason;
+}
+
+/** A refusal over the socket. @param {{code: string, message: string, values: Record<string, any>}} refusal */
+export function refusalText({ code, message, values }) {
+  return has(`error.${code}`) ? say(`error.${code}`, withNames(values)) : message;
+}
+
+/**
+ * The players among the values by the names that this page gives them: "blue" for a seat without one, an agent's id.
+ * @param {Record<string, any>} values
+ */
+function withNames(values) {
+  if (!Array.isArray(values.players)) return values;
+  const named = (/** @type {string} */ player) =>
+    has(`colour.${player}`) ? say(`colour.${player}`) : agentName(player);
+  return { ...values, players: values.players.map(named) };
 }

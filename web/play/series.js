@@ -4,7 +4,8 @@
 import { badge, byId, el } from "../core/dom.js";
 import { showQuestionnaire } from "../questionnaire.js";
 import { showResult } from "./result.js";
-import { TEXT } from "../text/text.js";
+import { say } from "../text/catalogue.js";
+import { colourName } from "../text/names.js";
 import { seatName } from "./seat_phrases.js";
 
 /** @typedef {import("./game.js").Game} Game */
@@ -25,10 +26,16 @@ export class Series {
   #after = byId("after", HTMLElement);
   /** @type {import("../messages.js").Result | null} */
   #shown = null;
+  #stoppedHere = false;
 
   /** @param {Actions} actions */
   constructor(actions) {
     this.actions = actions;
+  }
+
+  /** Somebody on this page has stopped the round. */
+  stopHere() {
+    this.#stoppedHere = true;
   }
 
   /** Whether a result covers the arena. */
@@ -59,6 +66,7 @@ export class Series {
       isLast,
       view,
       replayPath,
+      stoppedHere: this.#stoppedHere,
       onNext: plays ? () => (isLast ? this.#finish(game, result.outcome) : this.#next()) : undefined,
       onAgain: plays && COMPLETE.includes(result.outcome) ? () => this.#again() : undefined,
     });
@@ -100,25 +108,32 @@ export class Series {
     const box = el("div");
     const several = (game.welcome?.seats.length ?? 0) > 1;
     const who = several
-      ? [el("p", { class: "agent lead" }, badge(grant.seat), TEXT.over.questionsFor(TEXT.colours[grant.seat]))]
+      ? [
+          el(
+            "p",
+            { class: "agent lead" },
+            badge(grant.seat),
+            say("play.over.questionsFor", { colour: colourName(grant.seat) }),
+          ),
+        ]
       : [];
     this.#after.replaceChildren(...who, box);
     scrollTo(0, 0);
-    const partnerName = several ? TEXT.colours[1 - grant.seat] : seatName(seats[1 - grant.seat], false);
+    const partnerName = several ? colourName(1 - grant.seat) : seatName(seats[1 - grant.seat], false);
     const onDone = () => this.#ask(game, grants);
     void showQuestionnaire(box, { room: game.welcome?.room ?? "", token: grant.token, partnerName, onDone });
   }
 
   #thank() {
     this.actions.leave();
-    const title = el("h1", { tabindex: "-1" }, TEXT.over.title);
-    const back = el("a", { class: "button button-primary", href: "/" }, TEXT.over.lobby);
+    const title = el("h1", { tabindex: "-1" }, say("play.over.title"));
+    const back = el("a", { class: "button button-primary", href: "/" }, say("play.over.lobby"));
     this.#after.replaceChildren(
       el(
         "div",
         { class: "stack" },
         title,
-        el("p", { class: "lead" }, TEXT.over.sentence),
+        el("p", { class: "lead" }, say("play.over.sentence")),
         el("div", { class: "row" }, back),
       ),
     );

@@ -12,7 +12,7 @@ import {
   withButton,
   withKey,
 } from "../input/mapping.js";
-import { TEXT } from "../text/text.js";
+import { say, sayNumber } from "../text/catalogue.js";
 
 /** @typedef {import("../input/mapping.js").Mapping} Mapping */
 /** @typedef {import("../input/gamepad.js").Gamepads} Gamepads */
@@ -56,8 +56,8 @@ export class Settings {
       el(
         "div",
         { class: "stack" },
-        el("h2", { id: "settings-title" }, TEXT.settings.title),
-        el("p", { class: "muted" }, TEXT.settings.intro),
+        el("h2", { id: "settings-title" }, say("play.settings.title")),
+        el("p", { class: "muted" }, say("play.settings.intro")),
         el("div", { class: "binding-sets" }, ...sets, this.#pad()),
         el(
           "div",
@@ -65,12 +65,12 @@ export class Settings {
           el(
             "button",
             { type: "button", class: "button", onclick: () => this.#change(structuredClone(DEFAULTS)) },
-            TEXT.settings.reset,
+            say("play.settings.reset"),
           ),
           el(
             "button",
             { type: "button", class: "button button-primary", onclick: () => this.#dialog.close() },
-            TEXT.settings.done,
+            say("play.settings.done"),
           ),
         ),
       ),
@@ -81,33 +81,42 @@ export class Settings {
   #keySet(set) {
     const rows = KEY_ACTIONS.map((action) => {
       const name = keyName(this.mapping.keys[set][action]);
-      return binding(TEXT.settings.actions[action], name, (button) => this.#askKey(button, set, action));
+      return binding(say(`play.settings.action.${action}`), name, (button) => this.#askKey(button, set, action));
     });
-    return el("div", { class: "bindings" }, el("h3", {}, TEXT.settings.sets[set]), ...rows);
+    return el("div", { class: "bindings" }, el("h3", {}, say(`play.settings.keySet.${set + 1}`)), ...rows);
   }
 
   #pad() {
     const rows = BUTTON_ACTIONS.map((action) => {
       const name = buttonName(this.mapping.buttons[action]);
-      return binding(TEXT.settings.actions[action], name, (button) => this.#askButton(button, action));
+      return binding(say(`play.settings.action.${action}`), name, (button) => this.#askButton(button, action));
     });
     const zone = el(
       "select",
       { class: "select", id: "dead-zone" },
       ...DEAD_ZONES.map((value, index) =>
-        el("option", { value }, index === 0 ? TEXT.settings.wide : TEXT.settings.narrow),
+        el(
+          "option",
+          { value },
+          index === 0 ? say("play.settings.usual", { value: sayNumber(value, 1) }) : sayNumber(value, 2),
+        ),
       ),
     );
     zone.value = String(this.mapping.deadZone);
     zone.addEventListener("change", () => this.#change({ ...this.mapping, deadZone: Number(zone.value) }));
-    const field = el("div", { class: "field small" }, el("label", { for: "dead-zone" }, TEXT.settings.deadZone), zone);
-    return el("div", { class: "bindings" }, el("h3", {}, TEXT.settings.gamepad), ...rows, field);
+    const field = el(
+      "div",
+      { class: "field small" },
+      el("label", { for: "dead-zone" }, say("play.settings.deadZone")),
+      zone,
+    );
+    return el("div", { class: "bindings" }, el("h3", {}, say("play.settings.gamepad")), ...rows, field);
   }
 
   /** @param {HTMLElement} button @param {number} set @param {import("../input/mapping.js").KeyAction} action */
   #askKey(button, set, action) {
     this.#cancel();
-    button.textContent = TEXT.settings.press;
+    button.textContent = say("play.settings.press");
     const listen = (/** @type {KeyboardEvent} */ event) => {
       event.preventDefault();
       event.stopImmediatePropagation();
@@ -125,7 +134,7 @@ export class Settings {
   /** @param {HTMLElement} button @param {import("../input/mapping.js").ButtonAction} action */
   #askButton(button, action) {
     this.#cancel();
-    button.textContent = TEXT.settings.pressButton;
+    button.textContent = say("play.settings.pressButton");
     this.gamepads.read(this.mapping); // what is down already does not count
     const timer = setInterval(() => {
       const pressed = this.gamepads.pressedButton(this.mapping);

@@ -9,6 +9,7 @@ import { badge, byId, el, notice } from "../core/dom.js";
 import { filterChoices, filterRecordings, mapTitle, playerName } from "./recordings_filter.js";
 import { save } from "./source.js";
 import { duration, percent } from "../play/result_words.js";
+import { prepareTexts } from "../text/page.js";
 
 /** @typedef {import("./recordings_filter.js").Row} Row */
 
@@ -174,4 +175,5 @@ byId("more", HTMLElement).addEventListener("click", () => {
   shown += AT_ONCE;
   refresh();
 });
+await prepareTexts();
 void load();

@@ -16,6 +16,7 @@ import { Player, SPEEDS, nextEventTick } from "./player.js";
 import { Show } from "./show.js";
 import { ReplaySource, save } from "./source.js";
 import { headline } from "../play/result_words.js";
+import { prepareTexts } from "../text/page.js";
 import { playingWords } from "../play/seat_phrases.js";
 
 /** @typedef {import("./event_words.js").ToldEvent} ToldEvent */
@@ -329,4 +330,5 @@ class ReplayPage {
   }
 }
 
+await prepareTexts();
 void load();

@@ -9,7 +9,7 @@ import { byId, el, notice } from "../core/dom.js";
 import { TICK_MS } from "../messages.js";
 import { tickAt } from "./data.js";
 import { drawThoughts, drawTrails, ranking, thoughtsAt } from "./overlay.js";
-import { TEXT } from "../text/text.js";
+import { colourName } from "../text/names.js";
 
 /** @typedef {import("./data.js").Replay} Replay */
 /** @typedef {import("./overlay.js").Thought} Thought */
@@ -90,7 +90,7 @@ function scores(thought) {
   return el(
     "p",
     { class: "replay-scores" },
-    `${TEXT.colours[thought.seat]} at tick ${thought.tick}${decided}:`,
+    `${colourName(thought.seat)} at tick ${thought.tick}${decided}:`,
     ...words,
   );
 }

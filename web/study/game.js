@@ -43,6 +43,9 @@ export class StudyGame {
     return !this.#end.hidden;
   }
 
+  /** Whoever stops a round of a study leaves the page. */
+  stopHere() {}
+
   /** Back to the study. */
   leave() {
     if (this.#left) return;

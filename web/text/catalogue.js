@@ -11,7 +11,7 @@ import { ApiError, requestJson } from "../core/api.js";
 import { DEFAULT_LANGUAGE } from "./language.js";
 
 /** @typedef {Record<string, string>} Texts */
-/** @typedef {Readonly<Record<string, unknown>>} Values numbers are written as the language does */
+/** @typedef {Readonly<Record<string, unknown>>} Values numbers and lists are written as the language does */
 
 let language = DEFAULT_LANGUAGE;
 /** @type {Texts} */
@@ -57,6 +57,7 @@ export function say(key, values = {}) {
   if (text === undefined) throw new Error(`no text for ${key} in ${language}`);
   return text.replace(/\{(\w+)\}/g, (_, name) => {
     const value = values[name];
+    if (Array.isArray(value)) return new Intl.ListFormat(language).format(value.map(String));
     return typeof value === "number" ? decimal.format(value) : String(value ?? "");
   });
 }

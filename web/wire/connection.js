@@ -4,7 +4,7 @@
 import { requestJson } from "../core/api.js";
 import * as wire from "../messages.js";
 import { loadTokens, saveTokens } from "./seat_tokens.js";
-import { TEXT } from "../text/text.js";
+import { has, say } from "../text/catalogue.js";
 
 /** @typedef {"connecting" | "open" | "reconnecting" | "over"} Status */
 /**
@@ -12,8 +12,9 @@ import { TEXT } from "../text/text.js";
  * @property {(message: wire.ServerMessage, atMs: number) => void} onMessage
  * @property {(bundle: wire.Bundle, atMs: number) => void} onBundle
  * @property {(sentMs: number, serverMs: number, atMs: number) => void} onPong
- * @property {(status: Status, sentence: string) => void} onStatus  sentence: for people, when it is over
+ * @property {(status: Status, ending?: Ending) => void} onStatus  ending: why it is over, unless this page hung up
  */
+/** @typedef {{kind: string, sentence: string}} Ending kind: a value of ENDINGS; the sentence is for people */
 
 const BACK_OFF_MS = { first: 100, last: 5000 };
 const PING_MS = 1000;
@@ -22,13 +23,15 @@ const FIRST_PING_MS = 60;
 const SILENT_MS = 5000; // the server says something every second; so long without a word and the line is dead
 const REFUSED_TRIES = 3; // handshakes refused in a row before the page asks why
 const REFUSED_ANSWERS = 3; // and this often the server knew the room: this page is too old
-const FINAL = new Set([
-  wire.CLOSE_KICKED,
-  wire.CLOSE_REPLACED,
-  wire.CLOSE_ROOM_OVER,
-  wire.CLOSE_BAD_MESSAGE,
-  wire.CLOSE_NOT_FOUND,
-]);
+/** The codes with which the server closes for good. @type {Readonly<Record<number, string>>} */
+const ENDINGS = Object.freeze({
+  [wire.CLOSE_KICKED]: "kicked",
+  [wire.CLOSE_REPLACED]: "replaced",
+  [wire.CLOSE_ROOM_OVER]: "over",
+  [wire.CLOSE_BAD_MESSAGE]: "outdated",
+  [wire.CLOSE_UNAUTHORISED]: "unauthorised",
+  [wire.CLOSE_NOT_FOUND]: "notFound",
+});
 
 export class Connection {
   /** @type {WebSocket | null} */
@@ -37,7 +40,8 @@ export class Connection {
   #refused = 0;
   #answers = 0;
   #heardAtMs = 0;
-  #goodbye = "";
+  /** @type {wire.Bye | null} */
+  #goodbye = null;
   #over = false;
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #retry;
@@ -58,7 +62,7 @@ export class Connection {
     const socket = new WebSocket(`${scheme}://${location.host}/ws`, wire.SUBPROTOCOL);
     socket.binaryType = "arraybuffer";
     this.#socket = socket;
-    this.#goodbye = "";
+    this.#goodbye = null;
     this.#heardAtMs = performance.now();
     socket.onopen = () => this.#join();
     socket.onmessage = (event) => this.#hear(event.data);
@@ -77,7 +81,7 @@ export class Connection {
 
   /** Hang up for good. */
   close() {
-    this.#end("");
+    this.#end();
     this.#socket?.close();
   }
 
@@ -131,10 +135,10 @@ export class Connection {
 
   /** @param {wire.ServerMessage} message @param {number} atMs */
   #hearText(message, atMs) {
-    if (message.type === "bye") this.#goodbye = message.message;
+    if (message.type === "bye") this.#goodbye = message;
     if (message.type === "welcome") {
       if (message.protocol !== wire.PROTOCOL) {
-        this.#end(TEXT.reload);
+        this.#end("outdated");
         this.#socket?.close();
         return;
       }
@@ -144,7 +148,7 @@ export class Connection {
           message.seats.map((grant) => grant.token),
         );
       this.#tries = 0;
-      this.listener.onStatus("open", "");
+      this.listener.onStatus("open");
     }
     this.listener.onMessage(message, atMs);
   }
@@ -158,14 +162,14 @@ export class Connection {
       this.#again(0);
       return;
     }
-    if (FINAL.has(event.code) || event.code === wire.CLOSE_UNAUTHORISED) {
-      this.#end(this.#goodbye || TEXT.closed[event.code] || TEXT.reload);
+    if (event.code in ENDINGS) {
+      this.#end(ENDINGS[event.code], this.#goodbye);
       return;
     }
     const now = event.code === wire.CLOSE_RETRY ? 0 : Math.min(BACK_OFF_MS.last, BACK_OFF_MS.first * 2 ** this.#tries);
     this.#tries += 1;
     this.#refused += 1;
-    this.listener.onStatus("reconnecting", "");
+    this.listener.onStatus("reconnecting");
     if (this.#refused >= REFUSED_TRIES) this.#askWhy();
     this.#again(now * (0.8 + 0.4 * Math.random())); // not everybody in the same instant
   }
@@ -175,7 +179,7 @@ export class Connection {
     const socket = this.#socket;
     this.#socket = null;
     socket?.close();
-    this.listener.onStatus("reconnecting", "");
+    this.listener.onStatus("reconnecting");
     this.#again(0);
   }
 
@@ -191,19 +195,29 @@ export class Connection {
     try {
       await requestJson(`/api/rooms/${encodeURIComponent(this.room)}`);
       this.#answers += 1; // once means little: the server may have come back between the handshake and this question
-      if (this.#answers >= REFUSED_ANSWERS && !this.#over) this.#end(TEXT.reload);
+      if (this.#answers >= REFUSED_ANSWERS && !this.#over) this.#end("outdated");
     } catch (error) {
       const status = /** @type {{status?: number}} */ (error).status;
-      if (status === 404) this.#end(TEXT.closed[wire.CLOSE_NOT_FOUND]);
+      if (status === 404) this.#end("notFound");
       else this.#answers = 0; // nobody answers at all: keep trying
     }
   }
 
-  /** @param {string} sentence */
-  #end(sentence) {
+  /** @param {string} [kind] a value of ENDINGS; none: this page hangs up @param {wire.Bye | null} [goodbye] */
+  #end(kind, goodbye = null) {
     this.#over = true;
     clearTimeout(this.#retry);
     clearTimeout(this.#ping);
-    this.listener.onStatus("over", sentence);
+    this.listener.onStatus("over", kind ? { kind, sentence: endingText(kind, goodbye) } : undefined);
   }
+}
+
+/**
+ * The reason that the server gave, where the catalogue knows it; else what the close code means.
+ * @param {string} kind
+ * @param {wire.Bye | null} goodbye
+ */
+function endingText(kind, goodbye) {
+  const key = `error.${goodbye?.error}`;
+  return goodbye && has(key) ? say(key, goodbye.values) : say(`play.closed.${kind}`);
 }

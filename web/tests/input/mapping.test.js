@@ -11,6 +11,9 @@ import {
   withButton,
   withKey,
 } from "../../input/mapping.js";
+import { speak } from "../text/support.js";
+
+speak("en");
 
 /** @param {string | null} value */
 const storage = (value) => ({ getItem: () => value });

@@ -26,6 +26,8 @@ const room = (phase, untilMs = 0) => ({
   seats: [],
   spectators: 0,
   recording: true,
+  reason_code: "",
+  reason_values: {},
 });
 
 /** @param {number} epoch @returns {ServerMessage} */

@@ -3,6 +3,9 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { duration, headline, measures, percent } from "../../play/result_words.js";
+import { speak } from "../text/support.js";
+
+speak("en");
 
 const RESULT = {
   index: 0,
@@ -26,7 +29,7 @@ test("every outcome has a headline for people", () => {
       "Time is up",
       "The round ended: a player left",
       "The round was stopped",
-      "The round ended with a fault",
+      "The round ended because of an error",
     ],
   );
 });

@@ -4,6 +4,9 @@ import { test } from "node:test";
 import { contrast, readable } from "../../core/colours.js";
 import { outline, radiusOf } from "../../shapes.js";
 import { connectionWords, playingWords, seatName, taskSentence, waitingWords } from "../../play/seat_phrases.js";
+import { speak } from "../text/support.js";
+
+speak("en");
 
 /** @param {Partial<import("../../messages.js").SeatState>} [more] @returns {import("../../messages.js").SeatState} */
 const seat = (more) => ({
@@ -41,7 +44,7 @@ test("what a seat does is said in words", () => {
   const items = map(item("square", "small"), item("star", "large"), item("circle", "middle"));
   const words = (/** @type {[number, number]} */ held, /** @type {number[]} */ own) =>
     playingWords(seat(), 1, items, view(held), own);
-  assert.equal(words([-1, -1], [0]), "hands free");
+  assert.equal(words([-1, -1], [0]), "carrying nothing");
   assert.equal(words([-1, 0], [0]), "carrying a square");
   assert.equal(words([-1, 1], [0]), "waiting for your help");
   assert.equal(words([-1, 1], []), "waiting for help");
@@ -61,8 +64,8 @@ test("a seat before the round", () => {
 test("names: mine, the partner's, an agent's", () => {
   assert.deepEqual([seatName(seat(), true), seatName(seat(), false)], ["You", "Partner"]);
   assert.equal(seatName(seat(), false, true), "A person", "whoever watches has no partner");
-  assert.equal(seatName(seat({ kind: "agent", name: "scripted" }), false), "Scripted");
-  assert.equal(seatName(seat({ kind: "agent", name: "bass@all" }), false), "bass@all", "an id is written as it is");
+  assert.equal(seatName(seat({ kind: "agent", name: "scripted" }), false), "Scripted partner");
+  assert.equal(seatName(seat({ kind: "agent", name: "bass@all" }), false), "BASS");
   assert.equal(seatName(seat({ name: "Ada" }), false), "Ada");
 });
 

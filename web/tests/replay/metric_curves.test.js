@@ -3,6 +3,9 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { HEIGHT, WIDTH, pathOf, placeOf, scaleOf, tickAtPart } from "../../replay/metric_curves.js";
+import { speak } from "../text/support.js";
+
+speak("en");
 
 test("shares reach from 0 to 1, NFD below where it was, waiting up to its largest", () => {
   assert.deepEqual(scaleOf("tcr", [0.2]), { low: 0, high: 1 });

@@ -59,6 +59,11 @@ test("values go into their places, numbers as the language writes them; an unkno
   assert.throws(() => say("nothing"), /no text for nothing in de/);
 });
 
+test("a list is written as the language does", () => {
+  setTexts("de", { lost: "Es fehlen: {players}" });
+  assert.equal(say("lost", { players: ["Blau", "Rot"] }), "Es fehlen: Blau und Rot");
+});
+
 test("a count chooses the plural form", () => {
   setTexts("en", { "left.one": "one left", "left.other": "{count} left" });
   assert.deepEqual([say("left", { count: 1 }), say("left", { count: 0 })], ["one left", "0 left"]);

@@ -3,6 +3,9 @@ import { beforeEach, mock, test } from "node:test";
 
 import { Connection } from "../../wire/connection.js";
 import * as wire from "../../messages.js";
+import { speak } from "../text/support.js";
+
+speak("en");
 
 class FakeSocket {
   static OPEN = 1;
@@ -66,7 +69,7 @@ function connect(mode = "play") {
     onMessage: () => {},
     onBundle: () => {},
     onPong: () => {},
-    onStatus: (status, sentence) => statuses.push(sentence ? `${status}: ${sentence}` : status),
+    onStatus: (status, ending) => statuses.push(ending ? `${status}: ${ending.sentence}` : status),
   });
   connection.open();
   return connection;
@@ -154,12 +157,12 @@ test("after some close codes it is over, with a sentence", () => {
   }
 });
 
-test("the server's own goodbye is what people read", () => {
+test("the reason that the server gives for its goodbye is what people read", () => {
   connect();
   newest().opens();
-  newest().says({ type: "bye", code: wire.CLOSE_ROOM_OVER, message: "Nobody was here for a while." });
+  newest().says({ type: "bye", code: wire.CLOSE_ROOM_OVER, message: "", error: "nobody_here", values: {} });
   newest().closes(wire.CLOSE_ROOM_OVER);
-  assert.equal(statuses.at(-1), "over: Nobody was here for a while.");
+  assert.equal(statuses.at(-1), "over: This game was closed because nobody was here for a while.");
 });
 
 test("a key that is not valid any more is forgotten, and the link tried once without it", () => {
