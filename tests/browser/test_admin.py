@@ -70,10 +70,10 @@ def test_a_lost_server_is_said_the_last_figures_stay_and_its_return_is_noticed(
         page.goto("/admin")
         expect(page.get_by_text("Late ticks (p99)")).to_be_visible()
         page.context.set_offline(True)
-        expect(page.get_by_role("alert").filter(has_text="The game server does not answer")).to_be_visible()
+        expect(page.get_by_role("alert").filter(has_text="The server does not answer")).to_be_visible()
         expect(page.get_by_text("Late ticks (p99)")).to_be_visible()
         page.context.set_offline(False)
-        expect(page.get_by_text("The game server does not answer")).to_have_count(0)
+        expect(page.get_by_text("The server does not answer")).to_have_count(0)
 
 
 def test_the_dashboard_is_accessible_in_both_themes(server: Server, open_page: OpenPage) -> None:

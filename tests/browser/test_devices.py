@@ -135,7 +135,7 @@ def test_a_key_of_ones_own_choice_is_kept_in_the_browser(server: Server, open_pa
     expect(page.locator("#controls kbd", has_text="E").first).to_be_visible()
     page.reload()
     wait_for(page, "game.phase === 'paused'")
-    expect(page.locator("#overlay")).to_contain_text("Press E or Enter to go on")
+    expect(page.locator("#overlay")).to_contain_text("Press E or Enter to continue")
     page.wait_for_timeout(1000)
     page.keyboard.press("KeyE")
     wait_for(page, "game.phase === 'playing'")

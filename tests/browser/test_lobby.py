@@ -5,6 +5,7 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
 from playwright.sync_api import Browser, Page, Route, expect
 
 from tests.browser.pages import complaining_page, overflow, sent_body, violations
@@ -147,10 +148,10 @@ def test_practice_opens_the_practice_room_without_a_limit(open_page: OpenPage) -
 def test_changed_items_need_a_number_and_the_field_gets_the_focus(open_page: OpenPage) -> None:
     page = ready(open_page("/"))
     page.locator("#more summary").click()
-    page.get_by_label("Changed items").check()
+    page.get_by_label("Shuffled items").check()
     page.get_by_label("Number", exact=True).fill("seven")
     page.locator("#play").click()
-    expect(page.get_by_role("alert").filter(has_text="whole number")).to_be_visible()
+    expect(page.get_by_role("alert").filter(has_text="one to nine digits")).to_be_visible()
     expect(page.get_by_label("Number", exact=True)).to_be_focused()
     page.get_by_label("Number", exact=True).fill("7")
     with page.expect_request("**/api/rooms") as sent:
@@ -173,21 +174,22 @@ def test_the_last_choice_is_there_on_the_next_visit(open_page: OpenPage) -> None
     expect(page.get_by_label("Time limit")).to_have_value("900")
 
 
-def test_a_refusal_is_shown_as_the_servers_own_sentence(browser: Browser, server: Server) -> None:
-    sentence = "All 200 rooms of this server are in use; close one or try again later."
-
+@pytest.mark.parametrize(("code", "shown"), [("full", "has no room for another game"), ("new_code", "Sorry, no.")])
+def test_a_refusal_is_shown_by_its_code_else_as_the_servers_sentence(
+    browser: Browser, server: Server, code: str, shown: str
+) -> None:
     def refuse(route: Route) -> None:
         route.fulfill(
             status=503,
             content_type="application/json",
-            body=json.dumps({"error": {"code": "full", "message": sentence}}),
+            body=json.dumps({"error": {"code": code, "message": "Sorry, no."}}),
         )
 
     with complaining_page(browser, server, "/") as page:
         ready(page)
         page.route("**/api/rooms", refuse)
         page.locator("#play").click()
-        expect(page.get_by_role("alert").filter(has_text=sentence)).to_be_visible()
+        expect(page.get_by_role("alert").filter(has_text=shown)).to_be_visible()
         expect(page.locator("#play")).to_be_enabled()
 
 
@@ -196,7 +198,7 @@ def test_a_server_that_is_gone_is_said_and_its_return_noticed(browser: Browser, 
         page.clock.install()
         page.route("**/api/maps", lambda route: route.abort())
         page.goto("/")
-        expect(page.get_by_text("The game server does not answer")).to_be_visible()
+        expect(page.get_by_text("The server does not answer")).to_be_visible()
         expect(page.locator("#play")).to_be_disabled()
         page.unroute("**/api/maps")
         page.clock.run_for(3000)

@@ -38,13 +38,13 @@ def test_a_spectator_switches_on_what_an_agent_weighs(server: Server, open_page:
     room = server.make_room("HandOff", blue="idle", red="scripted")  # lasts until time is up
     page = open_page(room["watch_path"])
     think(page, THOUGHT)
-    box = page.get_by_role("region", name="What agents weigh")
-    box.get_by_role("button", name="Show candidates").click()
+    box = page.get_by_role("region", name="What agents consider")
+    box.get_by_role("button", name="Show options").click()
     expect(box.get_by_role("listitem")).to_have_count(4)
     expect(box.locator("strong")).to_contain_text("played")
     page.screenshot(path=pictures / "thoughts.png")
     assert violations(page) == []
-    box.get_by_role("button", name="Hide candidates").click()
+    box.get_by_role("button", name="Hide options").click()
     expect(box.get_by_role("listitem")).to_have_count(0)
 
 
@@ -56,24 +56,24 @@ def test_the_switch_stays_under_the_pointer_when_the_round_begins(
     page = open_page(room["watch_path"], viewport=size)
     think(page, THOUGHT)
     expect(page.locator("#ready")).to_be_visible()  # and gone when the round begins
-    page.get_by_role("button", name="Show candidates").hover()
+    page.get_by_role("button", name="Show options").hover()
     page.mouse.down()
     start(open_page(room["join_path"], room))
     wait_for(page, "game.phase === 'playing'")
     expect(page.locator("#ready")).to_be_hidden()
-    expect(page.get_by_role("button", name="Show candidates")).to_be_focused()  # there is no key here that grabs
+    expect(page.get_by_role("button", name="Show options")).to_be_focused()  # there is no key here that grabs
     page.mouse.up()
     expect(page.locator("#thoughts").get_by_role("listitem")).to_have_count(4)
     page.mouse.down()  # the scores have not moved it either
     page.mouse.up()
-    expect(page.get_by_role("button", name="Show candidates")).to_be_visible()
+    expect(page.get_by_role("button", name="Show options")).to_be_visible()
 
 
 def test_an_agent_that_weighs_nothing_is_said_to(server: Server, open_page: OpenPage) -> None:
     room = server.make_room("SingleRotation", blue="idle", red="scripted")
     page = open_page(room["watch_path"])
-    page.get_by_role("button", name="Show candidates").click()
-    expect(page.locator("#thoughts")).to_contain_text("No agent here says what it weighs.")
+    page.get_by_role("button", name="Show options").click()
+    expect(page.locator("#thoughts")).to_contain_text("These players do not show their plans.")
 
 
 def test_players_are_not_offered_to_look_into_their_partner(server: Server, open_page: OpenPage) -> None:
@@ -87,7 +87,7 @@ def test_in_a_pause_stays_what_was_weighed_last(server: Server, open_page: OpenP
     page, blue = open_page(room["watch_path"]), open_page(room["join_path"], room)
     start(blue)
     think(page, THOUGHT)
-    page.get_by_role("button", name="Show candidates").click()
+    page.get_by_role("button", name="Show options").click()
     scores = page.locator("#thoughts").get_by_role("listitem")
     expect(scores).to_have_count(4)
     blue.keyboard.press("Escape")
@@ -97,4 +97,4 @@ def test_in_a_pause_stays_what_was_weighed_last(server: Server, open_page: OpenP
     expect(scores).to_have_count(4)
     blue.keyboard.press("Space")
     wait_for(page, "game.phase === 'playing'")
-    expect(page.locator("#thoughts")).to_contain_text("No agent here says what it weighs.")
+    expect(page.locator("#thoughts")).to_contain_text("These players do not show their plans.")

@@ -89,8 +89,15 @@ export function agentLine({ id, kind, policy: trained, population, tcr, descript
   const help = `agent.${id.split(/[@:]/)[0]}.help`;
   if (!name || !population) return has(help) ? say(help) : firstSentence(description);
   const policy = kind === "bass" ? say("lobby.policy.bass", { policy: name }) : name;
-  const what = say("lobby.trained", { policy, population: population.split(";")[0] });
+  const what = say("lobby.trained", { policy, population: populationText(population) });
   return typeof tcr?.unseen === "number" ? `${what} ${tcrText(tcr.unseen, tcr.alone)}` : what;
+}
+
+/** "scripted people of A and B; none of C": whose play it has learned from. @param {string} population */
+function populationText(population) {
+  const learned = population.split(";")[0];
+  const key = `lobby.population.${learned.replaceAll(" ", "-")}`;
+  return has(key) ? say(key) : learned;
 }
 
 /** @param {number} unseen @param {number | null} alone */

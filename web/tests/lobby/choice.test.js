@@ -62,12 +62,12 @@ test("a trained agent is described by what it is, whom it learned from and its s
   };
   assert.equal(
     agentLine(card),
-    "Diffusion Policy with BASS, trained on the play of scripted people of A and B. " +
+    "Diffusion Policy with BASS, learned from scripted people of A and B. " +
       "TCR 0.73 with scripted people it never met (0.27 without help).",
   );
   assert.equal(
     agentLine({ ...card, kind: "gru", policy: "gru", tcr: { unseen: null, alone: null } }),
-    "GRU, trained on the play of scripted people of A and B.",
+    "GRU, learned from scripted people of A and B.",
   );
   assert.equal(
     agentLine({ ...card, tcr: { unseen: 0.7, alone: null } }).split(". ")[1],
