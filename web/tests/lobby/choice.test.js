@@ -81,13 +81,13 @@ test("of an agent that was not trained nothing is invented", () => {
     agentLine({
       id: "idle",
       name: "Idle",
-      description: "Stands still.",
+      description: "Stands still: the control condition.",
       kind: "idle",
       policy: "",
       population: "",
       tcr,
     }),
-    "Stands still.",
+    "Stands still: the control condition.",
   );
 });
 
