@@ -52,7 +52,7 @@ def play_all(todo: list[Run], workers: int, log: Path | None = None) -> list[Out
     rest = {run.match: run for run in sorted(todo, key=lambda run: (run.seed, run.agent)) if run not in done}
     failed = []
 
-    def heed(result: MatchResult) -> None:
+    def on_result(result: MatchResult) -> None:
         run = rest[result.match]
         metrics = result.metrics
         if result.failure or metrics.wt_s is None:
@@ -65,7 +65,7 @@ def play_all(todo: list[Run], workers: int, log: Path | None = None) -> list[Out
 
     with Progress(console=Console(stderr=True)) as progress:
         bar = progress.add_task("episodes", total=len(todo), completed=len(done))
-        play_matches(list(rest), workers=workers, heed=heed)
+        play_matches(list(rest), workers=workers, on_result=on_result)
     if failed:
         raise MatchError(f"{len(failed)} of {len(rest)} matches were lost: {failed[0]}")
     return [done[run] for run in todo]

@@ -1,4 +1,4 @@
-"""Headless matches: one, a grid of them, on one machine or many."""
+"""Headless matches: single ones and grids of them, on one machine or many."""
 
 from movingout.matches.errors import MatchError
 from movingout.matches.experiment.grid import Grid, read_grid

@@ -1,4 +1,4 @@
-"""What can go wrong with matches."""
+"""The error of this package."""
 
 from movingout.maps.errors import MovingOutError
 

@@ -1,4 +1,4 @@
-"""One match as a value: who plays where with which seed, and what came of it. Knows nothing of how it is played."""
+"""One match and its result as values. Knows nothing of how a match is played."""
 
 import hashlib
 import json
@@ -18,13 +18,13 @@ Ending = Literal["delivered", "time", "failed"]
 
 @dataclass(frozen=True, slots=True)
 class Match:
-    """Everything that determines a match; equal matches give equal numbers."""
+    """Everything that determines a match; equal matches have equal results."""
 
     map: str  # a name, or a path
     blue: str  # agent ids
     red: str
     seed: int
-    challenge: Challenge = 1  # 2: a variant of the map, made from the seed
+    challenge: Challenge = 1  # 2: items of other sizes and shapes, drawn by the seed
     ticks: int = LIMIT_TICKS
     split: Split = "evaluation"  # of Challenge 2: which combinations of size and shape items may have
 
@@ -39,7 +39,7 @@ class Match:
         return self.blue, self.red
 
     def world_map(self) -> MapSpec:
-        """The map that is played on. Raises MapError when there is no such map or variant."""
+        """The map as played. Raises MapError when there is no such map or variant."""
         return _world_map(self.map, self.seed if self.challenge == 2 else None, self.split)
 
 
@@ -51,7 +51,7 @@ def _world_map(name: str, seed: int | None, split: Split) -> MapSpec:
 
 @dataclass(frozen=True, slots=True)
 class MatchResult:
-    """What came of a match. A failed one is lost: nothing delivered, nothing nearer, and the reason kept."""
+    """The result of a match. A failed one counts as nothing delivered and nothing moved, and has the reason."""
 
     match: Match
     ending: Ending
@@ -61,7 +61,7 @@ class MatchResult:
     metrics: Metrics  # of a failed match: TCR and NFD 0, the others None
     waiting_share: float | None  # of the ticks, as the official code counts; None for a failed match
     failure: str = ""  # one sentence
-    failed_seat: int = -1  # 0 blue, 1 red, -1 nobody in particular
+    failed_seat: int = -1  # 0 blue, 1 red, -1 neither
     recording: str = field(default="", compare=False)
     cpu_s: float = field(default=0.0, compare=False)  # processor time of the match, for estimates
 
@@ -76,8 +76,8 @@ class MatchResult:
         return {**document, "limit_ticks": self.match.ticks}
 
 
-def lost(match: Match, reason: str, *, seat: int = -1, tick: int = 0, recording: str = "") -> MatchResult:
-    """The result of a match that could not be played to its end."""
+def failed_result(match: Match, reason: str, *, seat: int = -1, tick: int = 0, recording: str = "") -> MatchResult:
+    """The result of a match that was not played to its end."""
     return MatchResult(
         match=match,
         ending="failed",
@@ -108,7 +108,7 @@ def result_from_json(document: dict[str, Any]) -> MatchResult:
         names = [entry.name for entry in fields(MatchResult) if entry.name not in ("match", "metrics")]
         rest = {name: document[name] for name in names} | {"metrics": Metrics.of(document)}
     except (KeyError, TypeError) as error:
-        raise MatchError(f"a result lacks the field {error}; it was written by another version") from error
+        raise MatchError(f"a result lacks the field {error}; another version wrote it") from error
     if match.id != document.get("id"):
-        raise MatchError(f"the result {document.get('id')} has been changed by hand; remove its line")
+        raise MatchError(f"the result {document.get('id')} was edited by hand; delete its line")
     return MatchResult(match=match, **rest)

@@ -1,4 +1,4 @@
-"""Playing: one pair, a list of matches, a whole grid into a results folder. The functions a notebook calls."""
+"""Plays one pair, a list of matches, or a whole grid into a results folder: the functions to call from a notebook."""
 
 import json
 import os
@@ -12,39 +12,35 @@ from movingout.agents.catalogue import load_agent
 from movingout.agents.checkpoint.checkpoint import fingerprint
 from movingout.maps import map_names
 from movingout.matches.errors import MatchError
-from movingout.matches.execution.dispatch import Crew, dispatch
-from movingout.matches.execution.local_workers import LocalCrew
+from movingout.matches.execution.dispatch import WorkerPool, dispatch
+from movingout.matches.execution.local_workers import LocalWorkerPool
 from movingout.matches.execution.lockstep import AGENT_LIMIT_S
 from movingout.matches.experiment.grid import Grid, read_grid
-from movingout.matches.experiment.plan import Entry, entries, matches_of, missing_agents
+from movingout.matches.experiment.plan import PlannedMatch, matches_of, missing_agents, planned_matches
 from movingout.matches.match import Challenge, Match, MatchResult
 from movingout.matches.results.results_folder import Shard, open_folder, read_head, read_results, write_whole
 from movingout.matches.results.table import Row, markdown, rows_of
 from movingout.world.constants import LIMIT_TICKS
 
-Progress = Callable[[int, int], None]
-"""Called with (finished, all) matches."""
-Heed = Callable[[MatchResult], None]
-"""Called with each result as it comes."""
-CrewMaker = Callable[[int, float, Path | None], Crew]
-"""(workers, agent_limit_s, record) -> Crew"""
+OnProgress = Callable[[int, int], None]
+"""Called with the number of finished matches and of all."""
+OnResult = Callable[[MatchResult], None]
+"""Called with each result as it arrives."""
+WorkerPoolFactory = Callable[[int, float, Path | None], WorkerPool]
+"""Called with (workers, agent_limit_s, record); returns the pool."""
 
 
-def _silent(finished: int, count: int) -> None:
-    """No progress shown."""
-
-
-def _heedless(result: MatchResult) -> None:
-    """Results are looked at when all are there."""
+def no_op(*_: object) -> None:
+    """Shows no progress and does nothing with a result."""
 
 
 @dataclass(frozen=True, slots=True)
 class GridRun:
-    """A results folder and what it holds so far."""
+    """A results folder and the results in it so far."""
 
     folder: Path
     grid: Grid
-    plan: list[Entry]
+    plan: list[PlannedMatch]
     results: dict[Match, MatchResult]
 
     @property
@@ -57,7 +53,7 @@ class GridRun:
 
     @property
     def missing(self) -> int:
-        """Matches not played yet."""
+        """How many matches have not been played yet."""
         return len(matches_of(self.plan)) - len(self.results)
 
     def to_json(self) -> dict[str, Any]:
@@ -83,9 +79,21 @@ def play(
     workers: int | None = None,
     record: Path | str | None = None,
 ) -> list[MatchResult]:
-    """Let two agents play `episodes` matches with the seeds `seed`, `seed` + 1, ...; `map` is a name, a path or "all".
+    """Let two agents play matches in worker processes; returns the results in the order of maps and seeds.
 
-    The results are in the order of maps and seeds. Raises MovingOutError for an unknown agent or map.
+        results = movingout.play("scripted", "idle", "HandOff", episodes=5)
+        print([result.tcr for result in results])
+
+    `blue`, `red`: agent ids, such as "scripted", "person:name=A03", "bass@all" or "my_module:MyAgent".
+    `map`: a name, the path of a map file, or "all" for the paper's twelve.
+    `episodes`: matches per map, with the seeds `seed`, `seed` + 1, ...
+    `challenge`: 1 plays the maps as designed; 2 varies the items' sizes and shapes by the seed.
+    `ticks`: limit of a match; a tick is 0.1 s.
+    `workers`: processes; default: one per processor core.
+    `record`: a folder that gets a recording of each match.
+
+    An agent that raises an exception or exceeds its time limit ends its match with `ending` "failed" and a reason in
+    `failure`. Raises MovingOutError, before anything is played, for an unknown agent or map.
     """
     maps = map_names() if map == "all" else (map,)
     matches = [Match(name, blue, red, seed + k, challenge, ticks) for name in maps for k in range(episodes)]
@@ -98,11 +106,14 @@ def play_matches(
     workers: int | None = None,
     record: Path | None = None,
     agent_limit_s: float = AGENT_LIMIT_S,
-    crew: CrewMaker = LocalCrew,
-    progress: Progress = _silent,
-    heed: Heed = _heedless,
+    pool: WorkerPoolFactory = LocalWorkerPool,
+    progress: OnProgress = no_op,
+    on_result: OnResult = no_op,
 ) -> list[MatchResult]:
-    """The results of matches, in their order. Raises MovingOutError before anything is played."""
+    """Play matches; returns the results in the same order. Matches that occur twice are played once.
+
+    `pool` makes the workers (default: processes of this machine). Raises MovingOutError before anything is played.
+    """
     for agent_id in sorted({agent_id for match in matches for agent_id in match.seats}):
         load_agent(agent_id)
     for match in matches:
@@ -112,10 +123,10 @@ def play_matches(
     found: dict[Match, MatchResult] = {}
     todo = list(dict.fromkeys(matches))
     size = _workers(workers, len(todo))
-    with closing(dispatch(crew(size, agent_limit_s, record), todo)) as results:
+    with closing(dispatch(pool(size, agent_limit_s, record), todo)) as results:
         for result in results:
             found[result.match] = result
-            heed(result)
+            on_result(result)
             progress(len(found), len(todo))
     return [found[match] for match in matches]
 
@@ -127,13 +138,23 @@ def run_grid(
     workers: int | None = None,
     record: bool = False,
     shard: tuple[int, int] = (0, 1),
-    crew: CrewMaker = LocalCrew,
-    progress: Progress = _silent,
+    pool: WorkerPoolFactory = LocalWorkerPool,
+    progress: OnProgress = no_op,
 ) -> GridRun:
-    """Play what is missing of a grid in the folder `out`; returns everything there.
+    """Play the matches of a grid that the folder `out` does not hold yet; returns all results in it.
 
-    A killed run goes on where it was. `shard` (i, n): only each n-th match from the i-th (arrays of jobs).
-    `crew` says where the workers are (default: processes of this machine). Raises MatchError in a sentence.
+        run = movingout.run_grid("grid.yaml", "data/matches/mine")
+        for row in run.rows:
+            print(row.agent, row.partner, row.map, len(row.results))
+
+    Each result is on disk as soon as its match ends, so a run that was stopped continues when called again.
+
+    `grid`: a `Grid` or the path of a YAML file (docs/matches.md).
+    `record`: also write a recording of each match, into `out`/recordings.
+    `shard`: (i, n) plays every n-th match from the i-th on, for arrays of jobs that share a folder.
+    `pool`: makes the workers (default: processes of this machine; `ray_worker_pool` for a cluster).
+
+    Raises MatchError when the grid is invalid, an agent is missing, or the folder holds another grid.
     """
     grid, folder = grid if isinstance(grid, Grid) else read_grid(Path(grid)), Path(out)
     missing = missing_agents(grid)
@@ -144,7 +165,7 @@ def run_grid(
         raise MatchError(f"shard {index}/{count}: the first number counts from 0 to {count - 1}")
     make_folder(folder)
     open_folder(folder, grid, _checkpoints(grid))
-    plan = entries(grid)
+    plan = planned_matches(grid)
     matches = matches_of(plan)[index::count]
     with Shard(folder, index, count) as file:
         finished = read_results(folder)
@@ -155,7 +176,7 @@ def run_grid(
         done = len(matches) - len(todo)
         progress(done, len(matches))
         if todo:
-            workers_here = crew(_workers(workers, len(todo)), grid.agent_limit_s, recordings)
+            workers_here = pool(_workers(workers, len(todo)), grid.agent_limit_s, recordings)
             with closing(dispatch(workers_here, todo)) as results:
                 for result in _relative(results, folder):
                     file.append([result])
@@ -164,8 +185,8 @@ def run_grid(
     return finish(folder, grid, plan)
 
 
-def finish(folder: Path, grid: Grid, plan: list[Entry]) -> GridRun:
-    """Read all results and write the tables beside them."""
+def finish(folder: Path, grid: Grid, plan: list[PlannedMatch]) -> GridRun:
+    """Read all results of a folder and write the tables beside them."""
     found = {result.match: result for result in read_results(folder).values()}
     run = GridRun(folder, grid, plan, {match: found[match] for match in matches_of(plan) if match in found})
     write_whole(folder / "results.json", json.dumps(run.to_json(), indent=1) + "\n")
@@ -174,16 +195,16 @@ def finish(folder: Path, grid: Grid, plan: list[Entry]) -> GridRun:
 
 
 def open_run(folder: Path | str) -> GridRun:
-    """What a results folder holds. Raises MatchError when it is none."""
+    """Read a results folder without playing. Raises MatchError when it is not one."""
     folder = Path(folder)
     grid = Grid.model_validate_json(json.dumps(read_head(folder)["grid"]))
-    plan = entries(grid)
+    plan = planned_matches(grid)
     found = {result.match: result for result in read_results(folder).values()}
     return GridRun(folder, grid, plan, {match: found[match] for match in matches_of(plan) if match in found})
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder where there is none. Raises MatchError."""
+    """Make a folder unless it exists. Raises MatchError."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -191,7 +212,7 @@ def make_folder(folder: Path) -> None:
 
 
 def _relative(results: Iterator[MatchResult], folder: Path) -> Iterator[MatchResult]:
-    """Recordings named from the results folder on, so that the folder can be moved."""
+    """Results with paths of recordings relative to the results folder, so that the folder can be moved."""
     for result in results:
         path = Path(result.recording)
         if result.recording and path.is_relative_to(folder.resolve()):
@@ -200,7 +221,7 @@ def _relative(results: Iterator[MatchResult], folder: Path) -> Iterator[MatchRes
 
 
 def _checkpoints(grid: Grid) -> dict[str, str]:
-    ids = {agent_id for entry in entries(grid) for agent_id in entry.match.seats}
+    ids = {agent_id for entry in planned_matches(grid) for agent_id in entry.match.seats}
     return {agent_id: sha for agent_id in sorted(ids) if (sha := fingerprint(agent_id))}
 
 

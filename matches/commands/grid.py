@@ -1,4 +1,4 @@
-"""`movingout match grid GRID.yaml`: play a grid into a results folder, or say what that would take."""
+"""`movingout match grid GRID.yaml`: play a grid into a results folder, or estimate how long that takes."""
 
 import argparse
 import json
@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from movingout.matches.commands.progress import bar
-from movingout.matches.commands.worker_options import add_workers, crew_of, workers_of
+from movingout.matches.commands.worker_options import add_workers, worker_pool_of, workers_of
 from movingout.matches.errors import MatchError
 from movingout.matches.execution.lockstep import Lockstep
 from movingout.matches.experiment.grid import Grid, read_grid
-from movingout.matches.experiment.plan import entries, matches_of, missing_agents
+from movingout.matches.experiment.plan import matches_of, missing_agents, planned_matches
 from movingout.matches.experiment.shipped_grids import grid_path, shipped_grids
 from movingout.matches.report.html_page import write_page
 from movingout.matches.report.parquet import write_parquet
@@ -28,13 +28,15 @@ _PROBE_TICKS = 100
 
 def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("grid", type=Path, metavar="GRID.yaml", help=f"a file, or one of {', '.join(shipped_grids())}")
-    parser.add_argument("--out", type=Path, metavar="DIR", help="results folder; default: data/matches/<name of file>")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="results folder; default: data/matches/<grid>")
     add_workers(parser)
-    parser.add_argument("--shard", default="0/1", metavar="I/N", help="only each N-th match from the I-th (0 to N-1)")
+    parser.add_argument("--shard", default="0/1", metavar="I/N", help="every N-th match from the I-th on (0 to N-1)")
     parser.add_argument("--record", action="store_true", help="write each match as a recording into DIR/recordings")
-    parser.add_argument("--html", action="store_true", help="also the tournament view, DIR/results.html")
+    parser.add_argument("--html", action="store_true", help="also write DIR/results.html with the cross-play matrices")
     parser.add_argument(
-        "--dry-run", action="store_true", help="only say how much there is to do, and how long it takes"
+        "--dry-run",
+        action="store_true",
+        help="only say how many matches there are and how long they will take",
     )
     parser.add_argument("--json", action="store_true", help="one JSON document on standard output")
     parser.set_defaults(perform=perform)
@@ -44,7 +46,7 @@ def perform(args: argparse.Namespace) -> int:
     shard, path = _shard(args.shard), grid_path(args.grid)
     grid = read_grid(path)
     folder: Path = args.out or Path("data/matches") / path.stem
-    crew = crew_of(args)
+    pool = worker_pool_of(args)
     if args.dry_run:
         return _dry_run(grid, folder, workers_of(args), args.json)
     if caution := inexact_engine():
@@ -52,11 +54,11 @@ def perform(args: argparse.Namespace) -> int:
     try:
         with bar("matches") as progress:
             run = run_grid(
-                grid, folder, workers=workers_of(args), record=args.record, shard=shard, crew=crew,
+                grid, folder, workers=workers_of(args), record=args.record, shard=shard, pool=pool,
                 progress=progress,
             )  # fmt: skip
     except KeyboardInterrupt:
-        print("movingout: stopped; what is finished is kept, the same command goes on from there", file=sys.stderr)
+        print("movingout: stopped; finished matches are kept, run the same command again to continue", file=sys.stderr)
         return 130
     notes = [write_parquet(run)]
     if args.html:
@@ -75,9 +77,9 @@ def _show(run: GridRun, args: argparse.Namespace, notes: list[str]) -> None:
         by_map = ", by map" if len(rows) < len(run.rows) else ""
         print(f"{len(run.results)} matches in {run.folder}: {files}results.md{by_map}, results.json, results-*.jsonl")
     if run.missing:
-        print(f"movingout: {run.missing} matches of other shards are not here yet", file=sys.stderr)
+        print(f"movingout: {run.missing} matches of other shards are still missing", file=sys.stderr)
     for result in run.failures[:5]:
-        print(f"movingout: {result.match.map}, seed {result.match.seed}: lost: {result.failure}", file=sys.stderr)
+        print(f"movingout: {result.match.map}, seed {result.match.seed}: failed: {result.failure}", file=sys.stderr)
     if len(run.failures) > 5:
         print(f"movingout: and {len(run.failures) - 5} more failed matches, see results.json", file=sys.stderr)
     for note in notes:
@@ -86,7 +88,7 @@ def _show(run: GridRun, args: argparse.Namespace, notes: list[str]) -> None:
 
 def _dry_run(grid: Grid, folder: Path, workers: int, as_json: bool) -> int:
     missing = missing_agents(grid)
-    matches = matches_of(entries(grid))
+    matches = matches_of(planned_matches(grid))
     finished = read_results(folder).keys() if (folder / GRID).exists() else ()
     todo = [match for match in matches if match.id not in finished]
     seconds = None if missing else _seconds_per_match(grid) * len(todo) / workers if todo else 0.0
@@ -99,17 +101,17 @@ def _dry_run(grid: Grid, folder: Path, workers: int, as_json: bool) -> int:
         return 0
     print(f"{grid.name}: {len(matches)} matches, {len(matches) - len(todo)} finished, {len(todo)} to play")
     if seconds:
-        print(f"about {_span(seconds)} with {workers} worker(s) on this machine, from {_PROBES} short trials")
+        print(f"about {_span(seconds)} with {workers} worker(s) here, estimated from {_PROBES} short matches")
     for sentence in missing:
-        print(f"not here: {sentence}")
+        print(f"missing: {sentence}")
     return 0
 
 
 def _seconds_per_match(grid: Grid) -> float:
-    """Processor seconds of a match at full length, from a few short ones spread over the grid."""
-    matches = matches_of(entries(grid))
+    """Processor seconds of a match of full length, estimated from a few short ones spread over the grid."""
+    matches = matches_of(planned_matches(grid))
     step = max(len(matches) // _PROBES, 1)
-    lockstep, spent = Lockstep(company=1), 0.0
+    lockstep, spent = Lockstep(batch_size=1), 0.0
     probes = matches[::step][:_PROBES]
     for match in probes:
         ticks = min(match.ticks, _PROBE_TICKS)

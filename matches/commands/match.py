@@ -1,4 +1,4 @@
-"""`movingout match`: one pair here; a grid and the report beside the paper in modules of their own."""
+"""`movingout match`: plays one pair; grids and the comparison with the paper are in modules of their own."""
 
 import argparse
 import json
@@ -11,10 +11,10 @@ from movingout.agents.catalogue import unseen_map
 from movingout.maps import load_map, map_names
 from movingout.matches.commands import grid, report
 from movingout.matches.commands.progress import bar
-from movingout.matches.commands.worker_options import add_workers, crew_of, workers_of
+from movingout.matches.commands.worker_options import add_workers, worker_pool_of, workers_of
 from movingout.matches.errors import MatchError
-from movingout.matches.experiment.grid import PEOPLE
-from movingout.matches.experiment.plan import Entry, seated
+from movingout.matches.experiment.grid import POPULATION_PREFIX
+from movingout.matches.experiment.plan import PlannedMatch, agent_for_seed
 from movingout.matches.match import Match, MatchResult
 from movingout.matches.results.table import MEASURES, rows_of
 from movingout.matches.run import play_matches
@@ -26,10 +26,12 @@ from movingout.world.exactness import inexact_engine
 def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--red", metavar="AGENT", help="agent id, package.module:Factory, or people:C")
     parser.add_argument("--blue", metavar="AGENT")
-    parser.add_argument("--map", default="all", metavar="NAME|all", help="several joined by commas; default: all")
+    parser.add_argument(
+        "--map", default="all", metavar="NAME|all", help="one, or several separated by commas; default: all"
+    )
     parser.add_argument("--episodes", type=int, default=1, help="per map; default 1")
-    parser.add_argument("--seed", type=int, default=0, help="of the first episode; the next has the next")
-    parser.add_argument("--challenge", type=int, choices=(1, 2), default=1, help="2: items as never seen in training")
+    parser.add_argument("--seed", type=int, default=0, help="seed of the first episode; the others count up from it")
+    parser.add_argument("--challenge", type=int, choices=(1, 2), default=1, help="2: items not seen in training")
     parser.add_argument(
         "--ticks", type=int, default=LIMIT_TICKS, help=f"limit of an episode, {TICKS_PER_SECOND} per second"
     )
@@ -38,8 +40,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="one JSON document on standard output")
     parser.set_defaults(perform=_pair)
     actions = parser.add_subparsers(metavar="COMMAND", title="more")
-    grid.configure(actions.add_parser("grid", help="play a grid of agents, maps and seeds; resumable"))
-    report.configure(actions.add_parser("report", help="lay results beside the paper's tables"))
+    grid.configure(actions.add_parser("grid", help="play a grid of agents, maps and seeds; can be resumed"))
+    report.configure(actions.add_parser("report", help="compare results with the paper's tables"))
 
 
 def run(args: argparse.Namespace) -> int:
@@ -48,14 +50,14 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _pair(args: argparse.Namespace) -> int:
-    plan, crew = _plan(args), crew_of(args)
+    plan, pool = _plan(args), worker_pool_of(args)
     if caution := inexact_engine():
         print(f"movingout: {caution}", file=sys.stderr)
     for caution in cautions([entry.match for entry in plan]):
         print(f"movingout: {caution}", file=sys.stderr)
     with bar("matches") as progress:
         results = play_matches(
-            [entry.match for entry in plan], workers=workers_of(args), record=args.record, crew=crew,
+            [entry.match for entry in plan], workers=workers_of(args), record=args.record, pool=pool,
             progress=progress,
         )  # fmt: skip
     found = dict(zip((entry.match for entry in plan), results, strict=True))
@@ -75,10 +77,10 @@ def _pair(args: argparse.Namespace) -> int:
     lost = failure_lines(results)
     for line in lost:
         print(f"movingout: {line}", file=sys.stderr)
-    return 1 if lost else 0  # a pair was asked for, and did not play; a grid counts such matches and goes on
+    return 1 if lost else 0  # a grid counts failed matches and goes on
 
 
-def _plan(args: argparse.Namespace) -> list[Entry]:
+def _plan(args: argparse.Namespace) -> list[PlannedMatch]:
     if args.blue is None or args.red is None:
         raise MatchError("name both agents, as in: movingout match --blue scripted --red idle --map HandOff")
     if args.episodes < 1 or not 1 <= args.ticks <= MAX_TICKS or args.seed < 0:
@@ -88,18 +90,20 @@ def _plan(args: argparse.Namespace) -> list[Entry]:
         load_map(name)
     same = args.blue == args.red
     for agent_id in (args.blue, args.red):
-        if agent_id.startswith(PEOPLE):
-            seated(agent_id, 0)
+        if agent_id.startswith(POPULATION_PREFIX):
+            agent_for_seed(agent_id, 0)
     return [
-        Entry("", args.blue, args.red, 0, Match(name, seated(args.blue, seed), seated(args.red, seed, other=same),
-              seed, args.challenge, args.ticks))
+        PlannedMatch("", args.blue, args.red, 0, Match(
+            map=name, blue=agent_for_seed(args.blue, seed), red=agent_for_seed(args.red, seed, other=same),
+            seed=seed, challenge=args.challenge, ticks=args.ticks,
+        ))
         for name in names
         for seed in range(args.seed, args.seed + args.episodes)
     ]  # fmt: skip
 
 
 def _row_json(row: dict[str, Any]) -> dict[str, Any]:
-    """The fixed fields of `match --json`, and more."""
+    """The documented fields of `match --json`, and more."""
     rest = {name: value for name, value in row.items() if name not in ("condition", "challenge", "agent", "partner")}
     return {"map": row["map"], "blue": row["agent"], "red": row["partner"], **rest, "wt": row["wt_s"]}
 
@@ -111,7 +115,7 @@ def _failure_json(result: MatchResult) -> dict[str, Any]:
 
 
 def cautions(matches: list[Match]) -> list[str]:
-    """Which trained agents play which maps that they were not trained on, each once."""
+    """A sentence for each trained agent and map that it was not trained on."""
     seated_on = dict.fromkeys((agent_id, match.map) for match in matches for agent_id in match.seats)
     return [caution for agent_id, name in seated_on if (caution := unseen_map(agent_id, load_map(name).name))]
 
@@ -119,7 +123,7 @@ def cautions(matches: list[Match]) -> list[str]:
 def failure_lines(results: list[MatchResult]) -> list[str]:
     """The reasons of failed matches, at most five, and how many more there are."""
     failed = [result for result in results if result.ending == "failed"]
-    lines = [f"{one.match.map}, seed {one.match.seed}: lost: {one.failure}" for one in failed[:5]]
+    lines = [f"{one.match.map}, seed {one.match.seed}: failed: {one.failure}" for one in failed[:5]]
     return [*lines, *([f"and {len(failed) - 5} more failed matches"] if len(failed) > 5 else [])]
 
 

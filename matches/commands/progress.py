@@ -1,4 +1,4 @@
-"""A bar with rate and time left on a terminal, on standard error; nothing when there is none to see it."""
+"""A progress bar with rate and time left, on standard error; nothing where that is not a terminal."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -6,12 +6,12 @@ from contextlib import contextmanager
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
-from movingout.matches.run import Progress as Callback
+from movingout.matches.run import OnProgress
 
 
 @contextmanager
-def bar(unit: str) -> Iterator[Callback]:
-    """Yields what to call with (finished, all)."""
+def bar(unit: str) -> Iterator[OnProgress]:
+    """Yields the function to call with (finished, all)."""
     console = Console(stderr=True)
     columns = (
         TextColumn(unit), BarColumn(), MofNCompleteColumn(), TaskProgressColumn(show_speed=True),

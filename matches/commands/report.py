@@ -1,4 +1,4 @@
-"""`movingout match report DIR...`: results folders beside the paper's tables."""
+"""`movingout match report DIR...`: compares results folders with the paper's tables."""
 
 import argparse
 import json
@@ -10,8 +10,8 @@ from movingout.matches.run import open_run
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("folders", nargs="+", type=Path, metavar="DIR", help="results folders of `match grid`")
-    parser.add_argument("--out", type=Path, metavar="FILE.md", help="write the report there instead of printing it")
+    parser.add_argument("folders", nargs="+", type=Path, metavar="DIR", help="results folders written by `match grid`")
+    parser.add_argument("--out", type=Path, metavar="FILE.md", help="write the report to a file instead of printing it")
     parser.add_argument("--json", action="store_true", help="one JSON document on standard output")
     parser.set_defaults(perform=perform)
 

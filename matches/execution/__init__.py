@@ -1,1 +1,1 @@
-"""How matches are played: on processes of this machine, or on Ray."""
+"""How matches are played: in lockstep, in processes of this machine or on a Ray cluster."""

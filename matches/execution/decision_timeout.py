@@ -1,7 +1,7 @@
-"""How long an agent may think: a call that takes longer is broken off, wherever its Python code is.
+"""The time limit of an agent's decision: a call that takes longer is interrupted wherever its Python code is.
 
-The system's alarm does it (POSIX, main thread). Where there is none, or the agent hangs outside of Python, the worker
-process is ended from outside instead (`matches.execution.dispatch`).
+A POSIX alarm in the main thread does it. Where there is none, or where the agent hangs outside Python, the worker
+process is killed instead (`matches.execution.local_workers`).
 """
 
 import signal
@@ -14,38 +14,38 @@ from types import FrameType
 _PERIOD_S = 0.5
 
 
-class TooLate(BaseException):
-    """Raised inside an agent's call; no `Exception`, so that an agent that catches everything does not swallow it."""
+class DecisionTimeout(BaseException):
+    """Raised inside an agent's call. Not an `Exception`, so that agents that catch every exception do not catch it."""
 
 
-class Stopwatch:
-    """`start()` before each call; while `running()`, a call over the limit raises TooLate. `beat` is called about
-    twice a second while calls go on."""
+class DecisionTimer:
+    """Interrupts calls that exceed the limit: `start()` before each call and `stop()` after it, inside `running()`."""
 
-    def __init__(self, limit_s: float, beat: Callable[[], None] = lambda: None) -> None:
+    def __init__(self, limit_s: float, heartbeat: Callable[[], None] = lambda: None) -> None:
+        """`heartbeat` is called about twice a second as long as calls are made."""
         self.limit_s = limit_s
-        self._beat = beat
+        self._heartbeat = heartbeat
         self._started: float | None = None
-        self._last_beat = time.monotonic()
+        self._last_heartbeat = time.monotonic()
 
     def start(self) -> None:
         """A call begins."""
         self._started = now = time.monotonic()
-        if now - self._last_beat > _PERIOD_S:
-            self._last_beat = now
-            self._beat()
+        if now - self._last_heartbeat > _PERIOD_S:
+            self._last_heartbeat = now
+            self._heartbeat()
 
     def stop(self) -> None:
-        """No call is going on."""
+        """The call has ended."""
         self._started = None
 
     @contextmanager
     def running(self) -> Iterator[None]:
-        """Watch the calls made in this block."""
+        """Enforce the limit in this block. Raises DecisionTimeout in a call that exceeds it."""
         if not hasattr(signal, "SIGALRM") or threading.current_thread() is not threading.main_thread():
             yield
             return
-        before = signal.signal(signal.SIGALRM, self._look)
+        before = signal.signal(signal.SIGALRM, self._check)
         signal.setitimer(signal.ITIMER_REAL, _PERIOD_S, _PERIOD_S)
         try:
             yield
@@ -53,7 +53,7 @@ class Stopwatch:
             signal.setitimer(signal.ITIMER_REAL, 0.0)
             signal.signal(signal.SIGALRM, before)
 
-    def _look(self, signum: int, frame: FrameType | None) -> None:
+    def _check(self, signum: int, frame: FrameType | None) -> None:
         if self._started is not None and time.monotonic() - self._started > self.limit_s:
             self._started = None
-            raise TooLate
+            raise DecisionTimeout

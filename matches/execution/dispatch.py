@@ -1,7 +1,7 @@
-"""Handing jobs to workers, wherever they run, and getting along without those that die or fall silent.
+"""Hands out matches to workers, wherever they run, and replaces workers that die or stop answering.
 
-A job of a lost worker is played again, each of its unfinished matches alone; a match that loses its worker three times
-is lost, with the reason. Results are the same whoever plays.
+The unfinished matches of a lost worker are played again, each as a job of its own. A match that loses its worker three
+times has failed, with the reason. Results do not depend on which worker plays.
 """
 
 from collections import deque
@@ -10,15 +10,16 @@ from dataclasses import dataclass, field
 from typing import Literal, Protocol
 
 from movingout.matches.errors import MatchError
-from movingout.matches.match import Match, MatchResult, lost
+from movingout.matches.match import Match, MatchResult, failed_result
 
 ATTEMPTS = 3
-LARGEST_JOB = 64
+LARGEST_JOB = 64  # matches
+JOBS_PER_WORKER = 4
 
 
 @dataclass(frozen=True, slots=True)
-class News:
-    """Something a worker has to say."""
+class WorkerMessage:
+    """A result, the end of a job, the death of a worker, or a reason to stop the whole run."""
 
     worker: int
     kind: Literal["result", "done", "died", "stop"]
@@ -26,23 +27,23 @@ class News:
     reason: str = ""
 
 
-class Crew(Protocol):
-    """Workers, numbered; each plays one job at a time."""
+class WorkerPool(Protocol):
+    """Numbered workers; each plays one job at a time."""
 
     size: int
 
     def send(self, worker: int, matches: Sequence[Match]) -> None:
-        """Let a worker play; one that died is replaced first."""
+        """Start a job; a worker that died is replaced first."""
 
-    def news(self) -> News:
-        """Wait for what happens next."""
+    def next_message(self) -> WorkerMessage:
+        """Wait for the next message of any worker."""
 
     def close(self) -> None:
-        """Send everybody home at once."""
+        """Stop all workers at once."""
 
 
 @dataclass(slots=True)
-class Job:
+class MatchJob:
     """Matches for one worker."""
 
     unfinished: dict[Match, None]
@@ -50,53 +51,53 @@ class Job:
 
 
 @dataclass(slots=True)
-class _Desk:
-    """Who works on what."""
+class JobQueue:
+    """The jobs of a run that are not finished."""
 
-    waiting: deque[Job]
-    running: dict[int, Job] = field(default_factory=dict)
-
-
-def jobs_of(matches: Sequence[Match], workers: int) -> list[Job]:
-    """Matches in jobs: large enough for company in lock-step, small enough that all workers finish together."""
-    size = max(1, min(LARGEST_JOB, -(-len(matches) // (4 * workers))))
-    return [Job(dict.fromkeys(matches[start : start + size])) for start in range(0, len(matches), size)]
+    waiting: deque[MatchJob]
+    running: dict[int, MatchJob] = field(default_factory=dict)  # by worker
 
 
-def dispatch(crew: Crew, matches: Sequence[Match]) -> Generator[MatchResult, None, None]:
-    """All results as they come. Raises MatchError when a worker says that going on makes no sense (a full disk)."""
-    desk = _Desk(deque(jobs_of(matches, crew.size)))
+def split_into_jobs(matches: Sequence[Match], workers: int) -> list[MatchJob]:
+    """Jobs large enough to play in batches and small enough that all workers finish at about the same time."""
+    size = max(1, min(LARGEST_JOB, -(-len(matches) // (JOBS_PER_WORKER * workers))))
+    return [MatchJob(dict.fromkeys(matches[start : start + size])) for start in range(0, len(matches), size)]
+
+
+def dispatch(pool: WorkerPool, matches: Sequence[Match]) -> Generator[MatchResult, None, None]:
+    """Yield results as they arrive. Raises MatchError when a worker stops the run, as for a full disk."""
+    queue = JobQueue(deque(split_into_jobs(matches, pool.size)))
     try:
-        for worker in range(crew.size):
-            _next_job(crew, desk, worker)
-        while desk.running:
-            news = crew.news()
-            job = desk.running[news.worker]
-            if news.kind == "stop":
-                raise MatchError(news.reason)
-            if news.result is not None:
-                job.unfinished.pop(news.result.match, None)
-                yield news.result
-            elif news.kind == "died":
-                yield from _again(desk, job, news.reason)
-            if news.kind in ("done", "died"):
-                del desk.running[news.worker]
-                for worker in set(range(crew.size)) - desk.running.keys():
-                    _next_job(crew, desk, worker)
+        for worker in range(pool.size):
+            _start_next_job(pool, queue, worker)
+        while queue.running:
+            message = pool.next_message()
+            job = queue.running[message.worker]
+            if message.kind == "stop":
+                raise MatchError(message.reason)
+            if message.result is not None:
+                job.unfinished.pop(message.result.match, None)
+                yield message.result
+            elif message.kind == "died":
+                yield from _retry(queue, job, message.reason)
+            if message.kind in ("done", "died"):
+                del queue.running[message.worker]
+                for worker in set(range(pool.size)) - queue.running.keys():
+                    _start_next_job(pool, queue, worker)
     finally:
-        crew.close()
+        pool.close()
 
 
-def _next_job(crew: Crew, desk: _Desk, worker: int) -> None:
-    if desk.waiting:
-        job = desk.waiting.popleft()
-        desk.running[worker] = job
-        crew.send(worker, list(job.unfinished))
+def _start_next_job(pool: WorkerPool, queue: JobQueue, worker: int) -> None:
+    if queue.waiting:
+        job = queue.waiting.popleft()
+        queue.running[worker] = job
+        pool.send(worker, list(job.unfinished))
 
 
-def _again(desk: _Desk, job: Job, reason: str) -> list[MatchResult]:
-    """Queue the unfinished matches of a lost worker, each alone; give up those that were lost too often."""
+def _retry(queue: JobQueue, job: MatchJob, reason: str) -> list[MatchResult]:
+    """Queue each unfinished match of a lost worker as a job of its own; after the last attempt, fail them."""
     if job.attempt >= ATTEMPTS:
-        return [lost(match, f"lost its worker process {ATTEMPTS} times: {reason}") for match in job.unfinished]
-    desk.waiting += [Job({match: None}, job.attempt + 1) for match in job.unfinished]
+        return [failed_result(match, f"lost its worker process {ATTEMPTS} times: {reason}") for match in job.unfinished]
+    queue.waiting += [MatchJob({match: None}, job.attempt + 1) for match in job.unfinished]
     return []

@@ -11,29 +11,29 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from movingout.matches.execution.dispatch import News
+from movingout.matches.execution.dispatch import WorkerMessage
 from movingout.matches.match import Match, match_to_json, result_from_json
 
-_GRACE_S = 30.0  # a silent worker has this long more than an agent's limit: its own clock should have broken it off
+_GRACE_S = 30.0  # how long after the agents' own limit a worker without a heartbeat is killed
 _ONE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
 
 
-class _Process:
-    """One worker and the thread that listens to it."""
+class _WorkerProcess:
+    """A worker process and the thread that reads its output."""
 
-    def __init__(self, number: int, settings: str, inbox: "queue.Queue[tuple[int, _Process, str]]") -> None:
+    def __init__(self, number: int, settings: str, inbox: "queue.Queue[tuple[int, _WorkerProcess, str]]") -> None:
         paths = [path or str(Path.cwd()) for path in sys.path]
         environment = {**os.environ, **_ONE_THREAD, "PYTHONPATH": os.pathsep.join(paths)}
         self._process = subprocess.Popen(
             [sys.executable, "-P", "-m", "movingout.matches.execution.worker"], env=environment, encoding="utf-8",
             stdin=subprocess.PIPE, stdout=subprocess.PIPE,
         )  # fmt: skip
-        self._listener = threading.Thread(target=self._listen, args=(number, inbox), daemon=True)
-        self._listener.start()
-        self.say(settings)
+        self._reader = threading.Thread(target=self._read_lines, args=(number, inbox), daemon=True)
+        self._reader.start()
+        self.write(settings)
 
-    def say(self, line: str) -> None:
-        """Write a line; a dead worker is noticed by its closed pipe, not here."""
+    def write(self, line: str) -> None:
+        """Write a line. A dead worker is noticed when its output ends, not here."""
         assert self._process.stdin is not None
         try:
             self._process.stdin.write(line + "\n")
@@ -42,33 +42,33 @@ class _Process:
             pass
 
     def end(self) -> str:
-        """Kill it if it still runs; says how it ended."""
+        """Kill the process if it still runs; returns how it ended."""
         self._process.kill()
         code = self._process.wait()
-        self._listener.join()
+        self._reader.join()
         for pipe in (self._process.stdin, self._process.stdout):
             try:
                 if pipe is not None:
                     pipe.close()
             except BrokenPipeError:
                 pass
-        return code_in_words(code)
+        return exit_reason(code)
 
     def wait(self) -> str:
-        """How a worker ended whose pipe is closed."""
+        """Wait for a process whose output has ended; returns how it ended."""
         code = self._process.wait()
         self.end()
-        return code_in_words(code)
+        return exit_reason(code)
 
-    def _listen(self, number: int, inbox: "queue.Queue[tuple[int, _Process, str]]") -> None:
+    def _read_lines(self, number: int, inbox: "queue.Queue[tuple[int, _WorkerProcess, str]]") -> None:
         assert self._process.stdout is not None
         for line in self._process.stdout:
             inbox.put((number, self, line))
         inbox.put((number, self, ""))
 
 
-def code_in_words(code: int) -> str:
-    """How a process ended, from its exit code."""
+def exit_reason(code: int) -> str:
+    """How a process ended, as a sentence, from its exit code."""
     if code == -signal.SIGKILL:
         return "the process was killed (SIGKILL: usually the machine was out of memory)"
     if code < 0:
@@ -76,8 +76,8 @@ def code_in_words(code: int) -> str:
     return f"the process ended with exit code {code}"
 
 
-class LocalCrew:
-    """A `Crew` of processes, started when first needed."""
+class LocalWorkerPool:
+    """A `WorkerPool` of processes on this machine, each started with its first job."""
 
     def __init__(self, size: int, agent_limit_s: float, record: Path | None, grace_s: float = _GRACE_S) -> None:
         self.size = size
@@ -85,19 +85,19 @@ class LocalCrew:
         self._settings = json.dumps(
             {"record": None if record is None else str(record.resolve()), "agent_limit_s": agent_limit_s}
         )
-        self._inbox: queue.Queue[tuple[int, _Process, str]] = queue.Queue()
-        self._processes: dict[int, _Process] = {}
-        self._heard_at: dict[int, float] = {}  # of the busy ones, monotonic [s]
+        self._inbox: queue.Queue[tuple[int, _WorkerProcess, str]] = queue.Queue()
+        self._processes: dict[int, _WorkerProcess] = {}
+        self._heard_at: dict[int, float] = {}  # of the workers with a job, monotonic time [s]
 
     def send(self, worker: int, matches: Sequence[Match]) -> None:
         if worker not in self._processes:
-            self._processes[worker] = _Process(worker, self._settings, self._inbox)
+            self._processes[worker] = _WorkerProcess(worker, self._settings, self._inbox)
         self._heard_at[worker] = time.monotonic()
-        self._processes[worker].say(json.dumps([match_to_json(match) for match in matches]))
+        self._processes[worker].write(json.dumps([match_to_json(match) for match in matches]))
 
-    def news(self) -> News:
+    def next_message(self) -> WorkerMessage:
         while True:
-            silent = self._silent()
+            silent = self._kill_silent()
             if silent is not None:
                 return silent
             try:
@@ -105,8 +105,8 @@ class LocalCrew:
             except queue.Empty:
                 continue
             if self._processes.get(worker) is not process:
-                continue  # the last words of one that was replaced
-            found = self._heard(worker, process, line)
+                continue  # a late message of a worker that was replaced
+            found = self._read(worker, process, line)
             if found is not None:
                 return found
 
@@ -115,27 +115,29 @@ class LocalCrew:
             process.end()
         self._processes.clear()
 
-    def _heard(self, worker: int, process: _Process, line: str) -> News | None:
+    def _read(self, worker: int, process: _WorkerProcess, line: str) -> WorkerMessage | None:
         self._heard_at[worker] = time.monotonic()
         if not line:
             del self._processes[worker], self._heard_at[worker]
-            return News(worker, "died", reason=process.wait())
+            return WorkerMessage(worker, "died", reason=process.wait())
         message = json.loads(line)
         if message["kind"] == "result":
-            return News(worker, "result", result_from_json(message["result"]))
+            return WorkerMessage(worker, "result", result_from_json(message["result"]))
         if message["kind"] == "stop":
-            return News(worker, "stop", reason=message["reason"])
+            return WorkerMessage(worker, "stop", reason=message["reason"])
         if message["kind"] == "done":
             del self._heard_at[worker]
-            return News(worker, "done")
+            return WorkerMessage(worker, "done")
         return None
 
-    def _silent(self) -> News | None:
-        """Whoever has said nothing for too long is killed."""
+    def _kill_silent(self) -> WorkerMessage | None:
+        """Kill a worker that has sent nothing for too long."""
         now = time.monotonic()
         for worker, heard_at in self._heard_at.items():
             if now - heard_at > self._silence_s:
                 del self._heard_at[worker]
                 self._processes.pop(worker).end()
-                return News(worker, "died", reason=f"the process gave no sign of life for {now - heard_at:.0f} s")
+                return WorkerMessage(
+                    worker, "died", reason=f"the process gave no sign of life for {now - heard_at:.0f} s"
+                )
         return None

@@ -1,7 +1,7 @@
-"""Many matches in one process, tick by tick together, so that agents of one kind are asked in one batch.
+"""Plays many matches in one process, tick by tick together, so that agents of one kind decide in one batch.
 
-The numbers of a match depend on the match alone: neither on its company nor on the order. What an agent does wrong
-loses its own match and no other.
+The result of a match depends on the match alone, neither on the matches beside it nor on their order. A fault of an
+agent ends its own match and no other.
 """
 
 import time
@@ -18,52 +18,52 @@ from movingout.agents.catalogue import load_agent
 from movingout.agents.data.rollout import Watcher
 from movingout.agents.decision_trace import decision_trace
 from movingout.maps.errors import MapError
-from movingout.matches.execution.batched_decisions import ask
-from movingout.matches.execution.decision_timeout import Stopwatch
-from movingout.matches.execution.recorder import Recorder
-from movingout.matches.execution.seat import AgentFault, Blaming, Seat
-from movingout.matches.match import Match, MatchResult, lost
+from movingout.matches.execution.batched_decisions import decide
+from movingout.matches.execution.decision_timeout import DecisionTimer
+from movingout.matches.execution.recorder import MatchRecorder
+from movingout.matches.execution.seat import AgentFault, MatchSeat, attribute_agent_errors
+from movingout.matches.match import Match, MatchResult, failed_result
 from movingout.world import World, WorldError
 from movingout.world.metrics import EpisodeMetrics
 
 AGENT_LIMIT_S = 20.0
-COMPANY = 32  # matches that step together when all their agents answer in batches
-FEW = 8  # others gain little from more company, and their results come sooner
+BATCH_SIZE = 32  # matches that advance together when all their agents decide in batches
+SMALL_BATCH = 8  # the same for other agents: they gain little from a batch, and results come sooner
 
-Loader = Callable[[str], Agent]
+AgentLoader = Callable[[str], Agent]
 
 
-class LiveMatch:
-    """A match that is being played. Raises AgentFault when an agent cannot begin."""
+class RunningMatch:
+    """A match that is being played. Raises AgentFault when an agent cannot be reset."""
 
-    def __init__(self, match: Match, agents: Sequence[Agent], record: Path | None, stopwatch: Stopwatch) -> None:
+    def __init__(self, match: Match, agents: Sequence[Agent], record: Path | None, timer: DecisionTimer) -> None:
         self.match = match
         the_map = match.world_map()
         self.world = World(the_map, record_sub_poses=False)
         self.state = self.world.state()
         self.metrics = EpisodeMetrics(the_map)
         self.cpu_s = 0.0
-        self.seats: list[Seat] = []
+        self.seats: list[MatchSeat] = []
         for seat, (agent, agent_id) in enumerate(zip(agents, match.seats, strict=True)):
             episode = EpisodeInfo(the_map, seat, match.seed, match.ticks)
-            with Blaming(seat, agent_id, stopwatch, "reset()"):
+            with attribute_agent_errors(seat, agent_id, timer, "reset()"):
                 agent.reset(episode)
                 if isinstance(agent, Watcher):
                     agent.watch(self.world)
-                self.seats.append(Seat(agent, agent_id, episode, self.state))
-        self.recorder = None if record is None else Recorder(record, match, self.state)
+                self.seats.append(MatchSeat(agent, agent_id, episode, self.state))
+        self.recorder = None if record is None else MatchRecorder(record, match, self.state)
 
     @property
     def over(self) -> bool:
         return self.state.tick >= self.match.ticks or self.world.score() == 1.0
 
-    def keep_decision(self, seat: Seat) -> None:
-        """Record what the agent says about the answer it has just given."""
+    def keep_decision(self, seat: MatchSeat) -> None:
+        """Record what the agent says about its latest decision."""
         if self.recorder is not None and (detail := decision_trace(seat.agent)):
             self.recorder.decision(seat.episode.seat, self.state.tick + 1, detail)
 
     def advance(self) -> None:
-        """One tick with the next row of each seat. Raises WorldError when the physics lost its numbers."""
+        """One tick with the next row of each seat. Raises WorldError when the physics gives NaN or infinity."""
         actions = np.array([seat.next_action() for seat in self.seats])
         before = self.state
         self.world.step(actions)
@@ -75,7 +75,7 @@ class LiveMatch:
             self.recorder.tick(actions, self.state, self.world.delivered().tolist())
 
     def result(self) -> MatchResult:
-        """The result of a match that is over; ends its recording."""
+        """The result of a finished match; closes its recording."""
         flags = self.world.delivered().tolist()
         ending: Literal["delivered", "time"] = "delivered" if all(flags) else "time"
         path = "" if self.recorder is None else str(self.recorder.close(ending, self.state.tick))
@@ -91,87 +91,87 @@ class LiveMatch:
             cpu_s=self.cpu_s,
         )
 
-    def lose(self, seat: int, reason: str) -> MatchResult:
-        """The result of a match that an agent has lost; ends its recording."""
+    def fail(self, seat: int, reason: str) -> MatchResult:
+        """The result of a match that failed; closes its recording."""
         tick = self.state.tick
         path = "" if self.recorder is None else str(self.recorder.close("error", tick, seat, reason))
-        return lost(self.match, reason, seat=seat, tick=tick, recording=path)
+        return failed_result(self.match, reason, seat=seat, tick=tick, recording=path)
 
 
 class Lockstep:
-    """Plays matches together. Loaded agents are kept: the next match resets them."""
+    """Plays matches together. Loaded agents are kept and reset for the next match."""
 
     def __init__(
         self,
         *,
         record: Path | None = None,
         agent_limit_s: float = AGENT_LIMIT_S,
-        company: int = COMPANY,
-        load: Loader = load_agent,
-        beat: Callable[[], None] = lambda: None,
+        batch_size: int = BATCH_SIZE,
+        load: AgentLoader = load_agent,
+        heartbeat: Callable[[], None] = lambda: None,
     ) -> None:
-        """`beat` is called about twice a second while agents think: a sign of life."""
+        """`heartbeat` is called about twice a second while agents decide."""
         self._record = record
-        self._company = company
+        self._batch_size = batch_size
         self._load = load
-        self._stopwatch = Stopwatch(agent_limit_s, beat)
-        self._free: dict[str, list[Agent]] = defaultdict(list)  # loaded agents that sit nowhere
-        self._cpu_s = 0.0  # the processor's clock when the last tick was over
+        self._timer = DecisionTimer(agent_limit_s, heartbeat)
+        self._free: dict[str, list[Agent]] = defaultdict(list)  # loaded agents without a seat
+        self._cpu_s = 0.0  # process time at the end of the last tick
 
     def play(self, matches: Iterable[Match]) -> Iterator[MatchResult]:
-        """The results, in the order in which matches end. Raises RecordingError when a recording cannot be written."""
+        """Yield results as matches end. Raises RecordingError when a recording cannot be written."""
         waiting = iter(matches)
-        playing: list[LiveMatch] = []
+        playing: list[RunningMatch] = []
         self._cpu_s = time.process_time()
         while True:
-            with self._stopwatch.running():
-                over = self._until_some_end(waiting, playing)
+            with self._timer.running():
+                over = self._play_until_one_ends(waiting, playing)
             yield from over
             if not (playing or over):
                 return
 
-    def _until_some_end(self, waiting: Iterator[Match], playing: list[LiveMatch]) -> list[MatchResult]:
-        """Play on until at least one match is over; no results when none is left."""
+    def _play_until_one_ends(self, waiting: Iterator[Match], playing: list[RunningMatch]) -> list[MatchResult]:
+        """Play until at least one match is over; return no results when none is left."""
         while True:
-            failed, begun = self._begin_some(islice(waiting, self._room(playing)))
+            failed, begun = self._begin_many(islice(waiting, self._room(playing)))
             playing += begun
             over = [*failed, *self._tick(playing)]
             if over or not playing:
                 return over
 
-    def _room(self, playing: list[LiveMatch]) -> int:
-        """How many matches more may begin."""
+    def _room(self, playing: list[RunningMatch]) -> int:
+        """How many more matches may begin."""
         batched = bool(playing) and all(seat.group is not None for live in playing for seat in live.seats)
-        return max((self._company if batched else min(FEW, self._company)) - len(playing), 0)
+        return max((self._batch_size if batched else min(SMALL_BATCH, self._batch_size)) - len(playing), 0)
 
-    def _begin_some(self, matches: Iterable[Match]) -> tuple[list[MatchResult], list[LiveMatch]]:
-        """Those that cannot begin, which are lost, and those that did."""
+    def _begin_many(self, matches: Iterable[Match]) -> tuple[list[MatchResult], list[RunningMatch]]:
+        """(results of matches that could not begin, matches that began)"""
         failed, begun = [], []
         for match in matches:
             try:
                 begun.append(self._begin(match))
             except AgentFault as fault:
-                failed.append(lost(match, fault.reason, seat=fault.seat))
+                failed.append(failed_result(match, fault.reason, seat=fault.seat))
             except MapError as error:
-                failed.append(lost(match, str(error)))
+                failed.append(failed_result(match, str(error)))
         return failed, begun
 
-    def _begin(self, match: Match) -> LiveMatch:
+    def _begin(self, match: Match) -> RunningMatch:
         agents: list[Agent] = []
         for seat, agent_id in enumerate(match.seats):
             if self._free[agent_id]:
                 agents.append(self._free[agent_id].pop())
             else:
-                with Blaming(seat, agent_id, self._stopwatch, "its factory"):
+                with attribute_agent_errors(seat, agent_id, self._timer, "its factory"):
                     agents.append(self._load(agent_id))
-        return LiveMatch(match, agents, self._record, self._stopwatch)
+        return RunningMatch(match, agents, self._record, self._timer)
 
-    def _tick(self, playing: list[LiveMatch]) -> list[MatchResult]:
-        """One tick of every match in the list, which keeps those that go on; the results of the others."""
-        asked = [(live, seat) for live in playing for seat in live.seats if not seat.rows]
-        ask([seat for _, seat in asked], self._stopwatch)
+    def _tick(self, playing: list[RunningMatch]) -> list[MatchResult]:
+        """Advance every match by one tick; remove those that ended from `playing` and return their results."""
+        deciding = [(live, seat) for live in playing for seat in live.seats if not seat.rows]
+        decide([seat for _, seat in deciding], self._timer)
         if self._record is not None:
-            for live, seat in asked:
+            for live, seat in deciding:
                 live.keep_decision(seat)
         ended = [result for live in playing if (result := self._advance(live)) is not None]
         now = time.process_time()
@@ -183,16 +183,16 @@ class Lockstep:
             playing[:] = [live for live in playing if live.match not in over]
         return ended
 
-    def _advance(self, live: LiveMatch) -> MatchResult | None:
+    def _advance(self, live: RunningMatch) -> MatchResult | None:
         for seat in live.seats:
             if seat.fault is not None:
-                return live.lose(seat.fault.seat, seat.fault.reason)
+                return live.fail(seat.fault.seat, seat.fault.reason)
         try:
             live.advance()
         except WorldError as error:
-            return live.lose(-1, str(error))
+            return live.fail(-1, str(error))
         if not live.over:
             return None
-        for seat in live.seats:  # agents that behaved are kept
+        for seat in live.seats:  # agents without a fault are kept
             self._free[seat.agent_id].append(seat.agent)
         return live.result()

@@ -1,7 +1,7 @@
-"""Workers as actors of a Ray cluster (extra `cluster`). Each holds its worlds and loaded agents; results come back job
-by job. An actor that is lost with its node is replaced elsewhere, and its job is played again (`.dispatch`).
+"""Workers as actors of a Ray cluster (extra `cluster`). Each keeps its loaded agents and returns results job by job.
 
-Every node needs this package, the agents' checkpoints and, for recordings, a folder that all nodes share.
+An actor that is lost with its node is replaced elsewhere and its job is played again (`dispatch`). Every node needs
+this package, the agents' checkpoints and, for recordings, a folder that all nodes share.
 """
 
 import os
@@ -14,49 +14,49 @@ from typing import Any
 
 from movingout.maps.errors import MovingOutError
 from movingout.matches.errors import MatchError
-from movingout.matches.execution.dispatch import Crew, News
+from movingout.matches.execution.dispatch import WorkerMessage, WorkerPool
 from movingout.matches.execution.lockstep import Lockstep
 from movingout.matches.match import Match, match_from_json, match_to_json, result_from_json
 
-KNOCK_S = 5.0
+CONNECT_TIMEOUT_S = 5.0
 
 
-class Player:
-    """The actor: plays jobs. Plain JSON values go in and out, never classes."""
+class RayWorker:
+    """The actor, which plays jobs. Its arguments and results are plain JSON values, never our classes."""
 
     def __init__(self, paths: list[str], agent_limit_s: float, record: str) -> None:
         sys.path += [path for path in paths if path not in sys.path]
         self._lockstep = Lockstep(record=Path(record) if record else None, agent_limit_s=agent_limit_s)
 
     def play(self, matches: list[dict[str, Any]]) -> list[dict[str, Any]] | str:
-        """The results, or the sentence that says why going on makes no sense."""
+        """The results, or a sentence that says why the run must stop."""
         try:
             return [result.to_json() for result in self._lockstep.play([match_from_json(one) for one in matches])]
         except MovingOutError as error:
             return str(error)
 
 
-class RayCrew:
-    """A `Crew` of actors."""
+class RayWorkerPool:
+    """A `WorkerPool` of actors."""
 
     def __init__(self, size: int, agent_limit_s: float, record: Path | None) -> None:
         self._ray = _ray()
-        self.size = min(size, cluster_processors())  # an actor without a processor would wait, and its job with it
+        self.size = min(size, cluster_processors())  # an actor beyond these would wait for ever
         paths = [path or str(Path.cwd()) for path in (*sys.path, "")]
         self._settings = (paths, agent_limit_s, "" if record is None else str(record.resolve()))
         self._actors: dict[int, Any] = {}
         self._jobs: dict[Any, int] = {}  # worker by object reference
-        self._inbox: deque[News] = deque()
+        self._inbox: deque[WorkerMessage] = deque()
         self._lost = False
 
     def send(self, worker: int, matches: Sequence[Match]) -> None:
         if worker not in self._actors:
             # Replacements reserve no processor: the one of a lost node is gone, and waiting for it would never end.
-            actor = self._ray.remote(num_cpus=0 if self._lost else 1, scheduling_strategy="SPREAD")(Player)
+            actor = self._ray.remote(num_cpus=0 if self._lost else 1, scheduling_strategy="SPREAD")(RayWorker)
             self._actors[worker] = actor.remote(*self._settings)
         self._jobs[self._actors[worker].play.remote([match_to_json(match) for match in matches])] = worker
 
-    def news(self) -> News:
+    def next_message(self) -> WorkerMessage:
         while not self._inbox:
             (done,), _ = self._ray.wait(list(self._jobs), num_returns=1)
             self._read(done, self._jobs.pop(done))
@@ -74,36 +74,36 @@ class RayCrew:
             self._actors.pop(worker)
             self._lost = True
             first = str(error).strip().splitlines()[0]
-            self._inbox.append(News(worker, "died", reason=f"the Ray actor was lost: {first}"[:300]))
+            self._inbox.append(WorkerMessage(worker, "died", reason=f"the Ray actor was lost: {first}"[:300]))
             return
         if isinstance(answer, str):
-            self._inbox.append(News(worker, "stop", reason=answer))
+            self._inbox.append(WorkerMessage(worker, "stop", reason=answer))
             return
-        self._inbox += [News(worker, "result", result_from_json(one)) for one in answer]
-        self._inbox.append(News(worker, "done"))
+        self._inbox += [WorkerMessage(worker, "result", result_from_json(one)) for one in answer]
+        self._inbox.append(WorkerMessage(worker, "done"))
 
 
-def ray_crew(address: str) -> Callable[[int, float, Path | None], Crew]:
+def ray_worker_pool(address: str) -> Callable[[int, float, Path | None], WorkerPool]:
     """Connect to a cluster: `auto` is the one that runs here. Raises MatchError when there is none."""
     ray = _ray()
     if not ray.is_initialized():
         os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")
         try:
-            _knock(address)
+            _check_reachable(address)
             ray.init(address=address, logging_level="ERROR", log_to_driver=False)
         except (OSError, ValueError, RuntimeError) as error:
             reason = (str(error).strip().splitlines() or [type(error).__name__])[0]
             raise MatchError(
                 f"no Ray cluster answers at {address!r} ({reason}); start one with: ray start --head"
             ) from error
-    return RayCrew
+    return RayWorkerPool
 
 
-def _knock(address: str) -> None:
-    """See whether anybody listens at HOST:PORT: Ray itself would try for minutes."""
+def _check_reachable(address: str) -> None:
+    """Raise OSError when nothing listens at HOST:PORT; Ray itself would try for minutes."""
     host, _, port = address.rpartition("://")[2].rpartition(":")
     if host and port.isdecimal():
-        socket.create_connection((host, int(port)), timeout=KNOCK_S).close()
+        socket.create_connection((host, int(port)), timeout=CONNECT_TIMEOUT_S).close()
 
 
 def cluster_processors() -> int:

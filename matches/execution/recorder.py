@@ -1,4 +1,4 @@
-"""A match as a recording: the same file that a live room writes, so that it replays, verifies and exports alike."""
+"""Records a match in the same format as a live room, so that it can be replayed, verified and exported alike."""
 
 import time
 from collections.abc import Mapping
@@ -17,13 +17,13 @@ from movingout.recordings.storage.finished import SUFFIX
 from movingout.world.state import Floats, WorldState
 
 
-class Recorder:
-    """Writes one match. Raises RecordingError when the disk refuses."""
+class MatchRecorder:
+    """Writes the recording of one match. Raises RecordingError when it cannot be written."""
 
     def __init__(self, folder: Path, match: Match, initial: WorldState) -> None:
         the_map = match.world_map()
         name = f"{the_map.name[:40]}-{match.id}"
-        for suffix in (SUFFIX, JOURNAL_SUFFIX):  # of a run that was killed before it noted the result
+        for suffix in (SUFFIX, JOURNAL_SUFFIX):  # left by a run that was killed before it wrote the result
             (folder / f"{name}{suffix}").unlink(missing_ok=True)
         blue, red = (seat_info(agent_id) for agent_id in match.seats)
         header = EpisodeHeader(
@@ -38,7 +38,7 @@ class Recorder:
         self._delivered = [False] * len(the_map.items)
 
     def tick(self, actions: Floats, after: WorldState, delivered: list[bool]) -> None:
-        """One tick: the world actions (2, 3) and what they led to."""
+        """Record a tick: the world actions (2, 3) and the state after them."""
         held = after.held.tolist()
         for kind, seat, item in hand_events(self._held, held, actions[:, 2] > 0.5):
             self._writer.event(Event(after.tick, kind, seat, item))
@@ -49,11 +49,11 @@ class Recorder:
         self._writer.tick(TickRecord(actions, ("agent", "agent"), (-1, -1), after, tuple(delivered), 0.0))
 
     def decision(self, seat: int, tick: int, detail: Mapping[str, object]) -> None:
-        """What an agent says about its answer for a tick, as `agents.decision_trace` has it."""
+        """Record what an agent says about its decision for a tick."""
         self._writer.agent(AgentDecision(tick, seat, -1.0, False, detail))
 
     def close(self, outcome: Outcome, tick: int, seat: int = -1, detail: str = "") -> Path:
-        """End and finalise the recording; returns its path."""
+        """Close and finalise the recording; returns its path."""
         if outcome == "error":
             self._writer.event(Event(tick, "agent_error", seat, -1, detail))
         self._writer.event(Event(tick, "end", -1, -1, outcome))
@@ -63,7 +63,7 @@ class Recorder:
 def hand_events(
     before: list[int], after: list[int], pressed: npt.NDArray[np.bool_]
 ) -> list[tuple[EventKind, int, int]]:
-    """What the hands did in a tick: (kind, seat, item)."""
+    """Grabs, releases and failed grabs of a tick: (kind, seat, item)."""
     events: list[tuple[EventKind, int, int]] = []
     for seat, (was, now) in enumerate(zip(before, after, strict=True)):
         if was < 0 <= now:

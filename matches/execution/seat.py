@@ -1,21 +1,21 @@
-"""A seat of a match: asks its agent when its chunk is used up, and hands out one row per tick."""
+"""A seat in a match: one agent, and the rows of its last action chunk that are still to be played."""
 
-from collections.abc import Hashable
-from types import TracebackType
+from collections.abc import Hashable, Iterator
+from contextlib import contextmanager
 
 from movingout.agents.action_chunk import rows_to_execute
 from movingout.agents.base import Agent, BatchAgent, EpisodeInfo, Observation
 from movingout.agents.errors import AgentError
 from movingout.agents.observation.seat_observation import observe
 from movingout.maps.spec import SEAT_COLOURS
-from movingout.matches.execution.decision_timeout import Stopwatch, TooLate
+from movingout.matches.execution.decision_timeout import DecisionTimeout, DecisionTimer
 from movingout.world.state import Floats, WorldState
 
 WorldAction = list[float]  # distance, heading [rad], toggle
 
 
 class AgentFault(Exception):
-    """An agent did something that loses its match."""
+    """Something an agent did that makes its match fail."""
 
     def __init__(self, seat: int, reason: str) -> None:
         super().__init__(reason)
@@ -23,8 +23,8 @@ class AgentFault(Exception):
         self.reason = reason
 
 
-class Seat:
-    """An agent in a seat."""
+class MatchSeat:
+    """An agent in a seat of one match."""
 
     def __init__(self, agent: Agent, agent_id: str, episode: EpisodeInfo, state: WorldState) -> None:
         self.agent = agent
@@ -33,46 +33,40 @@ class Seat:
         self.state = state  # the world before the coming tick
         self.rows: list[WorldAction] = []  # still to be played
         self.fault: AgentFault | None = None
-        # Who is asked together with it, None for nobody; here once, since to see what an agent can takes its time.
+        # Agents of one group decide in one batch; None decides alone. Determined once, as the check is slow.
         self.group: Hashable = (type(agent), agent.batch_key) if isinstance(agent, BatchAgent) else None
 
     def observation(self) -> Observation:
         return observe(self.episode.map, self.state, self.episode.seat)
 
     def take(self, chunk: Floats, rows: list[WorldAction]) -> None:
-        """Keep the part of an answer that is to be played; `rows` is the chunk (H, 4) as world actions."""
+        """Keep the rows of a chunk (H, 4) that are to be played; `rows` is the chunk as world actions."""
         self.rows = rows[: rows_to_execute(self.agent, chunk)]
 
     def next_action(self) -> WorldAction:
         return self.rows.pop(0)
 
     def lose(self, reason: str) -> None:
-        """Note what the agent did wrong; the first fault stands."""
+        """Note what the agent did wrong; only the first fault counts."""
         self.fault = self.fault or AgentFault(self.episode.seat, reason)
 
 
-class Blaming:
-    """Turns whatever an agent's code raises in the block into an AgentFault of its seat."""
-
-    def __init__(self, seat: int, agent_id: str, stopwatch: Stopwatch, call: str) -> None:
-        self._seat, self._agent_id, self._stopwatch, self._call = seat, agent_id, stopwatch, call
-
-    def __enter__(self) -> None:
-        self._stopwatch.start()
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._stopwatch.stop()
-        if isinstance(error, TooLate | Exception | SystemExit):
-            reason = sentence(self._seat, self._agent_id, self._call, error, self._stopwatch.limit_s)
-            raise AgentFault(self._seat, reason) from error
+@contextmanager
+def attribute_agent_errors(seat: int, agent_id: str, timer: DecisionTimer, call: str) -> Iterator[None]:
+    """Time the block, and turn whatever an agent's code raises in it into an AgentFault of its seat."""
+    timer.start()
+    try:
+        yield
+    except (DecisionTimeout, Exception, SystemExit) as error:
+        raise AgentFault(seat, fault_sentence(seat, agent_id, call, error, timer.limit_s)) from error
+    finally:
+        timer.stop()
 
 
-def sentence(seat: int, agent_id: str, call: str, error: BaseException, limit_s: float) -> str:
-    """What an agent did wrong, for people."""
+def fault_sentence(seat: int, agent_id: str, call: str, error: BaseException, limit_s: float) -> str:
+    """What an agent did wrong, for a person to read."""
     who = f"{SEAT_COLOURS[seat]} ({agent_id})"
-    if isinstance(error, TooLate):
+    if isinstance(error, DecisionTimeout):
         text = f"{who} did not answer {call} within {limit_s:g} s"
     elif isinstance(error, AgentError):
         text = f"{who}, {call}: {error}"

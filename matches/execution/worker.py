@@ -1,7 +1,7 @@
-"""A worker process, `python -m movingout.matches.execution.worker`: jobs in on stdin, results out, as JSON lines.
+"""A worker process, `python -m movingout.matches.execution.worker`: jobs on stdin, results on stdout, as JSON lines.
 
-A program of its own rather than a fork or spawn of the caller: it works from a notebook and from a script without a
-main guard, and a crash in it is only a closed pipe to the other side. What agents print goes to standard error.
+It is a program of its own rather than a fork of the caller, so that it works from a notebook and from a script without
+a main guard, and so that a crash is no more than a closed pipe to the caller. What agents print goes to stderr.
 """
 
 import json
@@ -20,31 +20,31 @@ from movingout.matches.match import match_from_json
 
 
 def main() -> None:
-    """Play jobs as long as there is a driver."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the driver's, which ends its workers
-    answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    """Play jobs until standard input ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the driver, which stops its workers
+    output = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
     lines = _lines()
     settings = json.loads(next(lines))
     lockstep = Lockstep(
         record=Path(settings["record"]) if settings["record"] else None,
         agent_limit_s=settings["agent_limit_s"],
-        beat=lambda: _say(answers, {"kind": "beat"}),
+        heartbeat=lambda: _write(output, {"kind": "heartbeat"}),
     )
-    _say(answers, {"kind": "ready"})
+    _write(output, {"kind": "ready"})
     for line in lines:
         try:
             for result in lockstep.play([match_from_json(one) for one in json.loads(line)]):
-                _say(answers, {"kind": "result", "result": result.to_json()})
+                _write(output, {"kind": "result", "result": result.to_json()})
         except MovingOutError as error:
-            _say(answers, {"kind": "stop", "reason": str(error)})
+            _write(output, {"kind": "stop", "reason": str(error)})
             return
-        _say(answers, {"kind": "done"})
+        _write(output, {"kind": "done"})
 
 
 def _lines() -> Iterator[str]:
-    """Standard input, read ahead by a thread: when it ends, the driver has ended, perhaps killed. Then this process
-    ends at once, in the middle of a match: another driver may be about to play it again, and to record it."""
+    """Lines of standard input, read ahead by a thread. When it ends, the driver has ended, perhaps killed, and this
+    process exits at once, even within a match: another driver may be about to play and record the same match."""
     lines: queue.Queue[str] = queue.Queue()
 
     def read() -> None:
@@ -57,9 +57,9 @@ def _lines() -> Iterator[str]:
         yield lines.get()
 
 
-def _say(answers: TextIO, message: dict[str, Any]) -> None:
-    answers.write(json.dumps(message) + "\n")
-    answers.flush()
+def _write(output: TextIO, message: dict[str, Any]) -> None:
+    output.write(json.dumps(message) + "\n")
+    output.flush()
 
 
 if __name__ == "__main__":

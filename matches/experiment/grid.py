@@ -1,7 +1,7 @@
-"""A grid as written in YAML: agents x partners x maps x seeds x challenge, in one or several conditions.
+"""A grid as written in YAML: agents x partners x maps x seeds x challenges, in one or more conditions.
 
 name: cross-play
-agents: [scripted, "scripted:patience=20"]      # everybody with everybody, when no partners are given
+agents: [scripted, "scripted:patience=20"]      # every pair of these, as no partners are given
 maps: all
 seeds: 20
 """
@@ -22,60 +22,60 @@ from movingout.matches.experiment.paper_reference import paper_tables
 from movingout.matches.match import Challenge
 from movingout.world.constants import LIMIT_TICKS, MAX_TICKS
 
-PEOPLE = "people:"
-"""`people:C` is a scripted person of population C, another one for each seed."""
+POPULATION_PREFIX = "people:"
+"""The agent id `people:C` is a scripted person of population C, another one for each seed."""
 
 AgentId = Annotated[str, Field(min_length=1, max_length=300)]
 SeatName = Literal["both", "blue", "red"]
 MAX_SEEDS = 1_000_000
 
 
-class _Strict(BaseModel):
+class _GridModel(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
 
-class Contestant(_Strict):
-    """Who is evaluated."""
+class Contestant(_GridModel):
+    """An agent to evaluate."""
 
     agent: AgentId
-    label: Annotated[str, Field(max_length=60)] = ""  # its name in tables; default: the id
-    partners: Annotated[list[AgentId], Field(min_length=1)] | Literal["self"] | None = None  # instead of all
-    needs: Annotated[str, Field(max_length=300)] = ""  # how to get the agent where it is missing
+    label: Annotated[str, Field(max_length=60)] = ""  # its name in tables; default: its id
+    partners: Annotated[list[AgentId], Field(min_length=1)] | Literal["self"] | None = None  # else the condition's
+    needs: Annotated[str, Field(max_length=300)] = ""  # how to get the agent, for when it is missing
 
     @property
     def name(self) -> str:
         return self.label or self.agent
 
 
-class Condition(_Strict):
-    """One set of agents and partners."""
+class Condition(_GridModel):
+    """Agents and the partners they play with."""
 
     name: Annotated[str, Field(min_length=1, max_length=60)]
     agents: Annotated[list[AgentId | Contestant], Field(min_length=1)]
     partners: Annotated[list[AgentId], Field(min_length=1)] | Literal["self"] | None = None
-    against: Annotated[str, Field(max_length=60)] = ""  # the condition from which the change in % is counted
-    paper: Annotated[str, Field(max_length=120)] = ""  # "table: rows", the paper's figures to lay beside
+    against: Annotated[str, Field(max_length=60)] = ""  # the condition that changes in % are relative to
+    paper: Annotated[str, Field(max_length=120)] = ""  # "table: rows" of the paper to compare with
 
     @property
     def contestants(self) -> list[Contestant]:
         return [Contestant(agent=one) if isinstance(one, str) else one for one in self.agents]
 
     def partners_of(self, one: Contestant) -> list[str]:
-        """Agent ids: the contestant's own, the condition's, or all agents of the condition (cross-play)."""
+        """Agent ids: the agent's own partners, else the condition's, else all agents of the condition (cross-play)."""
         chosen = one.partners or self.partners
         if chosen == "self":
             return [one.agent]
         return chosen or [other.agent for other in self.contestants]
 
 
-class Seeds(_Strict):
+class Seeds(_GridModel):
     """Seeds first, first + 1, ..."""
 
     first: Annotated[int, Field(ge=0)] = 0
     count: Annotated[int, Field(ge=1, le=MAX_SEEDS)]
 
 
-class Grid(_Strict):
+class Grid(_GridModel):
     """The whole file."""
 
     format: Literal[1] = 1
@@ -116,9 +116,9 @@ class Grid(_Strict):
     @model_validator(mode="after")
     def _whole(self) -> "Grid":
         if (self.agents is None) == (self.conditions is None):
-            raise ValueError("a grid has either 'agents' (and 'partners') or 'conditions', not both and not neither")
+            raise ValueError("a grid has either 'agents' (and 'partners') or 'conditions'")
         if self.conditions is not None and self.partners is not None:
-            raise ValueError("'partners' beside 'conditions' would never be used; give each condition its own")
+            raise ValueError("'partners' has no effect beside 'conditions'; give each condition its own")
         names = [condition.name for condition in self.all_conditions]
         _refuse_doubles(names, "condition")
         for condition in self.all_conditions:
@@ -126,11 +126,16 @@ class Grid(_Strict):
             _refuse_doubles([f"{agent} with {partner}" for agent, partner in pairs], "the pair")
             if condition.paper and condition.paper not in paper_tables():
                 known = known_names(condition.paper, sorted(paper_tables()))
-                raise ValueError(f"paper {condition.paper!r} is no table here; {known}")
+                raise ValueError(f"paper {condition.paper!r} is not a known table; {known}")
             if condition.against and (condition.against not in names or condition.against == condition.name):
-                raise ValueError(f"condition {condition.name!r} is against {condition.against!r}, not another one here")
+                raise ValueError(
+                    f"condition {condition.name!r} is against {condition.against!r}, not another one of this grid"
+                )
             for agent_id in [a for one in condition.contestants for a in (one.agent, *condition.partners_of(one))]:
-                if agent_id.startswith(PEOPLE) and agent_id.removeprefix(PEOPLE) not in POPULATIONS:
+                if (
+                    agent_id.startswith(POPULATION_PREFIX)
+                    and agent_id.removeprefix(POPULATION_PREFIX) not in POPULATIONS
+                ):
                     raise ValueError(f"{agent_id!r}: populations are {', '.join(POPULATIONS)}, as people:C")
         return self
 
@@ -156,17 +161,17 @@ class Grid(_Strict):
 
     @property
     def sha256(self) -> str:
-        """What the grid asks for, apart from words about it."""
+        """A fingerprint of what is played; name and description do not count."""
         asked = self.model_dump(mode="json", exclude={"name", "about"})
         return hashlib.sha256(json.dumps(asked, sort_keys=True).encode()).hexdigest()
 
 
 def read_grid(path: Path) -> Grid:
-    """Read and check a grid file. Raises MatchError with the line and the path of each fault."""
+    """Read and validate a grid file. Raises MatchError with the line and the path of each fault."""
     return read_grid_file(path, Grid)
 
 
 def _refuse_doubles(values: list[Any], what: str) -> None:
     for value in values:
         if values.count(value) > 1:
-            raise ValueError(f"{what} {value} stands there twice")
+            raise ValueError(f"{what} {value} is listed twice")

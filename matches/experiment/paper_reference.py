@@ -1,8 +1,8 @@
-"""The paper's figures, to lay beside ours. Copied digit by digit; the names of tables are those of its LaTeX labels.
+"""The paper's figures, to compare ours with. Copied digit by digit; tables are named by their LaTeX labels.
 
-Their learned agents were trained on people and played with themselves, across groups, or with people. Their waiting
-time lies between 0 and 1 and so is no number of seconds, as the paper's formula would give; it is what the official
-code counts, the share of ticks, and is laid beside ours of that kind.
+The paper's agents were trained on people and played with themselves, across groups, or with people. Its waiting times
+lie between 0 and 1, so they are not seconds, as its formula would give, but the share of ticks that the official code
+counts; ours of that kind stand beside them.
 """
 
 from collections.abc import Mapping, Sequence
@@ -118,7 +118,7 @@ PAPER: Mapping[tuple[str, int], Mapping[str, Figures]] = {
 
 
 def paper_figures(table: str, challenge: int, label: str) -> Figures:
-    """The paper's figures of one row; empty where it has none."""
+    """The paper's figures of one row; empty when it has none."""
     return PAPER.get((table, challenge), {}).get(label, {})
 
 

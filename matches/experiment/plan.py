@@ -1,4 +1,4 @@
-"""From a grid to the matches to play: each entry says which condition and which agent a match counts for."""
+"""The matches that a grid asks for, each with the condition and the agent that it counts for."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from movingout.agents.catalogue import load_agent
 from movingout.agents.errors import AgentError
 from movingout.agents.scripted.populations import population
-from movingout.matches.experiment.grid import PEOPLE, Condition, Contestant, Grid
+from movingout.matches.experiment.grid import POPULATION_PREFIX, Condition, Contestant, Grid
 from movingout.matches.match import Challenge, Match
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
-    """One cell's share in a match. Two entries may share a match, which is then played once."""
+class PlannedMatch:
+    """A match and the cell of the grid it counts for. A match that counts for two cells is played once."""
 
     condition: str
     agent: str  # as in the grid, or its label
@@ -21,10 +21,10 @@ class Entry:
     match: Match
 
 
-def entries(grid: Grid) -> list[Entry]:
-    """All entries, maps outermost so that neighbours share a map, in an order that only the grid decides."""
+def planned_matches(grid: Grid) -> list[PlannedMatch]:
+    """All matches in an order that depends on the grid alone; maps are outermost, so that neighbours share a map."""
     return [
-        Entry(condition.name, one.name, partner, seat, match)
+        PlannedMatch(condition.name, one.name, partner, seat, match)
         for challenge in grid.challenges
         for the_map in grid.map_list
         for condition in grid.all_conditions
@@ -35,13 +35,13 @@ def entries(grid: Grid) -> list[Entry]:
     ]
 
 
-def matches_of(plan: list[Entry]) -> list[Match]:
-    """Each match once, in order."""
+def matches_of(plan: list[PlannedMatch]) -> list[Match]:
+    """The distinct matches, in order."""
     return list({entry.match: None for entry in plan})
 
 
 def missing_agents(grid: Grid) -> list[str]:
-    """One sentence per agent that cannot be loaded here, with what the grid says about getting it."""
+    """A sentence for each agent that cannot be loaded, with what the grid says about how to get it."""
     needs = {one.agent: one.needs for condition in grid.all_conditions for one in condition.contestants}
     sentences = []
     for agent_id in sorted(_agent_ids(grid)):
@@ -53,18 +53,21 @@ def missing_agents(grid: Grid) -> list[str]:
     return sentences
 
 
-def seated(agent_id: str, seed: int, other: bool = False) -> str:
-    """Who sits down for `people:C` with a seed; the id itself for anybody else. `other`: not whom it meets."""
-    if not agent_id.startswith(PEOPLE):
+def agent_for_seed(agent_id: str, seed: int, other: bool = False) -> str:
+    """The agent of a seed: for `people:C` a person of C, for any other id the id itself.
+
+    With `other` it is the next person, for when both seats are of one population.
+    """
+    if not agent_id.startswith(POPULATION_PREFIX):
         return agent_id
-    people = population(agent_id.removeprefix(PEOPLE))
+    people = population(agent_id.removeprefix(POPULATION_PREFIX))
     return people[(seed + other) % len(people)].agent_id
 
 
 def _agent_ids(grid: Grid) -> set[str]:
     pairs = [(condition, one) for condition in grid.all_conditions for one in condition.contestants]
     ids = {agent_id for condition, one in pairs for agent_id in _ids_of(condition, one)}
-    return {seated(agent_id, 0) for agent_id in ids}
+    return {agent_for_seed(agent_id, 0) for agent_id in ids}
 
 
 def _ids_of(condition: Condition, one: Contestant) -> list[str]:
@@ -73,15 +76,15 @@ def _ids_of(condition: Condition, one: Contestant) -> list[str]:
 
 def _seats(grid: Grid, agent: str, partner: str) -> tuple[int, ...]:
     if grid.seats == "both" and agent == partner:
-        return (0,)  # the other way round is the same pair
+        return (0,)  # swapping the seats gives the same pair
     return {"both": (0, 1), "blue": (0,), "red": (1,)}[grid.seats]
 
 
 def _matches(grid: Grid, agent: str, partner: str, seat: int, the_map: str, challenge: Challenge) -> Iterator[Match]:
-    """One match per seed; with both seats, even seeds are played in blue and odd ones in red."""
+    """One match per seed; where the agent plays both seats, even seeds are in blue and odd ones in red."""
     for seed in grid.seed_range:
         if grid.seats == "both" and agent != partner and seed % 2 != seat:
             continue
-        pair = (seated(agent, seed), seated(partner, seed, other=agent == partner))
+        pair = (agent_for_seed(agent, seed), agent_for_seed(partner, seed, other=agent == partner))
         blue, red = pair if seat == 0 else pair[::-1]
         yield Match(the_map, blue, red, seed, challenge, grid.ticks, grid.split)

@@ -1,4 +1,4 @@
-"""Our numbers beside the paper's, and what they may not be read as."""
+"""Our results beside the paper's, with a caution about what the comparison cannot say."""
 
 from collections import defaultdict
 from collections.abc import Sequence

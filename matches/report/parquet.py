@@ -1,4 +1,4 @@
-"""Results in other forms: one Parquet row per match (needs the extra `export`)."""
+"""Results as a Parquet file with a row per match (needs the extra `export`)."""
 
 import os
 
@@ -7,12 +7,12 @@ from movingout.matches.run import GridRun
 
 
 def write_parquet(run: GridRun) -> str:
-    """Write results.parquet; returns a sentence instead where pyarrow is missing."""
+    """Write results.parquet. Returns "", or a sentence when pyarrow is missing."""
     try:
         import pyarrow as pa
         from pyarrow import parquet
     except ImportError:
-        return "no results.parquet: it needs pyarrow (pip install 'moving-out-live[export]'); the JSON lines have all"
+        return "results.parquet was not written: it needs pyarrow (pip install 'moving-out-live[export]')"
     if not run.results:
         return ""
     path = run.folder / "results.parquet"

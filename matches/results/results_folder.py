@@ -1,7 +1,7 @@
-"""A results folder: what was asked for, and one line per finished match, appended and never changed.
+"""A results folder: the grid, and one line per finished match, appended and never changed.
 
-grid.json              the grid, its hash, the software and the checkpoints it was begun with
-results-0-of-1.jsonl   one shard per driver; a torn last line (a killed driver, a full disk) is cut off on return
+grid.json              the grid, its hash, and the versions and checkpoints of the first run
+results-0-of-1.jsonl   one file per shard; a torn last line (a killed driver, a full disk) is cut off by the next run
 """
 
 import json
@@ -20,11 +20,11 @@ from movingout.recordings.versions import versions
 
 GRID = "grid.json"
 FORMAT = 2
-_EXACT = ("movingout", "pymunk")  # other versions may give other numbers
+_EXACT = ("movingout", "pymunk")  # another version may give other results
 
 
 def write_whole(path: Path, text: str) -> None:
-    """Write a file so that it is there wholly or not at all. Raises MatchError."""
+    """Write a file atomically. Raises MatchError."""
     draft = path.with_name(f".{path.name}.{os.getpid()}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -36,7 +36,7 @@ def write_whole(path: Path, text: str) -> None:
 
 
 def open_folder(folder: Path, grid: Grid, checkpoints: dict[str, str]) -> None:
-    """Make the folder the grid's, or check that it is. Raises MatchError when it holds another grid's results."""
+    """Write the grid into a new folder, or check that the folder is this grid's. Raises MatchError when it is not."""
     mine = {
         "format": FORMAT,
         "sha256": grid.sha256,
@@ -57,8 +57,8 @@ def open_folder(folder: Path, grid: Grid, checkpoints: dict[str, str]) -> None:
     for name in _EXACT:
         if theirs["versions"].get(name) != versions()[name]:
             raise MatchError(
-                f"{folder} was begun with {name} {theirs['versions'].get(name)}, here is {versions()[name]}: "
-                "their numbers do not belong together; choose another folder with --out"
+                f"{folder} was begun with {name} {theirs['versions'].get(name)}, this is {versions()[name]}: "
+                "their results are not comparable; choose another folder with --out"
             )
     changed = [agent_id for agent_id, sha in checkpoints.items() if theirs["checkpoints"].get(agent_id, sha) != sha]
     if changed:
@@ -66,11 +66,11 @@ def open_folder(folder: Path, grid: Grid, checkpoints: dict[str, str]) -> None:
 
 
 def read_head(folder: Path) -> dict[str, Any]:
-    """`grid.json` of a results folder. Raises MatchError when it is none."""
+    """`grid.json` of a results folder. Raises MatchError when there is none or it cannot be read."""
     try:
         head = json.loads((folder / GRID).read_text(encoding="utf-8"))
     except OSError as error:
-        raise MatchError(f"{folder} is no results folder: {GRID}: {error.strerror or error}") from error
+        raise MatchError(f"{folder} is not a results folder: {GRID}: {error.strerror or error}") from error
     except ValueError as error:
         raise MatchError(f"{folder / GRID} is damaged: {error}") from error
     if not isinstance(head, dict) or head.get("format") != FORMAT or not {"sha256", "grid", "versions"} <= head.keys():
@@ -86,7 +86,7 @@ def read_results(folder: Path) -> dict[str, MatchResult]:
             lines = path.read_bytes().split(b"\n")
         except OSError as error:
             raise MatchError(f"cannot read {path}: {error.strerror or error}") from error
-        for number, line in enumerate(lines[:-1], start=1):  # what follows the last newline is torn
+        for number, line in enumerate(lines[:-1], start=1):  # anything after the last newline is torn
             try:
                 result = result_from_json(json.loads(line))
             except (ValueError, AttributeError, MatchError) as error:
@@ -96,7 +96,7 @@ def read_results(folder: Path) -> dict[str, MatchResult]:
 
 
 class Shard:
-    """The file that one driver appends to; nobody else may, as long as it is open."""
+    """The file that one driver appends to. It is locked while open."""
 
     def __init__(self, folder: Path, index: int = 0, count: int = 1) -> None:
         self.path = folder / f"results-{index}-of-{count}.jsonl"
@@ -111,7 +111,7 @@ class Shard:
             raise MatchError(f"cannot lock {self.path}: {error.strerror or error}") from error
         if not locked:
             os.close(self._file)
-            raise MatchError(f"another process is filling {self.path}; wait for it, or use --shard")
+            raise MatchError(f"another process is writing {self.path}; wait for it, or use --shard")
         self._end = self._cut_torn_line()
 
     def __enter__(self) -> "Shard":
@@ -123,7 +123,7 @@ class Shard:
         os.close(self._file)
 
     def append(self, results: Iterable[MatchResult]) -> None:
-        """Write results, all or none, and have the disk confirm them. Raises MatchError."""
+        """Append results, all or none, and flush them to disk. Raises MatchError."""
         lines = "".join(json.dumps(result.to_json(), allow_nan=False) + "\n" for result in results).encode()
         try:
             written = os.pwrite(self._file, lines, self._end)
@@ -133,8 +133,8 @@ class Shard:
         except OSError as error:
             os.ftruncate(self._file, self._end)
             raise MatchError(
-                f"cannot write {self.path}: {error.strerror or error}; what is finished is kept, "
-                "the same command goes on from there"
+                f"cannot write {self.path}: {error.strerror or error}; finished matches are kept; "
+                "run the same command again to continue"
             ) from error
         self._end += len(lines)
 

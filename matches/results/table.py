@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from operator import attrgetter
 from typing import Any, NamedTuple
 
-from movingout.matches.experiment.plan import Entry
+from movingout.matches.experiment.plan import PlannedMatch
 from movingout.matches.match import Match, MatchResult
 from movingout.world.estimates import Estimate, estimate, estimate_text
 from movingout.world.metrics import METRICS
@@ -63,7 +63,7 @@ class Row:
         }
 
 
-def rows_of(plan: Iterable[Entry], results: Mapping[Match, MatchResult]) -> list[Row]:
+def rows_of(plan: Iterable[PlannedMatch], results: Mapping[Match, MatchResult]) -> list[Row]:
     """A row per cell, and one over all maps where there are several; in the order of the plan."""
     cells: dict[tuple[str, int, str, str, str], list[MatchResult]] = defaultdict(list)
     for entry in plan:

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from movingout.matches import MatchError, MatchResult, open_run, play, run_grid
-from movingout.matches.execution.local_workers import LocalCrew
+from movingout.matches.execution.local_workers import LocalWorkerPool
 from movingout.matches.match import Match
 from movingout.matches.results.results_folder import Shard, open_folder
 from tests.matches.support import HERE, small_grid
@@ -79,10 +79,10 @@ def test_a_killed_run_goes_on_and_plays_nothing_twice(tmp_path: Path) -> None:
 def test_a_finished_grid_is_read_not_played(tmp_path: Path) -> None:
     first = run_grid(small_grid(), tmp_path, workers=1)
 
-    def nobody(size: int, limit_s: float, record: Path | None) -> LocalCrew:
+    def nobody(size: int, limit_s: float, record: Path | None) -> LocalWorkerPool:
         raise AssertionError("nothing is left to play")
 
-    assert _numbers(run_grid(small_grid(), tmp_path, crew=nobody).results) == _numbers(first.results)
+    assert _numbers(run_grid(small_grid(), tmp_path, pool=nobody).results) == _numbers(first.results)
     assert _numbers(open_run(tmp_path).results) == _numbers(first.results)
 
 
@@ -110,10 +110,10 @@ def test_a_file_where_one_stands_does_not_take_the_place_of_a_library_in_workers
 def test_a_worker_that_hangs_where_no_alarm_reaches_is_replaced(tmp_path: Path) -> None:
     grid = small_grid(agents=[f"{HERE}:Deaf"], partners=["idle"], maps=["HandOff"], seeds=1, agent_limit_s=1.0)
 
-    def impatient(size: int, limit_s: float, record: Path | None) -> LocalCrew:
-        return LocalCrew(size, limit_s, record, grace_s=4.0)
+    def impatient(size: int, limit_s: float, record: Path | None) -> LocalWorkerPool:
+        return LocalWorkerPool(size, limit_s, record, grace_s=4.0)
 
-    (failure,) = run_grid(grid, tmp_path, workers=1, crew=impatient).failures
+    (failure,) = run_grid(grid, tmp_path, workers=1, pool=impatient).failures
     assert "gave no sign of life" in failure.failure
 
 
@@ -138,7 +138,7 @@ def test_results_of_other_weights_are_not_added_to(tmp_path: Path) -> None:
 
 
 def test_two_drivers_do_not_fill_one_shard(tmp_path: Path) -> None:
-    with Shard(tmp_path), pytest.raises(MatchError, match="another process is filling"):
+    with Shard(tmp_path), pytest.raises(MatchError, match="another process is writing"):
         Shard(tmp_path)
 
 
@@ -151,7 +151,7 @@ def test_a_full_disk_is_said_and_keeps_what_is_finished(tmp_path: Path) -> None:
         before = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
         resource.setrlimit(resource.RLIMIT_FSIZE, (size + 10, hard))
         try:
-            with pytest.raises(MatchError, match="what is finished is kept, the same command goes on from there"):
+            with pytest.raises(MatchError, match="finished matches are kept; run the same command again to continue"):
                 shard.append(results[1:])
         finally:
             resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))

@@ -37,7 +37,7 @@ def test_the_readmes_match_gives_the_fixed_json_fields(capsys: pytest.CaptureFix
         (["grid", "nothing.yaml"], "cannot read nothing.yaml"),
         (["grid", "ablations"], "no grid 'ablations'; did you mean ablation? known: ablation, challenge-1, "),
         (["grid", "challenge-2"], "needs agents that are not here: "),
-        (["report", "nowhere"], "nowhere is no results folder"),
+        (["report", "nowhere"], "nowhere is not a results folder"),
     ],
 )
 def test_wrong_use_is_answered_in_a_sentence(
@@ -72,7 +72,7 @@ def test_a_match_that_an_agent_could_not_play_is_told_in_a_sentence_and_by_the_e
     (failure,) = json.loads(captured.out)["failures"]
     assert (failure["map"], failure["seat"]) == ("LeftRight", 1)
     assert captured.err.count("movingout: ") == 1
-    assert "LeftRight, seed 0: lost: " in captured.err and "recorded on HandOff, not on LeftRight" in captured.err
+    assert "LeftRight, seed 0: failed: " in captured.err and "recorded on HandOff, not on LeftRight" in captured.err
 
 
 def test_a_grid_goes_on_without_what_an_agent_has_lost(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

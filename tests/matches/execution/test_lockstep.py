@@ -34,10 +34,10 @@ def test_a_match_gives_what_the_plain_rollout_gives() -> None:
     assert expected.nfd != 0.0
 
 
-@pytest.mark.parametrize("company", [1, 3, 16])
-def test_company_does_not_change_a_match(company: int) -> None:
+@pytest.mark.parametrize("batch_size", [1, 3, 16])
+def test_a_result_does_not_depend_on_the_matches_beside_it(batch_size: int) -> None:
     alone = [result for match in _matches(f"{HERE}:Wanderer") for result in Lockstep().play([match])]
-    assert _by_seed(list(Lockstep(company=company).play(_matches(f"{HERE}:Wanderer")))) == alone
+    assert _by_seed(list(Lockstep(batch_size=batch_size).play(_matches(f"{HERE}:Wanderer")))) == alone
     assert len({(result.metrics.nfd, result.metrics.wt_s) for result in alone}) > 1, (
         "the seeds must differ, else this shows nothing"
     )
@@ -126,8 +126,8 @@ def test_challenge_2_plays_a_variant_that_the_seed_makes() -> None:
 
 def test_a_sign_of_life_comes_while_agents_think() -> None:
     beats: list[float] = []
-    lockstep = Lockstep(beat=lambda: beats.append(time.monotonic()))
-    lockstep._stopwatch._last_beat -= 10
+    lockstep = Lockstep(heartbeat=lambda: beats.append(time.monotonic()))
+    lockstep._timer._last_heartbeat -= 10
     list(lockstep.play(_matches(f"{HERE}:Wanderer", 1)))
     assert len(beats) == 1
 

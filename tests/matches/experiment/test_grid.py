@@ -4,12 +4,12 @@ import pytest
 
 from movingout.maps import map_names
 from movingout.matches import MatchError, read_grid
-from movingout.matches.experiment.plan import entries, matches_of
+from movingout.matches.experiment.plan import matches_of, planned_matches
 from tests.matches.support import HERE, small_grid, written
 
 
 def test_a_grid_plays_everybody_with_everybody_on_every_map_once() -> None:
-    plan = entries(small_grid())
+    plan = planned_matches(small_grid())
     pairs = {(entry.agent, entry.partner) for entry in plan}
     assert pairs == {(a, b) for a in (f"{HERE}:Wanderer", "idle") for b in (f"{HERE}:Wanderer", "idle")}
     assert len(plan) == 2 * 4 * 3
@@ -17,20 +17,20 @@ def test_a_grid_plays_everybody_with_everybody_on_every_map_once() -> None:
 
 
 def test_with_both_seats_the_agent_changes_seats_from_seed_to_seed() -> None:
-    plan = [entry for entry in entries(small_grid(partners=["scripted"])) if entry.agent == "idle"]
+    plan = [entry for entry in planned_matches(small_grid(partners=["scripted"])) if entry.agent == "idle"]
     assert {(entry.match.seed, entry.seat, entry.match.seats.index("idle")) for entry in plan} == {
         (0, 0, 0), (1, 1, 1), (2, 0, 0),
     }  # fmt: skip
 
 
 def test_all_means_the_twelve_maps_and_two_challenges_double_the_work() -> None:
-    plan = entries(small_grid(maps="all", challenge=[1, 2], seeds={"first": 5, "count": 2}))
+    plan = planned_matches(small_grid(maps="all", challenge=[1, 2], seeds={"first": 5, "count": 2}))
     assert {entry.match.map for entry in plan} == set(map_names())
     assert {(entry.match.challenge, entry.match.seed) for entry in plan} == {(1, 5), (1, 6), (2, 5), (2, 6)}
 
 
 def test_people_of_a_population_take_turns_and_never_meet_themselves() -> None:
-    plan = entries(small_grid(agents=["people:C"], partners="self", seeds=30, maps=["HandOff"]))
+    plan = planned_matches(small_grid(agents=["people:C"], partners="self", seeds=30, maps=["HandOff"]))
     assert len({entry.match.blue for entry in plan}) == 20
     assert all(entry.match.blue != entry.match.red for entry in plan)
 
@@ -43,9 +43,9 @@ def test_people_of_a_population_take_turns_and_never_meet_themselves() -> None:
         ("name: x\nagents: [idle]\n\nepisods: 4\n", "line 4: episods: Extra inputs are not permitted"),
         ("name: x\n", "either 'agents' (and 'partners') or 'conditions'"),
         ("agents: [idle]\n", "name: Field required"),
-        ("name: x\nagents: [idle, idle]\n", "the pair idle with idle stands there twice"),
-        ("name: x\nagents: [idle]\npartners: [scripted, scripted]\n", "idle with scripted stands there twice"),
-        ("name: x\nagents: [idle]\nchallenge: [1, 1]\n", "line 3: challenge: challenge 1 stands there twice"),
+        ("name: x\nagents: [idle, idle]\n", "the pair idle with idle is listed twice"),
+        ("name: x\nagents: [idle]\npartners: [scripted, scripted]\n", "idle with scripted is listed twice"),
+        ("name: x\nagents: [idle]\nchallenge: [1, 1]\n", "line 3: challenge: challenge 1 is listed twice"),
         ("name: x\nagents: [idle]\nmaps: []\n", "line 3: maps: name at least one map, or write all"),
         ("- x\n", "the file should have lines like 'name: ...'"),
         ("name: x\nagents: ['people:Z']\n", "'people:Z': populations are A, B, C"),

@@ -8,9 +8,9 @@ import pytest
 from movingout.matches import GridRun, Match, MatchResult
 from movingout.matches.experiment.grid import Grid, read_grid
 from movingout.matches.experiment.paper_reference import PAPER
-from movingout.matches.experiment.plan import entries, matches_of, missing_agents
+from movingout.matches.experiment.plan import matches_of, missing_agents, planned_matches
 from movingout.matches.experiment.shipped_grids import FOLDER, grid_path, shipped_grids
-from movingout.matches.match import lost
+from movingout.matches.match import failed_result
 from movingout.matches.report.comparison import CAUTION, json_report, lines_of, markdown_report
 from movingout.matches.report.crossplay import matrix, worst_matches
 from movingout.matches.report.html_page import page
@@ -31,7 +31,7 @@ def _result(match: Match, tcr: float, nfd: float = 0.5, ac: float | None = None)
 
 def _run(grid: Grid, values: Sequence[float]) -> GridRun:
     """A run whose matches have made-up results, in the order of the grid."""
-    plan = entries(grid)
+    plan = planned_matches(grid)
     found = {match: _result(match, values[k % len(values)]) for k, match in enumerate(matches_of(plan))}
     return GridRun(Path("nowhere"), grid, plan, found)
 
@@ -56,8 +56,8 @@ def test_holm_corrects_for_the_number_of_tests() -> None:
 
 def test_rows_have_means_per_map_and_over_all_and_count_a_lost_match_as_nothing() -> None:
     grid = small_grid(agents=["idle"], seeds=2)
-    first, *rest = matches_of(plan := entries(grid))
-    results = {first: lost(first, "it raised", seat=0)} | {match: _result(match, 0.6) for match in rest}
+    first, *rest = matches_of(plan := planned_matches(grid))
+    results = {first: failed_result(first, "it raised", seat=0)} | {match: _result(match, 0.6) for match in rest}
     rows = rows_of(plan, results)
     assert [(row.map, len(row.results), row.failed) for row in rows] == [
         (ALL_MAPS, 4, 1), ("DistancePriority", 2, 1), ("FourCorners", 2, 0),
@@ -69,7 +69,7 @@ def test_rows_have_means_per_map_and_over_all_and_count_a_lost_match_as_nothing(
 
 def test_the_best_of_a_column_is_marked_and_the_others_tested_against_it() -> None:
     grid = small_grid(agents=["idle", "scripted"], partners=["idle"], seeds=8, maps=["HandOff"])
-    plan = entries(grid)
+    plan = planned_matches(grid)
     good = {entry.match for entry in plan if entry.agent == "scripted"}
     results = {match: _result(match, 0.8 + match.seed / 100 if match in good else match.seed / 100)
                for match in matches_of(plan)}  # fmt: skip
@@ -84,7 +84,7 @@ def test_the_worst_of_each_pairing_come_in_turn_after_the_lost_ones() -> None:
     grid = small_grid(agents=["idle", "scripted"], partners=["idle"], seeds=2, maps=["HandOff"])
     run = _run(grid, [0.1, 0.2, 1.0, 0.9])
     fault = next(match for match in run.results if match.seats == ("idle", "idle") and match.seed == 1)
-    run.results[fault] = lost(fault, "it raised", seat=0)
+    run.results[fault] = failed_result(fault, "it raised", seat=0)
     worst = worst_matches(run)
     assert [(one.ending, one.metrics.tcr) for one in worst] == [("failed", 0.0), ("time", 0.9), ("time", 0.1)]
 
@@ -93,7 +93,7 @@ def test_the_page_shows_everything_escaped_and_loads_nothing() -> None:
     nasty = "<script>alert('a & b')</script>"
     run = _run(small_grid(name=nasty, about=nasty), [0.1, 0.9, 0.5])
     fault = next(iter(run.results))
-    run.results[fault] = lost(fault, nasty, seat=0)
+    run.results[fault] = failed_result(fault, nasty, seat=0)
     text = page(run)
     assert "<script" not in text
     assert text.count("&lt;script&gt;alert(&#39;a &amp; b&#39;)&lt;/script&gt;") >= 4  # title, heading, about, fault
@@ -129,8 +129,8 @@ def test_every_shipped_protocol_is_a_valid_grid() -> None:
     assert len(shipped_grids()) >= 8
     for name in shipped_grids():
         grid = read_grid(grid_path(Path(name)))
-        assert entries(grid)
-        labels = {(entry.condition, entry.match.challenge, entry.agent) for entry in entries(grid)}
+        assert planned_matches(grid)
+        labels = {(entry.condition, entry.match.challenge, entry.agent) for entry in planned_matches(grid)}
         for condition in grid.all_conditions:
             for _, challenge, label in (key for key in labels if key[0] == condition.name and condition.paper):
                 assert label in PAPER[condition.paper, challenge] or label == "Idle"
