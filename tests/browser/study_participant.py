@@ -98,11 +98,11 @@ class KeyboardParticipant:
                 self.tab_to("[data-now] input:not(.no-answer input)")
                 self.page.keyboard.press("Space")
             question.evaluate("one => one.removeAttribute('data-now')")
-        where = self.page.locator(".study-head .muted").inner_text()
+        where = self.page.locator(".heading .muted").inner_text()
         last = self.page.get_by_role("button", name="Finish").count() > 0
         self.press("Finish" if last else "Next")
         if not last:
-            expect(self.page.locator(".study-head .muted")).not_to_have_text(where)
+            expect(self.page.locator(".heading .muted")).not_to_have_text(where)
             self.fill_in()
 
     def _input_check(self) -> None:

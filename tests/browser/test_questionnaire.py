@@ -88,7 +88,10 @@ def test_what_is_missing_is_announced_and_gets_the_focus(server: Server, open_pa
     expect(page.get_by_role("alert").filter(has_text="2 answers are missing")).to_be_visible()
     expect(page.locator("input[name=humanlike][value='1']")).to_be_focused()
     answer(page, "humanlike", -1)  # "I prefer not to answer" is an answer
+    expect(page.get_by_role("alert").filter(has_text="One answer is missing")).to_be_visible()
+    expect(page.get_by_text("Please choose one.").locator("visible=true")).to_have_count(1)
     answer(page, "reasonable", 7)
+    expect(page.get_by_role("alert").filter(has_text="missing")).to_have_count(0)
     page.get_by_role("button", name="Next").click()
     expect(page.get_by_text("questions 4–6 of 10")).to_be_visible()
     all_saved(page)

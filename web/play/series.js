@@ -2,7 +2,7 @@
 // thanks. Knows the order of these views and nothing of how they look.
 
 import { badge, byId, el } from "../core/dom.js";
-import { showQuestionnaire } from "../questionnaire.js";
+import { showQuestionnaire } from "./room_questionnaire.js";
 import { showResult } from "./result.js";
 import { say } from "../text/catalogue.js";
 import { colourName } from "../text/names.js";

@@ -3,9 +3,10 @@
  * The first screen: nobody knows yet who sits here. Asks for a code where the study wants one.
  */
 
+import { heading, problemBox, runAction, showProblem } from "../components/action.js";
 import { el } from "../core/dom.js";
 import { say } from "../text/catalogue.js";
-import { attempt, card, complain, heading, problemBox } from "./screen.js";
+import { card } from "./screen.js";
 
 /** @typedef {import("./screen.js").Screen} Screen */
 
@@ -44,7 +45,7 @@ export function recruitmentParameters(query) {
  */
 export function arrivalScreen({ title, asksCode, second, problem, given, arrive, cancel }) {
   const box = problemBox();
-  complain(box, problem);
+  showProblem(box, problem);
   const input = el("input", {
     id: "code",
     class: "input code-input",
@@ -74,9 +75,9 @@ export function arrivalScreen({ title, asksCode, second, problem, given, arrive,
   form.addEventListener("submit", (event) => {
     event.preventDefault();
     const code = input.value.trim();
-    if (!asksCode) return void attempt(begin, box, () => arrive(given));
-    if (code) return void attempt(begin, box, () => arrive({ ...given, code }));
-    complain(box, say("study.arrival.codeMissing"));
+    if (!asksCode) return void runAction(begin, box, () => arrive(given));
+    if (code) return void runAction(begin, box, () => arrive({ ...given, code }));
+    showProblem(box, say("study.arrival.codeMissing"));
     input.focus();
   });
   const lead = el("p", { class: "lead" }, say(second ? "study.arrival.secondLead" : "study.arrival.lead"));

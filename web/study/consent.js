@@ -3,9 +3,10 @@
  * The consent: its text, the boxes to tick, a copy to keep, yes and no.
  */
 
+import { actionButton, heading, problemBox, showProblem } from "../components/action.js";
 import { el } from "../core/dom.js";
 import { currentLanguage, say } from "../text/catalogue.js";
-import { actionButton, card, complain, heading, problemBox, prose } from "./screen.js";
+import { card, prose } from "./screen.js";
 
 /** @typedef {import("./screen.js").Context} Context */
 /** @typedef {import("./screen.js").Screen} Screen */
@@ -21,7 +22,7 @@ export function consentScreen({ step, next, decline, addPerson }) {
     for (const { input } of boxes) input.removeAttribute("aria-invalid");
     for (const { input } of open) input.setAttribute("aria-invalid", "true");
     if (open.length > 0) {
-      complain(problem, say("study.consent.missing"));
+      showProblem(problem, say("study.consent.missing"));
       return open[0].input.focus();
     }
     await next({ boxes: boxes.filter(({ input }) => input.checked).map(({ box }) => box.id) });

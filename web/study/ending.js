@@ -3,9 +3,10 @@
  * The last screens: what was not said before with the question whether the data may be kept, and the completion code.
  */
 
+import { actionButton, heading, problemBox, showProblem } from "../components/action.js";
 import { el } from "../core/dom.js";
 import { currentLanguage, has, say } from "../text/catalogue.js";
-import { actionButton, card, complain, heading, problemBox, prose } from "./screen.js";
+import { card, prose } from "./screen.js";
 
 /** @typedef {import("./screen.js").Context} Context */
 /** @typedef {import("./screen.js").Screen} Screen */
@@ -21,7 +22,7 @@ export function debriefScreen({ step, next }) {
   const on = actionButton(say("study.page.goOn"), problem, async () => {
     if (!asks) return next();
     if (keep.input.checked || remove.input.checked) return next({ keep: keep.input.checked });
-    complain(problem, say("study.debrief.missing"));
+    showProblem(problem, say("study.debrief.missing"));
     keep.input.focus();
   });
   const question = asks

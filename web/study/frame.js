@@ -4,10 +4,11 @@
  * Replaces a screen only when it is another one, so that news of the same step disturb nobody.
  */
 
+import { heading } from "../components/action.js";
 import { byId, el } from "../core/dom.js";
 import { currentLanguage, say } from "../text/catalogue.js";
 import { LANGUAGES } from "../text/language.js";
-import { card, heading } from "./screen.js";
+import { card } from "./screen.js";
 
 /** @typedef {import("./screen.js").Screen} Screen */
 /** @typedef {import("./service.js").View} View */

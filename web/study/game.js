@@ -4,11 +4,11 @@
  * after the last tick it leads back to the study, which knows what comes next.
  */
 
+import { problemBox, showProblem } from "../components/action.js";
 import { byId, el } from "../core/dom.js";
 import { say, sayError } from "../text/catalogue.js";
 import { loadPeople } from "./people.js";
 import { Place } from "./service.js";
-import { complain, problemBox } from "./screen.js";
 import { askToStop } from "./stop.js";
 
 /** @typedef {import("../play/game.js").Game} Game */
@@ -112,7 +112,7 @@ export class StudyGame {
         for (const place of this.#places) await place.next(this.mark.key, { done: true });
         this.leave();
       } catch (error) {
-        complain(problem, sayError(error));
+        showProblem(problem, sayError(error));
       }
     });
     const stop = byId("stop", HTMLButtonElement);

@@ -4,9 +4,10 @@
  * Times run on by themselves between news from the server.
  */
 
+import { actionButton, heading, problemBox } from "../components/action.js";
 import { el } from "../core/dom.js";
 import { say } from "../text/catalogue.js";
-import { actionButton, card, heading, problemBox } from "./screen.js";
+import { card } from "./screen.js";
 
 /** @typedef {import("./screen.js").Context} Context */
 /** @typedef {import("./screen.js").Screen} Screen */

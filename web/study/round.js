@@ -4,10 +4,11 @@
  * partner, the way back into a running round, the way on after it.
  */
 
+import { actionButton, heading, problemBox } from "../components/action.js";
 import { badge, el } from "../core/dom.js";
 import { mapPicture } from "../view/render.js";
 import { say } from "../text/catalogue.js";
-import { actionButton, card, heading, problemBox } from "./screen.js";
+import { card } from "./screen.js";
 
 /** @typedef {import("./screen.js").Context} Context */
 /** @typedef {import("./screen.js").Screen} Screen */

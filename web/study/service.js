@@ -6,16 +6,7 @@
 import { requestJson } from "../core/api.js";
 
 /** @typedef {import("../view/render.js").GameMap} GameMap */
-/**
- * @typedef {object} Item a question
- * @property {string} id
- * @property {"likert7" | "tlx" | "choice" | "text"} kind
- * @property {string} label
- * @property {string} text
- * @property {string[]} [options] of a choice
- * @property {[string, string]} [ends] what the ends of a scale mean
- * @property {boolean} [required]
- */
+/** @typedef {import("../questionnaire/pages.js").Item} Item */
 /** @typedef {{id: string, token: string, seat: number, path: string}} RoomSeat */
 /** @typedef {{minutes: number, amount: number, currency: string}} Earned */
 /**
@@ -62,7 +53,7 @@ import { requestJson } from "../core/api.js";
  * @property {boolean} can_stop
  */
 /** @typedef {{title: string, languages: string[], asks_code: boolean, group?: number}} Study */
-/** @typedef {import("../core/answer_queue.js").Answer} Answer */
+/** @typedef {import("../questionnaire/answer_queue.js").Answer} Answer */
 
 /** @returns {Promise<Study>} */
 export function askStudy() {

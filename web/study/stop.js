@@ -4,9 +4,9 @@
  * two people sit at one screen.
  */
 
+import { problemBox, runAction } from "../components/action.js";
 import { el } from "../core/dom.js";
 import { say } from "../text/catalogue.js";
-import { attempt, problemBox } from "./screen.js";
 
 /** @typedef {import("./service.js").Place} Place */
 /** @typedef {(person: number, keep: boolean) => Promise<void>} Stop */
@@ -18,7 +18,7 @@ import { attempt, problemBox } from "./screen.js";
  * @returns {Promise<boolean>} whether somebody has stopped
  */
 export function askToStop(people, stop) {
-  const dialog = el("dialog", { class: "card card-roomy study-dialog", "aria-labelledby": "stop-title" });
+  const dialog = el("dialog", { class: "card card-roomy dialog", "aria-labelledby": "stop-title" });
   const problem = problemBox();
   const who = whoField(people);
   let stopped = false;
@@ -30,13 +30,13 @@ export function askToStop(people, stop) {
       say(`study.stop.${name}`),
     );
     button.addEventListener("click", () =>
-      attempt(button, problem, async () => {
+      runAction(button, problem, async () => {
         for (const person of who.chosen()) await stop(person, keep);
         stopped = true;
         dialog.close();
       }),
     );
-    return el("div", {}, button, el("p", { class: "muted small stop-help" }, say(`study.stop.${name}Help`)));
+    return el("div", {}, button, el("p", { class: "muted small dialog-help" }, say(`study.stop.${name}Help`)));
   };
   const no = el(
     "button",

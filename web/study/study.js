@@ -4,6 +4,7 @@
  * what comes; every screen is a module of its own. Nothing is kept here but the tokens, so a reload is harmless.
  */
 
+import { heading } from "../components/action.js";
 import { ApiError } from "../core/api.js";
 import { byId, el } from "../core/dom.js";
 import { LiveStream } from "../core/live_stream.js";
@@ -11,15 +12,15 @@ import { saveTokens } from "../wire/seat_tokens.js";
 import { arrivalScreen, recruitmentParameters } from "./arrival.js";
 import { consentScreen } from "./consent.js";
 import { codeScreen, debriefScreen } from "./ending.js";
-import { formScreen } from "./forms/form.js";
+import { formScreen } from "./form_screen.js";
 import { StudyFrame } from "./frame.js";
 import { inputCheckScreen } from "./input_check/input_check.js";
 import { markStudyRound } from "../text/study_mark.js";
 import { breakScreen, elsewhereScreen, pausedScreen, waitingScreen } from "./pauses.js";
 import { loadPeople, savePeople, seatsToTake, whoseTurn } from "./people.js";
-import { Persistence } from "./forms/persistence.js";
+import { Persistence } from "./persistence.js";
 import { roundName, roundScreen } from "./round.js";
-import { card, heading } from "./screen.js";
+import { card } from "./screen.js";
 import { Place, arrive, askStudy } from "./service.js";
 import { askToStop } from "./stop.js";
 import { LANGUAGES, keepLanguage, pickLanguage, wishedLanguages } from "../text/language.js";

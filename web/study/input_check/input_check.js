@@ -4,6 +4,7 @@
  * same devices through the same modules as the game. What has been tried is in tried_controls.js.
  */
 
+import { actionButton, heading, problemBox, runAction, showProblem } from "../../components/action.js";
 import { badge, el } from "../../core/dom.js";
 import { Gamepads } from "../../input/gamepad.js";
 import { Keyboard } from "../../input/keyboard.js";
@@ -11,7 +12,7 @@ import { buttonName, keyName, loadMapping, moveName } from "../../input/mapping.
 import { LocalSeats } from "../../input/seats.js";
 import { Touch } from "../../input/touch.js";
 import { measureRtt } from "./rtt.js";
-import { actionButton, attempt, card, complain, heading, problemBox } from "../screen.js";
+import { card } from "../screen.js";
 import { has, say } from "../../text/catalogue.js";
 import { TriedControls } from "./tried_controls.js";
 
@@ -131,14 +132,14 @@ class InputCheck {
     this.#pill.className = "pill";
     this.#pill.textContent = say("study.check.measuring");
     if (!this.again) return;
-    await attempt(this.again, this.#problem, async () => {
+    await runAction(this.again, this.#problem, async () => {
       this.#rtt = await measureRtt();
       const slow = this.#tooSlow();
       const tone = slow ? "bad" : this.#rtt < FAIR_MS ? "ok" : "attention";
       const ms = Math.max(1, Math.round(this.#rtt));
       this.#pill.className = `pill pill-${tone}`;
       this.#pill.textContent = say(tone === "ok" ? "study.check.good" : "study.check.slow", { ms });
-      if (slow) complain(this.#problem, say("study.check.tooSlow", { ms, most: this.context.step.rtt_ms ?? 0 }));
+      if (slow) showProblem(this.#problem, say("study.check.tooSlow", { ms, most: this.context.step.rtt_ms ?? 0 }));
     });
   }
 
@@ -151,7 +152,7 @@ class InputCheck {
     const todo = this.tried.flatMap((one) => one.todo);
     if (todo.length > 0) {
       const list = [...new Set(todo)].map((what) => say(`study.check.${what}`)).join(", ");
-      return complain(this.#problem, say("study.check.todo", { list }));
+      return showProblem(this.#problem, say("study.check.todo", { list }));
     }
     if (Number.isNaN(this.#rtt)) await this.#measure();
     if (Number.isNaN(this.#rtt)) return;

@@ -3,7 +3,7 @@
  * Answers that have not reached the server yet, kept in localStorage, so that closing the tab while offline loses none.
  */
 
-/** @typedef {import("../../core/answer_queue.js").Answer} Answer */
+/** @typedef {import("./answer_queue.js").Answer} Answer */
 
 const KEY = "movingout-study-unsent";
 

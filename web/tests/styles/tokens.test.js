@@ -3,9 +3,9 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
 
-import { contrast } from "../core/colours.js";
+import { contrast } from "../../core/colours.js";
 
-const CSS = readFileSync(new URL("../styles/tokens.css", import.meta.url), "utf-8");
+const CSS = readFileSync(new URL("../../styles/tokens.css", import.meta.url), "utf-8");
 
 /** The custom properties of the rule with this selector. @param {string} selector */
 function tokens(selector) {

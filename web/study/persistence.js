@@ -4,7 +4,7 @@
  * may safely be asked twice goes through here. A refusal is an answer.
  */
 
-import { ApiError } from "../../core/api.js";
+import { ApiError } from "../core/api.js";
 
 const WAITS_MS = [500, 1000, 2000, 4000];
 const AWAY = [0, 502, 503, 504]; // nobody answers, or a proxy says so

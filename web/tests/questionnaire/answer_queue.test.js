@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { AnswerQueue } from "../../core/answer_queue.js";
+import { AnswerQueue } from "../../questionnaire/answer_queue.js";
 
 /** @param {number} value */
 const answer = (value, question = "teamwork") => ({ question, value, text: "", elapsed_ms: 1 });
@@ -13,7 +13,7 @@ const refusal = () => Object.assign(new Error("teamwork takes 1 to 7"), { status
 function queueWith(send) {
   /** @type {number[]} */
   const waits = [];
-  /** @type {import("../../core/answer_queue.js").SaveState[]} */
+  /** @type {import("../../questionnaire/answer_queue.js").SaveState[]} */
   const states = [];
   const queue = new AnswerQueue(
     send,

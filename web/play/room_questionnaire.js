@@ -1,0 +1,59 @@
+// @ts-check
+/*
+ * The questions at the end of a game from the lobby, for one seat. Whoever does not want to answer may skip them.
+ */
+
+import { ApiError, requestJson } from "../core/api.js";
+import { el, notice } from "../core/dom.js";
+import { QuestionForm } from "../questionnaire/form.js";
+import { givenAnswers } from "../questionnaire/pages.js";
+import { say, sayError } from "../text/catalogue.js";
+
+/** @typedef {{room: string, token: string, partnerName: string, onDone: () => void}} Options */
+
+/**
+ * Shows the questionnaire in `container` and calls `onDone` when the last answer has reached the server.
+ * @param {HTMLElement} container
+ * @param {Options} options
+ */
+export async function showQuestionnaire(container, options) {
+  const { room, token } = options;
+  const path = `/api/rooms/${encodeURIComponent(room)}/answers`;
+  try {
+    const [questionnaire, kept] = await Promise.all([requestJson("/api/questionnaire"), requestJson(path, { token })]);
+    showForm(container, options, path, questionnaire, givenAnswers(kept.answers));
+  } catch (error) {
+    if (!(error instanceof ApiError)) throw error;
+    const retry = () => void showQuestionnaire(container, options);
+    const again = el("button", { type: "button", class: "button", onclick: retry }, say("form.tryAgain"));
+    container.replaceChildren(el("div", { class: "stack" }, notice("bad", sayError(error)), again));
+  }
+}
+
+/**
+ * @param {HTMLElement} container
+ * @param {Options} options
+ * @param {string} path where answers go
+ * @param {{title: string, items: import("../questionnaire/pages.js").Item[]}} questionnaire
+ * @param {Map<string, import("../questionnaire/pages.js").Given>} answers those already given
+ */
+function showForm(container, { token, partnerName, onDone }, path, { title, items }, answers) {
+  const leave = () => {
+    form.close();
+    onDone();
+  };
+  const form = new QuestionForm({
+    title,
+    about: partnerName,
+    items,
+    answers,
+    showsProgress: true,
+    send: async ({ question, value, text, elapsed_ms }) =>
+      void (await requestJson(path, { token, body: { question, value, text, elapsed_ms } })),
+    onDone: leave,
+  });
+  const skip = el("button", { type: "button", class: "button-link", onclick: leave }, say("form.skip"));
+  const stop = el("p", { class: "muted small questionnaire-leave" }, say("form.stopQuestion"), " ", skip);
+  container.replaceChildren(el("div", { class: "questionnaire" }, form.root, stop));
+  form.focus();
+}

@@ -1,0 +1,184 @@
+// @ts-check
+/*
+ * A questionnaire, wherever it is asked: pages of questions, every answer saved as it is given, resumed after a reload
+ * and after a lost connection. What comes before and after, and where answers go, is the caller's.
+ */
+
+import { heading, problemBox, runAction, showProblem } from "../components/action.js";
+import { el } from "../core/dom.js";
+import { say } from "../text/catalogue.js";
+import { AnswerQueue } from "./answer_queue.js";
+import { PageTimer } from "./page_timer.js";
+import { missing, paginate, positionOf, resumePage } from "./pages.js";
+import { question } from "./questions.js";
+import { idOf } from "./radio.js";
+
+/** @typedef {import("./pages.js").Item} Item */
+/** @typedef {import("./pages.js").Given} Given */
+/** @typedef {import("./answer_queue.js").Answer} Answer */
+/**
+ * @typedef {object} Options
+ * @property {string} title
+ * @property {string} about whom or what the questions are about, above the title; may be empty
+ * @property {readonly Item[]} items
+ * @property {Map<string, Given>} answers those already given
+ * @property {(answer: Answer) => Promise<void>} send saves one answer; see AnswerQueue
+ * @property {() => Promise<void> | void} onDone every page is answered and saved
+ * @property {boolean} [showsProgress] whether a bar counts the answered questions
+ * @property {import("./unsent_answers.js").UnsentAnswers} [unsent] keeps answers through a closed tab
+ */
+
+export class QuestionForm {
+  root = el("div", { class: "questionnaire" });
+  /** @type {import("./questions.js").Question[]} */
+  #questions = [];
+  #status = el("p", { class: "muted small questionnaire-status", role: "status" });
+  #problem = problemBox();
+  #missingCount = 0; // as last complained about
+  #timer = new PageTimer();
+  #online = () => this.#queue.retryNow();
+  #queue;
+  /** @type {HTMLProgressElement | null} */
+  #bar = null;
+
+  /** @param {Options} options */
+  constructor(options) {
+    this.options = options;
+    this.answers = options.answers;
+    this.pages = paginate(options.items);
+    this.#queue = new AnswerQueue(
+      async (answer) => {
+        await options.send(answer);
+        options.unsent?.remove(answer);
+      },
+      () => this.#showSaving(),
+    );
+    if (options.showsProgress) this.#bar = progressBar(options.items.length);
+    for (const answer of options.unsent?.all() ?? []) {
+      this.answers.set(answer.question, answer);
+      this.#queue.add(answer);
+    }
+    this.page = resumePage(this.pages, this.answers);
+    window.addEventListener("online", this.#online);
+    this.#draw();
+  }
+
+  /** The form goes away. What is being typed is saved; what is on its way still arrives. */
+  close() {
+    this.#flush();
+    window.removeEventListener("online", this.#online);
+    this.#timer.stop();
+  }
+
+  /** Takes the keyboard and the eye to the top of the page. */
+  focus() {
+    this.root.querySelector("h1")?.focus({ preventScroll: true });
+    this.root.scrollIntoView({ block: "start" });
+  }
+
+  #draw() {
+    this.#timer.restart();
+    this.#missingCount = 0;
+    showProblem(this.#problem, "");
+    this.#questions = this.pages[this.page].map((item) =>
+      question(item, this.answers.get(item.id), (...answer) => this.#save(...answer)),
+    );
+    const form = el(
+      "form",
+      { class: "card card-roomy questionnaire-page", novalidate: true },
+      this.#problem,
+      ...this.#questions.map(({ root }) => root),
+      this.#footer(),
+    );
+    form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      void this.#next();
+    });
+    this.root.replaceChildren(this.#header(), form);
+    this.#showSaving();
+  }
+
+  #header() {
+    const { title, about } = this.options;
+    const position = say("form.position", positionOf(this.pages, this.page));
+    const head = heading(title, about ? `${about} · ${position}` : position);
+    if (this.#bar) head.append(this.#bar);
+    return head;
+  }
+
+  #footer() {
+    const last = this.page === this.pages.length - 1;
+    const back = el("button", { type: "button", class: "button", onclick: () => this.#turn(-1) }, say("form.back"));
+    if (this.page === 0) back.classList.add("invisible");
+    const next = say(last ? "form.finish" : "form.next");
+    this.nextButton = el("button", { type: "submit", class: "button button-primary" }, next);
+    return el("div", { class: "row row-apart questionnaire-foot" }, back, this.#status, this.nextButton);
+  }
+
+  /** @param {Item} item @param {number} value @param {string} text */
+  #save(item, value, text) {
+    this.answers.set(item.id, { value, text });
+    const answer = { question: item.id, value, text, ...this.#timer.read() };
+    this.options.unsent?.add(answer);
+    this.#queue.add(answer);
+    if (this.#missingCount > 0) this.#showMissing();
+  }
+
+  #showSaving() {
+    const { waiting, offline, refused } = this.#queue.state;
+    this.#status.textContent = refused || say(offline && waiting ? "form.unsaved" : "form.saved");
+    this.#status.dataset.waiting = String(waiting);
+    if (this.#bar) this.#bar.value = this.answers.size;
+  }
+
+  #flush() {
+    for (const { flush } of this.#questions) flush();
+  }
+
+  /** @param {number} step */
+  #turn(step) {
+    this.#flush();
+    this.page += step;
+    this.#draw();
+    this.focus();
+  }
+
+  async #next() {
+    this.#flush();
+    const [first] = this.#showMissing();
+    if (first) return this.#focusQuestion(first);
+    if (this.page < this.pages.length - 1) return this.#turn(1);
+    if (this.nextButton) await runAction(this.nextButton, this.#problem, () => this.#finish());
+  }
+
+  /** The last answer has arrived before the form is left. */
+  async #finish() {
+    await this.#queue.settled();
+    if (!this.#queue.state.refused) await this.options.onDone();
+  }
+
+  /** Says how many answers are missing, and marks their questions; after a complaint again with each answer. */
+  #showMissing() {
+    const page = this.pages[this.page];
+    const open = missing(page, this.answers);
+    if (open.length !== this.#missingCount) {
+      showProblem(this.#problem, open.length > 0 ? say("form.missing", { count: open.length }) : "");
+    }
+    this.#missingCount = open.length;
+    for (const item of page) {
+      document.getElementById(idOf(item))?.toggleAttribute("data-missing", open.includes(item));
+    }
+    return open;
+  }
+
+  /** @param {Item} item */
+  #focusQuestion(item) {
+    const input = this.root.querySelector(`#${CSS.escape(idOf(item))} :is(input, textarea)`);
+    if (input instanceof HTMLElement) input.focus();
+  }
+}
+
+/** @param {number} most */
+function progressBar(most) {
+  return el("progress", { class: "bar", max: most, "aria-label": say("form.progress") });
+}

@@ -1,0 +1,21 @@
+// @ts-check
+/*
+ * The screen of a form or questionnaire of a study: the shared form, whose answers go to the participant's place.
+ */
+
+import { QuestionForm } from "../questionnaire/form.js";
+import { UnsentAnswers } from "../questionnaire/unsent_answers.js";
+import { say } from "../text/catalogue.js";
+
+/** @param {import("./screen.js").Context} context @returns {import("./screen.js").Screen} */
+export function formScreen({ step, place, next }) {
+  return new QuestionForm({
+    title: step.title ?? "",
+    about: step.partner_letter ? say("form.partner", { letter: step.partner_letter }) : "",
+    items: step.items ?? [],
+    answers: new Map(Object.entries(step.answers ?? {})),
+    unsent: new UnsentAnswers(`${place.token.slice(0, 12)} ${step.key}`),
+    send: (answer) => place.answer(step.key, answer),
+    onDone: () => next(),
+  });
+}

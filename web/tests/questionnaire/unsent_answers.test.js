@@ -1,0 +1,25 @@
+// @ts-check
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { UnsentAnswers } from "../../questionnaire/unsent_answers.js";
+
+test("unsent answers survive the page, belong to one form, and go when the newest has arrived", () => {
+  /** @type {Map<string, string>} */
+  const kept = new Map();
+  const storage = {
+    getItem: (/** @type {string} */ key) => kept.get(key) ?? null,
+    setItem: (/** @type {string} */ key, /** @type {string} */ value) => void kept.set(key, value),
+  };
+  const answer = (/** @type {number} */ value) => ({ question: "teamwork", value, text: "", elapsed_ms: 5 });
+  const before = new UnsentAnswers("P1 form", storage);
+  before.add(answer(3));
+  before.add(answer(5));
+  before.remove(answer(3)); // an older click arrives: the newer one still waits
+  assert.deepEqual(new UnsentAnswers("P1 form", storage).all(), [answer(5)]);
+  assert.deepEqual(new UnsentAnswers("P2 form", storage).all(), []);
+  before.remove(answer(5));
+  assert.deepEqual(new UnsentAnswers("P1 form", storage).all(), []);
+  kept.set("movingout-study-unsent", "not ours");
+  assert.deepEqual(before.all(), []);
+});
