@@ -32,7 +32,7 @@ def configure(parser: argparse.ArgumentParser) -> "argparse._SubParsersAction[ar
     new.set_defaults(perform=_new)
 
     check = commands.add_parser(
-        "check", help="timeline, duration, pay, orders, missing models, weaknesses; exit code 1 when a model is missing"
+        "check", help="timeline, duration, pay, orders, weaknesses; exit code 1 when an agent or a text is missing"
     )
     check.add_argument("file", type=Path, metavar="FILE")
     check.add_argument("--json", action="store_true", help="one JSON document on standard output")
@@ -66,7 +66,7 @@ def _check(args: argparse.Namespace) -> int:
         print(json.dumps(_document(found), indent=2, ensure_ascii=False))
     else:
         _print(found)
-    return 1 if found.missing else 0
+    return 0 if found.ready else 1
 
 
 def _print(found: Review) -> None:
@@ -87,10 +87,15 @@ def _print(found: Review) -> None:
     _print_orders(console, found)
     for sentence in found.warnings:
         console.print(f"[yellow]warning:[/yellow] {escape(sentence)}", soft_wrap=True)
-    for sentence in found.missing:
+    for sentence in (*found.missing, *found.untranslated):
         console.print(f"[red]missing:[/red] {escape(sentence)}", soft_wrap=True)
-    state = "not ready" if found.missing else "ready"
-    console.print(f"{state}: {len(found.missing)} agents missing, {len(found.warnings)} warnings", soft_wrap=True)
+    console.print(f"{'ready' if found.ready else 'not ready'}: {', '.join(_counts(found))}", soft_wrap=True)
+
+
+def _counts(found: Review) -> list[str]:
+    counts = {"agent": len(found.missing), "text": len(found.untranslated)}
+    missing = [f"{count} {noun}{'' if count == 1 else 's'} missing" for noun, count in counts.items()]
+    return [*missing, f"{len(found.warnings)} warning{'' if len(found.warnings) == 1 else 's'}"]
 
 
 def _pay_in_words(found: Review) -> str:
@@ -152,4 +157,5 @@ def _document(found: Review) -> dict[str, Any]:
         ],
         "warnings": list(found.warnings),
         "missing": list(found.missing),
+        "untranslated": list(found.untranslated),
     }

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 from movingout.study.design.definition import Study
+from movingout.study.design.translations import questionnaires_asked
 from movingout.study.questionnaire import Item
 from movingout.study.store.store import Store
 from movingout.study.store.tables import exported
@@ -68,9 +69,7 @@ def _lines(study: Study, store: Store) -> Iterator[str]:
         columns = exported(kept[name]) if name in kept else []
         yield from (f"| {column.name} | {column.doc or 'number of the row'} |" for column in columns)
         yield from (f"| {column} | {made.meaning} |" for column, made in MADE.get(name, {}).items())
-    names = [study.demographics] if study.demographics else []
-    names += [name for block in study.blocks for name in (*block.after_round, *block.after_partner)]
-    for name in dict.fromkeys((*names, *study.at_end)):
+    for name in questionnaires_asked(study):
         yield from ("", f"## Questionnaire {name}", "", "| item | scale | question |", "|---|---|---|")
         for item in study.questionnaire(name).items:
             yield f"| {item.id} | {_scale(item)} | {item.text} |"

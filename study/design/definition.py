@@ -129,12 +129,15 @@ class QuestionnaireSpec(Strict):
         return self
 
     def build(self, language: str) -> Questionnaire:
-        ready = instrument(self.base) if self.base else None
+        ready = instrument(self.base, language) if self.base else None
         kept = [item for item in ready.items if item.id not in self.without] if ready else []
         own = [item.build(language) for item in self.items]
         texts = [item for item in (*kept, *own) if item.kind == "text"]
-        title = self.title.text(language) if self.title else ready.title if ready else "Questions"
+        title = self.title.text(language) if self.title else ready.title if ready else UNTITLED.text(language)
         return Questionnaire(self.id, title, (*(item for item in (*kept, *own) if item.kind != "text"), *texts))
+
+
+UNTITLED = Words({"en": "Questions", "de": "Fragen"})
 
 
 class Block(Strict):
@@ -237,7 +240,7 @@ class Study(Strict):
         for spec in self.questionnaires:
             if spec.id == name:
                 return spec.build(language)
-        return instrument(name)
+        return instrument(name, language)
 
     def shuffles(self, name: str) -> bool:
         return any(spec.id == name and spec.shuffle for spec in self.questionnaires)

@@ -1,12 +1,18 @@
 """Ready-made questionnaires besides the paper's: NASA-TLX and a short demographic form.
 
+They are written in English; `instruments_de` and its like hold their translations.
+
 NASA-TLX: the six scales of the paper-and-pencil form of Hart and Staveland's Task Load Index (NASA Ames Research
 Center), unweighted ("raw TLX"); 21 gradations, 0 to 20. Performance runs from perfect to failure, as on the form.
-The demographic form asks in brackets and asks nothing else; every question can be left unanswered.
+The demographic form asks for ranges, never for exact values; every question can be left unanswered.
 """
 
+from collections.abc import Mapping
 from typing import Final
 
+from movingout.study.design import instruments_de
+from movingout.study.design.instrument_text import InstrumentText
+from movingout.study.design.localized_text import DEFAULT
 from movingout.study.errors import StudyError
 from movingout.study.questionnaire import PAPER, PAPER_EIGHT, Item, Questionnaire
 
@@ -42,7 +48,7 @@ DEMOGRAPHICS: Final = Questionnaire(
     items=(
         _choice("age", "How old are you?", "18–24", "25–34", "35–44", "45–54", "55–64", "65 or older"),
         _choice("gender", "What is your gender?", "Woman", "Man", "Non-binary", "Another"),
-        _choice("hand", "Which hand do you write with?", "Left", "Right", "Both alike"),
+        _choice("hand", "Which hand do you write with?", "Left", "Right", "Both equally"),
         _choice("colour_vision", "Do you have trouble telling colours apart?", "No", "Yes"),
         _choice("gaming", "How many hours a week do you play video games?", "None", "Up to 2", "3 to 7", "8 or more"),
         _choice("gamepad", "How often have you used a gamepad?", "Never", "A few times", "Often"),
@@ -50,14 +56,31 @@ DEMOGRAPHICS: Final = Questionnaire(
     ),
 )
 _READY = {one.id: one for one in (PAPER, PAPER_EIGHT, NASA_TLX, DEMOGRAPHICS)}
+TRANSLATIONS: Final[Mapping[str, Mapping[str, InstrumentText]]] = {"de": instruments_de.TEXTS}
+"""By language, then by questionnaire."""
 
 
 def instrument_names() -> tuple[str, ...]:
     return tuple(_READY)
 
 
-def instrument(name: str) -> Questionnaire:
-    """A ready-made questionnaire; StudyError names the known ones."""
+def instrument(name: str, language: str = DEFAULT) -> Questionnaire:
+    """A ready-made questionnaire in a language, in English where it is not translated; StudyError names the known."""
     if name not in _READY:
         raise StudyError(f"unknown questionnaire {name!r}; ready-made: {', '.join(_READY)}")
-    return _READY[name]
+    translation = _translation(name, language)
+    return _READY[name] if translation is None else translation.translate(_READY[name])
+
+
+def instrument_speaks(name: str, language: str) -> bool:
+    """Whether there is a text of the ready-made questionnaire in the language."""
+    return _base(language) == DEFAULT or _translation(name, language) is not None
+
+
+def _translation(name: str, language: str) -> InstrumentText | None:
+    return TRANSLATIONS.get(_base(language), {}).get(name)
+
+
+def _base(language: str) -> str:
+    """The language without its region: pt of pt-BR."""
+    return language.partition("-")[0]

@@ -11,6 +11,7 @@ from movingout.agents.errors import AgentError
 from movingout.study.design.allocation import Assignment, assign, cells
 from movingout.study.design.definition import Element, Study
 from movingout.study.design.steps import Step, planned_seconds, steps
+from movingout.study.design.translations import missing_texts
 
 _BLANK = re.compile(r"\[[^\]]+\](?!\()")  # [number], and not a link
 
@@ -34,7 +35,13 @@ class Review:
     pay: float | None  # for one participant who stays that long
     orders: tuple[Assignment, ...]
     missing: tuple[str, ...]  # sentences, one per agent that cannot be loaded
+    untranslated: tuple[str, ...]  # sentences, one per text and language that is promised and missing
     warnings: tuple[str, ...]
+
+    @property
+    def ready(self) -> bool:
+        """Whether the study can be run as it is."""
+        return not self.missing and not self.untranslated
 
 
 def review(study: Study) -> Review:
@@ -49,6 +56,7 @@ def review(study: Study) -> Review:
         pay=_pay(study, minutes),
         orders=orders,
         missing=tuple(_missing(study)),
+        untranslated=missing_texts(study),
         warnings=tuple(_warnings(study, orders, way)),
     )
 

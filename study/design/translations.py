@@ -1,0 +1,56 @@
+"""Whether a study has every text in every language that it promises."""
+
+from collections.abc import Iterator
+
+from movingout.study.design.definition import ItemSpec, QuestionnaireSpec, Study
+from movingout.study.design.instruments import instrument_names, instrument_speaks
+from movingout.study.design.localized_text import Words
+
+
+def missing_texts(study: Study) -> tuple[str, ...]:
+    """A sentence per text and language that is missing, in the order of the study file."""
+    return tuple(
+        f"{name} has no text in {language!r}, which `languages` promises"
+        for language in study.languages
+        for name, found in _texts(study, language)
+        if not found
+    )
+
+
+def questionnaires_asked(study: Study) -> tuple[str, ...]:
+    """The questionnaires that participants meet, each once."""
+    names = [study.demographics] if study.demographics else []
+    names += [name for block in study.blocks for name in (*block.after_round, *block.after_partner)]
+    return tuple(dict.fromkeys((*names, *study.at_end)))
+
+
+def _texts(study: Study, language: str) -> Iterator[tuple[str, bool]]:
+    """What participants read, and whether it is there."""
+
+    def has(text: Words) -> bool:
+        return language in text.root
+
+    yield "title", has(study.title)
+    yield "consent.text", has(study.consent.text)
+    for box in study.consent.boxes:
+        yield f"consent box {box.id!r}", has(box.text)
+    own = {one.id: one for one in study.questionnaires}
+    for name in questionnaires_asked(study):
+        base = own[name].base if name in own else name
+        if base in instrument_names():
+            yield f"the ready-made questionnaire {base!r}", instrument_speaks(base, language)
+        if name in own:
+            yield from _questionnaire_texts(own[name], language)
+    if study.debrief is not None:
+        yield "debrief.text", has(study.debrief.text)
+
+
+def _questionnaire_texts(form: QuestionnaireSpec, language: str) -> Iterator[tuple[str, bool]]:
+    if form.title is not None:
+        yield f"the title of questionnaire {form.id!r}", language in form.title.root
+    for item in form.items:
+        yield f"item {item.id!r} of questionnaire {form.id!r}", _item_has(item, language)
+
+
+def _item_has(item: ItemSpec, language: str) -> bool:
+    return all(language in text.root for text in (item.text, *item.options, *(item.ends or ())))
