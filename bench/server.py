@@ -13,7 +13,7 @@ import msgspec
 
 from movingout.server import messages as m
 from movingout.server.commands.load_client import BINARY, TEXT, handshake, masked
-from movingout.server.commands.loadtest import Target, measure, open_room, running_server
+from movingout.server.commands.loadtest import RunningServer, measure, open_room, running_server
 from movingout.server.frames import Input
 from movingout.server.rooms.lateness import Lateness
 
@@ -48,7 +48,7 @@ def canary() -> dict[str, float]:
     return lateness.report()
 
 
-async def abuse(target: Target) -> None:
+async def abuse(target: RunningServer) -> None:
     """Join a room to look on, send as much as the line takes, be cut off, come back; until cancelled."""
     room = await asyncio.to_thread(open_room, target, "Simple", 1)
     flood = masked(BINARY, Input(0, 1, 0, 0, 1.0, 0.0, 0, 0, 0.0).encode()) * 200

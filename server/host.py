@@ -13,16 +13,16 @@ from movingout.maps import PRACTICE, MovingOutError, load_map, map_names
 from movingout.maps.randomize import Split
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.server.agent_workers.pool import AgentPool
-from movingout.server.connection.admission import Gate
+from movingout.server.connection.admission import AdmissionControl
 from movingout.server.connection.endpoint import SocketEndpoint
-from movingout.server.persistence.answer_log import Answers
+from movingout.server.persistence.answer_log import AnswerLog
 from movingout.server.persistence.fsync import sync_recordings
-from movingout.server.persistence.recording_service import Archive
+from movingout.server.persistence.recording_service import RecordingService
 from movingout.server.persistence.room_snapshot import restore_room, room_file
 from movingout.server.persistence.room_store import RoomStore
-from movingout.server.rooms.registry import Directory
+from movingout.server.rooms.registry import RoomRegistry
 from movingout.server.rooms.room import Room
-from movingout.server.rooms.scheduler import Ticker
+from movingout.server.rooms.scheduler import RoomScheduler
 from movingout.server.rooms.services import RoomConfig
 from movingout.server.security.tokens import hash_token, new_token, token_matches
 from movingout.server.settings import Settings
@@ -44,10 +44,10 @@ class Host:
     def __init__(self, settings: Settings) -> None:
         self.settings = settings
         self.admin_token = settings.admin_token or new_token()
-        self.ticker = Ticker(time.monotonic, settings.tick_s)
-        self.gate = Gate(settings.limits, time.monotonic)
+        self.scheduler = RoomScheduler(time.monotonic, settings.tick_s)
+        self.admission = AdmissionControl(settings.limits, time.monotonic)
         self.agents = AgentPool(settings.agent_workers)
-        self.answers = Answers(settings.answers)
+        self.answer_log = AnswerLog(settings.answers)
         self.store = RoomStore(settings.rooms)
         self.cpu_share = 0.0  # of one core, over the last seconds
         self.started_at = time.time()
@@ -57,23 +57,23 @@ class Host:
         self._admin_hash = hash_token(self.admin_token)
         self._tasks: list[asyncio.Task[None]] = []
         self._preparing: set[asyncio.Task[None]] = set()
-        self._archive: Archive | None = None
-        self.directory = Directory(
+        self._recording_service: RecordingService | None = None
+        self.registry = RoomRegistry(
             recordings=settings.recordings,
             agents=self.agents,
-            ticker=self.ticker,
+            scheduler=self.scheduler,
             clock=time.monotonic,
             on_change=self._save,
             on_closed=self.store.delete,
-            on_journal=lambda journal: self.archive.finalise(journal),
+            on_journal=lambda journal: self.recording_service.finalise(journal),
         )
-        self.endpoint = SocketEndpoint(settings, self.directory, self.gate)
+        self.endpoint = SocketEndpoint(settings, self.registry, self.admission)
 
     @property
-    def archive(self) -> Archive:
-        if self._archive is None:
+    def recording_service(self) -> RecordingService:
+        if self._recording_service is None:
             raise RuntimeError("the server has not been started")
-        return self._archive
+        return self._recording_service
 
     def is_admin(self, token: str) -> bool:
         return token_matches(token, self._admin_hash)
@@ -82,11 +82,11 @@ class Host:
         """Bring back what the last run left, then begin to tick."""
         for folder in (self.settings.recordings, self.settings.rooms, self.settings.answers):
             folder.mkdir(parents=True, exist_ok=True)
-        self._archive = Archive(self.settings.recordings)
+        self._recording_service = RecordingService(self.settings.recordings)
         await self.agents.start()
         _warm_up()
         self._restore_rooms()
-        self._tasks = [asyncio.create_task(work()) for work in (self.ticker.run, self._sync, self._watch_cpu)]
+        self._tasks = [asyncio.create_task(work()) for work in (self.scheduler.run, self._sync, self._watch_cpu)]
         gc.collect()
         gc.freeze()
         gc.set_threshold(*GC_THRESHOLDS)
@@ -99,7 +99,7 @@ class Host:
         for task in self._tasks:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
-        for room in self.directory.rooms.values():
+        for room in self.registry.rooms.values():
             room.suspend()
             self._save(room)
         deadline = time.monotonic() + 2.0
@@ -109,7 +109,7 @@ class Host:
     async def stop(self) -> None:
         """Finalise every recording and end the other processes."""
         await self.suspend()
-        await self.archive.close()
+        await self.recording_service.close()
         await self.agents.close()
         await asyncio.to_thread(self.store.close)
         gc.unfreeze()
@@ -120,7 +120,7 @@ class Host:
         limits = self.settings.limits
         if self.stopping:
             return "The server is being restarted; try again in a minute."
-        if len(self.directory.rooms) >= limits.rooms:
+        if len(self.registry.rooms) >= limits.rooms:
             return f"All {limits.rooms} rooms of this server are in use; close one or try again later."
         if self.cpu_share > limits.cpu_share:
             return f"The server is busy ({self.cpu_share:.0%} of a core); running games come first. Try again later."
@@ -144,9 +144,9 @@ class Host:
 
     async def _prepare(self, wanted: list[tuple[str, int, Split]]) -> None:
         for name, seed, split in wanted:
-            if self.directory.has_variant(name, seed, split):
+            if self.registry.has_variant(name, seed, split):
                 continue
-            self.directory.keep_variant(name, seed, split, await self.archive.variant(name, seed, split))
+            self.registry.keep_variant(name, seed, split, await self.recording_service.variant(name, seed, split))
 
     # ---- restart --------------------------------------------------------------------------------------------
 
@@ -157,16 +157,16 @@ class Host:
     def _restore_rooms(self) -> None:
         for file in list(self.store.load()):
             try:
-                room = restore_room(file, self.settings.recordings, self.directory, time.monotonic())
+                room = restore_room(file, self.settings.recordings, self.registry, time.monotonic())
             except MovingOutError as error:
                 log.warning("room %s does not come back: %s", file.id, error)
                 self.store.delete(file.id)
                 continue
-            self.directory.add(room)
-        resumed = {room.round.episode_id for room in self.directory.rooms.values() if room.round.started}
+            self.registry.add(room)
+        resumed = {room.round.episode_id for room in self.registry.rooms.values() if room.round.started}
         for journal in sorted(self.settings.recordings.glob(f"*{JOURNAL_SUFFIX}")):
             if journal.name.removesuffix(JOURNAL_SUFFIX) not in resumed:
-                self.archive.recover(journal)
+                self.recording_service.recover(journal)
 
     # ---- in the background ----------------------------------------------------------------------------------
 
@@ -174,7 +174,7 @@ class Host:
         """Once a second, make what was recorded survive a power failure; in a thread, because disks are slow."""
         while True:
             await asyncio.sleep(SYNC_S)
-            recorders = [room.round.recorder for room in self.directory.rooms.values() if room.round.recorder.active]
+            recorders = [room.round.recorder for room in self.registry.rooms.values() if room.round.recorder.active]
             if recorders:
                 await asyncio.to_thread(sync_recordings, self.settings.recordings, recorders)
 
@@ -190,7 +190,7 @@ class Host:
 
     def _collect_when_idle(self) -> None:
         now = time.monotonic()
-        playing = any(room.phase == "playing" for room in self.directory.rooms.values())
+        playing = any(room.phase == "playing" for room in self.registry.rooms.values())
         if not playing and now - self._collected >= IDLE_COLLECT_S:
             self._collected = now
             gc.collect()

@@ -22,7 +22,7 @@ class Activity(NamedTuple):
     key: int
 
 
-class Blackboard:
+class WorkerHeartbeat:
     """The shared file, written by the worker and read by the server."""
 
     def __init__(self, descriptor: int) -> None:

@@ -22,7 +22,7 @@ from movingout.agents.catalogue import load_agent
 from movingout.agents.checkpoint.checkpoint import fingerprint
 from movingout.agents.decision_trace import decision_trace
 from movingout.agents.observation.seat_observation import observe, start_state
-from movingout.agents.worker.heartbeat import Blackboard
+from movingout.agents.worker.heartbeat import WorkerHeartbeat
 from movingout.agents.worker.messages import (
     Close,
     Failed,
@@ -57,11 +57,11 @@ _Kept = tuple[str, str]
 """An agent's id and the fingerprint of its checkpoint: one that was trained anew meanwhile is another agent."""
 
 
-class Desk:
+class DecisionQueue:
     """The seats of one worker and their open questions; knows no socket."""
 
-    def __init__(self, board: Blackboard) -> None:
-        self._board = board
+    def __init__(self, heartbeat: WorkerHeartbeat) -> None:
+        self._heartbeat = heartbeat
         self._seats: dict[int, _Seat] = {}
         self._questions: dict[int, Observe] = {}
         self._spare: dict[_Kept, list[Agent]] = {}
@@ -95,7 +95,7 @@ class Desk:
         asked = self._together(question, now)
         for one in asked:
             del self._questions[one.key]
-        self._board.write("deciding", question.key)
+        self._heartbeat.write("deciding", question.key)
         if len(asked) > 1 and (answers := self._decide_together(asked)) is not None:
             return answers
         return [self._decide(self._seats[one.key], one) for one in asked]
@@ -113,7 +113,7 @@ class Desk:
         return [question, *sorted(others, key=lambda other: other.deadline)[: MAX_BATCH - 1]]
 
     def _open(self, message: Open) -> FromWorker:
-        self._board.write("loading", message.key)
+        self._heartbeat.write("loading", message.key)
         episode = EpisodeInfo(message.map, message.seat, message.seed, message.ticks)
         try:
             kept_as = message.agent_id, fingerprint(message.agent_id)
@@ -196,23 +196,23 @@ def _sentence(error: Exception) -> str:
     return f"{type(error).__name__}: {text}"[:500] if text else type(error).__name__
 
 
-def serve(link: socket.socket, board: Blackboard) -> None:
+def serve(link: socket.socket, heartbeat: WorkerHeartbeat) -> None:
     """Answer until the other end closes the socket."""
-    desk = Desk(board)
+    queue = DecisionQueue(heartbeat)
     buffer = FrameBuffer()
     while True:
-        board.write("idle")
-        readable, _, _ = select.select([link], [], [], 0.0 if desk.busy else IDLE_WAIT_S)
+        heartbeat.write("idle")
+        readable, _, _ = select.select([link], [], [], 0.0 if queue.busy else IDLE_WAIT_S)
         if readable:
             data = link.recv(1 << 16)
             if not data:
                 return
             for body in buffer.feed(data):
-                reply = desk.take(read_to_worker(body))
+                reply = queue.take(read_to_worker(body))
                 if reply is not None:
                     link.sendall(frame(reply))
-        elif desk.busy:
-            for answer in desk.answer_next(time.monotonic()):
+        elif queue.busy:
+            for answer in queue.answer_next(time.monotonic()):
                 link.sendall(frame(answer))
 
 
@@ -224,7 +224,7 @@ def main(arguments: list[str]) -> None:
     threading.Thread(target=_end_with_parent, args=(os.getppid(),), daemon=True).start()
     with socket.socket(fileno=int(arguments[0])) as link:
         try:
-            serve(link, Blackboard(int(arguments[1])))
+            serve(link, WorkerHeartbeat(int(arguments[1])))
         except (ConnectionResetError, BrokenPipeError):
             return  # the server is gone
 

@@ -109,7 +109,7 @@ class AgentSeat:
         return AgentAnswer(action, missed, self._latency_ms if fresh else -1.0, self._detail if fresh else {}, problem)
 
     @property
-    def thought(self) -> tuple[int, Mapping[str, object]]:
+    def decision_trace(self) -> tuple[int, Mapping[str, object]]:
         """The newest answer: its tick (-1 before the first), and what the agent says about the decision."""
         return self._chunk_tick, self._detail
 

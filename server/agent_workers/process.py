@@ -16,7 +16,7 @@ from typing import IO
 
 import msgspec
 
-from movingout.agents.worker.heartbeat import Activity, Blackboard
+from movingout.agents.worker.heartbeat import Activity, WorkerHeartbeat
 from movingout.agents.worker.messages import FrameBuffer, FromWorker, ToWorker, frame, read_from_worker
 
 log = logging.getLogger(__name__)
@@ -84,20 +84,20 @@ class AgentProcess:
         ours, theirs = socket.socketpair()
         with theirs, tempfile.TemporaryFile() as file:
             process = await _spawn(theirs, file)
-            board = Blackboard(file.fileno())
+            heartbeat = WorkerHeartbeat(file.fileno())
         self.pid = process.pid
-        board.write("idle")
+        heartbeat.write("idle")
         try:
             reader, self._link = await asyncio.open_connection(sock=ours)
             self._on_ready()
-            await self._until_lost(reader, board)
-            return board.read()
+            await self._until_lost(reader, heartbeat)
+            return heartbeat.read()
         finally:
             await self._bury(process)
-            board.close()
+            heartbeat.close()
 
-    async def _until_lost(self, reader: asyncio.StreamReader, board: Blackboard) -> None:
-        tasks = [asyncio.create_task(self._listen(reader)), asyncio.create_task(_watch(board))]
+    async def _until_lost(self, reader: asyncio.StreamReader, heartbeat: WorkerHeartbeat) -> None:
+        tasks = [asyncio.create_task(self._listen(reader)), asyncio.create_task(_watch(heartbeat))]
         try:
             await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
         finally:
@@ -136,12 +136,12 @@ async def _spawn(link: socket.socket, file: IO[bytes]) -> asyncio.subprocess.Pro
     )
 
 
-async def _watch(board: Blackboard) -> None:
+async def _watch(heartbeat: WorkerHeartbeat) -> None:
     """Return when the worker has been in one phase for too long."""
-    starting = board.read().since
+    starting = heartbeat.read().since
     while True:
         await asyncio.sleep(WATCH_EVERY_S)
-        since, phase, _ = board.read()
+        since, phase, _ = heartbeat.read()
         limit = HANG_S["loading"] if since == starting else HANG_S[phase]
         if time.monotonic() - since > limit:
             return

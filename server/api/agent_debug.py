@@ -28,8 +28,8 @@ def routes(host: Host) -> APIRouter:
     open_streams: set[object] = set()
 
     @router.get("/api/rooms/{room_id}/thoughts")
-    async def thoughts(room_id: str, request: Request) -> StreamingResponse:
-        room = host.directory.rooms.get(room_id)
+    async def decision_traces(room_id: str, request: Request) -> StreamingResponse:
+        room = host.registry.rooms.get(room_id)
         if room is None:
             raise ApiError(404, "no_room", "There is no such game. It may be over.")
         if room.config.study and not host.is_admin(bearer(request)):
@@ -45,11 +45,11 @@ def routes(host: Host) -> APIRouter:
             yield ": open\n\n"
             seen: dict[int, tuple[int, int]] = {}
             quiet_s = 0.0
-            while not host.stopping and host.directory.rooms.get(room.id) is room:
+            while not host.stopping and host.registry.rooms.get(room.id) is room:
                 told = [
                     event
-                    for thought in newest(room, seen)
-                    for event in ("data: ", json.dumps(thought, separators=(",", ":")), "\n\n")
+                    for trace in newest(room, seen)
+                    for event in ("data: ", json.dumps(trace, separators=(",", ":")), "\n\n")
                 ]
                 quiet_s = 0.0 if told else quiet_s + LOOK_S
                 if quiet_s >= BEAT_S:
@@ -70,7 +70,7 @@ def newest(room: Room, seen: dict[int, tuple[int, int]]) -> list[dict[str, Any]]
         player = seat.player
         if not isinstance(player, AgentSeat):
             continue
-        tick, detail = player.thought
+        tick, detail = player.decision_trace
         if "candidates" in detail and seen.get(seat.index) != (player.key, tick):
             seen[seat.index] = (player.key, tick)
             found.append({"seat": seat.index, "tick": tick, **detail})

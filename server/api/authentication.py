@@ -17,13 +17,13 @@ def admin(host: Host) -> Any:
 
     async def check(request: Request) -> None:
         address = address_of(request)
-        if host.gate.locked(address, "admin"):
+        if host.admission.locked(address, "admin"):
             raise ApiError(429, "locked", "Too many wrong keys from your address; wait a minute.")
         token = bearer(request)
         if not token:
             raise ApiError(401, "no_token", "This needs the admin token that was printed when the server started.")
         if not host.is_admin(token):
-            host.gate.wrong_token(address, "admin")
+            host.admission.wrong_token(address, "admin")
             raise ApiError(403, "wrong_token", "This is not the admin token that was printed when the server started.")
 
     return check

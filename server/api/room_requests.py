@@ -12,7 +12,7 @@ from movingout.recordings import RecordingError
 from movingout.recordings.ghost import GHOST, is_ghost
 from movingout.server.api.errors import ApiError
 from movingout.server.host import Host
-from movingout.server.rooms.ghost_partner import Casting, GhostError, ghost_config
+from movingout.server.rooms.ghost_partner import GhostError, GhostSeat, ghost_config
 from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RoomConfig
 from movingout.server.security.tokens import hash_token, new_token
@@ -44,21 +44,19 @@ async def open_room(host: Host, wanted: RoomRequest) -> dict[str, Any]:
     refusal = host.refusal()
     if refusal:
         raise ApiError(503, "full", refusal)
-    castings = await _castings(host, wanted.seats)
-    if castings and not wanted.maps:
-        wanted.maps = [next(iter(castings.values())).map]
+    ghosts = await _ghosts(host, wanted.seats)
+    if ghosts and not wanted.maps:
+        wanted.maps = [next(iter(ghosts.values())).map]
     config = _checked_config(wanted, host.settings.countdown_s)
     tokens = [new_token() if seat.kind == "here" else None for seat in wanted.seats]
     try:
-        config = ghost_config(config, [*castings.values()])
-        seats = [
-            _seat(host, index, seat, tokens[index], castings.get(index)) for index, seat in enumerate(wanted.seats)
-        ]
+        config = ghost_config(config, [*ghosts.values()])
+        seats = [_seat(host, index, seat, tokens[index], ghosts.get(index)) for index, seat in enumerate(wanted.seats)]
     except GhostError as error:
         raise ApiError(422, "ghost", str(error)) from None
     try:
         await host.prepare_maps(config)
-        room = host.directory.open(config, seats)
+        room = host.registry.open(config, seats)
     except MovingOutError as error:
         raise ApiError(503, "no_agent", str(error)) from None
     return {
@@ -69,16 +67,16 @@ async def open_room(host: Host, wanted: RoomRequest) -> dict[str, Any]:
     }
 
 
-async def _castings(host: Host, seats: list[SeatRequest]) -> dict[int, Casting]:
+async def _ghosts(host: Host, seats: list[SeatRequest]) -> dict[int, GhostSeat]:
     """The recorded seats among `seats`: of this server's own recordings, or the partner that the operator named."""
     found = {}
     try:
         for index, seat in enumerate(seats[:2]):
             if seat.kind == "ghost":
-                path = await host.archive.path(seat.recording)
-                found[index] = await host.archive.casting(f"{path}#{SEAT_COLOURS[index]}")
+                path = await host.recording_service.path(seat.recording)
+                found[index] = await host.recording_service.ghost_seat(f"{path}#{SEAT_COLOURS[index]}")
             elif seat.kind == "agent" and seat.agent == host.settings.partner and is_ghost(seat.agent):
-                found[index] = await host.archive.casting(seat.agent.removeprefix(f"{GHOST}:"))
+                found[index] = await host.recording_service.ghost_seat(seat.agent.removeprefix(f"{GHOST}:"))
     except RecordingError as error:
         raise ApiError(422, "ghost", f"This recording cannot be played against: {error}.") from None
     return found
@@ -106,7 +104,7 @@ def _checked_config(wanted: RoomRequest, countdown_s: float) -> RoomConfig:
     )
 
 
-def _seat(host: Host, index: int, wanted: SeatRequest, token: str | None, ghost: Casting | None) -> Seat:
+def _seat(host: Host, index: int, wanted: SeatRequest, token: str | None, ghost: GhostSeat | None) -> Seat:
     if ghost is not None:
         return ghost.seat_at(index)
     if wanted.kind == "agent":

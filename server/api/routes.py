@@ -21,7 +21,7 @@ from movingout.server.api.errors import ApiError
 from movingout.server.api.room_requests import RoomRequest, open_room
 from movingout.server.api.status import report
 from movingout.server.host import Host
-from movingout.server.persistence.recording_service import Replay
+from movingout.server.persistence.recording_service import ReplayFiles
 from movingout.server.rooms.room import Room
 from movingout.server.rooms.seat import Seat
 from movingout.study.questionnaire import PAPER, AnswerError
@@ -63,7 +63,7 @@ def _play_routes(host: Host) -> APIRouter:
 
     @router.get("/healthz")
     async def health() -> dict[str, Any]:
-        return {"ok": not host.stopping, "rooms": len(host.directory.rooms)}
+        return {"ok": not host.stopping, "rooms": len(host.registry.rooms)}
 
     @router.get("/api/maps")
     async def maps() -> dict[str, Any]:
@@ -84,7 +84,7 @@ def _play_routes(host: Host) -> APIRouter:
     async def new_room(request: Request) -> dict[str, Any]:
         if not host.settings.lobby and not host.is_admin(bearer(request)):
             raise ApiError(403, "study", "This server runs a study, which opens its rooms by itself.")
-        if not host.is_admin(bearer(request)) and not host.gate.may_open_room(address_of(request)):
+        if not host.is_admin(bearer(request)) and not host.admission.may_open_room(address_of(request)):
             raise ApiError(429, "too_many_rooms", "Too many rooms were opened from your address; wait a minute.")
         return await open_room(host, await body_of(request, RoomRequest))
 
@@ -148,7 +148,7 @@ def _answer_routes(host: Host) -> APIRouter:
             raise ApiError(422, "answer", str(error)) from None
         try:
             await asyncio.to_thread(
-                host.answers.save, room_id, seat.index, answer.question, answer.value, answer.text, answer.elapsed_ms
+                host.answer_log.save, room_id, seat.index, answer.question, answer.value, answer.text, answer.elapsed_ms
             )
         except OSError as error:
             raise ApiError(507, "not_saved", f"The answer could not be saved: {error.strerror}.") from None
@@ -157,7 +157,7 @@ def _answer_routes(host: Host) -> APIRouter:
     @router.get("/api/rooms/{room_id}/answers")
     async def answers(room_id: str, request: Request) -> dict[str, Any]:
         seat = _seat_of_token(host, room_id, request)
-        return {"answers": await asyncio.to_thread(host.answers.of, room_id, seat.index)}
+        return {"answers": await asyncio.to_thread(host.answer_log.of, room_id, seat.index)}
 
     return router
 
@@ -165,11 +165,11 @@ def _answer_routes(host: Host) -> APIRouter:
 def _seat_of_token(host: Host, room_id: str, request: Request) -> Seat:
     room = _room(host, room_id)
     address = address_of(request)
-    if host.gate.locked(address, "seat"):
+    if host.admission.locked(address, "seat"):
         raise ApiError(429, "locked", "Too many wrong keys from your address; wait a minute.")
     seat = room.seating.seat_of_token(bearer(request))
     if seat is None:
-        host.gate.wrong_token(address, "seat")
+        host.admission.wrong_token(address, "seat")
         raise ApiError(401, "wrong_token", "This seat's key is not valid; reload the page of the game.")
     return seat
 
@@ -184,14 +184,14 @@ def _recording_routes(host: Host) -> APIRouter:
     @router.get("/api/recordings", dependencies=[Depends(admin(host))])
     async def recordings() -> Response:
         try:
-            document = await host.archive.listing()
+            document = await host.recording_service.listing()
         except RecordingError as error:
             raise ApiError(503, "no_recordings", str(error)) from None
         return Response(document, media_type="application/json")
 
-    async def replay_of(episode_id: str) -> Replay:
+    async def replay_of(episode_id: str) -> ReplayFiles:
         try:
-            return await host.archive.replay(episode_id)
+            return await host.recording_service.replay(episode_id)
         except RecordingError as error:
             raise ApiError(404, "no_recording", str(error)) from None
 
@@ -204,13 +204,13 @@ def _recording_routes(host: Host) -> APIRouter:
         return Response((await replay_of(episode_id)).poses, media_type="application/octet-stream")
 
     @router.get("/api/recordings/{episode_id}/thoughts")
-    async def thoughts(episode_id: str) -> Response:
-        return Response((await replay_of(episode_id)).thoughts, media_type="application/json")
+    async def decision_traces(episode_id: str) -> Response:
+        return Response((await replay_of(episode_id)).decision_traces, media_type="application/json")
 
     @router.get("/api/recordings/{episode_id}/file")
     async def file(episode_id: str) -> Response:
         try:
-            path = await host.archive.path(episode_id)
+            path = await host.recording_service.path(episode_id)
         except RecordingError as error:
             raise ApiError(404, "no_recording", str(error)) from None
         return FileResponse(path, media_type="application/octet-stream", filename=path.name)
@@ -232,12 +232,12 @@ def _admin_routes(host: Host) -> APIRouter:
     async def close(room_id: str) -> dict[str, bool]:
         room = _room(host, room_id)
         room.close(m.CLOSE_KICKED, "This room was closed by the person who runs the server.")
-        host.directory.remove(room)
+        host.registry.remove(room)
         return {"closed": True}
 
     @router.post("/measurements/reset")
     async def reset() -> dict[str, bool]:
-        host.ticker.lateness.clear()
+        host.scheduler.lateness.clear()
         return {"reset": True}
 
     return router
@@ -247,7 +247,7 @@ def _admin_routes(host: Host) -> APIRouter:
 
 
 def _room(host: Host, room_id: str) -> Room:
-    room = host.directory.rooms.get(room_id)
+    room = host.registry.rooms.get(room_id)
     if room is None:
         raise ApiError(404, "no_room", "There is no such room (any more); open a new one from the start page.")
     return room

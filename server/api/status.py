@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
 def report(host: "Host") -> dict[str, Any]:
     """Everything in one JSON document; times in ms, sizes in bytes unless named."""
-    rooms = list(host.directory.rooms.values())
-    lateness = host.ticker.lateness
+    rooms = list(host.registry.rooms.values())
+    lateness = host.scheduler.lateness
     disk = shutil.disk_usage(host.settings.data)
     return {
         "uptime_s": round(time.time() - host.started_at, 1),
@@ -27,12 +27,12 @@ def report(host: "Host") -> dict[str, Any]:
         "ticks": lateness.ticks,
         "missed_ticks": lateness.skipped,
         "late_ms": lateness.report(),
-        "deadline_misses": host.directory.deadline_misses(),
-        "sockets": host.gate.sockets,
+        "deadline_misses": host.registry.deadline_misses(),
+        "sockets": host.admission.sockets,
         "bytes_sent": host.endpoint.total_bytes_sent(),
         "cpu_seconds": round(time.process_time(), 3),
         "disk_free_mb": round(disk.free / 1e6),
-        "finalising": host.archive.pending,
+        "finalising": host.recording_service.pending,
         "refusal": host.refusal(),
         "agents": host.agents.report(),
         "rooms": [_room(room) for room in rooms],

@@ -28,7 +28,7 @@ FREE_BYTES = 500e6
 TICK_BUDGET_MS = 2.0
 
 
-class Answer(NamedTuple):
+class Finding(NamedTuple):
     """One line of the report. `grade` is ok, note (works, but) or fault."""
 
     question: str
@@ -53,33 +53,33 @@ def run(args: argparse.Namespace) -> int:
     return 1 if faults else 0
 
 
-def examine(port: int, data: Path) -> list[Answer]:
+def examine(port: int, data: Path) -> list[Finding]:
     """All answers, in the order of a set-up."""
-    checks: list[Callable[[], Answer]] = [
+    checks: list[Callable[[], Finding]] = [
         _python, _pymunk, _exactness, _speed, lambda: _data(data), lambda: _port(port), _gamepad,
     ]  # fmt: skip
     return [check() for check in checks]
 
 
-def _python() -> Answer:
-    return Answer("Python", "ok", platform.python_version())
+def _python() -> Finding:
+    return Finding("Python", "ok", platform.python_version())
 
 
-def _pymunk() -> Answer:
+def _pymunk() -> Finding:
     version = importlib.metadata.version("pymunk")
     if version != PINNED_PYMUNK:
         say = f"{version} is not {PINNED_PYMUNK}: the physics differ from the paper's; run `make venv`"
-        return Answer("pymunk", "fault", say)
-    return Answer("pymunk", "ok", version)
+        return Finding("pymunk", "fault", say)
+    return Finding("pymunk", "ok", version)
 
 
-def _exactness() -> Answer:
+def _exactness() -> Finding:
     pose = probe_pose()
     if pose != PROBE_POSE:
         away = float(np.abs(np.array(pose) - np.array(PROBE_POSE)).max())
         say = f"this machine computes a run {away:.1e} away from the reference; recordings from elsewhere may diverge"
-        return Answer("exactness", "note" if away < 1e-3 else "fault", say)
-    return Answer("exactness", "ok", f"{PROBE_TICKS} ticks of HandOff are bit-equal to the reference")
+        return Finding("exactness", "note" if away < 1e-3 else "fault", say)
+    return Finding("exactness", "ok", f"{PROBE_TICKS} ticks of HandOff are bit-equal to the reference")
 
 
 def probe_pose() -> tuple[float, ...]:
@@ -90,39 +90,39 @@ def probe_pose() -> tuple[float, ...]:
     return tuple(world.state().robot_poses[0].tolist())
 
 
-def _speed() -> Answer:
+def _speed() -> Finding:
     world = World(load_map("HandOff"))
     started = time.perf_counter()
     for tick in range(200):
         world.step([[1.0, tick / 9.0, 0.0], [0.7, -tick / 7.0, 0.0]])
     tick_ms = (time.perf_counter() - started) / 200 * 1e3
     grade = "ok" if tick_ms < TICK_BUDGET_MS else "note"
-    return Answer("speed", grade, f"{tick_ms:.2f} ms per tick of the world; a room has {TICK_MS} ms")
+    return Finding("speed", grade, f"{tick_ms:.2f} ms per tick of the world; a room has {TICK_MS} ms")
 
 
-def _data(folder: Path) -> Answer:
+def _data(folder: Path) -> Finding:
     existing = next(parent for parent in (folder.resolve(), *folder.resolve().parents) if parent.exists())
     try:
         with tempfile.TemporaryFile(dir=existing) as probe:
             probe.write(b"x")
     except OSError as error:
         say = f"cannot write to {existing} ({error.strerror}); choose another one: --data DIR"
-        return Answer("data folder", "fault", say)
+        return Finding("data folder", "fault", say)
     free = shutil.disk_usage(existing).free
     if free < FREE_BYTES:
         say = f"only {free / 1e6:.0f} MB are free at {existing}; games go on without recording when it is full"
-        return Answer("data folder", "note", say)
-    return Answer("data folder", "ok", f"{existing} can be written, {free / 1e9:.1f} GB free")
+        return Finding("data folder", "note", say)
+    return Finding("data folder", "ok", f"{existing} can be written, {free / 1e9:.1f} GB free")
 
 
-def _port(port: int) -> Answer:
+def _port(port: int) -> Finding:
     try:
         listen(DEFAULTS.host, port).close()
     except CannotListen as error:
-        return Answer("port", "note", str(error))
-    return Answer("port", "ok", f"{port} is free")
+        return Finding("port", "note", str(error))
+    return Finding("port", "ok", f"{port} is free")
 
 
-def _gamepad() -> Answer:
+def _gamepad() -> Finding:
     say = "work at http://localhost; on other machines browsers want https: movingout play --host 0.0.0.0 --tls"
-    return Answer("gamepads", "ok", say)
+    return Finding("gamepads", "ok", say)

@@ -24,7 +24,7 @@ _TICK_AT, _TIME_AT = (Bundle.layout.offsets()[name] for name in ("tick", "time_m
 
 
 @dataclass
-class Tally:
+class LoadCounts:
     """What all bots together have seen."""
 
     bundles: int = 0
@@ -34,10 +34,10 @@ class Tally:
     delays_ms: list[float] = field(default_factory=list)  # from the tick's due time to its arrival, same machine
 
 
-class Bot(asyncio.Protocol):
+class LoadClient(asyncio.Protocol):
     """One client: joins, is ready at once, then moves its stick in circles."""
 
-    def __init__(self, room: str, mode: m.Mode, tally: Tally, host: str, inputs_per_s: float) -> None:
+    def __init__(self, room: str, mode: m.Mode, tally: LoadCounts, host: str, inputs_per_s: float) -> None:
         self._inputs_per_s = inputs_per_s
         self._room = room
         self._mode = mode

@@ -21,7 +21,7 @@ from urllib.parse import urlsplit
 import uvloop
 
 from movingout.maps import MovingOutError, map_names
-from movingout.server.commands.load_client import Bot, Tally
+from movingout.server.commands.load_client import LoadClient, LoadCounts
 from movingout.server.rooms.lateness import Lateness
 from movingout.world.constants import MAX_TICKS
 
@@ -34,7 +34,7 @@ class LoadTestError(MovingOutError):
     """The measurement could not be made."""
 
 
-class Target(NamedTuple):
+class RunningServer(NamedTuple):
     """A running server."""
 
     base: str  # http://127.0.0.1:8000
@@ -46,7 +46,7 @@ class Target(NamedTuple):
         return address.hostname or "127.0.0.1", address.port or 80
 
 
-Beside = Callable[[Target], Coroutine[Any, Any, None]]
+Beside = Callable[[RunningServer], Coroutine[Any, Any, None]]
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -70,7 +70,7 @@ def run(args: argparse.Namespace) -> int:
     if args.rooms < 1 or args.clients < 1 or args.seconds <= 0:
         raise LoadTestError("at least one room, one client and some seconds are needed")
     if args.url:
-        target = Target(args.url.rstrip("/"), args.admin_token)
+        target = RunningServer(args.url.rstrip("/"), args.admin_token)
         result = measure(target, args.rooms, args.clients, args.seconds, args.inputs, partner=args.partner)
     else:
         with running_server(args.rooms, args.clients) as target:
@@ -80,7 +80,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def measure(
-    target: Target,
+    target: RunningServer,
     rooms: int,
     clients: int,
     seconds: float,
@@ -99,7 +99,7 @@ def measure(
 
 
 @contextmanager
-def running_server(rooms: int, clients: int) -> Iterator[Target]:
+def running_server(rooms: int, clients: int) -> Iterator[RunningServer]:
     """A server of its own on a free port, with data that is thrown away."""
     with tempfile.TemporaryDirectory(prefix="movingout-loadtest-") as folder:
         sockets = str(rooms * clients + 100)
@@ -113,19 +113,19 @@ def running_server(rooms: int, clients: int) -> Iterator[Target]:
             process.wait(60)
 
 
-def _wait_until_ready(process: "subprocess.Popen[str]") -> Target:
+def _wait_until_ready(process: "subprocess.Popen[str]") -> RunningServer:
     assert process.stdout is not None
     base = ""
     for line in process.stdout:
         if found := re.search(r"Play\s+(\S+)/", line):
             base = found[1]
         if found := re.search(r"Admin token\s+(\S+)", line):
-            return Target(base, found[1])
+            return RunningServer(base, found[1])
     raise LoadTestError("the server did not start; `movingout play` says why")
 
 
 async def _measure(
-    target: Target,
+    target: RunningServer,
     rooms: int,
     clients: int,
     seconds: float,
@@ -133,8 +133,8 @@ async def _measure(
     beside: Beside | None,
     partner: str,
 ) -> dict[str, Any]:
-    tally = Tally()
-    bots: list[Bot] = []
+    tally = LoadCounts()
+    bots: list[LoadClient] = []
     other: asyncio.Task[None] | None = None
     try:
         opened = await _open_rooms(target, rooms, clients, partner)
@@ -157,7 +157,7 @@ async def _measure(
     return _result(rooms, clients, before, after, tally)
 
 
-async def _open_rooms(target: Target, rooms: int, clients: int, partner: str) -> list[str]:
+async def _open_rooms(target: RunningServer, rooms: int, clients: int, partner: str) -> list[str]:
     names = map_names()
     return [
         await asyncio.to_thread(open_room, target, names[index % len(names)], clients, partner)
@@ -166,19 +166,24 @@ async def _open_rooms(target: Target, rooms: int, clients: int, partner: str) ->
 
 
 async def _fill_rooms(
-    target: Target, rooms: list[str], clients: int, inputs_per_s: float, tally: Tally, bots: list[Bot]
+    target: RunningServer,
+    rooms: list[str],
+    clients: int,
+    inputs_per_s: float,
+    tally: LoadCounts,
+    bots: list[LoadClient],
 ) -> None:
     """Let the clients in; they are added to `bots`."""
     host, port = target.host_and_port
     loop = asyncio.get_running_loop()
     for room in rooms:
         for client in range(clients):
-            bot = Bot(room, "play" if client < 2 else "watch", tally, f"{host}:{port}", inputs_per_s)
+            bot = LoadClient(room, "play" if client < 2 else "watch", tally, f"{host}:{port}", inputs_per_s)
             await loop.create_connection(lambda bot=bot: bot, host, port)  # type: ignore[misc]
             bots.append(bot)
 
 
-def open_room(target: Target, name: str, clients: int, partner: str = "idle") -> str:
+def open_room(target: RunningServer, name: str, clients: int, partner: str = "idle") -> str:
     """A room for bots on a map; one client alone plays with the agent `partner`."""
     other = {"kind": "link"} if clients > 1 else {"kind": "agent", "agent": partner}
     body = {"maps": [name], "limit_ticks": MAX_TICKS, "seats": [{"kind": "link"}, other]}
@@ -186,7 +191,7 @@ def open_room(target: Target, name: str, clients: int, partner: str = "idle") ->
     return room
 
 
-async def _wait_for_play(bots: list[Bot], tally: Tally) -> None:
+async def _wait_for_play(bots: list[LoadClient], tally: LoadCounts) -> None:
     deadline = asyncio.get_running_loop().time() + START_LIMIT_S
     while tally.playing < len(bots):
         if asyncio.get_running_loop().time() > deadline:
@@ -194,7 +199,7 @@ async def _wait_for_play(bots: list[Bot], tally: Tally) -> None:
         await asyncio.sleep(0.1)
 
 
-def _call(target: Target, path: str, body: object = None) -> Any:
+def _call(target: RunningServer, path: str, body: object = None) -> Any:
     data = None if body is None else json.dumps(body).encode()
     headers = {"content-type": "application/json", "authorization": f"Bearer {target.admin_token}"}
     request = urllib.request.Request(target.base + path, data, headers)
@@ -205,7 +210,7 @@ def _call(target: Target, path: str, body: object = None) -> Any:
         raise LoadTestError(f"{path} answers {error.code}: {error.read().decode(errors='replace')}") from None
 
 
-def _result(rooms: int, clients: int, before: Any, after: Any, tally: Tally) -> dict[str, Any]:
+def _result(rooms: int, clients: int, before: Any, after: Any, tally: LoadCounts) -> dict[str, Any]:
     seconds = after["uptime_s"] - before["uptime_s"]
     delays = Lateness()
     for delay in tally.delays_ms:

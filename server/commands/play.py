@@ -11,7 +11,7 @@ from movingout.agents.catalogue import agent_card
 from movingout.maps.errors import MovingOutError
 from movingout.recordings.ghost import GHOST, is_ghost
 from movingout.server.app import create_app
-from movingout.server.rooms.ghost_partner import casting
+from movingout.server.rooms.ghost_partner import ghost_seat
 from movingout.server.security.admin_token import NAME, kept_token
 from movingout.server.security.certificate import Certificate, certificate_in, lan_addresses
 from movingout.server.settings import AGENT_WORKERS, Settings, worker_count
@@ -55,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
     settings = _settings(args)
     agent_card(settings.partner)
     if is_ghost(settings.partner):
-        casting(settings.partner.removeprefix(f"{GHOST}:"))
+        ghost_seat(settings.partner.removeprefix(f"{GHOST}:"))
     check_data(settings.data)
     if caution := inexact_engine():
         print(f"movingout: {caution}", file=sys.stderr)

@@ -4,7 +4,7 @@ from collections import defaultdict
 from collections.abc import Callable
 from typing import Literal, TypeVar
 
-from movingout.server.connection.token_bucket import Bucket
+from movingout.server.connection.token_bucket import TokenBucket
 from movingout.server.settings import Limits
 
 FORGET_AFTER = 10_000  # addresses, then all are forgotten
@@ -16,7 +16,7 @@ Secret = Literal["seat", "admin"]
 Key = TypeVar("Key")
 
 
-class Gate:
+class AdmissionControl:
     """Counts sockets and wrong tokens by address. Every refusal is a sentence; empty means welcome."""
 
     def __init__(self, limits: Limits, clock: Callable[[], float]) -> None:
@@ -24,9 +24,9 @@ class Gate:
         self._clock = clock
         self._sockets: defaultdict[str, int] = defaultdict(int)
         self._waiting: defaultdict[str, int] = defaultdict(int)
-        self._guesses: dict[tuple[str, Secret], Bucket] = {}
-        self._openings: dict[str, Bucket] = {}
-        self._floods: dict[str, Bucket] = {}
+        self._guesses: dict[tuple[str, Secret], TokenBucket] = {}
+        self._openings: dict[str, TokenBucket] = {}
+        self._floods: dict[str, TokenBucket] = {}
         self._banned: dict[str, float] = {}  # until
         self._locked: dict[tuple[str, Secret], float] = {}  # until
 
@@ -81,13 +81,13 @@ class Gate:
         per_minute = self._limits.rooms_per_address_per_minute
         return self._bucket(self._openings, address, per_minute).take(self._clock())
 
-    def _bucket(self, buckets: dict[Key, Bucket], key: Key, per_minute: int) -> Bucket:
+    def _bucket(self, buckets: dict[Key, TokenBucket], key: Key, per_minute: int) -> TokenBucket:
         if len(buckets) > FORGET_AFTER:
             buckets.clear()
             self._locked.clear()
             self._banned.clear()
         if key not in buckets:
-            buckets[key] = Bucket(per_minute / 60.0, per_minute, self._clock())
+            buckets[key] = TokenBucket(per_minute / 60.0, per_minute, self._clock())
         return buckets[key]
 
 

@@ -15,13 +15,13 @@ import msgspec
 
 from movingout.server import messages as m
 from movingout.server.connection import control_messages
-from movingout.server.connection.admission import Gate
+from movingout.server.connection.admission import AdmissionControl
 from movingout.server.connection.origin import origin_allowed
 from movingout.server.connection.send_queue import Client
-from movingout.server.connection.token_bucket import Bucket
+from movingout.server.connection.token_bucket import TokenBucket
 from movingout.server.frame_layout import FrameError
 from movingout.server.frames import Ping, Pong, decode_client_frame
-from movingout.server.rooms.registry import Directory
+from movingout.server.rooms.registry import RoomRegistry
 from movingout.server.rooms.room import Room
 from movingout.server.rooms.services import Refused, WrongRequest
 from movingout.server.settings import Limits, Settings
@@ -34,13 +34,13 @@ Message = MutableMapping[str, Any]
 Receive = Callable[[], Awaitable[Message]]
 Send = Callable[[Message], Awaitable[None]]
 OnBinary = Callable[[bytes], bool]  # False: nobody listens any more
-WIRE = "movingout.wire"  # where the scope's extensions hold the Wire of a connection
+WIRE = "movingout.wire"  # where the scope's extensions hold the DirectSocket of a connection
 
 _decode_control = msgspec.json.Decoder(m.ClientMessage).decode
 _decode_join = msgspec.json.Decoder(m.Join).decode
 
 
-class Wire(Protocol):
+class DirectSocket(Protocol):
     """The short way to a connection (server.connection.uvicorn_protocols.GameWebSocketProtocol)."""
 
     def listen(self, on_binary: OnBinary, on_writable: Callable[[], None]) -> None:
@@ -53,8 +53,8 @@ class Wire(Protocol):
     def abort(self) -> None: ...
 
 
-class Hangup(Exception):
-    """The conversation is over; `code` 0 drops the connection without a word."""
+class CloseConnection(Exception):
+    """Ends the connection with `code` and a message; 0 drops the connection without a word."""
 
     def __init__(self, code: int, message: str) -> None:
         super().__init__(message)
@@ -64,11 +64,11 @@ class Hangup(Exception):
 class SocketEndpoint:
     """The ASGI application behind /ws."""
 
-    def __init__(self, settings: Settings, directory: Directory, gate: Gate) -> None:
+    def __init__(self, settings: Settings, registry: RoomRegistry, admission: AdmissionControl) -> None:
         self._settings = settings
-        self._directory = directory
-        self._gate = gate
-        self.open: set[Conversation] = set()
+        self._registry = registry
+        self._admission = admission
+        self.open: set[ClientConnection] = set()
         self._bytes_sent = 0  # to clients who have gone
 
     def total_bytes_sent(self) -> int:
@@ -77,17 +77,17 @@ class SocketEndpoint:
     async def __call__(self, scope: Message, receive: Receive, send: Send) -> None:
         await receive()  # websocket.connect
         address = scope["client"][0] if scope.get("client") else ""
-        refusal = self._refusal(scope) or ((503, self._gate.enter(address)))
+        refusal = self._refusal(scope) or ((503, self._admission.enter(address)))
         if refusal[1]:
             await _refuse(send, *refusal)
             return
         try:
             await send({"type": "websocket.accept", "subprotocol": m.SUBPROTOCOL})
-            wire: Wire = scope["extensions"][WIRE]
-            conversation = Conversation(self._settings.limits, self._directory, self._gate, wire, address)
-            await self._converse(conversation, receive, send)
+            wire: DirectSocket = scope["extensions"][WIRE]
+            connection = ClientConnection(self._settings.limits, self._registry, self._admission, wire, address)
+            await self._serve(connection, receive, send)
         finally:
-            self._gate.leave(address)
+            self._admission.leave(address)
 
     def _refusal(self, scope: Message) -> tuple[int, str] | None:
         scheme = "https" if scope["scheme"] == "wss" else "http"
@@ -97,34 +97,36 @@ class SocketEndpoint:
             return 400, f"This server speaks {m.SUBPROTOCOL}; reload the page, or update the program."
         return None
 
-    async def _converse(self, conversation: "Conversation", receive: Receive, send: Send) -> None:
-        self.open.add(conversation)
-        sender = asyncio.create_task(conversation.send_all(send))
-        listener = asyncio.create_task(conversation.listen(receive))
+    async def _serve(self, connection: "ClientConnection", receive: Receive, send: Send) -> None:
+        self.open.add(connection)
+        sender = asyncio.create_task(connection.send_all(send))
+        listener = asyncio.create_task(connection.listen(receive))
         try:
             await asyncio.wait((sender, listener), return_when=asyncio.FIRST_COMPLETED)
-            await conversation.part(sender, listener, send)
+            await connection.end(sender, listener, send)
         finally:
-            self._bytes_sent += conversation.client.bytes_sent
-            self.open.discard(conversation)
-            conversation.leave()
+            self._bytes_sent += connection.client.bytes_sent
+            self.open.discard(connection)
+            connection.leave()
 
 
-class Conversation:
+class ClientConnection:
     """One connected client."""
 
-    def __init__(self, limits: Limits, directory: Directory, gate: Gate, wire: Wire, address: str) -> None:
+    def __init__(
+        self, limits: Limits, registry: RoomRegistry, admission: AdmissionControl, wire: DirectSocket, address: str
+    ) -> None:
         self._limits = limits
         self._wire = wire
-        self._directory = directory
-        self._gate = gate
+        self._registry = registry
+        self._admission = admission
         self._address = address
         self._wake = asyncio.Event()
         self._room: Room | None = None
         self._seats = 0
         self._confirmed = False
-        self._bucket = Bucket(self._limits.messages_per_s, self._limits.message_burst, time.monotonic())
-        self._hangup: Hangup | None = None  # from the short way, where nobody catches it
+        self._bucket = TokenBucket(self._limits.messages_per_s, self._limits.message_burst, time.monotonic())
+        self._closing: CloseConnection | None = None  # from the short way, where nobody catches it
         self.client = Client(wire.write, self._wake.set)
 
     async def send_all(self, send: Send) -> None:
@@ -138,69 +140,71 @@ class Conversation:
                 await _send(send, frame)
                 client.blocked_since = 0.0
                 client.bytes_sent += len(frame)
-            if self._hangup is not None:
-                raise self._hangup
+            if self._closing is not None:
+                raise self._closing
             if client.lost:
-                raise Hangup(0, "too much waited to be sent")
+                raise CloseConnection(0, "too much waited to be sent")
             if client.goodbye is not None:
-                raise Hangup(*client.goodbye)
+                raise CloseConnection(*client.goodbye)
 
     async def listen(self, receive: Receive) -> None:
         """The handshake, then one message after the other."""
         try:
             await asyncio.wait_for(self._join(receive), self._limits.join_s)
         except TimeoutError:
-            raise Hangup(m.CLOSE_BAD_MESSAGE, "The first message must be a join, within 5 seconds.") from None
+            raise CloseConnection(m.CLOSE_BAD_MESSAGE, "The first message must be a join, within 5 seconds.") from None
         finally:
-            self._gate.joined(self._address)
-        self._wire.listen(self._hear_binary, self._wake.set)
+            self._admission.joined(self._address)
+        self._wire.listen(self._on_binary, self._wake.set)
         while True:
             message = await receive()
             if message["type"] != "websocket.receive":
-                raise Hangup(0, "the client went")
+                raise CloseConnection(0, "the client went")
             if message.get("text") is not None:
-                self._hear_control(message["text"])
+                self._take_control(message["text"])
             else:  # fragmented, or sent while joining
-                self._hear_binary(message["bytes"])
+                self._on_binary(message["bytes"])
 
-    async def part(self, sender: "asyncio.Task[None]", listener: "asyncio.Task[None]", send: Send) -> None:
+    async def end(self, sender: "asyncio.Task[None]", listener: "asyncio.Task[None]", send: Send) -> None:
         """Say goodbye as politely as the end deserves."""
-        hangup = _hangup(listener) or _hangup(sender) or Hangup(0, "")
+        closing = _closing_of(listener) or _closing_of(sender) or CloseConnection(0, "")
         sender.cancel()
         listener.cancel()
         await asyncio.gather(sender, listener, return_exceptions=True)
         self._wire.stop_listening()
-        if hangup.code == 0 or self.client.blocked_since or self.client.lost:
+        if closing.code == 0 or self.client.blocked_since or self.client.lost:
             self._wire.abort()
             return
         with contextlib.suppress(asyncio.TimeoutError):
-            await asyncio.wait_for(self._say_goodbye(hangup, send), 1.0)
+            await asyncio.wait_for(self._send_goodbye(closing, send), 1.0)
 
     def leave(self) -> None:
         if self._room is not None:
             self._room.depart(self.client, time.monotonic())
 
-    async def _say_goodbye(self, hangup: Hangup, send: Send) -> None:
+    async def _send_goodbye(self, closing: CloseConnection, send: Send) -> None:
         while (frame := self.client.next_frame()) is not None:
             await _send(send, frame)
-        bye = msgspec.json.encode(m.Bye(hangup.code, str(hangup))).decode()
+        bye = msgspec.json.encode(m.Bye(closing.code, str(closing))).decode()
         await send({"type": "websocket.send", "text": bye})
-        await send({"type": "websocket.close", "code": hangup.code})
+        await send({"type": "websocket.close", "code": closing.code})
 
     # ---- what the client says -------------------------------------------------------------------------------
 
     async def _join(self, receive: Receive) -> None:
         message = await receive()
         if message["type"] != "websocket.receive":
-            raise Hangup(0, "the client went")
+            raise CloseConnection(0, "the client went")
         if message.get("text") is None:
-            raise Hangup(m.CLOSE_BAD_MESSAGE, "The first message must be a join (JSON text).")
+            raise CloseConnection(m.CLOSE_BAD_MESSAGE, "The first message must be a join (JSON text).")
         request = _parse(_decode_join, message["text"])
-        if request.tokens and self._gate.locked(self._address, "seat"):
-            raise Hangup(m.CLOSE_UNAUTHORISED, "Too many wrong keys from your address; wait a minute.")
-        room = self._directory.rooms.get(request.room)
+        if request.tokens and self._admission.locked(self._address, "seat"):
+            raise CloseConnection(m.CLOSE_UNAUTHORISED, "Too many wrong keys from your address; wait a minute.")
+        room = self._registry.rooms.get(request.room)
         if room is None:
-            raise Hangup(m.CLOSE_NOT_FOUND, "There is no such room (any more); open a new one from the start page.")
+            raise CloseConnection(
+                m.CLOSE_NOT_FOUND, "There is no such room (any more); open a new one from the start page."
+            )
         self._enter(room, request)
 
     def _enter(self, room: Room, request: m.Join) -> None:
@@ -209,39 +213,39 @@ class Conversation:
             welcome = room.join(self.client, request, time.monotonic())
         except Refused as refusal:
             if refusal.code == m.CLOSE_UNAUTHORISED and request.tokens:
-                self._gate.wrong_token(self._address, "seat")
-            raise Hangup(refusal.code, str(refusal)) from None
+                self._admission.wrong_token(self._address, "seat")
+            raise CloseConnection(refusal.code, str(refusal)) from None
         self._room = room
         per_s = self._limits.messages_per_s * max(1, len(welcome.seats))
-        self._bucket = Bucket(per_s, per_s, time.monotonic())
+        self._bucket = TokenBucket(per_s, per_s, time.monotonic())
 
-    def _hear_binary(self, raw: bytes) -> bool:
+    def _on_binary(self, raw: bytes) -> bool:
         """Called by the connection itself, so nothing is raised; False when nothing more is heard."""
-        if self._hangup is None:
+        if self._closing is None:
             try:
-                self._hear_frame(raw, time.monotonic())
-            except Hangup as hangup:
-                self._hangup = hangup
+                self._take_frame(raw, time.monotonic())
+            except CloseConnection as closing:
+                self._closing = closing
                 self._wake.set()
-                if hangup.code == 0:
+                if closing.code == 0:
                     self._wire.abort()
-        return self._hangup is None
+        return self._closing is None
 
-    def _hear_frame(self, raw: bytes, now: float) -> None:
-        self._take_one(now)
+    def _take_frame(self, raw: bytes, now: float) -> None:
+        self._count_message(now)
         try:
             frame = decode_client_frame(raw)
         except FrameError as error:
-            raise Hangup(m.CLOSE_BAD_MESSAGE, str(error)) from None
+            raise CloseConnection(m.CLOSE_BAD_MESSAGE, str(error)) from None
         if isinstance(frame, Ping):
             self.client.answer(Pong(client_ms=frame.client_ms, server_ms=now * 1e3).encode())
             return
         self._confirm()
-        self._attempt(control_messages.submit, frame, now)
+        self._attempt(Room.take_input, frame, now)
 
-    def _hear_control(self, text: str) -> None:
+    def _take_control(self, text: str) -> None:
         now = time.monotonic()
-        self._take_one(now)
+        self._count_message(now)
         self._confirm()
         message = _parse(_decode_control, text)
         self._attempt(control_messages.handle, message, now)
@@ -260,31 +264,31 @@ class Conversation:
             self._confirmed = True
             self._room.seating.confirm(self.client)
 
-    def _take_one(self, now: float) -> None:
+    def _count_message(self, now: float) -> None:
         if not self._bucket.take(now):
-            if self._gate.flooded(self._address):
+            if self._admission.flooded(self._address):
                 log.warning("a client at %s sent too many messages and was cut off", self._address)
-            raise Hangup(0, "too many messages")
+            raise CloseConnection(0, "too many messages")
 
 
 def _parse(decode: Callable[[str], Parsed], text: str) -> Parsed:
     try:
         return decode(text)
     except (msgspec.MsgspecError, RecursionError, UnicodeError) as error:
-        raise Hangup(m.CLOSE_BAD_MESSAGE, f"This message is not understood: {error}") from None
+        raise CloseConnection(m.CLOSE_BAD_MESSAGE, f"This message is not understood: {error}") from None
 
 
-def _hangup(task: "asyncio.Task[None]") -> Hangup | None:
+def _closing_of(task: "asyncio.Task[None]") -> CloseConnection | None:
     """How a task ended; None while it runs. An unexpected error closes with a sentence and is logged."""
     if not task.done() or task.cancelled():
         return None
     error = task.exception()
-    if isinstance(error, Hangup):
+    if isinstance(error, CloseConnection):
         return error
     if error is not None and type(error).__name__ != "ClientDisconnected":
         log.error("a connection failed", exc_info=error)
-        return Hangup(m.CLOSE_RETRY_LATER, "Something went wrong with this connection.")
-    return Hangup(0, "")
+        return CloseConnection(m.CLOSE_RETRY_LATER, "Something went wrong with this connection.")
+    return CloseConnection(0, "")
 
 
 async def _send(send: Send, frame: str | bytes) -> None:

@@ -1,7 +1,7 @@
 """A token bucket: so many per second, a burst of as many as it holds."""
 
 
-class Bucket:
+class TokenBucket:
     """Starts full. Times are seconds of any clock that does not go back."""
 
     def __init__(self, per_s: float, burst: float, now: float) -> None:

@@ -1,4 +1,4 @@
-"""Answers to the questionnaire: one line of JSON per click, on the disk before the browser hears "saved"."""
+"""AnswerLog to the questionnaire: one line of JSON per click, on the disk before the browser hears "saved"."""
 
 import json
 import os
@@ -6,7 +6,7 @@ import time
 from pathlib import Path
 
 
-class Answers:
+class AnswerLog:
     """The answers of all rooms, one file per room and seat. Blocks for the disk: call it in a thread."""
 
     def __init__(self, folder: Path) -> None:

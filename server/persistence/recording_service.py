@@ -23,7 +23,7 @@ from movingout.recordings.storage.finished import recover_journal
 from movingout.recordings.storage.index import list_recordings
 from movingout.recordings.storage.listing import Summary
 from movingout.server import messages as m
-from movingout.server.rooms.ghost_partner import Casting, casting
+from movingout.server.rooms.ghost_partner import GhostSeat, ghost_seat
 
 Result = TypeVar("Result")
 log = logging.getLogger(__name__)
@@ -34,22 +34,22 @@ CACHED_REPLAYS = 8
 NICE = 10  # ticks come first
 
 
-class Replay(NamedTuple):
+class ReplayFiles(NamedTuple):
     """What the browser needs to show a recording again."""
 
     summary: bytes  # JSON
     poses: bytes  # int16, little endian, (1 + 5 T, 2 + N, 3) with the wire's scales
-    thoughts: bytes  # JSON
+    decision_traces: bytes  # JSON
 
 
-class Archive:
+class RecordingService:
     """The recordings of one folder. Use inside a running event loop."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self._executor = pool(1, NICE)
         self._pending: dict[str, asyncio.Task[None]] = {}  # by journal name
-        self._replays: OrderedDict[str, Replay] = OrderedDict()
+        self._replays: OrderedDict[str, ReplayFiles] = OrderedDict()
 
     @property
     def pending(self) -> int:
@@ -69,11 +69,11 @@ class Archive:
         document: bytes = await self._run(_list, self.folder)
         return document
 
-    async def replay(self, episode_id: str) -> Replay:
+    async def replay(self, episode_id: str) -> ReplayFiles:
         """Raises RecordingError when there is no such recording or it cannot be read."""
         if episode_id not in self._replays:
             path = await self.path(episode_id)
-            self._replays[episode_id] = Replay(*await self._run(_replay, path))
+            self._replays[episode_id] = ReplayFiles(*await self._run(_replay, path))
             while len(self._replays) > CACHED_REPLAYS:
                 self._replays.popitem(last=False)
         self._replays.move_to_end(episode_id)
@@ -101,9 +101,9 @@ class Archive:
         the_map: MapSpec = await self._run(_variant, name, seed, split)
         return the_map
 
-    async def casting(self, ghost: str) -> Casting:
+    async def ghost_seat(self, ghost: str) -> GhostSeat:
         """What a room for the ghost `FILE#red` has to play. Raises RecordingError."""
-        found: Casting = await self._run(casting, ghost)
+        found: GhostSeat = await self._run(ghost_seat, ghost)
         return found
 
     async def settled(self) -> None:
@@ -158,5 +158,5 @@ def _row(entry: Summary) -> dict[str, Any]:
 
 
 def _replay(path: Path) -> tuple[bytes, bytes, bytes]:
-    summary, frames, thoughts = browser_replay(path, m.POSITION_SCALE, m.ANGLE_SCALE)
-    return orjson.dumps(summary), frames.astype("<i2").tobytes(), orjson.dumps({"thoughts": thoughts})
+    summary, frames, traces = browser_replay(path, m.POSITION_SCALE, m.ANGLE_SCALE)
+    return orjson.dumps(summary), frames.astype("<i2").tobytes(), orjson.dumps({"thoughts": traces})

@@ -21,7 +21,7 @@ class GhostError(MovingOutError):
     """The room that was asked for is not the one that its ghost was recorded in."""
 
 
-class Casting(NamedTuple):
+class GhostSeat(NamedTuple):
     """One ghost, and what has to be played for its actions to mean anything."""
 
     ghost: str  # FILE#red
@@ -39,19 +39,19 @@ class Casting(NamedTuple):
         return Seat(index, GHOST, agent_id, name=f"Ghost of {self.player}" if self.player else ghost_name(agent_id))
 
 
-def casting(ghost: str) -> Casting:
-    """The casting of `FILE#red`, in a tenth of a second. RecordingError when it cannot be played on this server."""
+def ghost_seat(ghost: str) -> GhostSeat:
+    """The seat of `FILE#red`, in a tenth of a second. RecordingError when it cannot be played on this server."""
     recorded = read_ghost(ghost)
     seed, split = _origin(recorded.map, recorded.seed)
-    return Casting(ghost, recorded.name, recorded.seat, recorded.map.name, seed, split)
+    return GhostSeat(ghost, recorded.name, recorded.seat, recorded.map.name, seed, split)
 
 
-def ghost_config(wanted: RoomConfig, castings: list[Casting]) -> RoomConfig:
+def ghost_config(wanted: RoomConfig, ghosts: list[GhostSeat]) -> RoomConfig:
     """The room as asked for, on exactly the map of its ghosts. Raises GhostError when they contradict each other."""
-    if not castings:
+    if not ghosts:
         return wanted
-    first = castings[0]
-    if any(each[3:] != first[3:] for each in castings):
+    first = ghosts[0]
+    if any(each[3:] != first[3:] for each in ghosts):
         raise GhostError("These two ghosts were recorded on different maps; take both from one map.")
     if wanted.maps != (first.map,) or wanted.challenge2_seed not in (None, first.challenge2_seed):
         raise GhostError(f"This ghost was recorded on {first.map}; choose that map alone, without changed items.")

@@ -16,19 +16,19 @@ STALE_S = 0.5  # a stick not heard of for so long counts as released
 MAX_PRESSES = 4  # presses waiting for their tick; more are a mistake
 
 
-class Latch(NamedTuple):
+class TickInput(NamedTuple):
     """What a seat does in one tick, and which input that was."""
 
     action: tuple[float, float, float] | Floats  # distance, heading [rad], grasp toggle
     seq: int  # -1: nobody said anything
-    slack_ms: float  # how long before the latch the input came, -1 unknown
+    slack_ms: float  # how long before the tick the input came, -1 unknown
     fresh: bool  # False: neutral because the input was stale or there was none
 
 
-NEUTRAL = Latch((0.0, 0.0, 0.0), -1, -1.0, False)
+NEUTRAL = TickInput((0.0, 0.0, 0.0), -1, -1.0, False)
 
 
-class Controls:
+class InputBuffer:
     """One seat's controls, from the `Welcome` of one socket on."""
 
     def __init__(self) -> None:
@@ -45,7 +45,7 @@ class Controls:
         self._newest, self._arrived = frame, now
         return True
 
-    def latch(self, now: float) -> Latch:
+    def tick_input(self, now: float) -> TickInput:
         """The input for the tick that starts now; one waiting press toggles the hand."""
         newest = self._newest
         if newest is None or now - self._arrived > STALE_S:
@@ -53,7 +53,7 @@ class Controls:
         toggle = self._presses > 0
         self._presses -= toggle
         slack_ms = max(0.0, (now - self._arrived) * 1e3)
-        return Latch((newest.move, newest.heading, float(toggle)), newest.seq, slack_ms, True)
+        return TickInput((newest.move, newest.heading, float(toggle)), newest.seq, slack_ms, True)
 
     def release(self) -> None:
         """Nobody holds the stick: the page lost the focus, or play begins anew."""

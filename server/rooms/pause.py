@@ -13,19 +13,19 @@ HOLD_LIMIT_S = 24 * 3600.0  # for whoever runs a study
 RESTART_RESUME_S = 120.0  # for people to come back after the server was started again
 
 
-class Pause(NamedTuple):
+class RoundPause(NamedTuple):
     """Why the game waits, in a sentence, and until when."""
 
     reason: str
     until: float
 
     @classmethod
-    def held(cls, reason: str, now: float) -> "Pause":
+    def held(cls, reason: str, now: float) -> "RoundPause":
         """Whoever runs a study has stopped the clock."""
         return cls(reason, now + HOLD_LIMIT_S)
 
     @classmethod
-    def waiting_for(cls, seats: list[Seat], resume_s: float, now: float) -> "Pause":
+    def waiting_for(cls, seats: list[Seat], resume_s: float, now: float) -> "RoundPause":
         """For who is absent, `resume_s` from the first who went; then for who is not ready."""
         absent = _absent(seats)
         if absent:

@@ -14,7 +14,7 @@ class PhaseError(MovingOutError):
     """An event came in a phase in which it cannot happen: a fault of the server."""
 
 
-class Event(Enum):
+class PhaseEvent(Enum):
     """What moves a room from one phase to another."""
 
     ALL_READY = "everybody is ready"
@@ -42,22 +42,22 @@ ALLOWED: dict[Request, frozenset[Phase]] = {
     "leave": OPEN,
 }
 
-_EVENTS: dict[Event, tuple[frozenset[Phase], Phase]] = {
-    Event.ALL_READY: (OPEN - {"countdown", "playing"}, "countdown"),
-    Event.START: (frozenset({"countdown"}), "playing"),
-    Event.CALLED_OFF: (frozenset({"lobby", "countdown"}), "lobby"),
-    Event.INTERRUPTED: (frozenset({"lobby", *IN_ROUND}), "paused"),  # lobby: a round goes on after a restart
-    Event.ROUND_ENDED: (IN_ROUND, "round_over"),
-    Event.SERIES_ENDED: (OPEN, "series_over"),
-    Event.SUSPENDED: (IN_ROUND, "lobby"),
-    Event.CLOSED: (PHASES, "closed"),
+_EVENTS: dict[PhaseEvent, tuple[frozenset[Phase], Phase]] = {
+    PhaseEvent.ALL_READY: (OPEN - {"countdown", "playing"}, "countdown"),
+    PhaseEvent.START: (frozenset({"countdown"}), "playing"),
+    PhaseEvent.CALLED_OFF: (frozenset({"lobby", "countdown"}), "lobby"),
+    PhaseEvent.INTERRUPTED: (frozenset({"lobby", *IN_ROUND}), "paused"),  # lobby: a round goes on after a restart
+    PhaseEvent.ROUND_ENDED: (IN_ROUND, "round_over"),
+    PhaseEvent.SERIES_ENDED: (OPEN, "series_over"),
+    PhaseEvent.SUSPENDED: (IN_ROUND, "lobby"),
+    PhaseEvent.CLOSED: (PHASES, "closed"),
 }
-TRANSITIONS: dict[tuple[Phase, Event], Phase] = {
+TRANSITIONS: dict[tuple[Phase, PhaseEvent], Phase] = {
     (before, event): after for event, (phases, after) in _EVENTS.items() for before in phases
 }
 
 
-def next_phase(phase: Phase, event: Event) -> Phase:
+def next_phase(phase: Phase, event: PhaseEvent) -> Phase:
     """Raises PhaseError with the phases in which the event is possible."""
     after = TRANSITIONS.get((phase, event))
     if after is None:
@@ -65,7 +65,7 @@ def next_phase(phase: Phase, event: Event) -> Phase:
     return after
 
 
-def possible(phase: Phase, event: Event) -> bool:
+def possible(phase: Phase, event: PhaseEvent) -> bool:
     return (phase, event) in TRANSITIONS
 
 

@@ -6,7 +6,7 @@ from movingout.world.constants import TICK_MS
 from movingout.world.state import Floats
 
 
-class RoundHealth:
+class RoundQuality:
     """Counts tick by tick; seats are 0 blue, 1 red."""
 
     def __init__(self) -> None:

@@ -12,7 +12,7 @@ from movingout.recordings import EpisodeHeader, EpisodeWriter, RecordingError
 from movingout.server import messages as m
 from movingout.server.rooms.recorder import Recorder
 from movingout.server.rooms.room import Room
-from movingout.server.rooms.scheduler import Entry, Ticker
+from movingout.server.rooms.scheduler import RoomScheduler, ScheduledRoom
 from movingout.server.rooms.seat import AgentSource, Seat
 from movingout.server.rooms.services import RoomConfig
 from movingout.server.security.tokens import new_id, new_token
@@ -24,14 +24,14 @@ KEPT_VARIANTS = 500
 RoundWatcher = Callable[[str, str, m.Result], None]  # room, episode
 
 
-class Directory:
+class RoomRegistry:
     """The rooms by id. Calls `on_change(room)` when a restart would need to know and `on_journal` to finalise."""
 
     def __init__(
         self,
         recordings: Path,
         agents: AgentSource,
-        ticker: Ticker,
+        scheduler: RoomScheduler,
         clock: Callable[[], float],
         on_change: Callable[[Room], None],
         on_closed: Callable[[str], None],
@@ -41,9 +41,9 @@ class Directory:
         self._variants: dict[tuple[str, int, Split], MapSpec] = {}  # randomised maps made ahead
         self._recordings = recordings
         self._agents = agents
-        self._ticker = ticker
+        self._scheduler = scheduler
         self._clock = clock
-        self._entries: dict[str, Entry] = {}
+        self._entries: dict[str, ScheduledRoom] = {}
         self._on_change = on_change
         self._on_closed = on_closed
         self._on_journal = on_journal
@@ -57,7 +57,7 @@ class Directory:
 
     def add(self, room: Room) -> None:
         self.rooms[room.id] = room
-        self._entries[room.id] = self._ticker.add(
+        self._entries[room.id] = self._scheduler.add(
             lambda now, due, skipped: self._tick(room, now, due, skipped), room.beat
         )
         self.changed(room.id)
@@ -78,7 +78,7 @@ class Directory:
     def remove(self, room: Room) -> None:
         """Forget a closed room."""
         if self.rooms.pop(room.id, None) is not None:
-            self._ticker.remove(self._entries.pop(room.id))
+            self._scheduler.remove(self._entries.pop(room.id))
             self._on_closed(room.id)
 
     def deadline_misses(self) -> int:

@@ -1,8 +1,8 @@
 """A room: two seats, a series of maps, and what may happen when.
 
 Pure and synchronous: nothing here awaits, sleeps or reads a clock; times (seconds of the server's monotonic clock)
-are arguments, and everything else comes in as `Services`. `tick` is the compute-ahead tick: latch the inputs at time
-T, step the world to T + 100 ms at once, send what will be seen until then.
+are arguments, and everything else comes in as `Services`. `tick` computes ahead: at time T it takes the
+inputs, steps the world to T + 100 ms at once, and sends what will be seen until then.
 
 The phases and what leads from one to the next are the table of server/rooms/phases.py.
 """
@@ -15,16 +15,15 @@ import msgspec
 from movingout.maps.errors import MovingOutError
 from movingout.recordings.episode import Episode, Outcome
 from movingout.server import messages as m
-from movingout.server.frames import Beat
-from movingout.server.rooms.action_sources import ask_agents, latch
-from movingout.server.rooms.pause import Pause, give_up
-from movingout.server.rooms.phases import BETWEEN_ROUNDS, IN_ROUND, Event, next_phase, possible
+from movingout.server.frames import Beat, Input
+from movingout.server.rooms.pause import RoundPause, give_up
+from movingout.server.rooms.phases import BETWEEN_ROUNDS, IN_ROUND, PhaseEvent, next_phase, possible
 from movingout.server.rooms.recorder import Recorder
-from movingout.server.rooms.round import Moment
-from movingout.server.rooms.round_series import Series
-from movingout.server.rooms.seat import Listener, Seat
-from movingout.server.rooms.seat_assignment import Seating
-from movingout.server.rooms.services import RoomConfig, Services
+from movingout.server.rooms.round import TickTiming
+from movingout.server.rooms.round_series import RoundSeries
+from movingout.server.rooms.seat import ClientHandle, Seat
+from movingout.server.rooms.seat_assignment import SeatAssignment
+from movingout.server.rooms.services import RoomConfig, Services, WrongRequest
 from movingout.world import WorldError
 from movingout.world.constants import TICK_SECONDS
 
@@ -70,18 +69,18 @@ class Room:
         self.until = 0.0  # when the countdown or the pause ends
         self.missed_ticks = 0
         self.held = ""  # why the person who runs a study has stopped the clock, empty when nobody has
-        self.seating = Seating(room_id, seats, services.new_token, services.new_id)
+        self.seating = SeatAssignment(room_id, seats, services.new_token, services.new_id)
         self._services = services
         self._due = now  # of the newest tick
         self._announced = now
         self._empty_since = now
         self._over_since = now
-        self.series = Series(config, seats, services, progress.index, progress.epoch, progress.results)
+        self.series = RoundSeries(config, seats, services, progress.index, progress.epoch, progress.results)
         self.round = self.series.prepare()
 
     # ---- clients --------------------------------------------------------------------------------------------
 
-    def join(self, client: Listener, request: m.Join, now: float) -> m.Welcome:
+    def join(self, client: ClientHandle, request: m.Join, now: float) -> m.Welcome:
         """Let a client in, to seats or as a spectator, and tell it everything. Raises Refused."""
         taken, replaced = self.seating.join(client, request)
         if self.phase == "lobby":
@@ -103,7 +102,7 @@ class Room:
         self._services.changed(self.id)
         return welcome
 
-    def depart(self, client: Listener, now: float) -> None:
+    def depart(self, client: ClientHandle, now: float) -> None:
         """A client's connection is gone."""
         dropped = self.seating.depart(client, now)
         if self.phase == "closed":
@@ -118,7 +117,7 @@ class Room:
         """End everything: the round with `outcome`, every connection with `code`."""
         if self.round.started and self.phase in IN_ROUND:
             self._end_round(outcome)
-        self._move(Event.CLOSED, message)
+        self._move(PhaseEvent.CLOSED, message)
         for client in list(self.seating.clients):
             client.dismiss(code, message)
         self.series.free_agents()
@@ -126,17 +125,27 @@ class Room:
     def resume(self, episode: Episode, recorder: Recorder, until: float) -> None:
         """The server was killed in this round and is back: wait until `until` for the people to come back too."""
         self.round.resume(episode, recorder)
-        self._move(Event.INTERRUPTED, "The server was restarted. The game waits.", until)
+        self._move(PhaseEvent.INTERRUPTED, "The server was restarted. The game waits.", until)
 
     def suspend(self) -> None:
         """The server stops in good order: the round ends, the room comes back after the restart."""
         if self.round.started and self.phase in IN_ROUND:
             self._end_round("stopped")
         if self.phase in IN_ROUND:
-            self._move(Event.SUSPENDED, RESTARTED)
+            self._move(PhaseEvent.SUSPENDED, RESTARTED)
         for client in list(self.seating.clients):
             client.dismiss(m.CLOSE_SHUTDOWN, "The server is being restarted; this page comes back by itself.")
         self.series.free_agents()
+
+    def take_input(self, client: ClientHandle, frame: Input, now: float) -> None:
+        """An input for one seat of `client`, and its acknowledgement in any case. Raises WrongRequest."""
+        if client.acknowledge(frame.ack_tick, now) and self.round.started:
+            client.tell(self.full_state())
+        seat = self.seats[frame.seat]
+        if seat.client is not client:
+            raise WrongRequest("not_your_seat", f"the {seat.colour} seat is not yours")
+        if seat.controls.submit(frame, now) and self.phase == "playing":
+            self.round.record_input(frame, client.rtt_ms)
 
     # ---- time -----------------------------------------------------------------------------------------------
 
@@ -149,7 +158,7 @@ class Room:
             self._play()
         if self.phase == "playing":
             self.missed_ticks += skipped
-            self._step(Moment(due, max(0.0, now - due) * 1e3, skipped), now)
+            self._step(TickTiming(due, max(0.0, now - due) * 1e3, skipped), now)
         if now - self._announced >= ANNOUNCE_S:
             self._announce(now)
 
@@ -181,15 +190,11 @@ class Room:
             self._services.changed(self.id)
         elif self.phase == "round_over":
             seat.gone = True
-            self._enter(Event.SERIES_ENDED, f"{seat.title} did not come back.")
+            self._enter(PhaseEvent.SERIES_ENDED, f"{seat.title} did not come back.")
 
-    def _step(self, moment: Moment, now: float) -> None:
-        blue, red = self.seats
-        latches = [latch(self.round, seat, now) for seat in self.seats]
+    def _step(self, timing: TickTiming, now: float) -> None:
         try:
-            bundle = self.round.step(
-                latches, (blue.source(latches[0]), red.source(latches[1])), (_rtt(blue), _rtt(red)), moment
-            )
+            bundle = self.round.step(self.seats, now, timing)
         except WorldError as error:
             self._finish("error", f"The simulated world failed: {error}")
             return
@@ -197,7 +202,7 @@ class Room:
             client.show(self.round.state.tick, bundle, now)
         outcome = self.round.outcome()
         if outcome is None:
-            ask_agents(self.round, self.seats, moment.due + TICK_SECONDS)
+            self.round.ask_agents(self.seats, timing.due + TICK_SECONDS)
         else:
             self._finish(outcome, "")
 
@@ -208,11 +213,11 @@ class Room:
         try:
             self.series.seat_agents(self.round)
         except MovingOutError as error:  # other rooms have them all now
-            self._enter(Event.SERIES_ENDED, str(error))
+            self._enter(PhaseEvent.SERIES_ENDED, str(error))
 
     def _try_start(self, now: float) -> None:
         """Count down when everybody is ready for what comes next."""
-        if self.held or not possible(self.phase, Event.ALL_READY) or not self.seating.clients:
+        if self.held or not possible(self.phase, PhaseEvent.ALL_READY) or not self.seating.clients:
             return
         if not all(seat.is_ready and not seat.gone for seat in self.seats):
             return
@@ -222,8 +227,8 @@ class Room:
         failures = [seat.agent_failure for seat in self.seats if seat.agent_failure]
         told = not self.round.started and not self.config.study
         cautions = [seat.agent_caution for seat in self.seats if seat.agent_caution and told]
-        self._enter(Event.ALL_READY, " ".join(failures + cautions), self._due + TICK_SECONDS + countdown_s)
-        ask_agents(self.round, self.seats, self.until)
+        self._enter(PhaseEvent.ALL_READY, " ".join(failures + cautions), self._due + TICK_SECONDS + countdown_s)
+        self.round.ask_agents(self.seats, self.until)
 
     def _next_round(self, now: float) -> bool:
         """Prepare the map that follows, or the same one when somebody asked for it; False to wait."""
@@ -239,7 +244,7 @@ class Room:
         try:
             self.round = self.series.prepare()
         except MovingOutError as error:  # no worker has time for the agent any more
-            self._enter(Event.SERIES_ENDED, str(error))
+            self._enter(PhaseEvent.SERIES_ENDED, str(error))
             return False
         self._broadcast(self.series.message(self.round))
         self._broadcast(self.full_state())
@@ -258,7 +263,7 @@ class Room:
             self.series.begin(self.round)
         for seat in self.seats:
             seat.controls.release()
-        self._enter(Event.START, "")
+        self._enter(PhaseEvent.START, "")
 
     def _finish(self, outcome: Outcome, reason: str) -> None:
         """The round is over: tell the result, hand the recording on."""
@@ -267,18 +272,18 @@ class Room:
         for seat in self.seats:
             seat.ready = False
         goes_on = self.series.more and outcome in ("delivered", "time")
-        self._enter(Event.ROUND_ENDED if goes_on else Event.SERIES_ENDED, reason)
+        self._enter(PhaseEvent.ROUND_ENDED if goes_on else PhaseEvent.SERIES_ENDED, reason)
 
     def _end_round(self, outcome: Outcome) -> None:
         result = self.series.end(self.round, outcome)
         self._broadcast(result)
         self._services.ended(self.id, self.round.episode_id, result)
 
-    def _move(self, event: Event, reason: str, until: float = 0.0) -> None:
+    def _move(self, event: PhaseEvent, reason: str, until: float = 0.0) -> None:
         """To the phase that follows; raises PhaseError when the event cannot happen now."""
         self.phase, self.reason, self.until = next_phase(self.phase, event), reason, until
 
-    def _enter(self, event: Event, reason: str, until: float = 0.0) -> None:
+    def _enter(self, event: PhaseEvent, reason: str, until: float = 0.0) -> None:
         """The same, and let everybody know."""
         self._move(event, reason, until)
         self._broadcast(self.state())
@@ -301,12 +306,16 @@ class Room:
             self._enter_pause(now)
         else:
             seat.ready = False
-            self._enter(Event.CALLED_OFF, f"{seat.title} lost the connection.")
+            self._enter(PhaseEvent.CALLED_OFF, f"{seat.title} lost the connection.")
 
     def _enter_pause(self, now: float) -> None:
-        """Pause, or stay paused, for whoever is absent or not ready."""
-        pause = Pause.held(self.held, now) if self.held else Pause.waiting_for(self.seats, self.config.resume_s, now)
-        self._enter(Event.INTERRUPTED, pause.reason, pause.until)
+        """RoundPause, or stay paused, for whoever is absent or not ready."""
+        pause = (
+            RoundPause.held(self.held, now)
+            if self.held
+            else RoundPause.waiting_for(self.seats, self.config.resume_s, now)
+        )
+        self._enter(PhaseEvent.INTERRUPTED, pause.reason, pause.until)
 
     def set_ready(self, seat: Seat, ready: bool, now: float) -> None:
         """A person is ready for the coming round, or to go on; or not yet."""
@@ -315,7 +324,7 @@ class Room:
             if self.round.started:
                 self._enter_pause(now)
             else:
-                self._enter(Event.CALLED_OFF, "")
+                self._enter(PhaseEvent.CALLED_OFF, "")
         self._announce(now)
         self._try_start(now)
 
@@ -339,7 +348,7 @@ class Room:
         if self.phase in ("playing", "paused") or (self.phase == "countdown" and self.round.started):
             self._enter_pause(now)
         elif self.phase == "countdown":
-            self._enter(Event.CALLED_OFF, reason)
+            self._enter(PhaseEvent.CALLED_OFF, reason)
 
     def release(self, now: float) -> None:
         """The clock may go on: with a countdown as soon as everybody is here and ready."""
@@ -357,7 +366,7 @@ class Room:
         self._announce(now)
         self._try_start(now)
 
-    def focus(self, client: Listener, visible: bool) -> None:
+    def focus(self, client: ClientHandle, visible: bool) -> None:
         """A page was hidden, which lets its sticks go, or is back."""
         for seat in self.seating.seats_of(client):
             if not visible:
@@ -370,13 +379,13 @@ class Room:
         title = seat.title
         if not self.round.started and self.phase in ("lobby", "countdown") and seat.shared:
             seat.vacate()
-            self._enter(Event.CALLED_OFF, f"{title} left; the seat is free again.")
+            self._enter(PhaseEvent.CALLED_OFF, f"{title} left; the seat is free again.")
             return
         seat.client, seat.absent_since, seat.gone = None, now, True
         if self.round.started and self.phase in IN_ROUND:
             self._finish("left", f"{title} left the game.")
         else:
-            self._enter(Event.SERIES_ENDED, f"{title} left the game.")
+            self._enter(PhaseEvent.SERIES_ENDED, f"{title} left the game.")
 
     # ---- what clients see -----------------------------------------------------------------------------------
 
@@ -403,7 +412,3 @@ class Room:
         text = msgspec.json.encode(message).decode()
         for client in self.seating.clients:
             client.tell(message, text)
-
-
-def _rtt(seat: Seat) -> float:
-    return seat.client.rtt_ms if seat.client is not None else -1.0

@@ -9,13 +9,14 @@ from typing import NamedTuple
 import numpy as np
 
 from movingout.maps import MapSpec, map_to_json
-from movingout.recordings import EpisodeHeader, Event, SeatInfo, TickRecord
-from movingout.recordings.episode import ActionSource, Episode, EventKind, Outcome
+from movingout.recordings import AgentDecision, EpisodeHeader, Event, InputSample, SeatInfo, TickRecord
+from movingout.recordings.episode import Episode, EventKind, Outcome
 from movingout.server import messages as m
-from movingout.server.frames import Bundle, BundleEvent
-from movingout.server.rooms.input_buffer import Latch
-from movingout.server.rooms.quality import RoundHealth
+from movingout.server.frames import Bundle, BundleEvent, Input
+from movingout.server.rooms.input_buffer import NEUTRAL, TickInput
+from movingout.server.rooms.quality import RoundQuality
 from movingout.server.rooms.recorder import Recorder
+from movingout.server.rooms.seat import AgentPlayer, Seat
 from movingout.world import World
 from movingout.world.metrics import EpisodeMetrics, to_numbers
 from movingout.world.scoring import delivered_items
@@ -25,7 +26,7 @@ GRASP_POSE = (0, 2)  # blue's hand moves before the first sub-step, red's after 
 LAST_POSE = m.POSES_PER_TICK - 1
 
 
-class Moment(NamedTuple):
+class TickTiming(NamedTuple):
     """When a tick happens: its due time on the server's clock and how well that was kept."""
 
     due: float  # [s]
@@ -45,7 +46,7 @@ class Round:
         self.recorder = Recorder(None)
         self.started = False
         self.deadline_misses = 0
-        self.health = RoundHealth()
+        self.quality = RoundQuality()
         self._world = World(map_spec)
         self.state: WorldState = self._world.state()
         self.delivered: tuple[bool, ...] = tuple(self._world.delivered().tolist())
@@ -64,7 +65,7 @@ class Round:
         for actions in episode.actions:
             self._advance(actions)
         for tick in episode.ticks:
-            self.health.tick(tick.actions, tick.rtt_ms, tick.late_ms)
+            self.quality.tick(tick.actions, tick.rtt_ms, tick.late_ms)
         self.recorder = recorder
         self.started = True
 
@@ -72,29 +73,49 @@ class Round:
         """Record an event of the coming tick; what players should see travels with its bundle."""
         self.recorder.event(Event(self.state.tick + 1, kind, seat, item, detail))
         if kind == "focus":
-            self.health.focus(seat, detail == "visible")
+            self.quality.focus(seat, detail == "visible")
         if kind in m.EVENT:
             self._show(kind, seat, item, pose)
 
-    def step(
-        self,
-        latches: Sequence[Latch],
-        sources: tuple[ActionSource, ActionSource],
-        rtt_ms: tuple[float, float],
-        moment: Moment,
-    ) -> bytes:
-        """Advance by one tick, record it, and give its bundle. Raises WorldError when the numbers are lost."""
-        if moment.skipped:
-            self.note("tick_skipped", detail=str(moment.skipped))
-        actions = np.array([latch.action for latch in latches], dtype=np.float64)  # (2, 3)
+    def record_input(self, frame: Input, rtt_ms: float) -> None:
+        """Record a raw input for the coming tick."""
+        sample = InputSample(
+            tick=self.state.tick + 1,
+            seat=frame.seat,
+            seq=frame.seq,
+            client_ms=frame.client_ms,
+            move=frame.move,
+            heading=frame.heading,
+            grabs=frame.grabs,
+            device=m.DEVICES[frame.device],
+            rtt_ms=rtt_ms,
+        )
+        self.recorder.input(sample)
+
+    def step(self, seats: Sequence[Seat], now: float, timing: TickTiming) -> bytes:
+        """Take the input of each seat, advance by one tick, record it, and return its bundle. Never waits.
+
+        Raises WorldError when the simulation produces numbers that are not finite.
+        """
+        inputs = [self._tick_input(seat, now) for seat in seats]
+        if timing.skipped:
+            self.note("tick_skipped", detail=str(timing.skipped))
+        actions = np.array([each.action for each in inputs], dtype=np.float64)  # (2, 3)
         held, delivered = self.state.held.tolist(), self.delivered
         self._advance(actions)
         poses = self._world.sub_poses()  # (5, 2 + N, 3)
         self._note_hands(actions, held)
         self._note_deliveries(delivered, poses)
-        self.health.tick(actions, rtt_ms, moment.late_ms)
-        self._record(actions, latches, sources, rtt_ms, moment)
-        return self._bundle(poses, latches, moment)
+        rtt_ms = seats[0].rtt_ms, seats[1].rtt_ms
+        self.quality.tick(actions, rtt_ms, timing.late_ms)
+        self._record(actions, inputs, seats, timing)
+        return self._bundle(poses, inputs, timing)
+
+    def ask_agents(self, seats: Sequence[Seat], deadline: float) -> None:
+        """Hand the state to the agents; their answer is wanted at `deadline` (when the next tick starts)."""
+        for seat in seats:
+            if seat.player is not None:
+                seat.player.observe(self.state, self.state.tick, deadline)
 
     def outcome(self) -> Outcome | None:
         """Why the round is over, None while it is not."""
@@ -140,6 +161,24 @@ class Round:
         poses = [*self.state.robot_poses.tolist(), *self.state.item_poses.tolist()]
         return m.FullState(self.epoch, self.state.tick, time_ms, poses, self.state.held.tolist(), list(self.delivered))
 
+    def _tick_input(self, seat: Seat, now: float) -> TickInput:
+        """What `seat` does in the tick that starts at `now`: the newest input of a client, the answer of an agent."""
+        if seat.player is not None:
+            return self._agent_input(seat.index, seat.player)
+        return seat.controls.tick_input(now) if seat.client is not None else NEUTRAL
+
+    def _agent_input(self, seat: int, player: AgentPlayer) -> TickInput:
+        answer = player.answer(self.state.tick)
+        if answer.missed or answer.latency_ms >= 0:
+            decision = AgentDecision(self.state.tick + 1, seat, answer.latency_ms, answer.missed, answer.detail)
+            self.recorder.agent(decision)
+        if answer.missed:
+            self.deadline_misses += 1
+            self.note("deadline_missed", seat)
+        if answer.problem:
+            self.note("agent_error", seat, detail=answer.problem)
+        return TickInput(answer.action, -1, -1.0, not answer.missed)
+
     def _advance(self, actions: Floats) -> None:
         before = self.state
         self._world.step(actions)
@@ -181,30 +220,35 @@ class Round:
     def _record(
         self,
         actions: Floats,
-        latches: Sequence[Latch],
-        sources: tuple[ActionSource, ActionSource],
-        rtt_ms: tuple[float, float],
-        moment: Moment,
+        inputs: Sequence[TickInput],
+        seats: Sequence[Seat],
+        timing: TickTiming,
     ) -> None:
-        if self.recorder.active:
-            blue, red = latches
-            self.recorder.tick(
-                TickRecord(
-                    actions, sources, (blue.seq, red.seq), self.state, self.delivered, moment.late_ms,
-                    (blue.slack_ms, red.slack_ms), rtt_ms,
-                )
-            )  # fmt: skip
+        if not self.recorder.active:
+            return
+        (blue, red), (blue_seat, red_seat) = inputs, seats
+        record = TickRecord(
+            actions=actions,
+            sources=(blue_seat.source(blue), red_seat.source(red)),
+            input_seqs=(blue.seq, red.seq),
+            state=self.state,
+            delivered=self.delivered,
+            late_ms=timing.late_ms,
+            slack_ms=(blue.slack_ms, red.slack_ms),
+            rtt_ms=(blue_seat.rtt_ms, red_seat.rtt_ms),
+        )
+        self.recorder.tick(record)
 
-    def _bundle(self, poses: Floats, latches: Sequence[Latch], moment: Moment) -> bytes:
-        blue, red = latches
-        flags = (0 if self.recorder.active else m.FLAG_NOT_RECORDING) | (m.FLAG_LATE if moment.skipped else 0)
+    def _bundle(self, poses: Floats, inputs: Sequence[TickInput], timing: TickTiming) -> bytes:
+        blue, red = inputs
+        flags = (0 if self.recorder.active else m.FLAG_NOT_RECORDING) | (m.FLAG_LATE if timing.skipped else 0)
         held_blue, held_red = self.state.held.tolist()
         events, self._pending = tuple(self._pending), []
         return Bundle(
             flags=flags,
             epoch=self.epoch,
             tick=self.state.tick,
-            time_ms=moment.due * 1e3,
+            time_ms=timing.due * 1e3,
             seqs=(max(0, blue.seq), max(0, red.seq)),
             slack_ms=(blue.slack_ms, red.slack_ms),
             held=(held_blue, held_red),

@@ -10,7 +10,7 @@ from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RoomConfig, Services
 
 
-class Series:
+class RoundSeries:
     """Makes each round of a room and takes it to its end. Knows no client, no clock and no phase."""
 
     def __init__(

@@ -23,7 +23,7 @@ Beat = Callable[[], None]
 
 
 @dataclass(eq=False, slots=True)
-class Entry:
+class ScheduledRoom:
     """One room's place in the schedule."""
 
     slot: int
@@ -32,7 +32,7 @@ class Entry:
     alive: bool = True
 
 
-class Ticker:
+class RoomScheduler:
     """Runs the tick of each entry every `tick_s` (100 ms) and its beat half of that later."""
 
     def __init__(self, clock: Callable[[], float], tick_s: float = TICK_SECONDS) -> None:
@@ -40,21 +40,21 @@ class Ticker:
         self._tick_s = tick_s
         self._clock = clock
         self._origin = clock()
-        self._queue: list[tuple[float, int, Entry, bool]] = []
+        self._queue: list[tuple[float, int, ScheduledRoom, bool]] = []
         self._serial = 0
         self._slots = [0] * SLOTS
         self._wake: Callable[[], None] = lambda: None
 
-    def add(self, tick: Tick, beat: Beat) -> Entry:
+    def add(self, tick: Tick, beat: Beat) -> ScheduledRoom:
         """Schedule a room, in the slot with the fewest rooms."""
         slot = min(((index * SLOT_STRIDE) % SLOTS for index in range(SLOTS)), key=self._slots.__getitem__)
         self._slots[slot] += 1
-        entry = Entry(slot, tick, beat)
+        entry = ScheduledRoom(slot, tick, beat)
         self._push(self._grid_time(slot, self._clock()), entry, is_beat=False)
         self._wake()
         return entry
 
-    def remove(self, entry: Entry) -> None:
+    def remove(self, entry: ScheduledRoom) -> None:
         if entry.alive:
             entry.alive = False
             self._slots[entry.slot] -= 1
@@ -85,7 +85,7 @@ class Ticker:
             if handle is not None:
                 handle.cancel()
 
-    def _run(self, due: float, entry: Entry, is_beat: bool) -> None:
+    def _run(self, due: float, entry: ScheduledRoom, is_beat: bool) -> None:
         if is_beat:
             entry.beat()
             return
@@ -98,7 +98,7 @@ class Ticker:
             self._push(self._grid_time(entry.slot, due + self._tick_s / 2), entry, is_beat=False)
             self._push(due + self._tick_s / 2, entry, is_beat=True)
 
-    def _push(self, due: float, entry: Entry, is_beat: bool) -> None:
+    def _push(self, due: float, entry: ScheduledRoom, is_beat: bool) -> None:
         self._serial += 1
         heapq.heappush(self._queue, (due, self._serial, entry, is_beat))
 

@@ -16,14 +16,14 @@ from movingout.recordings.episode import ActionSource
 from movingout.recordings.ghost import ghost_name
 from movingout.server.agent_workers.pool import AgentAnswer
 from movingout.server.messages import Kind, SeatState, ServerMessage
-from movingout.server.rooms.input_buffer import NEUTRAL, Controls, Latch
+from movingout.server.rooms.input_buffer import InputBuffer, TickInput
 from movingout.server.security.tokens import Hash, hash_token, token_matches
 from movingout.world.state import WorldState
 
 NAME_LENGTH = 24
 
 
-class Listener(Protocol):
+class ClientHandle(Protocol):
     """One connected client as a room sees it; nothing here waits."""
 
     rtt_ms: float  # -1 unknown
@@ -76,12 +76,12 @@ class Seat:
     token: Hash | None = None
     previous_token: Hash | None = None
     key: Hash | None = None  # always good: for whom a study lets in anew after a reload
-    client: Listener | None = None
+    client: ClientHandle | None = None
     ready: bool = False
     wants_again: bool = False
     absent_since: float = 0.0
     gone: bool = False  # left for good
-    controls: Controls = field(default_factory=Controls)
+    controls: InputBuffer = field(default_factory=InputBuffer)
     player: AgentPlayer | None = None
 
     @property
@@ -129,11 +129,11 @@ class Seat:
         kept = [each for each in (self.token, self.previous_token, self.key) if each is not None]
         return any([token_matches(token, each) for each in kept])
 
-    def sit(self, client: Listener, token: str, name: str) -> None:
+    def sit(self, client: ClientHandle, token: str, name: str) -> None:
         """A client takes the seat (again); `token` is its new token."""
         self.previous_token, self.token = self.token, hash_token(token)
         self.client = client
-        self.controls = Controls()
+        self.controls = InputBuffer()
         self.name = clean_name(name) or self.name
 
     def confirm(self) -> None:
@@ -148,13 +148,14 @@ class Seat:
 
     # ---- play -----------------------------------------------------------------------------------------------
 
-    def latch(self, now: float) -> Latch:
-        """A client's input for the tick that starts now."""
-        return self.controls.latch(now) if self.client is not None else NEUTRAL
+    @property
+    def rtt_ms(self) -> float:
+        """The round trip of whoever plays here, -1 where it is unknown."""
+        return self.client.rtt_ms if self.client is not None else -1.0
 
-    def source(self, latch: Latch) -> ActionSource:
+    def source(self, tick_input: TickInput) -> ActionSource:
         """Who chose the action, for the recording."""
-        return self.kind if latch.fresh or self.kind == "idle" else "neutral"
+        return self.kind if tick_input.fresh or self.kind == "idle" else "neutral"
 
     def close_player(self) -> None:
         if self.player is not None:
@@ -164,10 +165,16 @@ class Seat:
     # ---- views ----------------------------------------------------------------------------------------------
 
     def view(self) -> SeatState:
-        rtt_ms = self.client.rtt_ms if self.client is not None else -1.0
         device = self.controls.device if self.taken_by_client else ""
         return SeatState(
-            self.colour, self.kind, self.name, self.open, self.present, self.is_ready, device, round(rtt_ms, 1)
+            colour=self.colour,
+            kind=self.kind,
+            name=self.name,
+            open=self.open,
+            present=self.present,
+            ready=self.is_ready,
+            device=device,
+            rtt_ms=round(self.rtt_ms, 1),
         )
 
     def info(self) -> SeatInfo:

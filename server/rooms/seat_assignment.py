@@ -3,19 +3,19 @@
 from collections.abc import Callable
 
 from movingout.server import messages as m
-from movingout.server.rooms.seat import Listener, Seat
+from movingout.server.rooms.seat import ClientHandle, Seat
 from movingout.server.rooms.services import Refused
 
 MAX_SPECTATORS = 30
 
 
-class Seating:
+class SeatAssignment:
     """The clients of one room and the seats they hold."""
 
     def __init__(
         self, room_id: str, seats: list[Seat], new_token: Callable[[], str], new_id: Callable[[], str]
     ) -> None:
-        self.clients: list[Listener] = []
+        self.clients: list[ClientHandle] = []
         self._room_id = room_id
         self._seats = seats
         self._new_token = new_token
@@ -25,13 +25,13 @@ class Seating:
     def spectators(self) -> int:
         return sum(not self.seats_of(client) for client in self.clients)
 
-    def seats_of(self, client: Listener) -> list[Seat]:
+    def seats_of(self, client: ClientHandle) -> list[Seat]:
         return [seat for seat in self._seats if seat.client is client]
 
     def seat_of_token(self, token: str) -> Seat | None:
         return next((seat for seat in self._seats if seat.knows(token)), None)
 
-    def join(self, client: Listener, request: m.Join) -> tuple[list[m.SeatGrant], list[Listener]]:
+    def join(self, client: ClientHandle, request: m.Join) -> tuple[list[m.SeatGrant], list[ClientHandle]]:
         """The seats the client gets with their new tokens, and the clients who lose theirs. Raises Refused."""
         if request.mode == "watch":
             self._admit_spectator(client)
@@ -47,7 +47,7 @@ class Seating:
         self.clients.append(client)
         return grants, replaced
 
-    def depart(self, client: Listener, now: float) -> list[Seat]:
+    def depart(self, client: ClientHandle, now: float) -> list[Seat]:
         """Forget a client; gives the seats that are without a player now."""
         if client in self.clients:
             self.clients.remove(client)
@@ -56,12 +56,12 @@ class Seating:
             seat.client, seat.absent_since = None, now
         return dropped
 
-    def confirm(self, client: Listener) -> None:
+    def confirm(self, client: ClientHandle) -> None:
         """The client has spoken after its welcome: its new tokens have arrived."""
         for seat in self.seats_of(client):
             seat.confirm()
 
-    def _admit_spectator(self, client: Listener) -> None:
+    def _admit_spectator(self, client: ClientHandle) -> None:
         if self.spectators >= MAX_SPECTATORS:
             raise Refused(m.CLOSE_RETRY_LATER, f"{MAX_SPECTATORS} people watch this room already; try again later.")
         self.clients.append(client)
@@ -79,7 +79,7 @@ class Seating:
         free = [seat for seat in self._seats if seat.open and seat.kind == kind and seat not in already]
         return free[: max(0, request.claim)]
 
-    def _unseat(self, clients: list[Listener], wanted: list[Seat]) -> list[Listener]:
+    def _unseat(self, clients: list[ClientHandle], wanted: list[Seat]) -> list[ClientHandle]:
         """Clients whose last seat is taken over are let go; one that keeps another seat stays."""
         replaced = []
         for client in {id(each): each for each in clients}.values():
@@ -88,7 +88,7 @@ class Seating:
                 replaced.append(client)
         return replaced
 
-    def _sit(self, client: Listener, seat: Seat, name: str) -> m.SeatGrant:
+    def _sit(self, client: ClientHandle, seat: Seat, name: str) -> m.SeatGrant:
         token = self._new_token()
         seat.alias = seat.alias or f"person-{self._new_id()[:6]}"
         seat.sit(client, token, name)

@@ -73,7 +73,7 @@ class Departures:
     async def _delete(self, pid: str) -> None:
         """Delete answers and recordings once the last recording is on the disk. The code stays, for the payment."""
         await self._rooms.saved()
-        await self._host.archive.settled()
+        await self._host.recording_service.settled()
         store, run = self._databases.store, self._databases.run
         try:
             if await run(has_deeds, store, pid):

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from movingout.recordings import read_episode
 from movingout.recordings.storage.listing import read_summary
 from movingout.server import messages as m
-from movingout.server.rooms.quality import RoundHealth
+from movingout.server.rooms.quality import RoundQuality
 from movingout.server.rooms.room import Room
 from movingout.server.study.unit import RunningRound
 from movingout.study.store.rounds import PlayerOutcome, RoundOutcome
@@ -23,9 +23,9 @@ class RecoveredRound(NamedTuple):
 
 def recovered_round(path: Path) -> RecoveredRound:
     """Read a finished recording. Raises RecordingError."""
-    summary, health = read_summary(path), RoundHealth()
+    summary, quality = read_summary(path), RoundQuality()
     for tick in read_episode(path).ticks:
-        health.tick(tick.actions, tick.rtt_ms, tick.late_ms)
+        quality.tick(tick.actions, tick.rtt_ms, tick.late_ms)
     metrics = Metrics.of(summary.metrics)
     outcome = RoundOutcome(
         outcome=summary.outcome,
@@ -34,9 +34,11 @@ def recovered_round(path: Path) -> RecoveredRound:
         nfd=metrics.nfd,
         wt_s=metrics.wt_s or 0.0,
         ac=metrics.ac,
-        late_ms=health.late_p99_ms(),
+        late_ms=quality.late_p99_ms(),
     )
-    return RecoveredRound(outcome, (health.rtt_ms(0), health.rtt_ms(1)), (health.idle_share(0), health.idle_share(1)))
+    return RecoveredRound(
+        outcome, (quality.rtt_ms(0), quality.rtt_ms(1)), (quality.idle_share(0), quality.idle_share(1))
+    )
 
 
 def round_outcome(room: Room, result: m.Result) -> RoundOutcome:
@@ -47,21 +49,21 @@ def round_outcome(room: Room, result: m.Result) -> RoundOutcome:
         nfd=result.nfd,
         wt_s=result.wt_s,
         ac=from_numbers({"ac": result.ac})["ac"],
-        late_ms=room.round.health.late_p99_ms(),
+        late_ms=room.round.quality.late_p99_ms(),
     )
 
 
 def player_outcomes(running: RunningRound) -> tuple[PlayerOutcome, ...]:
     """How the round went for each participant in it."""
-    health, seats = running.room.round.health, running.room.seats
+    quality, seats = running.room.round.quality, running.room.seats
     return tuple(
         PlayerOutcome(
             pid=pid,
             seat=seat,
             device=seats[seat].controls.device,
-            rtt_ms=health.rtt_ms(seat),
-            idle_share=health.idle_share(seat),
-            hidden_s=health.hidden_s(seat),
+            rtt_ms=quality.rtt_ms(seat),
+            idle_share=quality.idle_share(seat),
+            hidden_s=quality.hidden_s(seat),
         )
         for pid, seat in running.seats.items()
     )

@@ -59,7 +59,7 @@ class StudyRooms:
         self._units: dict[str, StudyUnit] = {}  # by room
         self._ended: list[tuple[Room, float]] = []  # rooms whose round is over, since when
         self._saving: set[asyncio.Task[None]] = set()
-        host.directory.watch_rounds(self._round_over)
+        host.registry.watch_rounds(self._round_over)
 
     # ---- before a round -----------------------------------------------------------------------------------------
 
@@ -86,7 +86,7 @@ class StudyRooms:
     async def _open(self, tx: Transaction, unit: StudyUnit, step: Step) -> None:
         members = unit.members_at(step)
         keys = {session.pid: new_token() for session in members}
-        room = self._host.directory.open(self._setup.config(step, unit), self._setup.seats(unit, step, keys))
+        room = self._host.registry.open(self._setup.config(step, unit), self._setup.seats(unit, step, keys))
         try:
             if step.turn is not None:
                 players = [PlayerOutcome(one.pid, unit.seat_of(step, one), one.device or "keyboard") for one in members]
@@ -115,7 +115,7 @@ class StudyRooms:
 
     def _remove(self, room: Room, message: str, outcome: Outcome = "stopped") -> None:
         room.close(m.CLOSE_ROOM_OVER, message, outcome)
-        self._host.directory.remove(room)
+        self._host.registry.remove(room)
 
     def _round_over(self, room_id: str, episode: str, result: m.Result) -> None:
         """Called by the room within its last tick, which cannot wait for a transaction."""
@@ -195,14 +195,14 @@ class StudyRooms:
     async def resume(self, tx: Transaction, units: Units) -> None:
         """Resume the rounds whose rooms were restored; close the other rooms, and save how their rounds ended."""
         unfinished = await tx.run(self._databases.rounds.open_episodes)
-        for room in [room for room in self._host.directory.rooms.values() if room.config.study]:
+        for room in [room for room in self._host.registry.rooms.values() if room.config.study]:
             unit = units.get(unfinished.get(room.round.episode_id))
             step = unit.members[0].step if unit else None
             if unit and step and room.round.started and room.config.study.get("step") == step.key:
                 self._adopt(unit, room, step)
             else:
                 self._remove(room, "The server was restarted; this round begins anew.")
-        await self._host.archive.settled()
+        await self._host.recording_service.settled()
         ended = [row for row in await tx.run(self._databases.store.rows, rounds) if row["ticks"]]
         self.recorded, self.partial = len(ended), sum(row["outcome"] == "interrupted" for row in ended)
         resumed = {unit.episode for unit in units if unit.running_round}
@@ -219,7 +219,7 @@ class StudyRooms:
         """Save the end of a round that a killed server did not save, as far as it was recorded."""
         outcome, players = RoundOutcome("interrupted", 0, 0.0, 0.0, 0.0, None), list[PlayerOutcome]()
         try:
-            outcome, rtt_ms, idle_share = await self._host.archive.read(episode, recovered_round)
+            outcome, rtt_ms, idle_share = await self._host.recording_service.read(episode, recovered_round)
         except RecordingError as error:
             log.warning("the round %s has no recording: %s", episode, error)
             if (self._host.settings.recordings / f"{episode}{JOURNAL_SUFFIX}").exists():

@@ -46,7 +46,7 @@ class Live:
     @property
     def rooms(self) -> list[Room]:
         """The rooms of now, copied in one step: the server's own thread opens and removes some meanwhile."""
-        return list(self.host.directory.rooms.values())
+        return list(self.host.registry.rooms.values())
 
     def call(
         self, path: str, body: object = None, token: str = "", method: str = "", **headers: str

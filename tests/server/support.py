@@ -186,7 +186,7 @@ class Table:
 
     def push(self, ear: Ear, seat: int, move: float = 1.0, heading: float = 0.0, grabs: int = 0, seq: int = 0) -> None:
         frame = make_input(seat=seat, seq=seq or next(self.seqs), move=move, heading=heading, grabs=grabs)
-        control_messages.submit(self.room, ear, frame, self.now)
+        self.room.take_input(ear, frame, self.now)
 
     def step(self, ticks: int = 1) -> None:
         for _ in range(ticks):

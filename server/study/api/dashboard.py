@@ -53,7 +53,7 @@ class Dashboard:
 
     def _server(self) -> State:
         host, rooms = self._running.host, self._running.rooms
-        lateness = host.ticker.lateness
+        lateness = host.scheduler.lateness
         return {
             "late_p99_ms": round(lateness.percentile_ms(0.99), 2),
             "missed": lateness.skipped,
@@ -107,7 +107,7 @@ def _game(session: ParticipantSession, unit: StudyUnit | None) -> State:
                 "recording": "", "rtt_ms": session.rtt_ms}  # fmt: skip
     room = game.room
     client = room.seats[game.seats[session.pid]].client
-    late_ms = room.round.health.late_p99_ms() if room.round.started else None
+    late_ms = room.round.quality.late_p99_ms() if room.round.started else None
     problem = room.round.recorder.problem or "not recording"
     recording = "recording" if room.recording else "" if room.config.practice else problem
     return {

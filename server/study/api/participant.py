@@ -65,7 +65,7 @@ class ParticipantApi:
         }
 
     async def arrive(self, request: Request) -> dict[str, Any]:
-        gate, running = self._running.host.gate, self._running
+        gate, running = self._running.host.admission, self._running
         wanted, address = await body_of(request, ArriveRequest), address_of(request)
         if gate.locked(address, "seat"):
             raise ApiError(429, "locked", "Too many wrong codes from your address; wait a minute.")

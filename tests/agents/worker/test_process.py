@@ -10,7 +10,7 @@ import pytest
 from movingout.agents.base import ActionChunk, Observation
 from movingout.agents.observation.seat_observation import start_state
 from movingout.agents.worker import process
-from movingout.agents.worker.heartbeat import Blackboard
+from movingout.agents.worker.heartbeat import WorkerHeartbeat
 from movingout.agents.worker.messages import (
     Answer,
     Close,
@@ -23,7 +23,7 @@ from movingout.agents.worker.messages import (
     frame,
     observe_message,
 )
-from movingout.agents.worker.process import MAX_BATCH, Desk
+from movingout.agents.worker.process import MAX_BATCH, DecisionQueue
 from movingout.maps import load_map
 from tests.agents.support import Forward
 
@@ -85,17 +85,17 @@ class Keyless(Chorus):
 
 
 @pytest.fixture
-def desk() -> Desk:
+def desk() -> DecisionQueue:
     Chorus.sizes.clear()
     descriptor = os.memfd_create("board")
-    return Desk(Blackboard(descriptor))
+    return DecisionQueue(WorkerHeartbeat(descriptor))
 
 
-def _open(desk: Desk, key: int, agent_id: str) -> None:
+def _open(desk: DecisionQueue, key: int, agent_id: str) -> None:
     assert isinstance(desk.take(Open(key, agent_id, MAP, 0, 0, 100)), Opened)
 
 
-def _ask(desk: Desk, key: int, deadline: float = 10.0) -> None:
+def _ask(desk: DecisionQueue, key: int, deadline: float = 10.0) -> None:
     message = observe_message(key, 1, deadline, start_state(MAP))
     assert isinstance(message, Observe)
     desk.take(message)
@@ -106,7 +106,7 @@ def _keys(answers: list[FromWorker]) -> list[int]:
     return [answer.key for answer in answers]
 
 
-def test_questions_for_agents_that_go_together_are_answered_in_one_batch(desk: Desk) -> None:
+def test_questions_for_agents_that_go_together_are_answered_in_one_batch(desk: DecisionQueue) -> None:
     for key in range(4):
         _open(desk, key, f"{HERE}:Chorus" if key < 3 else "idle")
         _ask(desk, key, deadline=10.0 - key)
@@ -115,7 +115,7 @@ def test_questions_for_agents_that_go_together_are_answered_in_one_batch(desk: D
     assert Chorus.sizes == [3] and not desk.busy
 
 
-def test_a_batch_is_small_enough_not_to_keep_its_first_waiting(desk: Desk) -> None:
+def test_a_batch_is_small_enough_not_to_keep_its_first_waiting(desk: DecisionQueue) -> None:
     for key in range(MAX_BATCH + 2):
         _open(desk, key, f"{HERE}:Chorus")
         _ask(desk, key, deadline=float(key + 1))
@@ -123,7 +123,7 @@ def test_a_batch_is_small_enough_not_to_keep_its_first_waiting(desk: Desk) -> No
     assert _keys(desk.answer_next(0.0)) == [MAX_BATCH, MAX_BATCH + 1]
 
 
-def test_who_is_too_late_is_told_so_and_not_taken_along(desk: Desk) -> None:
+def test_who_is_too_late_is_told_so_and_not_taken_along(desk: DecisionQueue) -> None:
     for key, deadline in enumerate((1.0, 5.0, 6.0)):
         _open(desk, key, f"{HERE}:Chorus")
         _ask(desk, key, deadline)
@@ -131,7 +131,7 @@ def test_who_is_too_late_is_told_so_and_not_taken_along(desk: Desk) -> None:
     assert _keys(desk.answer_next(2.0)) == [1, 2]
 
 
-def test_in_a_batch_that_fails_each_is_asked_alone_and_only_the_culprit_fails(desk: Desk) -> None:
+def test_in_a_batch_that_fails_each_is_asked_alone_and_only_the_culprit_fails(desk: DecisionQueue) -> None:
     _open(desk, 0, f"{HERE}:Chorus")
     _open(desk, 1, f"{HERE}:Chorus:out_of_tune=true,alone=false")
     for key in (0, 1):
@@ -141,7 +141,7 @@ def test_in_a_batch_that_fails_each_is_asked_alone_and_only_the_culprit_fails(de
     assert isinstance(failed, Failed) and failed.key == 1 and failed.reason == "ValueError: I do not sing alone"
 
 
-def test_arrays_that_an_agent_says_reach_the_server(desk: Desk) -> None:
+def test_arrays_that_an_agent_says_reach_the_server(desk: DecisionQueue) -> None:
     _open(desk, 0, f"{HERE}:Speaking")
     _ask(desk, 0)
     (answer,) = desk.answer_next(0.0)
@@ -149,12 +149,14 @@ def test_arrays_that_an_agent_says_reach_the_server(desk: Desk) -> None:
     assert frame(answer)
 
 
-def test_an_agent_that_cannot_say_with_whom_it_goes_is_refused_in_a_sentence(desk: Desk) -> None:
+def test_an_agent_that_cannot_say_with_whom_it_goes_is_refused_in_a_sentence(desk: DecisionQueue) -> None:
     failed = desk.take(Open(0, f"{HERE}:Keyless", MAP, 0, 0, 100))
     assert isinstance(failed, Failed) and failed.fatal and "no key" in failed.reason
 
 
-def test_an_agent_sits_again_until_its_checkpoint_is_another(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_agent_sits_again_until_its_checkpoint_is_another(
+    desk: DecisionQueue, monkeypatch: pytest.MonkeyPatch
+) -> None:
     Counted.made = 0
     for fingerprint, made in (("old", 1), ("old", 1), ("new", 2), ("new", 2), ("old", 3)):
         monkeypatch.setattr(process, "fingerprint", lambda _, now=fingerprint: now)

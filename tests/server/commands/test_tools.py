@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from movingout.server.commands.doctor import examine
-from movingout.server.commands.loadtest import LoadTestError, Target, measure
+from movingout.server.commands.loadtest import LoadTestError, RunningServer, measure
 from movingout.server.security.certificate import certificate_in, host_names
 from movingout.server.uvicorn_server import listen
 from tests.server.live import ADMIN, Live
@@ -37,14 +37,14 @@ def test_doctor_prints_one_json_document(tmp_path: Path) -> None:
     assert (ended.returncode, report["healthy"]) == (0, True)
 
 
-def _measured(target: Target, rooms: int, clients: int, seconds: float) -> dict[str, Any]:
+def _measured(target: RunningServer, rooms: int, clients: int, seconds: float) -> dict[str, Any]:
     """In a thread of its own: the browser tests leave an event loop running in the main one."""
     with ThreadPoolExecutor(1) as thread:
         return thread.submit(measure, target, rooms, clients, seconds).result()
 
 
 def test_the_load_test_has_its_fixed_fields(live: Live) -> None:
-    result = _measured(Target(f"http://{live.address}", ADMIN), rooms=2, clients=3, seconds=1.5)
+    result = _measured(RunningServer(f"http://{live.address}", ADMIN), rooms=2, clients=3, seconds=1.5)
     assert {
         "rooms", "clients", "seconds", "ticks", "missed_ticks", "late_ms", "bytes_per_client_s", "cpu_percent",
         "rss_mb", "deadline_misses",
@@ -57,9 +57,9 @@ def test_the_load_test_has_its_fixed_fields(live: Live) -> None:
 
 def test_the_load_test_needs_the_admin_token_of_a_foreign_server(live: Live) -> None:
     with pytest.raises(LoadTestError, match="403"):
-        _measured(Target(f"http://{live.address}", "wrong"), rooms=1, clients=1, seconds=1)
+        _measured(RunningServer(f"http://{live.address}", "wrong"), rooms=1, clients=1, seconds=1)
     with pytest.raises(LoadTestError, match="does not answer"):
-        _measured(Target("http://127.0.0.1:1", ""), rooms=1, clients=1, seconds=1)
+        _measured(RunningServer("http://127.0.0.1:1", ""), rooms=1, clients=1, seconds=1)
 
 
 def test_a_certificate_is_kept_covers_this_machine_and_its_key_is_private(tmp_path: Path) -> None:

@@ -2,8 +2,8 @@
 
 from movingout.server import messages as m
 from movingout.server.connection.send_queue import CONTROL_LIMIT, WINDOW, Client
-from movingout.server.connection.token_bucket import Bucket
-from movingout.server.rooms.input_buffer import MAX_PRESSES, Controls
+from movingout.server.connection.token_bucket import TokenBucket
+from movingout.server.rooms.input_buffer import MAX_PRESSES, InputBuffer
 from tests.server.support import make_input
 
 
@@ -142,27 +142,27 @@ def test_too_many_waiting_control_messages_cut_the_client_off() -> None:
 
 
 def test_a_bucket_gives_its_burst_and_then_its_rate() -> None:
-    bucket = Bucket(per_s=60, burst=60, now=0.0)
+    bucket = TokenBucket(per_s=60, burst=60, now=0.0)
     assert sum(bucket.take(0.0) for _ in range(100)) == 60
     assert sum(bucket.take(1.0) for _ in range(100)) == 60
     assert sum(bucket.take(1.0 + count / 50) for count in range(1, 51)) == 50, "50 a second pass for ever"
 
 
 def test_controls_keep_the_newest_stick_and_count_presses() -> None:
-    controls = Controls()
-    assert controls.latch(0.0).seq == -1
+    controls = InputBuffer()
+    assert controls.tick_input(0.0).seq == -1
     assert controls.submit(make_input(seq=5, move=0.5, heading=1.0, grabs=2, device=1), 0.0)
     assert not controls.submit(make_input(seq=5, move=1.0, heading=1.0, grabs=3, device=1), 0.0)
     assert not controls.submit(make_input(seq=4, move=1.0, heading=1.0, grabs=9, device=1), 0.0)
-    latches = [controls.latch(0.04) for _ in range(3)]
-    assert [latch.action for latch in latches] == [(0.5, 1.0, 1.0), (0.5, 1.0, 1.0), (0.5, 1.0, 0.0)]
-    assert (latches[0].seq, round(latches[0].slack_ms), controls.device) == (5, 40, "gamepad")
+    inputs = [controls.tick_input(0.04) for _ in range(3)]
+    assert [each.action for each in inputs] == [(0.5, 1.0, 1.0), (0.5, 1.0, 1.0), (0.5, 1.0, 0.0)]
+    assert (inputs[0].seq, round(inputs[0].slack_ms), controls.device) == (5, 40, "gamepad")
     assert controls.submit(make_input(seq=6, move=0.5, heading=1.0, grabs=202, device=1), 0.1)
-    assert sum(controls.latch(0.1).action[2] for _ in range(20)) == MAX_PRESSES
+    assert sum(controls.tick_input(0.1).action[2] for _ in range(20)) == MAX_PRESSES
 
 
 def test_released_controls_stand_still_and_forget_presses() -> None:
-    controls = Controls()
+    controls = InputBuffer()
     controls.submit(make_input(move=1.0, heading=1.0, grabs=1), 0.0)
     controls.release()
-    assert controls.latch(0.0).action == (0.0, 1.0, 0.0)
+    assert controls.tick_input(0.0).action == (0.0, 1.0, 0.0)

@@ -5,16 +5,16 @@ from typing import get_args
 import pytest
 
 from movingout.server.messages import Phase
-from movingout.server.rooms.phases import ALLOWED, TRANSITIONS, Event, PhaseError, next_phase, possible
+from movingout.server.rooms.phases import ALLOWED, TRANSITIONS, PhaseError, PhaseEvent, next_phase, possible
 
 
 def test_a_whole_series_with_a_pause_goes_through_the_table() -> None:
     phase: Phase = "lobby"
     seen = []
-    for event in (
-        Event.ALL_READY, Event.START, Event.INTERRUPTED, Event.ALL_READY, Event.START, Event.ROUND_ENDED,
-        Event.ALL_READY, Event.START, Event.SERIES_ENDED, Event.CLOSED,
-    ):  # fmt: skip
+    ready, start = PhaseEvent.ALL_READY, PhaseEvent.START
+    first = [ready, start, PhaseEvent.INTERRUPTED, ready, start, PhaseEvent.ROUND_ENDED]
+    second = [ready, start, PhaseEvent.SERIES_ENDED, PhaseEvent.CLOSED]
+    for event in first + second:
         phase = next_phase(phase, event)
         seen.append(phase)
     assert " ".join(seen) == (
@@ -24,15 +24,15 @@ def test_a_whole_series_with_a_pause_goes_through_the_table() -> None:
 
 def test_what_cannot_happen_is_refused_with_what_was_expected() -> None:
     with pytest.raises(PhaseError, match="the countdown is over: possible in countdown; the room is in lobby"):
-        next_phase("lobby", Event.START)
+        next_phase("lobby", PhaseEvent.START)
     with pytest.raises(PhaseError, match="possible in countdown, playing, paused; the room is in round_over"):
-        next_phase("round_over", Event.ROUND_ENDED)
+        next_phase("round_over", PhaseEvent.ROUND_ENDED)
 
 
 def test_every_phase_can_be_reached_and_every_phase_can_close() -> None:
     assert {"lobby", *TRANSITIONS.values()} == set(get_args(Phase))
-    assert all(possible(phase, Event.CLOSED) for phase in get_args(Phase))
-    assert {event for phase, event in TRANSITIONS if phase == "closed"} == {Event.CLOSED}
+    assert all(possible(phase, PhaseEvent.CLOSED) for phase in get_args(Phase))
+    assert {event for phase, event in TRANSITIONS if phase == "closed"} == {PhaseEvent.CLOSED}
 
 
 def test_a_closed_room_grants_no_request() -> None:

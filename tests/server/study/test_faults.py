@@ -125,7 +125,7 @@ def test_a_room_that_fails_is_opened_again(study: Served, monkeypatch: pytest.Mo
     visitor = study.visitor().go_to("round")
     visitor.next()
     visitor.player().next_tick(visitor.step["room"]["seat"])
-    room = study.live.host.directory.rooms[visitor.step["room"]["id"]]
+    room = study.live.host.registry.rooms[visitor.step["room"]["id"]]
 
     def fail(*_: Any) -> None:
         raise ZeroDivisionError("a fault in the room")

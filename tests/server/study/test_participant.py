@@ -225,7 +225,7 @@ def test_a_code_lets_one_participant_in_and_brings_them_back_until_they_have_fin
 
 def test_who_guesses_codes_has_to_wait(tmp_path: Path) -> None:
     with served(tmp_path, codes=True) as study:
-        study.live.host.gate._limits = study.live.host.settings.limits.__class__()
+        study.live.host.admission._limits = study.live.host.settings.limits.__class__()
         found = [study.arrive(code=f"GUESS{number}")[1]["error"]["code"] for number in range(12)]
     assert found[0] == "code_unknown" and found[-1] == "locked"
 

@@ -125,7 +125,7 @@ def test_a_round_that_never_had_a_tick_is_played_again(tmp_path: Path) -> None:
         room = visitor.step["room"]["id"]
     with served(tmp_path) as study:
         visitor = Visitor(study, visitor.token, visitor.view)
-        assert (visitor.look()["step"]["state"], room in study.live.host.directory.rooms) == ("card", False)
+        assert (visitor.look()["step"]["state"], room in study.live.host.registry.rooms) == ("card", False)
         visitor.play()
         assert visitor.kind == "questionnaire"
         assert [(row["attempt"], row["outcome"]) for row in study.running.databases.store.rows(rounds)] == [

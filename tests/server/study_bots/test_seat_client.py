@@ -48,7 +48,7 @@ def test_a_scripted_person_plays_a_round_to_its_end_also_over_a_connection_that_
 ) -> None:
     with serve(tmp_path, tick_s=0.02) as live:
         room = live.open_room("here", "idle", maps=("Simple",), limit_ticks=150)
-        live.host.directory.rooms[room["room"]].seats[0].key = hash_token("key")  # as in a study
+        live.host.registry.rooms[room["room"]].seats[0].key = hash_token("key")  # as in a study
         seen = 0
 
         def drops() -> bool:
@@ -63,7 +63,7 @@ def test_a_scripted_person_plays_a_round_to_its_end_also_over_a_connection_that_
             return await second.play(lambda: False), second.outcome
 
         assert asyncio.run(play()) in ((True, "time"), (True, "delivered"))
-        asyncio.run_coroutine_threadsafe(live.host.archive.settled(), live.loop).result(20)
+        asyncio.run_coroutine_threadsafe(live.host.recording_service.settled(), live.loop).result(20)
     found, broken = list_recordings(tmp_path / "recordings")
     assert broken == []
     assert [(one.metrics["tcr"] or 0) > 0 for one in found] == [True]
