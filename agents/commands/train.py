@@ -7,12 +7,12 @@ import sys
 from pathlib import Path
 
 from movingout.agents.checkpoint.checkpoint import check_labels, check_room
-from movingout.agents.errors import DataError
 from movingout.agents.kinds.registry import KINDS
 from movingout.agents.training import run_folder
 from movingout.agents.training.optimisation import PRESETS
 from movingout.agents.training.options import add_fields, overridden
 from movingout.agents.training.run import TrainingRun
+from movingout.maps.extras import MissingExtraError
 from movingout.world.exactness import inexact_engine
 
 
@@ -75,4 +75,4 @@ def _tell(sentence: str) -> None:
 
 def _require_torch() -> None:
     if importlib.util.find_spec("torch") is None:
-        raise DataError("training needs the extra `train`; install it with: pip install 'moving-out-live[train]'")
+        raise MissingExtraError("train", "training")

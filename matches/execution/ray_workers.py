@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from movingout.maps.errors import MovingOutError
+from movingout.maps.extras import needs_extra
 from movingout.matches.errors import MatchError
 from movingout.matches.execution.dispatch import WorkerMessage, WorkerPool
 from movingout.matches.execution.lockstep import Lockstep
@@ -112,8 +113,6 @@ def cluster_processors() -> int:
 
 
 def _ray() -> Any:
-    try:
+    with needs_extra("cluster", "a Ray cluster"):
         import ray
-    except ImportError as error:
-        raise MatchError("Ray is not installed; it comes with: pip install 'moving-out-live[cluster]'") from error
     return ray

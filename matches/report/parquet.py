@@ -2,6 +2,7 @@
 
 import os
 
+from movingout.maps.extras import MissingExtraError
 from movingout.matches.errors import MatchError
 from movingout.matches.run import GridRun
 
@@ -12,7 +13,7 @@ def write_parquet(run: GridRun) -> str:
         import pyarrow as pa
         from pyarrow import parquet
     except ImportError:
-        return "results.parquet was not written: it needs pyarrow (pip install 'moving-out-live[export]')"
+        return f"results.parquet was not written: {MissingExtraError('export', 'Parquet')}"
     if not run.results:
         return ""
     path = run.folder / "results.parquet"

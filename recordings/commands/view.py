@@ -4,6 +4,7 @@ import argparse
 import contextlib
 from pathlib import Path
 
+from movingout.maps.extras import needs_extra
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.file_format.reader import read_episode
 from movingout.recordings.html_page import check_name, write_html
@@ -35,7 +36,8 @@ def _path(name: str, data: Path) -> Path:
 
 
 def _page(paths: list[Path], out: Path) -> int:
-    from movingout.recordings.viewer.offline import page  # viser takes most of a second to import
+    with needs_extra("view", "the 3D viewer"):
+        from movingout.recordings.viewer.offline import page  # viser takes most of a second to import
 
     check_name(out)
     if len(paths) > MOST_ON_A_PAGE:
@@ -48,8 +50,9 @@ def _page(paths: list[Path], out: Path) -> int:
 
 
 def _serve(paths: list[Path], host: str, port: int) -> int:
-    from movingout.recordings.viewer.recording_cache import Shelf
-    from movingout.recordings.viewer.viewer import Viewer
+    with needs_extra("view", "the 3D viewer"):
+        from movingout.recordings.viewer.recording_cache import Shelf
+        from movingout.recordings.viewer.viewer import Viewer
 
     with Viewer(Shelf(paths), host, port) as viewer:
         print(f"viewer on {viewer.url}  (Ctrl-C ends it)", flush=True)

@@ -3,6 +3,7 @@
 import importlib
 from typing import NamedTuple, Protocol, cast
 
+from movingout.maps.extras import needs_extra
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.exports.plan import Plan
 
@@ -41,10 +42,6 @@ def export(name: str, plan: Plan) -> None:
     if not plan.recordings:
         raise RecordingError("no recordings to export; name .mcap files or a folder that holds some")
     chosen = FORMATS[name]
-    try:
+    with needs_extra(chosen.extra, f"{name} ({chosen.library})" if chosen.library else name):
         module = cast(FormatModule, importlib.import_module(f"movingout.recordings.exports.{chosen.module}"))
-    except ImportError as error:
-        raise RecordingError(
-            f"{name} needs {chosen.library}; install it: pip install 'moving-out-live[{chosen.extra}]'"
-        ) from error
     module.write(plan)

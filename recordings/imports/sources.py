@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+from movingout.maps.extras import needs_extra
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.file_format.reader import read_bytes
 
@@ -116,11 +117,9 @@ def _is_step(value: Any) -> bool:
 
 
 def _parquet_rows(file: Path) -> list[dict[str, Any]]:
-    try:
+    with needs_extra("export", "Parquet"):
         import pyarrow as pa
         import pyarrow.parquet as pq
-    except ImportError as error:
-        raise RecordingError("Parquet needs pyarrow: pip install 'moving-out-live[export]'") from error
     try:
         rows: list[dict[str, Any]] = pq.read_table(file).to_pylist()
     except (pa.ArrowException, OSError, ValueError) as error:

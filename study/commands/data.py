@@ -8,11 +8,11 @@ from contextlib import closing, nullcontext
 from pathlib import Path
 from typing import Any
 
+from movingout.maps.extras import needs_extra
 from movingout.study.data.erasure import due, forget, purge
 from movingout.study.data.export import FORMATS, Options, export_study
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.study_file import read_study
-from movingout.study.errors import StudyError
 from movingout.study.store import Store
 
 _DATA = Path("data")
@@ -70,12 +70,8 @@ def as_begun(folder: StudyFolder, store: Store, file: Path) -> StudyFolder:
 
 
 def _report(args: argparse.Namespace) -> int:
-    try:
+    with needs_extra("analysis", "a report"):
         analysis = importlib.import_module("movingout.study.commands.report")  # statistics take seconds to import
-    except ImportError as error:
-        raise StudyError(
-            f"a report needs scipy and statsmodels ({error}); install them: pip install 'moving-out-live[analysis]'"
-        ) from None
     code: int = analysis.report(_folder(args), args)
     return code
 

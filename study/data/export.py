@@ -15,6 +15,7 @@ from typing import Any
 
 from sqlalchemy import BigInteger, Boolean, Column, Float, Integer, Table
 
+from movingout.maps.extras import needs_extra
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.exports import export as export_recordings
 from movingout.recordings.exports.plan import Plan
@@ -169,13 +170,9 @@ def _write(folder: Path, name: str, rows: Sequence[Row], columns: dict[str, type
 
 
 def _write_parquet(path: Path, rows: Sequence[Row], columns: dict[str, type]) -> None:
-    try:
+    with needs_extra("export", "Parquet (--formats csv json does without)"):
         import pyarrow as pa
         import pyarrow.parquet as pq
-    except ImportError:
-        raise StudyError(
-            "Parquet needs pyarrow; install it: pip install 'moving-out-live[export]', or say: --formats csv json"
-        ) from None
     types = {bool: pa.bool_(), int: pa.int64(), float: pa.float64(), str: pa.string()}
     schema = pa.schema([(name, types[kind]) for name, kind in columns.items()])
     pq.write_table(pa.Table.from_pylist(list(rows), schema), path)

@@ -11,6 +11,7 @@ from alembic.config import Config
 from sqlalchemy import Connection, Engine, create_engine, event, make_url
 from sqlalchemy.exc import ArgumentError, DBAPIError, SQLAlchemyError
 
+from movingout.maps.extras import needs_extra
 from movingout.study.errors import StoreError
 
 Kind = Literal["main", "identity"]
@@ -123,10 +124,8 @@ def _url_engine(url: str) -> Engine:
         raise StoreError(
             f"{parsed.get_backend_name()} is not supported; give a postgresql:// address, or none for SQLite"
         )
-    try:
+    with needs_extra("postgres", "PostgreSQL"):
         return create_engine(parsed.set(drivername="postgresql+psycopg"), pool_pre_ping=True)
-    except ImportError:
-        raise StoreError("PostgreSQL needs psycopg; install it: pip install 'moving-out-live[postgres]'") from None
 
 
 def alembic_config(kind: Kind, connection: Connection) -> Config:

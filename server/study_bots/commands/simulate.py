@@ -5,6 +5,8 @@ import importlib
 from pathlib import Path
 from typing import Any
 
+from movingout.maps.extras import needs_extra
+
 MAX_SPEED = 20.0  # a tick of 5 ms: beyond it the server is busy all the time
 
 
@@ -33,7 +35,9 @@ def configure(commands: Any) -> None:
 
 
 def _simulate(args: argparse.Namespace) -> int:
-    code: int = importlib.import_module("movingout.server.study_bots.commands.rehearsal_command").simulate(args)
+    with needs_extra("simulate", "study simulate"):
+        command = importlib.import_module("movingout.server.study_bots.commands.rehearsal_command")
+    code: int = command.simulate(args)
     return code
 
 

@@ -15,6 +15,7 @@ import pytest
 from PIL import Image
 
 from movingout.maps import load_map
+from movingout.maps.extras import MissingExtraError
 from movingout.recordings import Episode, RecordingError, SeatInfo, finalise, read_episode
 from movingout.recordings.exports import FORMATS, export
 from movingout.recordings.exports.plan import Plan
@@ -296,7 +297,7 @@ def test_a_missing_library_is_named_with_the_command_that_installs_it(
     monkeypatch.delitem(sys.modules, "movingout.recordings.exports.robomimic", raising=False)
     monkeypatch.setitem(sys.modules, "h5py", None)
     with pytest.raises(
-        RecordingError, match=r"robomimic needs h5py; install it: pip install 'moving-out-live\[hdf5\]'"
+        MissingExtraError, match=r"robomimic \(h5py\) needs the extra `hdf5`.* pip install 'moving-out-live\[hdf5\]'"
     ):
         made("robomimic", recordings, tmp_path / "x")
 
