@@ -16,7 +16,7 @@ import { LIMITS, MODES, defaultPartner, isOpen, parseSeed } from "./choice.js";
 import { limitText, modeKey, roomRequest, seatOptions, seatsNote } from "./choice.js";
 import { mapPicture } from "../view/render.js";
 import { saveTokens } from "../wire/seat_tokens.js";
-import { showShare } from "./share.js";
+import { showShare } from "../components/share.js";
 
 /** @typedef {import("../view/render.js").GameMap} GameMap */
 /** @typedef {import("./choice.js").AgentCard} AgentCard */

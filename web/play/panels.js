@@ -3,7 +3,7 @@
 
 import { badge, byId, el } from "../core/dom.js";
 import { grabName } from "./hud.js";
-import { programFacts } from "../lobby/share.js";
+import { programFacts } from "../components/share.js";
 import { say } from "../text/catalogue.js";
 import { colourName, colourWord } from "../text/names.js";
 import { reasonText, seatName } from "./seat_phrases.js";
