@@ -52,7 +52,7 @@ class BatchAgent(Protocol):
     """Optional, beside `Agent`: answers for many episodes in one call, for headless matches side by side.
 
     Agents of one class with equal `batch_key` are asked together. An answer must be the one that `act` would give,
-    to the bit: whatever the company, equal matches give equal numbers.
+    to the bit: a match gives the same numbers whatever is played beside it.
     """
 
     @property

@@ -173,14 +173,14 @@ def load_agent(agent_id: str) -> Agent:
     for method in ("reset", "act"):
         if not callable(getattr(agent, method, None)):
             raise AgentError(f"agent {agent_id!r}: {reference} returns {type(agent).__name__}, which has no {method}()")
-    return _lagged(agent_id, cast(Agent, agent), lag) if lag != 0 else cast(Agent, agent)
+    return _delayed(agent_id, cast(Agent, agent), lag) if lag != 0 else cast(Agent, agent)
 
 
-def _lagged(agent_id: str, agent: Agent, lag: OptionValue) -> Agent:
-    from movingout.agents.baseline.delayed_agent import LaggedAgent
+def _delayed(agent_id: str, agent: Agent, lag: OptionValue) -> Agent:
+    from movingout.agents.baseline.delayed_agent import DelayedAgent
 
     try:
-        return LaggedAgent(agent, cast(int, lag))
+        return DelayedAgent(agent, cast(int, lag))
     except AgentError as error:
         raise AgentError(f"agent {agent_id!r}: {error}") from error
 
@@ -204,7 +204,7 @@ def _factory(reference: str) -> Callable[..., object]:
         checkpoint = find_checkpoint(reference, *MODEL_ROOTS)
         return partial(kind_of(checkpoint.card).load, checkpoint)
     if reference == GHOST:
-        return _resolve("movingout.agents.baseline.replay_agent:GhostAgent")
+        return _resolve("movingout.agents.baseline.replay_agent:ReplayAgent")
     entry = _CATALOGUE.get(reference)
     return _resolve(entry.factory if entry else reference)
 

@@ -12,13 +12,13 @@ from movingout.world.state import Floats, Ints
 Levels = npt.NDArray[np.bool_]
 
 
-def levels_of(held: Ints) -> Levels:
+def hold_levels(held: Ints) -> Levels:
     """Desired levels (T, 2) of ticks that led through `held` (T + 1, 2): the hand after each tick."""
     levels: Levels = held[1:] >= 0
     return levels
 
 
-def presses_of(held: Ints) -> Levels:
+def effective_presses(held: Ints) -> Levels:
     """Presses (T, 2) that changed a hand; those that did nothing are not counted (official relabelling)."""
     holding = held >= 0
     changed: Levels = holding[1:] != holding[:-1]

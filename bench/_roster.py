@@ -24,7 +24,7 @@ CHOOSING_BY_NFD = (PAPER_BASS, SIMULATED)
 SCRIPTED, CONTROL = "scripted", "idle"
 
 
-class Field(NamedTuple):
+class Comparison(NamedTuple):
     """Agents that learned from the same people, and with whom they play."""
 
     learners: dict[str, str]
@@ -35,7 +35,7 @@ class Field(NamedTuple):
     """Whose lead over whom is told."""
 
 
-OF_BOTH = Field(
+OF_BOTH = Comparison(
     {
         BASS: "DP/BASS, chosen by value",
         PLAIN: "DP + BASS without augmentation, chosen by value",
@@ -58,7 +58,7 @@ OF_BOTH = Field(
         (AUGMENTED, DP),
     ),
 )
-OF_A = Field(
+OF_A = Comparison(
     {
         BASS_A: "DP/BASS",
         PLAIN_A: "DP + BASS without augmentation",

@@ -32,7 +32,7 @@ from movingout.agents.bass.state_vector import HELD_START, ITEMS_START, ROBOT_WI
 from movingout.agents.catalogue import load_agent
 from movingout.agents.data.corrections import SUFFIX, load_correction
 from movingout.agents.data.dataset import Trajectory, read_trajectories, recording_files
-from movingout.agents.data.demonstrations import jobs, make_all
+from movingout.agents.data.demonstrations import episode_jobs, write_all
 from movingout.agents.grasp_encoding import toggles
 from movingout.agents.inference.network import Singles
 from movingout.agents.observation.features import feature_encoder
@@ -64,25 +64,25 @@ class Numbers:
     n: int
 
 
-def measure(agent: BassAgent, walks: list[Trajectory], moments: int, seed: int) -> Numbers:
+def measure(agent: BassAgent, trajectories: list[Trajectory], moments: int, seed: int) -> Numbers:
     """Sample moments of episodes and compare."""
     random, elsewhere = np.random.default_rng(seed), np.random.default_rng([seed, 1])
     rows: list[list[float]] = []
     hands: list[bool] = []
-    for walk in walks:
-        agent.reset(EpisodeInfo(walk.map, 0, seed, walk.ticks))
-        last = walk.ticks - agent.selection.depth
+    for trajectory in trajectories:
+        agent.reset(EpisodeInfo(trajectory.map, 0, seed, trajectory.ticks))
+        last = trajectory.ticks - agent.selection.depth
         ticks = sorted(random.choice(max(last, 1), size=min(moments, max(last, 1)), replace=False).tolist())
-        changes = set(np.flatnonzero((walk.held[1:] != walk.held[:-1]).any(axis=1)).tolist())
-        world = World(walk.map, record_sub_poses=False)
+        changes = set(np.flatnonzero((trajectory.held[1:] != trajectory.held[:-1]).any(axis=1)).tolist())
+        world = World(trajectory.map, record_sub_poses=False)
         for tick in sorted(changes.union(ticks)):
             while world.tick < tick:
-                world.step(walk.actions[world.tick])
+                world.step(trajectory.actions[world.tick])
             if tick in changes:
-                hands += _hands(agent, walk, world)
+                hands += _hands(agent, trajectory, world)
             if tick in ticks:
-                other = moving(_state(walk, int(elsewhere.integers(walk.ticks + 1))))
-                rows.append([*_next_state(agent, walk, world, other), *_choices(agent, walk, world)])
+                other = moving(_state(trajectory, int(elsewhere.integers(trajectory.ticks + 1))))
+                rows.append([*_next_state(agent, trajectory, world, other), *_choices(agent, trajectory, world)])
     table = np.array(rows)
     apart = table[:, -1] > 0
     told_apart = float(table[apart, -2].mean()) if apart.any() else math.nan
@@ -91,70 +91,76 @@ def measure(agent: BassAgent, walks: list[Trajectory], moments: int, seed: int) 
     return Numbers(*(*means, *rest))
 
 
-def _hands(agent: BassAgent, walk: Trajectory, world: World) -> list[bool]:
+def _hands(agent: BassAgent, trajectory: Trajectory, world: World) -> list[bool]:
     """Of each hand that changes in the coming tick, whether the simulator says so."""
     state = world.state()
     if isinstance(agent, OracleBassAgent):
         agent.watch(world)
-    predicted = agent.simulator(state)(_played(agent, walk, state))[0, :1]
-    before, after = walk.held[state.tick], walk.held[state.tick + 1]
+    predicted = agent.simulator(state)(_played(agent, trajectory, state))[0, :1]
+    before, after = trajectory.held[state.tick], trajectory.held[state.tick + 1]
     right: list[bool] = (held_of(predicted)[0] == after)[before != after].tolist()
     return right
 
 
-def _next_state(agent: BassAgent, walk: Trajectory, world: World, other: Floats) -> list[float]:
+def _next_state(agent: BassAgent, trajectory: Trajectory, world: World, other: Floats) -> list[float]:
     """L2 errors: predicted, nothing moves, `other` state; of poses alone: predicted, nothing moves."""
     state = world.state()
     if isinstance(agent, OracleBassAgent):
         agent.watch(world)
-    now, after = moving(state), moving(_state(walk, world.tick + 1))
-    predicted = agent.simulator(state)(_played(agent, walk, state))[0, 0]
+    now, after = moving(state), moving(_state(trajectory, world.tick + 1))
+    predicted = agent.simulator(state)(_played(agent, trajectory, state))[0, 0]
     said = (predicted, now, other)
-    poses = [_poses(row, len(walk.map.items)) for row in (after, predicted, now)]
+    poses = [_poses(row, len(trajectory.map.items)) for row in (after, predicted, now)]
     return [float(np.linalg.norm(row - after)) for row in said] + [
         float(np.linalg.norm(row - poses[0])) for row in poses[1:]
     ]
 
 
-def _choices(agent: BassAgent, walk: Trajectory, world: World) -> list[float]:
+def _choices(agent: BassAgent, trajectory: Trajectory, world: World) -> list[float]:
     """Partner within 10 %, within 20 %, whether both simulators choose the same, and how far the engine's scores lie
     apart.
     """
     state, spec = world.state(), agent.selection
-    sampled = _samples(agent, walk, state, 1, spec.partner)
+    sampled = _samples(agent, trajectory, state, 1, spec.partner)
     guessed = acting(agent.guesses(sampled))
-    mine = acting(_samples(agent, walk, state, 0, spec.own))
-    actual = _played(agent, walk, state)[0, 0, 1, :3]
+    mine = acting(_samples(agent, trajectory, state, 0, spec.own))
+    actual = _played(agent, trajectory, state)[0, 0, 1, :3]
     error = float(np.linalg.norm(guessed[:, 0, :3].mean(axis=0) - actual)) / max(float(np.linalg.norm(actual)), 1e-6)
-    learned = choose(agent.judge, 0, mine, guessed, agent.simulator(state), spec)
+    learned = choose(agent.score_function, 0, mine, guessed, agent.simulator(state), spec)
     truth = engine_simulator(world.snapshot(), levels=agent.spec.grasp == "hold")
-    oracle = choose(agent.judge, 0, mine, acting(sampled), truth, spec)
+    oracle = choose(agent.score_function, 0, mine, acting(sampled), truth, spec)
     return [float(error < 0.1), float(error < 0.2), float(learned.index == oracle.index), float(np.ptp(oracle.scores))]
 
 
-def _played(agent: BassAgent, walk: Trajectory, state: WorldState) -> Floats:
+def _played(agent: BassAgent, trajectory: Trajectory, state: WorldState) -> Floats:
     """(1, depth, 2, 4) what both did from a state of an episode on, as the simulator takes it."""
     joint = np.zeros((1, agent.selection.depth, 2, 4))
     rows = slice(state.tick, state.tick + agent.selection.depth)
     for seat in (0, 1):
-        distance, heading, _ = walk.actions[rows, seat].T
-        level = walk.held[rows.start + 1 : rows.stop + 1, seat] >= 0
+        distance, heading, _ = trajectory.actions[rows, seat].T
+        level = trajectory.held[rows.start + 1 : rows.stop + 1, seat] >= 0
         joint[0, : len(distance), seat] = np.stack((distance, np.cos(heading), np.sin(heading), level), axis=1)
         if agent.spec.grasp != "hold":
             joint[0, :, seat, 3] = toggles(joint[0, :, seat, 3], holding=bool(state.held[seat] >= 0))
     return joint
 
 
-def _samples(agent: BassAgent, walk: Trajectory, state: WorldState, seat: int, count: int) -> Singles:
+def _samples(agent: BassAgent, trajectory: Trajectory, state: WorldState, seat: int, count: int) -> Singles:
     """Chunks (count, H, 5) from a seat's view, as at play; with a history, the present repeated."""
-    seen = feature_encoder(walk.map, agent.spec.layout).encode(state, seat).astype(np.float32)
+    seen = feature_encoder(trajectory.map, agent.spec.layout).encode(state, seat).astype(np.float32)
     noise = agent.network.noise(count, agent.random)
     chunks = agent.network.run(np.tile(seen, (count, agent.spec.obs_horizon, 1)), noise)
     return chunks if agent.network.noise_rows else spread(chunks, noise)
 
 
-def _state(walk: Trajectory, tick: int) -> WorldState:
-    return WorldState(tick, walk.robot_poses[tick], walk.robot_velocities[tick], walk.held[tick], walk.item_poses[tick])
+def _state(trajectory: Trajectory, tick: int) -> WorldState:
+    return WorldState(
+        tick,
+        trajectory.robot_poses[tick],
+        trajectory.robot_velocities[tick],
+        trajectory.held[tick],
+        trajectory.item_poses[tick],
+    )
 
 
 def _poses(row: Floats, items: int) -> Floats:
@@ -174,9 +180,9 @@ def held_out_episodes(challenge: int, ticks: int, workers: int) -> list[Trajecto
         pair = [people[(2 * number + k) % len(people)] for k in (0, 1)]
         if number // 2 % 2:  # of a pair the first is a follower, so that leaders too are who acts and who is guessed
             pair.reverse()
-        todo += jobs(pair, [the_map], 1, ticks, seed=0, prefix="parts")
+        todo += episode_jobs(pair, [the_map], 1, ticks, seed=0, prefix="parts")
     with tempfile.TemporaryDirectory() as folder:
-        list(make_all(todo, Path(folder), workers))
+        list(write_all(todo, Path(folder), workers))
         return read_trajectories(recording_files([Path(folder)]))
 
 
@@ -184,12 +190,12 @@ def recorded_episodes(places: Sequence[Path], challenge: int) -> list[Trajectory
     """Recordings and files of labels. Raises DataError, and MovingOutError for maps of the other challenge."""
     files = recording_files(places, (".mcap", SUFFIX))
     labelled = [load_correction(file).trajectory for file in files if file.name.endswith(SUFFIX)]
-    walks = labelled + read_trajectories([file for file in files if not file.name.endswith(SUFFIX)])
-    for walk in walks:
-        if bool(walk.map.variant) != (challenge == 2):
-            kind = "a variant" if walk.map.variant else "as designed"
-            raise MovingOutError(f"{walk.map.name} of a recording is {kind}, which is not Challenge {challenge}")
-    return walks
+    trajectories = labelled + read_trajectories([file for file in files if not file.name.endswith(SUFFIX)])
+    for trajectory in trajectories:
+        if bool(trajectory.map.variant) != (challenge == 2):
+            kind = "a variant" if trajectory.map.variant else "as designed"
+            raise MovingOutError(f"{trajectory.map.name} of a recording is {kind}, which is not Challenge {challenge}")
+    return trajectories
 
 
 def bass_agent_of(agent_id: str) -> BassAgent:
@@ -217,10 +223,12 @@ def main(words: Sequence[str] | None = None) -> None:
     try:
         agents = {agent_id: bass_agent_of(agent_id) for agent_id in args.agents}
         if args.data:
-            walks = recorded_episodes(args.data, args.challenge)
+            trajectories = recorded_episodes(args.data, args.challenge)
         else:
-            walks = held_out_episodes(args.challenge, args.ticks, args.workers)
-        measured = {name: asdict(measure(agent, walks, args.moments, args.seed)) for name, agent in agents.items()}
+            trajectories = held_out_episodes(args.challenge, args.ticks, args.workers)
+        measured = {
+            name: asdict(measure(agent, trajectories, args.moments, args.seed)) for name, agent in agents.items()
+        }
     except MovingOutError as error:
         parser.error(str(error))
     if args.json:

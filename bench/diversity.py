@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from movingout.agents.data.dataset import Trajectory, read_trajectories, recording_files
-from movingout.agents.data.demonstrations import jobs, make_all
+from movingout.agents.data.demonstrations import episode_jobs, write_all
 from movingout.agents.data.diversity import Diversity, diversity
 from movingout.agents.scripted.populations import PEOPLE, POPULATIONS, population
 from movingout.maps import MapSpec, load_map, map_names
@@ -33,21 +33,21 @@ PAPER = {  # `table:task_1_diversity`, "Dataset diversity across different data 
 def episodes_of(name: str, maps: list[MapSpec], people: int, ticks: int, workers: int) -> dict[str, list[Trajectory]]:
     """One episode of each pair of neighbours in a population, by map."""
     with tempfile.TemporaryDirectory() as folder:
-        todo = jobs(population(name)[:people], maps, 1, ticks, seed=0, prefix=name)
-        list(make_all(todo, Path(folder), workers))
-        walks = read_trajectories(recording_files([Path(folder)]))
-    return {one.name: [walk for walk in walks if walk.map.name == one.name] for one in maps}
+        todo = episode_jobs(population(name)[:people], maps, 1, ticks, seed=0, prefix=name)
+        list(write_all(todo, Path(folder), workers))
+        trajectories = read_trajectories(recording_files([Path(folder)]))
+    return {one.name: [trajectory for trajectory in trajectories if trajectory.map.name == one.name] for one in maps}
 
 
 def mean_diversity(by_map: dict[str, list[Trajectory]]) -> Diversity:
     """The measures of each map, averaged."""
-    return Diversity(*np.mean([astuple(diversity(walks)) for walks in by_map.values()], axis=0).tolist())
+    return Diversity(*np.mean([astuple(diversity(trajectories)) for trajectories in by_map.values()], axis=0).tolist())
 
 
 def measured(maps: list[MapSpec], people: int, ticks: int, workers: int) -> dict[str, Diversity]:
     """The rows of each population and of all."""
     found = {name: episodes_of(name, maps, people, ticks, workers) for name in POPULATIONS}
-    everybody = {one.name: [walk for by_map in found.values() for walk in by_map[one.name]] for one in maps}
+    everybody = {one.name: [trajectory for by_map in found.values() for trajectory in by_map[one.name]] for one in maps}
     return {**{name: mean_diversity(by_map) for name, by_map in found.items()}, "all": mean_diversity(everybody)}
 
 

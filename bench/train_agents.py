@@ -26,7 +26,7 @@ import shlex
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from bench._roster import CHOOSING_BY_NFD, CONTROL, OF_A, OF_BOTH, PAPER_BASS, SCRIPTED, Field
+from bench._roster import CHOOSING_BY_NFD, CONTROL, OF_A, OF_BOTH, PAPER_BASS, SCRIPTED, Comparison
 from bench.bass import Numbers, bass_agent_of, held_out_episodes, measure
 from bench.learning import play_all, runs
 from bench.results.chart import chart
@@ -95,7 +95,7 @@ def _not_trained(data: Path) -> list[str]:
     return missing
 
 
-def _played(args: argparse.Namespace, fields: Sequence[Field]) -> list[dict[str, list[Outcome]]]:
+def _played(args: argparse.Namespace, fields: Sequence[Comparison]) -> list[dict[str, list[Outcome]]]:
     """For each field all episodes by partners."""
     maps, log = list(map_names()), args.data / "evaluation.jsonl"
     todo = [
@@ -185,8 +185,8 @@ def _at_least(least: int) -> Callable[[str], int]:
 
 def _parts_of_bass(args: argparse.Namespace) -> Numbers:
     """Next state, partner prediction and selection on one episode of C per map."""
-    walks = held_out_episodes(challenge=1, ticks=args.ticks, workers=args.workers)
-    return measure(bass_agent_of(PAPER_BASS), walks, moments=20, seed=0)
+    trajectories = held_out_episodes(challenge=1, ticks=args.ticks, workers=args.workers)
+    return measure(bass_agent_of(PAPER_BASS), trajectories, moments=20, seed=0)
 
 
 def scores(outcomes: Sequence[Outcome], agent: str) -> dict[str, Score]:

@@ -24,7 +24,7 @@ from movingout.agents.data.dataset import (
     Windows,
     read_trajectories,
     recording_files,
-    trajectory_pieces,
+    trajectory_samples,
     windows_of,
 )
 from movingout.agents.kinds.registry import KINDS
@@ -59,12 +59,12 @@ def driven(map_name: str, seed: int) -> Trajectory:
     )
 
 
-def encoded(walks: Sequence[Trajectory], config: PolicyConfig) -> tuple[Windows, float]:
+def encoded(trajectories: Sequence[Trajectory], config: PolicyConfig) -> tuple[Windows, float]:
     """About ROWS windows, or all, and how many a second were encoded."""
-    for the_map in {walk.map for walk in walks}:
+    for the_map in {trajectory.map for trajectory in trajectories}:
         feature_encoder(the_map, config.layout).encode(start_state(the_map), seat=0)
     begun = time.process_time()
-    pieces = list(trajectory_pieces(walks, config.layout, config.spec("dp").grasp))
+    pieces = list(trajectory_samples(trajectories, config.layout, config.spec("dp").grasp))
     rate = sum(len(features) for _, features, _ in pieces) / (time.process_time() - begun)
     mean = sum(len(features) for _, features, _ in pieces) / len(pieces)
     return windows_of(islice(cycle(pieces), max(round(ROWS / mean), len(pieces)))), rate
@@ -86,12 +86,14 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("--data", type=Path, nargs="+", help="recordings; default: random driving on all maps")
     args = parser.parse_args(words)
     try:
-        walks = recorded(args.data) if args.data else [driven(name, seed) for seed, name in enumerate(map_names())]
-        table = [_row(walks, kind, preset) for kind, preset in PRESETS]
+        trajectories = (
+            recorded(args.data) if args.data else [driven(name, seed) for seed, name in enumerate(map_names())]
+        )
+        table = [_row(trajectories, kind, preset) for kind, preset in PRESETS]
     except MovingOutError as error:
         parser.error(str(error))
     columns = ["preset", "layout", "numbers", "seen x ahead", "encoded/s", "drawn/s", "to reach"]
-    print_table(f"Windows of {len(walks)} episodes as tensors, CPU time of one thread", columns, table)
+    print_table(f"Windows of {len(trajectories)} episodes as tensors, CPU time of one thread", columns, table)
 
 
 def recorded(places: Sequence[Path]) -> list[Trajectory]:
@@ -101,9 +103,9 @@ def recorded(places: Sequence[Path]) -> list[Trajectory]:
     return labelled + read_trajectories([file for file in files if not file.name.endswith(SUFFIX)])
 
 
-def _row(walks: Sequence[Trajectory], kind: str, preset: str) -> list[str]:
+def _row(trajectories: Sequence[Trajectory], kind: str, preset: str) -> list[str]:
     config = KINDS[kind].presets[preset]
-    windows, encoding = encoded(walks, config)
+    windows, encoding = encoded(trajectories, config)
     horizons = f"{config.obs_horizon} x {config.horizon}"
     rate = drawn(windows, config, BATCHES)
     return [

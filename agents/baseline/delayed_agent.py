@@ -19,7 +19,7 @@ MAX_LAG = 10  # [ticks]
 _REST = np.array([0.0, 1.0, 0.0, 0.0])
 
 
-class LaggedAgent:
+class DelayedAgent:
     """Any agent, `lag` ticks late; it stands still until its first action is due."""
 
     execute_rows = 1

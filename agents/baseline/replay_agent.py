@@ -13,7 +13,7 @@ ROWS = 20  # of an answer: the recording is known, so a late answer costs nothin
 _STILL = np.array([[0.0, 1.0, 0.0, 0.0]])
 
 
-class GhostAgent:
+class ReplayAgent:
     """Repeats the recorded actions tick by tick, and stands still when they end."""
 
     def __init__(self, recording: str) -> None:

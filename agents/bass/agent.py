@@ -5,15 +5,15 @@ from collections.abc import Hashable, Sequence
 import numpy as np
 
 from movingout.agents.base import EpisodeInfo, Observation
-from movingout.agents.bass.score_functions import judge, judge_many
-from movingout.agents.bass.selection import Choice, Simulator, joint_chunks, judged
+from movingout.agents.bass.score_functions import score_function, score_rollouts
+from movingout.agents.bass.selection import Choice, Simulator, choice_from_scores, joint_chunks
 from movingout.agents.bass.state_vector import constant, item_places, moving, robot_places
 from movingout.agents.bass.value import Value
 from movingout.agents.checkpoint.checkpoint import Checkpoint, SelectionSpec
 from movingout.agents.checkpoint.policy_spec import PolicySpec
 from movingout.agents.errors import AgentError, CheckpointError
 from movingout.agents.inference.network import Network, PolicyNetwork, Singles, shared_network, shared_policy_network
-from movingout.agents.inference.policy_agent import PolicyAgent, View, encoded
+from movingout.agents.inference.policy_agent import PolicyAgent, SeatView, encoded
 from movingout.world import World
 from movingout.world.physics import Snapshot
 from movingout.world.state import Floats, WorldState
@@ -38,7 +38,7 @@ class BassAgent(PolicyAgent):
         super().reset(episode)
         self._partner_history = []
         self._constant = constant(episode.map).astype(np.float32)
-        self.judge = judge(episode.map, episode.seat, self.selection, self.value)
+        self.score_function = score_function(episode.map, episode.seat, self.selection, self.value)
 
     @property
     def batch_key(self) -> Hashable:
@@ -54,8 +54,8 @@ class BassAgent(PolicyAgent):
     def remember_many(seen: Sequence[tuple[PolicyAgent, Observation]]) -> None:
         """Take in what each sees, and what its partner sees."""
         bass = [(agent, observation.state) for agent, observation in seen if isinstance(agent, BassAgent)]
-        own = [View(agent.encoder, agent.episode.seat, state) for agent, state in bass]
-        theirs = [View(agent.encoder, 1 - agent.episode.seat, state) for agent, state in bass]
+        own = [SeatView(agent.encoder, agent.episode.seat, state) for agent, state in bass]
+        theirs = [SeatView(agent.encoder, 1 - agent.episode.seat, state) for agent, state in bass]
         features = encoded([*own, *theirs])
         for (agent, _), mine, partners in zip(bass, features, features[len(bass) :], strict=False):
             agent._keep(mine)
@@ -77,9 +77,9 @@ class BassAgent(PolicyAgent):
         ]
         predicted = type(bass[0]).simulate_many(bass, states, joints)
         views = [(agent.episode.map, agent.episode.seat) for agent in bass]
-        scores = judge_many(views, joints, predicted, bass[0].selection, bass[0].value)
+        scores = score_rollouts(views, joints, predicted, bass[0].selection, bass[0].value)
         return [
-            agent._chosen(own, guesses, judged(each, rollouts, agent.selection))
+            agent._chosen(own, guesses, choice_from_scores(each, rollouts, agent.selection))
             for agent, (own, guesses), each, rollouts in zip(bass, candidates, scores, predicted, strict=True)
         ]
 

@@ -18,7 +18,7 @@ from movingout.agents.bass.dynamics import Dynamics, VaeDynamics, build_dynamics
 from movingout.agents.bass.grasp_model import hands_of
 from movingout.agents.bass.state_vector import ACTION_WIDTH, ITEMS_START, constant, moving_arrays
 from movingout.agents.data.dataset import Indices, Singles, Trajectory, split_rows
-from movingout.agents.training.fit import Fitted, Losses, Task, fit
+from movingout.agents.training.fit import FitResult, Losses, TrainingTask, fit
 from movingout.maps import MapSpec
 from movingout.world.state import Floats
 
@@ -37,7 +37,7 @@ class Transitions:
     maps: Indices  # (M,) row of `constants`
     constants: Singles  # (K, 146)
     episodes: Indices  # (M,) number of the episode
-    casts: tuple[frozenset[str], ...]  # (E,) who is in each episode
+    people: tuple[frozenset[str], ...]  # (E,) who is in each episode
 
     def __len__(self) -> int:
         return len(self.before)
@@ -52,10 +52,10 @@ def transitions_of(trajectories: list[Trajectory]) -> Transitions:
     """Every tick of the episodes."""
     maps: dict[MapSpec, int] = {}
     pieces = []
-    for number, walk in enumerate(trajectories):
-        rows = moving_arrays(walk.robot_poses, walk.robot_velocities, walk.held, walk.item_poses)
-        index = maps.setdefault(walk.map, len(maps))
-        pieces.append((rows[:-1], action_rows(walk), rows[1:], np.full((walk.ticks, 2), (index, number))))
+    for number, trajectory in enumerate(trajectories):
+        rows = moving_arrays(*trajectory.state_arrays)
+        index = maps.setdefault(trajectory.map, len(maps))
+        pieces.append((rows[:-1], action_rows(trajectory), rows[1:], np.full((trajectory.ticks, 2), (index, number))))
     before, actions, after, numbers = (np.concatenate(part) for part in zip(*pieces, strict=True))
     return Transitions(
         before.astype(np.float32),
@@ -64,18 +64,18 @@ def transitions_of(trajectories: list[Trajectory]) -> Transitions:
         numbers[:, 0],
         np.array([constant(the_map) for the_map in maps], dtype=np.float32),
         numbers[:, 1],
-        tuple(walk.cast for walk in trajectories),
+        tuple(trajectory.people for trajectory in trajectories),
     )
 
 
-def action_rows(walk: Trajectory) -> Floats:
+def action_rows(trajectory: Trajectory) -> Floats:
     """(T, 8): world actions as distance, cos, sin, toggle of blue and red."""
-    distance, heading, toggle = (walk.actions[..., k] for k in range(3))
+    distance, heading, toggle = (trajectory.actions[..., k] for k in range(3))
     rows = np.stack((distance, np.cos(heading), np.sin(heading), toggle > 0.5), axis=-1)
     return rows.reshape(len(rows), -1)
 
 
-def train_dynamics(config: BassConfig, data: Transitions, folder: Path) -> Fitted[Dynamics]:
+def train_dynamics(config: BassConfig, data: Transitions, folder: Path) -> FitResult[Dynamics]:
     """Fit the simulator; curves and resume files go to `folder`. Validation is with people who are not trained on.
 
     An order of several stages (`stages`) shares the updates among them. Raises DataError for an order that
@@ -86,25 +86,25 @@ def train_dynamics(config: BassConfig, data: Transitions, folder: Path) -> Fitte
     dynamics = build_dynamics(config.spec())
     dynamics.fit_normaliser(torch.from_numpy(data.after - data.before), torch.from_numpy(data.constants[data.maps]))
     random = np.random.default_rng(config.seed)
-    train, held_out = split_rows(data.episodes, data.casts, config.held_out, config.seed)
+    train, held_out = split_rows(data.episodes, data.people, config.held_out, config.seed)
     held_out = random.permutation(held_out)[:VALIDATION_ROWS]
     updates = -(-config.epochs * len(train) // config.batch) if config.epochs else config.updates
     fits = stages(config.order)
     done = made = 0
     for stage in fits:
 
-        def losses(network: nn.Module, stage: Stage = stage) -> Losses:
+        def losses(network: nn.Module, stage: FitStage = stage) -> Losses:
             assert isinstance(network, Dynamics)
             return stage.losses(network, _batch(data, random.choice(train, config.batch), network.scale.device))
 
         stage.prepare(dynamics)
         validate = partial(_validation, data, held_out)
-        task = Task(dynamics, losses, validate, -(-updates // len(fits)), random, len(train))
+        task = TrainingTask(dynamics, losses, validate, -(-updates // len(fits)), random, len(train))
         trained = fit(task, config, folder / stage.name)
         assert isinstance(trained.network, Dynamics)
         dynamics = trained.network.cpu().requires_grad_(True)
         done, made = done + trained.updates, made + trained.made
-    return Fitted(dynamics.requires_grad_(False), done, made)
+    return FitResult(dynamics.requires_grad_(False), done, made)
 
 
 def _validation(data: Transitions, held_out: Indices, network: nn.Module) -> Losses:
@@ -128,7 +128,7 @@ def _batch(data: Transitions, rows: Indices, device: torch.device) -> Batch:
 
 
 @dataclass(frozen=True, slots=True)
-class Stage:
+class FitStage:
     """One fit: the losses of a batch, and what happens to the network before."""
 
     name: str  # of its folder; "" for the run folder itself
@@ -136,20 +136,20 @@ class Stage:
     prepare: Callable[[Dynamics], None] = lambda dynamics: None
 
 
-def stages(order: Order) -> tuple[Stage, ...]:
+def stages(order: Order) -> tuple[FitStage, ...]:
     """The fits of an order, one after the other; all but `joint` are for autoencoders.
 
     `joint` fits everything together, `fine-tuned` starts the second autoencoder from the weights of the first,
     `separate` fits both alone; with the last two the step between the latent spaces comes at the end, the autoencoders
     frozen.
     """
-    joint = Stage("", lambda network, batch: network.losses(*batch))
+    joint = FitStage("", lambda network, batch: network.losses(*batch))
     if order == "joint":
         return (joint,)
-    step = Stage("step", lambda network, batch: {"loss": _vae(network).stepping(*batch)}, _freeze)
+    step = FitStage("step", lambda network, batch: {"loss": _vae(network).stepping(*batch)}, _freeze)
     if order == "separate":
-        return Stage("autoencoders", _both), step
-    return Stage("first", _first), Stage("second", _second, _begin_second), step
+        return FitStage("autoencoders", _both), step
+    return FitStage("first", _first), FitStage("second", _second, _begin_second), step
 
 
 def _first(network: Dynamics, batch: Batch) -> Losses:

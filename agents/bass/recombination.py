@@ -33,10 +33,10 @@ Matching = Literal["both-ends", "one-end"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Part:
+class LearnedPart:
     """What is to be learned of an episode: what one seat did, in some stretches."""
 
-    walk: Trajectory
+    trajectory: Trajectory
     seat: int
     targets: Singles  # (T, 5)
     stretches: tuple[tuple[int, int], ...]  # first tick and the one after the last
@@ -48,10 +48,10 @@ class Part:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Piece:
+class RecombinedPiece:
     """LENGTH ticks of `own` from `start`, beside the partner that `other` had from `other_start`."""
 
-    own: Part
+    own: LearnedPart
     start: int
     other: Trajectory
     other_start: int
@@ -64,7 +64,7 @@ class Piece:
 
 
 @dataclass(frozen=True, slots=True)
-class Report:
+class RecombinationReport:
     """How many pieces were tried and how many the engine confirmed."""
 
     tried: int
@@ -75,27 +75,27 @@ class Report:
         return self.valid / self.tried if self.tried else 0.0
 
 
-def draw_pieces(parts: Sequence[Part], seed: int, matching: Matching = "both-ends") -> Iterator[Piece]:
+def draw_pieces(parts: Sequence[LearnedPart], seed: int, matching: Matching = "both-ends") -> Iterator[RecombinedPiece]:
     """Each tick of the parts at which a piece may begin, in random order, with one match of those in other episodes.
 
     Ticks without a match are left out. The partner may be from any tick of the other episode, learned from or not.
     """
     random = np.random.default_rng(seed)
-    index = _Index(list(dict.fromkeys(part.walk for part in parts)), matching)
+    index = _Index(list(dict.fromkeys(part.trajectory for part in parts)), matching)
     starts = [
         (part, start) for part in parts for begin, end in part.stretches for start in range(begin, end - LENGTH + 1)
     ]
     for number in random.permutation(len(starts)):
         part, start = starts[number]
-        others, ticks = index.matches(part.walk, part.seat, start)
+        others, ticks = index.matches(part.trajectory, part.seat, start)
         if len(others):
             drawn = random.integers(len(others))
-            yield Piece(part, start, index.walks[others[drawn]], int(ticks[drawn]))
+            yield RecombinedPiece(part, start, index.trajectories[others[drawn]], int(ticks[drawn]))
 
 
-def recombined(piece: Piece) -> Trajectory | None:
+def recombined(piece: RecombinedPiece) -> Trajectory | None:
     """The piece as an episode of LENGTH ticks, played by the engine; None when it is not valid."""
-    own, other, seat = piece.own.walk, piece.other, piece.own.seat
+    own, other, seat = piece.own.trajectory, piece.other, piece.own.seat
     mine, theirs = slice(piece.start, piece.start + LENGTH), slice(piece.other_start, piece.other_start + LENGTH)
     first = _mixed_state(own, piece.start, other, piece.other_start, seat)
     if first is None:
@@ -128,39 +128,39 @@ def recombined(piece: Piece) -> Trajectory | None:
 
 
 def augmentation(
-    parts: Sequence[Part], count: int, seed: int, matching: Matching = "both-ends"
-) -> tuple[list[tuple[Piece, Trajectory]], Report]:
+    parts: Sequence[LearnedPart], count: int, seed: int, matching: Matching = "both-ends"
+) -> tuple[list[tuple[RecombinedPiece, Trajectory]], RecombinationReport]:
     """Up to `count` valid pieces, drawn at random, as the engine played them, and the report.
 
     Pieces in which the partner does what it did anyway (both stretches end where they began) are as good as others.
     """
     tried = 0
 
-    def valid() -> Iterator[tuple[Piece, Trajectory]]:
+    def valid() -> Iterator[tuple[RecombinedPiece, Trajectory]]:
         nonlocal tried
         for piece in islice(draw_pieces(parts, seed, matching), TRIES * count):
             tried += 1
-            walk = recombined(piece)
-            if walk is not None:
-                yield piece, walk
+            trajectory = recombined(piece)
+            if trajectory is not None:
+                yield piece, trajectory
 
     found = list(track(islice(valid(), count), count, "recombining"))
-    return found, Report(tried, len(found))
+    return found, RecombinationReport(tried, len(found))
 
 
 class _Index:
     """Where both seats of all episodes begin and end each stretch of LENGTH ticks: one number per place, sorted."""
 
-    def __init__(self, walks: list[Trajectory], matching: Matching) -> None:
-        self.walks = walks
-        self._numbers = {walk: number for number, walk in enumerate(walks)}
+    def __init__(self, trajectories: list[Trajectory], matching: Matching) -> None:
+        self.trajectories = trajectories
+        self._numbers = {trajectory: number for number, trajectory in enumerate(trajectories)}
         maps: dict[MapSpec, int] = {}
-        items = max((walk.item_poses.shape[1] for walk in walks), default=0)
+        items = max((trajectory.item_poses.shape[1] for trajectory in trajectories), default=0)
         self._keys: dict[tuple[int, int], Indices] = {}
-        for number, walk in enumerate(walks):
+        for number, trajectory in enumerate(trajectories):
             for seat in (0, 1):
-                group = 2 * maps.setdefault(walk.map, len(maps)) + seat
-                self._keys[number, seat] = _keys(walk, seat, group, items, matching)
+                group = 2 * maps.setdefault(trajectory.map, len(maps)) + seat
+                self._keys[number, seat] = _keys(trajectory, seat, group, items, matching)
         lengths = [len(keys) for keys in self._keys.values()]
         keys = np.concatenate([np.empty(0, np.int64), *self._keys.values()])
         order = np.argsort(keys, kind="stable")
@@ -168,22 +168,22 @@ class _Index:
         self._walks = np.repeat([number for number, _ in self._keys], lengths)[order]
         self._ticks = np.concatenate([np.empty(0, np.int64), *map(np.arange, lengths)])[order]
 
-    def matches(self, walk: Trajectory, seat: int, start: int) -> tuple[Indices, Indices]:
+    def matches(self, trajectory: Trajectory, seat: int, start: int) -> tuple[Indices, Indices]:
         """Numbers of other episodes (M,) and ticks there (M,) where the seat does the same way as here."""
-        number = self._numbers[walk]
+        number = self._numbers[trajectory]
         key = self._keys[number, seat][start]
         rows = slice(*(int(np.searchsorted(self._sorted, key, side)) for side in ("left", "right")))
         others = self._walks[rows] != number
         return self._walks[rows][others], self._ticks[rows][others]
 
 
-def _keys(walk: Trajectory, seat: int, group: int, items: int, matching: Matching) -> Indices:
+def _keys(trajectory: Trajectory, seat: int, group: int, items: int, matching: Matching) -> Indices:
     """(T + 1 - LENGTH,) one number per stretch, the same for the same group and places."""
-    poses = walk.robot_poses[:, seat]
+    poses = trajectory.robot_poses[:, seat]
     cells = np.clip(np.floor((poses[:, :2] + ARENA_HALF) / CELL), 0, PAPER_CELLS - 1).astype(np.int64)
     eighths = np.round(poses[:, 2] / (2 * np.pi / HEADINGS)).astype(np.int64) % HEADINGS
     sizes = PAPER_CELLS, PAPER_CELLS, HEADINGS, items + 1
-    places = np.ravel_multi_index((*cells.T, eighths, walk.held[:, seat] + 1), sizes)
+    places = np.ravel_multi_index((*cells.T, eighths, trajectory.held[:, seat] + 1), sizes)
     begins, ends = places[:-LENGTH], places[LENGTH:] if matching == "both-ends" else 0
     count = int(np.prod(sizes))
     return np.asarray((group * count + begins) * count + ends, dtype=np.int64)

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from movingout.agents.bass.state_vector import item_places, robot_places
-from movingout.agents.bass.value import Outlooker, Value
+from movingout.agents.bass.value import Value, ValueQuery
 from movingout.agents.checkpoint.checkpoint import SelectionSpec
 from movingout.agents.errors import AgentError
 from movingout.maps import MapSpec
@@ -14,24 +14,24 @@ from movingout.world.state import Floats
 
 AC_WEIGHT = 0.05  # of action consistency beside NFD; the paper does not say which it used
 
-Judge = Callable[[Floats, Floats], Floats]
+ScoreFunction = Callable[[Floats, Floats], Floats]
 """Joint chunks (R, depth, 2, 4) and the states (R, depth, 58) that they lead to, to scores (R,)."""
 
 
-def judge(map_spec: MapSpec, seat: int, spec: SelectionSpec, value: Value | None = None) -> Judge:
-    """The judge that a selection asks for. Raises AgentError when it asks for a value and there is none."""
+def score_function(map_spec: MapSpec, seat: int, spec: SelectionSpec, value: Value | None = None) -> ScoreFunction:
+    """The score_function that a selection asks for. Raises AgentError when it asks for a value and there is none."""
     if spec.score == "value" and value is None:
         raise AgentError("this agent has no value network to choose by; use score=nfd or nfd+ac")
-    return lambda joint, predicted: judge_many([(map_spec, seat)], [joint], [predicted], spec, value)[0]
+    return lambda joint, predicted: score_rollouts([(map_spec, seat)], [joint], [predicted], spec, value)[0]
 
 
-def judge_many(
-    views: Sequence[Outlooker], joints: Sequence[Floats], predicted: Sequence[Floats], spec: SelectionSpec,
+def score_rollouts(
+    views: Sequence[ValueQuery], joints: Sequence[Floats], predicted: Sequence[Floats], spec: SelectionSpec,
     value: Value | None,
 ) -> list[Floats]:  # fmt: skip
-    """What the judge of each would say, for agents that choose in the same way."""
+    """What the score_function of each would say, for agents that choose in the same way."""
     if value is not None and spec.score == "value":
-        return value.outlooks(views, [rollouts[:, -1] for rollouts in predicted], spec.depth)
+        return value.scores_of(views, [rollouts[:, -1] for rollouts in predicted], spec.depth)
     by = _by_distance if spec.score == "nfd" else _by_distance_and_consistency
     return [by(view[0], joint, rollouts) for view, joint, rollouts in zip(views, joints, predicted, strict=True)]
 

@@ -1,6 +1,6 @@
 """Choosing among candidate chunks by what a simulator says will come of them (paper, "Action Selection").
 
-Knows neither networks nor worlds: chunks and predicted states are arrays, the simulator and the judge are arguments.
+Knows neither networks nor worlds: chunks and predicted states are arrays, simulator and score function are arguments.
 """
 
 from collections.abc import Callable
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from movingout.agents.bass.score_functions import Judge
+from movingout.agents.bass.score_functions import ScoreFunction
 from movingout.agents.checkpoint.checkpoint import SelectionSpec
 from movingout.world.state import Floats
 
@@ -39,11 +39,13 @@ def pairs_of(spec: SelectionSpec) -> npt.NDArray[np.intp]:
     return np.stack((own.ravel(), partner.ravel()), axis=1)
 
 
-def choose(judge: Judge, seat: int, own: Floats, partner: Floats, simulate: Simulator, spec: SelectionSpec) -> Choice:
+def choose(
+    score_function: ScoreFunction, seat: int, own: Floats, partner: Floats, simulate: Simulator, spec: SelectionSpec
+) -> Choice:
     """Choose among own chunks (own, H, 4), given guesses of the partner's (partner, H, 4)."""
     joint = joint_chunks(seat, own, partner, spec)
     predicted = simulate(joint)
-    return judged(judge(joint, predicted), predicted, spec)
+    return choice_from_scores(score_function(joint, predicted), predicted, spec)
 
 
 def joint_chunks(seat: int, own: Floats, partner: Floats, spec: SelectionSpec) -> Floats:
@@ -55,7 +57,7 @@ def joint_chunks(seat: int, own: Floats, partner: Floats, spec: SelectionSpec) -
     return joint
 
 
-def judged(each: Floats, predicted: Floats, spec: SelectionSpec) -> Choice:
+def choice_from_scores(each: Floats, predicted: Floats, spec: SelectionSpec) -> Choice:
     """The choice, given the score of each rollout (R,) and what a simulator says of it (R, depth, 58).
 
     A candidate's score is its mean over the partner's candidates that it is simulated with; the first of equals wins,

@@ -1,7 +1,7 @@
 """What will come of a state: a learned value, so that selection sees farther than the simulated ticks.
 
-The paper scores a candidate by the NFD of its last simulated state, eight ticks ahead at most. Whoever walks to an
-item, turns it or lets go of it has nothing to show by then, so most choices are between equals. Here the score of a
+The paper scores a candidate by the NFD of its last simulated state, eight ticks ahead at most. Walking to an item,
+turning it or letting go of it changes nothing by then, so most choices are between equals. Here the score of a
 last state s is what has been done by then and what is expected to follow,
 
     score(s) = progress(s) + discount ** depth * V(s),    progress = (NFD + TCR) / 2,
@@ -27,7 +27,7 @@ from movingout.world.state import Floats
 
 LAYOUT = "aware-v1"  # what the network sees, from the seat that chooses
 
-Outlooker = tuple[MapSpec, int]
+ValueQuery = tuple[MapSpec, int]
 """The map that is played, and the seat of who looks."""
 
 
@@ -38,12 +38,12 @@ class Value:
     spec: ValueSpec
     network: Network
 
-    def outlooks(self, views: Sequence[Outlooker], rows: Sequence[Floats], depth: int) -> list[Floats]:
+    def scores_of(self, views: Sequence[ValueQuery], rows: Sequence[Floats], depth: int) -> list[Floats]:
         """For each who looks (R,) what is done in its moving rows (R, 58), `depth` ahead, and what will follow.
 
         All are asked of the network at once, and those of one map and seat are encoded together.
         """
-        groups: dict[Outlooker, list[int]] = {}
+        groups: dict[ValueQuery, list[int]] = {}
         for index, view in enumerate(views):
             groups.setdefault(view, []).append(index)
         order = [index for group in groups.values() for index in group]

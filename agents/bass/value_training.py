@@ -17,7 +17,7 @@ from movingout.agents.data.dataset import Indices, Singles, Trajectory, split_ro
 from movingout.agents.errors import DataError
 from movingout.agents.observation.features import LAYOUT_SIZES, feature_encoder
 from movingout.agents.policies.encoders import ItemEncoder, ResidualBlock, alike_for_items
-from movingout.agents.training.fit import Fitted, Losses, Task, fit
+from movingout.agents.training.fit import FitResult, Losses, TrainingTask, fit
 from movingout.world.state import Floats
 
 TAIL = 60  # ticks at the end of an episode that time has cut off: what would have followed is not known
@@ -36,7 +36,7 @@ class Returns:
     features: npt.NDArray[np.float16]  # (M, D); half precision, because a million rows are kept
     returns: Singles  # (M,)
     episodes: Indices  # (M,) number of the episode
-    casts: tuple[frozenset[str], ...]  # (E,) who is in each episode
+    people: tuple[frozenset[str], ...]  # (E,) who is in each episode
 
 
 def returns_of(trajectories: Sequence[Trajectory], discount: float) -> Returns:
@@ -45,27 +45,27 @@ def returns_of(trajectories: Sequence[Trajectory], discount: float) -> Returns:
     Raises DataError when there is none.
     """
     features, returns, episodes = [], [], []
-    for number, walk in enumerate(trajectories):
-        seen = [walk.features(seat, LAYOUT) for seat in (0, 1)]
-        done = _progress(walk)
-        rows = slice(0, walk.ticks if done[-1] == 1.0 else max(walk.ticks - TAIL, 0))
+    for number, trajectory in enumerate(trajectories):
+        seen = [trajectory.features(seat, LAYOUT) for seat in (0, 1)]
+        done = _progress(trajectory)
+        rows = slice(0, trajectory.ticks if done[-1] == 1.0 else max(trajectory.ticks - TAIL, 0))
         follows = discounted(np.diff(done), discount)[rows].astype(np.float32)
         features += [view[rows].astype(np.float16) for view in seen]
         returns += [follows, follows]
         episodes.append(np.full(2 * len(follows), number))
     if not sum(map(len, returns)):
         raise DataError(f"no episode is long enough to learn a value from; {TAIL} ticks or fewer; use --score nfd")
-    casts = tuple(walk.cast for walk in trajectories)
-    return Returns(np.concatenate(features), np.concatenate(returns), np.concatenate(episodes), casts)
+    people = tuple(trajectory.people for trajectory in trajectories)
+    return Returns(np.concatenate(features), np.concatenate(returns), np.concatenate(episodes), people)
 
 
-def _progress(walk: Trajectory) -> Floats:
+def _progress(trajectory: Trajectory) -> Floats:
     """(T + 1,) of an episode; 1 exactly when all is delivered."""
-    encoder = feature_encoder(walk.map, LAYOUT)
-    rows = encoder.encode_arrays(walk.robot_poses, walk.robot_velocities, walk.held, walk.item_poses, 0)
+    encoder = feature_encoder(trajectory.map, LAYOUT)
+    rows = encoder.encode_arrays(*trajectory.state_arrays, seat=0)
     delivered = encoder.delivered(rows)
-    done = progress(walk.map, walk.item_poses, delivered)
-    return np.where(delivered.sum(axis=1) == len(walk.map.items), 1.0, done)
+    done = progress(trajectory.map, trajectory.item_poses, delivered)
+    return np.where(delivered.sum(axis=1) == len(trajectory.map.items), 1.0, done)
 
 
 def discounted(gains: Floats, discount: float) -> Floats:
@@ -119,7 +119,7 @@ def _layers(width: int) -> nn.Sequential:
     )
 
 
-def train_value(config: BassConfig, data: Returns, folder: Path) -> Fitted[ValueNetwork]:
+def train_value(config: BassConfig, data: Returns, folder: Path) -> FitResult[ValueNetwork]:
     """Fit the value to returns; curves and resume file go to `folder`. Validation as for the simulator."""
     torch.manual_seed(config.seed)
     network = ValueNetwork(config.value_spec())
@@ -128,7 +128,7 @@ def train_value(config: BassConfig, data: Returns, folder: Path) -> Fitted[Value
     network.mean.copy_(mean)
     network.deviation.copy_(deviation.clamp(min=1e-2))
     random = np.random.default_rng(config.seed)
-    train, held_out = split_rows(data.episodes, data.casts, config.held_out, config.seed)
+    train, held_out = split_rows(data.episodes, data.people, config.held_out, config.seed)
     held_out = random.permutation(held_out)[:VALIDATION_ROWS]
 
     def batch(value: nn.Module, rows: Indices) -> tuple[Tensor, Tensor]:
@@ -148,6 +148,6 @@ def train_value(config: BassConfig, data: Returns, folder: Path) -> Fitted[Value
         return {"explained": 1.0 - (error.square().mean() / returns.var().clamp(min=1e-6)).double()}
 
     how = dataclasses.replace(config, decay=DECAY)
-    trained = fit(Task(network, losses, validate, config.value_updates, random, len(train)), how, folder)
+    trained = fit(TrainingTask(network, losses, validate, config.value_updates, random, len(train)), how, folder)
     assert isinstance(trained.network, ValueNetwork)
-    return Fitted(trained.network.cpu(), trained.updates, trained.made)
+    return FitResult(trained.network.cpu(), trained.updates, trained.made)

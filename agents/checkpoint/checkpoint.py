@@ -44,11 +44,11 @@ MAX_NAME = 60
 MAX_POPULATION = 300  # characters; a description has it in it
 
 
-class _Strict(BaseModel):
+class _StrictModel(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-class FileEntry(_Strict):
+class FileEntry(_StrictModel):
     """One file of the folder."""
 
     name: FileName
@@ -56,7 +56,7 @@ class FileEntry(_Strict):
     sha256: _Sha256
 
 
-class Score(_Strict):
+class Score(_StrictModel):
     """One measured mean, with its standard error over n episodes."""
 
     mean: float
@@ -64,7 +64,7 @@ class Score(_Strict):
     n: Annotated[int, Field(ge=1)]
 
 
-class Training(_Strict):
+class Training(_StrictModel):
     """Where the weights of a network come from."""
 
     preset: _Line
@@ -82,7 +82,7 @@ SelectionScore = Literal["nfd", "nfd+ac", "value"]
 DynamicsKind = Literal["vae", "gru"]
 
 
-class SelectionSpec(_Strict):
+class SelectionSpec(_StrictModel):
     """How BASS chooses among candidates (paper, "Study on Action Sampling Times")."""
 
     own: Annotated[int, Field(ge=1, le=16)] = 4
@@ -92,7 +92,7 @@ class SelectionSpec(_Strict):
     depth: Annotated[int, Field(ge=1, le=32)] = 8  # ticks to simulate
 
 
-class DynamicsSpec(_Strict):
+class DynamicsSpec(_StrictModel):
     """The shape of the learned simulator: two autoencoders around a latent step (paper, "BASS Details")."""
 
     kind: DynamicsKind = "vae"
@@ -103,7 +103,7 @@ class DynamicsSpec(_Strict):
     grasping: bool = False  # what a press does is calculated, instead of being predicted
 
 
-class ValueSpec(_Strict):
+class ValueSpec(_StrictModel):
     """What the value network of BASS says: the progress that is still to come, less the later it comes."""
 
     width: Annotated[int, Field(ge=4, le=2048)] = 256
@@ -111,7 +111,7 @@ class ValueSpec(_Strict):
     discount: Annotated[float, Field(gt=0.0, lt=1.0)] = 0.98  # per tick
 
 
-class Card(_Strict):
+class Card(_StrictModel):
     """card.json."""
 
     schema_version: Literal[1]

@@ -95,7 +95,7 @@ def _check(arguments: argparse.Namespace) -> int:
     return 0
 
 
-class Timed:
+class TimedAgent:
     """An agent whose decisions are timed; `decisions_ms` has one entry per question."""
 
     def __init__(self, agent: Agent) -> None:
@@ -115,7 +115,7 @@ class Timed:
 def _probe(arguments: argparse.Namespace) -> int:
     if arguments.ticks < 1:
         raise AgentError(f"an episode has at least 1 tick, not {arguments.ticks}")
-    timed, the_map = Timed(load_agent(arguments.agent)), load_map(arguments.map)
+    timed, the_map = TimedAgent(load_agent(arguments.agent)), load_map(arguments.map)
     if caution := unseen_map(arguments.agent, the_map.name):
         print(f"movingout: {caution}", file=sys.stderr)
     ticks = sum(1 for _ in rollout(the_map, (timed, IdleAgent()), seed=0, ticks=arguments.ticks))

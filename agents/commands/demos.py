@@ -9,8 +9,8 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import Progress
 
-from movingout.agents.data.dagger import TEACHER, lessons
-from movingout.agents.data.demonstrations import Made, jobs, make_all, teach_all
+from movingout.agents.data.dagger import EXPERT, labelling_jobs
+from movingout.agents.data.demonstrations import WrittenEpisode, episode_jobs, label_all, write_all
 from movingout.agents.errors import DataError
 from movingout.agents.scripted.populations import PEOPLE, POPULATIONS, manifest, population
 from movingout.maps import MapSpec, load_map, map_names
@@ -33,8 +33,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     generate.add_argument("--out", type=Path, default=Path("data/demos"), help="folder for the recordings")
     generate.add_argument("--json", action="store_true")
     label = actions.add_parser("label", help="let a learner and an expert take turns with the stick (DAgger)")
-    label.add_argument("--learner", default=TEACHER, help="agent id (default: the expert itself)")
-    label.add_argument("--expert", default=TEACHER, help=f"agent id of who is learned from (default {TEACHER})")
+    label.add_argument("--learner", default=EXPERT, help="agent id (default: the expert itself)")
+    label.add_argument("--expert", default=EXPERT, help=f"agent id of who is learned from (default {EXPERT})")
     label.add_argument("--population", choices=("A", "B", "AB"), default="AB", help="whose people are the partners")
     label.add_argument("--map", default="all", help="a map's name, several joined by commas, or all")
     label.add_argument("--challenge", type=int, choices=(1, 2), default=1, help="2: four variants of each map")
@@ -72,8 +72,8 @@ def _generate(args: argparse.Namespace) -> int:
     _check_counts(args)
     people = population(args.population)[: args.people]
     prefix = f"{args.population}{args.challenge}s{args.seed}"
-    todo = jobs(people, _maps(args), args.episodes, args.ticks, args.seed, prefix)
-    made = _with_progress(len(todo), make_all(todo, args.out, args.workers))
+    todo = episode_jobs(people, _maps(args), args.episodes, args.ticks, args.seed, prefix)
+    made = _with_progress(len(todo), write_all(todo, args.out, args.workers))
     (args.out / "people.json").write_text(json.dumps(manifest(), indent=1))
     rates = [one.tcr for one in made]
     mean = sum(rates) / len(rates) if rates else 0.0
@@ -88,8 +88,8 @@ def _label(args: argparse.Namespace) -> int:
     _check_counts(args)
     partners = [(person.name, person.agent_id) for name in args.population for person in population(name)]
     order = [partners[k * 7 % len(partners)] for k in range(len(partners))]  # A and B in turn
-    todo = lessons(_maps(args), order, args.learner, args.expert, args.episodes, args.ticks, args.seed)
-    made = _with_progress(len(todo), teach_all(todo, args.out, args.workers))
+    todo = labelling_jobs(_maps(args), order, args.learner, args.expert, args.episodes, args.ticks, args.seed)
+    made = _with_progress(len(todo), label_all(todo, args.out, args.workers))
     mean = sum(one.tcr for one in made) / max(len(made), 1)
     if args.json:
         print(json.dumps({"out": str(args.out), "episodes": len(made), "tcr": _per_map(made)}))
@@ -103,7 +103,7 @@ def _check_counts(args: argparse.Namespace) -> None:
         raise DataError("--episodes, --ticks and --workers must be at least 1")
 
 
-def _per_map(made: list[Made]) -> dict[str, float]:
+def _per_map(made: list[WrittenEpisode]) -> dict[str, float]:
     names = sorted({one.map for one in made})
     rates = {name: [one.tcr for one in made if one.map == name] for name in names}
     return {name: round(sum(values) / len(values), 3) for name, values in rates.items()}
@@ -119,8 +119,8 @@ def _maps(args: argparse.Namespace) -> list[MapSpec]:
     return [randomize(the_map, args.seed + variant) for variant in range(4) for the_map in maps]
 
 
-def _with_progress(total: int, episodes: Iterator[Made]) -> list[Made]:
-    made: list[Made] = []
+def _with_progress(total: int, episodes: Iterator[WrittenEpisode]) -> list[WrittenEpisode]:
+    made: list[WrittenEpisode] = []
     with Progress(console=Console(stderr=True)) as progress:
         bar = progress.add_task("episodes", total=total)
         for one in episodes:

@@ -29,7 +29,7 @@ from movingout.agents.curriculum.roster import (
     PLAIN_A,
 )
 from movingout.agents.curriculum.steps import Stage, Step
-from movingout.agents.data.dagger import TEACHER
+from movingout.agents.data.dagger import EXPERT
 from movingout.world.constants import LIMIT_TICKS
 
 AUGMENTATION = "--pose-noise", 0.002, "--recombine", 0.25  # paper, "Behavior Augmentation Details"
@@ -60,7 +60,7 @@ class Sizes:
 
 
 @dataclass(frozen=True, slots=True)
-class Lessons:
+class LabelledData:
     """Labelled episodes to learn from, and whose they are."""
 
     folder: Path
@@ -70,8 +70,8 @@ class Lessons:
 def recipe(sizes: Sizes) -> list[Stage]:
     """Every agent of the tables, from nothing."""
     labels = sizes.data / "labels"
-    both = Lessons(labels, "a scripted expert beside scripted people of A and B; none of population C")
-    of_a = Lessons(labels / "a", "a scripted expert beside scripted people of A; none of populations B and C")
+    both = LabelledData(labels, "a scripted expert beside scripted people of A and B; none of population C")
+    of_a = LabelledData(labels / "a", "a scripted expert beside scripted people of A; none of populations B and C")
     train, diffusion = partial(_train, sizes), partial(_diffusion, sizes)
     simulator = "--updates", sizes.simulator_updates
     own_plays, bass_plays = (_plays_folder(sizes, agent_id) for agent_id in (DP, FIRST))
@@ -98,21 +98,21 @@ def recipe(sizes: Sizes) -> list[Stage]:
     ]
 
 
-def _rounds(sizes: Sizes, lessons: Lessons) -> list[Stage]:
+def _rounds(sizes: Sizes, labelled: LabelledData) -> list[Stage]:
     """An expert labels, a learner learns from it; then it labels what the learner does, and so on (DAgger)."""
     stages: list[Stage] = []
     for number in range(sizes.rounds + 1):
-        stages += [(_label(sizes, lessons.folder, people, number),) for people in "AB"]
+        stages += [(_label(sizes, labelled.folder, people, number),) for people in "AB"]
         if number < sizes.rounds:
             total = sizes.updates * (number + 1)
-            stages.append((_diffusion(sizes, LEARNER, lessons, total, "--threads", sizes.workers),))
+            stages.append((_diffusion(sizes, LEARNER, labelled, total, "--threads", sizes.workers),))
     return stages
 
 
 def _label(sizes: Sizes, labels: Path, people: str, number: int) -> Step:
     """A round of labelling beside the people of one population; the learner is a policy of both."""
     folder = labels / people.lower() / f"round-{number}"
-    learner, count = (TEACHER, sizes.episodes) if number == 0 else (LEARNER, max(sizes.episodes // 2, 1))
+    learner, count = (EXPERT, sizes.episodes) if number == 0 else (LEARNER, max(sizes.episodes // 2, 1))
     words = (
         "demos", "label", "--learner", learner, "--population", people, "--episodes", -(-count // 2), "--seed", number,
         "--ticks", sizes.ticks, "--workers", sizes.workers, "--out", folder,
@@ -120,7 +120,7 @@ def _label(sizes: Sizes, labels: Path, people: str, number: int) -> Step:
     return _marked(folder / "done", words)
 
 
-def _diffusion(sizes: Sizes, agent_id: str, lessons: Lessons, total: int, *words: object) -> Step:
+def _diffusion(sizes: Sizes, agent_id: str, labelled: LabelledData, total: int, *words: object) -> Step:
     """Diffusion Policy, trained on to `total` updates with the labels there are by now."""
     models = sizes.data / "models"
 
@@ -129,13 +129,13 @@ def _diffusion(sizes: Sizes, agent_id: str, lessons: Lessons, total: int, *words
         return there and find_checkpoint(agent_id, models).card.training.updates >= total
 
     shape = "--go-on", "--updates", total, "--width", sizes.width, "--batch", sizes.batch
-    whole = "train", "dp", lessons.folder, *shape, "--population", lessons.people, *words
+    whole = "train", "dp", labelled.folder, *shape, "--population", labelled.people, *words
     return _training(sizes, agent_id, whole, is_done)
 
 
-def _baselines(sizes: Sizes, lessons: Lessons, mlp: str, gru: str) -> Stage:
-    """The paper's two baselines from the same lessons, the longer one first."""
-    words = lessons.folder, "--population", lessons.people, "--updates", sizes.baseline_updates
+def _baselines(sizes: Sizes, labelled: LabelledData, mlp: str, gru: str) -> Stage:
+    """The paper's two baselines from the same labelled, the longer one first."""
+    words = labelled.folder, "--population", labelled.people, "--updates", sizes.baseline_updates
     return _train(sizes, gru, "gru", *words), _train(sizes, mlp, "mlp", *words)
 
 

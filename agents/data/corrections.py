@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from movingout.agents.data.dataset import Piece, Singles, Trajectory
+from movingout.agents.data.dataset import SeatSamples, Singles, Trajectory
 from movingout.agents.errors import DataError
 from movingout.maps import map_from_json, map_to_json
 
@@ -32,15 +32,15 @@ class Correction:
     taught: npt.NDArray[np.bool_]  # (T,) whether the tick was the expert's, its hand steady
 
 
-def correction_pieces(corrections: Iterable[Correction], layout: str) -> Iterator[Piece]:
+def correction_samples(corrections: Iterable[Correction], layout: str) -> Iterator[SeatSamples]:
     """The stretches in which the expert acted, in the learners' seats."""
     for one in corrections:
         features = one.trajectory.features(one.seat, layout)
-        for begin, end in taught_stretches(one):
+        for begin, end in expert_stretches(one):
             yield one.trajectory.participants[one.seat], features[begin:end], one.labels[begin:end]
 
 
-def taught_stretches(one: Correction) -> Iterator[tuple[int, int]]:
+def expert_stretches(one: Correction) -> Iterator[tuple[int, int]]:
     """First tick and the one after the last of each run of taught ticks that is long enough."""
     resting = 0
     taught = one.taught.copy()
@@ -56,10 +56,10 @@ def taught_stretches(one: Correction) -> Iterator[tuple[int, int]]:
 
 def save_correction(path: Path, correction: Correction) -> None:
     """Write one file."""
-    walk = correction.trajectory
-    about = {"map": map_to_json(walk.map), "participants": walk.participants, "seat": correction.seat}
+    trajectory = correction.trajectory
+    about = {"map": map_to_json(trajectory.map), "participants": trajectory.participants, "seat": correction.seat}
     data = io.BytesIO()
-    arrays = {name: getattr(walk, name) for name in _ARRAYS}
+    arrays = {name: getattr(trajectory, name) for name in _ARRAYS}
     arrays |= {"labels": correction.labels, "taught": correction.taught, "about": np.array(json.dumps(about))}
     np.savez_compressed(data, allow_pickle=False, **arrays)
     part = path.with_suffix(".part")
@@ -75,10 +75,10 @@ def load_correction(path: Path) -> Correction:
             arrays = {name: file[name] for name in _ARRAYS}
             labels, taught = file["labels"], file["taught"]
             blue, red = about["participants"]
-            walk = Trajectory(map_from_json(about["map"]), (blue, red), **arrays)
+            trajectory = Trajectory(map_from_json(about["map"]), (blue, red), **arrays)
             seat = int(about["seat"])
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise DataError(f"{path} is not a file of corrections: {error}") from error
-    if labels.shape != (walk.ticks, 5) or taught.shape != (walk.ticks,) or seat not in (0, 1):
-        raise DataError(f"{path}: labels of shape {labels.shape} for {walk.ticks} ticks; make the file anew")
-    return Correction(walk, seat, labels, taught)
+    if labels.shape != (trajectory.ticks, 5) or taught.shape != (trajectory.ticks,) or seat not in (0, 1):
+        raise DataError(f"{path}: labels of shape {labels.shape} for {trajectory.ticks} ticks; make the file anew")
+    return Correction(trajectory, seat, labels, taught)

@@ -16,7 +16,7 @@ from movingout.agents.base import EpisodeInfo
 from movingout.agents.catalogue import load_agent
 from movingout.agents.data.corrections import Correction
 from movingout.agents.data.dataset import Trajectory
-from movingout.agents.data.rollout import Player
+from movingout.agents.data.rollout import SeatPlayer
 from movingout.agents.errors import AgentError
 from movingout.maps import MapSpec
 from movingout.world import World
@@ -27,12 +27,12 @@ SLIP_TICKS = (3, 9)
 SLIP_PRESS_CHANCE = 0.05  # per tick of a slip
 LEARNER_TICKS = (5, 45)  # how long the learner has the stick
 EXPERT_TICKS = (20, 80)
-TEACHER = "scripted:slices=1000,patience=25,yields=1"
+EXPERT = "scripted:slices=1000,patience=25,yields=1"
 """The expert as one can learn from it: it never stands still to think, and does not insist."""
 
 
 @dataclass(frozen=True, slots=True)
-class Lesson:
+class LabellingJob:
     """One episode to be played: who learns, with whom, where."""
 
     map: MapSpec
@@ -44,39 +44,37 @@ class Lesson:
     ticks: int
 
 
-def teach(lesson: Lesson, slips: bool = True) -> Correction:
+def label_episode(job: LabellingJob, slips: bool = True) -> Correction:
     """Play one episode."""
-    world = World(lesson.map, record_sub_poses=False)
-    partner_seat = 1 - lesson.seat
-    partner = Player(
-        load_agent(lesson.partner[1]), EpisodeInfo(lesson.map, partner_seat, lesson.seed + 1, lesson.ticks)
-    )
-    turns = _Turns(lesson)
-    hand = _SlippingHand(lesson.seed, SLIP_CHANCE if slips else 0.0)
+    world = World(job.map, record_sub_poses=False)
+    partner_seat = 1 - job.seat
+    partner = SeatPlayer(load_agent(job.partner[1]), EpisodeInfo(job.map, partner_seat, job.seed + 1, job.ticks))
+    turns = _Turns(job)
+    hand = _SlippingHand(job.seed, SLIP_CHANCE if slips else 0.0)
     states, actions, labels, taught = [world.state()], [], [], []
-    while world.tick < lesson.ticks and not world.delivered().all():
+    while world.tick < job.ticks and not world.delivered().all():
         state = states[-1]
         wanted, by_expert = turns.action(state)
         both = np.zeros((2, 3))
-        both[lesson.seat], steady = hand.action(np.array(wanted))
+        both[job.seat], steady = hand.action(np.array(wanted))
         both[partner_seat] = partner.action(state)
-        labels.append(_label(wanted, state, lesson.seat))
+        labels.append(_label(wanted, state, job.seat))
         taught.append(by_expert and steady)
         world.step(both)
         actions.append(both)
         states.append(world.state())
-    names = (f"expert:{lesson.partner[0]}", lesson.partner[0])
+    names = (f"expert:{job.partner[0]}", job.partner[0])
     return Correction(
         Trajectory(
-            lesson.map,
-            names if lesson.seat == 0 else names[::-1],
+            job.map,
+            names if job.seat == 0 else names[::-1],
             np.array([state.robot_poses for state in states]),
             np.array([state.robot_velocities for state in states]),
             np.array([state.held for state in states]),
             np.array([state.item_poses for state in states]),
             np.array(actions),
         ),
-        lesson.seat,
+        job.seat,
         np.array(labels, dtype=np.float32),
         np.array(taught),
     )
@@ -85,12 +83,12 @@ def teach(lesson: Lesson, slips: bool = True) -> Correction:
 class _Turns:
     """Who has the stick of the learner's seat: the learner and the expert in turn, or always the expert."""
 
-    def __init__(self, lesson: Lesson) -> None:
-        self._lesson = lesson
-        self._random = np.random.default_rng([lesson.seed, 78])
-        self._learner = self._player(lesson.learner) if lesson.learner != lesson.expert else None
+    def __init__(self, job: LabellingJob) -> None:
+        self._job = job
+        self._random = np.random.default_rng([job.seed, 78])
+        self._learner = self._player(job.learner) if job.learner != job.expert else None
         self._by_expert = self._learner is None
-        self._expert = self._player(lesson.expert)
+        self._expert = self._player(job.expert)
         self._left = self._turn()
 
     def action(self, state: WorldState) -> tuple[tuple[float, float, float], bool]:
@@ -101,16 +99,16 @@ class _Turns:
             self._by_expert = not self._by_expert
             self._left = self._turn()
             if self._by_expert:
-                self._expert = self._player(self._lesson.expert)
+                self._expert = self._player(self._job.expert)
         self._left -= 1
         return (self._expert if self._by_expert else self._learner).action(state), self._by_expert
 
     def _turn(self) -> int:
         return int(self._random.integers(*(EXPERT_TICKS if self._by_expert else LEARNER_TICKS)))
 
-    def _player(self, agent_id: str) -> Player:
-        lesson = self._lesson
-        return Player(load_agent(agent_id), EpisodeInfo(lesson.map, lesson.seat, lesson.seed, lesson.ticks))
+    def _player(self, agent_id: str) -> SeatPlayer:
+        job = self._job
+        return SeatPlayer(load_agent(agent_id), EpisodeInfo(job.map, job.seat, job.seed, job.ticks))
 
 
 def _label(wanted: tuple[float, float, float], state: WorldState, seat: int) -> list[float]:
@@ -146,16 +144,16 @@ class _SlippingHand:
         return self._action, False
 
 
-def lessons(
+def labelling_jobs(
     maps: list[MapSpec], partners: list[tuple[str, str]], learner: str, expert: str, count: int, ticks: int, seed: int
-) -> list[Lesson]:
-    """`count` lessons per map, seats and partners in turn; maps alternate, so that a part is of use too."""
+) -> list[LabellingJob]:
+    """`count` labelling_jobs per map, seats and partners in turn; maps alternate, so that a part is of use too."""
     if not partners:
-        raise AgentError("a lesson needs at least one partner")
+        raise AgentError("a job needs at least one partner")
     made = []
     for number in range(count):
         for index, the_map in enumerate(maps):
             turn = seed * 7919 + index * count + number
             partner = partners[turn % len(partners)]
-            made.append(Lesson(the_map, learner, expert, partner, (number + index) % 2, turn, ticks))
+            made.append(LabellingJob(the_map, learner, expert, partner, (number + index) % 2, turn, ticks))
     return made

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from movingout.agents.checkpoint.policy_spec import Grasp
 from movingout.agents.errors import DataError
-from movingout.agents.grasp_encoding import levels_of, presses_of
+from movingout.agents.grasp_encoding import effective_presses, hold_levels
 from movingout.agents.observation.features import feature_encoder
 from movingout.maps import MapSpec
 from movingout.recordings import Episode, read_episode
@@ -44,7 +44,12 @@ class Trajectory:
         return len(self.actions)
 
     @property
-    def cast(self) -> frozenset[str]:
+    def state_arrays(self) -> tuple[Floats, Floats, Ints, Floats]:
+        """Robot poses, robot velocities, held items and item poses, T + 1 rows each."""
+        return self.robot_poses, self.robot_velocities, self.held, self.item_poses
+
+    @property
+    def people(self) -> frozenset[str]:
         """The people in it; a trained agent is none, and the expert beside somebody counts as that one."""
         names = (person(name).removeprefix("expert:") for name in self.participants)
         return frozenset(name for name in names if "@" not in name)
@@ -59,7 +64,7 @@ class Trajectory:
 
     def targets(self, seat: int, grasp: Grasp) -> Singles:
         """(T, 5) what `seat` did in each tick, see `policy_spec.ACTION_WIDTH`."""
-        yes = (levels_of if grasp == "hold" else presses_of)(self.held)[:, seat]
+        yes = (hold_levels if grasp == "hold" else effective_presses)(self.held)[:, seat]
         heading = self.actions[:, seat, 1]
         columns = (
             np.clip(self.actions[:, seat, 0], -1.0, 1.0),
@@ -99,9 +104,9 @@ SeatChoice = Literal["acting", "human", "all"]
 """From whom a policy learns: all who act by themselves, people at the stick alone, or also idle seats and ghosts."""
 
 
-def learned_seats(walk: Trajectory, choice: SeatChoice) -> tuple[int, ...]:
+def learned_seats(trajectory: Trajectory, choice: SeatChoice) -> tuple[int, ...]:
     """The seats of an episode from which a policy learns."""
-    return tuple(seat for seat in (0, 1) if _is_learned(walk.kinds[seat], walk.participants[seat], choice))
+    return tuple(seat for seat in (0, 1) if _is_learned(trajectory.kinds[seat], trajectory.participants[seat], choice))
 
 
 def _is_learned(kind: SeatKind, name: str, choice: SeatChoice) -> bool:
@@ -159,33 +164,35 @@ def _drawn(people: int, share: float, seed: int) -> Indices:
     return order[: max(min(round(share * people), people - 1), 0)]
 
 
-def held_out_episodes(casts: Sequence[Collection[str]], share: float, seed: int) -> npt.NDArray[np.bool_]:
+def held_out_episodes(people: Sequence[Collection[str]], share: float, seed: int) -> npt.NDArray[np.bool_]:
     """(E,) which episodes are for validation, from who sat in each: all those of a share of the people.
 
     Nobody of these people is in the others. Where that leaves nothing on one side, every tenth episode is held out.
     """
-    names = sorted({name for cast in casts for name in cast})
+    names = sorted({name for group in people for name in group})
     chosen = {names[number] for number in _drawn(len(names), share, seed)}
-    out = np.array([not chosen.isdisjoint(cast) for cast in casts], dtype=np.bool_)
-    return out if 0 < out.sum() < len(out) else np.arange(len(casts)) % 10 == 9
+    out = np.array([not chosen.isdisjoint(group) for group in people], dtype=np.bool_)
+    return out if 0 < out.sum() < len(out) else np.arange(len(people)) % 10 == 9
 
 
-def split_rows(episodes: Indices, casts: Sequence[Collection[str]], share: float, seed: int) -> tuple[Indices, Indices]:
+def split_rows(
+    episodes: Indices, people: Sequence[Collection[str]], share: float, seed: int
+) -> tuple[Indices, Indices]:
     """Of rows whose episodes are given (M,), those to train on and those to validate with.
 
     By `held_out_episodes`; where all rows are of one side (the others were too short to have any) they are for both.
     """
-    out = held_out_episodes(casts, share, seed)[episodes]
+    out = held_out_episodes(people, share, seed)[episodes]
     if out.all() or not out.any():
         return np.arange(len(episodes)), np.arange(len(episodes))
     return np.flatnonzero(~out), np.flatnonzero(out)
 
 
-Piece = tuple[str, Singles, Singles]
+SeatSamples = tuple[str, Singles, Singles]
 """A seat of an episode: participant, features (T, D), targets (T or more, 5): of these ticks and of what came next."""
 
 
-def windows_of(rows: Iterable[Piece]) -> Windows:
+def windows_of(rows: Iterable[SeatSamples]) -> Windows:
     """Put pieces one after the other."""
     pieces = list(rows)
     if not pieces:
@@ -207,18 +214,22 @@ def windows_of(rows: Iterable[Piece]) -> Windows:
     )
 
 
-def trajectory_pieces(
+def trajectory_samples(
     trajectories: Sequence[Trajectory], layout: str, grasp: Grasp, seats: SeatChoice = "acting"
-) -> Iterator[Piece]:
+) -> Iterator[SeatSamples]:
     """What was done in these seats of all trajectories."""
-    for walk in trajectories:
-        for seat in learned_seats(walk, seats):
-            yield person(walk.participants[seat]), walk.features(seat, layout), walk.targets(seat, grasp)
+    for trajectory in trajectories:
+        for seat in learned_seats(trajectory, seats):
+            yield (
+                person(trajectory.participants[seat]),
+                trajectory.features(seat, layout),
+                trajectory.targets(seat, grasp),
+            )
 
 
 def trajectory_windows(trajectories: Sequence[Trajectory], layout: str, grasp: Grasp) -> Windows:
     """The windows of all who act in trajectories."""
-    return windows_of(trajectory_pieces(trajectories, layout, grasp))
+    return windows_of(trajectory_samples(trajectories, layout, grasp))
 
 
 def recording_files(places: Sequence[Path], suffixes: tuple[str, ...] = (".mcap",)) -> list[Path]:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from movingout.agents.catalogue import load_agent
 from movingout.agents.data.corrections import SUFFIX, save_correction
-from movingout.agents.data.dagger import Lesson, teach
+from movingout.agents.data.dagger import LabellingJob, label_episode
 from movingout.agents.data.rollout import rollout
 from movingout.agents.scripted.populations import Participant
 from movingout.maps import MapSpec
@@ -23,7 +23,7 @@ Pair = tuple[Participant, Participant]
 
 
 @dataclass(frozen=True, slots=True)
-class Job:
+class EpisodeJob:
     """One episode to play: who sits in blue and in red, where, with which seed."""
 
     episode_id: str
@@ -34,7 +34,7 @@ class Job:
 
 
 @dataclass(frozen=True, slots=True)
-class Made:
+class WrittenEpisode:
     """One episode that was written."""
 
     path: Path
@@ -43,9 +43,9 @@ class Made:
     tcr: float
 
 
-def jobs(
+def episode_jobs(
     people: Sequence[Participant], maps: Sequence[MapSpec], episodes: int, ticks: int, seed: int, prefix: str
-) -> list[Job]:
+) -> list[EpisodeJob]:
     """`episodes` per pair and map, pairs of neighbours in the list; after half of them the two change seats (paper)."""
     pairs = [(people[k], people[k + 1]) for k in range(0, len(people) - 1, 2)]
     made = []
@@ -54,7 +54,7 @@ def jobs(
             for episode in range(episodes):
                 seats = pair if episode < (episodes + 1) // 2 else (pair[1], pair[0])
                 name = f"{prefix}-{_map_name(the_map)}-{pair[0].name}{pair[1].name}-{episode:02d}"
-                made.append(Job(name, the_map, seats, seed + number * episodes + episode, ticks))
+                made.append(EpisodeJob(name, the_map, seats, seed + number * episodes + episode, ticks))
     return made
 
 
@@ -63,7 +63,7 @@ def _map_name(the_map: MapSpec) -> str:
     return f"{the_map.name}-{the_map.variant}" if the_map.variant else the_map.name
 
 
-def make(job: Job, folder: Path) -> Made:
+def write_episode(job: EpisodeJob, folder: Path) -> WrittenEpisode:
     """Play and write one episode."""
     agents = (load_agent(job.seats[0].agent_id), load_agent(job.seats[1].agent_id))
     blue, red = (SeatInfo("agent", person.name, person.sha256) for person in job.seats)
@@ -83,41 +83,41 @@ def make(job: Job, folder: Path) -> Made:
     assert writer is not None, "an episode has at least one tick"
     tcr = metrics.result().tcr
     path = finalise(writer.close("delivered" if tcr == 1.0 else "time"))
-    return Made(path, job.map.name, played, tcr)
+    return WrittenEpisode(path, job.map.name, played, tcr)
 
 
-def make_all(todo: Sequence[Job], folder: Path, workers: int) -> Iterator[Made]:
+def write_all(todo: Sequence[EpisodeJob], folder: Path, workers: int) -> Iterator[WrittenEpisode]:
     """Play and write all episodes in `workers` processes, as they are finished. What exists already is skipped."""
     folder.mkdir(parents=True, exist_ok=True)
     missing = [job for job in todo if not (folder / f"{job.episode_id}.mcap").exists()]
     for job in missing:
         (folder / f"{job.episode_id}.mcap.journal").unlink(missing_ok=True)  # of a run that was stopped
-    yield from _in_processes([partial(make, job, folder) for job in missing], workers)
+    yield from _in_processes([partial(write_episode, job, folder) for job in missing], workers)
 
 
-def teach_all(todo: Sequence[Lesson], folder: Path, workers: int) -> Iterator[Made]:
-    """Play and label all lessons likewise."""
+def label_all(todo: Sequence[LabellingJob], folder: Path, workers: int) -> Iterator[WrittenEpisode]:
+    """Play and label all labelling_jobs likewise."""
     folder.mkdir(parents=True, exist_ok=True)
-    paths = {lesson: folder / f"{_file_name(lesson)}{SUFFIX}" for lesson in todo}
-    missing = [(lesson, path) for lesson, path in paths.items() if not path.exists()]
-    yield from _in_processes([partial(_teach, lesson, path) for lesson, path in missing], workers)
+    paths = {job: folder / f"{_file_name(job)}{SUFFIX}" for job in todo}
+    missing = [(job, path) for job, path in paths.items() if not path.exists()]
+    yield from _in_processes([partial(_label_and_save, job, path) for job, path in missing], workers)
 
 
-def _file_name(lesson: Lesson) -> str:
-    """A file name that tells lessons apart."""
-    learner = re.sub(r"[^A-Za-z0-9]+", "-", lesson.learner)
-    return f"{learner}-{_map_name(lesson.map)}-{lesson.partner[0]}-{lesson.seed}"
+def _file_name(job: LabellingJob) -> str:
+    """A file name that tells labelling_jobs apart."""
+    learner = re.sub(r"[^A-Za-z0-9]+", "-", job.learner)
+    return f"{learner}-{_map_name(job.map)}-{job.partner[0]}-{job.seed}"
 
 
-def _teach(lesson: Lesson, path: Path) -> Made:
-    correction = teach(lesson)
+def _label_and_save(job: LabellingJob, path: Path) -> WrittenEpisode:
+    correction = label_episode(job)
     save_correction(path, correction)
-    walk = correction.trajectory
-    rate = task_completion_rate(walk.map, delivered_items(walk.map, walk.item_poses[-1]))
-    return Made(path, walk.map.name, walk.ticks, rate)
+    trajectory = correction.trajectory
+    rate = task_completion_rate(trajectory.map, delivered_items(trajectory.map, trajectory.item_poses[-1]))
+    return WrittenEpisode(path, trajectory.map.name, trajectory.ticks, rate)
 
 
-def _in_processes(calls: Sequence[Callable[[], Made]], workers: int) -> Iterator[Made]:
+def _in_processes(calls: Sequence[Callable[[], WrittenEpisode]], workers: int) -> Iterator[WrittenEpisode]:
     if workers == 1:
         yield from (call() for call in calls)
         return

@@ -29,23 +29,24 @@ class Diversity:
     coverage: float  # mean of 1 - exp(-d^2 / 2 w^2) over pairs of paths, in [0, 1]
 
 
-def diversity(walks: Sequence[Trajectory]) -> Diversity:
+def diversity(trajectories: Sequence[Trajectory]) -> Diversity:
     """The four measures. At least two episodes are needed for three of them; with fewer they are 0."""
-    paths = [path_of(walk) for walk in walks]
+    paths = [path_of(trajectory) for trajectory in trajectories]
+    places = np.concatenate([trajectory.robot_poses[..., :2].reshape(-1, 2) for trajectory in trajectories])
     pairs = list(combinations(paths, 2))
     costs = np.array([dynamic_time_warping(a, b) for a, b in pairs]) if pairs else np.zeros(1)
     gaps = np.array([np.linalg.norm(a - b, axis=1).mean() for a, b in pairs]) if pairs else np.zeros(1)
     return Diversity(
         dtw_mean=float(costs.mean()),
         dtw_variance=float(costs.var()),
-        entropy=place_entropy(np.concatenate([walk.robot_poses[..., :2].reshape(-1, 2) for walk in walks])),
+        entropy=place_entropy(places),
         coverage=float((1 - np.exp(-(gaps**2) / (2 * RBF_WIDTH**2))).mean()),
     )
 
 
-def path_of(walk: Trajectory) -> Floats:
+def path_of(trajectory: Trajectory) -> Floats:
     """(POINTS, 4): x, y of blue and red."""
-    places = walk.robot_poses[..., :2].reshape(len(walk.robot_poses), 4)
+    places = trajectory.robot_poses[..., :2].reshape(len(trajectory.robot_poses), 4)
     path: Floats = places[np.linspace(0, len(places) - 1, POINTS).round().astype(int)]
     return path
 

@@ -15,7 +15,7 @@ from movingout.world.state import Floats, WorldState
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Step:
+class RolloutStep:
     """One tick: the state before, the world actions (2, 3), the state after."""
 
     before: WorldState
@@ -23,7 +23,7 @@ class Step:
     after: WorldState
 
 
-class Player:
+class SeatPlayer:
     """An agent in a seat: plays the rows of its chunk, then asks again."""
 
     def __init__(self, agent: Agent, episode: EpisodeInfo) -> None:
@@ -48,10 +48,10 @@ class Watcher(Protocol):
     def watch(self, world: World) -> None: ...
 
 
-def rollout(the_map: MapSpec, agents: tuple[Agent, Agent], seed: int, ticks: int) -> Iterator[Step]:
+def rollout(the_map: MapSpec, agents: tuple[Agent, Agent], seed: int, ticks: int) -> Iterator[RolloutStep]:
     """Play until everything is delivered or `ticks` are over."""
     world = World(the_map, record_sub_poses=False)
-    players = [Player(agent, EpisodeInfo(the_map, seat, seed, ticks)) for seat, agent in enumerate(agents)]
+    players = [SeatPlayer(agent, EpisodeInfo(the_map, seat, seed, ticks)) for seat, agent in enumerate(agents)]
     for agent in agents:
         if isinstance(agent, Watcher):
             agent.watch(world)
@@ -60,5 +60,5 @@ def rollout(the_map: MapSpec, agents: tuple[Agent, Agent], seed: int, ticks: int
         actions = np.array([player.action(before) for player in players])
         world.step(actions)
         after = world.state()
-        yield Step(before, actions, after)
+        yield RolloutStep(before, actions, after)
         before = after

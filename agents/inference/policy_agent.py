@@ -26,7 +26,7 @@ STANDSTILL = 0.06  # [u] who keeps within this of where it is now, for so long, 
 
 
 @dataclass(frozen=True, slots=True)
-class View:
+class SeatView:
     """A state as a seat sees it."""
 
     encoder: FeatureEncoder
@@ -34,7 +34,7 @@ class View:
     state: WorldState
 
 
-def encoded(views: Sequence[View]) -> list[Singles]:
+def encoded(views: Sequence[SeatView]) -> list[Singles]:
     """The features (D,) of each view, encoded together where map and seat are the same."""
     groups: dict[tuple[FeatureEncoder, int], list[int]] = {}
     for index, view in enumerate(views):
@@ -54,7 +54,7 @@ def encoded(views: Sequence[View]) -> list[Singles]:
 
 
 @dataclass(slots=True)
-class Plan:
+class CurrentChunk:
     """A chosen chunk and the tick of its first row."""
 
     chunk: Singles  # (H, 5)
@@ -76,7 +76,7 @@ class PolicyAgent:
         self.detail: dict[str, object] = {}
         self._history: list[Singles] = []
         self._trail: deque[Floats] = deque(maxlen=STANDSTILL_TICKS)
-        self._plan: Plan | None = None
+        self._plan: CurrentChunk | None = None
 
     def reset(self, episode: EpisodeInfo) -> None:
         """Begin an episode: prepare the map, forget the last one."""
@@ -94,7 +94,7 @@ class PolicyAgent:
         if due or self.spec.obs_horizon > 1:
             self._remember(observation)
         if due:
-            self._plan = Plan(self.decide(observation.state, self._stacked()), observation.tick)
+            self._plan = CurrentChunk(self.decide(observation.state, self._stacked()), observation.tick)
         return self._planned(observation)
 
     @property
@@ -113,7 +113,7 @@ class PolicyAgent:
             states = [observation.state for _, observation in deciding]
             chunks = type(agents[0]).decide_many([agent for agent, _ in deciding], states, histories)
             for (agent, observation), chunk in zip(deciding, chunks, strict=True):
-                agent._plan = Plan(chunk, observation.tick)
+                agent._plan = CurrentChunk(chunk, observation.tick)
         return [agent._planned(observation) for agent, observation in seen]
 
     def decide(self, state: WorldState, history: Singles) -> Singles:
@@ -143,7 +143,7 @@ class PolicyAgent:
     @staticmethod
     def remember_many(seen: Sequence[tuple["PolicyAgent", Observation]]) -> None:
         """Take in what each sees."""
-        views = [View(agent.encoder, agent.episode.seat, observation.state) for agent, observation in seen]
+        views = [SeatView(agent.encoder, agent.episode.seat, observation.state) for agent, observation in seen]
         for (agent, _), features in zip(seen, encoded(views), strict=True):
             agent._keep(features)
 

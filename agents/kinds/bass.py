@@ -90,7 +90,7 @@ def _train_simulator(
     transitions = transitions_of(data.episodes)
     fitted = train_dynamics(config, transitions, run.folder)
     run.check_learned(data, before, fitted, "--updates")
-    training = run.training(data, data.cast, len(transitions), fitted.updates)
+    training = run.training(data, data.people, len(transitions), fitted.updates)
     return packed_simulator(fitted.network, config.depth, base.card.policy.grasp, training)
 
 
@@ -101,7 +101,7 @@ def _train_value(run: TrainingRun[BassConfig], config: BassConfig, data: Trainin
     returns = returns_of(data.episodes, config.discount)
     fitted = train_value(config, returns, run.folder / "value")
     run.check_learned(data, before, fitted, "--value-updates")
-    training = run.training(data, data.cast, len(returns.returns), fitted.updates)
+    training = run.training(data, data.people, len(returns.returns), fitted.updates)
     return packed_value(fitted.network, training)
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, get_args
 from movingout.agents.base import Agent
 from movingout.agents.checkpoint.checkpoint import Checkpoint
 from movingout.agents.checkpoint.policy_spec import Denoiser, PolicySpec
-from movingout.agents.data.dataset import Piece, SeatChoice
+from movingout.agents.data.dataset import SeatChoice, SeatSamples
 from movingout.agents.errors import DataError
 from movingout.agents.kinds.kind import AgentKind, Trained
 from movingout.agents.policies.config import PolicyConfig
@@ -77,12 +77,12 @@ def _train(kind: str, build: Build, denoisers: tuple[Denoiser, ...], run: Traini
     run.check_learned(data, before, fitted, "--updates")
     training = run.training(data, windows.names, len(windows), fitted.updates)
     description = f"{kind.upper()} trained on {training.episodes} episodes of {training.population}."
-    maps = {walk.map.name for walk in data.episodes}
+    maps = {trajectory.map.name for trajectory in data.episodes}
     checkpoint = save_policy(run.model_folder, run.agent_id, fitted.network, maps, training, run.name, description)
     return Trained(checkpoint, training)
 
 
-def _recombined(run: TrainingRun[PolicyConfig], data: TrainingData, spec: PolicySpec) -> Iterator[Piece]:
+def _recombined(run: TrainingRun[PolicyConfig], data: TrainingData, spec: PolicySpec) -> Iterator[SeatSamples]:
     """The paper's recombination: as many more ticks as `config.recombine` says, each piece confirmed by the engine."""
     from movingout.agents.bass.recombination import LENGTH, augmentation
     from movingout.agents.data.dataset import person
@@ -94,9 +94,9 @@ def _recombined(run: TrainingRun[PolicyConfig], data: TrainingData, spec: Policy
     count = round(config.recombine * sum(part.ticks for part in parts) / LENGTH)
     found, report = augmentation(parts, count, config.seed, config.matching)
     run.tell(f"recombination: {report.valid} of {report.tried} pieces valid ({report.share:.1%})")
-    for piece, walk in found:
+    for piece, trajectory in found:
         seat = piece.own.seat
-        yield person(walk.participants[seat]), walk.features(seat, spec.layout), piece.targets
+        yield person(trajectory.participants[seat]), trajectory.features(seat, spec.layout), piece.targets
 
 
 def _add_options(parser: argparse.ArgumentParser) -> None:

@@ -21,7 +21,7 @@ from functools import lru_cache
 import numpy as np
 
 from movingout.agents.errors import AgentError
-from movingout.agents.observation.navigation import located, navigation
+from movingout.agents.observation.navigation import navigation, on_grid
 from movingout.maps import MapSpec
 from movingout.world import constants as c
 from movingout.world.observation import ITEM_SLOTS, ITEM_WIDTH, LAYOUTS, ROBOT_WIDTH, encoder
@@ -97,10 +97,10 @@ class FeatureEncoder:
         ways = navigation(self._map)
         own, other = robot_poses[:, seat, :2], robot_poses[:, 1 - seat, :2]
         places = item_poses[..., :2]
-        here, there = located(own[:, None]), located(places)
+        here, there = on_grid(own[:, None]), on_grid(places)
         to_items, lengths = ways.ways(here, there)
         homewards, lengths_home = ways.ways(there, ways.nearest_goal(there))
-        to_other, _ = ways.ways(here, located(other[:, None]))
+        to_other, _ = ways.ways(here, on_grid(other[:, None]))
         angles = robot_poses[:, seat, 2]
         grasp = own + c.REACH * np.stack((-np.sin(angles), np.cos(angles)), axis=-1)
         index = np.arange(places.shape[1])

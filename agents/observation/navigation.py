@@ -25,7 +25,7 @@ _STEPS = tuple((dx, dy) for dx in (-1, 0, 1) for dy in (-1, 0, 1) if dx or dy)
 _Indices = npt.NDArray[np.intp]
 
 
-class Located(NamedTuple):
+class GridPoints(NamedTuple):
     """Points (..., 2) and the cells (...) in which they lie, looked up once for all ways that begin or end there."""
 
     points: Floats
@@ -45,7 +45,7 @@ class Navigation:
         self._goal_cells = goal
         self._goal_points = self._centres[goal]
 
-    def ways(self, start: Located, target: Located) -> tuple[Floats, Floats]:
+    def ways(self, start: GridPoints, target: GridPoints) -> tuple[Floats, Floats]:
         """From points to points around the walls.
 
         Unit vectors (..., 2) that lead there, zeros at the target, and lengths [u] (...); `FAR` where there is no way.
@@ -63,10 +63,10 @@ class Navigation:
         unit: Floats = towards / np.maximum(norms, 1e-6)
         return np.where(norms > 1e-3, unit, 0.0), lengths
 
-    def nearest_goal(self, of: Located) -> Located:
+    def nearest_goal(self, of: GridPoints) -> GridPoints:
         """The centres of the goal regions nearest by way to points."""
         nearest = self._lengths[of.cells[..., None], self._goal_cells].argmin(axis=-1)
-        return Located(self._goal_points[nearest], self._goal_cells[nearest])
+        return GridPoints(self._goal_points[nearest], self._goal_cells[nearest])
 
 
 @lru_cache(maxsize=64)
@@ -75,9 +75,9 @@ def navigation(map_spec: MapSpec) -> Navigation:
     return Navigation(map_spec)
 
 
-def located(points: Floats) -> Located:
+def on_grid(points: Floats) -> GridPoints:
     """Points (..., 2) and where they lie, on any map."""
-    return Located(points, _cells(points))
+    return GridPoints(points, _cells(points))
 
 
 def _cells(points: Floats) -> _Indices:

@@ -14,7 +14,7 @@ from movingout.agents.data.dataset import Indices, Windows
 from movingout.agents.policies.config import PolicyConfig
 from movingout.agents.policies.policy import MOTION, Policy
 from movingout.agents.policies.pose_noise import noisy_partner
-from movingout.agents.training.fit import Fitted, Losses, Task, fit
+from movingout.agents.training.fit import FitResult, Losses, TrainingTask, fit
 
 NORMALISER_ROWS = 200_000  # rows from which mean and deviation are estimated
 VALIDATION_ROWS = 4096
@@ -24,7 +24,7 @@ HOLDS = 4  # index of one's own hand, +1 or -1, in every observation layout
 
 def train_policy(
     build: Callable[[PolicySpec], Policy], spec: PolicySpec, config: PolicyConfig, windows: Windows, folder: Path
-) -> Fitted[Policy]:
+) -> FitResult[Policy]:
     """Fit the policy that `build` makes of `spec` to windows; curves and resume file go to `folder`.
 
     Raises DataError for a configuration that cannot be.
@@ -50,9 +50,9 @@ def train_policy(
             torch.manual_seed(1)
             return _losses(network, config, windows, held_out)
 
-    trained = fit(Task(policy, losses, validate, updates, random, len(train)), config, folder)
+    trained = fit(TrainingTask(policy, losses, validate, updates, random, len(train)), config, folder)
     assert isinstance(trained.network, Policy)
-    return Fitted(trained.network.cpu(), trained.updates, trained.made)
+    return FitResult(trained.network.cpu(), trained.updates, trained.made)
 
 
 def _gpus(network: nn.Module) -> list[torch.device]:

@@ -32,7 +32,7 @@ SEED_STRIDE = 1_000_003  # between the seeds of two runs, more than a run has up
 
 
 @dataclass(frozen=True, slots=True)
-class Task:
+class TrainingTask:
     """What the loop fits: the network, the losses of a batch by name (`loss` is minimised), and those of validation.
 
     Both are asked with a network that may lie on a GPU, and bring their batches to where it lies.
@@ -47,7 +47,7 @@ class Task:
 
 
 @dataclass(frozen=True, slots=True)
-class Fitted(Generic[NetworkT]):
+class FitResult(Generic[NetworkT]):
     """What came of it: the moving average of a network, after how many updates in all, and how many of them now."""
 
     network: NetworkT
@@ -65,7 +65,7 @@ class _State:
     update: int = 0
 
 
-def fit(task: Task, config: Optimisation, folder: Path) -> Fitted[nn.Module]:
+def fit(task: TrainingTask, config: Optimisation, folder: Path) -> FitResult[nn.Module]:
     """Train to the end, going on from the folder's resume file if there is one.
 
     A run that was stopped comes to the same weights as one that was not; one that goes on with more or fewer rows, or
@@ -104,10 +104,10 @@ def fit(task: Task, config: Optimisation, folder: Path) -> Fitted[nn.Module]:
                 curve.flush()
                 _save(state, task, config, folder / RESUME)
                 progress.update(bar, description=f"loss {values['loss']:.4f}")
-    return Fitted(state.average.eval(), state.update, state.update - begun_at)
+    return FitResult(state.average.eval(), state.update, state.update - begun_at)
 
 
-def _update(state: _State, task: Task, config: Optimisation, device: torch.device) -> Losses:
+def _update(state: _State, task: TrainingTask, config: Optimisation, device: torch.device) -> Losses:
     """One gradient step."""
     for group in state.optimiser.param_groups:
         group["lr"] = config.rate * _schedule(state.update, task.updates, config.warmup)
@@ -148,7 +148,7 @@ def _schedule(update: int, updates: int, warmup: int) -> float:
     return 0.5 * (1 + math.cos(math.pi * (update - warmup) / max(updates - warmup, 1)))
 
 
-def _evaluated(state: _State, task: Task, losses: Losses) -> dict[str, float]:
+def _evaluated(state: _State, task: TrainingTask, losses: Losses) -> dict[str, float]:
     """The last losses and those of validation. Raises DataError when one is not finite."""
     state.average.eval()
     with torch.inference_mode():
@@ -159,7 +159,7 @@ def _evaluated(state: _State, task: Task, losses: Losses) -> dict[str, float]:
     return values
 
 
-def _save(state: _State, task: Task, config: Optimisation, path: Path) -> None:
+def _save(state: _State, task: TrainingTask, config: Optimisation, path: Path) -> None:
     """Everything needed to go on, as plain tensors."""
     tensors = {f"network.{name}": tensor for name, tensor in state.network.state_dict().items()}
     tensors |= {f"average.{name}": tensor for name, tensor in state.average.state_dict().items()}
@@ -172,7 +172,7 @@ def _save(state: _State, task: Task, config: Optimisation, path: Path) -> None:
     part.replace(path)
 
 
-def _resume(state: _State, task: Task, config: Optimisation, path: Path) -> None:
+def _resume(state: _State, task: TrainingTask, config: Optimisation, path: Path) -> None:
     """Take up what `_save` left. Raises DataError when it is damaged or of another network."""
     if not path.exists():
         return

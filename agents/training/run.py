@@ -19,8 +19,8 @@ from movingout.agents.training.training_data import TrainingData, read_training_
 ConfigT = TypeVar("ConfigT", bound=Optimisation)
 
 
-class Progress(Protocol):
-    """How far a network has been trained (`training.fit.Fitted`)."""
+class FitProgress(Protocol):
+    """How far a network has been trained (`training.fit.FitResult`)."""
 
     @property
     def updates(self) -> int: ...
@@ -80,7 +80,7 @@ class TrainingRun(Generic[ConfigT]):
             about["data_sha256"] = data.sha256
         return run_folder.begin(self.folder, about, self.config, self.options.go_on)
 
-    def check_learned(self, data: TrainingData, before: str, fitted: Progress, option: str) -> None:
+    def check_learned(self, data: TrainingData, before: str, fitted: FitProgress, option: str) -> None:
         """Raises DataError when there was nothing left to do, so that a card would name data never learned from.
 
         `before` is what `begin` returned, `option` the one that would let it learn on.

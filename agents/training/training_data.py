@@ -5,24 +5,24 @@ from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 
-from movingout.agents.bass.recombination import Part
+from movingout.agents.bass.recombination import LearnedPart
 from movingout.agents.checkpoint.policy_spec import PolicySpec
 from movingout.agents.data.corrections import (
     SUFFIX,
     Correction,
-    correction_pieces,
+    correction_samples,
+    expert_stretches,
     load_correction,
-    taught_stretches,
 )
 from movingout.agents.data.dataset import (
-    Piece,
     SeatChoice,
+    SeatSamples,
     Trajectory,
     data_hash,
     learned_seats,
     read_trajectories,
     recording_files,
-    trajectory_pieces,
+    trajectory_samples,
 )
 from movingout.agents.errors import DataError
 
@@ -46,30 +46,30 @@ class TrainingData:
         return [*self.trajectories, *(one.trajectory for one in self.corrections)]
 
     @property
-    def cast(self) -> set[str]:
+    def people(self) -> set[str]:
         """The people in all episodes."""
-        return {name for walk in self.episodes for name in walk.cast}
+        return {name for trajectory in self.episodes for name in trajectory.people}
 
     def left_out(self, seats: SeatChoice) -> int:
         """How many seats of the recordings are not learned from."""
-        return sum(2 - len(learned_seats(walk, seats)) for walk in self.trajectories)
+        return sum(2 - len(learned_seats(trajectory, seats)) for trajectory in self.trajectories)
 
-    def pieces(self, spec: PolicySpec, seats: SeatChoice) -> Iterator[Piece]:
+    def pieces(self, spec: PolicySpec, seats: SeatChoice) -> Iterator[SeatSamples]:
         """What a policy learns: what was done in these seats of recordings, and the expert's labels."""
         if self.corrections and spec.grasp != "hold":
             raise DataError("an expert's labels say which hold level it wants; train with --grasp hold")
-        recorded = trajectory_pieces(self.trajectories, spec.layout, spec.grasp, seats)
-        return chain(recorded, correction_pieces(self.corrections, spec.layout))
+        recorded = trajectory_samples(self.trajectories, spec.layout, spec.grasp, seats)
+        return chain(recorded, correction_samples(self.corrections, spec.layout))
 
-    def parts(self, spec: PolicySpec, seats: SeatChoice) -> list[Part]:
+    def parts(self, spec: PolicySpec, seats: SeatChoice) -> list[LearnedPart]:
         """The same, to be recombined."""
         recorded = [
-            Part(walk, seat, walk.targets(seat, spec.grasp), ((0, walk.ticks),))
-            for walk in self.trajectories
-            for seat in learned_seats(walk, seats)
+            LearnedPart(trajectory, seat, trajectory.targets(seat, spec.grasp), ((0, trajectory.ticks),))
+            for trajectory in self.trajectories
+            for seat in learned_seats(trajectory, seats)
         ]
         return recorded + [
-            Part(one.trajectory, one.seat, one.labels, tuple(taught_stretches(one))) for one in self.corrections
+            LearnedPart(one.trajectory, one.seat, one.labels, tuple(expert_stretches(one))) for one in self.corrections
         ]
 
 

@@ -2,8 +2,8 @@
 
 Questions that wait at the same time for agents with the same networks are answered in one batch.
 
-Started by `server.agent_workers.process` as `python -m movingout.agents.worker.process SOCKET_FD BOARD_FD`; ends when
-the socket closes.
+Started by `server.agent_workers.process` as `python -m movingout.agents.worker.process SOCKET_FD HEARTBEAT_FD`; ends
+when the socket closes.
 """
 
 import os

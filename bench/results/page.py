@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
-from bench._roster import PAPER_BASS, PAPER_COLUMNS, Field
+from bench._roster import PAPER_BASS, PAPER_COLUMNS, Comparison
 from bench.bass import Numbers
 from bench.learning import table
 from bench.results.bass_tables import BASS as ROLE
@@ -44,8 +44,8 @@ Played = Mapping[str, Sequence[Outcome]]
 
 
 def measured_part(
-    both: tuple[Field, Played],
-    of_a: tuple[Field, Played],
+    both: tuple[Comparison, Played],
+    of_a: tuple[Comparison, Played],
     cards: Mapping[str, Card],
     numbers: Numbers | None,
     command: str,
@@ -81,7 +81,7 @@ def measured_part(
     return "\n\n".join(parts)
 
 
-def _tables(field: Field, played: Played, level: str) -> Iterator[str]:
+def _tables(field: Comparison, played: Played, level: str) -> Iterator[str]:
     for group, partners in field.partners.items():
         if not played[group]:
             continue  # nobody has played with them yet
@@ -93,7 +93,7 @@ def _agents(outcomes: Sequence[Outcome]) -> list[str]:
     return list(dict.fromkeys(one.run.agent for one in outcomes))
 
 
-def _apart(field: Field, played: Played) -> Iterator[str]:
+def _apart(field: Comparison, played: Played) -> Iterator[str]:
     """The section on agents trained with one population alone; nothing where none has played."""
     if not any(one.run.agent in field.learners for outcomes in played.values() for one in outcomes):
         return
@@ -105,7 +105,7 @@ def _apart(field: Field, played: Played) -> Iterator[str]:
     yield leads(field, played)
 
 
-def _generalisation(field: Field, played: Played) -> str:
+def _generalisation(field: Comparison, played: Played) -> str:
     """Agents by kinds of partners."""
     heads = " | ".join(f"{partners}: TCR | NFD | n" for partners in field.partners.values())
     lines = [f"| agent | as in the paper | {heads} |", "|---" * (2 + 3 * len(field.partners)) + "|"]

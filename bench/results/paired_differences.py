@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
-from bench._roster import Field
+from bench._roster import Comparison
 from bench.results.episode_log import Outcome
 from movingout.agents.curriculum.roster import BASS
 from movingout.world.estimates import estimate, estimate_text
@@ -23,7 +23,7 @@ def against_aim(outcomes: Sequence[Outcome]) -> str:
     return f"`{BASS}` TCR {estimate_text(found)}; aimed at {TARGET_TCR}: {reached}."
 
 
-def leads(field: Field, played: Mapping[str, Sequence[Outcome]]) -> str:
+def leads(field: Comparison, played: Mapping[str, Sequence[Outcome]]) -> str:
     """A table of the pairs that a field compares, of those who played, by the partners' populations."""
     groups = [group for group in field.partners if played[group]]
     heads = [f"{field.partners[group]}: " if len(groups) > 1 else "" for group in groups]

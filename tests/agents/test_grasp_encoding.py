@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from movingout.agents.grasp_encoding import levels_of, presses_of, toggles
+from movingout.agents.grasp_encoding import effective_presses, hold_levels, toggles
 
 
 def test_a_press_is_made_exactly_where_the_wanted_level_differs_from_the_hand() -> None:
@@ -13,6 +13,6 @@ def test_a_press_is_made_exactly_where_the_wanted_level_differs_from_the_hand() 
 def test_levels_turned_back_into_presses_are_the_presses_that_worked() -> None:
     held = np.array([[-1, 2], [-1, 2], [0, -1], [0, -1], [-1, -1], [3, 1]])
     for seat in (0, 1):
-        rebuilt = toggles(levels_of(held)[:, seat], holding=bool(held[0, seat] >= 0))
-        assert np.array_equal(rebuilt > 0, presses_of(held)[:, seat])
-    assert presses_of(held)[:, 0].tolist() == [False, True, False, True, True]
+        rebuilt = toggles(hold_levels(held)[:, seat], holding=bool(held[0, seat] >= 0))
+        assert np.array_equal(rebuilt > 0, effective_presses(held)[:, seat])
+    assert effective_presses(held)[:, 0].tolist() == [False, True, False, True, True]

@@ -14,7 +14,7 @@ from bench.results import bass_tables
 from bench.results.bass_tables import BASS, GRU, ORACLE, RANDOM, role, tables
 from movingout.agents.base import EpisodeInfo
 from movingout.agents.bass.agent import OracleBassAgent
-from movingout.agents.bass.score_functions import Judge
+from movingout.agents.bass.score_functions import ScoreFunction
 from movingout.agents.bass.selection import Choice, choose
 from movingout.agents.bass.state_vector import HELD_START, moving
 from movingout.agents.checkpoint.checkpoint import DynamicsSpec
@@ -36,11 +36,11 @@ def test_as_many_candidates_are_drawn_as_the_agent_chooses_among(agent_id: str) 
 
 def test_the_partner_is_predicted_by_what_the_agent_guesses(monkeypatch: pytest.MonkeyPatch) -> None:
     agent = bass_agent_of("bass@all")
-    walk = walked("SingleRotation", ticks=agent.selection.depth + 1)  # its only moment is the first one
-    distance, heading, _ = walk.actions[0, 1]
+    trajectory = walked("SingleRotation", ticks=agent.selection.depth + 1)  # its only moment is the first one
+    distance, heading, _ = trajectory.actions[0, 1]
     truth = np.array([distance, np.cos(heading), np.sin(heading), 1.0, -1.0], dtype=np.float32)
     monkeypatch.setattr(agent, "guesses", lambda partner: np.broadcast_to(truth, partner.shape))
-    assert measure(agent, [walk], moments=1, seed=0).partner_10 == 1.0
+    assert measure(agent, [trajectory], moments=1, seed=0).partner_10 == 1.0
 
 
 @pytest.mark.parametrize(("option", "same"), [("", True), (",partner=random", False)])
@@ -49,9 +49,9 @@ def test_the_engine_is_given_the_policys_guesses_also_where_the_agent_guesses_at
 ) -> None:
     seen: list[Floats] = []
 
-    def choosing(judge: Judge, seat: int, own: Floats, partner: Floats, *how: Any) -> Choice:
+    def choosing(score_function: ScoreFunction, seat: int, own: Floats, partner: Floats, *how: Any) -> Choice:
         seen.append(partner)
-        return choose(judge, seat, own, partner, *how)
+        return choose(score_function, seat, own, partner, *how)
 
     monkeypatch.setattr(bass, "choose", choosing)
     measure(bass.bass_agent_of(f"bass@all:score=nfd,sampling=4x4{option}"), [SHORT], moments=1, seed=0)
@@ -77,14 +77,14 @@ def test_the_engine_as_simulator_makes_no_error() -> None:
 
 
 def test_hands_that_change_are_counted_in_every_tick() -> None:
-    walks = [walked("DistancePriority", ticks=120, seed=seed) for seed in (1, 2, 3)]
-    changes = sum(int((walk.held[1:] != walk.held[:-1]).sum()) for walk in walks)
+    trajectories = [walked("DistancePriority", ticks=120, seed=seed) for seed in (1, 2, 3)]
+    changes = sum(int((trajectory.held[1:] != trajectory.held[:-1]).sum()) for trajectory in trajectories)
     assert changes > 1
     engine = bass_agent_of("bass@all:simulator=oracle")
-    assert measure(engine, walks, moments=1, seed=0).hands == 1.0
+    assert measure(engine, trajectories, moments=1, seed=0).hands == 1.0
     blind = bass_agent_of("bass@all")
     blind.simulator = lambda state: lambda joint: np.tile(moving(state), (len(joint), 8, 1))  # type: ignore[method-assign]
-    assert measure(blind, walks, moments=1, seed=0).hands == 0.0
+    assert measure(blind, trajectories, moments=1, seed=0).hands == 0.0
 
 
 def test_poses_alone_know_nothing_of_hands_and_speeds() -> None:

@@ -13,11 +13,11 @@ from tests.agents.learning import recorded
 
 def test_rows_are_repeated_until_they_are_as_many_as_in_training(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(windows, "ROWS", 3_000)
-    walk = driven("SingleRotation", seed=1)
-    made, rate = encoded([walk], KINDS["dp"].presets["fast"])
+    trajectory = driven("SingleRotation", seed=1)
+    made, rate = encoded([trajectory], KINDS["dp"].presets["fast"])
     assert len(made) == 3_000 and rate > 0
     assert np.array_equal(made.features[:500], made.features[1000:1500])
-    assert np.array_equal(made.features[:500], walk.features(0, "aware-v1"))
+    assert np.array_equal(made.features[:500], trajectory.features(0, "aware-v1"))
 
 
 def test_a_row_for_each_preset_is_printed(

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
-from movingout.agents.baseline.delayed_agent import LaggedAgent
+from movingout.agents.baseline.delayed_agent import DelayedAgent
 from movingout.agents.catalogue import load_agent
 from movingout.agents.errors import AgentError
 from movingout.agents.observation.seat_observation import observe, start_state
@@ -29,26 +29,26 @@ class _Counting:
         return np.array([[(observation.tick + 1 + row / 10) / 100, 1.0, 0.0, 0.0] for row in range(self.rows)])
 
 
-def _play(agent: LaggedAgent, ticks: int) -> list[float]:
+def _play(agent: DelayedAgent, ticks: int) -> list[float]:
     agent.reset(EPISODE)
     return [round(100 * float(agent.act(observe(THE_MAP, start_state(THE_MAP), 0, t))[0, 0]), 3) for t in range(ticks)]
 
 
 def test_with_lag_one_the_action_of_a_tick_was_decided_at_the_tick_before() -> None:
-    assert _play(LaggedAgent(_Counting(1), 1), 4) == [0.0, 1.0, 2.0, 3.0]
-    assert _play(LaggedAgent(_Counting(1), 3), 5) == [0.0, 0.0, 0.0, 1.0, 2.0]
+    assert _play(DelayedAgent(_Counting(1), 1), 4) == [0.0, 1.0, 2.0, 3.0]
+    assert _play(DelayedAgent(_Counting(1), 3), 5) == [0.0, 0.0, 0.0, 1.0, 2.0]
 
 
 def test_an_agent_that_plays_chunks_is_asked_no_more_often_than_without_lag() -> None:
     inner = _Counting(2)
-    assert _play(LaggedAgent(inner, 1), 5) == [0.0, 1.0, 1.1, 3.0, 3.1]
+    assert _play(DelayedAgent(inner, 1), 5) == [0.0, 1.0, 1.1, 3.0, 3.1]
     assert inner.asked == [0, 2, 4]
 
 
 def test_any_agent_takes_the_option_lag() -> None:
     agent = load_agent("scripted:seed=3,lag=1")
-    assert isinstance(agent, LaggedAgent) and agent.lag == 1
-    assert not isinstance(load_agent("scripted:lag=0"), LaggedAgent)
+    assert isinstance(agent, DelayedAgent) and agent.lag == 1
+    assert not isinstance(load_agent("scripted:lag=0"), DelayedAgent)
 
 
 @pytest.mark.parametrize("lag", ["-1", "11", "1.5", "much", "true"])

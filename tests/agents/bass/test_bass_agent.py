@@ -52,8 +52,8 @@ def test_an_exported_simulator_gives_the_numbers_of_the_trained_one(kind: str, r
 
 @pytest.mark.parametrize("kind", ["vae", "gru"])
 def test_the_simulator_learns_to_be_better_than_saying_that_nothing_moves(kind: DynamicsKind, tmp_path: Path) -> None:
-    walks = [walked("DistancePriority", ticks=60, seed=seed) for seed in range(11)]
-    data = transitions_of(walks)
+    trajectories = [walked("DistancePriority", ticks=60, seed=seed) for seed in range(11)]
+    data = transitions_of(trajectories)
     config = BassConfig(dynamics=kind, width=64, latent=16, updates=250, batch=128, rate=3e-3, warmup=20, ema=0.98)
     dynamics = train_dynamics(config, data, tmp_path).network
     rows = np.flatnonzero(data.episodes == 9)  # never trained on
@@ -111,9 +111,9 @@ def test_what_hands_hold_goes_where_the_engine_carries_it_and_nothing_else_moves
 
 
 def test_hands_are_read_from_the_state() -> None:
-    walk = walked(ticks=2)
+    trajectory = walked(ticks=2)
     held = np.array([[-1, 2], [0, -1], [3, 3]])
-    rows = moving_arrays(walk.robot_poses, walk.robot_velocities, held, walk.item_poses)
+    rows = moving_arrays(trajectory.robot_poses, trajectory.robot_velocities, held, trajectory.item_poses)
     assert holding(torch.from_numpy(rows)).tolist() == [[0, 1], [1, 0], [1, 1]]
 
 

@@ -6,7 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from movingout.agents.bass.recombination import LENGTH, Part, Piece, augmentation, draw_pieces, recombined
+from movingout.agents.bass.recombination import (
+    LENGTH,
+    LearnedPart,
+    RecombinedPiece,
+    augmentation,
+    draw_pieces,
+    recombined,
+)
 from movingout.agents.bass.restored_world import restage
 from movingout.agents.data.dataset import Trajectory, windows_of
 from movingout.maps import load_map
@@ -23,24 +30,24 @@ def _straight(blue: float, red: float, ticks: int = 20) -> Trajectory:
     return trajectory_of_actions(the_map, actions)
 
 
-def _part(walk: Trajectory, seat: int = 0, *stretches: tuple[int, int]) -> Part:
+def _part(trajectory: Trajectory, seat: int = 0, *stretches: tuple[int, int]) -> LearnedPart:
     """What the seat did is to be learned; in all ticks, if no stretches are given."""
-    return Part(walk, seat, walk.targets(seat, "hold"), stretches or ((0, walk.ticks),))
+    return LearnedPart(trajectory, seat, trajectory.targets(seat, "hold"), stretches or ((0, trajectory.ticks),))
 
 
 def test_a_piece_keeps_ones_own_motion_and_takes_the_partners_from_the_other_episode() -> None:
-    walks = [_straight(0.2, 0.1), _straight(0.2, -0.1)]
-    walk = recombined(Piece(_part(walks[0]), 2, walks[1], 2))
-    assert walk is not None and walk.ticks == LENGTH
-    assert np.allclose(walk.robot_poses[:, 0], walks[0].robot_poses[2 : 3 + LENGTH, 0], atol=0.02)
-    assert np.allclose(walk.robot_poses[:, 1], walks[1].robot_poses[2 : 3 + LENGTH, 1], atol=0.02)
-    assert np.array_equal(walk.actions[:, 0], walks[0].actions[2 : 2 + LENGTH, 0])
-    assert np.array_equal(walk.actions[:, 1], walks[1].actions[2 : 2 + LENGTH, 1])
-    assert np.array_equal(walk.robot_velocities[0, 0], walks[0].robot_velocities[2, 0])
-    assert np.array_equal(walk.robot_velocities[0, 1], walks[1].robot_velocities[2, 1])
+    trajectories = [_straight(0.2, 0.1), _straight(0.2, -0.1)]
+    trajectory = recombined(RecombinedPiece(_part(trajectories[0]), 2, trajectories[1], 2))
+    assert trajectory is not None and trajectory.ticks == LENGTH
+    assert np.allclose(trajectory.robot_poses[:, 0], trajectories[0].robot_poses[2 : 3 + LENGTH, 0], atol=0.02)
+    assert np.allclose(trajectory.robot_poses[:, 1], trajectories[1].robot_poses[2 : 3 + LENGTH, 1], atol=0.02)
+    assert np.array_equal(trajectory.actions[:, 0], trajectories[0].actions[2 : 2 + LENGTH, 0])
+    assert np.array_equal(trajectory.actions[:, 1], trajectories[1].actions[2 : 2 + LENGTH, 1])
+    assert np.array_equal(trajectory.robot_velocities[0, 0], trajectories[0].robot_velocities[2, 0])
+    assert np.array_equal(trajectory.robot_velocities[0, 1], trajectories[1].robot_velocities[2, 1])
 
 
-def _starts(pieces: Iterable[Piece]) -> set[int]:
+def _starts(pieces: Iterable[RecombinedPiece]) -> set[int]:
     return {piece.start for piece in pieces}
 
 
@@ -50,7 +57,7 @@ def test_pieces_are_found_only_where_both_ends_match() -> None:
     assert 0 in _starts(draw_pieces([_part(slow), _part(fast)], 1, "one-end"))
     same = list(draw_pieces([_part(slow), _part(_straight(0.2, -0.1))], seed=1))
     assert len(same) == 2 * (slow.ticks - LENGTH + 1)
-    assert all(piece.own.walk is not piece.other for piece in same)
+    assert all(piece.own.trajectory is not piece.other for piece in same)
 
 
 def test_a_match_may_be_at_any_tick_and_in_whichever_seat_the_other_episode_is_learned() -> None:
@@ -74,19 +81,19 @@ def test_what_one_did_after_a_piece_is_in_the_chunks_of_its_last_ticks() -> None
 
 
 def test_episodes_of_different_maps_are_not_put_together() -> None:
-    walk = _straight(0.2, 0.1)
-    elsewhere = replace(walk, map=replace(walk.map, items=walk.map.items[::-1]))
-    assert not list(draw_pieces([_part(walk), _part(elsewhere)], seed=1))
+    trajectory = _straight(0.2, 0.1)
+    elsewhere = replace(trajectory, map=replace(trajectory.map, items=trajectory.map.items[::-1]))
+    assert not list(draw_pieces([_part(trajectory), _part(elsewhere)], seed=1))
 
 
 def test_the_engine_refuses_a_partner_who_stands_where_one_drives() -> None:
-    walks = [_straight(0.2, 0.0), _straight(0.2, 0.0)]
-    blocked = walks[1].robot_poses.copy()
-    ahead = walks[0].robot_poses[2, 0]
+    trajectories = [_straight(0.2, 0.0), _straight(0.2, 0.0)]
+    blocked = trajectories[1].robot_poses.copy()
+    ahead = trajectories[0].robot_poses[2, 0]
     blocked[:, 1, :2] = ahead[:2] + 0.2 * np.array([-np.sin(ahead[2]), np.cos(ahead[2])])
-    walks[1] = replace(walks[1], robot_poses=blocked)
-    own, other = (replace(walk, actions=walk.actions * (5, 1, 1)) for walk in walks)
-    assert recombined(Piece(_part(own), 2, other, 2)) is None
+    trajectories[1] = replace(trajectories[1], robot_poses=blocked)
+    own, other = (replace(trajectory, actions=trajectory.actions * (5, 1, 1)) for trajectory in trajectories)
+    assert recombined(RecombinedPiece(_part(own), 2, other, 2)) is None
 
 
 def test_augmentation_reports_how_many_pieces_were_valid_and_finds_the_same_from_the_same_seed() -> None:
@@ -105,17 +112,17 @@ def test_augmentation_gives_up_where_nothing_matches() -> None:
 
 
 def test_a_restaged_world_goes_on_nearly_as_the_real_one() -> None:
-    walk = _straight(0.5, 0.5, ticks=12)
-    states = states_of(walk.map, walk.actions)
-    world = restage(walk.map, states[4])
-    for action in walk.actions[4:]:
+    trajectory = _straight(0.5, 0.5, ticks=12)
+    states = states_of(trajectory.map, trajectory.actions)
+    world = restage(trajectory.map, states[4])
+    for action in trajectory.actions[4:]:
         world.step(action)
     assert np.allclose(world.state().robot_poses, states[12].robot_poses, atol=0.03)
 
 
 def test_a_hand_that_cannot_reach_is_told() -> None:
-    walk = _straight(0.0, 0.0, ticks=2)
-    state = states_of(walk.map, walk.actions)[1]
+    trajectory = _straight(0.0, 0.0, ticks=2)
+    state = states_of(trajectory.map, trajectory.actions)[1]
     state.held[0] = 3
     with pytest.raises(WorldError, match="cannot be staged anew"):
-        restage(walk.map, state)
+        restage(trajectory.map, state)

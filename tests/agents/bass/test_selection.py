@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from movingout.agents.bass.score_functions import judge
+from movingout.agents.bass.score_functions import score_function
 from movingout.agents.bass.selection import choose, pairs_of
 from movingout.agents.bass.state_vector import ITEMS_START, item_places, moving, moving_arrays, robot_places
 from movingout.agents.checkpoint.checkpoint import SelectionSpec
@@ -36,7 +36,7 @@ def _item_follows_both(joint: Floats) -> Floats:
 def test_the_candidate_that_brings_the_items_nearest_to_the_goal_is_chosen(seat: int) -> None:
     spec = SelectionSpec(own=3, partner=2, combine="product", depth=4)
     choice = choose(
-        judge(MAP, seat, spec), seat, _chunks([-1.0, 1.0, 0.2]), _chunks([0.5, 1.0]), _item_follows_both, spec
+        score_function(MAP, seat, spec), seat, _chunks([-1.0, 1.0, 0.2]), _chunks([0.5, 1.0]), _item_follows_both, spec
     )
     assert choice.index == 1
     assert choice.scores[1] > choice.scores[2] > choice.scores[0]
@@ -46,14 +46,17 @@ def test_the_candidate_that_brings_the_items_nearest_to_the_goal_is_chosen(seat:
 def test_what_the_partner_is_expected_to_do_decides() -> None:
     spec = SelectionSpec(own=2, partner=2, combine="product", depth=4)
     assert (
-        choose(judge(MAP, 0, spec), 0, _chunks([-1.0, 1.0]), _chunks([-1.0, -1.0]), _item_follows_both, spec).index == 0
+        choose(
+            score_function(MAP, 0, spec), 0, _chunks([-1.0, 1.0]), _chunks([-1.0, -1.0]), _item_follows_both, spec
+        ).index
+        == 0
     )
 
 
 def test_where_nothing_tells_candidates_apart_the_first_is_taken() -> None:
     spec = SelectionSpec(own=4, partner=4, depth=8)
     choice = choose(
-        judge(MAP, 0, spec),
+        score_function(MAP, 0, spec),
         0,
         _chunks([0.1, 0.2, 0.3, 0.4]),
         _chunks([0.0] * 4),
@@ -75,15 +78,15 @@ def test_pulling_together_counts_with_the_second_score() -> None:
     own[0, :, 1:3] = -1.0, 0.0  # against the partner's push
     still = np.tile(START, (2, 8, 1))
     still[..., 7:9] = still[..., 0:2] + (0.0, 0.4)  # red stands above blue, both push along that line
-    choice = choose(judge(MAP, 0, spec), 0, own, _chunks([1.0]), lambda joint: still, spec)
+    choice = choose(score_function(MAP, 0, spec), 0, own, _chunks([1.0]), lambda joint: still, spec)
     assert choice.index == 1
 
 
 def test_the_moving_row_says_where_robots_and_items_are_and_what_is_held() -> None:
-    walk = walked("DistancePriority", ticks=10)
-    held = walk.held.copy()
+    trajectory = walked("DistancePriority", ticks=10)
+    held = trajectory.held.copy()
     held[4] = 3, -1
-    rows = moving_arrays(walk.robot_poses, walk.robot_velocities, held, walk.item_poses)
-    assert np.array_equal(robot_places(rows), walk.robot_poses[..., :2])
-    assert np.array_equal(item_places(rows, 4), walk.item_poses[..., :2])
+    rows = moving_arrays(trajectory.robot_poses, trajectory.robot_velocities, held, trajectory.item_poses)
+    assert np.array_equal(robot_places(rows), trajectory.robot_poses[..., :2])
+    assert np.array_equal(item_places(rows, 4), trajectory.item_poses[..., :2])
     assert np.flatnonzero(rows[4, 14:30]).tolist() == [3, 15]

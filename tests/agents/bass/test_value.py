@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from movingout.agents.bass.score_functions import judge
+from movingout.agents.bass.score_functions import score_function
 from movingout.agents.bass.state_vector import moving_arrays, states_of
 from movingout.agents.bass.value import Value, progress
 from movingout.agents.checkpoint.checkpoint import SelectionSpec, ValueSpec
@@ -29,33 +29,38 @@ class _Constant:
 
 
 def test_states_come_back_from_the_rows_that_simulators_use() -> None:
-    walk = walked("DistancePriority", ticks=30, seed=3)
-    arrays = (walk.robot_poses, walk.robot_velocities, walk.held, walk.item_poses)
+    trajectory = walked("DistancePriority", ticks=30, seed=3)
+    arrays = trajectory.state_arrays
     poses, velocities, held, items = states_of(moving_arrays(*arrays), COUNT)
-    assert np.allclose(poses[..., :2], walk.robot_poses[..., :2]) and np.allclose(velocities, walk.robot_velocities)
-    assert np.array_equal(held, walk.held)
-    for angles, expected in ((poses[..., 2], walk.robot_poses[..., 2]), (items[..., 2], walk.item_poses[..., 2])):
+    assert np.allclose(poses[..., :2], trajectory.robot_poses[..., :2]) and np.allclose(
+        velocities, trajectory.robot_velocities
+    )
+    assert np.array_equal(held, trajectory.held)
+    for angles, expected in (
+        (poses[..., 2], trajectory.robot_poses[..., 2]),
+        (items[..., 2], trajectory.item_poses[..., 2]),
+    ):
         assert np.allclose(np.cos(angles), np.cos(expected)) and np.allclose(np.sin(angles), np.sin(expected))
-    assert np.allclose(items[..., :2], walk.item_poses[..., :2])
+    assert np.allclose(items[..., :2], trajectory.item_poses[..., :2])
 
 
 def test_progress_is_the_mean_of_distance_and_completion() -> None:
-    walk = walked("DistancePriority", ticks=3)
+    trajectory = walked("DistancePriority", ticks=3)
     delivered = np.zeros((4, 7))
     delivered[2, 0] = 1.0
-    done = progress(MAP, walk.item_poses, delivered)
-    nfd = normalized_final_distance(MAP, walk.item_poses)
+    done = progress(MAP, trajectory.item_poses, delivered)
+    nfd = normalized_final_distance(MAP, trajectory.item_poses)
     assert np.allclose(done[[0, 1, 3]], nfd[[0, 1, 3]] / 2)
     tcr = task_completion_rate(MAP, delivered[2, :COUNT].astype(bool))
     assert tcr > 0 and done[2] == pytest.approx((nfd[2] + tcr) / 2)
 
 
 def test_what_follows_counts_less_the_deeper_the_simulation() -> None:
-    walk = walked("DistancePriority", ticks=5)
-    rows = moving_arrays(walk.robot_poses, walk.robot_velocities, walk.held, walk.item_poses)
+    trajectory = walked("DistancePriority", ticks=5)
+    rows = moving_arrays(*trajectory.state_arrays)
     nothing, much = (Value(ValueSpec(discount=0.9), _Constant(value)) for value in (0.0, 1.0))  # type: ignore[arg-type]
     for depth in (2, 8):
-        (more,), (less,) = (value.outlooks([(MAP, 0)], [rows], depth) for value in (much, nothing))
+        (more,), (less,) = (value.scores_of([(MAP, 0)], [rows], depth) for value in (much, nothing))
         assert np.allclose(more - less, 0.9**depth)
 
 
@@ -63,16 +68,18 @@ def test_who_looks_together_sees_what_each_sees_alone() -> None:
     """Also when maps and seats alternate and the numbers of states differ."""
     looks = []
     for name, seat, ticks in (("HandOff", 0, 3), ("LeftRight", 1, 5), ("HandOff", 0, 4), ("HandOff", 1, 2)):
-        walk = walked(name, ticks=ticks, seed=ticks)
-        rows = moving_arrays(walk.robot_poses, walk.robot_velocities, walk.held, walk.item_poses)
+        trajectory = walked(name, ticks=ticks, seed=ticks)
+        rows = moving_arrays(
+            trajectory.robot_poses, trajectory.robot_velocities, trajectory.held, trajectory.item_poses
+        )
         looks.append(((load_map(name), seat), rows))
     value = Value(ValueSpec(), lambda features: [features.sum(axis=1)])  # type: ignore[arg-type]
-    together = value.outlooks([view for view, _ in looks], [rows for _, rows in looks], 8)
+    together = value.scores_of([view for view, _ in looks], [rows for _, rows in looks], 8)
     for (view, rows), found in zip(looks, together, strict=True):
-        (alone,) = value.outlooks([view], [rows], 8)
+        (alone,) = value.scores_of([view], [rows], 8)
         assert np.allclose(found, alone, rtol=1e-6) and len(found) == len(rows)
 
 
 def test_choosing_by_a_value_that_is_not_there_is_refused() -> None:
     with pytest.raises(AgentError, match="no value network"):
-        judge(MAP, 0, SelectionSpec(score="value"))
+        score_function(MAP, 0, SelectionSpec(score="value"))

@@ -36,12 +36,12 @@ def test_states_near_an_end_that_time_made_are_left_out() -> None:
 
 
 def test_an_episode_in_which_all_was_delivered_counts_to_its_end() -> None:
-    walk = walked("SingleRotation", ticks=20)
+    trajectory = walked("SingleRotation", ticks=20)
     the_map = load_map("SingleRotation")
     goal = the_map.goals[0]
-    items = walk.item_poses.copy()
+    items = trajectory.item_poses.copy()
     items[-1, 0, :2] = (goal.left + goal.right) / 2, (goal.bottom + goal.top) / 2
-    data = returns_of([dataclasses.replace(walk, item_poses=items)], 0.5)
+    data = returns_of([dataclasses.replace(trajectory, item_poses=items)], 0.5)
     assert len(data.returns) == 2 * 20
     assert data.returns[19] > 0.4  # half of the way and all of the completion, in the last tick
     assert data.returns[18] == pytest.approx(data.returns[19] / 2, abs=0.05)

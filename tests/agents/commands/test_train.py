@@ -12,7 +12,7 @@ from movingout.agents.base import EpisodeInfo
 from movingout.agents.bass.recombination import LENGTH
 from movingout.agents.checkpoint.checkpoint import find_checkpoint
 from movingout.agents.data.corrections import save_correction
-from movingout.agents.data.dagger import Lesson, teach
+from movingout.agents.data.dagger import LabellingJob, label_episode
 from movingout.agents.inference.policy_agent import agent_rows
 from movingout.agents.kinds.registry import load_checkpoint
 from movingout.agents.observation.seat_observation import observe
@@ -93,8 +93,8 @@ def test_the_ablation_of_recombination_asks_for_one_end_only(
 def test_an_experts_labels_are_augmented_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     ahead = f"{HERE}:Forward:distance=0.2"
     for number in range(2):
-        lesson = Lesson(load_map("FourCorners"), ahead, ahead, (f"p{number}", "idle"), 1, seed=number, ticks=30)
-        save_correction(tmp_path / f"{number}.corrections.npz", teach(lesson, slips=False))
+        job = LabellingJob(load_map("FourCorners"), ahead, ahead, (f"p{number}", "idle"), 1, seed=number, ticks=30)
+        save_correction(tmp_path / f"{number}.corrections.npz", label_episode(job, slips=False))
     command = ["train", "mlp", str(tmp_path), "--id", "mlp@more", "--data", str(tmp_path), *TINY, "--json"]
     assert main([*command, "--recombine", "0.5"]) == 0
     captured = capsys.readouterr()

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from movingout.agents.data.corrections import LONGEST_REST, correction_pieces, load_correction, save_correction
-from movingout.agents.data.dagger import Lesson, lessons, teach
+from movingout.agents.data.corrections import LONGEST_REST, correction_samples, load_correction, save_correction
+from movingout.agents.data.dagger import LabellingJob, label_episode, labelling_jobs
 from movingout.agents.data.dataset import windows_of
 from movingout.agents.errors import DataError
 from movingout.maps import load_map
@@ -16,16 +16,16 @@ STILL = f"{HERE}:Forward:distance=0.0"
 AHEAD = f"{HERE}:Forward:distance=1.0"
 
 
-def _lesson(expert: str = AHEAD) -> Lesson:
-    return Lesson(load_map("HandOff"), expert, expert, ("ann", "idle"), 1, seed=3, ticks=12)
+def _job(expert: str = AHEAD) -> LabellingJob:
+    return LabellingJob(load_map("HandOff"), expert, expert, ("ann", "idle"), 1, seed=3, ticks=12)
 
 
-def _long(learner: str, expert: str) -> Lesson:
-    return Lesson(load_map("HandOff"), learner, expert, ("ann", "idle"), 0, seed=3, ticks=300)
+def _long(learner: str, expert: str) -> LabellingJob:
+    return LabellingJob(load_map("HandOff"), learner, expert, ("ann", "idle"), 0, seed=3, ticks=300)
 
 
 def test_learner_and_expert_take_turns_and_only_the_experts_are_taught() -> None:
-    correction = teach(_long(STILL, AHEAD), slips=False)
+    correction = label_episode(_long(STILL, AHEAD), slips=False)
     assert correction.trajectory.participants == ("expert:ann", "ann")
     assert 0.3 < correction.taught.mean() < 0.9 and not correction.taught[0]
     assert np.array_equal(correction.trajectory.actions[:, 0, 0], correction.taught.astype(float))
@@ -33,11 +33,11 @@ def test_learner_and_expert_take_turns_and_only_the_experts_are_taught() -> None
 
 
 def test_the_expert_alone_is_taught_in_every_tick() -> None:
-    assert teach(_lesson(expert=STILL), slips=False).taught.all()
+    assert label_episode(_job(expert=STILL), slips=False).taught.all()
 
 
 def test_a_slip_changes_what_is_done_and_is_not_taught() -> None:
-    correction = teach(_long(STILL, STILL))
+    correction = label_episode(_long(STILL, STILL))
     slipped = correction.trajectory.actions[:, 0, 0] > 0
     assert 0 < slipped.sum() < 150
     assert np.array_equal(correction.taught, ~slipped)
@@ -45,30 +45,30 @@ def test_a_slip_changes_what_is_done_and_is_not_taught() -> None:
 
 
 def test_who_rests_faces_where_it_faces() -> None:
-    label = teach(_long(STILL, STILL), slips=False).labels[0]
+    label = label_episode(_long(STILL, STILL), slips=False).labels[0]
     angle = load_map("HandOff").robots[0].angle
     assert np.allclose(label, [0.0, np.cos(angle), np.sin(angle), 1.0, -1.0], atol=1e-6)
 
 
 def test_of_a_long_rest_only_the_beginning_is_learned_and_that_it_ends() -> None:
-    rest = teach(_long(STILL, STILL), slips=False)
-    windows = windows_of(correction_pieces([rest], "aware-v1"))
+    rest = label_episode(_long(STILL, STILL), slips=False)
+    windows = windows_of(correction_samples([rest], "aware-v1"))
     assert len(windows) == LONGEST_REST
     rest.labels[100:, 4] = 1.0
-    windows = windows_of(correction_pieces([rest], "aware-v1"))
+    windows = windows_of(correction_samples([rest], "aware-v1"))
     assert len(windows) == 2 * LONGEST_REST + 1
     assert windows.targets[LONGEST_REST, 4] == 1.0
 
 
 def test_corrections_are_read_back_and_become_windows_of_the_learners_seat(tmp_path: Path) -> None:
-    correction = teach(_lesson(), slips=False)
+    correction = label_episode(_job(), slips=False)
     path = tmp_path / "one.corrections.npz"
     save_correction(path, correction)
     read = load_correction(path)
     assert read.trajectory.map == correction.trajectory.map
     assert np.array_equal(read.labels, correction.labels)
     assert np.array_equal(read.taught, correction.taught)
-    windows = windows_of(correction_pieces([read], "aware-v1"))
+    windows = windows_of(correction_samples([read], "aware-v1"))
     assert len(windows) == 12 and windows.names == ("expert:ann",)
     assert np.array_equal(windows.features, correction.trajectory.features(1, "aware-v1"))
 
@@ -82,7 +82,7 @@ def test_a_file_of_something_else_is_refused(tmp_path: Path) -> None:
 
 def test_lessons_change_seats_and_partners() -> None:
     maps = [load_map("HandOff"), load_map("LeftRight")]
-    made = lessons(maps, [("a", "idle"), ("b", "idle")], "scripted", "scripted", 4, 100, seed=0)
+    made = labelling_jobs(maps, [("a", "idle"), ("b", "idle")], "scripted", "scripted", 4, 100, seed=0)
     assert len(made) == 8
     assert {(one.seat, one.partner[0]) for one in made} == {(0, "a"), (0, "b"), (1, "a"), (1, "b")}
     assert len({one.seed for one in made}) == 8

@@ -14,7 +14,7 @@ from movingout.agents.data.dataset import (
     read_trajectories,
     recording_files,
     split_rows,
-    trajectory_pieces,
+    trajectory_samples,
     trajectory_windows,
     windows_of,
 )
@@ -24,8 +24,8 @@ from tests.agents.learning import recorded, walked
 
 
 def test_a_window_repeats_the_first_observation_and_the_last_action_and_never_leaves_its_episode() -> None:
-    walks = [walked(ticks=20, seed=1, people=("a", "b")), walked(ticks=30, seed=2, people=("c", "a"))]
-    windows = trajectory_windows(walks, "official-v1", "hold")
+    trajectories = [walked(ticks=20, seed=1, people=("a", "b")), walked(ticks=30, seed=2, people=("c", "a"))]
+    windows = trajectory_windows(trajectories, "official-v1", "hold")
     assert len(windows) == 2 * (20 + 30)
     first_of_second_seat = np.array([20])
     seen = windows.observations(first_of_second_seat, 3)[0]
@@ -35,19 +35,19 @@ def test_a_window_repeats_the_first_observation_and_the_last_action_and_never_le
 
 
 def test_targets_are_the_actions_and_the_level_of_the_hand_after_each_tick() -> None:
-    walk = walked(ticks=60, seed=5)
-    targets = walk.targets(1, "hold")
-    assert np.allclose(targets[:, 0], walk.actions[:, 1, 0], atol=1e-6)
+    trajectory = walked(ticks=60, seed=5)
+    targets = trajectory.targets(1, "hold")
+    assert np.allclose(targets[:, 0], trajectory.actions[:, 1, 0], atol=1e-6)
     assert np.allclose(
-        np.arctan2(targets[:, 2], targets[:, 1]), np.angle(np.exp(1j * walk.actions[:, 1, 1])), atol=1e-5
+        np.arctan2(targets[:, 2], targets[:, 1]), np.angle(np.exp(1j * trajectory.actions[:, 1, 1])), atol=1e-5
     )
-    assert np.array_equal(targets[:, 4] > 0, walk.held[1:, 1] >= 0)
+    assert np.array_equal(targets[:, 4] > 0, trajectory.held[1:, 1] >= 0)
     assert np.array_equal(targets[:, 3], -targets[:, 4])
 
 
 def test_no_participant_is_in_training_and_validation() -> None:
-    walks = [walked(ticks=5, seed=n, people=(f"p{n}", f"q{n}")) for n in range(6)]
-    windows = trajectory_windows(walks, "official-v1", "hold")
+    trajectories = [walked(ticks=5, seed=n, people=(f"p{n}", f"q{n}")) for n in range(6)]
+    windows = trajectory_windows(trajectories, "official-v1", "hold")
     train, held_out = windows.split(0.25, seed=1)
     assert len(train) + len(held_out) == len(windows)
     assert len(set(windows.people[held_out])) == 3
@@ -56,47 +56,47 @@ def test_no_participant_is_in_training_and_validation() -> None:
 
 def test_nobody_is_simulated_in_training_and_in_validation_whatever_they_are_called() -> None:
     seats = [("A01", "A02"), ("dp@all", "person:name=A01"), ("expert:B01", "B01"), ("A03", "person:name=B02,yields=1")]
-    casts = [walked(ticks=1, people=people).cast for people in seats]
-    assert casts == [{"A01", "A02"}, {"A01"}, {"B01"}, {"A03", "B02"}]
+    people = [walked(ticks=1, people=people).people for people in seats]
+    assert people == [{"A01", "A02"}, {"A01"}, {"B01"}, {"A03", "B02"}]
     for seed in range(9):
-        out = held_out_episodes(casts, 0.25, seed)
-        trained, validated = (set().union(*compress(casts, side)) for side in (~out, out))
+        out = held_out_episodes(people, 0.25, seed)
+        trained, validated = (set().union(*compress(people, side)) for side in (~out, out))
         assert out.any() and not out.all()
         held = {name for name in trained | validated if name not in trained}
-        assert all(cast & held for cast in compress(casts, out)), "somebody new is in each episode of validation"
+        assert all(group & held for group in compress(people, out)), "somebody new is in each episode of validation"
 
 
 def test_where_people_cannot_be_held_out_every_tenth_episode_is() -> None:
-    for cast in ({"ann", "bob"}, set()):  # two people who always play together; trained agents alone
-        assert np.flatnonzero(held_out_episodes([cast] * 25, 0.5, 0)).tolist() == [9, 19]
+    for group in ({"ann", "bob"}, set()):  # two people who always play together; trained agents alone
+        assert np.flatnonzero(held_out_episodes([group] * 25, 0.5, 0)).tolist() == [9, 19]
     assert not held_out_episodes([{"ann"}, {"bob"}], 0.0, 0).any()
 
 
 def test_a_person_of_demonstrations_is_the_same_in_matches() -> None:
-    walks = [walked(ticks=3, people=("A01", "dp@all")), walked(ticks=3, people=("A02", "person:name=A01"))]
-    assert trajectory_windows(walks, "official-v1", "hold").names == ("A01", "A02", "dp@all")
+    trajectories = [walked(ticks=3, people=("A01", "dp@all")), walked(ticks=3, people=("A02", "person:name=A01"))]
+    assert trajectory_windows(trajectories, "official-v1", "hold").names == ("A01", "A02", "dp@all")
 
 
 def test_a_policy_learns_from_those_who_act() -> None:
-    walk = walked(ticks=5, people=("ann", "bob"))
+    trajectory = walked(ticks=5, people=("ann", "bob"))
     kinds: tuple[SeatKind, ...] = ("human", "agent", "remote", "ghost", "idle")
     for choice, learned in (("acting", kinds[:3]), ("human", kinds[:1]), ("all", kinds)):
-        found = [kind for kind in kinds if 0 in learned_seats(replace(walk, kinds=(kind, "agent")), choice)]  # type: ignore[arg-type]
+        found = [kind for kind in kinds if 0 in learned_seats(replace(trajectory, kinds=(kind, "agent")), choice)]  # type: ignore[arg-type]
         assert tuple(found) == learned
-    in_match = replace(walk, participants=("idle:lag=1", "bass@all"))  # an agent of that name
+    in_match = replace(trajectory, participants=("idle:lag=1", "bass@all"))  # an agent of that name
     assert learned_seats(in_match, "acting") == (1,)
     assert len(trajectory_windows([in_match], "official-v1", "hold")) == 5
     with pytest.raises(DataError, match="--seats all"):
-        windows_of(trajectory_pieces([in_match], "official-v1", "hold", "human"))
+        windows_of(trajectory_samples([in_match], "official-v1", "hold", "human"))
 
 
 def test_recordings_are_read_back_as_they_were_played(tmp_path: Path) -> None:
     file = recorded(tmp_path, "one", ticks=25, seed=4, people=("ann", "bob"))
     (read,) = read_trajectories(recording_files([tmp_path]))
-    walk = walked(ticks=25, seed=4)
+    trajectory = walked(ticks=25, seed=4)
     assert read.participants == ("ann", "bob")
     for name in ("robot_poses", "robot_velocities", "held", "item_poses", "actions"):
-        assert np.array_equal(getattr(read, name), getattr(walk, name)), name
+        assert np.array_equal(getattr(read, name), getattr(trajectory, name)), name
     assert data_hash([file]) == data_hash([file]) != data_hash([recorded(tmp_path, "two", ticks=25, seed=5)])
 
 
@@ -108,10 +108,10 @@ def test_a_folder_without_recordings_is_answered_with_the_command_that_makes_som
 
 
 def test_rows_are_of_one_side_or_the_other_unless_only_one_side_has_any() -> None:
-    casts = [{"ann"}, {"bob"}]
-    out = held_out_episodes(casts, 0.5, 0)
+    people = [{"ann"}, {"bob"}]
+    out = held_out_episodes(people, 0.5, 0)
     mine, theirs = int(np.flatnonzero(~out)[0]), int(np.flatnonzero(out)[0])
-    train, held_out = split_rows(np.array([mine, theirs, mine]), casts, 0.5, 0)
+    train, held_out = split_rows(np.array([mine, theirs, mine]), people, 0.5, 0)
     assert (train.tolist(), held_out.tolist()) == ([0, 2], [1])
     for alone in (mine, theirs):  # the other episode was too short to have rows
-        assert [side.tolist() for side in split_rows(np.full(3, alone), casts, 0.5, 0)] == [[0, 1, 2]] * 2
+        assert [side.tolist() for side in split_rows(np.full(3, alone), people, 0.5, 0)] == [[0, 1, 2]] * 2

@@ -32,8 +32,8 @@ def test_bass_agents_asked_together_choose_to_the_bit_what_each_chooses_alone() 
     for group in (together, alone):
         for seed, (agent, the_map) in enumerate(zip(group, places, strict=True)):
             agent.reset(EpisodeInfo(the_map, seed % 2, seed, 100))
-    walks = {the_map: states_of(the_map, random_walk(5, seed=1)) for the_map in places}
-    for states in zip(*(walks[the_map] for the_map in places), strict=True):
+    trajectories = {the_map: states_of(the_map, random_walk(5, seed=1)) for the_map in places}
+    for states in zip(*(trajectories[the_map] for the_map in places), strict=True):
         seen = [
             observe(the_map, state, agent.episode.seat)
             for the_map, state, agent in zip(places, states, together, strict=True)

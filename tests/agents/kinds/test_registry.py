@@ -39,8 +39,8 @@ def _train(run: TrainingRun[MeanConfig]) -> Trained:
     data = run.read_data()
     before = run.begin(data)
     assert before == ""
-    distance = float(np.mean([walk.actions[..., 0].mean() for walk in data.episodes])) * run.config.scale
-    training = run.training(data, data.cast, len(data.episodes), updates=1)
+    distance = float(np.mean([trajectory.actions[..., 0].mean() for trajectory in data.episodes])) * run.config.scale
+    training = run.training(data, data.people, len(data.episodes), updates=1)
     card = {
         "schema_version": 1, "id": run.agent_id, "name": run.name, "description": "The mean.", "kind": "mean",
         "maps": ["HandOff"], "policy": tiny_spec(kind="mean").model_dump(), "training": training.model_dump(),

@@ -11,41 +11,43 @@ from tests.agents.learning import states_of, walked
 
 
 def test_one_state_and_a_whole_episode_are_encoded_to_the_same_numbers() -> None:
-    walk = walked(ticks=30)
-    states = states_of(walk.map, walk.actions)
+    trajectory = walked(ticks=30)
+    states = states_of(trajectory.map, trajectory.actions)
     for layout in LAYOUT_SIZES:
-        encoder = feature_encoder(walk.map, layout)
+        encoder = feature_encoder(trajectory.map, layout)
         for seat in (0, 1):
-            whole = walk.features(seat, layout)
+            whole = trajectory.features(seat, layout)
             single = encoder.encode(states[17], seat).astype(np.float32)
             assert np.array_equal(whole[17], single)
             assert whole.shape == (30, LAYOUT_SIZES[layout])
 
 
 def test_official_layouts_are_those_of_the_world() -> None:
-    walk = walked(ticks=3)
-    state = states_of(walk.map, walk.actions)[3]
+    trajectory = walked(ticks=3)
+    state = states_of(trajectory.map, trajectory.actions)[3]
     for layout in ("official-v1", "map-v1"):
-        encoded = feature_encoder(walk.map, layout).encode(state, 1)
-        assert np.array_equal(encoded, encode_state(walk.map, state, 1, layout))
+        encoded = feature_encoder(trajectory.map, layout).encode(state, 1)
+        assert np.array_equal(encoded, encode_state(trajectory.map, state, 1, layout))
 
 
 def test_the_aware_layout_says_who_holds_what_and_which_way_the_goal_is() -> None:
     the_map = load_map("DistancePriority")
-    walk = walked("DistancePriority", ticks=1)
-    held = walk.held[:1].copy()
+    trajectory = walked("DistancePriority", ticks=1)
+    held = trajectory.held[:1].copy()
     held[0, 1] = 2
     encoder = feature_encoder(the_map, "aware-v1")
     rows = {
-        seat: encoder.encode_arrays(walk.robot_poses[:1], walk.robot_velocities[:1], held, walk.item_poses[:1], seat)[0]
+        seat: encoder.encode_arrays(
+            trajectory.robot_poses[:1], trajectory.robot_velocities[:1], held, trajectory.item_poses[:1], seat
+        )[0]
         for seat in (0, 1)
     }
     item = 173 + 15 * 2
     assert rows[0][item : item + 4].tolist() == [1, 0, 0, 1]  # exists, not delivered, not mine, the partner's
     assert rows[1][item : item + 4].tolist() == [1, 0, 1, 0]
-    own = walk.robot_poses[0, 0, :2]
-    assert np.allclose(rows[0][item + 4 : item + 6], walk.item_poses[0, 2, :2] - own)
-    assert np.allclose(rows[0][169:171], walk.robot_poses[0, 1, :2] - own)
+    own = trajectory.robot_poses[0, 0, :2]
+    assert np.allclose(rows[0][item + 4 : item + 6], trajectory.item_poses[0, 2, :2] - own)
+    assert np.allclose(rows[0][169:171], trajectory.robot_poses[0, 1, :2] - own)
     assert rows[0][173 + 15 * len(the_map.items) :].tolist() == [0.0] * 15 * (7 - len(the_map.items))
 
 

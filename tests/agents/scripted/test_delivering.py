@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from movingout.agents.data.rollout import Step, rollout
+from movingout.agents.data.rollout import RolloutStep, rollout
 from movingout.agents.scripted import ScriptedAgent
 from movingout.agents.scripted.navigation.lattice import CARRIER, lattice_pose, next_pose
 from movingout.agents.scripted.situation import Situation
@@ -12,7 +12,7 @@ from movingout.world import World
 from movingout.world.scoring import delivered_items
 
 
-def _last(name: str, ticks: int) -> Step:
+def _last(name: str, ticks: int) -> RolloutStep:
     """The last tick of a pair of experts."""
     *_, last = rollout(load_map(name), (ScriptedAgent(), ScriptedAgent()), 0, ticks)
     return last

@@ -18,7 +18,7 @@ from movingout.agents.kinds.policy import build_policy
 from movingout.agents.policies import training
 from movingout.agents.policies.config import PolicyConfig
 from movingout.agents.policies.training import train_policy
-from movingout.agents.training.fit import Fitted, Task
+from movingout.agents.training.fit import FitResult, TrainingTask
 from movingout.agents.training.optimisation import Optimisation, Precision
 from tests.agents.learning import walked
 
@@ -66,11 +66,11 @@ def _value(precision: Precision = "fp32") -> Train:
 def test_batches_come_to_where_the_network_lies(train: Train, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[str] = []
 
-    def fit_elsewhere(task: Task, config: Optimisation, folder: Path) -> Fitted[nn.Module]:
+    def fit_elsewhere(task: TrainingTask, config: Optimisation, folder: Path) -> FitResult[nn.Module]:
         elsewhere = copy.deepcopy(task.network).to("meta")
         losses = [*task.losses(elsewhere).values(), *task.validate(elsewhere).values()]
         asked.extend(loss.device.type for loss in losses)
-        return Fitted(task.network, 1, 1)
+        return FitResult(task.network, 1, 1)
 
     for module in (training, dynamics_training, value_training):
         monkeypatch.setattr(module, "fit", fit_elsewhere)
@@ -92,13 +92,13 @@ def test_validation_leaves_the_random_numbers_of_training_alone(
 ) -> None:
     drawn = []
 
-    def fit_between(task: Task, config: Optimisation, folder: Path) -> Fitted[nn.Module]:
+    def fit_between(task: TrainingTask, config: Optimisation, folder: Path) -> FitResult[nn.Module]:
         for validates in (False, True):
             torch.manual_seed(5)
             first = task.validate(task.network)["loss"] if validates else None
             drawn.append(torch.rand(3).tolist())
             assert first is None or torch.equal(task.validate(task.network)["loss"], first), "always the same noise"
-        return Fitted(task.network, 1, 1)
+        return FitResult(task.network, 1, 1)
 
     monkeypatch.setattr(training, "fit", fit_between)
     _policy("dp", {})(tmp_path)

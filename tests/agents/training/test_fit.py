@@ -9,21 +9,21 @@ import torch
 from torch import nn
 
 from movingout.agents.errors import DataError
-from movingout.agents.training.fit import Fitted, Losses, Task, fit
+from movingout.agents.training.fit import FitResult, Losses, TrainingTask, fit
 from movingout.agents.training.optimisation import Optimisation, Precision
 from movingout.agents.training.run_folder import RESUME
 
 CONFIG = Optimisation(rate=0.1, warmup=0, evaluate_every=2)
 
 
-def _fit(folder: Path, updates: int, width: int = 3) -> Fitted[nn.Module]:
+def _fit(folder: Path, updates: int, width: int = 3) -> FitResult[nn.Module]:
     """Learn to say nothing."""
     torch.manual_seed(0)
 
     def losses(network: nn.Module) -> Losses:
         return {"loss": network(torch.ones(4, 3)).square().mean()}
 
-    task = Task(nn.Linear(3, width), losses, losses, updates, np.random.default_rng(0), 4)
+    task = TrainingTask(nn.Linear(3, width), losses, losses, updates, np.random.default_rng(0), 4)
     return fit(task, CONFIG, folder)
 
 
@@ -39,7 +39,7 @@ def _learned_from_noise(folder: Path, stop: int) -> torch.Tensor:
     """The weights after 6 updates with batches drawn from rows, and noise; interrupted once after `stop` of them."""
     material, left = torch.arange(24.0).reshape(8, 3), [stop]
 
-    def run() -> Fitted[nn.Module]:
+    def run() -> FitResult[nn.Module]:
         random = np.random.default_rng(0)
 
         def losses(network: nn.Module) -> Losses:
@@ -50,7 +50,9 @@ def _learned_from_noise(folder: Path, stop: int) -> torch.Tensor:
             return {"loss": (network(batch + torch.randn_like(batch)) - 1.0).square().mean()}
 
         torch.manual_seed(0)
-        return fit(Task(nn.Linear(3, 1), losses, lambda _: {"loss": torch.zeros(())}, 6, random, 8), CONFIG, folder)
+        return fit(
+            TrainingTask(nn.Linear(3, 1), losses, lambda _: {"loss": torch.zeros(())}, 6, random, 8), CONFIG, folder
+        )
 
     with contextlib.suppress(KeyboardInterrupt):
         run()
@@ -71,7 +73,11 @@ def test_with_other_rows_it_goes_on_and_draws_anew(tmp_path: Path) -> None:
             batches.append(random.choice(rows, 4).tolist())
             return {"loss": network(torch.ones(4, 3)).square().mean()}
 
-        fit(Task(nn.Linear(3, 1), losses, lambda _: {"loss": torch.zeros(())}, updates, random, rows), CONFIG, tmp_path)
+        fit(
+            TrainingTask(nn.Linear(3, 1), losses, lambda _: {"loss": torch.zeros(())}, updates, random, rows),
+            CONFIG,
+            tmp_path,
+        )
         return batches
 
     first, more, other = drawn(2, 8), drawn(4, 8), drawn(6, 5)
@@ -118,7 +124,7 @@ def test_precision_goes_by_what_the_processor_has(
 
     config = Optimisation(warmup=0, precision=precision)
     fitted = fit(
-        Task(nn.Linear(3, 3), losses, lambda _: {"loss": torch.zeros(())}, 1, np.random.default_rng(0), 4),
+        TrainingTask(nn.Linear(3, 3), losses, lambda _: {"loss": torch.zeros(())}, 1, np.random.default_rng(0), 4),
         config,
         tmp_path,
     )

@@ -1,4 +1,4 @@
-"""The desk of an agent worker: who is answered when, and together with whom."""
+"""The queue of an agent worker: who is answered when, and together with whom."""
 
 import os
 from collections.abc import Hashable, Sequence
@@ -85,20 +85,20 @@ class Keyless(Chorus):
 
 
 @pytest.fixture
-def desk() -> DecisionQueue:
+def queue() -> DecisionQueue:
     Chorus.sizes.clear()
-    descriptor = os.memfd_create("board")
+    descriptor = os.memfd_create("heartbeat")
     return DecisionQueue(WorkerHeartbeat(descriptor))
 
 
-def _open(desk: DecisionQueue, key: int, agent_id: str) -> None:
-    assert isinstance(desk.take(Open(key, agent_id, MAP, 0, 0, 100)), Opened)
+def _open(queue: DecisionQueue, key: int, agent_id: str) -> None:
+    assert isinstance(queue.take(Open(key, agent_id, MAP, 0, 0, 100)), Opened)
 
 
-def _ask(desk: DecisionQueue, key: int, deadline: float = 10.0) -> None:
+def _ask(queue: DecisionQueue, key: int, deadline: float = 10.0) -> None:
     message = observe_message(key, 1, deadline, start_state(MAP))
     assert isinstance(message, Observe)
-    desk.take(message)
+    queue.take(message)
 
 
 def _keys(answers: list[FromWorker]) -> list[int]:
@@ -106,60 +106,60 @@ def _keys(answers: list[FromWorker]) -> list[int]:
     return [answer.key for answer in answers]
 
 
-def test_questions_for_agents_that_go_together_are_answered_in_one_batch(desk: DecisionQueue) -> None:
+def test_questions_for_agents_that_go_together_are_answered_in_one_batch(queue: DecisionQueue) -> None:
     for key in range(4):
-        _open(desk, key, f"{HERE}:Chorus" if key < 3 else "idle")
-        _ask(desk, key, deadline=10.0 - key)
-    assert _keys(desk.answer_next(0.0)) == [3]  # idle, whose deadline is first
-    assert _keys(desk.answer_next(0.0)) == [2, 1, 0]
-    assert Chorus.sizes == [3] and not desk.busy
+        _open(queue, key, f"{HERE}:Chorus" if key < 3 else "idle")
+        _ask(queue, key, deadline=10.0 - key)
+    assert _keys(queue.answer_next(0.0)) == [3]  # idle, whose deadline is first
+    assert _keys(queue.answer_next(0.0)) == [2, 1, 0]
+    assert Chorus.sizes == [3] and not queue.busy
 
 
-def test_a_batch_is_small_enough_not_to_keep_its_first_waiting(desk: DecisionQueue) -> None:
+def test_a_batch_is_small_enough_not_to_keep_its_first_waiting(queue: DecisionQueue) -> None:
     for key in range(MAX_BATCH + 2):
-        _open(desk, key, f"{HERE}:Chorus")
-        _ask(desk, key, deadline=float(key + 1))
-    assert _keys(desk.answer_next(0.0)) == list(range(MAX_BATCH))
-    assert _keys(desk.answer_next(0.0)) == [MAX_BATCH, MAX_BATCH + 1]
+        _open(queue, key, f"{HERE}:Chorus")
+        _ask(queue, key, deadline=float(key + 1))
+    assert _keys(queue.answer_next(0.0)) == list(range(MAX_BATCH))
+    assert _keys(queue.answer_next(0.0)) == [MAX_BATCH, MAX_BATCH + 1]
 
 
-def test_who_is_too_late_is_told_so_and_not_taken_along(desk: DecisionQueue) -> None:
+def test_who_is_too_late_is_told_so_and_not_taken_along(queue: DecisionQueue) -> None:
     for key, deadline in enumerate((1.0, 5.0, 6.0)):
-        _open(desk, key, f"{HERE}:Chorus")
-        _ask(desk, key, deadline)
-    assert desk.answer_next(2.0) == [Skipped(0, 1)]
-    assert _keys(desk.answer_next(2.0)) == [1, 2]
+        _open(queue, key, f"{HERE}:Chorus")
+        _ask(queue, key, deadline)
+    assert queue.answer_next(2.0) == [Skipped(0, 1)]
+    assert _keys(queue.answer_next(2.0)) == [1, 2]
 
 
-def test_in_a_batch_that_fails_each_is_asked_alone_and_only_the_culprit_fails(desk: DecisionQueue) -> None:
-    _open(desk, 0, f"{HERE}:Chorus")
-    _open(desk, 1, f"{HERE}:Chorus:out_of_tune=true,alone=false")
+def test_in_a_batch_that_fails_each_is_asked_alone_and_only_the_culprit_fails(queue: DecisionQueue) -> None:
+    _open(queue, 0, f"{HERE}:Chorus")
+    _open(queue, 1, f"{HERE}:Chorus:out_of_tune=true,alone=false")
     for key in (0, 1):
-        _ask(desk, key)
-    answer, failed = desk.answer_next(0.0)
+        _ask(queue, key)
+    answer, failed = queue.answer_next(0.0)
     assert isinstance(answer, Answer) and answer.key == 0
     assert isinstance(failed, Failed) and failed.key == 1 and failed.reason == "ValueError: I do not sing alone"
 
 
-def test_arrays_that_an_agent_says_reach_the_server(desk: DecisionQueue) -> None:
-    _open(desk, 0, f"{HERE}:Speaking")
-    _ask(desk, 0)
-    (answer,) = desk.answer_next(0.0)
+def test_arrays_that_an_agent_says_reach_the_server(queue: DecisionQueue) -> None:
+    _open(queue, 0, f"{HERE}:Speaking")
+    _ask(queue, 0)
+    (answer,) = queue.answer_next(0.0)
     assert isinstance(answer, Answer) and answer.detail == {"scores": [0.25, 0.75]}
     assert frame(answer)
 
 
-def test_an_agent_that_cannot_say_with_whom_it_goes_is_refused_in_a_sentence(desk: DecisionQueue) -> None:
-    failed = desk.take(Open(0, f"{HERE}:Keyless", MAP, 0, 0, 100))
+def test_an_agent_that_cannot_say_with_whom_it_goes_is_refused_in_a_sentence(queue: DecisionQueue) -> None:
+    failed = queue.take(Open(0, f"{HERE}:Keyless", MAP, 0, 0, 100))
     assert isinstance(failed, Failed) and failed.fatal and "no key" in failed.reason
 
 
 def test_an_agent_sits_again_until_its_checkpoint_is_another(
-    desk: DecisionQueue, monkeypatch: pytest.MonkeyPatch
+    queue: DecisionQueue, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     Counted.made = 0
     for fingerprint, made in (("old", 1), ("old", 1), ("new", 2), ("new", 2), ("old", 3)):
         monkeypatch.setattr(process, "fingerprint", lambda _, now=fingerprint: now)
-        _open(desk, 0, f"{HERE}:Counted")
+        _open(queue, 0, f"{HERE}:Counted")
         assert Counted.made == made
-        desk.take(Close(0))
+        queue.take(Close(0))
