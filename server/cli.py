@@ -5,7 +5,9 @@ import importlib
 import sys
 from typing import NamedTuple, Protocol, cast
 
+import movingout
 from movingout.maps.errors import MovingOutError
+from movingout.maps.suggestion import known_names
 
 
 class Command(NamedTuple):
@@ -46,8 +48,10 @@ def main(argv: list[str] | None = None) -> int:
     """Run one sub-command. Exit code 0 done, 1 the check failed, 2 wrong use or bad input."""
     arguments = sys.argv[1:] if argv is None else argv
     parser = _top_parser()
-    if not arguments or arguments[0] not in COMMANDS:
-        parser.parse_args(arguments or ["--help"])
+    if not arguments or arguments[0].startswith("-"):
+        parser.parse_args(arguments or ["--help"])  # ends the program
+    if arguments[0] not in COMMANDS:
+        print(f"movingout: unknown command {arguments[0]!r}; {known_names(arguments[0], COMMANDS)}", file=sys.stderr)
         return 2
     sub_parser = argparse.ArgumentParser(
         prog=f"movingout {arguments[0]}", description=COMMANDS[arguments[0]].help.capitalize() + "."
@@ -63,11 +67,20 @@ def main(argv: list[str] | None = None) -> int:
         return 130
 
 
+class _Version(argparse.Action):
+    """Prints the version of the installed package, which is looked up only now."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
+        print(f"movingout {movingout.__version__}")
+        parser.exit()
+
+
 def _top_parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="movingout",
         description="People and agents carry things together: play, record, evaluate.",
     )
+    parser.add_argument("--version", action=_Version, nargs=0, help="print the version and exit")
     choices = parser.add_subparsers(metavar="COMMAND", title="commands")
     for name, command in COMMANDS.items():
         choices.add_parser(name, help=command.help, add_help=False)

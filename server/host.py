@@ -63,7 +63,7 @@ class Host:
             agents=self.agents,
             scheduler=self.scheduler,
             clock=time.monotonic,
-            on_change=self._save,
+            on_change=self.save,
             on_closed=self.store.delete,
             on_journal=lambda journal: self.recording_service.finalise(journal),
         )
@@ -101,7 +101,7 @@ class Host:
         await asyncio.gather(*self._tasks, return_exceptions=True)
         for room in self.registry.rooms.values():
             room.suspend()
-            self._save(room)
+            self.save(room)
         deadline = time.monotonic() + 2.0
         while self.endpoint.open and time.monotonic() < deadline:
             await asyncio.sleep(0.02)
@@ -150,8 +150,11 @@ class Host:
 
     # ---- restart --------------------------------------------------------------------------------------------
 
-    def _save(self, room: Room) -> None:
-        if room.phase != "closed":
+    def save(self, room: Room) -> None:
+        """Keep what a restart needs; nobody comes back to a closed room, nor to a finished round of a study."""
+        if room.phase == "closed" or (room.config.study and room.phase == "series_over"):
+            self.store.delete(room.id)
+        else:
             self.store.save(room_file(room, time.time()))
 
     def _restore_rooms(self) -> None:

@@ -62,7 +62,7 @@ def _run_logged(step: Step, log: Path) -> None:
 
 
 def _run(step: Step, log: Path | None) -> int:
-    command = [sys.executable, "-m", "movingout.server.cli", *step.words]
+    command = [sys.executable, "-P", "-m", "movingout.server.cli", *step.words]
     if log is None:
         return subprocess.run(command, check=False).returncode
     with log.open("a", encoding="utf-8") as file:

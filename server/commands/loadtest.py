@@ -103,7 +103,7 @@ def running_server(rooms: int, clients: int) -> Iterator[RunningServer]:
     """A server of its own on a free port, with data that is thrown away."""
     with tempfile.TemporaryDirectory(prefix="movingout-loadtest-") as folder:
         sockets = str(rooms * clients + 100)
-        command = [sys.executable, "-m", "movingout.server.cli", "play", "--port", "0", "--data", folder]
+        command = [sys.executable, "-P", "-m", "movingout.server.cli", "play", "--port", "0", "--data", folder]
         command += ["--max-rooms", str(rooms + 10), "--max-sockets", sockets]
         process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
         try:

@@ -26,7 +26,7 @@ class RehearsalServer:
     def __init__(self, file: Path, data: Path, speed: float) -> None:
         self.address = ServerAddress("")
         quiet = ["-W", "ignore:resource_tracker:UserWarning"]  # what a killed server leaves is cleaned up in silence
-        program = [sys.executable, *quiet, "-m", "movingout.server.cli", "study", "serve", str(file)]
+        program = [sys.executable, "-P", *quiet, "-m", "movingout.server.cli", "study", "serve", str(file)]
         self._command = [*program, "--data", str(data), "--rehearse", f"{speed:g}"]
         self._port = "0"
         self._process: subprocess.Popen[str] | None = None

@@ -57,7 +57,20 @@ def test_a_wrong_command_is_answered_with_the_known_ones_and_exit_code_2() -> No
         [sys.executable, "-m", "movingout.server.cli", "plya"], capture_output=True, text=True, cwd=ROOT
     )
     assert done.returncode == 2
-    assert "plya" in done.stderr and "play" in done.stderr and "Traceback" not in done.stderr
+    assert done.stderr.startswith("movingout: unknown command 'plya'; did you mean play? known: play, match,")
+
+
+def test_the_version_is_the_packages() -> None:
+    done = subprocess.run([sys.executable, "-m", "movingout.server.cli", "--version"], capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (0, f"movingout {movingout.__version__}\n")
+
+
+def test_our_own_processes_do_not_import_from_the_folder_they_are_started_in() -> None:
+    """Without `-P`, a folder `agents` or `movingout` where somebody stands would be imported instead of ours."""
+    sources = {path: path.read_text(encoding="utf-8") for name in PACKAGES for path in (ROOT / name).rglob("*.py")}
+    starting = {path for path, text in sources.items() if "sys.executable" in text}
+    assert len(starting) >= 5
+    assert {path for path in starting if '"-P"' not in sources[path]} == set()
 
 
 def test_constraints_are_plain_pins() -> None:

@@ -10,10 +10,13 @@ from typing import Any
 
 import pytest
 
+from movingout.server.commands import doctor
 from movingout.server.commands.doctor import examine
+from movingout.server.commands.exactness_probe import PROBES, Probe, deviation
 from movingout.server.commands.loadtest import LoadTestError, RunningServer, measure
 from movingout.server.security.certificate import certificate_in, host_names
 from movingout.server.uvicorn_server import listen
+from movingout.world.exactness import inexact_engine
 from tests.server.live import ADMIN, Live
 
 
@@ -21,6 +24,23 @@ def test_a_healthy_machine_has_no_faults(tmp_path: Path) -> None:
     answers = {answer.question: answer for answer in examine(0, tmp_path)}
     assert [answer for answer in answers.values() if answer.grade == "fault"] == []
     assert answers["exactness"].grade in ("ok", "note")
+
+
+def test_doctor_says_in_one_line_when_the_physics_are_not_exact(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    x, *rest = PROBES[1].poses
+    other = PROBES[1]._replace(poses=(x + 1e-9, *rest))
+    monkeypatch.setattr(doctor, "PROBES", (PROBES[0], other))
+    exactness = next(finding for finding in examine(0, tmp_path) if finding.question == "exactness")
+    assert exactness.grade == "note"
+    assert exactness.sentence.startswith("the physics are not exact here: a large item ends 1.0e-09 away")
+    assert "\n" not in exactness.sentence
+
+
+@pytest.mark.parametrize("probe", PROBES, ids=lambda probe: str(probe.map))
+def test_the_probes_end_where_the_tested_engine_ends(probe: Probe) -> None:
+    assert inexact_engine() is not None or deviation(probe) == 0.0
 
 
 def test_doctor_says_what_is_wrong(tmp_path: Path) -> None:

@@ -1,0 +1,27 @@
+"""Which room files a server keeps: a finished round of a study must not leave a pseudonym and a result behind."""
+
+from pathlib import Path
+
+import pytest
+
+from movingout.server.host import Host
+from movingout.server.rooms.seat import Seat
+from movingout.server.rooms.services import RoomConfig
+from movingout.server.settings import Settings
+
+
+@pytest.mark.parametrize(("study", "kept"), [({}, True), ({"unit": "7"}, False)], ids=["lobby", "study"])
+def test_a_finished_round_of_a_study_leaves_no_room_file(tmp_path: Path, study: dict[str, str], kept: bool) -> None:
+    host = Host(Settings(data=tmp_path))
+    host.settings.rooms.mkdir()
+    seats = [Seat(0, "human", alias="person-1"), Seat(1, "idle")]
+    room = host.registry.open(RoomConfig(maps=("Simple",), study=study), seats)
+    file = host.settings.rooms / f"{room.id}.json"
+    host.store.flush()
+    assert "person-1" in file.read_text()
+    room.leave(seats[0], now=0.0)
+    room.suspend()
+    host.save(room)  # as a server does that stops
+    host.store.close()
+    assert room.phase == "series_over"
+    assert file.exists() == kept
