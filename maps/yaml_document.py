@@ -12,7 +12,7 @@ MAX_BYTES = 1 << 20
 _MOST_NODES = 20_000  # aliases can blow a small file up
 
 
-class Fault(NamedTuple):
+class FileFault(NamedTuple):
     """Something wrong in a file: the line from 1, the path of the field, and what would be right."""
 
     line: int
@@ -23,7 +23,7 @@ class Fault(NamedTuple):
 class YamlError(MovingOutError):
     """A text is not YAML, or holds something that no file of ours may hold."""
 
-    def __init__(self, fault: Fault) -> None:
+    def __init__(self, fault: FileFault) -> None:
         self.fault = fault
         super().__init__(f"line {fault.line}: {fault.path}: {fault.message}")
 
@@ -103,7 +103,7 @@ def path_text(path: FieldPath) -> str:
 
 
 def _error(line: int, path: FieldPath, message: str) -> YamlError:
-    return YamlError(Fault(line, path_text(path), message))
+    return YamlError(FileFault(line, path_text(path), message))
 
 
 def _refuse_aliases(text: str) -> None:

@@ -19,7 +19,7 @@ from movingout.matches.experiment.grid import Grid, read_grid
 from movingout.matches.experiment.plan import PlannedMatch, matches_of, missing_agents, planned_matches
 from movingout.matches.match import Challenge, Match, MatchResult
 from movingout.matches.results.results_folder import Shard, open_folder, read_head, read_results, write_whole
-from movingout.matches.results.table import Row, markdown, rows_of
+from movingout.matches.results.table import ResultRow, markdown, rows_of
 from movingout.world.constants import LIMIT_TICKS
 
 OnProgress = Callable[[int, int], None]
@@ -44,7 +44,7 @@ class GridRun:
     results: dict[Match, MatchResult]
 
     @property
-    def rows(self) -> list[Row]:
+    def rows(self) -> list[ResultRow]:
         return rows_of(self.plan, self.results)
 
     @property

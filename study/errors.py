@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from movingout.maps.errors import MovingOutError
-from movingout.maps.yaml_document import Fault
+from movingout.maps.yaml_document import FileFault
 
 
 class StudyError(MovingOutError):
@@ -13,7 +13,7 @@ class StudyError(MovingOutError):
 class StudyFileError(StudyError):
     """A study file with faults; the message has one line for each."""
 
-    def __init__(self, name: str, faults: Sequence[Fault]) -> None:
+    def __init__(self, name: str, faults: Sequence[FileFault]) -> None:
         self.faults = tuple(faults)
         count = "1 fault" if len(faults) == 1 else f"{len(faults)} faults"
         lines = [f"{name}:{fault.line}: {fault.path}: {fault.message}" for fault in faults]

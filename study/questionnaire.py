@@ -30,7 +30,7 @@ class AnswerError(MovingOutError):
 
 
 @dataclass(frozen=True)
-class Item:
+class QuestionnaireItem:
     """One question: `label` is the paper's short name (for tables), `text` what the participant reads."""
 
     id: str
@@ -63,9 +63,9 @@ class Questionnaire:
 
     id: str
     title: str
-    items: tuple[Item, ...]
+    items: tuple[QuestionnaireItem, ...]
 
-    def item(self, question: str) -> Item:
+    def item(self, question: str) -> QuestionnaireItem:
         """The item with this id; `AnswerError` names the known ones."""
         for item in self.items:
             if item.id == question:
@@ -105,8 +105,8 @@ class Questionnaire:
         return {"id": self.id, "title": self.title, "items": [item.as_json() for item in self.items]}
 
 
-def _likert(id: str, text: str) -> Item:
-    return Item(id, "likert7", id.capitalize(), text)
+def _likert(id: str, text: str) -> QuestionnaireItem:
+    return QuestionnaireItem(id, "likert7", id.capitalize(), text)
 
 
 PAPER: Final = Questionnaire(
@@ -131,7 +131,9 @@ PAPER: Final = Questionnaire(
         ),
         _likert("alignment", "When moving large items together, our target directions remain well-aligned."),
         _likert("future", "I would like to collaborate with the other agent in future Moving Out tasks."),
-        Item("comment", "text", "Comment", "What else would you like to say about playing with the other agent?"),
+        QuestionnaireItem(
+            "comment", "text", "Comment", "What else would you like to say about playing with the other agent?"
+        ),
     ),
 )
 PAPER_EIGHT: Final = replace(

@@ -24,7 +24,7 @@ WAITING = Measure("waiting_share", "WT [share]", False, lambda result: result.wa
 COMPARED = tuple(next(one for one in (*MEASURES, WAITING) if one.key == key) for key in PAPER_METRICS)
 
 
-class Line(NamedTuple):
+class ComparisonLine(NamedTuple):
     """One method in one condition, all maps and partners together."""
 
     condition: str
@@ -62,7 +62,7 @@ def _percent(before: Estimate | Figure | None, now: Estimate | Figure | None) ->
     return 100.0 * (now.mean - before.mean) / before.mean
 
 
-def lines_of(run: GridRun) -> list[Line]:
+def comparison_lines(run: GridRun) -> list[ComparisonLine]:
     """A line per condition, challenge and label, in the order of the grid."""
     pooled: dict[tuple[str, int, str], dict[str, MatchResult]] = defaultdict(dict)
     for entry in run.plan:
@@ -73,7 +73,7 @@ def lines_of(run: GridRun) -> list[Line]:
     papers = {condition.name: condition.paper for condition in run.grid.all_conditions}
     against = {condition.name: condition.against for condition in run.grid.all_conditions}
     return [
-        Line(name, challenge, label, results, papers[name],
+        ComparisonLine(name, challenge, label, results, papers[name],
              found.get((against[name], challenge, label)), papers.get(against[name], ""))
         for (name, challenge, label), results in sorted(found.items(), key=lambda item: item[0][1])
     ]  # fmt: skip
@@ -83,7 +83,7 @@ def markdown_report(runs: Sequence[GridRun]) -> str:
     """The report of several grids."""
     parts = ["# Results beside the paper", CAUTION]
     for run in runs:
-        parts += [f"## {run.grid.name}", run.grid.about.strip(), _table(lines_of(run)), _notes(run)]
+        parts += [f"## {run.grid.name}", run.grid.about.strip(), _table(comparison_lines(run)), _notes(run)]
     return "\n\n".join(part for part in parts if part) + "\n"
 
 
@@ -92,7 +92,7 @@ def json_report(runs: Sequence[GridRun]) -> dict[str, Any]:
     return {"caution": CAUTION, "grids": [_grid_json(run) for run in runs]}
 
 
-def _table(lines: Sequence[Line]) -> str:
+def _table(lines: Sequence[ComparisonLine]) -> str:
     heads = ["condition", "challenge", "agent", "n"]
     for measure in COMPARED:
         heads += [f"{measure.heading} here", "paper"]
@@ -149,6 +149,6 @@ def _grid_json(run: GridRun) -> dict[str, Any]:
                 "change_percent": {measure.key: line.change(measure)[0] for measure in COMPARED},
                 "p": {measure.key: line.change(measure)[1] for measure in COMPARED},
             }
-            for line in lines_of(run)
+            for line in comparison_lines(run)
         ],
     }

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from movingout.matches.match import MatchResult
 from movingout.matches.results.significance import holm, welch
-from movingout.matches.results.table import Measure, Row
+from movingout.matches.results.table import Measure, ResultRow
 from movingout.matches.run import GridRun
 from movingout.recordings import RecordingError, read_episode
 from movingout.recordings.report.failures import TITLES, failures
@@ -47,14 +47,14 @@ class Matrix:
 
 
 @dataclass(frozen=True, slots=True)
-class Moment:
+class MatchMoment:
     """A place in a match worth a look."""
 
     tick: int
     text: str
 
 
-def matrix(rows: Iterable[Row], measure: Measure) -> Matrix:
+def matrix(rows: Iterable[ResultRow], measure: Measure) -> Matrix:
     """The matrix of the rows of one condition, challenge and map."""
     found = {(row.agent, row.partner): row.estimate(measure) for row in rows}
     agents = tuple(dict.fromkeys(agent for agent, _ in found))
@@ -92,10 +92,10 @@ def worst_matches(run: GridRun) -> list[MatchResult]:
     return [result for _, _, result in sorted(order, key=lambda one: one[:2])[:WORST]]
 
 
-def moments(run: GridRun, result: MatchResult) -> list[Moment]:
+def moments(run: GridRun, result: MatchResult) -> list[MatchMoment]:
     """Where to look: the fault, the failure cases found and the longest waits; empty without a recording."""
     if result.ending == "failed":
-        return [Moment(result.ticks, result.failure)]
+        return [MatchMoment(result.ticks, result.failure)]
     path = Path(run.folder, result.recording)
     if not result.recording or not path.is_file():
         return []
@@ -103,7 +103,7 @@ def moments(run: GridRun, result: MatchResult) -> list[Moment]:
         track = Track.of(read_episode(path))
     except RecordingError:
         return []
-    found = [Moment(one.start, f"{TITLES[one.case]} ({one.seconds:.0f} s)") for one in failures(track)]
+    found = [MatchMoment(one.start, f"{TITLES[one.case]} ({one.seconds:.0f} s)") for one in failures(track)]
     longest = sorted(waits(track), key=lambda wait: wait.start - wait.end)
-    found += [Moment(one.start, f"waits for help ({one.seconds:.0f} s)") for one in longest[:1]]
+    found += [MatchMoment(one.start, f"waits for help ({one.seconds:.0f} s)") for one in longest[:1]]
     return sorted(found, key=lambda moment: moment.tick)[:MOMENTS]

@@ -30,7 +30,7 @@ MEASURES = tuple(
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class ResultRow:
     """One cell of a grid, or of several maps together."""
 
     condition: str
@@ -63,7 +63,7 @@ class Row:
         }
 
 
-def rows_of(plan: Iterable[PlannedMatch], results: Mapping[Match, MatchResult]) -> list[Row]:
+def rows_of(plan: Iterable[PlannedMatch], results: Mapping[Match, MatchResult]) -> list[ResultRow]:
     """A row per cell, and one over all maps where there are several; in the order of the plan."""
     cells: dict[tuple[str, int, str, str, str], list[MatchResult]] = defaultdict(list)
     for entry in plan:
@@ -73,11 +73,11 @@ def rows_of(plan: Iterable[PlannedMatch], results: Mapping[Match, MatchResult]) 
             for name in (ALL_MAPS, match.map):
                 cells[entry.condition, match.challenge, entry.agent, entry.partner, name].append(result)
     maps = {key[-1] for key in cells} - {ALL_MAPS}
-    rows = [Row(*key, tuple(found)) for key, found in cells.items() if len(maps) > 1 or key[-1] != ALL_MAPS]
+    rows = [ResultRow(*key, tuple(found)) for key, found in cells.items() if len(maps) > 1 or key[-1] != ALL_MAPS]
     return sorted(rows, key=lambda row: row.map != ALL_MAPS)
 
 
-def markdown(rows: Sequence[Row]) -> str:
+def markdown(rows: Sequence[ResultRow]) -> str:
     """A table for people and for papers."""
     heads = ["condition", "challenge", "map", "agent", "partner", "n", *(m.heading for m in MEASURES), "failed"]
     lines = [_line(heads), _line(["---"] * 5 + ["--:"] * (len(heads) - 5))]

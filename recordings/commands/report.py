@@ -15,7 +15,7 @@ from movingout.recordings.progress import over_processes
 from movingout.recordings.report.facts import GROUPINGS, facts_of
 from movingout.recordings.report.measures import MEASURES
 from movingout.recordings.report.page import ReportPage
-from movingout.recordings.report.tally import Found, Group, Tally
+from movingout.recordings.report.tally import Finding, Group, ReportTally
 from movingout.recordings.storage.listing import recording_paths
 from movingout.world.estimates import Estimate
 
@@ -43,7 +43,7 @@ def report(args: argparse.Namespace) -> int:
     if not paths:
         raise RecordingError(f"there are no recordings in {args.folder}; name a folder with .mcap files")
     facts = over_processes(partial(facts_of, grouping=args.by), paths, min(args.workers, len(paths)), "reading")
-    tally = Tally.of(facts)
+    tally = ReportTally.of(facts)
     write_html(ReportPage(args.folder.resolve().name, args.server, tally).html(), args.out)
     if args.json:
         print(json.dumps(_document(args.out, tally), indent=2))
@@ -52,14 +52,14 @@ def report(args: argparse.Namespace) -> int:
     return 0
 
 
-def _sentence(out: Path, tally: Tally) -> str:
+def _sentence(out: Path, tally: ReportTally) -> str:
     left_out = [f"{tally.unfinished} unfinished"] if tally.unfinished else []
     left_out += [f"{len(tally.unreadable)} unreadable"] if tally.unreadable else []
     rest = f" ({', '.join(left_out)}: listed there)" if left_out else ""
     return f"wrote {out}: {tally.episodes} episodes, {len(tally.found)} failure cases{rest}"
 
 
-def _document(out: Path, tally: Tally) -> dict[str, Any]:
+def _document(out: Path, tally: ReportTally) -> dict[str, Any]:
     return {
         "report": str(out),
         "episodes": tally.episodes,
@@ -80,7 +80,7 @@ def _estimate(found: Estimate | None) -> dict[str, float | int | None] | None:
     return None if found is None else found._asdict()
 
 
-def _found(one: Found) -> dict[str, Any]:
+def _found(one: Finding) -> dict[str, Any]:
     facts, failure = one
     return {
         "case": failure.case,

@@ -7,7 +7,7 @@ from movingout.world.metrics import METRICS, Metric
 
 
 @dataclass(frozen=True, slots=True)
-class Measure:
+class MeasureDisplay:
     """How a measure is shown; its scale is None where it follows from the values."""
 
     name: str
@@ -26,14 +26,14 @@ class Measure:
         return f"{value * (100.0 if self.unit == '%' else 1.0):.{self.digits}f}".replace("-", "−")
 
 
-def _measure(metric: Metric) -> Measure:
+def _measure(metric: Metric) -> MeasureDisplay:
     scale = None if metric.low is None or metric.high is None else (metric.low, metric.high)
-    return Measure(metric.title, metric.symbol, metric.unit, scale, metric.digits)
+    return MeasureDisplay(metric.title, metric.symbol, metric.unit, scale, metric.digits)
 
 
 MEASURES = {
-    "success": Measure("Everything delivered", "Success", "%", (0.0, 100.0), 0),
-    "seconds": Measure("Time played", "Time", "s", None, 1),
+    "success": MeasureDisplay("Everything delivered", "Success", "%", (0.0, 100.0), 0),
+    "seconds": MeasureDisplay("Time played", "Time", "s", None, 1),
     **{metric.key: _measure(metric) for metric in METRICS},
 }
 

@@ -12,9 +12,9 @@ from movingout.maps.spec import SEAT_COLOURS, MapSpec
 from movingout.recordings.html_page import templates
 from movingout.recordings.report import svg
 from movingout.recordings.report.failures import TITLES
-from movingout.recordings.report.measures import MEASURES, Measure, in_words
+from movingout.recordings.report.measures import MEASURES, MeasureDisplay, in_words
 from movingout.recordings.report.method import rules
-from movingout.recordings.report.tally import Group, Strip, Tally
+from movingout.recordings.report.tally import Group, ReportTally, Strip
 from movingout.recordings.report.waiting import Wait
 from movingout.world.constants import TICK_SECONDS
 from movingout.world.metrics import METRICS
@@ -25,7 +25,7 @@ STRIPS = 5  # episodes with the most waiting, per group
 CHARTED = ("success", *(metric.key for metric in METRICS), "seconds")
 
 
-class Figure(NamedTuple):
+class KeyFigure(NamedTuple):
     """A large number at the top."""
 
     name: str
@@ -33,10 +33,10 @@ class Figure(NamedTuple):
     note: str
 
 
-class Chart(NamedTuple):
+class MeasureChart(NamedTuple):
     """A measure by map and population."""
 
-    measure: Measure
+    measure: MeasureDisplay
     picture: Markup
 
 
@@ -46,7 +46,7 @@ class ReportPage:
 
     folder: str
     server: str  # base address of a running `movingout play` that has these recordings
-    tally: Tally
+    tally: ReportTally
 
     def html(self) -> str:
         template = templates(Path(__file__).parent).get_template("page.html.j2")
@@ -78,18 +78,19 @@ class ReportPage:
         return f"{count} unfinished {recordings} left out of the averages."
 
     @property
-    def figures(self) -> list[Figure]:
+    def figures(self) -> list[KeyFigure]:
         tally = self.tally
+        success, tcr, waiting = (in_words(tally.overall(name), name) for name in ("success", "tcr", "wt_s"))
         affected = len({one.facts.id for one in tally.found})
         return [
-            Figure("Everything delivered", in_words(tally.overall("success"), "success"), f"{tally.episodes} episodes"),
-            Figure("Task completion rate", in_words(tally.overall("tcr"), "tcr"), "all maps and populations"),
-            Figure("Waiting time", in_words(tally.overall("wt_s"), "wt_s"), "both seats together, per episode"),
-            Figure("Failure cases found", str(len(tally.found)), f"in {affected} recordings"),
+            KeyFigure("Everything delivered", success, f"{tally.episodes} episodes"),
+            KeyFigure("Task completion rate", tcr, "all maps and populations"),
+            KeyFigure("Waiting time", waiting, "both seats together, per episode"),
+            KeyFigure("Failure cases found", str(len(tally.found)), f"in {affected} recordings"),
         ]
 
     @property
-    def charts(self) -> list[Chart]:
+    def charts(self) -> list[MeasureChart]:
         return [self._chart(name) for name in CHARTED]
 
     @property
@@ -117,7 +118,7 @@ class ReportPage:
         """The replay at a tick."""
         return f"{self.server.rstrip('/')}/replay/{quote(episode_id, safe='')}#tick={tick}"
 
-    def _chart(self, name: str) -> Chart:
+    def _chart(self, name: str) -> MeasureChart:
         measure, places = MEASURES[name], {pair: place for place, pair in enumerate(self.tally.populations)}
         factor = 100.0 if measure.unit == "%" else 1.0
         rows: list[tuple[str, list[svg.Dot]]] = []
@@ -130,7 +131,7 @@ class ReportPage:
                     row.append(svg.Dot(places[group.population], factor * found.mean, half, title))
             rows.append((spec.title, row))
         low, high = measure.scale or _range([dot for _, row in rows for dot in row])
-        return Chart(measure, svg.dots(rows, low, high, f"{measure.name} by map, mean and standard error"))
+        return MeasureChart(measure, svg.dots(rows, low, high, f"{measure.name} by map, mean and standard error"))
 
     def _strip(self, spec: MapSpec, strip: Strip, longest: int) -> Markup:
         segments = [

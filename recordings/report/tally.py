@@ -80,7 +80,7 @@ class Group:
         return sorted(waited, key=lambda strip: -sum(wait.seconds for wait in strip.waits))[:count]
 
 
-class Found(NamedTuple):
+class Finding(NamedTuple):
     """A failure with the episode it happened in."""
 
     facts: EpisodeFacts
@@ -92,11 +92,11 @@ class Found(NamedTuple):
 
 
 @dataclass(eq=False)
-class Tally:
+class ReportTally:
     """Everything a report tells."""
 
     groups: dict[tuple[str, Pair], Group] = field(default_factory=dict)
-    found: list[Found] = field(default_factory=list)
+    found: list[Finding] = field(default_factory=list)
     unreadable: list[Unreadable] = field(default_factory=list)
     unfinished: int = 0  # episodes that did not run to their end
     first: str = ""  # start of the earliest and of the latest recording
@@ -105,7 +105,7 @@ class Tally:
     _affected: dict[tuple[str, Case], int] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, all_facts: Iterable[EpisodeFacts | Unreadable]) -> "Tally":
+    def of(cls, all_facts: Iterable[EpisodeFacts | Unreadable]) -> "ReportTally":
         tally = cls()
         for facts in all_facts:
             if isinstance(facts, Unreadable):
@@ -135,7 +135,7 @@ class Tally:
     def overall(self, measure: str) -> Estimate | None:
         return estimate([value for group in self.groups.values() for value in group.values[measure]])
 
-    def failures_of(self, case: Case) -> list[Found]:
+    def failures_of(self, case: Case) -> list[Finding]:
         """The findings of a case, the longest first."""
         return sorted((one for one in self.found if one.failure.case == case), key=lambda one: -one.failure.seconds)
 
@@ -152,7 +152,7 @@ class Tally:
     def _add(self, facts: EpisodeFacts) -> None:
         self.first = min(self.first or facts.started, facts.started)
         self.last = max(self.last, facts.started)
-        self.found += [Found(facts, failure) for failure in facts.failures]
+        self.found += [Finding(facts, failure) for failure in facts.failures]
         if not facts.finished:
             self.unfinished += 1
             return

@@ -15,7 +15,7 @@ from movingout.server.study.units import Units
 from movingout.study.data.erasure import remove_recordings
 from movingout.study.design.definition import Outcome
 from movingout.study.errors import StudyError
-from movingout.study.store.removal import clear, episodes_of, has_deeds
+from movingout.study.store.removal import episodes_of, has_data, withdraw_data
 
 
 class Departures:
@@ -76,10 +76,10 @@ class Departures:
         await self._host.recording_service.settled()
         store, run = self._databases.store, self._databases.run
         try:
-            if await run(has_deeds, store, pid):
+            if await run(has_data, store, pid):
                 episodes = set(await run(episodes_of, store, pid))
                 removed = await asyncio.to_thread(remove_recordings, self._recordings, pid, episodes)
-                await run(clear, store, pid, removed)
+                await run(withdraw_data, store, pid, removed)
         except StudyError as error:
             self._alerts.add("deletion", f"The data of {pid} could not be deleted: {error}")
 

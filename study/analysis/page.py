@@ -11,29 +11,29 @@ from movingout.recordings.report import svg
 from movingout.study.analysis import tables
 from movingout.study.analysis.likert import VALUES, likert_bars
 from movingout.study.analysis.results import STORED, Results
-from movingout.study.analysis.tables import HEADS, Namer, Table
-from movingout.study.questionnaire import Item
+from movingout.study.analysis.tables import HEADS, Namer, ReportTable
+from movingout.study.questionnaire import QuestionnaireItem
 from movingout.world.estimates import estimate
 
 SIMULATED = "Rehearsal: the participants were simulated. Nothing here says anything about people."
 LIKERT_ENDS = {1: "strongly disagree", 4: "neutral", 7: "strongly agree"}
 
 
-class Chart(NamedTuple):
+class MetricChart(NamedTuple):
     """A metric by map and partner."""
 
     heading: str
     picture: Markup
 
 
-class ItemFigure(NamedTuple):
+class RatingChart(NamedTuple):
     """How one item was rated."""
 
-    item: Item
+    item: QuestionnaireItem
     picture: Markup
 
 
-def all_tables(results: Results, name: Namer) -> list[Table]:
+def all_tables(results: Results, name: Namer) -> list[ReportTable]:
     """Every table of the report, in its order."""
     return [
         tables.flow(results),
@@ -68,7 +68,7 @@ def page(results: Results, name: Namer, about: str, simulated: bool = False) -> 
     )
 
 
-def _charts(results: Results, name: Namer) -> Iterator[Chart]:
+def _charts(results: Results, name: Namer) -> Iterator[MetricChart]:
     """A chart per metric: maps down, partners as marks, with standard errors."""
     for metric in STORED:
         rows = [(map_name, list(_dots(results, metric.key, map_name, name))) for map_name in results.maps]
@@ -77,7 +77,7 @@ def _charts(results: Results, name: Namer) -> Iterator[Chart]:
             low = min(0.0, *ends) if metric.low is None else metric.low
             high = max(1.0, *ends) if metric.high is None else metric.high
             title = f"{HEADS[metric.key]} by map, mean and standard error"
-            yield Chart(HEADS[metric.key], svg.dots(rows, low, high, title))
+            yield MetricChart(HEADS[metric.key], svg.dots(rows, low, high, title))
 
 
 def _dots(results: Results, metric: str, map_name: str, name: Namer) -> Iterator[svg.Dot]:
@@ -87,7 +87,7 @@ def _dots(results: Results, metric: str, map_name: str, name: Namer) -> Iterator
             yield svg.Dot(at, found.mean, found.stderr or 0.0, title)
 
 
-def _ratings(results: Results, name: Namer) -> Iterator[ItemFigure]:
+def _ratings(results: Results, name: Namer) -> Iterator[RatingChart]:
     """A figure per Likert item: a bar per partner."""
     partners = (*results.partners, *([""] if "" not in results.partners else []))
     for form, item in results.scales():
@@ -97,4 +97,4 @@ def _ratings(results: Results, name: Namer) -> Iterator[ItemFigure]:
             if values and item.kind == "likert7":
                 rows.append((name(partner) if partner else "(all)", values))
         if rows:
-            yield ItemFigure(item, likert_bars(rows, f"{item.label}: distribution of ratings by partner"))
+            yield RatingChart(item, likert_bars(rows, f"{item.label}: distribution of ratings by partner"))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from movingout.study.design.definition import Study
-from movingout.study.questionnaire import NO_ANSWER, Item
+from movingout.study.questionnaire import NO_ANSWER, QuestionnaireItem
 from movingout.study.store.store import Store
 from movingout.study.store.tables import answers, counts, participants, players, rounds, tombstones, units
 from movingout.world.metrics import METRICS
@@ -77,7 +77,7 @@ class Results:
     def texts(self) -> list[Row]:
         return [row for row in self.answers if row["text"].strip()]
 
-    def scales(self) -> list[tuple[str, Item]]:
+    def scales(self) -> list[tuple[str, QuestionnaireItem]]:
         """Every rated question of the study, with its questionnaire."""
         names = [name for block in self.study.blocks for name in (*block.after_round, *block.after_partner)]
         return [

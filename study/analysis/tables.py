@@ -16,7 +16,7 @@ Values = dict[str, float]
 
 
 @dataclass(frozen=True, slots=True)
-class Table:
+class ReportTable:
     """A table with a heading per column; the first columns are words, the others numbers."""
 
     name: str
@@ -27,33 +27,35 @@ class Table:
     note: str = ""
 
 
-def performance(results: Results, name: Namer) -> Table:
+def performance(results: Results, name: Namer) -> ReportTable:
     """All maps together, in the layout of the paper's tables: a row per partner."""
     rows = [
         (name(partner), str(len(results.values("tcr", partner))), *_cells(results, partner, None))
         for partner in results.partners
     ]
     note = "Mean ± standard error over rounds. A round without a value of a metric is left out of its mean."
-    return Table("performance", "Results by partner", ("Partner", "rounds", *HEADS.values()), tuple(rows), 1, note)
+    return ReportTable(
+        "performance", "Results by partner", ("Partner", "rounds", *HEADS.values()), tuple(rows), 1, note
+    )
 
 
-def performance_by_map(results: Results, name: Namer) -> Table:
+def performance_by_map(results: Results, name: Namer) -> ReportTable:
     rows = []
     for map_name in results.maps:
         for partner in results.partners:
             number = len(results.values("tcr", partner, map_name))
             rows.append((map_name, name(partner), str(number), *_cells(results, partner, map_name)))
     heads = ("Map", "Partner", "rounds", *HEADS.values())
-    return Table("performance_by_map", "Results by map", heads, tuple(rows), 2)
+    return ReportTable("performance_by_map", "Results by map", heads, tuple(rows), 2)
 
 
-def metric_comparisons(results: Results, name: Namer) -> Table:
+def metric_comparisons(results: Results, name: Namer) -> ReportTable:
     """Every pair of partners in every metric, over means per participant."""
     found = _pairs(results, [(HEADS[metric], partial(results.per_unit, metric)) for metric in HEADS])
     return _comparison_table("metric_comparisons", "Partners compared: performance", found, name)
 
 
-def rating_comparisons(results: Results, name: Namer) -> Table:
+def rating_comparisons(results: Results, name: Namer) -> ReportTable:
     """Every pair of partners in every item, over participants."""
     measures: list[tuple[str, Callable[[str], Values]]] = [
         (item.label, partial(results.ratings, form, item.id)) for form, item in results.scales()
@@ -61,7 +63,7 @@ def rating_comparisons(results: Results, name: Namer) -> Table:
     return _comparison_table("rating_comparisons", "Partners compared: ratings", _pairs(results, measures), name)
 
 
-def ratings(results: Results, name: Namer) -> Table:
+def ratings(results: Results, name: Namer) -> ReportTable:
     """Mean rating per item, a column per partner; items of the end, which are about nobody, stand under "all"."""
     about = (*results.partners, *([] if "" in results.partners else [""]))
     rows = []
@@ -70,10 +72,10 @@ def ratings(results: Results, name: Namer) -> Table:
         if any(cell != "–" for cell in cells):
             rows.append((item.label, *cells))
     heads = ("Item", *(name(partner) if partner in results.partners else "all" for partner in about))
-    return Table("ratings", "Ratings", heads, tuple(rows), 1, "Mean ± standard error over participants.")
+    return ReportTable("ratings", "Ratings", heads, tuple(rows), 1, "Mean ± standard error over participants.")
 
 
-def order_effects(results: Results) -> Table:
+def order_effects(results: Results) -> ReportTable:
     """Whether people got better with time, whoever the partner was."""
     rows = []
     for metric in HEADS:
@@ -86,18 +88,18 @@ def order_effects(results: Results) -> Table:
             rows.append((HEADS[metric], str(len(series)), f"{found[0]:+.2f}", _p(found[1])))
     heads = ("Metric", "participants or pairs", "mean rho", "p")
     note = "Spearman's rank correlation of the metric with the position of the round, per participant; p by Wilcoxon."
-    return Table("order_effects", "Order effects", heads, tuple(rows), 1, note)
+    return ReportTable("order_effects", "Order effects", heads, tuple(rows), 1, note)
 
 
-def flow(results: Results) -> Table:
+def flow(results: Results) -> ReportTable:
     rows = tuple((words, str(number)) for words, number in results.flow)
-    return Table("flow", "Participants", ("Flow", "number"), rows, 1)
+    return ReportTable("flow", "Participants", ("Flow", "number"), rows, 1)
 
 
-def flags(results: Results) -> Table:
+def flags(results: Results) -> ReportTable:
     rows = tuple((one.pid or "–", one.step, one.reason) for one in results.flags)
     note = "Nothing is left out because of a flag; rounds marked invalid or broken off are not in the results."
-    return Table("flags", "Quality flags", ("Participant", "Step", "Reason"), rows, 3, note)
+    return ReportTable("flags", "Quality flags", ("Participant", "Step", "Reason"), rows, 3, note)
 
 
 def _cells(results: Results, partner: str, map_name: str | None) -> tuple[str, ...]:
@@ -117,7 +119,7 @@ def _pairs(results: Results, measures: Sequence[tuple[str, Callable[[str], Value
     return corrected([one for one in found if one is not None])
 
 
-def _comparison_table(key: str, title: str, found: Sequence[Comparison], name: Namer) -> Table:
+def _comparison_table(key: str, title: str, found: Sequence[Comparison], name: Namer) -> ReportTable:
     rows = [
         (
             one.measure,
@@ -138,4 +140,4 @@ def _comparison_table(key: str, title: str, found: Sequence[Comparison], name: N
         "Over means per participant. t: independent t-test, as in the paper. Wilcoxon: signed-rank test of those who "
         "met both, the better choice here; Holm: corrected over this table. g: Hedges' g with its 95 % interval."
     )
-    return Table(key, title, heads, tuple(rows), 2, note)
+    return ReportTable(key, title, heads, tuple(rows), 2, note)

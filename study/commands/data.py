@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from movingout.maps.extras import needs_extra
-from movingout.study.data.erasure import due, forget, purge
+from movingout.study.data.erasure import due_for_erasure, erase, purge
 from movingout.study.data.export import FORMATS, Options, export_study
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.study_file import read_study
@@ -61,9 +61,9 @@ def _folder(args: argparse.Namespace) -> StudyFolder:
     return StudyFolder(read_study(args.file), args.data, args.database, args.identities)
 
 
-def as_begun(folder: StudyFolder, store: Store, file: Path) -> StudyFolder:
+def as_frozen(folder: StudyFolder, store: Store, file: Path) -> StudyFolder:
     """With the study that the data were recorded with; says so where the file has changed since."""
-    begun = folder.as_begun(store, file.parent)
+    begun = folder.as_frozen(store, file.parent)
     if begun.study != folder.study:
         print(f"warning: {file} has changed since the study began; it is read as it was then", file=sys.stderr)
     return begun
@@ -80,7 +80,7 @@ def _export(args: argparse.Namespace) -> int:
     folder = _folder(args)
     options = Options(tuple(args.formats), args.test_share, not args.no_training)
     with closing(folder.open_existing()) as store:
-        folder = as_begun(folder, store, args.file)
+        folder = as_frozen(folder, store, args.file)
         target = args.out or folder.output("export", store.frozen().simulated)
         done = export_study(folder, store, target, options)
     document = {"export": str(target), "rows": done.rows, "recordings": done.recordings}
@@ -95,8 +95,8 @@ def _export(args: argparse.Namespace) -> int:
 
 def _forget(args: argparse.Namespace) -> int:
     folder = _folder(args)
-    with closing(folder.open_existing()) as store, folder.alone():
-        done = forget(folder, store, args.pid)
+    with closing(folder.open_existing()) as store, folder.exclusive():
+        done = erase(folder, store, args.pid)
     document = {"pid": done.pid, "rows": done.rows, "recordings": done.recordings, "identity": done.identity}
     sentence = f"forgot {done.pid}: {done.rows} rows, {done.recordings} recordings, identity: "
     _say(args, document, [
@@ -108,8 +108,8 @@ def _forget(args: argparse.Namespace) -> int:
 
 def _purge(args: argparse.Namespace) -> int:
     folder = _folder(args)
-    with closing(folder.open_existing()) as store, folder.alone() if args.apply else nullcontext():
-        found = purge(folder, store) if args.apply else due(folder.study, store)
+    with closing(folder.open_existing()) as store, folder.exclusive() if args.apply else nullcontext():
+        found = purge(folder, store) if args.apply else due_for_erasure(folder.study, store)
     document = {"applied": args.apply, "identities": list(found.identities), "participants": list(found.trials)}
     verb = "removed" if args.apply else "due"
     _say(args, document, [

@@ -10,8 +10,8 @@ from movingout.recordings.errors import RecordingError
 from movingout.recordings.exports.target import building
 from movingout.study.analysis.page import all_tables, page
 from movingout.study.analysis.results import Results, collect
-from movingout.study.analysis.tables import Namer, Table
-from movingout.study.commands.data import as_begun
+from movingout.study.analysis.tables import Namer, ReportTable
+from movingout.study.commands.data import as_frozen
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.allocation import letters
 from movingout.study.design.definition import Study
@@ -22,7 +22,7 @@ from movingout.study.store.store import Frozen
 def report(folder: StudyFolder, args: argparse.Namespace) -> int:
     """Write a folder with report.html and a CSV file per table."""
     with closing(folder.open_existing()) as store:
-        folder = as_begun(folder, store, args.file)
+        folder = as_frozen(folder, store, args.file)
         frozen, results = store.frozen(), collect(folder.study, store)
     target: Path = args.out or folder.output("report", frozen.simulated)
     name = _namer(folder.study, blinded=args.blinded)
@@ -50,7 +50,7 @@ def _about(study: Study, frozen: Frozen) -> str:
     return f"Study {frozen.id}{protocol}; study file {frozen.file_sha256[:12]}, software {version}."
 
 
-def _write(path: Path, table: Table) -> None:
+def _write(path: Path, table: ReportTable) -> None:
     with path.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream)
         writer.writerow(table.heads)

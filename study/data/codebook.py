@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from movingout.study.design.definition import Study
 from movingout.study.design.translations import questionnaires_asked
-from movingout.study.questionnaire import Item
+from movingout.study.questionnaire import QuestionnaireItem
 from movingout.study.store.store import Store
 from movingout.study.store.tables import exported
 
@@ -26,30 +26,30 @@ _TABLES = {
 }
 
 
-class Made(NamedTuple):
+class DerivedColumn(NamedTuple):
     """A column that only exports have."""
 
     kind: type
     meaning: str
 
 
-MADE: Mapping[str, Mapping[str, Made]] = {
-    "answers": {"counts": Made(bool, "whether it is the newest answer to its item, the one that counts")},
+DERIVED: Mapping[str, Mapping[str, DerivedColumn]] = {
+    "answers": {"counts": DerivedColumn(bool, "whether it is the newest answer to its item, the one that counts")},
     "allocation": {
-        "unit": Made(int, "number of the unit"),
-        "slot": Made(int, "slot of the allocation, from 0"),
-        "position": Made(int, "which round of the unit this is, from 1"),
-        "block": Made(str, "block of the study"),
-        "partner": Made(str, "id of the partner, empty in pairs"),
-        "map": Made(str, "name of the map"),
-        "seat": Made(int, "of the first of the unit: 0 blue, 1 red"),
-        "variant_seed": Made(int, "of a randomised map, empty for the map as designed"),
+        "unit": DerivedColumn(int, "number of the unit"),
+        "slot": DerivedColumn(int, "slot of the allocation, from 0"),
+        "position": DerivedColumn(int, "which round of the unit this is, from 1"),
+        "block": DerivedColumn(str, "block of the study"),
+        "partner": DerivedColumn(str, "id of the partner, empty in pairs"),
+        "map": DerivedColumn(str, "name of the map"),
+        "seat": DerivedColumn(int, "of the first of the unit: 0 blue, 1 red"),
+        "variant_seed": DerivedColumn(int, "of a randomised map, empty for the map as designed"),
     },
     "recordings": {
-        "episode": Made(str, "id of the recording"),
-        "round": Made(int, "round"),
-        "file": Made(str, "name of the file in the recordings folder"),
-        "sha256": Made(str, "of the file"),
+        "episode": DerivedColumn(str, "id of the recording"),
+        "round": DerivedColumn(int, "round"),
+        "file": DerivedColumn(str, "name of the file in the recordings folder"),
+        "sha256": DerivedColumn(str, "of the file"),
     },
 }
 
@@ -64,18 +64,18 @@ def _lines(study: Study, store: Store) -> Iterator[str]:
     yield ""
     yield "Times are milliseconds since the epoch (UTC). Empty: unknown, or it does not apply."
     kept = store.tables()
-    for name in sorted({*kept, *MADE}):
+    for name in sorted({*kept, *DERIVED}):
         yield from ("", f"## {name}", "", _TABLES[name], "", "| column | meaning |", "|---|---|")
         columns = exported(kept[name]) if name in kept else []
         yield from (f"| {column.name} | {column.doc or 'number of the row'} |" for column in columns)
-        yield from (f"| {column} | {made.meaning} |" for column, made in MADE.get(name, {}).items())
+        yield from (f"| {column} | {made.meaning} |" for column, made in DERIVED.get(name, {}).items())
     for name in questionnaires_asked(study):
         yield from ("", f"## Questionnaire {name}", "", "| item | scale | question |", "|---|---|---|")
         for item in study.questionnaire(name).items:
             yield f"| {item.id} | {_scale(item)} | {item.text} |"
 
 
-def _scale(item: Item) -> str:
+def _scale(item: QuestionnaireItem) -> str:
     if item.kind == "choice":
         return "; ".join(f"{value}: {option}" for value, option in enumerate(item.options))
     if item.kind == "text":

@@ -10,7 +10,7 @@ from movingout.recordings.storage.listing import Summary
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.definition import Study
 from movingout.study.errors import StudyError
-from movingout.study.store.removal import episodes_of, meant, remove
+from movingout.study.store.removal import episodes_of, remove_participant, resolve_participant
 from movingout.study.store.store import Participant, Store
 from movingout.study.store.tables import consents
 
@@ -19,7 +19,7 @@ _DAYS = {"d": 1, "y": 365}
 
 
 @dataclass(frozen=True, slots=True)
-class Forgotten:
+class Erased:
     """What was removed."""
 
     pid: str
@@ -29,52 +29,52 @@ class Forgotten:
 
 
 @dataclass(frozen=True, slots=True)
-class Due:
-    """Whose time is over."""
+class DueForErasure:
+    """Participants past the retention period."""
 
     identities: tuple[str, ...]  # only who they are
     trials: tuple[str, ...]  # everything
 
 
-def forget(folder: StudyFolder, store: Store, name: str) -> Forgotten:
+def erase(folder: StudyFolder, store: Store, name: str) -> Erased:
     """Remove a participant, named by pseudonym or completion code.
 
     What was killed half-way is finished by asking again: the row in the store goes last.
     """
-    pid = meant(store, name)
+    pid = resolve_participant(store, name)
     removed = remove_recordings(folder.recordings, pid, set(episodes_of(store, pid)))
     remove_rooms(folder.rooms, pid)
     with closing(folder.open_identities()) as identities:
         known = identities.forget(pid) > 0
-    return Forgotten(pid, remove(store, pid, removed), removed, known)
+    return Erased(pid, remove_participant(store, pid, removed), removed, known)
 
 
-def due(study: Study, store: Store) -> Due:
+def due_for_erasure(study: Study, store: Store) -> DueForErasure:
     """Who is past the time that the study keeps data; whoever has not finished is counted from arrival."""
     now = store.now()
     released = {row["pid"] for row in store.rows(consents) if '"release"' in row["boxes"]}
     identities, trials = [], []
     for one in store.everybody():
         keep = study.retention.released if one.pid in released else study.retention.trials
-        if _over(one, keep, now):
+        if _expired(one, keep, now):
             trials.append(one.pid)
-        elif _over(one, study.retention.identity, now):
+        elif _expired(one, study.retention.identity, now):
             identities.append(one.pid)
-    return Due(tuple(identities), tuple(trials))
+    return DueForErasure(tuple(identities), tuple(trials))
 
 
-def purge(folder: StudyFolder, store: Store) -> Due:
-    """Remove what is due; what was removed."""
-    found = due(folder.study, store)
+def purge(folder: StudyFolder, store: Store) -> DueForErasure:
+    """Remove what is due; returns what was removed."""
+    found = due_for_erasure(folder.study, store)
     with closing(folder.open_identities()) as identities:
         gone = tuple(pid for pid in found.identities if identities.forget(pid))
     for pid in found.trials:
-        forget(folder, store, pid)
+        erase(folder, store, pid)
     store.audit("experimenter", "purge", identities=len(gone), participants=len(found.trials))
-    return Due(gone, found.trials)
+    return DueForErasure(gone, found.trials)
 
 
-def _over(one: Participant, keep: str, now: int) -> bool:
+def _expired(one: Participant, keep: str, now: int) -> bool:
     if keep == "forever":
         return False
     since = one.finished_ms if one.finished_ms is not None else one.arrived_ms

@@ -21,7 +21,7 @@ from movingout.recordings.exports import export as export_recordings
 from movingout.recordings.exports.plan import Plan
 from movingout.recordings.exports.target import building
 from movingout.recordings.storage.listing import path_of
-from movingout.study.data.codebook import MADE, codebook
+from movingout.study.data.codebook import DERIVED, codebook
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.allocation import assign
 from movingout.study.design.definition import Study
@@ -142,7 +142,7 @@ def _columns(store: Store, name: str) -> dict[str, type]:
     table: Table | None = store.tables().get(name)
     kept = exported(table) if table is not None else []
     return {column.name: _type(column) for column in kept} | {
-        column: made.kind for column, made in MADE.get(name, {}).items()
+        column: made.kind for column, made in DERIVED.get(name, {}).items()
     }
 
 

@@ -49,7 +49,7 @@ class StudyFolder:
         return IdentityStore(self.identities or self.own / "identity.sqlite", now)
 
     @contextmanager
-    def alone(self) -> Iterator[None]:
+    def exclusive(self) -> Iterator[None]:
         """Nobody else serves this study meanwhile, or removes anything of it.
 
         Two servers would hand out the same places, and a server remembers whom somebody removes behind its back.
@@ -69,7 +69,7 @@ class StudyFolder:
         finally:
             lock.release()
 
-    def as_begun(self, store: Store, beside: Path) -> "StudyFolder":
+    def as_frozen(self, store: Store, beside: Path) -> "StudyFolder":
         """With the study that the data were recorded with, whatever its file says by now.
 
         Texts that the study has in files of their own are read `beside` it. Raises StudyError.

@@ -12,8 +12,8 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator, model_valida
 from movingout.maps import MapError, load_map, map_names
 from movingout.maps.randomize import Split
 from movingout.study.design.instruments import instrument, instrument_names
-from movingout.study.design.localized_text import DEFAULT, Language, Words, shaped
-from movingout.study.questionnaire import KINDS, Item, Kind, Questionnaire
+from movingout.study.design.localized_text import DEFAULT, Language, LocalizedText, shaped
+from movingout.study.questionnaire import KINDS, Kind, Questionnaire, QuestionnaireItem
 from movingout.world.constants import LIMIT_TICKS, MAX_TICKS
 
 Name = Annotated[str, shaped(r"[a-z0-9][a-z0-9-]{0,47}", "small letters, digits and hyphens, at most 48")]
@@ -28,30 +28,30 @@ Element = Literal[
 ]  # fmt: skip
 
 
-class Strict(BaseModel):
+class StudyModel(BaseModel):
     """Unknown fields are faults, and nothing changes once it is read."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-class ChoiceBox(Strict):
+class ChoiceBox(StudyModel):
     """A box to tick beside the consent, such as public release of the recordings."""
 
     id: Name
-    text: Words
+    text: LocalizedText
     required: bool = False
 
 
-class Consent(Strict):
+class Consent(StudyModel):
     """The text that must be agreed to before anything is recorded."""
 
     version: Annotated[str, Field(min_length=1, max_length=40)]
-    text: Words  # Markdown, or {file: name.md} beside the study file
+    text: LocalizedText  # Markdown, or {file: name.md} beside the study file
     boxes: tuple[ChoiceBox, ...] = ()
     covers: tuple[Element, ...] = ()  # what the text speaks of, after 45 CFR 46.116; `check` names what is missing
 
 
-class Pay(Strict):
+class Pay(StudyModel):
     """What an hour is paid, pro-rated by minutes."""
 
     currency: Annotated[str, shaped(r"[A-Z]{3}", "three capital letters such as USD")] = "USD"
@@ -59,7 +59,7 @@ class Pay(Strict):
     maximum: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
 
 
-class Practice(Strict):
+class Practice(StudyModel):
     """Playing without being recorded as data, until it is over or everybody is ready."""
 
     map: str = "Simple"
@@ -69,22 +69,22 @@ class Practice(Strict):
     _known = field_validator("map")(lambda cls, name: known_map(name))
 
 
-class Partner(Strict):
+class Partner(StudyModel):
     """An agent; participants and the experimenter's screen know it as Partner A, B, ... alone."""
 
     id: Name
     agent: str
 
 
-class ItemSpec(Strict):
+class QuestionSpec(StudyModel):
     """A question of one's own."""
 
     id: Annotated[str, shaped(r"[a-z][a-z0-9_]{0,39}", "a small letter, then small letters, digits and _, at most 40")]
     kind: Kind
-    text: Words
+    text: LocalizedText
     label: str = ""
-    options: tuple[Words, ...] = ()
-    ends: tuple[Words, Words] | None = None
+    options: tuple[LocalizedText, ...] = ()
+    ends: tuple[LocalizedText, LocalizedText] | None = None
     expected: int | None = None
 
     @model_validator(mode="after")
@@ -96,21 +96,21 @@ class ItemSpec(Strict):
             raise ValueError(f"expected is a value of the scale, not {self.expected}")
         return self
 
-    def build(self, language: str) -> Item:
+    def build(self, language: str) -> QuestionnaireItem:
         ends = (self.ends[0].text(language), self.ends[1].text(language)) if self.ends else ("", "")
         options = tuple(option.text(language) for option in self.options)
         label = self.label or self.id.replace("_", " ").capitalize()
-        return Item(self.id, self.kind, label, self.text.text(language), options, ends, self.expected)
+        return QuestionnaireItem(self.id, self.kind, label, self.text.text(language), options, ends, self.expected)
 
 
-class QuestionnaireSpec(Strict):
+class QuestionnaireSpec(StudyModel):
     """A questionnaire of one's own, or a ready-made one with items left out or added (an attention item, say)."""
 
     id: Name
-    title: Words | None = None
+    title: LocalizedText | None = None
     base: str = ""
     without: tuple[str, ...] = ()
-    items: tuple[ItemSpec, ...] = ()
+    items: tuple[QuestionSpec, ...] = ()
     shuffle: bool = False  # a new order for each participant and time; free text stays last
 
     @model_validator(mode="after")
@@ -137,10 +137,10 @@ class QuestionnaireSpec(Strict):
         return Questionnaire(self.id, title, (*(item for item in (*kept, *own) if item.kind != "text"), *texts))
 
 
-UNTITLED = Words({"en": "Questions", "de": "Fragen"})
+UNTITLED = LocalizedText({"en": "Questions", "de": "Fragen"})
 
 
-class Block(Strict):
+class Block(StudyModel):
     """Partners times maps times seats."""
 
     id: Name
@@ -172,7 +172,7 @@ class Block(Strict):
         return tuple(known_map(name) for name in maps)
 
 
-class Pairing(Strict):
+class Pairing(StudyModel):
     """How two people find each other, and what happens when one is missing."""
 
     wait_s: Annotated[int, Field(ge=10, le=3600)] = 300
@@ -181,14 +181,14 @@ class Pairing(Strict):
     return_s: Annotated[int, Field(ge=5, le=600)] = 60  # how long a round waits for somebody who dropped out
 
 
-class Requirements(Strict):
+class Requirements(StudyModel):
     """What a participant's machine must offer."""
 
     rtt_ms: Annotated[int, Field(ge=1, le=2000)] = 150  # median round trip
     gamepad: bool = False
 
 
-class Retention(Strict):
+class Retention(StudyModel):
     """How long each kind of data is kept after a participant has finished: 30d, 3y or forever."""
 
     identity: Period = "30d"
@@ -196,19 +196,19 @@ class Retention(Strict):
     released: Period = "forever"  # who ticked `release`
 
 
-class Debrief(Strict):
+class Debrief(StudyModel):
     """What was not said before."""
 
-    text: Words
+    text: LocalizedText
     ask_to_keep: bool = True  # whether the data may still be kept, now that all is known
 
 
-class Study(Strict):
+class Study(StudyModel):
     """study.yaml."""
 
     format: Literal[1]
     id: Name
-    title: Words
+    title: LocalizedText
     protocol: str = ""  # number given by the review board
     languages: Annotated[tuple[Language, ...], Field(min_length=1)] = (DEFAULT,)
     participants: Annotated[int, Field(ge=1, le=10_000)]

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from movingout.study.questionnaire import Item, Questionnaire
+from movingout.study.questionnaire import Questionnaire, QuestionnaireItem
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,5 +28,5 @@ class InstrumentText:
         return replace(original, title=self.title, items=items)
 
 
-def _translated(item: Item, text: ItemText) -> Item:
+def _translated(item: QuestionnaireItem, text: ItemText) -> QuestionnaireItem:
     return replace(item, text=text.text, options=text.options, ends=text.ends)

@@ -14,15 +14,15 @@ from movingout.study.design import instruments_de
 from movingout.study.design.instrument_text import InstrumentText
 from movingout.study.design.localized_text import DEFAULT
 from movingout.study.errors import StudyError
-from movingout.study.questionnaire import PAPER, PAPER_EIGHT, Item, Questionnaire
+from movingout.study.questionnaire import PAPER, PAPER_EIGHT, Questionnaire, QuestionnaireItem
 
 
-def _tlx(id: str, label: str, text: str, ends: tuple[str, str] = ("Very low", "Very high")) -> Item:
-    return Item(id, "tlx", label, text, ends=ends)
+def _tlx(id: str, label: str, text: str, ends: tuple[str, str] = ("Very low", "Very high")) -> QuestionnaireItem:
+    return QuestionnaireItem(id, "tlx", label, text, ends=ends)
 
 
-def _choice(id: str, text: str, *options: str) -> Item:
-    return Item(id, "choice", id.replace("_", " ").capitalize(), text, options=options)
+def _choice(id: str, text: str, *options: str) -> QuestionnaireItem:
+    return QuestionnaireItem(id, "choice", id.replace("_", " ").capitalize(), text, options=options)
 
 
 NASA_TLX: Final = Questionnaire(

@@ -23,7 +23,7 @@ Language = Annotated[str, shaped(r"[a-z]{2,3}(-[A-Z]{2})?", "a language such as 
 _Text = Annotated[str, Field(min_length=1, max_length=100_000)]
 
 
-class Words(RootModel[dict[Language, _Text]]):
+class LocalizedText(RootModel[dict[Language, _Text]]):
     """A text per language; in the file a plain text counts as English."""
 
     model_config = ConfigDict(frozen=True)

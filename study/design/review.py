@@ -17,7 +17,7 @@ _BLANK = re.compile(r"\[[^\]]+\](?!\()")  # [number], and not a link
 
 
 @dataclass(frozen=True, slots=True)
-class Stage:
+class TimelineEntry:
     """Consecutive steps of a kind, as a line of the timeline."""
 
     title: str
@@ -30,7 +30,7 @@ class Review:
     """What `movingout study check` prints."""
 
     study: Study
-    timeline: tuple[Stage, ...]
+    timeline: tuple[TimelineEntry, ...]
     minutes: float  # at most, for the first slot
     pay: float | None  # for one participant who stays that long
     orders: tuple[Assignment, ...]
@@ -47,31 +47,31 @@ class Review:
 def review(study: Study) -> Review:
     """Everything that can be said about a study without running it."""
     orders = tuple(assign(study, slot) for slot in range(study.units))
-    way = steps(study, orders[0])
-    minutes = planned_seconds(way) / 60
+    step_order = steps(study, orders[0])
+    minutes = planned_seconds(step_order) / 60
     return Review(
         study=study,
-        timeline=_timeline(way),
+        timeline=_timeline(step_order),
         minutes=minutes,
         pay=_pay(study, minutes),
         orders=orders,
         missing=tuple(_missing(study)),
         untranslated=missing_texts(study),
-        warnings=tuple(_warnings(study, orders, way)),
+        warnings=tuple(_warnings(study, orders, step_order)),
     )
 
 
-def _timeline(way: tuple[Step, ...]) -> tuple[Stage, ...]:
+def _timeline(step_order: tuple[Step, ...]) -> tuple[TimelineEntry, ...]:
     """One line per screen; the rounds of a block are one line."""
-    stages: list[Stage] = []
+    stages: list[TimelineEntry] = []
     done: set[str] = set()
-    for step in way:
+    for step in step_order:
         if not step.block:
-            stages.append(Stage(step.kind.replace("-", " "), step.questionnaire, step.seconds))
+            stages.append(TimelineEntry(step.kind.replace("-", " "), step.questionnaire, step.seconds))
         elif step.block not in done:
             done.add(step.block)
-            inside = [one for one in way if one.block == step.block]
-            stages.append(Stage(f"block {step.block}", _contents(inside), planned_seconds(tuple(inside))))
+            inside = [one for one in step_order if one.block == step.block]
+            stages.append(TimelineEntry(f"block {step.block}", _contents(inside), planned_seconds(tuple(inside))))
     return tuple(stages)
 
 
@@ -119,14 +119,14 @@ def _missing(study: Study) -> Iterator[str]:
 # ---- weaknesses of the design -----------------------------------------------------------------------------------
 
 
-def _warnings(study: Study, orders: tuple[Assignment, ...], way: tuple[Step, ...]) -> Iterator[str]:
+def _warnings(study: Study, orders: tuple[Assignment, ...], step_order: tuple[Step, ...]) -> Iterator[str]:
     yield from _role_confound(orders)
     yield from _order_confounds(study)
     whole = cells(study)
     if study.units % whole:
         who = "pairs" if study.group == 2 else "participants"
         yield f"{study.units} {who} do not fill the square: orders balance fully with a multiple of {whole}"
-    minutes = planned_seconds(way) / 60
+    minutes = planned_seconds(step_order) / 60
     if minutes > study.minutes:
         yield f"participants were told {study.minutes} minutes, and it can take {minutes:.0f}"
     missing = [name for name in get_args(Element) if name not in study.consent.covers]

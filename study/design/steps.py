@@ -1,4 +1,4 @@
-"""The way of a participant through a study: a list of steps, each with a key that never changes.
+"""The steps of a participant through a study, each with a key that never changes.
 
 The key is what the store keeps: whoever comes back, after a reload or a restart of the server, is at the step whose
 key was written last.
@@ -10,7 +10,7 @@ from typing import Literal
 
 from movingout.study.design.allocation import Assignment, Turn
 from movingout.study.design.definition import Block, Study
-from movingout.study.questionnaire import Item
+from movingout.study.questionnaire import QuestionnaireItem
 from movingout.world.constants import TICK_SECONDS
 
 StepKind = Literal[
@@ -41,8 +41,8 @@ def steps(study: Study, assignment: Assignment) -> tuple[Step, ...]:
     return tuple(_steps(study, assignment))
 
 
-def planned_seconds(way: tuple[Step, ...]) -> float:
-    return sum(step.seconds for step in way)
+def planned_seconds(order: tuple[Step, ...]) -> float:
+    return sum(step.seconds for step in order)
 
 
 def _steps(study: Study, assignment: Assignment) -> Iterator[Step]:
@@ -90,5 +90,5 @@ def _questions(study: Study, key: str, kind: StepKind, name: str, block: str = "
     return Step(key, kind, seconds, block, partner, questionnaire=name)
 
 
-def _item_seconds(item: Item) -> float:
+def _item_seconds(item: QuestionnaireItem) -> float:
     return TEXT_S if item.kind == "text" else SCALE_S

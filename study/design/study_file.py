@@ -8,7 +8,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from movingout.maps.suggestion import known_names
-from movingout.maps.yaml_document import Fault, FieldPath, YamlDocument, YamlError, path_text
+from movingout.maps.yaml_document import FieldPath, FileFault, YamlDocument, YamlError, path_text
 from movingout.study.design.definition import Study
 from movingout.study.design.instruments import instrument_names
 from movingout.study.errors import StudyError, StudyFileError
@@ -29,7 +29,7 @@ def parse_study(text: str, name: str = "study.yaml", folder: Path | None = None)
         raise StudyFileError(name, [error.fault]) from None
     if not isinstance(document.value, dict):
         problem = "a study is a mapping of fields; `movingout study new` writes one"
-        raise StudyFileError(name, [Fault(1, path_text(()), problem)])
+        raise StudyFileError(name, [FileFault(1, path_text(()), problem)])
     try:
         study = Study.model_validate(_with_files(document, document.value, (), folder))
     except YamlError as error:
@@ -37,7 +37,7 @@ def parse_study(text: str, name: str = "study.yaml", folder: Path | None = None)
     except ValidationError as error:
         faults = [_fault(document, one) for one in error.errors(include_url=False) if not _follows(one)]
         raise StudyFileError(name, sorted(set(faults))) from None
-    found = [Fault(document.line(path), path_text(path), message) for path, message in _inconsistencies(study)]
+    found = [FileFault(document.line(path), path_text(path), message) for path, message in _inconsistencies(study)]
     if found:
         raise StudyFileError(name, sorted(found))
     return study
@@ -47,7 +47,7 @@ def _text(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8")
     except UnicodeDecodeError:
-        raise StudyFileError(path.name, [Fault(1, "the file", "is not UTF-8 text")]) from None
+        raise StudyFileError(path.name, [FileFault(1, "the file", "is not UTF-8 text")]) from None
     except OSError as error:
         raise StudyError(f"cannot read {path}: {error.strerror or error}") from None
 
@@ -77,7 +77,7 @@ def _follows(error: Any) -> bool:
     return bool(error["type"] == "too_short" and len(error["input"]) >= error["ctx"]["min_length"])
 
 
-def _fault(document: YamlDocument, error: Any) -> Fault:
+def _fault(document: YamlDocument, error: Any) -> FileFault:
     path = document.path_of(error["loc"], missing=error["type"] == "missing")
     message = error["msg"].removeprefix("Value error, ")
     if error["type"] == "extra_forbidden":
@@ -86,7 +86,7 @@ def _fault(document: YamlDocument, error: Any) -> Fault:
         message = "this field is missing"
     elif not isinstance(error["input"], dict | list):
         message = f"{message}, not {error['input']!r}" if "not " not in message else message
-    return Fault(document.line(path), path_text(path), message[:1].lower() + message[1:])
+    return FileFault(document.line(path), path_text(path), message[:1].lower() + message[1:])
 
 
 def _unknown_field(path: FieldPath) -> str:

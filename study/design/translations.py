@@ -2,9 +2,9 @@
 
 from collections.abc import Iterator
 
-from movingout.study.design.definition import ItemSpec, QuestionnaireSpec, Study
+from movingout.study.design.definition import QuestionnaireSpec, QuestionSpec, Study
 from movingout.study.design.instruments import instrument_names, instrument_speaks
-from movingout.study.design.localized_text import Words
+from movingout.study.design.localized_text import LocalizedText
 
 
 def missing_texts(study: Study) -> tuple[str, ...]:
@@ -27,7 +27,7 @@ def questionnaires_asked(study: Study) -> tuple[str, ...]:
 def _texts(study: Study, language: str) -> Iterator[tuple[str, bool]]:
     """What participants read, and whether it is there."""
 
-    def has(text: Words) -> bool:
+    def has(text: LocalizedText) -> bool:
         return language in text.root
 
     yield "title", has(study.title)
@@ -52,5 +52,5 @@ def _questionnaire_texts(form: QuestionnaireSpec, language: str) -> Iterator[tup
         yield f"item {item.id!r} of questionnaire {form.id!r}", _item_has(item, language)
 
 
-def _item_has(item: ItemSpec, language: str) -> bool:
+def _item_has(item: QuestionSpec, language: str) -> bool:
     return all(language in text.root for text in (item.text, *item.options, *(item.ends or ())))

@@ -17,7 +17,7 @@ def episodes_of(store: Store, pid: str) -> tuple[str, ...]:
         return tuple(connection.execute(select(rounds.c.episode).where(rounds.c.unit == unit)).scalars())
 
 
-def remove(store: Store, pid: str, recordings: int) -> int:
+def remove_participant(store: Store, pid: str, recordings: int) -> int:
     """Remove everything about a participant; the number of rows.
 
     A game is played by two: the rounds of a pair go for both, as the consent says; the partner's answers stay.
@@ -33,7 +33,7 @@ def remove(store: Store, pid: str, recordings: int) -> int:
     return rows
 
 
-def has_deeds(store: Store, pid: str) -> bool:
+def has_data(store: Store, pid: str) -> bool:
     """Whether there is still something that a participant did."""
     unit = store.participant(pid).unit
     mine = select(answers.c.id).where(answers.c.pid == pid)
@@ -42,14 +42,14 @@ def has_deeds(store: Store, pid: str) -> bool:
         return any(connection.execute(query).first() is not None for query in (mine, played))
 
 
-def clear(store: Store, pid: str, recordings: int) -> int:
+def withdraw_data(store: Store, pid: str, recordings: int) -> int:
     """Remove what a participant did, as they wished; the number of rows.
 
     That they consented, and their code, stay: they are paid for their time. Nothing happens where nothing is left.
     """
     unit = store.participant(pid).unit
     with store.database.write() as connection:
-        rows = _deeds(connection, pid, unit)
+        rows = _remove_data(connection, pid, unit)
         if rows or recordings:
             record(connection, store.now(), "participant", "withdraw", pid, rows=rows, recordings=recordings)
     if rows:
@@ -57,7 +57,7 @@ def clear(store: Store, pid: str, recordings: int) -> int:
     return rows
 
 
-def forgotten(store: Store, pid: str) -> bool:
+def is_erased(store: Store, pid: str) -> bool:
     """Whether there is a tombstone for somebody."""
     with store.database.read() as connection:
         query = select(tombstones.c.subject).where(tombstones.c.subject == subject_of(connection, pid))
@@ -65,13 +65,13 @@ def forgotten(store: Store, pid: str) -> bool:
 
 
 def _rows(connection: Connection, pid: str, unit: int | None) -> int:
-    rows = _deeds(connection, pid, unit)
+    rows = _remove_data(connection, pid, unit)
     for table in (consents, participants):
         rows += _remove(connection, table, table.c.pid == pid)
     return rows
 
 
-def _deeds(connection: Connection, pid: str, unit: int | None) -> int:
+def _remove_data(connection: Connection, pid: str, unit: int | None) -> int:
     """Answers, rounds and the notes about them."""
     mine = select(rounds.c.id).where(rounds.c.unit == unit)
     rows = _remove(connection, players, or_(players.c.pid == pid, players.c["round"].in_(mine)))
@@ -86,13 +86,13 @@ def _remove(connection: Connection, table: Table, condition: ColumnElement[bool]
     return int(connection.execute(delete(table).where(condition)).rowcount)
 
 
-def meant(store: Store, name: str) -> str:
+def resolve_participant(store: Store, name: str) -> str:
     """The pseudonym of whom a pseudonym or a completion code means. StudyError unless that is exactly one.
 
     Participants know their code alone.
     """
-    if forgotten(store, name):
-        raise StudyError(f"{name} was forgotten already; the tombstone says so")
+    if is_erased(store, name):
+        raise StudyError(f"{name} was deleted already; the tombstone says so")
     with store.database.read() as connection:
         query = select(participants.c.pid).where(or_(participants.c.pid == name, participants.c.code == name))
         found = connection.execute(query).scalars().all()

@@ -19,7 +19,7 @@ from movingout.study.errors import StoreError, StudyError
 from movingout.study.store import IdentityStore, Store, Unit
 from movingout.study.store.clock import now_ms
 from movingout.study.store.database import Database, alembic_config
-from movingout.study.store.removal import clear, has_deeds
+from movingout.study.store.removal import has_data, withdraw_data
 from movingout.study.store.rounds import PlayerOutcome, RoundOutcome, Rounds
 from movingout.study.store.tables import (
     answers,
@@ -303,11 +303,11 @@ def test_what_a_participant_did_goes_at_their_wish_and_the_code_stays(place: Pat
     for pid in ("P1", "P2"):
         store.answer(pid, "form", "demographics", "", "age", 2, "", 900.0, 100.0)
     store.finish("P1", "withdrew", "CODE-1")
-    assert has_deeds(store, "P1") and clear(store, "P1", 1) == 3
-    assert not has_deeds(store, "P1")
+    assert has_data(store, "P1") and withdraw_data(store, "P1", 1) == 3
+    assert not has_data(store, "P1")
     assert (store.rows(rounds), [row["pid"] for row in store.rows(answers)]) == ([], ["P2"])
     assert store.participant("P1").code == "CODE-1" and len(store.rows(consents)) == 2
-    assert clear(store, "P1", 0) == 0, "asking again changes nothing"
+    assert withdraw_data(store, "P1", 0) == 0, "asking again changes nothing"
     assert [row["action"] for row in store.rows(audit)].count("withdraw") == 1
 
 

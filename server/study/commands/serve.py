@@ -32,7 +32,7 @@ def serve(args: argparse.Namespace) -> int:
     settings = _settings(args)
     check_data(settings.data)
     folder = StudyFolder(study, settings.data, args.database, args.identities)
-    with folder.alone(), closing(listen(settings.host, settings.port)) as listening:
+    with folder.exclusive(), closing(listen(settings.host, settings.port)) as listening:
         settings = replace(with_kept_token(settings), port=listening.getsockname()[1])
         certificate = certificate_for(settings) if settings.tls else None
         logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s", stream=sys.stderr)

@@ -11,7 +11,7 @@ from movingout.matches.experiment.paper_reference import PAPER
 from movingout.matches.experiment.plan import matches_of, missing_agents, planned_matches
 from movingout.matches.experiment.shipped_grids import FOLDER, grid_path, shipped_grids
 from movingout.matches.match import failed_result
-from movingout.matches.report.comparison import CAUTION, json_report, lines_of, markdown_report
+from movingout.matches.report.comparison import CAUTION, comparison_lines, json_report, markdown_report
 from movingout.matches.report.crossplay import matrix, worst_matches
 from movingout.matches.report.html_page import page
 from movingout.matches.results.significance import holm, stars, welch
@@ -108,7 +108,7 @@ def test_the_report_lays_ours_beside_the_papers_and_says_what_they_are_not() -> 
     assert CAUTION in text
     dp = next(line for line in text.splitlines() if line.startswith("| unseen | 1 | DP |"))
     assert "0.2563 ± 0.0152 (-20.7 %)" in dp and "0.4249 ± 0.0136" in dp and "0.500 ± 0.100" in dp
-    seen = next(line for line in lines_of(run) if (line.condition, line.label) == ("seen", "DP"))
+    seen = next(line for line in comparison_lines(run) if (line.condition, line.label) == ("seen", "DP"))
     assert len(seen.results) == 4, "both groups together"
     json.dumps(json_report([run]), allow_nan=False)
 

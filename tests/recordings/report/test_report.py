@@ -13,7 +13,7 @@ from movingout.recordings import SeatInfo, finalise
 from movingout.recordings.report.facts import GROUPINGS, EpisodeFacts, facts_of
 from movingout.recordings.report.failures import Failure
 from movingout.recordings.report.page import ReportPage
-from movingout.recordings.report.tally import Tally
+from movingout.recordings.report.tally import ReportTally
 from movingout.recordings.report.waiting import Wait
 from movingout.recordings.storage.listing import Unreadable
 from movingout.server.cli import main
@@ -43,7 +43,7 @@ def facts(episode_id: str = "one", **changes: object) -> EpisodeFacts:
 
 
 def html(*all_facts: EpisodeFacts | Unreadable) -> str:
-    return ReportPage("pilot", "http://lab:8000", Tally.of(all_facts)).html()
+    return ReportPage("pilot", "http://lab:8000", ReportTally.of(all_facts)).html()
 
 
 # ---- adding up ---------------------------------------------------------------------------------------------
@@ -51,7 +51,7 @@ def html(*all_facts: EpisodeFacts | Unreadable) -> str:
 
 def test_episodes_add_up_per_map_and_population() -> None:
     won = facts("two", outcome="delivered", metrics={**facts().metrics, "tcr": 0.75, "ac": 0.5})
-    tally = Tally.of([facts(), won, facts("three", population=("idle", "idle"))])
+    tally = ReportTally.of([facts(), won, facts("three", population=("idle", "idle"))])
     group = tally.groups["FourCorners", ("people", "scripted")]
     assert (group.n, tally.episodes) == (2, 3)
     assert group.estimate("tcr") == pytest.approx((0.5, 0.25, 2))
@@ -61,27 +61,27 @@ def test_episodes_add_up_per_map_and_population() -> None:
 
 
 def test_what_was_broken_off_is_counted_but_enters_no_mean() -> None:
-    tally = Tally.of([facts(), facts("two", outcome="interrupted"), facts("three", complete=False)])
+    tally = ReportTally.of([facts(), facts("two", outcome="interrupted"), facts("three", complete=False)])
     assert (tally.episodes, tally.unfinished) == (1, 2)
 
 
 def test_waiting_over_time_is_a_share_of_the_time_still_played() -> None:
     longer = facts("two", ticks=40, waits=(Wait(1, 1, 25, 30),), consistency=np.zeros((4, 2)))
-    tally = Tally.of([facts(), longer])
+    tally = ReportTally.of([facts(), longer])
     (group,) = tally.groups.values()
     assert group.waiting_over_time().tolist() == [[0.5, 0.0], [0.0, 0.0], [0.0, 0.5], [0.0, 0.0]]
 
 
 def test_consistency_over_time_is_a_mean_over_ticks_with_gaps() -> None:
     one = facts(consistency=np.array([[5.0, 10.0], [0.0, 0.0]]))
-    tally = Tally.of([one, facts("two", consistency=np.array([[10.0, 10.0], [0.0, 0.0]]))])
+    tally = ReportTally.of([one, facts("two", consistency=np.array([[10.0, 10.0], [0.0, 0.0]]))])
     (group,) = tally.groups.values()
     assert np.array_equal(group.consistency_over_time(), [0.75, np.nan], equal_nan=True)
 
 
 def test_a_failure_rate_counts_seats_that_failed_at_least_once() -> None:
     twice = (Failure("keeps", 1, 0, 10, 40, "x"), Failure("keeps", 1, 0, 50, 90, "x"))
-    tally = Tally.of([facts(failures=twice), facts("two"), facts("three"), facts("four")])
+    tally = ReportTally.of([facts(failures=twice), facts("two"), facts("three"), facts("four")])
     assert tally.rate("scripted", "keeps") == pytest.approx((0.25, 0.25, 4))
     assert tally.rate("people", "keeps") == (0.0, 0.0, 4)
     assert len(tally.found) == 2

@@ -9,7 +9,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from movingout.server.cli import main
-from movingout.study.data.erasure import DAY_MS, due, forget, purge
+from movingout.study.data.erasure import DAY_MS, due_for_erasure, erase, purge
 from movingout.study.data.export import Options, export_study
 from movingout.study.errors import StudyError
 from movingout.study.store.clock import now_ms
@@ -138,7 +138,7 @@ def test_forgetting_leaves_no_trace_of_the_participant_in_any_file(tmp_path: Pat
     for pid in (gone, stays):  # of a server that was stopped
         (place.rooms / f"{pid == gone}.json").write_text(f'{{"seats": [{{"alias": "{pid}"}}]}}', encoding="utf-8")
     assert len(traces(tmp_path, gone)) > 4
-    done = forget(place, store, gone)
+    done = erase(place, store, gone)
     assert (done.recordings, done.identity) == (3, True) and done.rows > 10
     assert traces(tmp_path, gone, "worker-0000") == []
     assert [path.name for path in place.rooms.iterdir()] == ["False.json"]
@@ -151,28 +151,28 @@ def test_forgetting_leaves_no_trace_of_the_participant_in_any_file(tmp_path: Pat
 def test_the_slot_of_who_is_forgotten_is_given_again_and_a_second_wish_is_answered(tmp_path: Path) -> None:
     study, text = template("agent_survey", **SHORT)
     place, store, (gone, _) = fill(tmp_path, study, text, 2)
-    forget(place, store, gone)
+    erase(place, store, gone)
     assert [row["state"] for row in store.rows(units)] == ["dropped", "done"]
-    with pytest.raises(StudyError, match=f"{gone} was forgotten already"):
-        forget(place, store, gone)
+    with pytest.raises(StudyError, match=f"{gone} was deleted already"):
+        erase(place, store, gone)
     with pytest.raises(StudyError, match="there is no participant 'PXXXXXX'"):
-        forget(place, store, "PXXXXXX")
+        erase(place, store, "PXXXXXX")
 
 
 def test_who_knows_the_completion_code_alone_is_forgotten_by_that(tmp_path: Path) -> None:
     study, text = template("agent_survey", **SHORT)
     place, store, (gone, _) = fill(tmp_path, study, text, 2)
-    assert forget(place, store, "CODE-1-0").pid == gone
+    assert erase(place, store, "CODE-1-0").pid == gone
     store.arrive("P3", "en")
     store.finish("P3", "done", "CODE-2-0")
     with pytest.raises(StudyError, match="2 participants were given the code 'CODE-2-0'"):
-        forget(place, store, "CODE-2-0")
+        erase(place, store, "CODE-2-0")
 
 
 def test_the_games_of_a_pair_go_for_both_and_the_partners_answers_stay(tmp_path: Path) -> None:
     study, text = template("collect", **{"    maps: all": "    maps: [HandOff]", "    rounds: 3": "    rounds: 1"})
     place, store, (gone, stays) = fill(tmp_path, study, text, 2, recorded_ticks=2)
-    forget(place, store, gone)
+    erase(place, store, gone)
     assert list(place.recordings.glob("*.mcap")) == []
     assert traces(tmp_path, gone) == []
     assert store.participant(stays).outcome == "done" and store.answers(stays, "form")
@@ -183,7 +183,7 @@ def test_purging_removes_identities_first_and_everything_later_unless_it_was_rel
     clock = Clock()
     place, store, (released, other) = fill(tmp_path, study, text, 2, clock=clock)
     store.consent(released, "2", "en", "again", ["release"])
-    assert due(study, store).identities == ()
+    assert due_for_erasure(study, store).identities == ()
     clock.ms += 31 * DAY_MS
     assert set(purge(place, store).identities) == {released, other}
     assert purge(place, store).identities == ()  # nothing is left to remove
@@ -202,7 +202,7 @@ def test_nobody_is_removed_behind_the_back_of_a_server_that_runs(
     file = tmp_path / "study.yaml"
     file.write_text(text, encoding="utf-8")
     place = [str(file), "--data", str(tmp_path / "data")]
-    with folder.alone():
+    with folder.exclusive():
         for arguments in (["forget", *place, pid], ["purge", *place, "--apply"]):
             assert main(["study", *arguments]) == 2
             assert "study agent-survey is being served from" in capsys.readouterr().err

@@ -12,9 +12,9 @@ from tests.study.support import study
 
 def test_one_process_at_a_time_has_a_study_and_the_next_may_when_it_has_ended(tmp_path: Path) -> None:
     folder = StudyFolder(study(), tmp_path)
-    with folder.alone(), pytest.raises(StudyError, match="is being served from"), folder.alone():
+    with folder.exclusive(), pytest.raises(StudyError, match="is being served from"), folder.exclusive():
         pass
-    with folder.alone():
+    with folder.exclusive():
         pass
 
 
@@ -23,5 +23,5 @@ def test_a_server_of_an_earlier_version_keeps_the_study(tmp_path: Path) -> None:
     folder.own.mkdir(parents=True)
     with (folder.own / "serving.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        with pytest.raises(StudyError, match="is being served from"), folder.alone():
+        with pytest.raises(StudyError, match="is being served from"), folder.exclusive():
             pass

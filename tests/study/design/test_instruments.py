@@ -4,7 +4,7 @@ import pytest
 
 from movingout.study.design.instruments import DEMOGRAPHICS, NASA_TLX, instrument, instrument_names
 from movingout.study.errors import StudyError
-from movingout.study.questionnaire import PAPER, PAPER_EIGHT, AnswerError, Item, Questionnaire
+from movingout.study.questionnaire import PAPER, PAPER_EIGHT, AnswerError, Questionnaire, QuestionnaireItem
 
 
 def test_the_shorter_variant_is_the_first_eight_of_the_nine_and_the_free_text() -> None:
@@ -41,12 +41,12 @@ def test_the_order_of_items_follows_from_the_seed_and_free_text_stays_last() -> 
 
 
 def test_all_orders_of_items_come_up() -> None:
-    form = Questionnaire("three", "", tuple(Item(name, "likert7", "", "") for name in "abc"))
+    form = Questionnaire("three", "", tuple(QuestionnaireItem(name, "likert7", "", "") for name in "abc"))
     assert len({form.shuffled(str(seed)).items for seed in range(100)}) == 6
 
 
 def test_an_attention_item_is_missed_when_answered_wrongly_and_its_answer_is_never_sent_to_the_browser() -> None:
-    item = Item("attention", "likert7", "Attention", "Please choose 2.", expected=2)
+    item = QuestionnaireItem("attention", "likert7", "Attention", "Please choose 2.", expected=2)
     form = Questionnaire("short", "", (item,))
     assert [form.missed_attention(answers) for answers in ({"attention": 5}, {"attention": 2}, {})] == [
         ("attention",), (), (),
