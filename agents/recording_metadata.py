@@ -4,7 +4,7 @@ from movingout.agents.catalogue import agent_card
 from movingout.agents.checkpoint.checkpoint import card_bytes, fingerprint
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.recordings import SeatInfo
-from movingout.recordings.ghost import GHOST, ghost_name
+from movingout.recordings.recorded_seat import GHOST, ghost_name
 
 
 def seat_info(agent_id: str) -> SeatInfo:

@@ -29,7 +29,7 @@ from movingout.recordings import (
     verify,
 )
 from movingout.recordings.exports import export
-from movingout.recordings.exports.plan import Plan
+from movingout.recordings.exports.plan import ExportPlan
 from movingout.recordings.storage.index import Filter, list_recordings
 from movingout.world import World
 from movingout.world.constants import LIMIT_TICKS, TICK_SECONDS
@@ -94,7 +94,7 @@ def measure_exports(folder: Path, recordings: list[Path]) -> list[list[str]]:
     """Seconds to export some episodes in each format that is no picture; imports of libraries included."""
     rows = []
     for name in FORMATS:
-        plan = Plan(recordings, folder / f"export-{name}")
+        plan = ExportPlan(recordings, folder / f"export-{name}")
         seconds = wall_seconds(partial(export, name, plan))
         rows.append([name, f"{seconds:.2f}", f"{EXPORTED * EPISODE_S / seconds:,.0f}"])
     return rows

@@ -21,7 +21,7 @@ _STANDS = (0.1, 0.16)  # a robot grabs with its centre 0.12 to 0.135 from the su
 
 
 @dataclass(frozen=True, slots=True)
-class Fault:
+class MapFault:
     """Something that makes a map unplayable: where in its JSON document, and a sentence."""
 
     path: str
@@ -31,25 +31,25 @@ class Fault:
         return f"{self.path}: {self.message}"
 
 
-class _Thing(NamedTuple):
+class _Obstacle(NamedTuple):
     path: str
     solid: Solid
 
 
-def check_map(spec: MapSpec) -> tuple[Fault, ...]:
+def check_map(spec: MapSpec) -> tuple[MapFault, ...]:
     """All faults of a map, in the order of its document; empty when it can be played."""
-    items = [_Thing(f"items[{index}]", item_solid(_grazing(item))) for index, item in enumerate(spec.items)]
+    items = [_Obstacle(f"items[{index}]", item_solid(_grazing(item))) for index, item in enumerate(spec.items)]
     robots = [
-        _Thing(f"robots.{colour}", robot_solid(pose)) for colour, pose in zip(SEAT_COLOURS, spec.robots, strict=True)
+        _Obstacle(f"robots.{colour}", robot_solid(pose)) for colour, pose in zip(SEAT_COLOURS, spec.robots, strict=True)
     ]
-    walls = [_Thing(f"walls[{index}]", wall_solid(wall)) for index, wall in enumerate(spec.walls)]
+    walls = [_Obstacle(f"walls[{index}]", wall_solid(wall)) for index, wall in enumerate(spec.walls)]
     faults = [*_misplaced([*robots, *items], walls)]
     if not faults:  # where nothing stands freely, ways and reach mean nothing
         faults += _unreachable(spec)
     return (*faults, *_too_small_goals(spec))
 
 
-def check_document(document: object) -> tuple[Fault, ...]:
+def check_document(document: object) -> tuple[MapFault, ...]:
     """All faults of a JSON document in our format: what makes it unreadable or, if it can be read, unplayable."""
     try:
         return check_map(map_from_json(document))
@@ -59,12 +59,12 @@ def check_document(document: object) -> tuple[Fault, ...]:
     return tuple(faults or [first])
 
 
-def _unreadable(document: dict[str, Any]) -> Iterator[Fault]:
+def _unreadable(document: dict[str, Any]) -> Iterator[MapFault]:
     """Each part is read in the place of the same part of a sound map, so that one fault does not hide the next."""
     sound = map_to_json(load_map(PRACTICE))
     for key in sound:
         if key not in document and key != "units":
-            yield Fault(key, "is missing")
+            yield MapFault(key, "is missing")
     for key, value in document.items():
         entries = value if key in ("walls", "goals", "items") and isinstance(value, list) and value else [value]
         for index, entry in enumerate(entries):
@@ -75,55 +75,55 @@ def _unreadable(document: dict[str, Any]) -> Iterator[Fault]:
                 yield replace(fault, path=fault.path.replace(f"{key}[0]", f"{key}[{index}]", 1))
 
 
-def _fault_of(error: MapError) -> Fault:
+def _fault_of(error: MapError) -> MapFault:
     path, _, message = str(error).partition(": ")
-    return Fault(path, message)
+    return MapFault(path, message)
 
 
 def _grazing(item: ItemSpec) -> ItemSpec:
     return replace(item, scale=item.scale - _GRAZE)
 
 
-def _misplaced(movers: list[_Thing], walls: list[_Thing]) -> Iterator[Fault]:
+def _misplaced(movers: list[_Obstacle], walls: list[_Obstacle]) -> Iterator[MapFault]:
     for mover in movers:
         outside = beyond_arena(mover.solid)
         if outside > 0.0:
-            yield Fault(mover.path, f"sticks {outside:.3f} out of the arena; move it inwards (the sides are at 1.2)")
+            yield MapFault(mover.path, f"sticks {outside:.3f} out of the arena; move it inwards (the sides are at 1.2)")
         for wall in walls:
             if mover.solid.gap(wall.solid) < 0.0:
-                yield Fault(mover.path, f"stands in {wall.path}; walls are 0.01 thicker than drawn")
+                yield MapFault(mover.path, f"stands in {wall.path}; walls are 0.01 thicker than drawn")
     for one, other in combinations(movers, 2):
         if one.solid.gap(other.solid) < 0.0:
-            yield Fault(other.path, f"overlaps {one.path}; move them apart")
+            yield MapFault(other.path, f"overlaps {one.path}; move them apart")
 
 
-def _unreachable(spec: MapSpec) -> Iterator[Fault]:
+def _unreachable(spec: MapSpec) -> Iterator[MapFault]:
     ways = way_to_goal(spec.walls, spec.goals)
     for index, item in enumerate(spec.items):
         path = f"items[{index}]"
         seats = seats_at(spec, item)
         if item.size == "large" and not all(seats):
             missing = " and ".join(colour for colour, gets in zip(SEAT_COLOURS, seats, strict=True) if not gets)
-            yield Fault(
+            yield MapFault(
                 path, f"is large, but {missing} cannot get to it; widen the way to more than {2 * ROBOT_RADIUS}"
             )
         elif not any(seats):
-            yield Fault(path, f"no robot can get to it; widen a way to more than {2 * ROBOT_RADIUS}")
+            yield MapFault(path, f"no robot can get to it; widen a way to more than {2 * ROBOT_RADIUS}")
         breadth = narrowest(item.shape, item.scale)
         widest_way = 2 * best_near(ways, item.pose.x, item.pose.y)
         if widest_way < breadth:
-            yield Fault(
+            yield MapFault(
                 path, f"does not fit on any way to a goal: {breadth:.2f} broad, the way {max(widest_way, 0):.2f}"
             )
 
 
-def _too_small_goals(spec: MapSpec) -> Iterator[Fault]:
+def _too_small_goals(spec: MapSpec) -> Iterator[MapFault]:
     too_big = [index for index, item in enumerate(spec.items) if not fits_alone(item, spec)]
     for index in too_big:
-        yield Fault(f"items[{index}]", "is too big for every goal region; enlarge one or shrink the item")
+        yield MapFault(f"items[{index}]", "is too big for every goal region; enlarge one or shrink the item")
     if not too_big and (unplaced := unplaced_items(spec)):
         names = ", ".join(f"items[{index}]" for index in unplaced)
-        yield Fault("goals", f"the goal regions are too small for all items together: {names} found no place")
+        yield MapFault("goals", f"the goal regions are too small for all items together: {names} found no place")
 
 
 def seats_at(spec: MapSpec, item: ItemSpec) -> tuple[bool, bool]:

@@ -6,7 +6,20 @@ from functools import lru_cache
 
 from PIL import Image, ImageDraw, ImageFont
 
-from movingout.maps.scene import LIGHT, Box, Disc, Label, Line, Moment, Point, Polygon, Shape, Theme, backdrop, movers
+from movingout.maps.scene import (
+    LIGHT,
+    Box,
+    Disc,
+    Label,
+    Line,
+    Point,
+    Polygon,
+    SceneState,
+    Shape,
+    Theme,
+    backdrop,
+    movers,
+)
 from movingout.maps.spec import ARENA_HALF, MapSpec
 
 OVERSAMPLING = 3
@@ -14,11 +27,11 @@ SMALL_SIDE = 400  # below this many pixels the marks are drawn larger, to stay r
 SMALL_LABEL_SCALE = 1.5
 
 
-def paint_moment(spec: MapSpec, moment: Moment, side: int, theme: Theme = LIGHT) -> Image.Image:
-    """An RGB picture, `side` x `side` pixels, of a map at a moment. What never moves is painted once per map."""
+def paint_scene(spec: MapSpec, state: SceneState, side: int, theme: Theme = LIGHT) -> Image.Image:
+    """An RGB picture of `side` x `side` pixels; what never moves is painted once per map."""
     canvas = _painted_backdrop(spec, side, theme).copy()
     label_scale = SMALL_LABEL_SCALE if side < SMALL_SIDE else 1.0
-    paint(canvas, movers(spec, moment, theme, label_scale=label_scale))
+    paint(canvas, movers(spec, state, theme, label_scale=label_scale))
     return canvas.reduce(OVERSAMPLING)
 
 

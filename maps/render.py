@@ -3,7 +3,7 @@
 import io
 from html import escape
 
-from movingout.maps.picture import paint_moment
+from movingout.maps.picture import paint_scene
 from movingout.maps.scene import LIGHT, Box, Disc, Label, Line, Point, Polygon, Shape, Theme, backdrop, movers, start_of
 from movingout.maps.spec import ARENA_HALF, MapSpec
 
@@ -15,7 +15,7 @@ _UNIT = _SVG_SIDE / (2 * ARENA_HALF)
 def map_png(spec: MapSpec, side: int = PNG_SIDE, theme: Theme = LIGHT) -> bytes:
     """The start of a map as a PNG file, `side` x `side` pixels."""
     file = io.BytesIO()
-    paint_moment(spec, start_of(spec), side, theme).save(file, "PNG", optimize=True)
+    paint_scene(spec, start_of(spec), side, theme).save(file, "PNG", optimize=True)
     return file.getvalue()
 
 

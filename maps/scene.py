@@ -108,7 +108,7 @@ Shape = Box | Polygon | Disc | Line | Label
 
 
 @dataclass(frozen=True, slots=True)
-class Moment:
+class SceneState:
     """Where everything is, in the map's order; the first robot is drawn blue, the second red."""
 
     robots: Sequence[Sequence[float]]  # (2, 3) x, y, angle
@@ -126,9 +126,9 @@ _RING_DASH = (0.028, 0.028)
 _MARKS = {"small": "", "middle": "1–2", "large": "2"}
 
 
-def start_of(spec: MapSpec) -> Moment:
-    """The moment before anything moved."""
-    return Moment([_row(pose) for pose in spec.robots], [_row(item.pose) for item in spec.items])
+def start_of(spec: MapSpec) -> SceneState:
+    """The state before anything moved."""
+    return SceneState([_row(pose) for pose in spec.robots], [_row(item.pose) for item in spec.items])
 
 
 def backdrop(spec: MapSpec, theme: Theme = LIGHT) -> list[Shape]:
@@ -141,15 +141,15 @@ def backdrop(spec: MapSpec, theme: Theme = LIGHT) -> list[Shape]:
     return shapes
 
 
-def movers(spec: MapSpec, moment: Moment, theme: Theme = LIGHT, *, label_scale: float = 1.0) -> list[Shape]:
+def movers(spec: MapSpec, state: SceneState, theme: Theme = LIGHT, *, label_scale: float = 1.0) -> list[Shape]:
     """What moves: items, grips and robots; held items are above the others."""
     shapes: list[Shape] = []
-    for index in sorted(range(len(spec.items)), key=lambda index: index in moment.held):
-        shapes += _item(spec.items[index], index, moment, theme, label_scale)
-    for seat, held in enumerate(moment.held):
+    for index in sorted(range(len(spec.items)), key=lambda index: index in state.held):
+        shapes += _item(spec.items[index], index, state, theme, label_scale)
+    for seat, held in enumerate(state.held):
         if held >= 0:
-            shapes.append(_grip(moment.robots[seat], moment.items[held], _robot_colour(seat, theme)))
-    for seat, pose in enumerate(moment.robots):
+            shapes.append(_grip(state.robots[seat], state.items[held], _robot_colour(seat, theme)))
+    for seat, pose in enumerate(state.robots):
         shapes += _robot(seat, pose, theme, label_scale)
     return shapes
 
@@ -178,10 +178,10 @@ def _goal(goal: Rect, theme: Theme) -> list[Shape]:
     return [*shapes, *_dashes([*corners, corners[0]], _GOAL_DASH, theme.goal_edge, 2 * _HAIR)]
 
 
-def _item(spec: ItemSpec, index: int, moment: Moment, theme: Theme, label_scale: float) -> list[Shape]:
-    x, y, angle = moment.items[index]
+def _item(spec: ItemSpec, index: int, state: SceneState, theme: Theme, label_scale: float) -> list[Shape]:
+    x, y, angle = state.items[index]
     fill = {"small": theme.small, "middle": theme.middle, "large": theme.large}[spec.size]
-    holders = [seat for seat in (0, 1) if moment.held[seat] == index]
+    holders = [seat for seat in (0, 1) if state.held[seat] == index]
     edge = _mixed(fill, theme.ink, 0.42) if not holders else ""
     shapes: list[Shape]
     if spec.shape == "circle":
@@ -198,7 +198,7 @@ def _item(spec: ItemSpec, index: int, moment: Moment, theme: Theme, label_scale:
         else:
             shapes += _dashes(ring, _HELD_DASH, colour, 4 * _HAIR)
     ink = _readable(fill)
-    if moment.delivered and moment.delivered[index]:
+    if state.delivered and state.delivered[index]:
         tick = [(x + dx, y + dy) for dx, dy in ((-0.022, -0.001), (-0.006, -0.017), (0.024, 0.016))]
         shapes.append(Line(tuple(tick), ink, 2.2 * _HAIR * label_scale, round=True))
     elif _MARKS[spec.size]:

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from movingout.maps.spec import ARENA_HALF
-from movingout.recordings.solids import SEAT_RGB
+from movingout.recordings.meshes import SEAT_RGB
 from movingout.world.constants import TICK_SECONDS
 from movingout.world.state import Floats, WorldState
 

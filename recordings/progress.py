@@ -8,14 +8,14 @@ from typing import TypeVar
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from movingout.recordings.processes import pool
+from movingout.recordings.process_pool import process_pool
 
 T = TypeVar("T")
 R = TypeVar("R")
 _LONGEST_SHARE = 4  # values handed to a process at once: how long Ctrl-C may take
 
 
-def track(values: Iterable[T], total: int, verb: str) -> Iterator[T]:
+def with_progress(values: Iterable[T], total: int, verb: str) -> Iterator[T]:
     """The values, with a bar that names what is being done."""
     console = Console(stderr=True)
     columns = (TextColumn(verb), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
@@ -23,23 +23,23 @@ def track(values: Iterable[T], total: int, verb: str) -> Iterator[T]:
         yield from progress.track(values, total=total)
 
 
-def over_processes(function: Callable[[T], R], values: Sequence[T], workers: int, verb: str) -> Iterator[R]:
+def map_in_processes(function: Callable[[T], R], values: Sequence[T], workers: int, verb: str) -> Iterator[R]:
     """The results in order, computed by several processes when there are several values.
 
     Ctrl-C stops it when the values being worked on are done.
     """
     if workers <= 1 or len(values) <= 1:
-        yield from track(map(function, values), len(values), verb)
+        yield from with_progress(map(function, values), len(values), verb)
         return
-    with pool(workers) as processes:
+    with process_pool(workers) as processes:
         share = max(min(len(values) // (8 * workers), _LONGEST_SHARE), 1)
-        with _deaf_children():
+        with _sigint_blocked():
             results = processes.map(function, values, chunksize=share)
-        yield from track(results, len(values), verb)
+        yield from with_progress(results, len(values), verb)
 
 
 @contextlib.contextmanager
-def _deaf_children() -> Iterator[None]:
+def _sigint_blocked() -> Iterator[None]:
     """Processes started in the block leave Ctrl-C to this one, also while they start and before they can say so."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # they inherit it; here it only comes later
     try:

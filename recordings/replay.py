@@ -43,7 +43,7 @@ def browser_replay(path: Path, position_scale: float, angle_scale: float) -> Bro
     scaled = np.rint(poses * np.array([position_scale, position_scale, angle_scale]))
     scaled[..., :2] = np.clip(scaled[..., :2], -32768, 32767)
     frames = scaled.astype(np.int64).astype(np.int16)  # the cast wraps angles modulo one turn
-    weighed = thoughts(episode)
+    weighed = decision_trace(episode)
     return BrowserReplay({**summary(episode), "exact": exact, "has_thoughts": bool(weighed)}, frames, weighed)
 
 
@@ -106,7 +106,7 @@ def summary(episode: Episode) -> dict[str, Any]:
     }
 
 
-def thoughts(episode: Episode) -> list[dict[str, Any]]:
+def decision_trace(episode: Episode) -> list[dict[str, Any]]:
     """The decisions in which an agent named candidates: scores, ways, and what was expected of the chosen one."""
     states = episode.states
     found = []

@@ -21,7 +21,7 @@ from movingout.world.drive import EMPTY_HAND, Hand
 
 
 @dataclass(slots=True, eq=False)
-class Item:
+class ItemBody:
     """An item's body. It is static unless held, and cannot be pushed."""
 
     index: int
@@ -32,14 +32,14 @@ class Item:
 
 
 @dataclass(slots=True, eq=False)
-class Robot:
+class RobotBody:
     """A robot's body, the hidden body that steers it, and its hand."""
 
     body: pymunk.Body
     handle: Any
     control: Any  # the engine's own control body
     turns_freely: bool = True  # the official "if_control_angle"; of interest only while it holds something
-    item: Item | None = None
+    item: ItemBody | None = None
     hand: Hand = EMPTY_HAND  # what holding means for driving; changes with a toggle of either robot
     joints: tuple[pymunk.Constraint, ...] = ()
 
@@ -49,9 +49,9 @@ class Bodies:
     """All bodies of one map in one engine space."""
 
     space: pymunk.Space
-    robots: tuple[Robot, Robot]
-    items: tuple[Item, ...]
-    item_of_shape: dict[pymunk.Shape, Item]
+    robots: tuple[RobotBody, RobotBody]
+    items: tuple[ItemBody, ...]
+    item_of_shape: dict[pymunk.Shape, ItemBody]
 
 
 def build_bodies(map_spec: MapSpec) -> Bodies:
@@ -96,7 +96,7 @@ def _add_goal(space: pymunk.Space, goal: Rect) -> None:
     space.add(body, sensor)
 
 
-def _add_item(space: pymunk.Space, index: int, spec: ItemSpec) -> Item:
+def _add_item(space: pymunk.Space, index: int, spec: ItemSpec) -> ItemBody:
     body = pymunk.Body(body_type=pymunk.Body.STATIC)  # before it enters the space: the order depends on it
     body.position = (spec.pose.x, spec.pose.y)
     body.angle = spec.pose.angle
@@ -106,7 +106,7 @@ def _add_item(space: pymunk.Space, index: int, spec: ItemSpec) -> Item:
         if spec.shape == "star":
             shape.filter = pymunk.ShapeFilter(group=c.STAR_GROUP + index)
     space.add(body, *shapes)
-    return Item(index, spec, body, shapes, body._body)
+    return ItemBody(index, spec, body, shapes, body._body)
 
 
 def _item_shapes(body: pymunk.Body, spec: ItemSpec) -> Iterable[pymunk.Shape]:
@@ -136,7 +136,7 @@ def _convex_parts(scale: float) -> list[list[pymunk.Vec2d]]:
         lib.cpPolylineSetFree(parts, True)
 
 
-def _add_robot(space: pymunk.Space, pose: Pose) -> Robot:
+def _add_robot(space: pymunk.Space, pose: Pose) -> RobotBody:
     moment = c.ROBOT_MASS * ROBOT_RADIUS**2 / 2
     body = pymunk.Body(c.ROBOT_MASS, moment)
     control = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
@@ -159,7 +159,7 @@ def _add_robot(space: pymunk.Space, pose: Pose) -> Robot:
     circle.friction = c.ROBOT_FRICTION
     space.add(body, *springs, *eyes, control, drive, turn, circle)
     assert math.isclose(eye_moment, 0.00072)
-    return Robot(body, body._body, control._body)
+    return RobotBody(body, body._body, control._body)
 
 
 def _add_wall(space: pymunk.Space, wall: Rect) -> None:

@@ -10,7 +10,7 @@ import math
 import pymunk
 
 from movingout.world import constants as c
-from movingout.world.bodies import Bodies, Item, Robot
+from movingout.world.bodies import Bodies, ItemBody, RobotBody
 from movingout.world.drive import EMPTY_HAND, Hand
 
 _ALL_SHAPES = pymunk.ShapeFilter()
@@ -28,7 +28,7 @@ def toggle_hand(bodies: Bodies, seat: int) -> None:
     robot.hand, partner.hand = _hand(robot, partner), _hand(partner, robot)
 
 
-def _item_in_reach(bodies: Bodies, robot: Robot, partner: Robot) -> Item | None:
+def _item_in_reach(bodies: Bodies, robot: RobotBody, partner: RobotBody) -> ItemBody | None:
     x, y = robot.body.position
     angle = robot.body.angle
     probe = (x - c.REACH * math.sin(angle), y + c.REACH * math.cos(angle))
@@ -40,7 +40,7 @@ def _item_in_reach(bodies: Bodies, robot: Robot, partner: Robot) -> Item | None:
     return None
 
 
-def _grab(space: pymunk.Space, robot: Robot, partner: Robot, item: Item) -> None:
+def _grab(space: pymunk.Space, robot: RobotBody, partner: RobotBody, item: ItemBody) -> None:
     pivot = pymunk.PivotJoint(robot.body, item.body, (0, 0), item.body.world_to_local(robot.body.position))
     pivot.error_bias = 0
     gear = pymunk.GearJoint(robot.body, item.body, item.body.angle - robot.body.angle, 1)
@@ -58,7 +58,7 @@ def _grab(space: pymunk.Space, robot: Robot, partner: Robot, item: Item) -> None
         _set_dynamic(item, item.spec.mass, c.SHARED_MOMENT)
 
 
-def _release(space: pymunk.Space, robot: Robot, item: Item, *, shared: bool) -> None:
+def _release(space: pymunk.Space, robot: RobotBody, item: ItemBody, *, shared: bool) -> None:
     robot.turns_freely = True
     if item.spec.size != "large" or shared:
         item.body.body_type = pymunk.Body.STATIC
@@ -70,7 +70,7 @@ def _release(space: pymunk.Space, robot: Robot, item: Item, *, shared: bool) -> 
     robot.joints = ()
 
 
-def _hand(robot: Robot, partner: Robot) -> Hand:
+def _hand(robot: RobotBody, partner: RobotBody) -> Hand:
     item = robot.item
     if item is None:
         return EMPTY_HAND
@@ -83,7 +83,7 @@ def _hand(robot: Robot, partner: Robot) -> Hand:
     )
 
 
-def _set_dynamic(item: Item, mass: float, moment: float) -> None:
+def _set_dynamic(item: ItemBody, mass: float, moment: float) -> None:
     item.body.body_type = pymunk.Body.DYNAMIC
     item.body.mass = mass
     item.body.moment = moment

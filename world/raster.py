@@ -8,8 +8,8 @@ import numpy.typing as npt
 from PIL import Image
 
 from movingout.maps import MapSpec
-from movingout.maps.picture import paint_moment
-from movingout.maps.scene import LIGHT, Moment, Theme
+from movingout.maps.picture import paint_scene
+from movingout.maps.scene import LIGHT, SceneState, Theme
 from movingout.world.scoring import delivered_items
 from movingout.world.state import WorldState
 
@@ -21,13 +21,13 @@ Pixels = npt.NDArray[np.uint8]
 def picture(map_spec: MapSpec, state: WorldState, seat: int = 0, side: int = SIDE, theme: Theme = LIGHT) -> Image.Image:
     """The state as `seat` sees it: itself blue with a B, the other red with an R. RGB, `side` x `side` pixels."""
     order = [seat, 1 - seat]
-    moment = Moment(
+    moment = SceneState(
         robots=state.robot_poses[order].tolist(),
         items=state.item_poses.tolist(),
         held=state.held[order].tolist(),
         delivered=delivered_items(map_spec, state.item_poses).tolist(),
     )
-    return paint_moment(map_spec, moment, side, theme)
+    return paint_scene(map_spec, moment, side, theme)
 
 
 def pixels(map_spec: MapSpec, state: WorldState, seat: int = 0, side: int = SIDE) -> Pixels:

@@ -6,7 +6,7 @@ from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
 from movingout.agents.errors import AgentError
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.recordings.errors import RecordingError
-from movingout.recordings.ghost import read_ghost
+from movingout.recordings.recorded_seat import read_recorded_seat
 from movingout.world.action import to_policy
 
 ROWS = 20  # of an answer: the recording is known, so a late answer costs nothing
@@ -19,7 +19,7 @@ class ReplayAgent:
     def __init__(self, recording: str) -> None:
         """`recording` is FILE#blue or FILE#red. Raises AgentError when it cannot be read."""
         try:
-            self._ghost = read_ghost(recording)
+            self._ghost = read_recorded_seat(recording)
         except RecordingError as error:
             raise AgentError(str(error)) from error
         self._actions = to_policy(self._ghost.actions)

@@ -19,7 +19,7 @@ from movingout.agents.data.dataset import Indices, Singles, Trajectory
 from movingout.agents.grasp_encoding import toggles
 from movingout.maps import MapSpec
 from movingout.maps.spec import ARENA_HALF
-from movingout.recordings.progress import track
+from movingout.recordings.progress import with_progress
 from movingout.world.distance import CELL, PAPER_CELLS
 from movingout.world.errors import WorldError
 from movingout.world.state import Floats, WorldState
@@ -144,7 +144,7 @@ def augmentation(
             if trajectory is not None:
                 yield piece, trajectory
 
-    found = list(track(islice(valid(), count), count, "recombining"))
+    found = list(with_progress(islice(valid(), count), count, "recombining"))
     return found, RecombinationReport(tried, len(found))
 
 

@@ -15,7 +15,7 @@ from movingout.agents.data.rollout import rollout
 from movingout.agents.scripted.populations import Participant
 from movingout.maps import MapSpec
 from movingout.recordings import EpisodeHeader, EpisodeWriter, SeatInfo, TickRecord, finalise
-from movingout.recordings.processes import pool
+from movingout.recordings.process_pool import process_pool
 from movingout.world.metrics import EpisodeMetrics, task_completion_rate
 from movingout.world.scoring import delivered_items
 
@@ -121,6 +121,6 @@ def _in_processes(calls: Sequence[Callable[[], WrittenEpisode]], workers: int) -
     if workers == 1:
         yield from (call() for call in calls)
         return
-    with pool(workers) as processes:
+    with process_pool(workers) as processes:
         for future in as_completed([processes.submit(call) for call in calls]):
             yield future.result()

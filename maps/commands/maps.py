@@ -12,12 +12,12 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from movingout.maps.check import Fault, check_document, check_map
+from movingout.maps.check import MapFault, check_document, check_map
 from movingout.maps.errors import MapError
 from movingout.maps.json_format import map_to_json
 from movingout.maps.library import PRACTICE, load_map, map_names
 from movingout.maps.official import is_official
-from movingout.maps.picture import paint_moment
+from movingout.maps.picture import paint_scene
 from movingout.maps.randomize import SPLITS, randomize
 from movingout.maps.render import PNG_SIDE, map_png, map_svg
 from movingout.maps.scene import DARK, LIGHT, start_of
@@ -143,7 +143,7 @@ def _show(args: argparse.Namespace) -> int:
 
 def _sketch(spec: MapSpec) -> Text:
     """The map in coloured half blocks, two pixels per character."""
-    picture = paint_moment(spec, start_of(spec), _SKETCH_SIDE)
+    picture = paint_scene(spec, start_of(spec), _SKETCH_SIDE)
     rows = [[_hex(picture.getpixel((x, y))) for x in range(_SKETCH_SIDE)] for y in range(_SKETCH_SIDE)]
     sketch = Text()
     for upper, lower in zip(rows[::2], rows[1::2], strict=True):
@@ -182,7 +182,7 @@ def _check(args: argparse.Namespace) -> int:
     return 1 if faults else 0
 
 
-def _faults(name_or_path: str) -> tuple[Fault, ...]:
+def _faults(name_or_path: str) -> tuple[MapFault, ...]:
     """The faults of a map; MapError when there is nothing that could be a map."""
     try:
         return check_map(load_map(name_or_path))
@@ -191,7 +191,7 @@ def _faults(name_or_path: str) -> tuple[Fault, ...]:
         if document is None:
             raise
         if is_official(document):
-            return (Fault("the map", str(error).removeprefix(f"{name_or_path}: ")),)
+            return (MapFault("the map", str(error).removeprefix(f"{name_or_path}: ")),)
         return check_document(document)
 
 

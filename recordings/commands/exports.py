@@ -5,7 +5,7 @@ from pathlib import Path
 
 from movingout.recordings.commands.arguments import add_paths, expanded
 from movingout.recordings.exports import FORMATS, export
-from movingout.recordings.exports.plan import Plan
+from movingout.recordings.exports.plan import ExportPlan
 from movingout.recordings.exports.trajectories import VIEWS
 from movingout.world.observation import LAYOUTS
 
@@ -29,7 +29,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def perform(args: argparse.Namespace) -> int:
-    plan = Plan(
+    plan = ExportPlan(
         recordings=expanded(args.paths),
         target=args.out,
         test_share=args.test_share,

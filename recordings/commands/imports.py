@@ -8,9 +8,9 @@ from pathlib import Path
 
 from movingout.recordings.commands.arguments import add_data, add_json, print_json
 from movingout.recordings.errors import RecordingError, cannot
-from movingout.recordings.imports.convert import Report, import_source
+from movingout.recordings.imports.convert import ImportReport, import_source
 from movingout.recordings.imports.sources import find, read
-from movingout.recordings.progress import over_processes
+from movingout.recordings.progress import map_in_processes
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -36,7 +36,7 @@ def perform(args: argparse.Namespace) -> int:
     found = [source for file in find(args.paths) for source in read(file)]
     sources = list({source.id: source for source in reversed(found)}.values())[::-1]  # the first of equal ones
     convert = partial(import_source, folder=folder, salt=args.salt)
-    reports = list(over_processes(convert, sources, args.workers, "importing"))
+    reports = list(map_in_processes(convert, sources, args.workers, "importing"))
     if args.json:
         trajectories = [report.to_json() for report in reports]
         print_json({"folder": str(folder), "copies": len(found) - len(sources), "trajectories": trajectories})
@@ -55,7 +55,7 @@ def _make(folder: Path) -> None:
         raise RecordingError(f"cannot write to {folder}; change its permissions, or choose another folder: --out DIR")
 
 
-def _page(reports: Sequence[Report], folder: Path, copies: int) -> list[str]:
+def _page(reports: Sequence[ImportReport], folder: Path, copies: int) -> list[str]:
     made = [report for report in reports if not report.problem]
     lines = [f"{len(made)} of {len(reports)} trajectories imported into {folder}"]
     lines += [f"  copies: {copies} more, of trajectories that are among these, were left out"] if copies else []
@@ -82,7 +82,7 @@ def _page(reports: Sequence[Report], folder: Path, copies: int) -> list[str]:
     ]
 
 
-def _drifting(made: Sequence[Report]) -> list[str]:
+def _drifting(made: Sequence[ImportReport]) -> list[str]:
     """The trajectories that our world does not reproduce, one line each."""
     return [
         f"  drifts: {r.file}, {r.place} ({r.map}) from tick {r.drift_tick}, up to {r.drift:.3g}"

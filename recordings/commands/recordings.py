@@ -17,11 +17,11 @@ from movingout.recordings.episode import Outcome
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.recordings.file_format.reader import read_episode
-from movingout.recordings.progress import over_processes
+from movingout.recordings.progress import map_in_processes
 from movingout.recordings.storage.finished import SUFFIX, Recovery, recover, recover_journal
 from movingout.recordings.storage.index import Filter, list_recordings
 from movingout.recordings.storage.listing import Summary, path_of, recording_paths
-from movingout.recordings.storage.salvage import recover_recording
+from movingout.recordings.storage.repair import recover_recording
 from movingout.recordings.verification import Verification, verify
 from movingout.world.constants import TICKS_PER_SECOND
 
@@ -162,7 +162,7 @@ def _verify(args: argparse.Namespace) -> int:
     paths = expanded(args.paths)
     if not paths:
         raise RecordingError("no recordings there to verify; name .mcap files or a folder that holds some")
-    verdicts = list(over_processes(_verdict, paths, min(args.workers, len(paths)), "verifying"))
+    verdicts = list(map_in_processes(_verdict, paths, min(args.workers, len(paths)), "verifying"))
     if args.json:
         print_json({"files": [_verdict_json(path, verdict) for path, verdict in zip(paths, verdicts, strict=True)]})
     else:

@@ -11,7 +11,7 @@ from urllib.parse import urlsplit
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.html_page import check_name, write_html
-from movingout.recordings.progress import over_processes
+from movingout.recordings.progress import map_in_processes
 from movingout.recordings.report.facts import GROUPINGS, facts_of
 from movingout.recordings.report.measures import MEASURES
 from movingout.recordings.report.page import ReportPage
@@ -42,7 +42,7 @@ def report(args: argparse.Namespace) -> int:
     paths = recording_paths(args.folder)
     if not paths:
         raise RecordingError(f"there are no recordings in {args.folder}; name a folder with .mcap files")
-    facts = over_processes(partial(facts_of, grouping=args.by), paths, min(args.workers, len(paths)), "reading")
+    facts = map_in_processes(partial(facts_of, grouping=args.by), paths, min(args.workers, len(paths)), "reading")
     tally = ReportTally.of(facts)
     write_html(ReportPage(args.folder.resolve().name, args.server, tally).html(), args.out)
     if args.json:

@@ -51,10 +51,10 @@ def _page(paths: list[Path], out: Path) -> int:
 
 def _serve(paths: list[Path], host: str, port: int) -> int:
     with needs_extra("view", "the 3D viewer"):
-        from movingout.recordings.viewer.recording_cache import Shelf
+        from movingout.recordings.viewer.recording_cache import RecordingCache
         from movingout.recordings.viewer.viewer import Viewer
 
-    with Viewer(Shelf(paths), host, port) as viewer:
+    with Viewer(RecordingCache(paths), host, port) as viewer:
         print(f"viewer on {viewer.url}  (Ctrl-C ends it)", flush=True)
         if host not in ("127.0.0.1", "localhost", "::1"):
             print("everybody who reaches this address sees these recordings: there is no password", flush=True)

@@ -5,7 +5,7 @@ from typing import NamedTuple, Protocol, cast
 
 from movingout.maps.extras import needs_extra
 from movingout.recordings.errors import RecordingError
-from movingout.recordings.exports.plan import Plan
+from movingout.recordings.exports.plan import ExportPlan
 
 
 class Format(NamedTuple):
@@ -20,7 +20,7 @@ class Format(NamedTuple):
 class FormatModule(Protocol):
     """What a format's module offers."""
 
-    def write(self, plan: Plan) -> None: ...
+    def write(self, plan: ExportPlan) -> None: ...
 
 
 FORMATS = {
@@ -35,7 +35,7 @@ FORMATS = {
 }
 
 
-def export(name: str, plan: Plan) -> None:
+def export(name: str, plan: ExportPlan) -> None:
     """Write the recordings of a plan in a format. The target appears whole or not at all; it is never overwritten."""
     if name not in FORMATS:
         raise RecordingError(f"unknown format {name!r}; known: {', '.join(FORMATS)}")

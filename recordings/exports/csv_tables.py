@@ -4,14 +4,14 @@ import csv
 from contextlib import ExitStack
 from pathlib import Path
 
-from movingout.recordings.exports.plan import Plan
+from movingout.recordings.exports.plan import ExportPlan
 from movingout.recordings.exports.tables import TABLES, Row, data_dictionary, episode_row, event_rows, tick_rows
-from movingout.recordings.exports.target import building
+from movingout.recordings.exports.target import new_target
 
 
-def write(plan: Plan) -> None:
+def write(plan: ExportPlan) -> None:
     """episodes.csv, ticks.csv, events.csv and DATA_DICTIONARY.md; floats with all their digits."""
-    with building(plan.target) as folder:
+    with new_target(plan.target) as folder:
         folder.mkdir()
         dictionary = data_dictionary("{}.csv".format, TABLES)
         (folder / "DATA_DICTIONARY.md").write_text(dictionary, encoding="utf-8")

@@ -4,20 +4,20 @@ from pathlib import Path
 
 from PIL import Image
 
-from movingout.recordings.exports.film import Film, write_films
-from movingout.recordings.exports.plan import Plan
+from movingout.recordings.exports.plan import ExportPlan
+from movingout.recordings.exports.video import EpisodeVideo, write_videos
 
 FPS = 10
 COLOURS = 64  # few and undithered: flat areas stay flat and compress well
 
 
-def write(plan: Plan) -> None:
+def write(plan: ExportPlan) -> None:
     """One .gif, or a folder of them."""
-    write_films(plan, ".gif", draw)
+    write_videos(plan, ".gif", draw)
 
 
-def draw(path: Path, film: Film) -> None:
-    first, *rest = film.frames(FPS)
+def draw(path: Path, video: EpisodeVideo) -> None:
+    first, *rest = video.frames(FPS)
     palette = first.quantize(COLOURS)
     pictures = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in (first, *rest)]
     pictures[0].save(path, "GIF", save_all=True, append_images=pictures[1:], duration=1000 // FPS, loop=0)

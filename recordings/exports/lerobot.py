@@ -17,10 +17,10 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from movingout.recordings.errors import RecordingError
-from movingout.recordings.exports.plan import Plan
+from movingout.recordings.exports.feature_statistics import RunningStatistics, feature_statistics, streamed
+from movingout.recordings.exports.plan import ExportPlan
 from movingout.recordings.exports.split import TEST, TRAIN
-from movingout.recordings.exports.statistics import Moments, statistics, streamed
-from movingout.recordings.exports.target import building
+from movingout.recordings.exports.target import new_target
 from movingout.recordings.exports.trajectories import Trajectory, action_names, trajectories
 from movingout.world.constants import TICKS_PER_SECOND
 from movingout.world.observation import LAYOUTS
@@ -31,12 +31,12 @@ ROWS_AT_ONCE = 100  # rows about episodes, each of some 20 KB of statistics
 FRAMES_AT_ONCE = 4096  # when frames are read again
 
 
-def write(plan: Plan) -> None:
+def write(plan: ExportPlan) -> None:
     """A dataset folder. Training episodes come first, since a LeRobot split is a range of episodes.
 
     One trajectory at a time is in memory, however many recordings there are.
     """
-    with building(plan.target) as folder:
+    with new_target(plan.target) as folder:
         with _Dataset(folder, plan) as dataset:
             for episode, part in plan.episodes("exporting", training_first=True):
                 for trajectory in trajectories(episode, part, plan.view, plan.layout):
@@ -51,11 +51,11 @@ def write(plan: Plan) -> None:
 class _Dataset(contextlib.ExitStack):
     """The tables of a data set while they are written, and what has to be known of them all."""
 
-    def __init__(self, folder: Path, plan: Plan) -> None:
+    def __init__(self, folder: Path, plan: ExportPlan) -> None:
         super().__init__()
         self.episodes = self.frames = self.training = 0
         self.tasks: dict[str, int] = {}  # text to number, in order of appearance
-        self.moments: defaultdict[str, Moments] = defaultdict(Moments)  # by feature
+        self.moments: defaultdict[str, RunningStatistics] = defaultdict(RunningStatistics)  # by feature
         self._features = _features(plan)
         self._data = self.enter_context(_Table(folder / "data"))
         self._about = self.enter_context(_Table(folder / "meta" / "episodes"))
@@ -80,7 +80,7 @@ class _Dataset(contextlib.ExitStack):
                 **{
                     f"stats/{name}/{key}": value
                     for name, values in frames.items()
-                    for key, value in statistics(values).items()
+                    for key, value in feature_statistics(values).items()
                 },
             }
         )
@@ -152,7 +152,7 @@ class _Table(contextlib.ExitStack):
         return chunk, file
 
 
-def _features(plan: Plan) -> dict[str, Any]:
+def _features(plan: ExportPlan) -> dict[str, Any]:
     """The features as info.json describes them."""
     size = LAYOUTS[plan.layout].size
     names = action_names(plan.view)
@@ -209,7 +209,7 @@ def _tasks(tasks: list[str]) -> Any:
     return pa.table({"task_index": number, index: text}).replace_schema_metadata({"pandas": json.dumps(pandas)})
 
 
-def _info(dataset: _Dataset, plan: Plan) -> dict[str, Any]:
+def _info(dataset: _Dataset, plan: ExportPlan) -> dict[str, Any]:
     splits = {TRAIN: f"0:{dataset.training}", TEST: f"{dataset.training}:{dataset.episodes}"}
     return {
         "codebase_version": "v3.0",

@@ -3,18 +3,18 @@
 import json
 from collections import Counter
 
-from movingout.recordings.exports.plan import Plan
-from movingout.recordings.exports.target import building
+from movingout.recordings.exports.plan import ExportPlan
+from movingout.recordings.exports.target import new_target
 from movingout.recordings.official_format import dataset_row, recorder_steps
 
 
-def write(plan: Plan) -> None:
+def write(plan: ExportPlan) -> None:
     """recorder/<Map>_<episode>.json, which the official replay script plays, and dataset.jsonl.
 
     A row of dataset.jsonl also says `episode_id`, `blue`, `red` and `split`, which official loaders ignore.
     """
     numbers: Counter[str] = Counter()
-    with building(plan.target) as folder:
+    with new_target(plan.target) as folder:
         (folder / "recorder").mkdir(parents=True)
         with (folder / "dataset.jsonl").open("w", encoding="utf-8") as rows:
             for episode, part in plan.episodes("exporting"):

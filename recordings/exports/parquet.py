@@ -6,7 +6,7 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from movingout.recordings.exports.plan import Plan
+from movingout.recordings.exports.plan import ExportPlan
 from movingout.recordings.exports.tables import (
     TABLES,
     Column,
@@ -16,7 +16,7 @@ from movingout.recordings.exports.tables import (
     observation_columns,
     tick_rows,
 )
-from movingout.recordings.exports.target import building
+from movingout.recordings.exports.target import new_target
 
 _TYPES: dict[str, Any] = {
     "string": pa.string(),
@@ -27,18 +27,18 @@ _TYPES: dict[str, Any] = {
 }
 
 
-def write(plan: Plan) -> None:
+def write(plan: ExportPlan) -> None:
     """episodes.parquet, ticks.parquet (with observations), events.parquet and DATA_DICTIONARY.md."""
     tables = dict(TABLES)
     tables["ticks"] = [*TABLES["ticks"], *observation_columns(plan.layout)]
-    with building(plan.target) as folder:
+    with new_target(plan.target) as folder:
         folder.mkdir()
         dictionary = data_dictionary("{}.parquet".format, tables)
         (folder / "DATA_DICTIONARY.md").write_text(dictionary, encoding="utf-8")
         _write_tables(plan, folder, {name: arrow_schema(columns) for name, columns in tables.items()})
 
 
-def _write_tables(plan: Plan, folder: Path, schemas: dict[str, Any]) -> None:
+def _write_tables(plan: ExportPlan, folder: Path, schemas: dict[str, Any]) -> None:
     writers = {
         name: pq.ParquetWriter(folder / f"{name}.parquet", schema, compression="zstd")
         for name, schema in schemas.items()

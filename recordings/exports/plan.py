@@ -9,12 +9,12 @@ from movingout.recordings.episode import Episode
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.exports.split import TRAIN, split
 from movingout.recordings.file_format.reader import read_episode
-from movingout.recordings.progress import track
+from movingout.recordings.progress import with_progress
 from movingout.recordings.storage.listing import Players, read_players
 
 
 @dataclass(frozen=True)
-class Plan:
+class ExportPlan:
     """The options of every format; each uses those that mean something to it."""
 
     recordings: Sequence[Path]
@@ -33,7 +33,7 @@ class Plan:
         pairs = list(zip(self.recordings, self.splits, strict=True))
         if training_first:
             pairs.sort(key=lambda pair: pair[1] != TRAIN)
-        for path, part in track(pairs, len(pairs), verb):
+        for path, part in with_progress(pairs, len(pairs), verb):
             yield read_episode(path), part
 
     @cached_property

@@ -7,22 +7,22 @@ import h5py
 import numpy as np
 
 from movingout.recordings.errors import RecordingError
-from movingout.recordings.exports.plan import Plan
+from movingout.recordings.exports.plan import ExportPlan
 from movingout.recordings.exports.split import TRAIN
-from movingout.recordings.exports.target import building
+from movingout.recordings.exports.target import new_target
 from movingout.recordings.exports.trajectories import Trajectory, action_names, trajectories
 
 SUFFIXES = ("", ".hdf5", ".h5")
 OBSERVATION = "state"  # the one low-dimensional modality
 
 
-def write(plan: Plan) -> None:
+def write(plan: ExportPlan) -> None:
     """One .hdf5 file; test episodes are robomimic's `valid`."""
     if plan.target.suffix not in SUFFIXES:
         raise RecordingError(f"{plan.target.name}: a robomimic file ends in .hdf5")
     names: dict[str, list[str]] = {"train": [], "valid": []}
     total = 0
-    with building(plan.target) as path, h5py.File(path, "w") as file:
+    with new_target(plan.target) as path, h5py.File(path, "w") as file:
         data = file.create_group("data")
         for episode, part in plan.episodes("exporting"):
             for trajectory in trajectories(episode, part, plan.view, plan.layout):
@@ -56,7 +56,7 @@ def _write_demo(group: Any, trajectory: Trajectory) -> None:
         group.create_dataset(name, data=values, compression="gzip")
 
 
-def _environment(plan: Plan) -> dict[str, Any]:
+def _environment(plan: ExportPlan) -> dict[str, Any]:
     """What robomimic keeps about the environment: its name and the arguments that make it."""
     arguments = {"layout": plan.layout, "view": plan.view, "actions": action_names(plan.view)}
     return {"env_name": "moving_out", "type": 2, "env_kwargs": arguments}

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.recordings.episode import SeatInfo
-from movingout.recordings.ghost import GHOST
+from movingout.recordings.recorded_seat import GHOST
 from movingout.recordings.storage.listing import Players
 
 TRAIN, TEST = "train", "test"

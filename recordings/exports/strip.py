@@ -5,22 +5,22 @@ from pathlib import Path
 from PIL import Image
 
 from movingout.maps.scene import LIGHT
-from movingout.recordings.exports.film import Film, write_films
-from movingout.recordings.exports.plan import Plan
+from movingout.recordings.exports.plan import ExportPlan
+from movingout.recordings.exports.video import EpisodeVideo, write_videos
 from movingout.world.constants import TICK_SECONDS
 
 
-def write(plan: Plan) -> None:
+def write(plan: ExportPlan) -> None:
     """One .png, or a folder of them."""
-    write_films(plan, ".png", draw)
+    write_videos(plan, ".png", draw)
 
 
-def draw(path: Path, film: Film) -> None:
+def draw(path: Path, video: EpisodeVideo) -> None:
     """Pictures `every_s` seconds apart, the start and the end included."""
-    times = [number * film.every_s for number in range(int(film.seconds / film.every_s) + 1)]
-    if film.seconds - times[-1] > TICK_SECONDS / 2:
-        times.append(film.seconds)
-    pictures = [film.at(time_s) for time_s in times]
+    times = [number * video.every_s for number in range(int(video.seconds / video.every_s) + 1)]
+    if video.seconds - times[-1] > TICK_SECONDS / 2:
+        times.append(video.seconds)
+    pictures = [video.at(time_s) for time_s in times]
     width, height = pictures[0].size
     step = width + gap(width)
     strip = Image.new("RGB", (step * len(pictures) - gap(width), height), LIGHT.small)

@@ -9,7 +9,7 @@ from movingout.recordings.errors import RecordingError, cannot
 
 
 @contextlib.contextmanager
-def building(target: Path) -> Iterator[Path]:
+def new_target(target: Path) -> Iterator[Path]:
     """A path beside the target to build a file or folder at; it becomes the target when the block ends well."""
     if target.exists():
         raise RecordingError(f"{target} exists already and is not overwritten; choose another name")

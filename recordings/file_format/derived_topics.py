@@ -13,7 +13,7 @@ from movingout.world.scoring import delivered_items
 from movingout.world.state import WorldState
 
 
-class Derived:
+class DerivedTopics:
     """Follows the truth messages of one episode and writes the derived ones beside them."""
 
     def __init__(self, writer: Writer, episode: Episode) -> None:

@@ -15,9 +15,9 @@ from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from mcap_protobuf.schema import build_file_descriptor_set
 
 from movingout.maps.spec import ARENA_HALF, SEAT_COLOURS, MapSpec
-from movingout.recordings import solids
+from movingout.recordings import meshes
 from movingout.recordings.episode import Event
-from movingout.recordings.solids import Colour, Solid
+from movingout.recordings.meshes import Colour, Mesh
 from movingout.world.state import WorldState
 
 WORLD_FRAME = "world"
@@ -40,22 +40,22 @@ def static_scene(spec: MapSpec, at_ns: int) -> bytes:
     """Floor edge, goals and walls."""
     scene = SceneUpdate()
     _edge(_entity(scene, "arena", WORLD_FRAME, at_ns))
-    for name, solid, colour in solids.map_solids(spec):
-        _add(_entity(scene, name, WORLD_FRAME, at_ns), solid, colour, 0.5 if name.startswith("goal") else 1.0)
+    for name, mesh, colour in meshes.map_meshes(spec):
+        _add(_entity(scene, name, WORLD_FRAME, at_ns), mesh, colour, 0.5 if name.startswith("goal") else 1.0)
     return bytes(scene.SerializeToString())
 
 
 def body_scene(spec: MapSpec, delivered: Sequence[bool], at_ns: int) -> bytes:
     """Both robots and every item; sent again when an item is delivered or taken out."""
     scene = SceneUpdate()
-    for colour, rgb in zip(SEAT_COLOURS, solids.SEAT_RGB, strict=True):
+    for colour, rgb in zip(SEAT_COLOURS, meshes.SEAT_RGB, strict=True):
         entity = _entity(scene, colour, colour, at_ns)
-        _add(entity, solids.robot_solid(), rgb)
-        _add(entity, solids.nose_solid(), rgb)
+        _add(entity, meshes.robot_mesh(), rgb)
+        _add(entity, meshes.nose_mesh(), rgb)
     for item, done in zip(spec.items, delivered, strict=True):
         name = f"item/{item.id}"
-        rgb = solids.DELIVERED_RGB if done else solids.ITEM_RGB
-        _add(_entity(scene, name, name, at_ns), solids.item_solid(item), rgb)
+        rgb = meshes.DELIVERED_RGB if done else meshes.ITEM_RGB
+        _add(_entity(scene, name, name, at_ns), meshes.item_mesh(item), rgb)
     return bytes(scene.SerializeToString())
 
 
@@ -92,14 +92,14 @@ def _entity(scene: Any, name: str, frame: str, at_ns: int) -> Any:
     return entity
 
 
-def _add(entity: Any, solid: Solid, colour: Colour, alpha: float = 1.0) -> None:
-    mesh = entity.triangles.add()
-    mesh.pose.orientation.w = 1.0
-    mesh.color.r, mesh.color.g, mesh.color.b = colour
-    mesh.color.a = alpha
-    for x, y, z in solid.vertices.tolist():
-        mesh.points.add(x=x, y=y, z=z)
-    mesh.indices.extend(solid.triangles.ravel().tolist())
+def _add(entity: Any, mesh: Mesh, colour: Colour, alpha: float = 1.0) -> None:
+    triangles = entity.triangles.add()
+    triangles.pose.orientation.w = 1.0
+    triangles.color.r, triangles.color.g, triangles.color.b = colour
+    triangles.color.a = alpha
+    for x, y, z in mesh.vertices.tolist():
+        triangles.points.add(x=x, y=y, z=z)
+    triangles.indices.extend(mesh.triangles.ravel().tolist())
 
 
 def _edge(entity: Any) -> None:

@@ -86,7 +86,7 @@ def _commit(tick: int, log_ns: int, offset: int, crc: int) -> bytes:
 
 
 @dataclass(frozen=True, slots=True)
-class Scan:
+class JournalScan:
     """How far a journal can be trusted: `data[:end]` is whole groups whose checksums hold."""
 
     end: int
@@ -95,7 +95,7 @@ class Scan:
     damage: str  # one sentence when bytes changed after they were written, empty for none
 
 
-def scan(data: bytes) -> Scan:
+def scan(data: bytes) -> JournalScan:
     """Walk the records and check every commit; stops at the first one that does not hold."""
     position, end, crc, ticks, broken = len(MAGIC), 0, 0, 0, False
     while data.startswith(MAGIC) and position + _RECORD.size <= len(data):
@@ -113,8 +113,10 @@ def scan(data: bytes) -> Scan:
         position = after
     # A write that was cut short leaves no commit behind it but, at most, the one it was in the middle of.
     if broken or _COMMIT_MARK.search(data, position + _MESSAGE.size + len(_COMMIT_START)):
-        return Scan(end, crc, 0, f"bytes changed after they were written: nothing after tick {ticks} can be trusted")
-    return Scan(end, crc, len(data) - end, "")
+        return JournalScan(
+            end, crc, 0, f"bytes changed after they were written: nothing after tick {ticks} can be trusted"
+        )
+    return JournalScan(end, crc, len(data) - end, "")
 
 
 def _held_commit(record: bytes, offset: int, crc: int) -> int | None:
@@ -158,7 +160,7 @@ class Journal:
         return cls(path, descriptor, 0, 0)
 
     @classmethod
-    def reopen(cls, path: Path) -> tuple["Journal", bytes, Scan]:
+    def reopen(cls, path: Path) -> tuple["Journal", bytes, JournalScan]:
         """An existing journal, cut after its last whole group, with its bytes."""
         try:
             descriptor = os.open(path, os.O_RDWR | os.O_CLOEXEC)

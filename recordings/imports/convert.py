@@ -19,8 +19,8 @@ from movingout.recordings.episode import ActionSource, EpisodeHeader, Event, Eve
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.file_format.writer import EpisodeWriter
 from movingout.recordings.imports.map_match import official_map, played_map
-from movingout.recordings.imports.sources import Source
-from movingout.recordings.imports.steps import Steps, parse
+from movingout.recordings.imports.sources import TrajectoryFile
+from movingout.recordings.imports.steps import OfficialSteps, parse
 from movingout.recordings.storage.finished import SUFFIX, finalise
 from movingout.world import World
 from movingout.world.constants import LIMIT_TICKS
@@ -32,7 +32,7 @@ SOFTWARE = {"movingout": "imported", "pymunk": "of the official environment, ver
 
 
 @dataclass(frozen=True, slots=True)
-class Report:
+class ImportReport:
     """What is known about one imported trajectory."""
 
     file: str
@@ -59,12 +59,12 @@ class Report:
         return asdict(self)
 
 
-def import_source(source: Source, folder: Path, salt: str) -> Report:
+def import_source(source: TrajectoryFile, folder: Path, salt: str) -> ImportReport:
     """Write one trajectory into `folder`. Never raises for what is in it: the report says why it was refused."""
     try:
         return _import(source, folder, salt)
     except RecordingError as error:
-        return Report(*_origin(source), map=str(source.map_name), problem=str(error))
+        return ImportReport(*_origin(source), map=str(source.map_name), problem=str(error))
 
 
 def pseudonym(name: str, salt: str) -> str:
@@ -73,7 +73,7 @@ def pseudonym(name: str, salt: str) -> str:
     return f"P-{digest[:8]}" if name else ""
 
 
-def _import(source: Source, folder: Path, salt: str) -> Report:
+def _import(source: TrajectoryFile, folder: Path, salt: str) -> ImportReport:
     steps = parse(source.steps)
     designed = official_map(source.map_name)
     before = source.shape != "evaluator"
@@ -90,7 +90,7 @@ def _import(source: Source, folder: Path, salt: str) -> Report:
     if not len(actions):
         raise RecordingError("there is no tick with a state before and after it")
     path = _written(source, folder, salt, spec, states, actions)
-    return Report(
+    return ImportReport(
         *_origin(source),
         map=spec.name,
         recording=path.name,
@@ -104,11 +104,11 @@ def _import(source: Source, folder: Path, salt: str) -> Report:
     )
 
 
-def _origin(source: Source) -> tuple[str, str, str]:
+def _origin(source: TrajectoryFile) -> tuple[str, str, str]:
     return source.file.name, source.place, source.shape
 
 
-def _aligned(spec: MapSpec, steps: Steps, before: bool) -> tuple[list[WorldState], Floats]:
+def _aligned(spec: MapSpec, steps: OfficialSteps, before: bool) -> tuple[list[WorldState], Floats]:
     """States and actions so that action k leads from state k to state k + 1, as far as states are known."""
     first = 0 if before else 1
     states = [
@@ -146,7 +146,7 @@ def _drift(states: list[WorldState], simulated: list[WorldState]) -> tuple[int, 
     return first, largest
 
 
-def _checks(states: list[WorldState], actions: Floats, steps: Steps) -> dict[str, Any]:
+def _checks(states: list[WorldState], actions: Floats, steps: OfficialSteps) -> dict[str, Any]:
     held = np.array([state.held for state in states])
     changed = held[1:] != held[:-1]
     pressed = actions[..., 2] > 0.5
@@ -162,7 +162,9 @@ def _checks(states: list[WorldState], actions: Floats, steps: Steps) -> dict[str
     }
 
 
-def _written(source: Source, folder: Path, salt: str, spec: MapSpec, states: list[WorldState], actions: Floats) -> Path:
+def _written(
+    source: TrajectoryFile, folder: Path, salt: str, spec: MapSpec, states: list[WorldState], actions: Floats
+) -> Path:
     header = _header(source, salt, spec)
     path = folder / f"{header.episode_id}{SUFFIX}"
     if path.exists():
@@ -180,7 +182,7 @@ def _written(source: Source, folder: Path, salt: str, spec: MapSpec, states: lis
     return finalise(writer.close(_outcome(delivered, len(actions))))
 
 
-def _header(source: Source, salt: str, spec: MapSpec) -> EpisodeHeader:
+def _header(source: TrajectoryFile, salt: str, spec: MapSpec) -> EpisodeHeader:
     if source.shape == "evaluator":
         seats = (SeatInfo("agent", source.blue), SeatInfo("agent", source.red))
     else:
@@ -197,7 +199,7 @@ def _header(source: Source, salt: str, spec: MapSpec) -> EpisodeHeader:
     )
 
 
-def _started(source: Source) -> int:
+def _started(source: TrajectoryFile) -> int:
     """The recorder's time (taken as UTC), else when the file was last changed."""
     try:
         moment = datetime.strptime(source.time, "%Y-%m-%d_%H:%M:%S").replace(tzinfo=UTC)

@@ -8,7 +8,7 @@ from movingout.maps.errors import MapError
 from movingout.maps.json_format import map_from_json, map_to_json
 from movingout.maps.spec import ItemSpec, Shape, Size
 from movingout.recordings.errors import RecordingError
-from movingout.recordings.imports.steps import Item, Steps
+from movingout.recordings.imports.steps import OfficialItem, OfficialSteps
 
 # The official environment's old numbers: 1000-1003 are maps 1-4, 2000-2007 are maps 5-12.
 OLD_NUMBERS = {number: name for number, name in zip([*range(1000, 1004), *range(2000, 2008)], map_names(), strict=True)}
@@ -25,7 +25,7 @@ def official_map(name: Any) -> MapSpec:
     return load_map(known.capitalize() if known == "simple" else known)
 
 
-def played_map(designed: MapSpec, steps: Steps, starts: bool) -> tuple[MapSpec, list[str]]:
+def played_map(designed: MapSpec, steps: OfficialSteps, starts: bool) -> tuple[MapSpec, list[str]]:
     """The map as the first state shows it, and what differs from the map as designed.
 
     `starts` says that the first state is the one before any action; otherwise poses cannot be told from it.
@@ -48,7 +48,7 @@ def played_map(designed: MapSpec, steps: Steps, starts: bool) -> tuple[MapSpec, 
         raise RecordingError(f"its first state is no map: {error}") from error
 
 
-def _item(designed: MapSpec, index: int, item: Item) -> ItemSpec:
+def _item(designed: MapSpec, index: int, item: OfficialItem) -> ItemSpec:
     """The designed item of the same id (or place), with what the state says about it."""
     same = [spec for spec in designed.items if spec.id == item.id]
     if not same and item.id is None and index < len(designed.items):

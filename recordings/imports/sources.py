@@ -19,7 +19,7 @@ Shape = Literal["recorder", "evaluator", "dataset"]
 
 
 @dataclass(frozen=True, slots=True)
-class Source:
+class TrajectoryFile:
     """One trajectory as it lay in a file."""
 
     file: Path
@@ -54,7 +54,7 @@ def find(paths: Sequence[Path]) -> list[Path]:
     return files
 
 
-def read(file: Path) -> list[Source]:
+def read(file: Path) -> list[TrajectoryFile]:
     """The trajectories of a file; RecordingError with the place when its shape is none of the official ones."""
     if file.suffix == ".parquet":
         return [_row(file, number, row) for number, row in enumerate(_parquet_rows(file))]
@@ -67,7 +67,7 @@ def read(file: Path) -> list[Source]:
     return list(_episodes(file, document))
 
 
-def _episodes(file: Path, document: Any) -> Iterator[Source]:
+def _episodes(file: Path, document: Any) -> Iterator[TrajectoryFile]:
     """The recorder's and the evaluator's shape: a list of episodes, or the steps of a single one."""
     if not isinstance(document, list) or not document:
         raise RecordingError(f"{file.name}: a list of episodes is needed, as the official recorder writes it")
@@ -79,7 +79,7 @@ def _episodes(file: Path, document: Any) -> Iterator[Source]:
         first = steps[0]
         blue, red = str(first.get("blue_name") or ""), str(first.get("red_name") or "")
         evaluated = {blue, red} == {"model_1", "model_2"}
-        yield Source(
+        yield TrajectoryFile(
             file=file,
             place=place,
             shape="evaluator" if evaluated else "recorder",
@@ -92,10 +92,10 @@ def _episodes(file: Path, document: Any) -> Iterator[Source]:
         )
 
 
-def _row(file: Path, number: int, row: Any) -> Source:
+def _row(file: Path, number: int, row: Any) -> TrajectoryFile:
     if not _is_row(row):
         raise RecordingError(f"{file.name}, row {number}: 'map_name' and 'steps_data' are needed")
-    return Source(
+    return TrajectoryFile(
         file=file,
         place=f"row {number}",
         shape="dataset",

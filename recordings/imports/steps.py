@@ -22,7 +22,7 @@ MAX_STEPS = 100_000
 
 
 @dataclass(frozen=True, slots=True)
-class Item:
+class OfficialItem:
     """What a state says of an item besides its pose; None where it says nothing."""
 
     id: int | None
@@ -32,7 +32,7 @@ class Item:
 
 
 @dataclass(frozen=True, slots=True)
-class Steps:
+class OfficialSteps:
     """S steps: the states as they were written and the actions that go with them."""
 
     actions: Floats  # (S, 2, 3)
@@ -41,12 +41,12 @@ class Steps:
     item_poses: Floats  # (S, N, 3)
     held: Ints  # (S, 2) index into the items
     inferred_holds: int  # robot-steps whose held item was not named
-    items: tuple[Item, ...]
+    items: tuple[OfficialItem, ...]
     walls: list[Any]
     goals: list[Any]
 
 
-def parse(steps: Any) -> Steps:
+def parse(steps: Any) -> OfficialSteps:
     """The steps of a source; RecordingError names the first fault."""
     rows = _listed(_loaded(steps))
     states = [_mapping(row[1], f"step {k}: states") for k, row in enumerate(rows)]
@@ -58,7 +58,7 @@ def parse(steps: Any) -> Steps:
     item_poses = _array([[_pose(i, f"step {k} item") for i in entry] for k, entry in enumerate(items)])
     kinds = tuple(_kind(entry) for entry in items[0])
     held, inferred = _held(robots, items, kinds, robot_poses, item_poses)
-    return Steps(
+    return OfficialSteps(
         actions=_array([_actions(row[2], f"step {k}") for k, row in enumerate(rows)]),
         robot_poses=robot_poses,
         robot_velocities=_array([[_velocity(r) for r in pair] for pair in robots]),
@@ -96,9 +96,9 @@ def _items(state: Mapping[str, Any], where: str) -> list[Mapping[str, Any]]:
     raise RecordingError(f"{where}: no list of items under {' or '.join(ITEM_KEYS)}")
 
 
-def _kind(item: Mapping[str, Any]) -> Item:
+def _kind(item: Mapping[str, Any]) -> OfficialItem:
     identity, scale = item.get("id"), item.get("shape_scale")
-    return Item(
+    return OfficialItem(
         id=int(identity) if identity is not None else None,
         shape=str(item.get("shape", "")),
         size=str(item.get("size", "")),
@@ -109,7 +109,7 @@ def _kind(item: Mapping[str, Any]) -> Item:
 def _held(
     robots: list[list[Mapping[str, Any]]],
     items: list[list[Mapping[str, Any]]],
-    kinds: tuple[Item, ...],
+    kinds: tuple[OfficialItem, ...],
     robot_poses: Floats,
     item_poses: Floats,
 ) -> tuple[Ints, int]:

@@ -17,7 +17,7 @@ from mcap.writer import CompressionType, Writer
 
 from movingout.recordings.episode import Episode
 from movingout.recordings.errors import BusyError, RecordingError, UnreadableError, cannot
-from movingout.recordings.file_format.derived_topics import Derived, result
+from movingout.recordings.file_format.derived_topics import DerivedTopics, result
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX, PROFILE, owned, scan
 from movingout.recordings.file_format.metadata import END, RECORDING, RESULT, header_metadata, utc
 from movingout.recordings.file_format.reader import episode_of_journal, read_episode
@@ -58,7 +58,7 @@ def write_recording(stream: IO[bytes], episode: Episode, journal: bytes, torn: i
     for name, content in episode.attachments.items():
         writer.add_attachment(episode.header.started_ns, episode.header.started_ns, name, "application/json", content)
     _register_truth(writer)
-    messages = _copy(writer, journal, Derived(writer, episode))
+    messages = _copy(writer, journal, DerivedTopics(writer, episode))
     if episode.ended_ns:
         writer.add_metadata(END, {"outcome": episode.outcome, "ended_ns": str(episode.ended_ns)})
     writer.add_metadata(RESULT, {name: repr(value) for name, value in to_numbers(result(episode)).items()})
@@ -72,7 +72,7 @@ def _register_truth(writer: Writer) -> None:
         writer.register_channel(topic.name, "json", schema)
 
 
-def _copy(writer: Writer, journal: bytes, derived: Derived) -> int:
+def _copy(writer: Writer, journal: bytes, derived: DerivedTopics) -> int:
     """Copy the truth messages, each followed by what is derived from it; the number copied."""
     truth = {CHANNELS[topic.name]: topic.name for topic in TRUTH}
     count = 0

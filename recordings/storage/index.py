@@ -15,7 +15,7 @@ import orjson
 
 from movingout.recordings.errors import RecordingError, cannot
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
-from movingout.recordings.progress import track
+from movingout.recordings.progress import with_progress
 from movingout.recordings.storage.finished import SUFFIX
 from movingout.recordings.storage.listing import Summary, Unreadable, read_summary, summary_from_json
 
@@ -124,7 +124,7 @@ def _refresh(database: sqlite3.Connection, folder: Path, files: dict[str, Stamp]
     gone = known.keys() - files.keys()
     database.executemany("DELETE FROM recordings WHERE name = ?", ((name,) for name in gone))
     fresh = [(folder / name, stamp) for name, stamp in files.items() if known.get(name) != stamp]
-    rows = (_row(path, stamp) for path, stamp in track(fresh, len(fresh), "indexing"))
+    rows = (_row(path, stamp) for path, stamp in with_progress(fresh, len(fresh), "indexing"))
     database.executemany(_insert("recordings"), rows)
 
 

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from movingout.recordings.episode import AgentDecision
-from movingout.recordings.solids import SEAT_RGB
+from movingout.recordings.meshes import SEAT_RGB
 from movingout.recordings.viewer.trails import segments
 from movingout.world.constants import DRIVE_SPEED, TICK_SECONDS
 from movingout.world.state import Floats, WorldState

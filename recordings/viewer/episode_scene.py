@@ -12,10 +12,10 @@ import viser
 
 from movingout.maps.scene import LIGHT
 from movingout.maps.spec import ARENA_HALF, SEAT_COLOURS, ItemSpec
-from movingout.recordings import solids
+from movingout.recordings import meshes
 from movingout.recordings.episode import Episode
+from movingout.recordings.meshes import Mesh
 from movingout.recordings.occupancy import heat_picture, occupancy, smoothed
-from movingout.recordings.solids import Solid
 from movingout.recordings.viewer.candidates import HEIGHT as CANDIDATE_HEIGHT
 from movingout.recordings.viewer.candidates import Candidate, Decisions, candidate_lines
 from movingout.recordings.viewer.trails import segments, trail
@@ -46,7 +46,7 @@ class Layers:
     candidates: bool = True
 
 
-class Stage:
+class EpisodeScene:
     """The scene nodes of one episode under `/name`, its arena centred on (`shift`, 0)."""
 
     def __init__(self, scene: viser.SceneApi, name: str, episode: Episode, shift: float = 0.0) -> None:
@@ -98,34 +98,34 @@ class Stage:
         self._scene.add_box(
             f"/{self._name}/floor", color=FLOOR_RGB, dimensions=(side, side, 0.02), position=(0.0, 0.0, -0.011)
         )
-        for name, solid, colour in solids.map_solids(self._map):
-            self._add(f"map/{name}", solid, _pixel(colour))
+        for name, mesh, colour in meshes.map_meshes(self._map):
+            self._add(f"map/{name}", mesh, _pixel(colour))
 
     def _add_robot(self, seat: int) -> viser.FrameHandle:
-        name, colour = SEAT_COLOURS[seat], _pixel(solids.SEAT_RGB[seat])
+        name, colour = SEAT_COLOURS[seat], _pixel(meshes.SEAT_RGB[seat])
         frame = self._scene.add_frame(f"/{self._name}/{name}", show_axes=False)
-        self._add(f"{name}/body", solids.robot_solid(), colour)
-        self._add(f"{name}/nose", solids.nose_solid(), (250, 250, 250))
+        self._add(f"{name}/body", meshes.robot_mesh(), colour)
+        self._add(f"{name}/nose", meshes.nose_mesh(), (250, 250, 250))
         self._scene.add_line_segments(
             f"/{self._name}/{name}/letter",
             letter_lines(name[0].upper()),
             _LETTER_RGB[seat],
             thickness=_LETTER_STROKE,
-            position=(0.0, 0.0, solids.ROBOT_HEIGHT + 0.004),
+            position=(0.0, 0.0, meshes.ROBOT_HEIGHT + 0.004),
         )
         return frame
 
     def _add_item(self, item: ItemSpec) -> viser.MeshHandle:
-        return self._add(f"item/{item.id}", solids.item_solid(item), _item_colour(item))
+        return self._add(f"item/{item.id}", meshes.item_mesh(item), _item_colour(item))
 
-    def _add(self, name: str, solid: Solid, colour: Pixel) -> viser.MeshHandle:
+    def _add(self, name: str, mesh: Mesh, colour: Pixel) -> viser.MeshHandle:
         return self._scene.add_mesh_simple(
-            f"/{self._name}/{name}", solid.vertices, solid.triangles, color=colour, flat_shading=True
+            f"/{self._name}/{name}", mesh.vertices, mesh.triangles, color=colour, flat_shading=True
         )
 
     def _add_trail(self, seat: int) -> viser.LineSegmentsHandle:
         points = trail(self.episode.states, seat, 0, 0)
-        colour = _pixel(solids.SEAT_RGB[seat])
+        colour = _pixel(meshes.SEAT_RGB[seat])
         name = f"/{self._name}/trail/{SEAT_COLOURS[seat]}"
         return self._scene.add_line_segments(name, points, colour, thickness=_TRAIL_WIDTH)
 
@@ -134,7 +134,7 @@ class Stage:
     def _colour_items(self, tick: int) -> None:
         delivered = self.episode.ticks[tick - 1].delivered if tick else (False,) * len(self.items)
         for mesh, item, done in zip(self.items, self._map.items, delivered, strict=True):
-            colour = _pixel(solids.DELIVERED_RGB) if done else _item_colour(item)
+            colour = _pixel(meshes.DELIVERED_RGB) if done else _item_colour(item)
             if mesh.color != colour:
                 mesh.color = colour
 
@@ -224,6 +224,6 @@ def _item_colour(item: ItemSpec) -> Pixel:
     return int(shade[1:3], 16), int(shade[3:5], 16), int(shade[5:7], 16)
 
 
-def _pixel(colour: solids.Colour) -> Pixel:
+def _pixel(colour: meshes.Colour) -> Pixel:
     red, green, blue = (round(255 * channel) for channel in colour)
     return red, green, blue

@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 
 from movingout.recordings.episode import Episode
-from movingout.recordings.progress import track
+from movingout.recordings.progress import with_progress
 from movingout.recordings.viewer.cameras import CORNER, camera
 from movingout.recordings.viewer.episode_scene import Layers
-from movingout.recordings.viewer.side_by_side import Row, row_width
+from movingout.recordings.viewer.side_by_side import SideBySide, row_width
 from movingout.recordings.viewer.viewer import close_server, open_server
 from movingout.world.constants import TICK_SECONDS
 
@@ -20,10 +20,10 @@ def page(episodes: Sequence[Episode]) -> str:
         view = camera(CORNER, row_width(len(episodes)), episodes[0].initial.robot_poses)
         server.initial_camera.position = view.position
         server.initial_camera.look_at = view.look_at
-        row = Row(server.scene, episodes)
+        row = SideBySide(server.scene, episodes)
         row.show(0, LAYERS)
         recording = server.get_scene_serializer()
-        for tick in track(range(1, row.last + 1), row.last, "drawing"):
+        for tick in with_progress(range(1, row.last + 1), row.last, "drawing"):
             row.show(tick, LAYERS)
             recording.insert_sleep(TICK_SECONDS)
         return recording.as_html()

@@ -14,10 +14,10 @@ from movingout.maps.spec import SEAT_COLOURS
 from movingout.recordings.episode import Episode, Event
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.viewer.cameras import CORNER, PRESETS, Camera, camera
-from movingout.recordings.viewer.episode_scene import HEAT_CHOICES, Layers, Stage, score_table
+from movingout.recordings.viewer.episode_scene import HEAT_CHOICES, EpisodeScene, Layers, score_table
 from movingout.recordings.viewer.playback import SPEEDS, Playback
-from movingout.recordings.viewer.recording_cache import Shelf
-from movingout.recordings.viewer.side_by_side import Row, row_width
+from movingout.recordings.viewer.recording_cache import RecordingCache
+from movingout.recordings.viewer.side_by_side import SideBySide, row_width
 from movingout.world.constants import TICK_SECONDS
 
 ALONE = "nothing"
@@ -33,20 +33,20 @@ Look = Callable[[Camera], None]
 class Panel:
     """The controls of one client and the scene they move. `look` moves the client's camera."""
 
-    def __init__(self, gui: viser.GuiApi, scene: viser.SceneApi, shelf: Shelf, look: Look) -> None:
-        self._gui, self._scene, self._shelf, self._look = gui, scene, shelf, look
+    def __init__(self, gui: viser.GuiApi, scene: viser.SceneApi, cache: RecordingCache, look: Look) -> None:
+        self._gui, self._scene, self._cache, self._look = gui, scene, cache, look
         self._lock = threading.RLock()
         self._layers = Layers()
-        episodes = [shelf.episode(name) for name in shelf.shown_first]
-        self._row = Row(scene, episodes)
-        self.playback = Playback(self._row.last)
-        self._build(shelf)
+        episodes = [cache.episode(name) for name in cache.shown_first]
+        self._side_by_side = SideBySide(scene, episodes)
+        self.playback = Playback(self._side_by_side.last)
+        self._build(cache)
         self._after_change()
         self._aim(CORNER)
 
     @property
-    def stages(self) -> list[Stage]:
-        return self._row.stages
+    def scenes(self) -> list[EpisodeScene]:
+        return self._side_by_side.scenes
 
     def advance(self, elapsed_s: float) -> None:
         """Let time pass."""
@@ -56,10 +56,10 @@ class Panel:
 
     # ---- building ------------------------------------------------------------------------------------------
 
-    def _build(self, shelf: Shelf) -> None:
+    def _build(self, cache: RecordingCache) -> None:
         self.about = self._gui.add_markdown("")
-        if len(shelf.names) > 1:
-            self._build_choice(shelf)
+        if len(cache.names) > 1:
+            self._build_choice(cache)
         with self._gui.add_folder("Playback"):
             self._build_playback()
         with self._gui.add_folder("Show"):
@@ -69,10 +69,10 @@ class Panel:
         with self._gui.add_folder("Candidates") as self._candidate_folder:
             self.scores = self._gui.add_markdown("")
 
-    def _build_choice(self, shelf: Shelf) -> None:
-        first, *others = shelf.shown_first
-        self.left = self._gui.add_dropdown("Episode", shelf.names, initial_value=first)
-        self.right = self._gui.add_dropdown("Beside it", (ALONE, *shelf.names), initial_value=(*others, ALONE)[0])
+    def _build_choice(self, cache: RecordingCache) -> None:
+        first, *others = cache.shown_first
+        self.left = self._gui.add_dropdown("Episode", cache.names, initial_value=first)
+        self.right = self._gui.add_dropdown("Beside it", (ALONE, *cache.names), initial_value=(*others, ALONE)[0])
         self.left.on_update(lambda _: self._choose())
         self.right.on_update(lambda _: self._choose())
 
@@ -103,16 +103,16 @@ class Panel:
         with self._lock:
             names = [name for name in (self.left.value, self.right.value) if name != ALONE]
             try:
-                episodes = [self._shelf.episode(name) for name in names]
+                episodes = [self._cache.episode(name) for name in names]
             except RecordingError as error:
                 self.about.content = f"**Cannot show that:** {error}"
                 return
-            self._row.remove()
-            self._row = Row(self._scene, episodes)
+            self._side_by_side.remove()
+            self._side_by_side = SideBySide(self._scene, episodes)
             speed = self.playback.speed
-            self.playback = Playback(self._row.last)
+            self.playback = Playback(self._side_by_side.last)
             self.playback.speed = speed
-            self.tick.max = max(self._row.last, 1)
+            self.tick.max = max(self._side_by_side.last, 1)
             self._move_slider()
             self._after_change()
 
@@ -135,7 +135,7 @@ class Panel:
     def _jump(self, *, forward: bool) -> None:
         with self._lock:
             here = self.playback.tick
-            ticks = {event.tick for stage in self.stages for event in told_events(stage.episode)}
+            ticks = {event.tick for shown in self.scenes for event in told_events(shown.episode)}
             if forward:
                 target = min((tick for tick in ticks if tick > here), default=self.playback.last)
             else:
@@ -155,16 +155,16 @@ class Panel:
             self._draw()
 
     def _aim(self, preset: str) -> None:
-        stage = self.stages[0]
-        robots = stage.episode.states[min(self.playback.tick, stage.last)].robot_poses.copy()
-        robots[:, 0] += stage.shift
-        self._look(camera(preset, row_width(len(self.stages)), robots))
+        shown = self.scenes[0]
+        robots = shown.episode.states[min(self.playback.tick, shown.last)].robot_poses.copy()
+        robots[:, 0] += shown.shift
+        self._look(camera(preset, row_width(len(self.scenes)), robots))
 
     # ---- showing -------------------------------------------------------------------------------------------
 
     def _after_change(self) -> None:
-        self.about.content = "\n\n".join(about(stage.episode) for stage in self.stages)
-        self._candidate_folder.visible = any(stage.episode.decisions for stage in self.stages)
+        self.about.content = "\n\n".join(about(shown.episode) for shown in self.scenes)
+        self._candidate_folder.visible = any(shown.episode.decisions for shown in self.scenes)
         self._draw()
 
     def _follow(self) -> None:
@@ -180,10 +180,10 @@ class Panel:
 
     def _draw(self) -> None:
         tick = self.playback.tick
-        self._row.show(tick, self._layers)
-        self._state.content = "  \n".join(happening(stage.episode, tick) for stage in self.stages)
+        self._side_by_side.show(tick, self._layers)
+        self._state.content = "  \n".join(happening(shown.episode, tick) for shown in self.scenes)
         if self._candidate_folder.visible:
-            considered = [one for stage in self.stages for one in stage.considered(tick)]
+            considered = [one for shown in self.scenes for one in shown.considered(tick)]
             self.scores.content = score_table(considered) or "none named yet"
 
 

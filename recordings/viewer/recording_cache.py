@@ -10,7 +10,7 @@ from movingout.recordings.file_format.reader import read_episode
 _KEPT = 8  # episodes in memory
 
 
-class Shelf:
+class RecordingCache:
     """Named recordings. Reading one may raise RecordingError."""
 
     def __init__(self, paths: Sequence[Path]) -> None:

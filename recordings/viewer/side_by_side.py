@@ -6,7 +6,7 @@ import viser
 
 from movingout.maps.spec import ARENA_HALF
 from movingout.recordings.episode import Episode
-from movingout.recordings.viewer.episode_scene import Layers, Stage
+from movingout.recordings.viewer.episode_scene import EpisodeScene, Layers
 
 _GAP = 0.3  # arena units between two arenas
 
@@ -16,24 +16,25 @@ def row_width(count: int) -> float:
     return count * 2 * ARENA_HALF + (count - 1) * _GAP
 
 
-class Row:
-    """The stages of one or two episodes, centred on the origin; the longest sets the length."""
+class SideBySide:
+    """The scenes of one or two episodes, centred on the origin; the longest sets the length."""
 
     def __init__(self, scene: viser.SceneApi, episodes: Sequence[Episode]) -> None:
         first = -row_width(len(episodes)) / 2 + ARENA_HALF
         pitch = 2 * ARENA_HALF + _GAP
-        self.stages = [
-            Stage(scene, f"episode{place}", episode, first + place * pitch) for place, episode in enumerate(episodes)
+        self.scenes = [
+            EpisodeScene(scene, f"episode{place}", episode, first + place * pitch)
+            for place, episode in enumerate(episodes)
         ]
 
     @property
     def last(self) -> int:
-        return max(stage.last for stage in self.stages)
+        return max(one.last for one in self.scenes)
 
     def show(self, tick: int, layers: Layers) -> None:
-        for stage in self.stages:
-            stage.show(tick, layers)
+        for one in self.scenes:
+            one.show(tick, layers)
 
     def remove(self) -> None:
-        for stage in self.stages:
-            stage.remove()
+        for one in self.scenes:
+            one.remove()

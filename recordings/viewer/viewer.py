@@ -16,7 +16,7 @@ import viser
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.viewer.cameras import Camera
 from movingout.recordings.viewer.panel import Panel
-from movingout.recordings.viewer.recording_cache import Shelf
+from movingout.recordings.viewer.recording_cache import RecordingCache
 
 FRAME_S = 0.05  # how often the play heads move
 _LAST_PORT = 65_535
@@ -59,12 +59,12 @@ def _quiet() -> contextlib.redirect_stdout[io.StringIO]:
 
 
 class Viewer:
-    """Shows the recordings of a shelf to everybody who opens its page. Use as a context manager."""
+    """Shows the recordings of a cache to everybody who opens its page. Use as a context manager."""
 
-    def __init__(self, shelf: Shelf, host: str = "127.0.0.1", port: int = 0) -> None:
-        for name in shelf.shown_first:
-            shelf.episode(name)  # a broken file is told before a page opens
-        self._shelf = shelf
+    def __init__(self, cache: RecordingCache, host: str = "127.0.0.1", port: int = 0) -> None:
+        for name in cache.shown_first:
+            cache.episode(name)  # a broken file is told before a page opens
+        self._cache = cache
         self._panels: dict[int, Panel] = {}
         self.host = host
         self.server = open_server(host, port)
@@ -112,7 +112,7 @@ class Viewer:
                 client.camera.look_at = camera.look_at
 
         with client.atomic():
-            self._panels[client.client_id] = Panel(client.gui, client.scene, self._shelf, look)
+            self._panels[client.client_id] = Panel(client.gui, client.scene, self._cache, look)
 
     def _dismiss(self, client: viser.ClientHandle) -> None:
         self._panels.pop(client.client_id, None)

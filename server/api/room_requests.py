@@ -9,7 +9,7 @@ from movingout.agents.errors import AgentError, CheckpointError
 from movingout.maps import PRACTICE, MovingOutError, map_names
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.recordings import RecordingError
-from movingout.recordings.ghost import GHOST, is_ghost
+from movingout.recordings.recorded_seat import GHOST, is_ghost
 from movingout.server.api.errors import ApiError
 from movingout.server.host import Host
 from movingout.server.rooms.ghost_partner import GhostError, GhostSeat, ghost_config

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from movingout.agents.catalogue import agent_card
 from movingout.maps.errors import MovingOutError
-from movingout.recordings.ghost import GHOST, is_ghost
+from movingout.recordings.recorded_seat import GHOST, is_ghost
 from movingout.server.app import create_app
 from movingout.server.rooms.ghost_partner import ghost_seat
 from movingout.server.security.admin_token import NAME, kept_token

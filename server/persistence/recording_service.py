@@ -18,7 +18,7 @@ import orjson
 from movingout.maps import MapSpec, load_map
 from movingout.maps.randomize import Split, randomize
 from movingout.recordings import RecordingError, browser_replay, finalise
-from movingout.recordings.processes import pool
+from movingout.recordings.process_pool import process_pool
 from movingout.recordings.storage.finished import recover_journal
 from movingout.recordings.storage.index import list_recordings
 from movingout.recordings.storage.listing import Summary
@@ -47,7 +47,7 @@ class RecordingService:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self._executor = pool(1, NICE)
+        self._executor = process_pool(1, NICE)
         self._pending: dict[str, asyncio.Task[None]] = {}  # by journal name
         self._replays: OrderedDict[str, ReplayFiles] = OrderedDict()
 
@@ -133,7 +133,7 @@ class RecordingService:
             return await loop.run_in_executor(self._executor, work, *arguments)
         except BrokenProcessPool:
             log.error("the process for recordings died; starting another one")
-            self._executor = pool(1, NICE)
+            self._executor = process_pool(1, NICE)
             return await loop.run_in_executor(self._executor, work, *arguments)
 
 

@@ -12,7 +12,7 @@ from movingout.maps.errors import MovingOutError
 from movingout.maps.randomize import Split, randomize
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.recordings import RecordingError
-from movingout.recordings.ghost import GHOST, ghost_name, read_ghost
+from movingout.recordings.recorded_seat import GHOST, ghost_name, read_recorded_seat
 from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RoomConfig
 
@@ -41,7 +41,7 @@ class GhostSeat(NamedTuple):
 
 def ghost_seat(ghost: str) -> GhostSeat:
     """The seat of `FILE#red`, in a tenth of a second. RecordingError when it cannot be played on this server."""
-    recorded = read_ghost(ghost)
+    recorded = read_recorded_seat(ghost)
     seed, split = _origin(recorded.map, recorded.seed)
     return GhostSeat(ghost, recorded.name, recorded.seat, recorded.map.name, seed, split)
 

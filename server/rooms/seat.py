@@ -13,7 +13,7 @@ from movingout.maps import MapSpec
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.recordings import SeatInfo
 from movingout.recordings.episode import ActionSource
-from movingout.recordings.ghost import ghost_name
+from movingout.recordings.recorded_seat import ghost_name
 from movingout.server.agent_workers.pool import AgentAnswer
 from movingout.server.messages import Kind, SeatState, ServerMessage
 from movingout.server.rooms.input_buffer import InputBuffer, TickInput

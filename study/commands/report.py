@@ -7,7 +7,7 @@ from contextlib import closing
 from pathlib import Path
 
 from movingout.recordings.errors import RecordingError
-from movingout.recordings.exports.target import building
+from movingout.recordings.exports.target import new_target
 from movingout.study.analysis.page import all_tables, page
 from movingout.study.analysis.results import Results, collect
 from movingout.study.analysis.tables import Namer, ReportTable
@@ -27,7 +27,7 @@ def report(folder: StudyFolder, args: argparse.Namespace) -> int:
     target: Path = args.out or folder.output("report", frozen.simulated)
     name = _namer(folder.study, blinded=args.blinded)
     try:
-        with building(target) as part:
+        with new_target(target) as part:
             part.mkdir()
             text = page(results, name, _about(folder.study, frozen), frozen.simulated)
             (part / "report.html").write_text(text, encoding="utf-8")

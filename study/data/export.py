@@ -18,8 +18,8 @@ from sqlalchemy import BigInteger, Boolean, Column, Float, Integer, Table
 from movingout.maps.extras import needs_extra
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.exports import export as export_recordings
-from movingout.recordings.exports.plan import Plan
-from movingout.recordings.exports.target import building
+from movingout.recordings.exports.plan import ExportPlan
+from movingout.recordings.exports.target import new_target
 from movingout.recordings.storage.listing import path_of
 from movingout.study.data.codebook import DERIVED, codebook
 from movingout.study.data.study_folder import StudyFolder
@@ -62,7 +62,7 @@ def export_study(folder: StudyFolder, store: Store, target: Path, options: Optio
     tables["recordings"] = _manifest(folder.recordings, tables["rounds"], done)
     done.warnings += _small_groups(study, tables["answers"])
     try:
-        with building(target) as part:
+        with new_target(target) as part:
             part.mkdir()
             for name, rows in tables.items():
                 _write(part, name, rows, _columns(store, name), options.formats)
@@ -188,7 +188,7 @@ def _training(folder: Path, target: Path, tables: dict[str, list[Row]], options:
     }
     files = [folder / row["file"] for row in tables["recordings"] if row["episode"] in counted]
     if options.training and files:
-        export_recordings("official", Plan(files, target, options.test_share))
+        export_recordings("official", ExportPlan(files, target, options.test_share))
 
 
 def _small_groups(study: Study, answers: Iterable[Row]) -> list[str]:

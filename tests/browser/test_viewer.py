@@ -11,7 +11,7 @@ import viser
 from PIL import Image
 from playwright.sync_api import Browser, Page, ViewportSize
 
-from movingout.recordings.viewer.recording_cache import Shelf
+from movingout.recordings.viewer.recording_cache import RecordingCache
 from movingout.recordings.viewer.viewer import Viewer
 from movingout.server.cli import main
 from tests.browser.install import find_chromium
@@ -69,7 +69,7 @@ def blue_pixels(image: npt.NDArray[np.int64]) -> int:
 
 
 def test_the_timeline_moves_what_a_visitor_sees(tmp_path: Path, open_window: Callable[..., Page]) -> None:
-    with Viewer(Shelf([recorded(tmp_path, ticks=60)])) as viewer:
+    with Viewer(RecordingCache([recorded(tmp_path, ticks=60)])) as viewer:
         page = open_window()
         page.goto(viewer.url)
         page.get_by_text("Playback").wait_for()
@@ -85,7 +85,7 @@ def test_the_timeline_moves_what_a_visitor_sees(tmp_path: Path, open_window: Cal
 
 
 def test_two_visitors_move_their_own_timelines(tmp_path: Path, open_window: Callable[..., Page]) -> None:
-    with Viewer(Shelf([recorded(tmp_path)])) as viewer:
+    with Viewer(RecordingCache([recorded(tmp_path)])) as viewer:
         for _ in range(2):
             page = open_window(viewport=LOW)  # few pixels: two of them draw by software at once
             page.goto(viewer.url)

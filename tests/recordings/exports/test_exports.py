@@ -18,7 +18,7 @@ from movingout.maps import load_map
 from movingout.maps.extras import MissingExtraError
 from movingout.recordings import Episode, RecordingError, SeatInfo, finalise, read_episode
 from movingout.recordings.exports import FORMATS, export
-from movingout.recordings.exports.plan import Plan
+from movingout.recordings.exports.plan import ExportPlan
 from movingout.recordings.exports.tables import TABLES
 from movingout.world.action import to_policy, to_world
 from movingout.world.metrics import EpisodeMetrics
@@ -44,7 +44,7 @@ def episode(recordings: list[Path]) -> Episode:
 
 
 def made(name: str, recordings: list[Path], target: Path, **options: Any) -> Path:
-    export(name, Plan(recordings, target, **options))
+    export(name, ExportPlan(recordings, target, **options))
     return target
 
 
@@ -266,7 +266,7 @@ def test_an_interrupted_export_leaves_nothing_behind(
 ) -> None:
     broken = tmp_path / "broken.mcap"
     broken.write_bytes(recordings[1].read_bytes()[:-100])
-    plan = Plan([recordings[0], broken], tmp_path / "target", side=64)
+    plan = ExportPlan([recordings[0], broken], tmp_path / "target", side=64)
     monkeypatch.setitem(plan.__dict__, "splits", ["train", "train"])
     with pytest.raises(RecordingError, match="torn"):
         export(name, plan)
@@ -314,8 +314,8 @@ def test_wrong_requests_get_a_sentence(recordings: list[Path], tmp_path: Path) -
 @pytest.mark.parametrize(
     ("name", "target", "options", "sentence"),
     [
-        ("mp4", "x", {"speed": float("nan")}, "0.1 to 100 times as fast"),
-        ("png", "x", {"every_s": 0.0}, "0.1 to 3600 s apart"),
+        ("mp4", "x", {"speed": float("nan")}, "--speed goes from 0.1 to 100"),
+        ("png", "x", {"every_s": 0.0}, "--every from 0.1 to 3600 s"),
         ("gif", "x.png", {}, "one recording becomes NAME.gif, several a folder"),
         ("mp4", "x.mp4", {}, "one recording becomes NAME.mp4, several a folder"),
         ("robomimic", "x.json", {}, "a robomimic file ends in .hdf5"),

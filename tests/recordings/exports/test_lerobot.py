@@ -13,8 +13,8 @@ import pytest
 
 from movingout.recordings import finalise
 from movingout.recordings.exports import export, lerobot
-from movingout.recordings.exports.plan import Plan
-from movingout.recordings.exports.statistics import statistics
+from movingout.recordings.exports.feature_statistics import feature_statistics
+from movingout.recordings.exports.plan import ExportPlan
 from movingout.recordings.exports.trajectories import Trajectory, trajectories
 from tests.recordings.support import record
 
@@ -49,7 +49,7 @@ def test_no_more_than_the_episode_at_hand_and_the_one_before_are_in_memory(
             yield trajectory
 
     monkeypatch.setattr(lerobot, "trajectories", watched)
-    export("lerobot", Plan(recordings, tmp_path / "dataset"))
+    export("lerobot", ExportPlan(recordings, tmp_path / "dataset"))
     assert len(alive) == 2 * EPISODES and max(alive) <= 2
 
 
@@ -60,7 +60,7 @@ def test_a_file_that_is_full_is_followed_by_another_and_episodes_say_where_they_
     monkeypatch.setattr(lerobot, "FILES_PER_CHUNK", 3)
     monkeypatch.setattr(lerobot, "ROWS_AT_ONCE", 4)
     folder = tmp_path / "dataset"
-    export("lerobot", Plan(recordings, folder))
+    export("lerobot", ExportPlan(recordings, folder))
     episodes = rows_of(folder / "meta" / "episodes")
     assert [row["episode_index"] for row in episodes] == list(range(2 * EPISODES))
     for row in episodes:
@@ -75,11 +75,11 @@ def test_a_file_that_is_full_is_followed_by_another_and_episodes_say_where_they_
 
 def test_the_statistics_are_those_of_all_frames(recordings: list[Path], tmp_path: Path) -> None:
     folder = tmp_path / "dataset"
-    export("lerobot", Plan(recordings, folder))
+    export("lerobot", ExportPlan(recordings, folder))
     told = json.loads((folder / "meta" / "stats.json").read_text())
     frames = rows_of(folder / "data")
     for name in json.loads((folder / "meta" / "info.json").read_text())["features"]:
-        whole = statistics(np.array([row[name] for row in frames]))
+        whole = feature_statistics(np.array([row[name] for row in frames]))
         for key in ("min", "max", "mean", "std", "count"):
             np.testing.assert_allclose(told[name][key], whole[key], rtol=1e-6, atol=1e-9, err_msg=f"{name} {key}")
     assert told["frame_index"]["q50"] == [2.0] and told["next.done"]["q99"] == [0.0]
@@ -87,7 +87,7 @@ def test_the_statistics_are_those_of_all_frames(recordings: list[Path], tmp_path
 
 def test_tasks_are_numbered_as_they_appear(recordings: list[Path], tmp_path: Path) -> None:
     folder = tmp_path / "dataset"
-    export("lerobot", Plan(recordings, folder))
+    export("lerobot", ExportPlan(recordings, folder))
     tasks = pq.read_table(folder / "meta" / "tasks.parquet").to_pylist()
     assert [row["task_index"] for row in tasks] == [0, 1]
     numbers = {row["episode_index"]: row["task_index"] for row in rows_of(folder / "data")}

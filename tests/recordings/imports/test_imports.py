@@ -13,7 +13,7 @@ import pytest
 
 from movingout.maps import load_map
 from movingout.recordings import Episode, RecordingError, finalise, read_episode, verify
-from movingout.recordings.imports.convert import Report, import_source, pseudonym
+from movingout.recordings.imports.convert import ImportReport, import_source, pseudonym
 from movingout.recordings.imports.sources import find, read
 from movingout.recordings.official_format import dataset_row, evaluator_steps, recorder_steps
 from movingout.server.cli import main
@@ -36,7 +36,7 @@ def write(path: Path, document: object) -> Path:
     return path
 
 
-def imported(path: Path, folder: Path) -> tuple[Report, Episode]:
+def imported(path: Path, folder: Path) -> tuple[ImportReport, Episode]:
     (source,) = read(path)
     report = import_source(source, folder, "salt")
     assert report.problem == ""

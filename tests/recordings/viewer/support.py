@@ -7,7 +7,7 @@ from typing import Any
 
 from movingout.recordings.viewer.cameras import Camera
 from movingout.recordings.viewer.panel import Panel
-from movingout.recordings.viewer.recording_cache import Shelf
+from movingout.recordings.viewer.recording_cache import RecordingCache
 from movingout.recordings.viewer.viewer import close_server, open_server
 from tests.recordings.support import record
 
@@ -24,7 +24,7 @@ def panel(*paths: Path) -> Iterator[tuple[Panel, list[Camera]]]:
     server = open_server("127.0.0.1", 0)
     views: list[Camera] = []
     try:
-        yield Panel(server.gui, server.scene, Shelf(paths), views.append), views
+        yield Panel(server.gui, server.scene, RecordingCache(paths), views.append), views
     finally:
         close_server(server)
 

@@ -8,7 +8,7 @@ import pytest
 
 from movingout.maps import load_map
 from movingout.recordings import AgentDecision
-from movingout.recordings.solids import SEAT_RGB
+from movingout.recordings.meshes import SEAT_RGB
 from movingout.recordings.viewer.candidates import CHOSEN_RGB, Decisions, candidate_lines, candidates, guesses
 from movingout.world import World
 from tests.recordings.viewer.support import panel, put, recorded
@@ -119,7 +119,7 @@ def test_what_an_agent_tells_in_its_own_way_is_not_drawn_and_breaks_nothing(deta
 def test_the_newest_candidates_are_drawn_with_their_scores(tmp_path: Path) -> None:
     with panel(recorded(tmp_path)) as (opened, _):
         put(opened.tick, 4)
-        (label,) = opened.stages[0].labels
+        (label,) = opened.scenes[0].labels
         assert (label.text, label.visible) == ("0.50 chosen", True)
         assert tuple(label.position[:2]) == (0.1, 1.1)  # the end of the recorded path
         assert "| 1 | 0.500 | chosen |" in opened.scores.content

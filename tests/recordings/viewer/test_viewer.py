@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from movingout.recordings import RecordingError
-from movingout.recordings.viewer.recording_cache import Shelf
+from movingout.recordings.viewer.recording_cache import RecordingCache
 from movingout.recordings.viewer.viewer import Viewer, open_server
 from movingout.server.cli import main
 from tests.recordings.viewer.support import recorded
@@ -17,7 +17,7 @@ from tests.recordings.viewer.support import recorded
 def test_the_viewer_serves_its_page_on_loopback_and_says_nothing_by_itself(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    with Viewer(Shelf([recorded(tmp_path)])) as viewer:
+    with Viewer(RecordingCache([recorded(tmp_path)])) as viewer:
         assert viewer.url.startswith("http://127.0.0.1:")
         with urllib.request.urlopen(viewer.url, timeout=10) as answer:
             assert b"<html" in answer.read()
@@ -25,7 +25,7 @@ def test_the_viewer_serves_its_page_on_loopback_and_says_nothing_by_itself(
 
 
 def test_a_visitor_cannot_open_a_tunnel_to_the_world(tmp_path: Path) -> None:
-    with Viewer(Shelf([recorded(tmp_path)])) as viewer:
+    with Viewer(RecordingCache([recorded(tmp_path)])) as viewer:
         assert viewer.server.request_share_url() is None
 
 
@@ -95,6 +95,6 @@ def test_recordings_of_one_name_in_two_folders_stay_apart(tmp_path: Path) -> Non
     for folder in ("monday", "tuesday"):
         (tmp_path / folder).mkdir()
         paths.append(recorded(tmp_path / folder, ticks=3))
-    shelf = Shelf(paths)
-    assert shelf.names == tuple(map(str, paths))
-    assert shelf.shown_first == shelf.names
+    cache = RecordingCache(paths)
+    assert cache.names == tuple(map(str, paths))
+    assert cache.shown_first == cache.names

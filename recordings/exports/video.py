@@ -1,4 +1,4 @@
-"""An episode as a film: pictures at any moment of play, drawn like the browser draws them."""
+"""An episode as pictures at any time of play, drawn as the browser draws them."""
 
 import os
 from collections.abc import Callable, Iterator
@@ -8,26 +8,26 @@ from typing import Any
 
 from PIL import Image, ImageDraw, ImageFont
 
-from movingout.maps.picture import paint_moment
-from movingout.maps.scene import LIGHT, Moment
+from movingout.maps.picture import paint_scene
+from movingout.maps.scene import LIGHT, SceneState
 from movingout.recordings.episode import Episode
 from movingout.recordings.errors import RecordingError
-from movingout.recordings.exports.plan import Plan
-from movingout.recordings.exports.target import building
+from movingout.recordings.exports.plan import ExportPlan
+from movingout.recordings.exports.target import new_target
 from movingout.recordings.file_format.reader import read_episode
-from movingout.recordings.progress import over_processes
+from movingout.recordings.progress import map_in_processes
 from movingout.recordings.replay import replay_poses
 from movingout.world.constants import POSES_PER_TICK, TICK_SECONDS
 
 _CAPTION = 0.075  # height of the caption, in sides of the picture
 _LETTERS = 14  # of a name on the caption
 
-Draw = Callable[[Path, "Film"], None]
+Draw = Callable[[Path, "EpisodeVideo"], None]
 
 
 @dataclass(frozen=True, slots=True)
-class Film:
-    """An episode to be drawn at any moment of its play time."""
+class EpisodeVideo:
+    """An episode that can be drawn at any time of play."""
 
     episode: Episode
     poses: Any  # (1 + 5 T, 2 + N, 3) at 20 ms
@@ -41,7 +41,7 @@ class Film:
         return len(self.episode.ticks) * TICK_SECONDS
 
     def frames(self, fps: int) -> Iterator[Image.Image]:
-        """Pictures at `fps` of the film, `speed` times as fast as it was played."""
+        """Pictures for a video of `fps` pictures per second that runs `speed` times as fast as the game."""
         step = self.speed / fps
         for number in range(int(self.seconds / step) + 1):
             yield self.at(number * step)
@@ -54,8 +54,8 @@ class Film:
         state = self.episode.states[tick]
         delivered = self.episode.ticks[tick - 1].delivered if tick else (False,) * len(spec.items)
         robots, items = self.poses[pose, :2].tolist(), self.poses[pose, 2:].tolist()
-        moment = Moment(robots, items, state.held.tolist(), delivered)
-        picture = paint_moment(spec, moment, self.side)
+        drawn = SceneState(robots, items, state.held.tolist(), delivered)
+        picture = paint_scene(spec, drawn, self.side)
         return self._captioned(picture, time_s, sum(delivered)) if self.overlay else picture
 
     def _captioned(self, picture: Image.Image, time_s: float, delivered: int) -> Image.Image:
@@ -85,30 +85,30 @@ class _Job:
     recording: Path
     target: Path
     draw: Draw
-    plan: Plan
+    plan: ExportPlan
 
     def run(self) -> None:
         episode = read_episode(self.recording)
         plan = self.plan
         poses, _ = replay_poses(episode)
-        self.draw(self.target, Film(episode, poses, plan.side // 2 * 2, plan.speed, plan.every_s, plan.overlay))
+        self.draw(self.target, EpisodeVideo(episode, poses, plan.side // 2 * 2, plan.speed, plan.every_s, plan.overlay))
 
 
-def write_films(plan: Plan, suffix: str, draw: Draw) -> None:
+def write_videos(plan: ExportPlan, suffix: str, draw: Draw) -> None:
     """One recording into the file that was named; several, side by side on all cores, into a folder."""
     if not (0.1 <= plan.speed <= 100 and 0.1 <= plan.every_s <= 3600 and 64 <= plan.side <= 2048):
         raise RecordingError(
-            "a film is 0.1 to 100 times as fast, pictures are 0.1 to 3600 s apart, their side is 64 to 2048 pixels"
+            "--speed goes from 0.1 to 100, --every from 0.1 to 3600 s, the side of a picture from 64 to 2048 pixels"
         )
     single = plan.target.suffix != ""
     if single and (plan.target.suffix != suffix or len(plan.recordings) > 1):
         raise RecordingError(f"{plan.target.name}: one recording becomes NAME{suffix}, several a folder without ending")
-    with building(plan.target) as part:
+    with new_target(plan.target) as part:
         if not single:
             part.mkdir()
         jobs = [
             _Job(path, part if single else part / f"{players.episode_id}{suffix}", draw, plan)
             for path, players in zip(plan.recordings, plan.players, strict=True)
         ]
-        for _ in over_processes(_Job.run, jobs, os.cpu_count() or 1, "drawing"):
+        for _ in map_in_processes(_Job.run, jobs, os.cpu_count() or 1, "drawing"):
             pass

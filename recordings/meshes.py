@@ -23,14 +23,14 @@ WALL_RGB: Colour = (0.25, 0.27, 0.30)
 GOAL_RGB: Colour = (0.56, 0.79, 0.56)
 
 
-class Solid(NamedTuple):
+class Mesh(NamedTuple):
     """A closed triangle mesh in its body's own frame, z up from the floor."""
 
     vertices: npt.NDArray[np.float64]  # (V, 3)
     triangles: npt.NDArray[np.int64]  # (F, 3) indices, counter-clockwise seen from outside
 
 
-def prism(corners: list[tuple[float, float]], height: float) -> Solid:
+def prism(corners: list[tuple[float, float]], height: float) -> Mesh:
     """An upright prism over counter-clockwise corners that are all visible from the origin of their mean."""
     count = len(corners)
     ring = np.array(corners, dtype=np.float64)
@@ -48,7 +48,7 @@ def prism(corners: list[tuple[float, float]], height: float) -> Solid:
         np.column_stack([this, following, following + up]),
         np.column_stack([this, following + up, this + up]),
     ]
-    return Solid(np.vstack([bottom, top]), np.vstack(triangles))
+    return Mesh(np.vstack([bottom, top]), np.vstack(triangles))
 
 
 def circle(radius: float) -> list[tuple[float, float]]:
@@ -57,27 +57,27 @@ def circle(radius: float) -> list[tuple[float, float]]:
     return [(radius * math.cos(step), radius * math.sin(step)) for step in steps]
 
 
-def robot_solid() -> Solid:
+def robot_mesh() -> Mesh:
     return prism(circle(ROBOT_RADIUS), ROBOT_HEIGHT)
 
 
-def nose_solid() -> Solid:
+def nose_mesh() -> Mesh:
     """A wedge on top of a robot that shows where it looks (+y at angle 0)."""
     tip, half = ROBOT_RADIUS * 1.15, ROBOT_RADIUS * 0.35
     return prism([(-half, ROBOT_RADIUS * 0.35), (half, ROBOT_RADIUS * 0.35), (0.0, tip)], ROBOT_HEIGHT * 1.2)
 
 
-def item_solid(item: ItemSpec) -> Solid:
+def item_mesh(item: ItemSpec) -> Mesh:
     return prism(list(outline(item.shape, item.scale)) or circle(item.scale), ITEM_HEIGHT)
 
 
-def rect_solid(rect: Rect, height: float) -> Solid:
+def rect_mesh(rect: Rect, height: float) -> Mesh:
     corners = [(rect.left, rect.bottom), (rect.right, rect.bottom), (rect.right, rect.top), (rect.left, rect.top)]
     return prism(corners, height)
 
 
-def map_solids(spec: MapSpec) -> list[tuple[str, Solid, Colour]]:
+def map_meshes(spec: MapSpec) -> list[tuple[str, Mesh, Colour]]:
     """What never moves, with a name and a colour each."""
-    goals = [(f"goal/{k}", rect_solid(goal, GOAL_HEIGHT), GOAL_RGB) for k, goal in enumerate(spec.goals)]
-    walls = [(f"wall/{k}", rect_solid(wall, WALL_HEIGHT), WALL_RGB) for k, wall in enumerate(spec.walls)]
+    goals = [(f"goal/{k}", rect_mesh(goal, GOAL_HEIGHT), GOAL_RGB) for k, goal in enumerate(spec.goals)]
+    walls = [(f"wall/{k}", rect_mesh(wall, WALL_HEIGHT), WALL_RGB) for k, wall in enumerate(spec.walls)]
     return goals + walls

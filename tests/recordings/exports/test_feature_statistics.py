@@ -2,7 +2,13 @@
 
 import numpy as np
 
-from movingout.recordings.exports.statistics import STEPS, Moments, Statistics, statistics, streamed
+from movingout.recordings.exports.feature_statistics import (
+    STEPS,
+    RunningStatistics,
+    Statistics,
+    feature_statistics,
+    streamed,
+)
 
 WHOLE = np.random.default_rng(3).normal(1e6, [1.0, 0.0, 30.0], (5000, 3))
 
@@ -12,14 +18,14 @@ def parts_of(values: np.ndarray, *at: int) -> list[np.ndarray]:
 
 
 def streamed_in(parts: list[np.ndarray]) -> Statistics:
-    moments = Moments()
+    moments = RunningStatistics()
     for part in parts:
         moments.add(part)
     return streamed({"x": moments}, ({"x": part} for part in parts))["x"]
 
 
 def test_one_array_has_the_statistics_that_numpy_computes() -> None:
-    found = statistics(WHOLE)
+    found = feature_statistics(WHOLE)
     np.testing.assert_allclose(found["mean"], WHOLE.mean(axis=0), rtol=1e-12)
     np.testing.assert_allclose(found["std"], WHOLE.std(axis=0), rtol=1e-9, atol=1e-9)
     np.testing.assert_array_equal(found["q90"], np.quantile(WHOLE, 0.9, axis=0))
@@ -29,7 +35,7 @@ def test_one_array_has_the_statistics_that_numpy_computes() -> None:
 
 
 def test_a_stream_has_the_statistics_of_the_whole_and_quantiles_to_a_step() -> None:
-    found, whole = streamed_in(parts_of(WHOLE, 1, 2, 700, 4999)), statistics(WHOLE)
+    found, whole = streamed_in(parts_of(WHOLE, 1, 2, 700, 4999)), feature_statistics(WHOLE)
     for name in ("min", "max", "mean", "count"):
         np.testing.assert_allclose(found[name], whole[name], rtol=1e-12)
     np.testing.assert_allclose(found["std"], whole["std"], rtol=1e-9, atol=1e-9)

@@ -12,14 +12,14 @@ QUANTILES = (0.01, 0.10, 0.50, 0.90, 0.99)
 STEPS = 5041  # quantiles of a stream are to half a step of so many over the range; small whole numbers fall on one
 
 
-def statistics(values: Values) -> Statistics:
+def feature_statistics(values: Values) -> Statistics:
     """Minimum, maximum, mean, standard deviation, quantiles, and how many rows there are."""
-    rows, moments = _rows(values), Moments()
+    rows, moments = _rows(values), RunningStatistics()
     moments.add(values)
     return moments.told(np.quantile(rows, QUANTILES, axis=0))
 
 
-class Moments:
+class RunningStatistics:
     """What can be added up: number of rows, range, mean and variance (Chan, Golub and LeVeque 1979)."""
 
     def __init__(self) -> None:
@@ -51,7 +51,7 @@ class Moments:
         }
 
 
-def streamed(moments: Mapping[str, Moments], parts: Iterable[Mapping[str, Values]]) -> dict[str, Statistics]:
+def streamed(moments: Mapping[str, RunningStatistics], parts: Iterable[Mapping[str, Values]]) -> dict[str, Statistics]:
     """Statistics by feature; `parts` are the values once more, from which quantiles are counted in steps."""
     counts = {name: np.zeros((one.lowest.size, STEPS), dtype=np.int64) for name, one in moments.items()}
     for part in parts:
@@ -60,7 +60,7 @@ def streamed(moments: Mapping[str, Moments], parts: Iterable[Mapping[str, Values
     return {name: one.told(_quantiles(counts[name], one)) for name, one in moments.items()}
 
 
-def _counted(rows: Floats, moments: Moments) -> npt.NDArray[np.int64]:
+def _counted(rows: Floats, moments: RunningStatistics) -> npt.NDArray[np.int64]:
     """(D, STEPS) how many values are nearest to each step."""
     width = moments.highest - moments.lowest
     steps = np.rint((rows - moments.lowest) / np.where(width > 0, width, 1.0) * (STEPS - 1)).astype(np.int64)
@@ -68,7 +68,7 @@ def _counted(rows: Floats, moments: Moments) -> npt.NDArray[np.int64]:
     return np.bincount((steps + np.arange(size) * STEPS).ravel(), minlength=size * STEPS).reshape(size, STEPS)
 
 
-def _quantiles(counts: npt.NDArray[np.int64], moments: Moments) -> Floats:
+def _quantiles(counts: npt.NDArray[np.int64], moments: RunningStatistics) -> Floats:
     """(Q, D) the step that the value of each rank belongs to."""
     upto = counts.cumsum(axis=1)
     ranks = np.array(QUANTILES) * (moments.count - 1)

@@ -5,20 +5,20 @@ import signal
 import subprocess
 import sys
 
-from movingout.recordings.processes import pool
+from movingout.recordings.process_pool import process_pool
 
 KILLED_AT_WORK = """
 import os, signal
-from movingout.recordings.processes import pool
+from movingout.recordings.process_pool import process_pool
 
 if __name__ == "__main__":
-    print(pool(1).submit(os.getpid).result(), flush=True)
+    print(process_pool(1).submit(os.getpid).result(), flush=True)
     os.kill(os.getpid(), signal.SIGKILL)
 """
 
 
 def test_work_is_done_in_another_process_that_gives_way() -> None:
-    with pool(1, nice=3) as processes:
+    with process_pool(1, nice=3) as processes:
         assert processes.submit(os.getpid).result() != os.getpid()
         assert processes.submit(os.nice, 0).result() == min(os.nice(0) + 3, 19)
 

@@ -1,4 +1,4 @@
-"""A recorded seat to be played again as somebody's partner: the classic fixed-partner condition."""
+"""What one seat did in a recording, to be replayed as a fixed partner; `ghost:FILE#red` names one."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +15,7 @@ GHOST: Final = "ghost"  # ghost:FILE#red
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Ghost:
+class RecordedSeat:
     """What one seat did in one episode."""
 
     name: str  # of who played then
@@ -30,19 +30,21 @@ def is_ghost(agent_id: str) -> bool:
     return agent_id.startswith(f"{GHOST}:")
 
 
-def read_ghost(text: str) -> Ghost:
-    """The ghost of `FILE#red` or `FILE#blue`. RecordingError says what is wrong with either part."""
+def read_recorded_seat(text: str) -> RecordedSeat:
+    """The seat that `FILE#red` or `FILE#blue` names. RecordingError says what is wrong with either part."""
     file, seat = split_ghost(text)
     episode = read_episode(file)
     header = episode.header
-    return Ghost(header.seats[seat].name, header.map, seat, header.seed, header.limit_ticks, episode.actions[:, seat])
+    return RecordedSeat(
+        header.seats[seat].name, header.map, seat, header.seed, header.limit_ticks, episode.actions[:, seat]
+    )
 
 
 def split_ghost(text: str) -> tuple[Path, int]:
     """File and seat of `FILE#red`."""
     file, _, colour = text.rpartition("#")
     if not file or colour not in SEAT_COLOURS:
-        raise RecordingError(f"a ghost is written FILE#blue or FILE#red, not {text!r}")
+        raise RecordingError(f"a recorded seat is written FILE#blue or FILE#red, not {text!r}")
     return Path(file), SEAT_COLOURS.index(colour)
 
 

@@ -46,16 +46,16 @@ def recover_recording(path: Path) -> Recovery:
             raise
     else:
         return Recovery(path, path, len(read_episode(path).ticks), "whole; left as it is")
-    episode, journal = salvage(data, path.name)
+    episode, journal = repair(data, path.name)
     with replacing(path) as stream:
         write_recording(stream, episode, journal)
         _keep_beside(path)
     return Recovery(path, path, len(episode.ticks), episode.damage or "only its index was lost; whole again")
 
 
-def salvage(data: bytes, name: str) -> tuple[Episode, bytes]:
+def repair(data: bytes, name: str) -> tuple[Episode, bytes]:
     """The episode up to its last whole tick, and the journal that holds just that. Raises UnreadableError."""
-    found = _Found(whole=data_holds(data))
+    found = _IntactRecords(whole=data_holds(data))
     try:
         for record in records_of(data, checked=True):
             found.take(record)
@@ -67,7 +67,7 @@ def salvage(data: bytes, name: str) -> tuple[Episode, bytes]:
 
 
 @dataclass
-class _Found:
+class _IntactRecords:
     """What can be believed of a file; `whole` where its data are, and only what follows them is not."""
 
     whole: bool

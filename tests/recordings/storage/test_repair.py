@@ -9,7 +9,7 @@ from mcap.reader import make_reader
 
 from movingout.recordings import Episode, RecordingError, finalise, read_episode, verify
 from movingout.recordings.file_format.records import FOOTER, MAGIC
-from movingout.recordings.storage.salvage import recover_recording, salvage
+from movingout.recordings.storage.repair import recover_recording, repair
 from tests.recordings.support import plain, record
 
 TICKS = 120
@@ -80,7 +80,7 @@ def test_damage_that_a_file_was_saved_with_stays_told(torn: Path) -> None:
 def believed(data: bytes, truth: Episode) -> int:
     """How many ticks of changed or missing bytes are believed, all of which must be true; -1 for none at all."""
     try:
-        found, _ = salvage(data, "x.mcap")
+        found, _ = repair(data, "x.mcap")
     except RecordingError:
         return -1
     assert_true_as_far_as_it_goes(found, truth)

@@ -7,7 +7,7 @@ import threading
 from concurrent.futures import ProcessPoolExecutor
 
 
-def pool(workers: int, nice: int = 0) -> ProcessPoolExecutor:
+def process_pool(workers: int, nice: int = 0) -> ProcessPoolExecutor:
     """Processes that give way to others by `nice`, leave Ctrl-C to this one, and do not outlive it.
 
     They are spawned: a fork would copy threads in an unknown state.
