@@ -77,7 +77,7 @@ _ENTRIES = (
             "One of sixty people who plan like Scripted and play each in their own way. Options: name, A01 to C20, and "
             "habits to change.",
         ),
-        "movingout.agents.scripted.human_model:Person",
+        "movingout.agents.scripted.human_model:HumanModel",
     ),
     _Entry(
         AgentCard("idle", "Idle", "idle", "all", "Stands still: the control condition."),

@@ -21,10 +21,10 @@ from movingout.agents.base import EpisodeInfo
 from movingout.agents.catalogue import load_agent
 from movingout.agents.data.rollout import rollout
 from movingout.agents.scripted.agent import ScriptedAgent
-from movingout.agents.scripted.situation import Situation
-from movingout.agents.scripted.task_choice import Chooser
+from movingout.agents.scripted.perception import Perception
+from movingout.agents.scripted.task_choice import TaskSelector
 from movingout.agents.scripted.tasks.lift import Lift
-from movingout.agents.scripted.tasks.task import Errand
+from movingout.agents.scripted.tasks.task import Task
 from movingout.maps import load_map, map_names
 from movingout.maps.errors import MovingOutError
 from movingout.world.constants import LIMIT_TICKS, TICKS_PER_SECOND
@@ -41,17 +41,17 @@ class Holder(ScriptedAgent):
 
     def reset(self, episode: EpisodeInfo) -> None:
         super().reset(episode)
-        self._chooser = _OneItem(episode, self, self._wanted)
+        self._selector = _OneItem(episode, self, self._wanted)
 
 
-class _OneItem(Chooser):
+class _OneItem(TaskSelector):
     def __init__(self, episode: EpisodeInfo, player: ScriptedAgent, item: int) -> None:
         super().__init__(episode.map, player.style)
         self._item = item
 
-    def next_errand(self, now: Situation, errand: Errand | None) -> Errand | None:
-        if isinstance(errand, Lift):
-            return errand
+    def next_task(self, now: Perception, task: Task | None) -> Task | None:
+        if isinstance(task, Lift):
+            return task
         return self._lift(now, self._item)
 
 
@@ -83,7 +83,7 @@ def play(run: Held) -> Seen:
         hands, tick = step.after.held == run.item, step.after.tick
         held = tick if held < 0 and hands[1 - run.seat] else held
         came = tick if came < 0 and hands.all() else came
-        if came >= 0 and Situation(the_map, step.after, run.seat).delivered[run.item]:
+        if came >= 0 and Perception(the_map, step.after, run.seat).delivered[run.item]:
             return Seen(held, came, tick)
     return Seen(held, came, -1)
 

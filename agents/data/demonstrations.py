@@ -12,14 +12,14 @@ from movingout.agents.catalogue import load_agent
 from movingout.agents.data.corrections import SUFFIX, save_correction
 from movingout.agents.data.dagger import LabellingJob, label_episode
 from movingout.agents.data.rollout import rollout
-from movingout.agents.scripted.populations import Participant
+from movingout.agents.scripted.populations import ScriptedPerson
 from movingout.maps import MapSpec
 from movingout.recordings import EpisodeHeader, EpisodeWriter, SeatInfo, TickRecord, finalise
 from movingout.recordings.process_pool import process_pool
 from movingout.world.metrics import EpisodeMetrics, task_completion_rate
 from movingout.world.scoring import delivered_items
 
-Pair = tuple[Participant, Participant]
+Pair = tuple[ScriptedPerson, ScriptedPerson]
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +44,7 @@ class WrittenEpisode:
 
 
 def episode_jobs(
-    people: Sequence[Participant], maps: Sequence[MapSpec], episodes: int, ticks: int, seed: int, prefix: str
+    people: Sequence[ScriptedPerson], maps: Sequence[MapSpec], episodes: int, ticks: int, seed: int, prefix: str
 ) -> list[EpisodeJob]:
     """`episodes` per pair and map, pairs of neighbours in the list; after half of them the two change seats (paper)."""
     pairs = [(people[k], people[k + 1]) for k in range(0, len(people) - 1, 2)]

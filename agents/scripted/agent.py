@@ -6,23 +6,23 @@ from random import Random
 import numpy as np
 
 from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
-from movingout.agents.scripted.navigation.motion_choice import REST, Command
-from movingout.agents.scripted.placement.goal_places import Looks
-from movingout.agents.scripted.situation import Floors, Situation
+from movingout.agents.scripted.avoidance import in_contact, partner_collision_cost, partner_path
+from movingout.agents.scripted.navigation.motion_choice import REST, DriveCommand
+from movingout.agents.scripted.perception import FreeSpaceCache, Perception
+from movingout.agents.scripted.placement.goal_places import PlacementCache
 from movingout.agents.scripted.style import Style, varied
-from movingout.agents.scripted.task_choice import WAIT_ASIDE, Chooser
+from movingout.agents.scripted.task_choice import WAIT_ASIDE, TaskSelector
 from movingout.agents.scripted.tasks.fetch import Carry, Fetch
 from movingout.agents.scripted.tasks.lift import Lift
-from movingout.agents.scripted.tasks.task import Errand
+from movingout.agents.scripted.tasks.task import Task
 from movingout.agents.scripted.tasks.wait import Aside, WalkTo
-from movingout.agents.scripted.traffic import meeting_danger, partners_way, touching
 from movingout.world.state import Floats
 
 SLICES_PER_TICK = 2  # of thinking; they are counted, not timed: equal states give equal actions on any machine
 STALLED_AFTER = 7  # ticks without getting on
 AVOID_AGAIN = 40  # ticks between two attempts to go around the partner
 WIGGLE_TICKS = 3
-STUBBORN = 2  # stalls after which even who has the right of way gives way
+YIELD_AFTER_STALLS = 2  # stalls after which even who has the right of way gives way
 _BESIDE = 0.5  # units from an item within which a stall means that the hand does not reach it
 
 
@@ -43,120 +43,125 @@ class ScriptedAgent:
         self.seed = seed
         self.slices = slices
         self.yields = bool(yields)
-        self.foresees = True  # as an expert does
+        self.anticipates = True  # as an expert does
         self.detail: dict[str, object] = {}
 
     def reset(self, episode: EpisodeInfo) -> None:
         """Begin an episode."""
         self._map = episode.map
         self._random = Random(f"{self.seed}/{episode.seed}/{episode.seat}")
-        self._chooser = Chooser(episode.map, self.style, self.yields)
-        self._looks = Looks()
-        self._floors: Floors = {}
-        self._errand: Errand | None = None
+        self._selector = TaskSelector(episode.map, self.style, self.yields)
+        self._placements = PlacementCache()
+        self._floors: FreeSpaceCache = {}
+        self._task: Task | None = None
         self._trail: list[Floats] = []
         self._resting = False
-        self._wiggling: list[Command] = []
+        self._wiggle: list[DriveCommand] = []
         self._avoided = -AVOID_AGAIN
         self._stalls = 0
 
     def act(self, observation: Observation) -> ActionChunk:
         """One row; `detail` says what it is busy with."""
-        still = self._chooser.partner_is_still(observation.state.tick)
-        now = Situation(self._map, observation.state, observation.seat, still, self.foresees, self._looks, self._floors)
-        self._chooser.watch(now)
+        still = self._selector.partner_is_still(observation.state.tick)
+        now = Perception(
+            self._map, observation.state, observation.seat, still, self.anticipates, self._placements, self._floors
+        )
+        self._selector.observe_partner(now)
         command = self._command(now)
-        self.detail = {"errand": type(self._errand).__name__ if self._errand else "", "item": self._item}
+        self.detail = {"errand": type(self._task).__name__ if self._task else "", "item": self._item}
         return np.array([[command.distance, math.cos(command.heading), math.sin(command.heading), command.grasp]])
 
     @property
     def _item(self) -> int:
-        return self._errand.item if self._errand is not None else -1
+        return self._task.item if self._task is not None else -1
 
-    def _command(self, now: Situation) -> Command:
+    def _command(self, now: Perception) -> DriveCommand:
         self._trail = [] if self._resting else [*self._trail[-2 * STALLED_AFTER :], now.pose]
-        if not self._wiggling and self._stalled(now):
+        if not self._wiggle and self._stalled(now):
             self._unblock(now)
-        if self._wiggling:
-            return self._wiggling.pop()
-        command = self._busy(now)
+        if self._wiggle:
+            return self._wiggle.pop()
+        command = self._task_command(now)
         self._resting = command is REST
         return command
 
-    def _busy(self, now: Situation) -> Command:
-        danger = meeting_danger(now)
+    def _task_command(self, now: Perception) -> DriveCommand:
+        collision_cost = partner_collision_cost(now)
         for _ in range(2):  # one errand may end and the next begin within a tick
-            self._errand = self._chooser.next_errand(now, self._errand)
-            if self._errand is None:
+            self._task = self._selector.next_task(now, self._task)
+            if self._task is None:
                 return REST
-            command = self._errand.step(now, danger, self.slices)
+            command = self._task.step(now, collision_cost, self.slices)
             if command is not None:
                 return command
-            self._chooser.ended(now, self._errand)
-            self._errand = None
+            self._selector.ended(now, self._task)
+            self._task = None
         return REST
 
-    def _stalled(self, now: Situation) -> bool:
-        if isinstance(self._errand, Aside | WalkTo | None) or len(self._trail) <= STALLED_AFTER:
+    def _stalled(self, now: Perception) -> bool:
+        if isinstance(self._task, Aside | WalkTo | None) or len(self._trail) <= STALLED_AFTER:
             return False
         recent, last = self._trail[-STALLED_AFTER - 1], self._trail[-1]
-        limit = self._creeping(now)
+        limit = self._least_progress(now)
         if len(self._trail) > 2 * STALLED_AFTER and _gap(self._trail[0], last) < limit:
             return True  # turning about without getting anywhere
         return _gap(recent, last) < limit and abs(float(last[2] - recent[2])) < 0.3
 
-    def _creeping(self, now: Situation) -> float:
+    def _least_progress(self, now: Perception) -> float:
         """Units in STALLED_AFTER ticks below which it does not get on."""
-        if now.mine >= 0 and now.is_heavy(now.mine):
-            return 0.02 if now.mine == now.theirs else 0.005
+        if now.own_item >= 0 and now.is_heavy(now.own_item):
+            return 0.02 if now.own_item == now.partner_item else 0.005
         return 0.05
 
-    def _unblock(self, now: Situation) -> None:
+    def _unblock(self, now: Perception) -> None:
         """Something is in the way: the item itself, the partner, or a corner."""
         self._trail = []
-        errand = self._errand
+        task = self._task
         if (
-            isinstance(errand, Lift | Fetch)
-            and now.mine < 0
-            and errand.stand >= 0
-            and self._is_beside(now, errand.item)
+            isinstance(task, Lift | Fetch)
+            and now.own_item < 0
+            and task.stance >= 0
+            and self._is_beside(now, task.item)
             # who touches the partner is kept away by it, but one that holds this item stays where it is
-            and (now.theirs == errand.item or not touching(now))
+            and (now.partner_item == task.item or not in_contact(now))
         ):
-            self._chooser.in_vain(errand)
-            self._errand = None
-        elif touching(now) and (now.mine < 0 or now.mine != now.theirs):
+            self._selector.grasp_failed(task)
+            self._task = None
+        elif in_contact(now) and (now.own_item < 0 or now.own_item != now.partner_item):
             self._make_way(now)
         else:
             heading = float(now.pose[2]) + self._random.uniform(-0.8, 0.8)
-            self._wiggling = WIGGLE_TICKS * [Command(-1.0 if self._random.random() < 0.7 else 1.0, heading)]
+            self._wiggle = WIGGLE_TICKS * [DriveCommand(-1.0 if self._random.random() < 0.7 else 1.0, heading)]
 
-    def _make_way(self, now: Situation) -> None:
+    def _make_way(self, now: Perception) -> None:
         """The partner is in the way: go around it, let it pass, or wait for it to make way."""
-        if isinstance(self._errand, Carry | Fetch) and now.tick > self._avoided + AVOID_AGAIN:
+        if isinstance(self._task, Carry | Fetch) and now.tick > self._avoided + AVOID_AGAIN:
             self._avoided = now.tick
-            self._errand.go_around(now)
-        elif self._gives_way(now) and self._chooser.leaves_to_partner(now):
-            self._errand = None
-            self._wiggling = [*WIGGLE_TICKS * [Command(-1.0, float(now.pose[2]))], Command(0.0, 0.0, grasp=True)]
+            self._task.go_around(now)
+        elif self._gives_way(now) and self._selector.leaves_to_partner(now):
+            self._task = None
+            self._wiggle = [
+                *WIGGLE_TICKS * [DriveCommand(-1.0, float(now.pose[2]))],
+                DriveCommand(0.0, 0.0, grasp=True),
+            ]
             self._stalls = 0
         elif self._gives_way(now):
-            way = partners_way(now, self._chooser.their_item(now, self._item))
-            self._errand = Aside(
-                now, way, now.tick + WAIT_ASIDE, self._chooser.partner_comes_until(now.tick + WAIT_ASIDE)
+            way = partner_path(now, self._selector.their_item(now, self._item))
+            self._task = Aside(
+                now, way, now.tick + WAIT_ASIDE, self._selector.partner_comes_until(now.tick + WAIT_ASIDE)
             )
             self._stalls = 0
         else:
             self._stalls += 1
 
-    def _gives_way(self, now: Situation) -> bool:
+    def _gives_way(self, now: Perception) -> bool:
         """Empty hands give way to full ones, a follower to anybody, red to blue, and everybody after a while."""
-        if self._stalls >= STUBBORN or (now.mine >= 0) == (now.theirs >= 0):
+        if self._stalls >= YIELD_AFTER_STALLS or (now.own_item >= 0) == (now.partner_item >= 0):
             modest = now.seat == 1 if self.style.role == "equal" else self.style.role == "follower"
-            return self._stalls >= STUBBORN or modest
-        return now.theirs >= 0
+            return self._stalls >= YIELD_AFTER_STALLS or modest
+        return now.partner_item >= 0
 
-    def _is_beside(self, now: Situation, item: int) -> bool:
+    def _is_beside(self, now: Perception, item: int) -> bool:
         return _gap(now.pose, now.item_pose(item)) < _BESIDE
 
 

@@ -14,17 +14,17 @@ from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
 from movingout.agents.errors import AgentError
 from movingout.agents.observation.seat_observation import observe
 from movingout.agents.scripted import ScriptedAgent
-from movingout.agents.scripted.keyboard_model import Keys
-from movingout.agents.scripted.populations import participant
+from movingout.agents.scripted.keyboard_model import KeyboardModel
+from movingout.agents.scripted.populations import scripted_person
 from movingout.agents.scripted.style import Style
 from movingout.maps.suggestion import known_names
 from movingout.world.state import Floats, WorldState
 
-WANDER_KEEPS = 0.9  # share of the steering error that stays from tick to tick
+ERROR_CORRELATION = 0.9  # share of the steering error that stays from tick to tick
 PAUSE_TICKS = 3
 
 
-class Person:
+class HumanModel:
     """One participant at play; deterministic given name, seed and episode."""
 
     execute_rows = 1
@@ -38,10 +38,10 @@ class Person:
         wrong = [habit for habit in habits if habit not in known]
         if wrong:
             raise AgentError(f"style: no habit {wrong[0]!r}; {known_names(wrong[0], known)}")
-        self.style: Style = replace(participant(name).style, **habits)  # type: ignore[arg-type]
+        self.style: Style = replace(scripted_person(name).style, **habits)  # type: ignore[arg-type]
         self._plan = ScriptedAgent(seed=seed)
         self._plan.style = replace(self.style, speed=1.0, delay=0, noise=0.0, hesitation=0.0, stick=0)
-        self._plan.foresees = False
+        self._plan.anticipates = False
         self._name = name
         self._seed = seed
 
@@ -57,30 +57,30 @@ class Person:
         number = int(self._name[1:]) + 100 * ord(self._name[0])
         self._random = np.random.default_rng([number, self._seed, episode.seed, episode.seat])
         self._seen: deque[tuple[Floats, Floats]] = deque(maxlen=self.style.delay + 1)
-        self._wander = 0.0
+        self._steering_error = 0.0
         self._pause = 0
         self._heading = 0.0
-        self._keys = Keys(episode.map, episode.seat) if self.style.stick else None
+        self._keys = KeyboardModel(episode.map, episode.seat) if self.style.stick else None
 
     def act(self, observation: Observation) -> ActionChunk:
         """One row."""
-        state = self._late(observation.state)
+        state = self._delayed(observation.state)
         row = self._plan.act(observe(self._episode.map, state, self._episode.seat, observation.tick))[0].copy()
         wanted = math.atan2(row[2], row[1])
         if self._hesitates():
             row[0], row[3], wanted = 0.0, 0.0, self._heading
-        keeps = WANDER_KEEPS
-        self._wander = (
-            keeps * self._wander + math.sqrt(1 - keeps**2) * self.style.noise * self._random.standard_normal()
+        keeps = ERROR_CORRELATION
+        self._steering_error = (
+            keeps * self._steering_error + math.sqrt(1 - keeps**2) * self.style.noise * self._random.standard_normal()
         )
-        steered = wanted + (self._wander if row[0] != 0.0 else 0.0)
+        steered = wanted + (self._steering_error if row[0] != 0.0 else 0.0)
         self._heading = wanted
         distance = row[0] * self.style.speed
         if self._keys is not None:
             distance, steered = self._keys.press(state, distance, steered)
         return np.array([[distance, math.cos(steered), math.sin(steered), row[3]]])
 
-    def _late(self, state: WorldState) -> WorldState:
+    def _delayed(self, state: WorldState) -> WorldState:
         """The state with the partner as it was some ticks ago; a shared item is felt at once."""
         other = 1 - self._episode.seat
         self._seen.append((state.robot_poses[other], state.robot_velocities[other]))

@@ -21,7 +21,7 @@ _UNITS = np.array([_STRIDE, _STRIDE, _TURN])
 _KEPT = np.array([0.9, 0.9, 0.5])  # share of what is missing that is not forgotten from tick to tick
 
 
-class Keys:
+class KeyboardModel:
     """The keys of one seat in one episode."""
 
     def __init__(self, the_map: MapSpec, seat: int) -> None:

@@ -71,7 +71,7 @@ _REGIONS = {
 
 
 @dataclass(frozen=True, slots=True)
-class Participant:
+class ScriptedPerson:
     """One scripted person."""
 
     name: str  # A01 to A20
@@ -88,14 +88,14 @@ class Participant:
         return hashlib.sha256(json.dumps(self.style.habits, sort_keys=True).encode()).hexdigest()
 
 
-def population(name: str) -> tuple[Participant, ...]:
+def population(name: str) -> tuple[ScriptedPerson, ...]:
     """The people of A, B or C; always the same."""
     if name not in _REGIONS:
         raise DataError(f"unknown population {name!r}; known: {', '.join(POPULATIONS)}")
-    return tuple(Participant(f"{name}{number + 1:02d}", _style(name, number)) for number in range(PEOPLE))
+    return tuple(ScriptedPerson(f"{name}{number + 1:02d}", _style(name, number)) for number in range(PEOPLE))
 
 
-def participant(name: str) -> Participant:
+def scripted_person(name: str) -> ScriptedPerson:
     """The person of a name, A01 to C20."""
     found = {person.name: person for group in POPULATIONS for person in population(group)}
     if name not in found:

@@ -7,7 +7,7 @@ import numpy as np
 
 from movingout.agents.base import EpisodeInfo
 from movingout.agents.observation.seat_observation import observe
-from movingout.agents.scripted.human_model import Person
+from movingout.agents.scripted.human_model import HumanModel
 from movingout.maps import MapSpec
 from movingout.server.frames import Bundle
 from movingout.world.constants import POSE_SECONDS, TICK_SECONDS
@@ -36,7 +36,7 @@ class ScriptedPolicy:
     """A scripted person (agents/scripted/human_model.py) who sees what the wire shows: poses, hands, nothing else."""
 
     def __init__(self, name: str, seed: int) -> None:
-        self._person = Person(name, seed)
+        self._person = HumanModel(name, seed)
         self._seed = seed
 
     def begin(self, the_map: MapSpec, seat: int, ticks: int) -> None:

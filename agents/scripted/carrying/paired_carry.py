@@ -10,12 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from movingout.agents.scripted.carrying.solo_carry import LINGER, Progress
-from movingout.agents.scripted.navigation.cost_search import Field, Search, shared_search
+from movingout.agents.scripted.carrying.solo_carry import SETTLE_AFTER, StallCounter
+from movingout.agents.scripted.navigation.cost_search import CostToGo, Search, shared_search
+from movingout.agents.scripted.navigation.free_space import FreeSpace, overlap_cost
 from movingout.agents.scripted.navigation.geometry import Disc, covering_discs, half_extents, heading_of, wrap
-from movingout.agents.scripted.navigation.lattice import PAIR, UNIT_PER_TICK, nearest_value, values
-from movingout.agents.scripted.navigation.motion_choice import STRIDE, Command
-from movingout.agents.scripted.navigation.terrain import Terrain, squeeze
+from movingout.agents.scripted.navigation.motion_choice import STRIDE, DriveCommand
+from movingout.agents.scripted.navigation.pose_grid import PAIR_MOTION, UNIT_PER_TICK, costs_at_poses, nearest_cost
 from movingout.agents.scripted.placement.goal_places import Places, place_costs
 from movingout.maps import ItemSpec
 from movingout.maps.flood_fill import UNREACHED
@@ -29,8 +29,8 @@ _SETTLED = 3.0
 _LOOK = 3  # ticks that a try lasts
 _TICKS = UNIT_PER_TICK * np.arange(1, _LOOK + 1)
 _SPIN_PER_TICK = 0.16  # rad that two robots turn an item in a tick at most
-_LETTING_GO = Command(0.0, 0.0, grasp=True)
-_FOUND = 8  # twists remembered: the partner asks in the same tick
+_RELEASE = DriveCommand(0.0, 0.0, grasp=True)
+_REMEMBERED_TWISTS = 8  # twists remembered: the partner asks in the same tick
 
 
 class Twist(NamedTuple):
@@ -56,16 +56,16 @@ _STEPS = np.arange(1, _LOOK + 1)[None, :, None]
 _found: dict[tuple[Search, int, bytes], Twist] = {}  # by the search, how far it was followed, and the pose
 
 
-class PairHaul:
+class PairCarryPlan:
     """The way of an item that both robots hold, or would hold with these grips."""
 
     def __init__(
         self,
-        ground: Terrain,
+        space: FreeSpace,
         item: ItemSpec,
         item_pose: Floats,
         robots: Floats,
-        look: Places,
+        places: Places,
         margin: float = EASY,
     ) -> None:
         """`robots` (2, 2+) are the holders' positions while the item is at `item_pose`; the terrain is without it.
@@ -74,13 +74,13 @@ class PairHaul:
         """
         self.item = item
         self._origin_angle = float(item_pose[2])
-        self._goals = goal_boxes(ground.map)
-        self._ground = ground
+        self._goals = goal_boxes(space.map)
+        self._space = space
         self._discs = _discs(item, item_pose, robots)
-        self._search = _search(ground, item, self._origin_angle, self._discs, look, margin)
-        self.field = Field(self._search)
+        self._search = _search(space, item, self._origin_angle, self._discs, places, margin)
+        self.cost_to_go = CostToGo(self._search)
         self._places = self._search.starts
-        self._progress = Progress()
+        self._progress = StallCounter()
 
     @property
     def idle_ticks(self) -> int:
@@ -89,35 +89,36 @@ class PairHaul:
 
     def cost(self, item_pose: Floats) -> float:
         """Quarter ticks from an item pose (3,)."""
-        return float(values(self.field.cost, PAIR, self._body(item_pose)[None])[0])
+        return float(costs_at_poses(self.cost_to_go.cost, PAIR_MOTION, self._body(item_pose)[None])[0])
 
-    def drive(self, item_pose: Floats, robots: Floats) -> tuple[Command, Command]:
+    def drive(self, item_pose: Floats, robots: Floats) -> tuple[DriveCommand, DriveCommand]:
         """The next commands of both robots, whose poses are (2, 3)."""
         body = self._body(item_pose)
-        left = float(values(self.field.cost, PAIR, body[None])[0])
-        if left >= UNREACHED and not self.field.done:
-            self.field.search()
+        left = float(costs_at_poses(self.cost_to_go.cost, PAIR_MOTION, body[None])[0])
+        if left >= UNREACHED and not self.cost_to_go.done:
+            self.cost_to_go.search()
         settled = (
-            self._progress.idle_ticks(left) >= LINGER or nearest_value(self._places, PAIR, body) <= left + _SETTLED
+            self._progress.idle_ticks(left) >= SETTLE_AFTER
+            or nearest_cost(self._places, PAIR_MOTION, body) <= left + _SETTLED
         )
         if settled and is_delivered(self.item, tuple(item_pose.tolist()), self._goals):
-            return _LETTING_GO, _LETTING_GO
+            return _RELEASE, _RELEASE
         return commands(self._best_twist(body), item_pose, robots)
 
     def _best_twist(self, body: Floats) -> Twist:
         """What both holders find; whoever asks second is told what the first one found."""
-        asked = (self._search, self.field.level, body.tobytes())
+        asked = (self._search, self.cost_to_go.level, body.tobytes())
         if asked not in _found:
-            if len(_found) >= _FOUND:
+            if len(_found) >= _REMEMBERED_TWISTS:
                 _found.clear()
             _found[asked] = self._look_for_twist(body)
         return _found[asked]
 
     def _look_for_twist(self, body: Floats) -> Twist:
         moves = body + _TWISTS[:, None, :] * _STEPS
-        left = values(self.field.cost, PAIR, moves.reshape(-1, 3)).reshape(moves.shape[:2])
+        left = costs_at_poses(self.cost_to_go.cost, PAIR_MOTION, moves.reshape(-1, 3)).reshape(moves.shape[:2])
         through = (left + _TICKS).max(axis=1)
-        pressed = squeeze(self._ground, self._discs, moves).max(axis=1)
+        pressed = overlap_cost(self._space, self._discs, moves).max(axis=1)
         best = _TWISTS[int(np.argmin(0.5 * (left[:, -1] + through) + pressed))]
         return Twist(*best.tolist())
 
@@ -127,13 +128,15 @@ class PairHaul:
 
 @lru_cache(maxsize=32)
 def _search(
-    ground: Terrain, item: ItemSpec, angle: float, discs: tuple[Disc, ...], look: Places, margin: float
+    space: FreeSpace, item: ItemSpec, angle: float, discs: tuple[Disc, ...], places: Places, margin: float
 ) -> Search:
     """`angle` is the item's while the body's heading is 0; the last two discs are the holders."""
-    turns = angle + np.arange(PAIR.headings) * 2 * np.pi / PAIR.headings
+    turns = angle + np.arange(PAIR_MOTION.headings) * 2 * np.pi / PAIR_MOTION.headings
     extents = np.array([half_extents(item, float(turn)) for turn in turns])
     holders = [(x, y) for x, y, _ in discs[-2:]]
-    return shared_search(ground, discs, PAIR, margin, place_costs(ground, PAIR, (0.0, 0.0), extents, holders, look))
+    return shared_search(
+        space, discs, PAIR_MOTION, margin, place_costs(space, PAIR_MOTION, (0.0, 0.0), extents, holders, places)
+    )
 
 
 def _discs(item: ItemSpec, item_pose: Floats, robots: Floats) -> tuple[Disc, ...]:
@@ -144,7 +147,7 @@ def _discs(item: ItemSpec, item_pose: Floats, robots: Floats) -> tuple[Disc, ...
     return tuple(discs)
 
 
-def commands(twist: Twist, item_pose: Floats, robots: Floats) -> tuple[Command, Command]:
+def commands(twist: Twist, item_pose: Floats, robots: Floats) -> tuple[DriveCommand, DriveCommand]:
     """What the two holders (2, 3) do to move the item by a twist.
 
     Each robot drives the way its own place in the body has to go. Ahead or backward is the same for the motion but
@@ -163,11 +166,11 @@ def commands(twist: Twist, item_pose: Floats, robots: Floats) -> tuple[Command, 
     return best[0][0], best[1][0]
 
 
-def _two_ways(dx: float, dy: float, scale: float, angle: float) -> list[tuple[Command, float]]:
+def _two_ways(dx: float, dy: float, scale: float, angle: float) -> list[tuple[DriveCommand, float]]:
     """The same step driven ahead and backward, each with the turn that the world adds to it."""
     distance, heading = math.hypot(dx, dy) / scale, heading_of(dx, dy)
     ways = []
-    for command in (Command(distance, heading), Command(-distance, wrap(heading + math.pi))):
+    for command in (DriveCommand(distance, heading), DriveCommand(-distance, wrap(heading + math.pi))):
         error = wrap(command.heading - angle)
         if abs(error) > math.pi / 2:
             error = math.copysign(math.pi, error) - error

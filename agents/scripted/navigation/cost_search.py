@@ -14,9 +14,9 @@ from weakref import WeakValueDictionary
 import numpy as np
 import numpy.typing as npt
 
+from movingout.agents.scripted.navigation.free_space import CELL, CELLS, FreeSpace
 from movingout.agents.scripted.navigation.geometry import Disc
-from movingout.agents.scripted.navigation.lattice import Cost, Index, Motion
-from movingout.agents.scripted.navigation.terrain import CELL, CELLS, Terrain
+from movingout.agents.scripted.navigation.pose_grid import Cost, Index, MotionPrimitives
 from movingout.maps.flood_fill import UNREACHED
 from movingout.world.state import Floats
 
@@ -38,13 +38,15 @@ class _Slice(NamedTuple):
 class Search:
     """The cost-to-go of one body on one terrain. Indices are flat over (heading, row, column)."""
 
-    def __init__(self, ground: Terrain, discs: Sequence[Disc], motion: Motion, margin: float, starts: Cost) -> None:
+    def __init__(
+        self, space: FreeSpace, discs: Sequence[Disc], motion: MotionPrimitives, margin: float, starts: Cost
+    ) -> None:
         """`discs` in the body's frame keep a `margin` [u] from everything.
 
         `starts` (headings, CELLS, CELLS) says where to go: start costs, UNREACHED where it is no goal.
         """
         self._moves = _moves_back(motion)
-        free = _free_poses(ground, discs, motion.headings, margin)
+        free = _free_poses(space, discs, motion.headings, margin)
         goals = np.flatnonzero(free & (starts.ravel() < UNREACHED))
         self.starts: Cost = np.full(free.shape, UNREACHED, dtype=np.int16)
         self.starts[goals] = starts.take(goals)
@@ -121,11 +123,11 @@ class Search:
 
     def _relax(self, frontier: Index) -> tuple[Index, Cost]:
         """Lower the cost of all poses from which a move leads to the frontier; those poses and the costs offered."""
-        alike, unlike, prices = self._moves
+        alike, distinct_grasps, prices = self._moves
         heading = frontier // (CELLS * CELLS)
-        sources = np.empty((len(alike) + len(unlike), frontier.size), dtype=np.int64)
+        sources = np.empty((len(alike) + len(distinct_grasps), frontier.size), dtype=np.int64)
         np.add(alike, frontier, out=sources[: len(alike)])
-        np.add(unlike.take(heading, axis=1), frontier, out=sources[len(alike) :])
+        np.add(distinct_grasps.take(heading, axis=1), frontier, out=sources[len(alike) :])
         offers = (prices if prices.shape[1] == 1 else prices.take(heading, axis=1)) + self._bar.take(frontier)
         better = (self._bar.take(sources) > offers).ravel().nonzero()[0]
         before, costs = sources.take(better), offers.take(better)
@@ -152,21 +154,23 @@ class Search:
         return dearest
 
 
-_Asked = tuple[Terrain, tuple[Disc, ...], Motion, float, bytes, bytes]
+_Asked = tuple[FreeSpace, tuple[Disc, ...], MotionPrimitives, float, bytes, bytes]
 _alive: WeakValueDictionary[_Asked, Search] = WeakValueDictionary()
 
 
-def shared_search(ground: Terrain, discs: Sequence[Disc], motion: Motion, margin: float, starts: Cost) -> Search:
+def shared_search(
+    space: FreeSpace, discs: Sequence[Disc], motion: MotionPrimitives, margin: float, starts: Cost
+) -> Search:
     """A `Search`; the one that somebody still has, when it has all the same arguments."""
     goals = np.flatnonzero(starts < UNREACHED)
-    asked = (ground, tuple(discs), motion, margin, goals.tobytes(), starts.take(goals).tobytes())
+    asked = (space, tuple(discs), motion, margin, goals.tobytes(), starts.take(goals).tobytes())
     known = _alive.get(asked)
     if known is None:
-        known = _alive[asked] = Search(ground, discs, motion, margin, starts)
+        known = _alive[asked] = Search(space, discs, motion, margin, starts)
     return known
 
 
-class Field:
+class CostToGo:
     """A search as far as one player has followed it."""
 
     def __init__(self, search: Search) -> None:
@@ -184,7 +188,7 @@ class Field:
 
 
 @lru_cache(maxsize=4)
-def _moves_back(motion: Motion) -> tuple[Index, Index, Cost]:
+def _moves_back(motion: MotionPrimitives) -> tuple[Index, Index, Cost]:
     """Flat offsets from a pose to where its moves came from, and the prices of these moves.
 
     First the moves that are alike for all headings (moves, 1), then the others (moves, headings); the prices are in
@@ -202,22 +206,22 @@ def _moves_back(motion: Motion) -> tuple[Index, Index, Cost]:
     return offsets[alike, :1], offsets[~alike], prices[:, :1] if (prices == prices[:, :1]).all() else prices
 
 
-def _free_poses(ground: Terrain, discs: Sequence[Disc], headings: int, margin: float) -> npt.NDArray[np.bool_]:
+def _free_poses(space: FreeSpace, discs: Sequence[Disc], headings: int, margin: float) -> npt.NDArray[np.bool_]:
     """Flat over (heading, row, column): whether every disc keeps its radius and the margin from everything."""
-    free = np.bitwise_and.reduce([_room_for(ground, disc, headings, margin) for disc in discs])
+    free = np.bitwise_and.reduce([_room_for(space, disc, headings, margin) for disc in discs])
     return np.unpackbits(free, count=headings * CELLS * CELLS).view(np.bool_)
 
 
 @lru_cache(maxsize=64)  # ways of holding an item differ in some discs only
-def _room_for(ground: Terrain, disc: Disc, headings: int, margin: float) -> npt.NDArray[np.uint8]:
+def _room_for(space: FreeSpace, disc: Disc, headings: int, margin: float) -> npt.NDArray[np.uint8]:
     """Likewise for one disc, as packed bits."""
     x, y, radius = disc
     room = np.empty((headings, CELLS, CELLS), dtype=np.bool_)
     if x == 0.0 and y == 0.0:
-        room[:] = ground.clearance >= radius + margin
+        room[:] = space.clearance >= radius + margin
         return np.packbits(room)
     pad = int(math.hypot(x, y) / CELL) + 2
-    padded = np.pad(ground.clearance, pad, constant_values=-1.0)
+    padded = np.pad(space.clearance, pad, constant_values=-1.0)
     for heading in range(headings):
         angle = heading * 2 * math.pi / headings
         dx = x * math.cos(angle) - y * math.sin(angle)

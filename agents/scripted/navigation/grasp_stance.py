@@ -25,16 +25,16 @@ def within_reach(item: ItemSpec, item_pose: Floats, robot_pose: Floats, slack: f
     return float(signed_distance(item, item_pose, probe)[0]) < REACH_TOLERANCE - slack
 
 
-def stands(item: ItemSpec, item_pose: Floats) -> tuple[Floats, npt.NDArray[np.bool_]]:
+def stances(item: ItemSpec, item_pose: Floats) -> tuple[Floats, npt.NDArray[np.bool_]]:
     """Poses (32, 3) from which robots that look at the item's centre reach it, and which of them do so (32,).
 
     Beside a pointed shape the robot's round body may touch a tip before its hand reaches the surface ahead.
     """
-    return _stands(item, *(round(float(number), 4) for number in item_pose))
+    return _stances(item, *(round(float(number), 4) for number in item_pose))
 
 
 @lru_cache(maxsize=256)
-def _stands(item: ItemSpec, x: float, y: float, angle: float) -> tuple[Floats, npt.NDArray[np.bool_]]:
+def _stances(item: ItemSpec, x: float, y: float, angle: float) -> tuple[Floats, npt.NDArray[np.bool_]]:
     pose = np.array([x, y, angle])
     ahead = np.stack([-np.sin(HEADINGS), np.cos(HEADINGS)], axis=1)
     centres = pose[:2] - ahead[:, None, :] * _DISTANCES[:, None]  # (32, distances, 2)
@@ -45,7 +45,7 @@ def _stands(item: ItemSpec, x: float, y: float, angle: float) -> tuple[Floats, n
     return np.column_stack([places, HEADINGS]), gaps < REACH_TOLERANCE + 0.6 * GAP
 
 
-def stands_towards(heading: float) -> set[int]:
+def stances_facing(heading: float) -> set[int]:
     """The numbers of the stands from which a robot looks about this way."""
     return set(np.flatnonzero(np.cos(HEADINGS - heading) > _ABOUT).tolist())
 

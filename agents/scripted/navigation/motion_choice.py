@@ -19,15 +19,15 @@ HORIZON = 3  # ticks that a short move lasts
 _BENDS = np.array([0.0, 0.12, -0.12, 0.25, -0.25, 0.38, -0.38])
 
 
-Danger = Callable[[Floats], Floats]  # (K, HORIZON, 3) poses to (K,) costs of meeting the partner
+CollisionCost = Callable[[Floats], Floats]  # (K, HORIZON, 3) poses to (K,) costs of meeting the partner
 
 
-def no_danger(moves: Floats) -> Floats:
+def no_collision_cost(moves: Floats) -> Floats:
     """Nobody is near."""
     return np.zeros(len(moves))
 
 
-class Command(NamedTuple):
+class DriveCommand(NamedTuple):
     """What one robot does in one tick."""
 
     distance: float
@@ -70,21 +70,21 @@ def short_moves(pose: Floats) -> Floats:
     return moves
 
 
-def best_move(pose: Floats, cost: Callable[[Floats], Floats]) -> tuple[Command, float]:
+def best_move(pose: Floats, cost: Callable[[Floats], Floats]) -> tuple[DriveCommand, float]:
     """The command that starts the best short move, and its cost; `cost` maps (K, HORIZON, 3) poses to (K,) costs."""
     costs = cost(short_moves(pose))
     best = int(np.argmin(costs))
-    return Command(float(_FAN.distances[best]), wrap(float(pose[2] + _FAN.turns[best]))), float(costs[best])
+    return DriveCommand(float(_FAN.distances[best]), wrap(float(pose[2] + _FAN.turns[best]))), float(costs[best])
 
 
-def turn_to(heading: float) -> Command:
+def turn_to(heading: float) -> DriveCommand:
     """Turn on the spot."""
-    return Command(TURN_IN_PLACE, wrap(heading))
+    return DriveCommand(TURN_IN_PLACE, wrap(heading))
 
 
-def drive(heading: float, distance: float = 1.0) -> Command:
+def drive(heading: float, distance: float = 1.0) -> DriveCommand:
     """Go along a heading (the world turns first where it must)."""
-    return Command(distance, wrap(heading))
+    return DriveCommand(distance, wrap(heading))
 
 
-REST = Command(0.0, 0.0)
+REST = DriveCommand(0.0, 0.0)

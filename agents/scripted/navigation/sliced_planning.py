@@ -6,19 +6,19 @@ Slices are counted, never timed: the same states give the same actions on any ma
 from collections.abc import Callable, Generator
 from typing import Generic, TypeVar
 
-from movingout.agents.scripted.navigation.cost_search import Field
+from movingout.agents.scripted.navigation.cost_search import CostToGo
 
 T = TypeVar("T")
-Thought = Generator[None, None, T]
+Computation = Generator[None, None, T]
 
-BEYOND = 60  # quarter ticks of cost-to-go beyond the start, for whoever is pushed off the way
+SEARCH_MARGIN = 60  # quarter ticks of cost-to-go beyond the start, for whoever is pushed off the way
 
 
-class Thinking(Generic[T]):
+class SlicedComputation(Generic[T]):
     """A thought on its way to a result."""
 
-    def __init__(self, thought: Thought[T]) -> None:
-        self._thought = thought
+    def __init__(self, steps: Computation[T]) -> None:
+        self._steps = steps
         self.done = False
         self._result: list[T] = []
 
@@ -27,7 +27,7 @@ class Thinking(Generic[T]):
         while slices > 0 and not self.done:
             slices -= 1
             try:
-                next(self._thought)
+                next(self._steps)
             except StopIteration as end:
                 self._result.append(end.value)
                 self.done = True
@@ -39,8 +39,8 @@ class Thinking(Generic[T]):
         return self._result[0]
 
 
-def solve(field: Field, known: Callable[[], float]) -> Thought[None]:
+def solve(field: CostToGo, known: Callable[[], float]) -> Computation[None]:
     """Search a field until what is `known` of the wanted cost cannot get better, and a little farther."""
-    while not field.done and field.level < known() + BEYOND:
+    while not field.done and field.level < known() + SEARCH_MARGIN:
         field.search()
         yield

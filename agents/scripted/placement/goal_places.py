@@ -10,12 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from movingout.agents.scripted.navigation.lattice import Cost, Motion
-from movingout.agents.scripted.navigation.sliced_planning import Thinking, Thought
-from movingout.agents.scripted.navigation.terrain import AXIS, CELLS, FLOOR, Terrain, standing_room
-from movingout.agents.scripted.placement.goal_storage import CRAMMED, INSET, cells, moved, storage
+from movingout.agents.scripted.navigation.free_space import AXIS, CELLS, FLOOR, FreeSpace, standing_room
+from movingout.agents.scripted.navigation.pose_grid import Cost, MotionPrimitives
+from movingout.agents.scripted.navigation.sliced_planning import Computation, SlicedComputation
+from movingout.agents.scripted.placement.goal_storage import EXACT_CROWDING, INSET, cells, goal_storage, moved
 from movingout.agents.scripted.placement.packing import Packing
-from movingout.agents.scripted.placement.remaining_items import Division, Outlook, Point, around
+from movingout.agents.scripted.placement.remaining_items import Point, ReachableRegions, RemainingItems, around
 from movingout.maps.flood_fill import UNREACHED
 from movingout.maps.spec import ROBOT_RADIUS
 from movingout.world.scoring import goal_boxes
@@ -23,19 +23,19 @@ from movingout.world.state import Floats
 
 Cells = npt.NDArray[np.int64]
 
-_EAGER = 1.3  # quarter ticks per quarter tick of depth, where room is scarce
-_COMPACT = 60.0  # quarter ticks per unit of free space around a place
+_DEPTH_COST = 1.3  # quarter ticks per quarter tick of depth, where room is scarce
+_OPENNESS_COST = 60.0  # quarter ticks per unit of free space around a place
 _ON_SLOT = 0.06  # units from a slot that still are on it
 _PRECISION = 300.0  # quarter ticks per unit off the middle of a slot
 _OFF_SLOT = 220.0, 420.0  # quarter ticks: the price of any other place; where everything must fit exactly
 _SLOT_ORDER = 3.0, 10.0  # quarter ticks per quarter tick of depth: the deep slots first; likewise
-_OUT_OF_REACH = 150  # quarter ticks for each item that nobody would reach any more
-_SHUT_IN = 600  # quarter ticks: the robot could not get out again
+_UNREACHABLE_COST = 150  # quarter ticks for each item that nobody would reach any more
+_TRAPPED_COST = 600  # quarter ticks: the robot could not get out again
 _REMEMBERED = 32  # looks of all players
 _REMEMBERED_BY_ONE = 4
 _PLACES_PER_SLICE = 8
-_CHOICE = 120.0  # quarter ticks for taking all the places that the largest item to come can choose from
-_MISFIT = 120.0  # quarter ticks for each item to come that finds no place any more
+_CHOICE_COST = 120.0  # quarter ticks for taking all the places that the largest item to come can choose from
+_MISFIT_COST = 120.0  # quarter ticks for each item to come that finds no place any more
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,14 +44,14 @@ class Places:
 
     number: Cells  # (CELLS, CELLS) the place nearest to a cell of the goal regions, -1 elsewhere
     price: Floats  # (n,) of the place itself
-    lost: npt.NDArray[np.int16]  # (n, CELLS, CELLS) besides, for a robot that then stands at a cell
+    reach_cost: npt.NDArray[np.int16]  # (n, CELLS, CELLS) besides, for a robot that then stands at a cell
 
 
-Look = tuple[Terrain, float, Outlook]
-_known: OrderedDict[Look, Places] = OrderedDict()
+PlacementQuery = tuple[FreeSpace, float, RemainingItems]
+_cache: OrderedDict[PlacementQuery, Places] = OrderedDict()
 
 
-class Looks:
+class PlacementCache:
     """What one player looks into: what it looked into lately takes no time again.
 
     The players of a process share what they find, not the time for it: how long one thinks follows from what it has
@@ -59,39 +59,39 @@ class Looks:
     """
 
     def __init__(self) -> None:
-        self._lately: list[Look] = []
+        self._lately: list[PlacementQuery] = []
 
-    def places(self, ground: Terrain, radius: float, outlook: Outlook) -> Thought[Places]:
+    def places(self, space: FreeSpace, radius: float, remaining: RemainingItems) -> Computation[Places]:
         """Look into every place for a disc of this radius."""
-        look = (ground, round(radius, 3), outlook)
+        look = (space, round(radius, 3), remaining)
         if look in self._lately:
             return _found(look)
-        if look in _known:
-            for _ in range(-(-len(_known[look].price) // _PLACES_PER_SLICE)):  # as many slices as `_look_into` takes
+        if look in _cache:
+            for _ in range(-(-len(_cache[look].price) // _PLACES_PER_SLICE)):  # as many slices as `_look_into` takes
                 yield
         else:
-            _keep(look, (yield from _look_into(*look)))
+            _store(look, (yield from _evaluate(*look)))
         self._lately = [*self._lately, look][-_REMEMBERED_BY_ONE:]
         return _found(look)
 
 
-def _found(look: Look) -> Places:
-    if look not in _known:  # forgotten, since the others looked into so much
-        thinking = Thinking(_look_into(*look))
-        while not thinking.done:
-            thinking.advance(_PLACES_PER_SLICE)
-        _keep(look, thinking.result)
-    return _known[look]
+def _found(look: PlacementQuery) -> Places:
+    if look not in _cache:  # forgotten, since the others looked into so much
+        computation = SlicedComputation(_evaluate(*look))
+        while not computation.done:
+            computation.advance(_PLACES_PER_SLICE)
+        _store(look, computation.result)
+    return _cache[look]
 
 
-def _keep(look: Look, found: Places) -> None:
-    _known[look] = found
-    while len(_known) > _REMEMBERED:
-        _known.popitem(last=False)
+def _store(look: PlacementQuery, found: Places) -> None:
+    _cache[look] = found
+    while len(_cache) > _REMEMBERED:
+        _cache.popitem(last=False)
 
 
-def _look_into(ground: Terrain, radius: float, outlook: Outlook) -> Thought[Places]:
-    inside = storage(ground.map).inside
+def _evaluate(space: FreeSpace, radius: float, remaining: RemainingItems) -> Computation[Places]:
+    inside = goal_storage(space.map).inside
     rows, columns = np.nonzero(inside)
     spacing = 2 + len(rows) // 250  # cells: about a hundred places in all
     coarse = (rows // spacing) * CELLS + columns // spacing
@@ -99,32 +99,34 @@ def _look_into(ground: Terrain, radius: float, outlook: Outlook) -> Thought[Plac
     number = np.full((CELLS, CELLS), -1, dtype=np.int64)
     number[rows, columns] = numbers
     centres = _centres(rows, columns, numbers)
-    free = standing_room(ground, ROBOT_RADIUS)
-    whole = Division(free, outlook)
+    free = standing_room(space, ROBOT_RADIUS)
+    whole = ReachableRegions(free, remaining)
     before = whole.best_case()
-    lost = np.zeros((len(centres), CELLS, CELLS), dtype=np.int16)
+    reach_cost = np.zeros((len(centres), CELLS, CELLS), dtype=np.int16)
     misfits, choice = np.zeros(len(centres)), np.zeros(len(centres))
-    packing = None if len(storage(ground.map).slots) else Packing(ground, outlook)
+    packing = None if len(goal_storage(space.map).slots) else Packing(space, remaining)
     for place, (x, y) in enumerate(centres.tolist()):
-        left = Division(free, outlook, around(x, y, radius + ROBOT_RADIUS), whole)
-        lost[place] = _lost(left, outlook, before)
-        if whole.partner_gets_about and not left.partner_gets_about:
-            lost[place] += _SHUT_IN // 2
+        left = ReachableRegions(free, remaining, around(x, y, radius + ROBOT_RADIUS), whole)
+        reach_cost[place] = _reach_costs(left, remaining, before)
+        if whole.partner_can_work and not left.partner_can_work:
+            reach_cost[place] += _TRAPPED_COST // 2
         if packing is not None:
-            misfits[place], choice[place] = packing.try_all(x, y, radius, left.arms_reach())
+            misfits[place], choice[place] = packing.place_all(x, y, radius, left.placeable())
         if place % _PLACES_PER_SLICE == 0:
             yield
-    crowd_out = _MISFIT * (misfits - misfits.min(initial=len(outlook.sizes)))
-    return Places(number, crowd_out + _CHOICE * (1.0 - choice / max(float(choice.max(initial=1.0)), 1.0)), lost)
+    crowd_out = _MISFIT_COST * (misfits - misfits.min(initial=len(remaining.sizes)))
+    return Places(
+        number, crowd_out + _CHOICE_COST * (1.0 - choice / max(float(choice.max(initial=1.0)), 1.0)), reach_cost
+    )
 
 
-def _lost(left: Division, outlook: Outlook, before: int) -> npt.NDArray[np.int16]:
+def _reach_costs(left: ReachableRegions, remaining: RemainingItems, before: int) -> npt.NDArray[np.int16]:
     """(CELLS, CELLS) the price of the items that get out of reach, for a robot that stands at a cell."""
-    stuck = len(outlook.small) + len(outlook.heavy)
-    price = np.full((CELLS, CELLS), _SHUT_IN if stuck else 0.0, dtype=np.int16)
+    stuck = len(remaining.small) + len(remaining.heavy)
+    price = np.full((CELLS, CELLS), _TRAPPED_COST if stuck else 0.0, dtype=np.int16)
     for part in left.parts:
         missed = max(left.out_of_reach(part) - before, 0)
-        price[FLOOR.to_mask(FLOOR.dilated(part, 3))] = min(missed * _OUT_OF_REACH, _SHUT_IN)
+        price[FLOOR.to_mask(FLOOR.dilated(part, 3))] = min(missed * _UNREACHABLE_COST, _TRAPPED_COST)
     return price
 
 
@@ -137,8 +139,8 @@ def _centres(rows: Cells, columns: Cells, numbers: Cells) -> Floats:
 
 
 def place_costs(
-    ground: Terrain,
-    motion: Motion,
+    space: FreeSpace,
+    motion: MotionPrimitives,
     offset: Point,
     extents: Floats,
     robots: list[Point],
@@ -152,7 +154,7 @@ def place_costs(
     angles = np.arange(motion.headings) * 2 * np.pi / motion.headings
     x, y = moved(offset, angles)
     inside = np.zeros((motion.headings, CELLS, CELLS), dtype=np.bool_)
-    for left, bottom, right, top in goal_boxes(ground.map):
+    for left, bottom, right, top in goal_boxes(space.map):
         wide, high = extents[:, 0, None, None] + INSET, extents[:, 1, None, None] + INSET
         inside |= ((x > left + wide) & (x < right - wide)) & ((y > bottom + high) & (y < top - high))
     goals = np.flatnonzero(inside)
@@ -166,26 +168,26 @@ def place_costs(
     item = cells_of(x, y)
     number = look.number[item]
     where_item = np.stack([x.take(column), y.take(row)], axis=1)
-    cost = _preference(ground, item, where_item) + look.price[number]
+    cost = _preference(space, item, where_item) + look.price[number]
     for robot in robots:
         rows, columns = cells_of(*moved(robot, angles))
-        cost = cost + look.lost.take((number * CELLS + rows) * CELLS + columns) / len(robots)
+        cost = cost + look.reach_cost.take((number * CELLS + rows) * CELLS + columns) / len(robots)
     costs = np.full(inside.size, UNREACHED, dtype=np.int16)
     costs[goals] = np.where(number < 0, UNREACHED, cost).astype(np.int16)
     return costs.reshape(inside.shape)
 
 
-def _preference(ground: Terrain, item: tuple[Cells, Cells], points: Floats) -> Floats:
+def _preference(space: FreeSpace, item: tuple[Cells, Cells], points: Floats) -> Floats:
     """(k,) prices of places, given as cells and as points (k, 2)."""
-    store = storage(ground.map)
+    store = goal_storage(space.map)
     if not store.crowding:
         return np.asarray(0.25 * (store.depth.max() - store.depth[item]))
     if len(store.slots):
         gaps = np.hypot(*(points[:, None, :] - store.slots).transpose(2, 0, 1))
         depths = store.depth[cells(store.slots[:, 0], store.slots[:, 1])]
-        crammed = store.crowding >= CRAMMED
+        crammed = store.crowding >= EXACT_CROWDING
         order = _SLOT_ORDER[crammed] * (depths.max() - depths)[gaps.argmin(axis=1)]
         off = gaps.min(axis=1)
         return np.asarray(np.where(off <= _ON_SLOT, order + _PRECISION * off, _OFF_SLOT[crammed]))
-    shallow = _EAGER * (store.depth.max() - store.depth[item])
-    return np.asarray(store.crowding * (shallow + _COMPACT * np.clip(ground.clearance[item], 0.0, 0.3)))
+    shallow = _DEPTH_COST * (store.depth.max() - store.depth[item])
+    return np.asarray(store.crowding * (shallow + _OPENNESS_COST * np.clip(space.clearance[item], 0.0, 0.3)))

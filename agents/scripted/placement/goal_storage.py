@@ -6,8 +6,8 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
-from movingout.agents.scripted.navigation.terrain import AXIS, CELL, CELLS, FLOOR, standing_room, terrain
-from movingout.agents.scripted.navigation.walking_distance import WALKING
+from movingout.agents.scripted.navigation.free_space import AXIS, CELL, CELLS, FLOOR, free_space, standing_room
+from movingout.agents.scripted.navigation.walking_route import WALKING
 from movingout.agents.scripted.placement.remaining_items import Point
 from movingout.maps import MapSpec
 from movingout.maps.flood_fill import UNREACHED, Mask
@@ -19,12 +19,12 @@ Cells = npt.NDArray[np.int64]
 
 INSET = 0.012  # an item is put down this far inside the region that counts
 _ROOMY = 0.16  # share of the goal regions that the items cover, below which any place will do
-CRAMMED = 2.0  # crowding from which on items must lie exactly where they were planned to lie
+EXACT_CROWDING = 2.0  # crowding from which on items must lie exactly where they were planned to lie
 _DENSE = 0.25  # share from which on places matter ever more
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Storage:
+class GoalStorage:
     """The goal regions of a map. `depth` (CELLS, CELLS) is the way out of the region, in quarter ticks."""
 
     map: MapSpec
@@ -35,27 +35,27 @@ class Storage:
 
 
 @lru_cache(maxsize=64)
-def storage(map_spec: MapSpec) -> Storage:
+def goal_storage(map_spec: MapSpec) -> GoalStorage:
     """The storage of a map."""
     inside = np.zeros((CELLS, CELLS), dtype=np.bool_)
     x, y = np.meshgrid(AXIS, AXIS)
     for goal in map_spec.goals:
         inside |= (x > goal.left) & (x < goal.right) & (y > goal.bottom) & (y < goal.top)
-    way_out = FLOOR.path_lengths(FLOOR.to_bits(~inside), standing_room(terrain(map_spec, ()), 0.02), WALKING)
-    depth = np.where(way_out < UNREACHED, way_out, 0).astype(np.float64)
+    exit_path = FLOOR.path_lengths(FLOOR.to_bits(~inside), standing_room(free_space(map_spec, ()), 0.02), WALKING)
+    depth = np.where(exit_path < UNREACHED, exit_path, 0).astype(np.float64)
     area = sum((goal.right - goal.left) * (goal.top - goal.bottom) for goal in map_spec.goals)
     radii = [circumradius(item.shape, item.scale) for item in map_spec.items]
     share = sum((2 * radius) ** 2 for radius in radii) / area
     crowding = min(max(share / _DENSE, 1.0), 3.0) if share > _ROOMY else 0.0
     planned = crowding > 0.0 and all(item.size == "small" for item in map_spec.items)
     slots = _slots(map_spec, depth, sum(radii) / len(radii), len(radii)) if planned else np.empty((0, 2))
-    return Storage(map_spec, depth, inside, slots, crowding)
+    return GoalStorage(map_spec, depth, inside, slots, crowding)
 
 
 def _slots(map_spec: MapSpec, depth: Floats, radius: float, number: int) -> Floats:
     """(number, 2) places as far from each other as they can be, beginning in the depth of the goal regions."""
     x, y = np.meshgrid(AXIS, AXIS)
-    room = terrain(map_spec, ()).clearance >= radius + 0.004
+    room = free_space(map_spec, ()).clearance >= radius + 0.004
     rows, columns = np.nonzero(room & within_goals(map_spec, x, y, radius + INSET))
     if not len(rows):
         return np.empty((0, 2))

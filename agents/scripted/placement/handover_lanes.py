@@ -8,10 +8,18 @@ from functools import lru_cache
 
 import numpy as np
 
-from movingout.agents.scripted.navigation.lattice import Cost, Motion
-from movingout.agents.scripted.navigation.terrain import AXIS, CELLS, FLOOR, Terrain, cell_of, standing_room, terrain
-from movingout.agents.scripted.navigation.walking_distance import WALKING, way_to
-from movingout.agents.scripted.placement.goal_storage import cells, moved, storage
+from movingout.agents.scripted.navigation.free_space import (
+    AXIS,
+    CELLS,
+    FLOOR,
+    FreeSpace,
+    cell_of,
+    free_space,
+    standing_room,
+)
+from movingout.agents.scripted.navigation.pose_grid import Cost, MotionPrimitives
+from movingout.agents.scripted.navigation.walking_route import WALKING, route_to
+from movingout.agents.scripted.placement.goal_storage import cells, goal_storage, moved
 from movingout.agents.scripted.placement.remaining_items import Point
 from movingout.maps import MapSpec
 from movingout.maps.flood_fill import UNREACHED, Mask
@@ -27,13 +35,13 @@ _STANDOFF = 50.0  # quarter ticks between the meeting place and the robot that w
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Relay:
+class HandoverLane:
     """`way_home` (CELLS, CELLS) is the way from anywhere to the goal regions, in quarter ticks."""
 
     locked: bool
     last_lane: Mask  # (CELLS, CELLS) the part of the way before the goal on which two cannot pass each other
     way_home: Floats
-    meeting: float  # on that way
+    handover: float  # on that way
 
     def left(self, pose: Floats) -> float:
         """The way home from a pose."""
@@ -41,16 +49,16 @@ class Relay:
 
     def waiting_place(self) -> tuple[float, float]:
         """Where the outer robot waits for things."""
-        gaps = np.abs(self.way_home - max(self.meeting - _STANDOFF, 0.0))
+        gaps = np.abs(self.way_home - max(self.handover - _STANDOFF, 0.0))
         row, column = np.unravel_index(int(np.argmin(gaps)), gaps.shape)
         return float(AXIS[column]), float(AXIS[row])
 
     def is_handed_over(self, item_pose: Floats) -> bool:
         """Whether an item lies where the outer robot fetches it."""
-        return self.left(item_pose) <= self.meeting + _BAND + 4.0
+        return self.left(item_pose) <= self.handover + _BAND + 4.0
 
 
-def meeting_costs(plan: Relay, motion: Motion, offset: Point) -> Cost:
+def handover_costs(plan: HandoverLane, motion: MotionPrimitives, offset: Point) -> Cost:
     """Start costs (headings, CELLS, CELLS) of putting an item down at the meeting place, for a `Search`.
 
     `offset` is the item's centre in the robot's frame. The robot must stand on the far side of it, not on the way home.
@@ -60,41 +68,41 @@ def meeting_costs(plan: Relay, motion: Motion, offset: Point) -> Cost:
     shape = (motion.headings, CELLS, CELLS)
     item = cells(np.broadcast_to(x, shape), np.broadcast_to(y, shape))
     left = plan.way_home[item]
-    off = np.abs(left - plan.meeting)
+    off = np.abs(left - plan.handover)
     behind = plan.way_home[None] > left + 4.0
     return np.where(off <= _BAND, 0.5 * off + np.where(behind, 0.0, 80.0), UNREACHED).astype(np.int16)
 
 
 @lru_cache(maxsize=64)
-def relay(map_spec: MapSpec, handover: float) -> Relay:
+def handover_lane(map_spec: MapSpec, handover: float) -> HandoverLane:
     """What a map is like in this respect, judged from where its first small item starts.
 
     `handover` is the share of the way home that lies beyond the meeting place.
     """
-    bare = terrain(map_spec, ())
-    way_home = FLOOR.path_lengths(FLOOR.to_bits(storage(map_spec).inside), standing_room(bare, 0.06), WALKING).astype(
-        np.float64
-    )
+    bare = free_space(map_spec, ())
+    way_home = FLOOR.path_lengths(
+        FLOOR.to_bits(goal_storage(map_spec).inside), standing_room(bare, 0.06), WALKING
+    ).astype(np.float64)
     small = next((item for item in map_spec.items if item.size == "small"), None)
     if small is None:
-        return Relay(False, np.zeros((CELLS, CELLS), dtype=np.bool_), way_home, 0.0)
+        return HandoverLane(False, np.zeros((CELLS, CELLS), dtype=np.bool_), way_home, 0.0)
     start = (small.pose.x, small.pose.y)
     whole = float(way_home[cell_of(*start)])
     places, blocked = _bottlenecks(bare, start)
     locked = len(places) >= _LONG and float(blocked.mean()) >= _LOCKED_SHARE
-    return Relay(locked, _last_lane(places, blocked), way_home, max((whole - _STORING) * handover, 0.0))
+    return HandoverLane(locked, _last_lane(places, blocked), way_home, max((whole - _STORING) * handover, 0.0))
 
 
-def _bottlenecks(bare: Terrain, start: Point) -> tuple[Floats, Mask]:
+def _bottlenecks(bare: FreeSpace, start: Point) -> tuple[Floats, Mask]:
     """Places (n, 2) on the way from an item to the goal, and at which of them a robot blocks every way."""
-    inside = storage(bare.map).inside
+    inside = goal_storage(bare.map).inside
     free = standing_room(bare, ROBOT_RADIUS + 0.004)
     goal = FLOOR.to_bits(inside) & free
     rows, columns = np.nonzero(inside & (bare.clearance > ROBOT_RADIUS))
     if not len(rows):
         return np.empty((0, 2)), np.empty(0, dtype=np.bool_)
     middle = len(rows) // 2
-    path = way_to(bare, [(float(AXIS[columns[middle]]), float(AXIS[rows[middle]]))]).path(*start, 400)
+    path = route_to(bare, [(float(AXIS[columns[middle]]), float(AXIS[rows[middle]]))]).path(*start, 400)
     x, y = np.meshgrid(AXIS, AXIS)
     home = np.zeros((CELLS, CELLS), dtype=np.bool_)
     home[cell_of(float(path[0, 0]), float(path[0, 1]))] = True

@@ -3,45 +3,45 @@
 import numpy as np
 import numpy.typing as npt
 
-from movingout.agents.scripted.navigation.terrain import AXIS, FLOOR, Terrain, standing_room
-from movingout.agents.scripted.placement.goal_storage import storage, within_goals
-from movingout.agents.scripted.placement.remaining_items import Outlook, around
+from movingout.agents.scripted.navigation.free_space import AXIS, FLOOR, FreeSpace, standing_room
+from movingout.agents.scripted.placement.goal_storage import goal_storage, within_goals
+from movingout.agents.scripted.placement.remaining_items import RemainingItems, around
 from movingout.maps.flood_fill import Mask
 from movingout.world.state import Floats
 
-_ELBOWS = 0.1  # units of room that two robots want around what they put down
-_ABREAST = (0.1, 0.05, 0.02)  # units of room on both sides of a heavy item on its way, the best first
+_PUT_DOWN_CLEARANCE = 0.1  # units of room that two robots want around what they put down
+_CARRY_CLEARANCES = (0.1, 0.05, 0.02)  # units of room on both sides of a heavy item on its way, the best first
 _SMALL = 0.09  # radius up to which an item is a small one
 
 
 class Packing:
     """Tries whether the items to come still find places, one after the other, the largest first, deep places first."""
 
-    def __init__(self, ground: Terrain, outlook: Outlook) -> None:
-        sizes = outlook.sizes
-        self._heavy = outlook.heavy
-        store = storage(ground.map)
-        rows, columns = np.nonzero(store.inside & (ground.clearance > 0.0))
-        order = np.lexsort((ground.clearance[rows, columns], -store.depth[rows, columns]))
+    def __init__(self, space: FreeSpace, remaining: RemainingItems) -> None:
+        sizes = remaining.sizes
+        self._heavy = remaining.heavy
+        store = goal_storage(space.map)
+        rows, columns = np.nonzero(store.inside & (space.clearance > 0.0))
+        order = np.lexsort((space.clearance[rows, columns], -store.depth[rows, columns]))
         self._cells = rows[order], columns[order]
         self._x, self._y = AXIS[columns[order]], AXIS[rows[order]]
-        self._room = ground.clearance[self._cells]
+        self._room = space.clearance[self._cells]
         self._sizes = sizes
         self._gaps: dict[int, Floats] = {}  # by cell: how far all the others are
-        self._fits = {size: within_goals(ground.map, self._x, self._y, size) for size in set(sizes)}
-        self._wide = {size: self._ways(ground, size) for size in set(sizes) if size > _SMALL}
+        self._fits = {size: within_goals(space.map, self._x, self._y, size) for size in set(sizes)}
+        self._wide = {size: self._ways(space, size) for size in set(sizes) if size > _SMALL}
 
-    def try_all(self, x: float, y: float, radius: float, arms_reach: Mask) -> tuple[int, int]:
+    def place_all(self, x: float, y: float, radius: float, placeable: Mask) -> tuple[int, int]:
         """How many find no place once a disc lies at (x, y), and how many places the largest has to choose from."""
         left = np.minimum(self._room, np.hypot(self._x - x, self._y - y) - radius)
-        reached = arms_reach[self._cells]
+        reached = placeable[self._cells]
         missing, choice = 0, -1
         for size in self._sizes:
             if size <= _SMALL:
                 possible = self._fits[size] & reached & (left >= size + 0.01)
             else:
                 way = self._carried(x, y, radius, size)
-                possible = self._fits[size] & way & (left >= size + _ELBOWS)
+                possible = self._fits[size] & way & (left >= size + _PUT_DOWN_CLEARANCE)
             choice = int(np.count_nonzero(possible)) if choice < 0 else choice
             first = int(possible.argmax()) if possible.size else 0
             if possible.size and possible[first]:
@@ -56,13 +56,13 @@ class Packing:
             self._gaps[cell] = np.hypot(self._x[cell] - self._x, self._y[cell] - self._y)
         return self._gaps[cell]
 
-    def _ways(self, ground: Terrain, size: float) -> tuple[float, list[int], int]:
+    def _ways(self, space: FreeSpace, size: float) -> tuple[float, list[int], int]:
         """How much room a heavy item's way can have now, the floor with that room in pieces, where the way starts."""
         start = 0
         for point in self._heavy:
             start |= around(*point, 2 * size + 0.2)  # the item itself still stands there
-        for abreast in _ABREAST:
-            wide = standing_room(ground, size + abreast)
+        for abreast in _CARRY_CLEARANCES:
+            wide = standing_room(space, size + abreast)
             floor = FLOOR.components(start, wide)
             if any((FLOOR.to_mask(piece)[self._cells] & self._fits[size]).any() for piece in floor):
                 return abreast, floor, start

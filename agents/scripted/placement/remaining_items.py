@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from movingout.agents.scripted.navigation.terrain import AXIS, CELLS, FLOOR
+from movingout.agents.scripted.navigation.free_space import AXIS, CELLS, FLOOR
 from movingout.maps.flood_fill import Mask
 
 Point = tuple[float, float]
@@ -15,7 +15,7 @@ _ON_THE_SPOT = 0.15  # units around the partner's place from which it starts
 _ARM = 8  # cells between a robot's centre and that of an item it puts down
 
 
-class Outlook(NamedTuple):
+class RemainingItems(NamedTuple):
     """What is still to be delivered besides an item, and who else can do it."""
 
     small: tuple[Point, ...]  # where items wait that one robot can carry
@@ -24,17 +24,19 @@ class Outlook(NamedTuple):
     partner: Point | None  # the robot that does not hold the item in question; None when both hold it
 
 
-class Division:
+class ReachableRegions:
     """How the floor is divided: its parts with an item beside them, and what the partner reaches of it."""
 
-    def __init__(self, free: int, outlook: Outlook, hole: int = 0, whole: "Division | None" = None) -> None:
+    def __init__(
+        self, free: int, remaining: RemainingItems, hole: int = 0, whole: "ReachableRegions | None" = None
+    ) -> None:
         """Of the floor `free`; of what a hole leaves of it, where `whole` is the division of the floor without one."""
-        self._outlook = outlook
+        self._remaining = remaining
         self._hole = hole
         self._known = whole.pieces if whole is not None else []
         self.pieces: list[int] = []  # all that hangs together as far as it was looked at
         self.parts = self._parts(free & ~hole)
-        self._partners = 0 if outlook.partner is None else self._around_partner(free & ~hole, outlook.partner)
+        self._partners = 0 if remaining.partner is None else self._around_partner(free & ~hole, remaining.partner)
 
     def _flood(self, start: int, free: int) -> int:
         """The piece of the floor that hangs together with the lowest point of `start`."""
@@ -46,7 +48,7 @@ class Division:
     def _parts(self, free: int) -> list[int]:
         """The separate parts of the floor that have an item beside them."""
         parts: list[int] = []
-        for x, y in (*self._outlook.small, *self._outlook.heavy):
+        for x, y in (*self._remaining.small, *self._remaining.heavy):
             beside = around(x, y, _BESIDE) & free
             for part in parts:
                 beside &= ~part
@@ -69,11 +71,11 @@ class Division:
         return reached
 
     @property
-    def partner_gets_about(self) -> bool:
+    def partner_can_work(self) -> bool:
         """Whether the other robot can still go to an item."""
-        return self._outlook.partner is None or any(self._partners & part for part in self.parts)
+        return self._remaining.partner is None or any(self._partners & part for part in self.parts)
 
-    def arms_reach(self) -> Mask:
+    def placeable(self) -> Mask:
         """Where items can be put down by robots that still get about."""
         whole = self._partners
         for part in self.parts:
@@ -86,9 +88,9 @@ class Division:
 
     def out_of_reach(self, part: int) -> int:
         """How many items cannot be reached by a robot in this part of the floor and its partner."""
-        theirs = part if self._outlook.partner is None else self._partners
-        missed = sum(not around(x, y, _BESIDE) & (part | theirs) for x, y in self._outlook.small)
-        for x, y in self._outlook.heavy:
+        theirs = part if self._remaining.partner is None else self._partners
+        missed = sum(not around(x, y, _BESIDE) & (part | theirs) for x, y in self._remaining.small)
+        for x, y in self._remaining.heavy:
             beside = around(x, y, _BESIDE)
             missed += not (beside & part and beside & theirs)
         return missed

@@ -2,12 +2,12 @@
 
 import math
 
+from movingout.agents.scripted.navigation.free_space import FreeSpace, sample
 from movingout.agents.scripted.navigation.geometry import heading_of, wrap
-from movingout.agents.scripted.navigation.grasp_stance import HEADINGS, stands, within_reach
-from movingout.agents.scripted.navigation.motion_choice import Command, Danger, best_move, drive, turn_to
-from movingout.agents.scripted.navigation.terrain import Terrain, sample
-from movingout.agents.scripted.navigation.walking_distance import cost_at, walk_lengths, way_to
-from movingout.agents.scripted.situation import Situation
+from movingout.agents.scripted.navigation.grasp_stance import HEADINGS, stances, within_reach
+from movingout.agents.scripted.navigation.motion_choice import CollisionCost, DriveCommand, best_move, drive, turn_to
+from movingout.agents.scripted.navigation.walking_route import cost_at, route_to, walking_costs
+from movingout.agents.scripted.perception import Perception
 from movingout.maps.flood_fill import UNREACHED, Mask
 from movingout.maps.spec import ROBOT_RADIUS
 from movingout.world.state import Floats
@@ -16,18 +16,18 @@ NEAR = 0.05  # units from its stand at which a robot turns to the item
 NEARLY = 0.09  # units from its stand at which a planned grip still is what was planned
 
 
-def walk_costs(
-    now: Situation, ground: Terrain, position: Floats, item: int, useless: frozenset[int] = frozenset()
+def stance_costs(
+    now: Perception, space: FreeSpace, position: Floats, item: int, failed_stances: frozenset[int] = frozenset()
 ) -> list[float]:
     """Quarter ticks on foot to each of the 32 stands beside an item; UNREACHED where one cannot stand or grab.
 
     `useless` are stands from which the hand did not reach the item, against expectation.
     """
-    lengths = walk_lengths(ground, [(float(position[0]), float(position[1]))])
-    poses, useful = stands(now.item(item), now.item_pose(item))
-    room = sample(ground.clearance, poses[:, 0], poses[:, 1]) >= ROBOT_RADIUS - 0.006
+    lengths = walking_costs(space, [(float(position[0]), float(position[1]))])
+    poses, useful = stances(now.item(item), now.item_pose(item))
+    room = sample(space.clearance, poses[:, 0], poses[:, 1]) >= ROBOT_RADIUS - 0.006
     return [
-        cost_at(lengths, x, y) if fits and number not in useless else float(UNREACHED)
+        cost_at(lengths, x, y) if fits and number not in failed_stances else float(UNREACHED)
         for number, ((x, y, _), fits) in enumerate(zip(poses.tolist(), room & useful, strict=True))
     ]
 
@@ -35,31 +35,31 @@ def walk_costs(
 class Approach:
     """Walking to a stand beside an item and closing the hand."""
 
-    def __init__(self, ground: Terrain, item: int, target: Floats, shunned: Mask | None = None) -> None:
+    def __init__(self, space: FreeSpace, item: int, target: Floats, avoided: Mask | None = None) -> None:
         self.item = item
         self.target = target
-        self.ground = ground
-        self.way = way_to(ground, [(float(target[0]), float(target[1]))], shunned)
+        self.space = space
+        self.way = route_to(space, [(float(target[0]), float(target[1]))], avoided)
 
-    def step(self, now: Situation, danger: Danger) -> Command:
+    def step(self, now: Perception, collision_cost: CollisionCost) -> DriveCommand:
         """The next command; with a grasp as soon as the hand reaches the item."""
         pose, goal = now.pose, now.item_pose(self.item)
         to_item = heading_of(float(goal[0] - pose[0]), float(goal[1] - pose[1]))
         off = wrap(to_item - float(pose[2]))
         gap = math.hypot(float(pose[0] - self.target[0]), float(pose[1] - self.target[1]))
         if self._well_placed(now, gap) and within_reach(now.item(self.item), goal, pose):
-            return Command(0.3, float(pose[2]), grasp=True)
+            return DriveCommand(0.3, float(pose[2]), grasp=True)
         if gap < NEAR or self.way.cost(float(pose[0]), float(pose[1])) <= 2.0:
             gently = 0.35 if now.is_heavy(self.item) else 1.0  # a hard push slides along the item
             return drive(to_item, gently) if abs(off) < 0.3 else turn_to(to_item)
-        command, _ = best_move(pose, lambda moves: self.way.costs(moves) + danger(moves))
+        command, _ = best_move(pose, lambda moves: self.way.costs(moves) + collision_cost(moves))
         return command
 
-    def _well_placed(self, now: Situation, gap: float) -> bool:
+    def _well_placed(self, now: Perception, gap: float) -> bool:
         """A small item may be taken from anywhere; the grips on a heavy one were planned."""
         return not now.is_heavy(self.item) or (gap < NEARLY and abs(wrap(float(now.pose[2] - self.target[2]))) < 0.35)
 
 
-def stand_number(target: Floats) -> int:
+def stance_number(target: Floats) -> int:
     """Which of the 32 stands a pose is."""
     return round(float(target[2]) / (2 * math.pi / len(HEADINGS))) % len(HEADINGS)

@@ -2,16 +2,16 @@
 
 from typing import Protocol
 
-from movingout.agents.scripted.navigation.motion_choice import Command, Danger
-from movingout.agents.scripted.situation import Situation
+from movingout.agents.scripted.navigation.motion_choice import CollisionCost, DriveCommand
+from movingout.agents.scripted.perception import Perception
 
 
-class Errand(Protocol):
+class Task(Protocol):
     """One thing to do. `item` is what it is about, -1 for nothing; `hopeless` says that it cannot be done now."""
 
     item: int
-    hopeless: bool
+    infeasible: bool
 
-    def step(self, now: Situation, danger: Danger, slices: int) -> Command | None:
+    def step(self, now: Perception, collision_cost: CollisionCost, slices: int) -> DriveCommand | None:
         """The next command, or None when it is over; `slices` is how much it may think."""
         ...

@@ -2,12 +2,12 @@
 
 from collections.abc import Callable
 
-from movingout.agents.scripted.carrying.solo_carry import Body
-from movingout.agents.scripted.navigation.motion_choice import REST, Command, Danger, best_move
-from movingout.agents.scripted.navigation.sliced_planning import Thinking, Thought, solve
-from movingout.agents.scripted.navigation.walking_distance import way_to
-from movingout.agents.scripted.situation import Situation
-from movingout.agents.scripted.traffic import aside
+from movingout.agents.scripted.avoidance import step_aside_plan
+from movingout.agents.scripted.carrying.solo_carry import DrivePlan
+from movingout.agents.scripted.navigation.motion_choice import REST, CollisionCost, DriveCommand, best_move
+from movingout.agents.scripted.navigation.sliced_planning import Computation, SlicedComputation, solve
+from movingout.agents.scripted.navigation.walking_route import route_to
+from movingout.agents.scripted.perception import Perception
 from movingout.maps.flood_fill import UNREACHED
 from movingout.world.state import Floats
 
@@ -16,33 +16,33 @@ class WalkTo:
     """Going somewhere to wait there."""
 
     item = -1
-    hopeless = False
+    infeasible = False
 
-    def __init__(self, now: Situation, place: tuple[float, float], until: int) -> None:
+    def __init__(self, now: Perception, place: tuple[float, float], until: int) -> None:
         self.until = until
-        self._way = way_to(now.ground(), [place])
+        self._way = route_to(now.space(), [place])
 
-    def step(self, now: Situation, danger: Danger, slices: int) -> Command | None:
+    def step(self, now: Perception, collision_cost: CollisionCost, slices: int) -> DriveCommand | None:
         """Over after its time."""
-        if now.tick >= self.until or now.mine >= 0:
+        if now.tick >= self.until or now.own_item >= 0:
             return None
         if self._way.cost(float(now.pose[0]), float(now.pose[1])) <= 4.0:
             return REST
-        return best_move(now.pose, lambda moves: self._way.costs(moves) + danger(moves))[0]
+        return best_move(now.pose, lambda moves: self._way.costs(moves) + collision_cost(moves))[0]
 
 
 class Aside:
     """Leaving the way to the partner, for as long as it takes."""
 
     item = -1
-    hopeless = False
+    infeasible = False
 
     def __init__(
         self,
-        now: Situation,
+        now: Perception,
         way: Floats,
         until: int,
-        needed: Callable[[Situation], bool] | None = None,
+        needed: Callable[[Perception], bool] | None = None,
         hands_over: bool = False,
     ) -> None:
         """It lasts until a tick, or as long as it is `needed` where that can be said.
@@ -53,13 +53,13 @@ class Aside:
         self.handed_over = -1
         self._hands_over = hands_over
         self._needed = needed
-        self._held = now.mine
-        self._body: Thinking[Body] = Thinking(self._think(now, way))
+        self._held = now.own_item
+        self._body: SlicedComputation[DrivePlan] = SlicedComputation(self._compute(now, way))
 
-    def step(self, now: Situation, danger: Danger, slices: int) -> Command | None:
+    def step(self, now: Perception, collision_cost: CollisionCost, slices: int) -> DriveCommand | None:
         """Over after its time, or when there is nowhere to go."""
         self._body.advance(2 * slices)
-        if now.mine != self._held or (now.tick >= self.until if self._needed is None else not self._needed(now)):
+        if now.own_item != self._held or (now.tick >= self.until if self._needed is None else not self._needed(now)):
             return None
         if not self._body.done:
             return REST
@@ -67,15 +67,15 @@ class Aside:
         here = body.cost(now.pose)
         if here >= UNREACHED:
             return None
-        if here < 1.5 and self._hands_over and now.mine >= 0:
-            self.handed_over = now.mine
-            return Command(0.0, 0.0, grasp=True)
+        if here < 1.5 and self._hands_over and now.own_item >= 0:
+            self.handed_over = now.own_item
+            return DriveCommand(0.0, 0.0, grasp=True)
         if here < 1.5:
             return REST
-        return body.move(now.pose, danger)
+        return body.move(now.pose, collision_cost)
 
-    def _think(self, now: Situation, way: Floats) -> Thought[Body]:
-        body = aside(now, way)
+    def _compute(self, now: Perception, way: Floats) -> Computation[DrivePlan]:
+        body = step_aside_plan(now, way)
         yield
-        yield from solve(body.field, lambda: body.cost(now.pose))
+        yield from solve(body.cost_to_go, lambda: body.cost(now.pose))
         return body

@@ -11,30 +11,30 @@ from movingout.agents.catalogue import load_agent
 from movingout.agents.data.rollout import rollout
 from movingout.agents.errors import AgentError
 from movingout.agents.scripted import ScriptedAgent
+from movingout.agents.scripted.avoidance import side_costs
 from movingout.agents.scripted.navigation.grasp_stance import HEADINGS
-from movingout.agents.scripted.placement.handover_lanes import relay
-from movingout.agents.scripted.situation import Situation
+from movingout.agents.scripted.perception import Perception
+from movingout.agents.scripted.placement.handover_lanes import handover_lane
 from movingout.agents.scripted.style import Style
-from movingout.agents.scripted.task_choice import FETCHED_WITHIN, Chooser
+from movingout.agents.scripted.task_choice import FETCHED_WITHIN, TaskSelector
 from movingout.agents.scripted.tasks.fetch import Fetch
 from movingout.agents.scripted.tasks.lift import Lift
-from movingout.agents.scripted.tasks.task import Errand
-from movingout.agents.scripted.traffic import side_prices
+from movingout.agents.scripted.tasks.task import Task
 from movingout.maps import load_map
 from movingout.world import World
 from movingout.world.scoring import delivered_items
 
 
-def _situation(name: str, seat: int = 0, tick: int = 0, **fields: Any) -> Situation:
+def _situation(name: str, seat: int = 0, tick: int = 0, **fields: Any) -> Perception:
     """The start of a map as a seat sees it, with other `fields` of the state."""
     the_map = load_map(name)
-    return Situation(the_map, replace(World(the_map).state(), tick=tick, **fields), seat)
+    return Perception(the_map, replace(World(the_map).state(), tick=tick, **fields), seat)
 
 
-def _chosen(now: Situation, errand: Errand | None = None, **habits: Any) -> Errand | None:
-    chooser = Chooser(now.map, Style(**habits))
-    chooser.watch(now)
-    return chooser.next_errand(now, errand)
+def _chosen(now: Perception, task: Task | None = None, **habits: Any) -> Task | None:
+    selector = TaskSelector(now.map, Style(**habits))
+    selector.observe_partner(now)
+    return selector.next_task(now, task)
 
 
 def _first_grasp(name: str, **habits: Any) -> tuple[int, float]:
@@ -89,7 +89,7 @@ def test_a_follower_leaves_to_its_partner_what_is_near_to_that_one() -> None:
     beside = now.item_pose(smalls[0]) + np.array([0.3, 0.0, 0.0])
     now = _situation("DistancePriority", robot_poses=np.stack([beside, beside + np.array([0.0, 0.3, 0.0])]))
     items = {role: _chosen(now, role=role, heavy_first=False) for role in ("leader", "follower")}
-    assert {role: errand.item for role, errand in items.items() if errand} == {
+    assert {role: task.item for role, task in items.items() if task} == {
         "leader": smalls[0],
         "follower": smalls[1],
     }
@@ -97,13 +97,13 @@ def test_a_follower_leaves_to_its_partner_what_is_near_to_that_one() -> None:
 
 def test_a_follower_drops_its_own_plan_when_the_partner_stands_at_another_heavy_item() -> None:
     now = _situation("FourCorners")
-    errand = _chosen(now)
-    assert isinstance(errand, Lift)
-    other = next(item for item in now.waiting if item != errand.item)
+    task = _chosen(now)
+    assert isinstance(task, Lift)
+    other = next(item for item in now.waiting if item != task.item)
     there = now.item_pose(other) + np.array([0.3, 0.0, 0.0])
     later = _situation("FourCorners", robot_poses=np.stack([now.pose, there]))
-    kept, changed = _chosen(later, errand), _chosen(later, errand, role="follower")
-    assert kept is errand and changed is not None and changed.item == other
+    kept, changed = _chosen(later, task), _chosen(later, task, role="follower")
+    assert kept is task and changed is not None and changed.item == other
 
 
 def test_who_helps_late_goes_on_for_so_many_ticks_before_it_comes() -> None:
@@ -111,49 +111,49 @@ def test_who_helps_late_goes_on_for_so_many_ticks_before_it_comes() -> None:
     assert now.is_heavy(1)
     at_once = _chosen(now)
     assert isinstance(at_once, Lift) and at_once.item == 1
-    late = Chooser(now.map, Style(help_after=30))
+    late = TaskSelector(now.map, Style(help_after=30))
     for tick, comes in ((0, False), (29, False), (30, True)):
         later = _situation("CornerDecision", tick=tick, held=np.array([-1, 1]))
-        late.watch(later)
-        errand = late.next_errand(later, None)
-        assert isinstance(errand, Lift if comes else Fetch), f"tick {tick}"
+        late.observe_partner(later)
+        task = late.next_task(later, None)
+        assert isinstance(task, Lift if comes else Fetch), f"tick {tick}"
 
 
 def test_who_has_nothing_of_its_own_to_do_helps_at_once() -> None:
-    errand = _chosen(_situation("FourCorners", held=np.array([-1, 0])), help_after=30)
-    assert isinstance(errand, Lift) and errand.item == 0
+    task = _chosen(_situation("FourCorners", held=np.array([-1, 0])), help_after=30)
+    assert isinstance(task, Lift) and task.item == 0
 
 
 def test_things_change_hands_where_the_player_likes_it() -> None:
     the_map = load_map("HandOff")
-    near, usual, far = (relay(the_map, share).meeting for share in (0.25, 0.5, 0.75))
+    near, usual, far = (handover_lane(the_map, share).handover for share in (0.25, 0.5, 0.75))
     assert near == pytest.approx(usual / 2) and far == pytest.approx(usual * 1.5)
 
 
 def test_who_hands_over_far_from_the_goal_brings_it_nearer_when_nobody_comes() -> None:
     now = _situation("HandOff")
     places = now.state.item_poses.copy()
-    plan = relay(now.map, 0.75)
-    row, column = np.unravel_index(int(np.argmin(np.abs(plan.way_home - plan.meeting))), plan.way_home.shape)
+    plan = handover_lane(now.map, 0.75)
+    row, column = np.unravel_index(int(np.argmin(np.abs(plan.way_home - plan.handover))), plan.way_home.shape)
     places[0, :2] = np.linspace(-1.2, 1.2, plan.way_home.shape[0])[[column, row]]
     inner = 0 if plan.left(now.robots[0]) > plan.left(now.robots[1]) else 1
-    chooser = Chooser(now.map, Style(handover=0.75))
+    selector = TaskSelector(now.map, Style(handover=0.75))
     items = []
     for tick in (0, FETCHED_WITHIN, FETCHED_WITHIN + 1, FETCHED_WITHIN + 2):
         later = _situation("HandOff", inner, tick, item_poses=places)
-        chooser.watch(later)
-        errand = chooser.next_errand(later, None)
-        items.append(errand.meeting.meeting if isinstance(errand, Fetch) and errand.meeting else None)
-    usual = relay(now.map, 0.5).meeting
+        selector.observe_partner(later)
+        task = selector.next_task(later, None)
+        items.append(task.handover.handover if isinstance(task, Fetch) and task.handover else None)
+    usual = handover_lane(now.map, 0.5).handover
     assert items == [None, None, usual, usual]  # first it looks whether the partner comes
 
 
 def test_the_side_from_which_one_grabs_costs_nothing_and_the_opposite_one_most() -> None:
     now = _situation("AdaptiveAssist")
-    behind, ahead = np.array(side_prices(now, 5, 1.0)), np.array(side_prices(now, 5, -1.0))
+    behind, ahead = np.array(side_costs(now, 5, 1.0)), np.array(side_costs(now, 5, -1.0))
     turned = HEADINGS[int(behind.argmin())] - HEADINGS[int(ahead.argmin())]
     assert abs(turned) == pytest.approx(math.pi) and behind.min() == pytest.approx(0.0, abs=1.0)
-    assert behind.argmax() == ahead.argmin() and not any(side_prices(now, 5, 0.0))
+    assert behind.argmax() == ahead.argmin() and not any(side_costs(now, 5, 0.0))
 
 
 def test_who_pushes_takes_an_item_from_another_side_than_who_pulls() -> None:

@@ -12,9 +12,9 @@ from movingout.agents.catalogue import load_agent
 from movingout.agents.data.corrections import load_correction
 from movingout.agents.data.rollout import rollout
 from movingout.agents.errors import AgentError, DataError
-from movingout.agents.scripted.human_model import Person
-from movingout.agents.scripted.keyboard_model import Keys
-from movingout.agents.scripted.populations import POPULATIONS, manifest, participant, population
+from movingout.agents.scripted.human_model import HumanModel
+from movingout.agents.scripted.keyboard_model import KeyboardModel
+from movingout.agents.scripted.populations import POPULATIONS, manifest, population, scripted_person
 from movingout.maps import load_map
 from movingout.recordings import read_episode, verify
 from movingout.server.cli import main
@@ -51,7 +51,7 @@ def test_populations_differ_in_what_they_begin_with_and_in_who_leads() -> None:
 
 def test_a_stranger_is_answered_with_who_there_is() -> None:
     with pytest.raises(DataError, match="A01 to A20"):
-        participant("D01")
+        scripted_person("D01")
     with pytest.raises(DataError, match="known: A, B, C"):
         population("D")
 
@@ -60,35 +60,35 @@ def test_people_play_in_their_own_way_and_always_the_same() -> None:
     the_map = load_map("DistancePriority")
 
     def played(name: str) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-        agents = (load_agent(participant(name).agent_id), load_agent("idle"))
+        agents = (load_agent(scripted_person(name).agent_id), load_agent("idle"))
         return np.array([step.actions[0] for step in rollout(the_map, agents, 1, 25)])
 
     assert np.array_equal(played("A01"), played("A01"))
     assert not np.array_equal(played("A01"), played("B01"))
-    assert np.abs(played("B01")[:, 0]).max() <= participant("B01").style.speed < 0.9
+    assert np.abs(played("B01")[:, 0]).max() <= scripted_person("B01").style.speed < 0.9
 
 
 def test_a_person_sees_the_partner_late() -> None:
-    person = Person("C01")
+    person = HumanModel("C01")
     the_map = load_map("DistancePriority")
     seen: list[float] = []
 
-    def look(observation: Observation) -> ActionChunk:
+    def stand_still(observation: Observation) -> ActionChunk:
         seen.append(float(observation.state.robot_poses[1, 0]))
         return np.array([[0.0, 1.0, 0.0, 0.0]])
 
-    person._plan.act = look  # type: ignore[method-assign]
+    person._plan.act = stand_still  # type: ignore[method-assign]
     places = []
     for step in rollout(the_map, (person, load_agent("tests.agents.support:Forward")), 1, 8):
         places.append(step.before.robot_poses[1, 0])
-    delay = participant("C01").style.delay
+    delay = scripted_person("C01").style.delay
     assert delay == 2 and seen[delay:] == places[:-delay]
 
 
 def test_anybody_can_be_had_with_another_habit() -> None:
     person = load_agent("person:name=B03,stick=8,role=follower")
-    assert isinstance(person, Person)
-    assert person.style == replace(participant("B03").style, stick=8, role="follower")
+    assert isinstance(person, HumanModel)
+    assert person.style == replace(scripted_person("B03").style, stick=8, role="follower")
     with pytest.raises(AgentError, match=r"no habit 'strength'; known: heavy_first, .*, stick"):
         load_agent("person:name=B03,strength=3")
     with pytest.raises(AgentError, match="stick must be one of 0, 8, not 4"):
@@ -108,7 +108,7 @@ def test_a_person_on_keys_presses_eight_directions_and_gets_everything_home() ->
 
 def test_taps_add_up_to_a_slow_pace_and_to_a_direction_between_two_keys() -> None:
     the_map = load_map("Simple")
-    world, keys = World(the_map), Keys(the_map, 0)
+    world, keys = World(the_map), KeyboardModel(the_map, 0)
     places = []
     for _ in range(25):
         places.append(world.state().robot_poses[0, :2])
@@ -129,7 +129,7 @@ def test_demonstrations_are_recordings_that_verify_and_change_seats_after_half(
     assert all(verify(file).identical for file in tmp_path.glob("*.mcap"))
     assert {e.header.source for e in episodes} == {"scripted"}
     assert json.loads((tmp_path / "people.json").read_text())["sha256"] == manifest()["sha256"]
-    assert participant("A01").style.habits == manifest()["populations"]["A"][0]["style"]  # type: ignore[index]
+    assert scripted_person("A01").style.habits == manifest()["populations"]["A"][0]["style"]  # type: ignore[index]
     assert main(command) == 0  # what is there is not made again
     assert json.loads(capsys.readouterr().out)["episodes"] == 0
 

@@ -3,25 +3,25 @@ from collections import defaultdict
 import numpy as np
 import pytest
 
-from movingout.agents.scripted.navigation.cost_search import LEVELS_PER_SLICE, Field, Search
-from movingout.agents.scripted.navigation.lattice import CARRIER, SLIDER, Cost
-from movingout.agents.scripted.navigation.terrain import CELLS, terrain
+from movingout.agents.scripted.navigation.cost_search import LEVELS_PER_SLICE, CostToGo, Search
+from movingout.agents.scripted.navigation.free_space import CELLS, free_space
+from movingout.agents.scripted.navigation.pose_grid import DRAG_MOTION, SOLO_MOTION, Cost
 from movingout.maps import load_map
 from movingout.maps.flood_fill import UNREACHED
 
-GROUND = terrain(load_map("HandOff"), ())
+GROUND = free_space(load_map("HandOff"), ())
 ROW, COLUMN = (int(index) for index in np.unravel_index(int(np.argmax(GROUND.clearance)), (CELLS, CELLS)))
 
 
 def _search() -> Search:
     starts = np.full((1, CELLS, CELLS), UNREACHED, dtype=np.int16)
     starts[0, ROW, COLUMN] = 5
-    return Search(GROUND, ((0.0, 0.0, 0.05),), SLIDER, 0.004, starts)
+    return Search(GROUND, ((0.0, 0.0, 0.05),), DRAG_MOTION, 0.004, starts)
 
 
 def test_whoever_comes_second_to_a_search_sees_it_slice_by_slice_as_if_alone() -> None:
     shared = _search()
-    ahead, behind, alone = Field(shared), Field(shared), Field(_search())
+    ahead, behind, alone = CostToGo(shared), CostToGo(shared), CostToGo(_search())
     while not ahead.done:
         ahead.search()
     while not alone.done:
@@ -33,7 +33,7 @@ def test_whoever_comes_second_to_a_search_sees_it_slice_by_slice_as_if_alone() -
 
 
 def test_costs_grow_by_a_step_from_cell_to_cell() -> None:
-    field = Field(_search())
+    field = CostToGo(_search())
     field.search()
     grid = field.cost.reshape(CELLS, CELLS)
     assert [int(grid[ROW, COLUMN + cells]) for cells in range(3)] == [5, 7, 9]
@@ -53,8 +53,8 @@ def _level_by_level(free: list[bool], starts: Cost, slices: int) -> tuple[list[i
         offers: dict[int, int] = {}
         for pose in now:
             heading, cell = divmod(pose, CELLS * CELLS)
-            for dx, dy, turn, price in CARRIER.moves[heading]:
-                before = (heading - turn) % CARRIER.headings * CELLS * CELLS + cell - dy * CELLS - dx
+            for dx, dy, turn, price in SOLO_MOTION.moves[heading]:
+                before = (heading - turn) % SOLO_MOTION.headings * CELLS * CELLS + cell - dy * CELLS - dx
                 if free[before] and costs[before] > level + price:
                     waiting[level + price].append(before)
                     offers[before] = min(offers.get(before, UNREACHED), level + price)
@@ -67,11 +67,11 @@ def _level_by_level(free: list[bool], starts: Cost, slices: int) -> tuple[list[i
 @pytest.mark.parametrize("later", range(0, 128, 8))
 def test_a_search_knows_after_each_slice_what_a_plain_one_knows(later: int) -> None:
     """Two levels are expanded at once, whatever the starts are and wherever the search ends."""
-    free = np.tile((GROUND.clearance >= 0.1).ravel(), CARRIER.headings)
+    free = np.tile((GROUND.clearance >= 0.1).ravel(), SOLO_MOTION.headings)
     near = np.flatnonzero(free)
     starts = np.full(free.size, UNREACHED, dtype=np.int16)
     starts[near[[0, 1, 5]]] = 7, 8, 7 + later  # the later one decides when it ends
-    field = Field(Search(GROUND, [(0.0, 0.0, 0.1)], CARRIER, 0.0, starts))
+    field = CostToGo(Search(GROUND, [(0.0, 0.0, 0.1)], SOLO_MOTION, 0.0, starts))
     slices = 0
     while not field.done:
         field.search()

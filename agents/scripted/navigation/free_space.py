@@ -26,7 +26,7 @@ Placed = tuple[ItemSpec, float, float, float]  # an item standing at x, y, angle
 
 
 @dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
-class Terrain:
+class FreeSpace:
     """The floor with everything that stands on it. `clearance[row, column]` is at x = AXIS[column], y = AXIS[row]."""
 
     map: MapSpec
@@ -36,19 +36,19 @@ class Terrain:
 
 # Whoever compares a terrain with its own one does so by identity, so the one that somebody still has is given again,
 # also when the caches below have forgotten it.
-_alive: WeakValueDictionary[tuple[MapSpec, tuple[Placed, ...]], Terrain] = WeakValueDictionary()
-_alive_with_robot: WeakValueDictionary[tuple[Terrain, float, float], Terrain] = WeakValueDictionary()
+_alive: WeakValueDictionary[tuple[MapSpec, tuple[Placed, ...]], FreeSpace] = WeakValueDictionary()
+_alive_with_robot: WeakValueDictionary[tuple[FreeSpace, float, float], FreeSpace] = WeakValueDictionary()
 
 
-def terrain(map_spec: MapSpec, items: tuple[Placed, ...]) -> Terrain:
+def free_space(map_spec: MapSpec, items: tuple[Placed, ...]) -> FreeSpace:
     """The terrain of a map with these items on it; the same items give the same object."""
-    return _terrain(
+    return _free_space(
         map_spec, tuple(sorted(((i, round(x, 3), round(y, 3), round(a, 2)) for i, x, y, a in items), key=repr))
     )
 
 
 @lru_cache(maxsize=64)
-def _terrain(map_spec: MapSpec, items: tuple[Placed, ...]) -> Terrain:
+def _free_space(map_spec: MapSpec, items: tuple[Placed, ...]) -> FreeSpace:
     known = _alive.get((map_spec, items))
     if known is not None:
         return known
@@ -57,30 +57,30 @@ def _terrain(map_spec: MapSpec, items: tuple[Placed, ...]) -> Terrain:
         rows, columns, distance = _around(placed)
         window = clearance[rows, columns]
         np.minimum(window, distance, out=window)
-    ground = _alive[map_spec, items] = Terrain(map_spec, items, clearance)
-    return ground
+    space = _alive[map_spec, items] = FreeSpace(map_spec, items, clearance)
+    return space
 
 
-def standing_room(ground: Terrain, radius: float) -> int:
+def standing_room(space: FreeSpace, radius: float) -> int:
     """The points, as bits of `FLOOR`, at which a disc of this radius fits."""
-    return FLOOR.to_bits(ground.clearance >= radius)
+    return FLOOR.to_bits(space.clearance >= radius)
 
 
-def with_robot(ground: Terrain, position: Floats) -> Terrain:
+def with_robot(space: FreeSpace, position: Floats) -> FreeSpace:
     """The terrain with a robot standing on it; the same place gives the same object."""
-    return _with_robot(ground, round(float(position[0]), 2), round(float(position[1]), 2))
+    return _with_robot(space, round(float(position[0]), 2), round(float(position[1]), 2))
 
 
 @lru_cache(maxsize=64)
-def _with_robot(ground: Terrain, x: float, y: float) -> Terrain:
-    known = _alive_with_robot.get((ground, x, y))
+def _with_robot(space: FreeSpace, x: float, y: float) -> FreeSpace:
+    known = _alive_with_robot.get((space, x, y))
     if known is not None:
         return known
     grid_x, grid_y = np.meshgrid(AXIS, AXIS)
     gap = np.hypot(grid_x - x, grid_y - y) - ROBOT_RADIUS
-    crowded = Terrain(ground.map, ground.items, np.minimum(ground.clearance, gap))
-    _alive_with_robot[ground, x, y] = crowded
-    return crowded
+    with_robot_on_it = FreeSpace(space.map, space.items, np.minimum(space.clearance, gap))
+    _alive_with_robot[space, x, y] = with_robot_on_it
+    return with_robot_on_it
 
 
 @lru_cache(maxsize=64)
@@ -115,20 +115,20 @@ def sample(grid: Floats, x: Floats, y: Floats) -> Floats:
     v = np.minimum(np.maximum((y + ARENA_HALF) / CELL, 0.0), CELLS - 1.001)
     i, j = u.astype(np.intp), v.astype(np.intp)
     a, b = u - i, v - j
-    at, left, below, values = j * CELLS + i, 1 - a, 1 - b, grid.ravel()
+    at, left, below, costs_at_poses = j * CELLS + i, 1 - a, 1 - b, grid.ravel()
     return np.asarray(
-        values.take(at) * left * below
-        + values.take(at + 1) * a * below
-        + values.take(at + CELLS) * left * b
-        + values.take(at + CELLS + 1) * a * b
+        costs_at_poses.take(at) * left * below
+        + costs_at_poses.take(at + 1) * a * below
+        + costs_at_poses.take(at + CELLS) * left * b
+        + costs_at_poses.take(at + CELLS + 1) * a * b
     )
 
 
-def squeeze(ground: Terrain, discs: Sequence[Disc], poses: Floats) -> Floats:
+def overlap_cost(space: FreeSpace, discs: Sequence[Disc], poses: Floats) -> Floats:
     """(...,) for poses (..., 3) of a body made of discs: by how much it would overlap something, as a cost."""
     cos, sin = np.cos(poses[..., 2]), np.sin(poses[..., 2])
     x, y, radius = np.array(discs).T.reshape(3, -1, *(1 for _ in cos.shape))  # each (discs, 1, ...)
-    clearance = sample(ground.clearance, poses[..., 0] + cos * x - sin * y, poses[..., 1] + sin * x + cos * y)
+    clearance = sample(space.clearance, poses[..., 0] + cos * x - sin * y, poses[..., 1] + sin * x + cos * y)
     overlap = radius + _TOUCH - clearance
     return np.asarray(np.where(overlap > 0, _PRESSED + overlap * _PRESSED_PER_UNIT, 0.0).max(axis=0))
 

@@ -5,8 +5,8 @@ import pytest
 
 from movingout.agents.data.rollout import RolloutStep, rollout
 from movingout.agents.scripted import ScriptedAgent
-from movingout.agents.scripted.navigation.lattice import CARRIER, lattice_pose, next_pose
-from movingout.agents.scripted.situation import Situation
+from movingout.agents.scripted.navigation.pose_grid import SOLO_MOTION, grid_pose, next_pose
+from movingout.agents.scripted.perception import Perception
 from movingout.maps import load_map
 from movingout.world import World
 from movingout.world.scoring import delivered_items
@@ -34,18 +34,18 @@ def test_a_pair_delivers_everything_where_room_is_scarce(name: str) -> None:
 
 def test_small_items_that_wait_are_not_in_the_way_for_good() -> None:
     the_map = load_map("AdaptiveAssist")
-    now = Situation(the_map, World(the_map).state(), 0)
+    now = Perception(the_map, World(the_map).state(), 0)
     heavy = {index for index in range(len(the_map.items)) if now.is_heavy(index)}
-    assert {the_map.items.index(item) for item, *_ in now.lasting_ground(0).items} == heavy
-    assert len(now.ground().items) == len(the_map.items)
+    assert {the_map.items.index(item) for item, *_ in now.lasting_space(0).items} == heavy
+    assert len(now.space().items) == len(the_map.items)
 
 
 def test_the_plan_is_followed_pose_by_pose() -> None:
-    costs = np.full((CARRIER.headings, 81, 81), 30000, dtype=np.int16)
+    costs = np.full((SOLO_MOTION.headings, 81, 81), 30000, dtype=np.int16)
     costs[0, 40, 40], costs[0, 42, 40] = 4, 0
-    assert next_pose(costs.ravel(), CARRIER, np.array([0.01, 0.0, 0.05])) == pytest.approx((0.0, 0.06, 0.0))
-    assert next_pose(costs.ravel(), CARRIER, np.array([0.0, 0.06, 0.0])) == pytest.approx((0.0, 0.06, 0.0))
+    assert next_pose(costs.ravel(), SOLO_MOTION, np.array([0.01, 0.0, 0.05])) == pytest.approx((0.0, 0.06, 0.0))
+    assert next_pose(costs.ravel(), SOLO_MOTION, np.array([0.0, 0.06, 0.0])) == pytest.approx((0.0, 0.06, 0.0))
 
 
 def test_the_nearest_lattice_pose_keeps_the_turns_of_a_robot() -> None:
-    assert lattice_pose(CARRIER, np.array([0.31, -0.29, 2 * np.pi + 0.1])) == pytest.approx((0.3, -0.3, 2 * np.pi))
+    assert grid_pose(SOLO_MOTION, np.array([0.31, -0.29, 2 * np.pi + 0.1])) == pytest.approx((0.3, -0.3, 2 * np.pi))

@@ -7,16 +7,16 @@ import numpy as np
 
 from movingout.agents.base import EpisodeInfo
 from movingout.agents.scripted.agent import ScriptedAgent
-from movingout.agents.scripted.navigation.grasp_stance import stands
-from movingout.agents.scripted.navigation.motion_choice import no_danger
-from movingout.agents.scripted.navigation.terrain import with_robot
-from movingout.agents.scripted.situation import Situation
+from movingout.agents.scripted.navigation.free_space import with_robot
+from movingout.agents.scripted.navigation.grasp_stance import stances
+from movingout.agents.scripted.navigation.motion_choice import no_collision_cost
+from movingout.agents.scripted.perception import Perception
 from movingout.agents.scripted.style import Style
-from movingout.agents.scripted.task_choice import HOLDS_FOR, IDLE_AFTER, Chooser
-from movingout.agents.scripted.tasks.approach import walk_costs
+from movingout.agents.scripted.task_choice import IDLE_AFTER, WAITS_HOLDING_FOR, TaskSelector
+from movingout.agents.scripted.tasks.approach import stance_costs
 from movingout.agents.scripted.tasks.fetch import Carry, Fetch
-from movingout.agents.scripted.tasks.lift import APART, LET_GO, Lift, cramped
-from movingout.agents.scripted.tasks.lift import FED_UP as PAIR_FED_UP
+from movingout.agents.scripted.tasks.lift import LEAST_DISTANCE, RELEASE_AT_HOME_AFTER, Lift, tight_stance_costs
+from movingout.agents.scripted.tasks.lift import RELEASE_AFTER as PAIR_RELEASE_AFTER
 from movingout.agents.scripted.tasks.wait import Aside
 from movingout.maps import load_map
 from movingout.maps.flood_fill import UNREACHED
@@ -25,19 +25,19 @@ from movingout.world import World
 THINK = 1000  # slices: to the end
 
 
-def _situation(name: str, tick: int = 0, **fields: Any) -> Situation:
+def _situation(name: str, tick: int = 0, **fields: Any) -> Perception:
     """The start of a map as blue sees it, with other `fields` of the state."""
     the_map = load_map(name)
-    return Situation(the_map, replace(World(the_map).state(), tick=tick, **fields), 0)
+    return Perception(the_map, replace(World(the_map).state(), tick=tick, **fields), 0)
 
 
-def _chooser(now: Situation) -> Chooser:
-    chooser = Chooser(now.map, Style())
-    chooser.watch(now)
-    return chooser
+def _selector(now: Perception) -> TaskSelector:
+    selector = TaskSelector(now.map, Style())
+    selector.observe_partner(now)
+    return selector
 
 
-def _ring(**fields: Any) -> Situation:
+def _ring(**fields: Any) -> Perception:
     """PriorityPick, a corridor all around: blue below on the left with item 3, red nearer to the goal on the right."""
     poses = np.array([[-0.5, -1.0, -np.pi / 2], [0.95, -0.8, 0.0]])
     items = _situation("PriorityPick").state.item_poses.copy()
@@ -47,40 +47,40 @@ def _ring(**fields: Any) -> Situation:
 
 def test_who_holds_an_end_is_waited_for_and_not_taken_for_an_obstacle() -> None:
     held = np.array([-1, 0])
-    chooser = _chooser(_situation("SingleRotation", held=held))
-    assert not chooser.partner_is_active(IDLE_AFTER) and not chooser.partner_is_still(IDLE_AFTER)
-    assert not chooser.partner_is_still(HOLDS_FOR - 1) and chooser.partner_is_still(HOLDS_FOR)
-    assert _chooser(_situation("SingleRotation")).partner_is_still(IDLE_AFTER)  # with empty hands
+    selector = _selector(_situation("SingleRotation", held=held))
+    assert not selector.partner_is_active(IDLE_AFTER) and not selector.partner_is_still(IDLE_AFTER)
+    assert not selector.partner_is_still(WAITS_HOLDING_FOR - 1) and selector.partner_is_still(WAITS_HOLDING_FOR)
+    assert _selector(_situation("SingleRotation")).partner_is_still(IDLE_AFTER)  # with empty hands
 
 
 def test_two_who_stand_there_with_empty_hands_trust_each_other_again() -> None:
-    chooser = _chooser(_situation("SingleRotation"))
+    selector = _selector(_situation("SingleRotation"))
     trusted = []
     for tick in range(1, IDLE_AFTER + 3):
-        chooser.watch(_situation("SingleRotation", tick))
-        trusted.append(chooser.partner_is_active(tick))
+        selector.observe_partner(_situation("SingleRotation", tick))
+        trusted.append(selector.partner_is_active(tick))
     assert trusted == [True] * (IDLE_AFTER - 1) + [False] + [True] * 2
 
 
 def test_beside_one_who_works_a_partner_who_stands_still_is_not_trusted_again() -> None:
     velocities = np.array([[0.5, 0.0, 0.0], [0.0, 0.0, 0.0]])
-    chooser = _chooser(_situation("SingleRotation", robot_velocities=velocities))
+    selector = _selector(_situation("SingleRotation", robot_velocities=velocities))
     for tick in range(1, 3 * IDLE_AFTER):
-        chooser.watch(_situation("SingleRotation", tick, robot_velocities=velocities))
-    assert not chooser.partner_is_active(3 * IDLE_AFTER)
+        selector.observe_partner(_situation("SingleRotation", tick, robot_velocities=velocities))
+    assert not selector.partner_is_active(3 * IDLE_AFTER)
 
 
 def test_where_nobody_can_pass_one_leaves_what_one_holds_to_an_empty_hand_nearer_to_the_goal() -> None:
     now = _ring(held=np.array([3, -1]))
-    chooser = _chooser(now)
-    assert chooser.leaves_to_partner(now)
+    selector = _selector(now)
+    assert selector.leaves_to_partner(now)
     later = _ring(tick=1)
-    errand = chooser.next_errand(later, None)
-    assert errand is not None and errand.item != 3
+    task = selector.next_task(later, None)
+    assert task is not None and task.item != 3
     both = _ring(held=np.array([3, 4]))
-    assert not _chooser(both).leaves_to_partner(both)
+    assert not _selector(both).leaves_to_partner(both)
     ahead = _ring(held=np.array([3, -1]), robot_poses=now.robots[::-1].copy())
-    assert not _chooser(ahead).leaves_to_partner(ahead)
+    assert not _selector(ahead).leaves_to_partner(ahead)
 
 
 def test_what_the_partner_has_just_put_down_near_by_is_taken_instead_of_something_far() -> None:
@@ -89,12 +89,12 @@ def test_what_the_partner_has_just_put_down_near_by_is_taken_instead_of_somethin
     poses[1] = poses[0] + [0.7, 0.0, 0.0]
     items[0, :2] = poses[0, :2] + [0.4, 0.0]
     before = _situation("PassOrSplit", robot_poses=poses, item_poses=items, held=np.array([-1, 0]))
-    chooser = _chooser(before)
-    first = chooser.next_errand(before, None)
+    selector = _selector(before)
+    first = selector.next_task(before, None)
     assert isinstance(first, Fetch) and first.item != 0
     after = _situation("PassOrSplit", 1, robot_poses=poses, item_poses=items)
-    chooser.watch(after)
-    second = chooser.next_errand(after, first)
+    selector.observe_partner(after)
+    second = selector.next_task(after, first)
     assert isinstance(second, Fetch) and second.item == 0
 
 
@@ -106,8 +106,8 @@ def test_one_stands_aside_until_the_partner_has_passed() -> None:
         """Whether blue, below the goal, still stands aside at tick 44 for red who comes home at a height `red`."""
         poses = np.array([[1.05, 0.2, 0.0], [0.95, red, 0.0]])
         fields: dict[str, Any] = {"robot_poses": poses, "item_poses": items, "held": np.array([-1, 4])}
-        chooser = _chooser(_situation("PriorityPick", **fields))
-        return chooser.partner_comes_until(25)(_situation("PriorityPick", 44, **fields))
+        selector = _selector(_situation("PriorityPick", **fields))
+        return selector.partner_comes_until(25)(_situation("PriorityPick", 44, **fields))
 
     assert needed(-0.9) and not needed(0.45)
 
@@ -119,12 +119,12 @@ def test_who_finds_no_way_around_the_partner_stays_on_the_old_one() -> None:
     now = replace(now, state=replace(now.state, item_poses=items))
     carry = Carry(now, 3, None, None)
     for _ in range(3):
-        carry.step(now, no_danger, THINK)
-    plan = carry._haul
+        carry.step(now, no_collision_cost, THINK)
+    plan = carry._carry_plan
     carry.go_around(now)
     for _ in range(3):
-        carry.step(now, no_danger, THINK)
-    assert plan is not None and carry._haul is plan
+        carry.step(now, no_collision_cost, THINK)
+    assert plan is not None and carry._carry_plan is plan
 
 
 def test_where_delivered_things_shut_the_goal_it_goes_as_near_as_it_gets() -> None:
@@ -134,8 +134,8 @@ def test_where_delivered_things_shut_the_goal_it_goes_as_near_as_it_gets() -> No
     now = _situation("PriorityPick", item_poses=items, robot_poses=poses)
     fetch = Fetch(now, 3, frozenset(), None)
     for _ in range(3):
-        fetch.step(now, no_danger, THINK)
-    assert not fetch.hopeless and fetch.haul is not None
+        fetch.step(now, no_collision_cost, THINK)
+    assert not fetch.infeasible and fetch.carry_plan is not None
 
 
 def test_who_rests_where_the_partner_wants_to_go_makes_room_when_they_touch() -> None:
@@ -143,8 +143,8 @@ def test_who_rests_where_the_partner_wants_to_go_makes_room_when_they_touch() ->
     items[[0, 1, 2, 4], :2] = (1.06, 1.1), (0.86, 1.1), (0.97, 0.98), (0.91, 0.82)
     items[3, :2] = -0.53, -1.0
     poses = np.array([[-0.3, -1.02, 0.0], [-0.74, -0.98, -1.6]])
-    chooser = _chooser(now := _situation("PriorityPick", item_poses=items, robot_poses=poses, held=np.array([-1, 3])))
-    assert isinstance(chooser.next_errand(now, None), Aside)
+    selector = _selector(now := _situation("PriorityPick", item_poses=items, robot_poses=poses, held=np.array([-1, 3])))
+    assert isinstance(selector.next_task(now, None), Aside)
 
 
 def test_who_comes_first_to_a_heavy_item_leaves_the_other_one_room_to_come() -> None:
@@ -152,13 +152,13 @@ def test_who_comes_first_to_a_heavy_item_leaves_the_other_one_room_to_come() -> 
     items[5, :2] = -0.39, 0.12  # delivered; item 2 lies in the lane above, and red is nearer to it
     poses = np.array([[-0.44, 0.31, 3.9], [-0.12, 0.68, -0.4]])
     now = replace(_situation("AdaptiveAssist", item_poses=items, robot_poses=poses), seat=1)
-    lift = Lift(now, 2, patience=100, useless=frozenset())
+    lift = Lift(now, 2, patience=100, failed_stances=frozenset())
     for _ in range(3):
-        lift.step(now, no_danger, THINK)
-    poses, _ = stands(now.item(2), now.item_pose(2))
-    mine = poses[lift.stand]
-    ways = walk_costs(now, with_robot(now.ground(also=(2,)), mine), now.partner, 2)
-    opposite = [cost for pose, cost in zip(poses, ways, strict=True) if np.hypot(*(pose - mine)[:2]) > APART]
+        lift.step(now, no_collision_cost, THINK)
+    poses, _ = stances(now.item(2), now.item_pose(2))
+    mine = poses[lift.stance]
+    ways = stance_costs(now, with_robot(now.space(also=(2,)), mine), now.partner, 2)
+    opposite = [cost for pose, cost in zip(poses, ways, strict=True) if np.hypot(*(pose - mine)[:2]) > LEAST_DISTANCE]
     assert min(opposite) < UNREACHED
 
 
@@ -170,18 +170,18 @@ def test_a_partner_in_the_way_is_not_taken_for_an_arm_too_short() -> None:
         poses = start.item_pose(0) + np.array([[-0.4, 0.0, 0.0], [-0.4 - beside, 0.0, 0.0]])
         now = _situation("SingleRotation", robot_poses=poses)
         agent.reset(EpisodeInfo(now.map, 0, 0, 500))
-        agent._errand = lift = Lift(now, 0, patience=100, useless=frozenset())
+        agent._task = lift = Lift(now, 0, patience=100, failed_stances=frozenset())
         for _ in range(3):
-            lift.step(now, no_danger, THINK)
+            lift.step(now, no_collision_cost, THINK)
         agent._unblock(now)
-        blamed[beside] = 0 in agent._chooser._useless
+        blamed[beside] = 0 in agent._selector._failed_stances
     assert blamed == {0.25: False, 0.6: True}
 
 
 def test_who_is_home_with_a_heavy_item_lets_go_soon_after_the_other_one_has() -> None:
     """At the start the other one is waited for, for all of one's patience."""
-    patience = 5 * LET_GO
-    for home, waits in ((True, LET_GO), (False, patience)):
+    patience = 5 * RELEASE_AT_HOME_AFTER
+    for home, waits in ((True, RELEASE_AT_HOME_AFTER), (False, patience)):
         now = _situation("SingleRotation", held=np.array([0, -1]))
         if home:
             goal, items = now.map.goals[0], now.state.item_poses.copy()
@@ -189,8 +189,8 @@ def test_who_is_home_with_a_heavy_item_lets_go_soon_after_the_other_one_has() ->
             now = _situation("SingleRotation", held=np.array([0, -1]), item_poses=items)
         assert now.delivered[0] == home
         lift = Lift(now, 0, patience, frozenset())
-        lift.step(now, no_danger, THINK)  # sees where the other one is
-        commands = [lift.step(now, no_danger, THINK) for _ in range(waits + 1)]
+        lift.step(now, no_collision_cost, THINK)  # sees where the other one is
+        commands = [lift.step(now, no_collision_cost, THINK) for _ in range(waits + 1)]
         assert [command is not None and command.grasp for command in commands] == [False] * waits + [True]
         assert lift.waited_in_vain is not home  # it trusts the other one as before
 
@@ -201,26 +201,26 @@ def test_who_cannot_grab_beside_a_partner_that_holds_the_other_end_tries_another
     poses = start.item_pose(0) + np.array([[-0.4, 0.0, 0.0], [-0.4, 0.25, 0.0]])
     now = _situation("SingleRotation", robot_poses=poses, held=np.array([-1, 0]))
     agent.reset(EpisodeInfo(now.map, 0, 0, 500))
-    agent._errand = lift = Lift(now, 0, patience=100, useless=frozenset())
+    agent._task = lift = Lift(now, 0, patience=100, failed_stances=frozenset())
     for _ in range(3):
-        lift.step(now, no_danger, THINK)
-    stand = lift.stand
+        lift.step(now, no_collision_cost, THINK)
+    stance = lift.stance
     agent._unblock(now)
-    assert agent._chooser._useless == {0: {stand}} and agent._errand is None
+    assert agent._selector._failed_stances == {0: {stance}} and agent._task is None
 
 
 def test_who_likes_far_things_keeps_to_the_one_it_has_chosen() -> None:
     """On the way to it another one becomes the farthest; whoever changes its mind then never arrives."""
     start = _situation("CornerDecision")
-    chooser = Chooser(start.map, Style(far_first=True, heavy_first=False))
-    chooser.watch(start)
-    first = chooser.next_errand(start, None)
+    selector = TaskSelector(start.map, Style(far_first=True, heavy_first=False))
+    selector.observe_partner(start)
+    first = selector.next_task(start, None)
     poses = start.robots.copy()
     assert isinstance(first, Fetch)
     poses[0, :2] = 0.6 * start.item_pose(first.item)[:2]  # more than half way there
     later = _situation("CornerDecision", 40, robot_poses=poses)
-    again = chooser.next_errand(later, None)
-    fresh = Chooser(start.map, chooser.style).next_errand(later, None)
+    again = selector.next_task(later, None)
+    fresh = TaskSelector(start.map, selector.style).next_task(later, None)
     assert isinstance(again, Fetch) and again.item == first.item
     assert isinstance(fresh, Fetch) and fresh.item != first.item
 
@@ -228,38 +228,38 @@ def test_who_likes_far_things_keeps_to_the_one_it_has_chosen() -> None:
 def test_patience_is_kept_while_the_partner_comes_back() -> None:
     """Near at first, then away for long, then on its way again: the last counts, not how near it was before."""
 
-    def seen(gap: float) -> Situation:
+    def seen(gap: float) -> Perception:
         poses = _situation("SingleRotation").robots.copy()
         poses[1, :2] = _situation("SingleRotation").item_pose(0)[:2] + np.array([gap, 0.0])
         return _situation("SingleRotation", held=np.array([0, -1]), robot_poses=poses)
 
-    lift = Lift(seen(0.5), 0, patience=60, useless=frozenset())
+    lift = Lift(seen(0.5), 0, patience=60, failed_stances=frozenset())
     waited = []
     for gap in [0.5, *np.linspace(0.5, 1.7, 20), *[1.7] * 25, *np.linspace(1.7, 0.8, 15)]:
-        lift.step(seen(float(gap)), no_danger, THINK)
+        lift.step(seen(float(gap)), no_collision_cost, THINK)
         waited.append(lift._waited)
     assert waited[45] >= 40 and waited[-1] < 10
-    assert not lift.hopeless
+    assert not lift.infeasible
 
 
 def test_a_pair_that_gets_nowhere_lets_go_and_takes_other_sides() -> None:
     now = _situation("SingleRotation", held=np.array([0, 0]))
-    chooser = _chooser(now)
-    lift = Lift(now, 0, patience=60, useless=frozenset())
-    commands = [lift.step(now, no_danger, THINK) for _ in range(PAIR_FED_UP + 4)]  # nothing moves
+    selector = _selector(now)
+    lift = Lift(now, 0, patience=60, failed_stances=frozenset())
+    commands = [lift.step(now, no_collision_cost, THINK) for _ in range(PAIR_RELEASE_AFTER + 4)]  # nothing moves
     assert commands[-1] is not None and commands[-1].grasp
-    assert not any(command is not None and command.grasp for command in commands[:PAIR_FED_UP])
-    chooser.ended(now, lift)
-    poses, _ = stands(now.item(0), now.item_pose(0))
+    assert not any(command is not None and command.grasp for command in commands[:PAIR_RELEASE_AFTER])
+    selector.ended(now, lift)
+    poses, _ = stances(now.item(0), now.item_pose(0))
     off = np.abs((poses[:, 2] - now.pose[2] + np.pi) % (2 * np.pi) - np.pi)
-    assert chooser._useless[0] == set(np.flatnonzero(off < np.pi / 3 - 1e-6).tolist())
+    assert selector._failed_stances[0] == set(np.flatnonzero(off < np.pi / 3 - 1e-6).tolist())
 
 
 def test_stands_with_little_room_beside_a_heavy_item_are_dear() -> None:
     """Items 3 and 5 of CornerDecision lie on both sides of item 4: the stands between are dear, the others are not."""
     now = _situation("CornerDecision")
-    poses, _ = stands(now.item(4), now.item_pose(4))
-    prices = cramped(now, now.ground((4,)), 4)
+    poses, _ = stances(now.item(4), now.item_pose(4))
+    prices = tight_stance_costs(now, now.space((4,)), 4)
     above = np.argmin(np.abs(poses[:, 2] - np.pi))  # looks down at the item
     beside = np.argmin(np.abs(poses[:, 2] - np.pi / 2))  # between items 3 and 4
     assert prices[above] == 0.0 and prices[beside] > 0.0

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from movingout.agents.scripted.navigation.terrain import AXIS, CELL, CELLS, cell_of
+from movingout.agents.scripted.navigation.free_space import AXIS, CELL, CELLS, cell_of
 from movingout.maps.spec import ARENA_HALF
 from movingout.world.state import Floats
 
@@ -23,14 +23,14 @@ Index = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)
-class Motion:
+class MotionPrimitives:
     """What moves a body has: per heading, (cells in x, cells in y, headings turned, cost)."""
 
     headings: int  # a power of two
     moves: tuple[tuple[tuple[int, int, int, int], ...], ...]  # [heading][move]
 
 
-def _carrier() -> Motion:
+def _carrier() -> MotionPrimitives:
     headings = 16
     table = []
     for heading in range(headings):
@@ -44,16 +44,16 @@ def _carrier() -> Motion:
         cost = max(round(math.hypot(*step) * CELL / 0.06 * UNIT_PER_TICK), 1)
         turns = [(0, 0, sign, 2) for sign in (1, -1)]
         table.append(((*step, 0, cost), (-step[0], -step[1], 0, cost), *turns))
-    return Motion(headings, tuple(tuple(row) for row in table))
+    return MotionPrimitives(headings, tuple(tuple(row) for row in table))
 
 
 _SLIDES = tuple((dx, dy, 0, 2 if dx == 0 or dy == 0 else 3) for dx in (-1, 0, 1) for dy in (-1, 0, 1) if dx or dy)
-SLIDER = Motion(1, (_SLIDES,))
-CARRIER = _carrier()
-PAIR = Motion(32, ((*_SLIDES, (0, 0, 1, 4), (0, 0, -1, 4)),) * 32)
+DRAG_MOTION = MotionPrimitives(1, (_SLIDES,))
+SOLO_MOTION = _carrier()
+PAIR_MOTION = MotionPrimitives(32, ((*_SLIDES, (0, 0, 1, 4), (0, 0, -1, 4)),) * 32)
 
 
-def values(costs: Cost, motion: Motion, poses: Floats) -> Floats:
+def costs_at_poses(costs: Cost, motion: MotionPrimitives, poses: Floats) -> Floats:
     """(M,) cost-to-go [quarter ticks] at any poses (M, 3): the best way over a lattice pose nearby.
 
     Poses from which nothing reached lies within two cells and headings have the value UNREACHED.
@@ -78,7 +78,7 @@ def _within_floor(indices: Index) -> Index:
     return np.minimum(np.maximum(indices, 0), CELLS - 1)
 
 
-def nearest_value(costs: Cost, motion: Motion, pose: Floats) -> float:
+def nearest_cost(costs: Cost, motion: MotionPrimitives, pose: Floats) -> float:
     """The cost at the lattice pose nearest to a pose (3,)."""
     column = min(max(round((float(pose[0]) + ARENA_HALF) / CELL), 0), CELLS - 1)
     row = min(max(round((float(pose[1]) + ARENA_HALF) / CELL), 0), CELLS - 1)
@@ -86,14 +86,14 @@ def nearest_value(costs: Cost, motion: Motion, pose: Floats) -> float:
     return float(costs.reshape(motion.headings, CELLS, CELLS)[heading, row, column])
 
 
-def lattice_pose(motion: Motion, pose: Floats) -> tuple[float, float, float]:
+def grid_pose(motion: MotionPrimitives, pose: Floats) -> tuple[float, float, float]:
     """The lattice pose nearest to a pose (3,)."""
     step = 2 * math.pi / motion.headings
     row, column = cell_of(float(pose[0]), float(pose[1]))
     return float(AXIS[column]), float(AXIS[row]), round(float(pose[2]) / step) * step
 
 
-def next_pose(costs: Cost, motion: Motion, pose: Floats) -> tuple[float, float, float]:
+def next_pose(costs: Cost, motion: MotionPrimitives, pose: Floats) -> tuple[float, float, float]:
     """Where the way goes from the reached lattice pose nearest to a pose (3,); that one at the end of the way."""
     step = 2 * math.pi / motion.headings
     grid = costs.reshape(motion.headings, CELLS, CELLS)

@@ -6,8 +6,8 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from movingout.agents.scripted.navigation.lattice import Cost
-from movingout.agents.scripted.navigation.terrain import AXIS, CELL, CELLS, FLOOR, Terrain, cell_of, standing_room
+from movingout.agents.scripted.navigation.free_space import AXIS, CELL, CELLS, FLOOR, FreeSpace, cell_of, standing_room
+from movingout.agents.scripted.navigation.pose_grid import Cost
 from movingout.maps.flood_fill import UNREACHED, Mask, StepCosts
 from movingout.maps.spec import ROBOT_RADIUS
 from movingout.world.state import Floats
@@ -29,21 +29,21 @@ Point = tuple[float, float]
 Cell = tuple[int, int]
 
 
-def walk_lengths(ground: Terrain, targets: Sequence[Point], shunned: Mask | None = None) -> Cost:
+def walking_costs(space: FreeSpace, targets: Sequence[Point], avoided: Mask | None = None) -> Cost:
     """(CELLS, CELLS) quarter ticks on foot to the nearest of `targets`; UNREACHED where there is no way.
 
     Those inside obstacles are moved to the nearest free cell. Steps from `shunned` cells (CELLS, CELLS) count more
     than double.
     """
-    cells = _standing_cells(ground, targets)
-    if shunned is None:
-        return _lengths(ground, cells)
-    room = standing_room(ground, ROBOT_RADIUS + _MARGIN)
-    return FLOOR.path_lengths(_bits_of(cells), room, WALKING, avoided=FLOOR.to_bits(shunned))
+    cells = _standing_cells(space, targets)
+    if avoided is None:
+        return _lengths(space, cells)
+    room = standing_room(space, ROBOT_RADIUS + _MARGIN)
+    return FLOOR.path_lengths(_bits_of(cells), room, WALKING, avoided=FLOOR.to_bits(avoided))
 
 
-def _standing_cells(ground: Terrain, targets: Sequence[Point]) -> frozenset[Cell]:
-    free = ground.clearance >= ROBOT_RADIUS + _MARGIN
+def _standing_cells(space: FreeSpace, targets: Sequence[Point]) -> frozenset[Cell]:
+    free = space.clearance >= ROBOT_RADIUS + _MARGIN
     return frozenset(nearest_free(free, x, y, within=9) for x, y in targets)
 
 
@@ -55,8 +55,8 @@ def _bits_of(cells: Iterable[Cell]) -> int:
 
 
 @lru_cache(maxsize=64)
-def _lengths(ground: Terrain, cells: frozenset[Cell]) -> Cost:
-    return FLOOR.path_lengths(_bits_of(cells), standing_room(ground, ROBOT_RADIUS + _MARGIN), WALKING)
+def _lengths(space: FreeSpace, cells: frozenset[Cell]) -> Cost:
+    return FLOOR.path_lengths(_bits_of(cells), standing_room(space, ROBOT_RADIUS + _MARGIN), WALKING)
 
 
 def nearest_free(free: Mask, x: float, y: float, within: int = 5) -> Cell:
@@ -79,7 +79,7 @@ def cost_at(lengths_there: Cost, x: float, y: float) -> float:
     return float(lengths_there[nearest_free(lengths_there < UNREACHED, x, y, within=4)])
 
 
-class Way:
+class WalkingRoute:
     """The way on foot to some place, from anywhere, with the direction to take at each cell."""
 
     def __init__(self, there: Cost) -> None:
@@ -125,16 +125,16 @@ class Way:
         return np.stack([AXIS[indices[:, 1]], AXIS[indices[:, 0]]], axis=1)
 
 
-def way_to(ground: Terrain, targets: Sequence[Point], shunned: Mask | None = None) -> Way:
+def route_to(space: FreeSpace, targets: Sequence[Point], avoided: Mask | None = None) -> WalkingRoute:
     """The way to the nearest of `targets`; see `walk_lengths`."""
-    if shunned is None:
-        return _way(ground, _standing_cells(ground, targets))
-    return Way(walk_lengths(ground, targets, shunned))
+    if avoided is None:
+        return _way(space, _standing_cells(space, targets))
+    return WalkingRoute(walking_costs(space, targets, avoided))
 
 
 @lru_cache(maxsize=64)
-def _way(ground: Terrain, cells: frozenset[Cell]) -> Way:
-    return Way(_lengths(ground, cells))
+def _way(space: FreeSpace, cells: frozenset[Cell]) -> WalkingRoute:
+    return WalkingRoute(_lengths(space, cells))
 
 
 def _filled(cost: Floats) -> Floats:

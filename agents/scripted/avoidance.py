@@ -5,16 +5,16 @@ from functools import lru_cache
 
 import numpy as np
 
-from movingout.agents.scripted.carrying.solo_carry import Body, carried_discs
+from movingout.agents.scripted.carrying.solo_carry import DrivePlan, carried_discs
 from movingout.agents.scripted.navigation.cost_search import Search
+from movingout.agents.scripted.navigation.free_space import AXIS, CELLS, FLOOR, FreeSpace, cell_of, sample, with_robot
 from movingout.agents.scripted.navigation.geometry import Disc, heading_of
 from movingout.agents.scripted.navigation.grasp_stance import HEADINGS, in_frame
-from movingout.agents.scripted.navigation.lattice import CARRIER
-from movingout.agents.scripted.navigation.motion_choice import HORIZON, STRIDE, Danger, no_danger
-from movingout.agents.scripted.navigation.terrain import AXIS, CELLS, FLOOR, Terrain, cell_of, sample, with_robot
-from movingout.agents.scripted.navigation.walking_distance import Way, way_to
-from movingout.agents.scripted.placement.goal_storage import storage
-from movingout.agents.scripted.situation import Situation
+from movingout.agents.scripted.navigation.motion_choice import HORIZON, STRIDE, CollisionCost, no_collision_cost
+from movingout.agents.scripted.navigation.pose_grid import SOLO_MOTION
+from movingout.agents.scripted.navigation.walking_route import WalkingRoute, route_to
+from movingout.agents.scripted.perception import Perception
+from movingout.agents.scripted.placement.goal_storage import goal_storage
 from movingout.maps import MapSpec
 from movingout.maps.flood_fill import UNREACHED, Mask
 from movingout.maps.spec import ROBOT_RADIUS
@@ -34,22 +34,22 @@ _WRONG_SIDE = 50.0  # quarter ticks of walking to grab from the side that one li
 _MEETING_PRICE = 600.0  # quarter ticks per unit of overlap with the partner
 
 
-def meeting_danger(now: Situation) -> Danger:
+def partner_collision_cost(now: Perception) -> CollisionCost:
     """The price of short moves that come too near to the partner or to what it carries, if it goes on as it does."""
     steps = np.arange(1, HORIZON + 1)
     velocity = now.state.robot_velocities[1 - now.seat][:2] * TICK_SECONDS
     circles = [(now.partner[:2], ROBOT_RADIUS)]
-    if now.theirs >= 0 and not now.is_heavy(now.theirs):
-        circles.append((now.item_pose(now.theirs)[:2], now.item(now.theirs).scale))
+    if now.partner_item >= 0 and not now.is_heavy(now.partner_item):
+        circles.append((now.item_pose(now.partner_item)[:2], now.item(now.partner_item).scale))
     own = [(0.0, 0.0, ROBOT_RADIUS)]
-    if now.mine >= 0:
-        own += carried_discs(now.item(now.mine), in_frame(now.pose, now.item_pose(now.mine)))
+    if now.own_item >= 0:
+        own += carried_discs(now.item(now.own_item), in_frame(now.pose, now.item_pose(now.own_item)))
     longest = HORIZON * (STRIDE + float(np.hypot(*velocity)))  # way of both
     widest = max(math.hypot(x, y) + radius for x, y, radius in own) + 0.03
     if all(float(np.hypot(*(centre - now.pose[:2]))) > longest + widest + radius for centre, radius in circles):
-        return no_danger
+        return no_collision_cost
 
-    def danger(moves: Floats) -> Floats:
+    def collision_cost(moves: Floats) -> Floats:
         worst = np.zeros(moves.shape[:2])
         cos, sin = np.cos(moves[..., 2]), np.sin(moves[..., 2])
         for centre, radius in circles:
@@ -59,13 +59,13 @@ def meeting_danger(now: Situation) -> Danger:
                 worst = np.maximum(worst, radius + own_radius + 0.02 - gap)
         return np.asarray(_MEETING_PRICE * worst.max(axis=1))
 
-    return danger
+    return collision_cost
 
 
-def touching(now: Situation) -> bool:
+def in_contact(now: Perception) -> bool:
     """Whether the two robots, or what they carry, stand so near to each other that one is in the other's way."""
     bodies = []
-    for seat, held in ((now.seat, now.mine), (1 - now.seat, now.theirs)):
+    for seat, held in ((now.seat, now.own_item), (1 - now.seat, now.partner_item)):
         x, y, _ = now.robots[seat].tolist()
         discs = [(x, y, ROBOT_RADIUS)]
         if held >= 0:
@@ -77,45 +77,45 @@ def touching(now: Situation) -> bool:
     )
 
 
-def bound(now: Situation, item: int) -> float:
+def lower_bound(now: Perception, item: int) -> float:
     """Quarter ticks that bringing an item home takes at least: the way of a robot alone."""
     x, y, _ = now.item_pose(item).tolist()
-    return _way_home(now.ground((item,))).cost(x, y)
+    return _way_home(now.space((item,))).cost(x, y)
 
 
-def partners_way(now: Situation, target: int, cells: int = _FORESEEN) -> Floats:
+def partner_path(now: Perception, target: int, cells: int = _FORESEEN) -> Floats:
     """(n, 2) where the partner will probably walk next, so many cells far.
 
     That is home with what it carries, else to the item `target` (-1: nowhere).
     """
     x, y = float(now.partner[0]), float(now.partner[1])
-    if now.theirs >= 0 and not now.is_heavy(now.theirs):
-        return _way_home(now.ground()).path(x, y, cells)
-    if now.theirs < 0 and target >= 0:
+    if now.partner_item >= 0 and not now.is_heavy(now.partner_item):
+        return _way_home(now.space()).path(x, y, cells)
+    if now.partner_item < 0 and target >= 0:
         goal = now.item_pose(target)
-        return _way_to(now.ground(), round(float(goal[0]), 2), round(float(goal[1]), 2)).path(x, y, cells)
+        return _way_to(now.space(), round(float(goal[0]), 2), round(float(goal[1]), 2)).path(x, y, cells)
     return np.array([[x, y]])
 
 
-def way_out(now: Situation, lane: Mask, target: int) -> Floats | None:
+def exit_path(now: Perception, lane: Mask, target: int) -> Floats | None:
     """The way (n, 2) out of a lane, which the own robot is about to enter, of a partner on its way out; else None.
 
     Whoever carries can wait outside; whoever is inside has no other way.
     """
     partner = cell_of(float(now.partner[0]), float(now.partner[1]))
-    leaving = in_goal(now.map)[partner] or (lane[partner] and now.theirs < 0)
+    leaving = goal_area(now.map)[partner] or (lane[partner] and now.partner_item < 0)
     if target < 0 or not leaving:
         return None
-    ground = now.ground()
-    mine = _way_home(ground).path(float(now.pose[0]), float(now.pose[1]), _SOON)
+    space = now.space()
+    mine = _way_home(space).path(float(now.pose[0]), float(now.pose[1]), _SOON)
     if not any(lane[cell_of(x, y)] for x, y in mine.tolist()):
         return None
     goal = now.item_pose(target)
-    way = _way_to(ground, round(float(goal[0]), 2), round(float(goal[1]), 2))
+    way = _way_to(space, round(float(goal[0]), 2), round(float(goal[1]), 2))
     return way.path(float(now.partner[0]), float(now.partner[1]), _FORESEEN)
 
 
-def side_prices(now: Situation, item: int, side: float) -> list[float]:
+def side_costs(now: Perception, item: int, side: float) -> list[float]:
     """Quarter ticks that each of the 32 stands beside an item is worth less to who likes to grab it from a `side`.
 
     Behind (1) and ahead (-1) are as seen along the beginning of the item's way home.
@@ -123,39 +123,39 @@ def side_prices(now: Situation, item: int, side: float) -> list[float]:
     if side == 0.0:
         return [0.0] * len(HEADINGS)
     x, y, _ = now.item_pose(item).tolist()
-    way = _way_home(now.ground((item,))).path(x, y, _BEGINNING)
+    way = _way_home(now.space((item,))).path(x, y, _BEGINNING)
     home = heading_of(float(way[-1, 0] - x), float(way[-1, 1] - y))
     prices: list[float] = (_WRONG_SIDE * (abs(side) - side * np.cos(HEADINGS - home)) / 2).tolist()
     return prices
 
 
 @lru_cache(maxsize=32)
-def _way_home(ground: Terrain) -> Way:
-    near = FLOOR.to_mask(FLOOR.dilated(FLOOR.to_bits(storage(ground.map).inside), 3)) & (
-        ground.clearance > ROBOT_RADIUS
+def _way_home(space: FreeSpace) -> WalkingRoute:
+    near = FLOOR.to_mask(FLOOR.dilated(FLOOR.to_bits(goal_storage(space.map).inside), 3)) & (
+        space.clearance > ROBOT_RADIUS
     )
     rows, columns = np.nonzero(near)
-    return way_to(ground, [(float(AXIS[c]), float(AXIS[r])) for r, c in zip(rows[::7], columns[::7], strict=True)])
+    return route_to(space, [(float(AXIS[c]), float(AXIS[r])) for r, c in zip(rows[::7], columns[::7], strict=True)])
 
 
 @lru_cache(maxsize=32)
-def _way_to(ground: Terrain, x: float, y: float) -> Way:
-    return way_to(ground, [(x, y)])
+def _way_to(space: FreeSpace, x: float, y: float) -> WalkingRoute:
+    return route_to(space, [(x, y)])
 
 
 @lru_cache(maxsize=64)
-def in_goal(map_spec: MapSpec) -> Mask:
+def goal_area(map_spec: MapSpec) -> Mask:
     """(CELLS, CELLS) where an idle robot would be in the way of whoever brings something."""
-    return FLOOR.to_mask(FLOOR.dilated(FLOOR.to_bits(storage(map_spec).inside), 5))
+    return FLOOR.to_mask(FLOOR.dilated(FLOOR.to_bits(goal_storage(map_spec).inside), 5))
 
 
 def around(way: Floats) -> Mask:
     """(CELLS, CELLS) where one would meet whoever goes along a way (n, 2)."""
     x, y = np.meshgrid(AXIS, AXIS)
-    return gap_to(way, x, y) < 2 * ROBOT_RADIUS
+    return distance_to_path(way, x, y) < 2 * ROBOT_RADIUS
 
 
-def gap_to(way: Floats, x: Floats, y: Floats) -> Floats:
+def distance_to_path(way: Floats, x: Floats, y: Floats) -> Floats:
     """Distance from points to the nearest point of a way (n, 2)."""
     gaps = np.full(x.shape, 9.0)
     for px, py in (*way[::3], *way[-1:]):
@@ -163,31 +163,31 @@ def gap_to(way: Floats, x: Floats, y: Floats) -> Floats:
     return gaps
 
 
-def aside(now: Situation, way: Floats) -> Body:
+def step_aside_plan(now: Perception, way: Floats) -> DrivePlan:
     """A body on its way to the nearest pose that leaves the partner's way free.
 
     The body includes what the own hand holds.
     """
     discs = [(0.0, 0.0, ROBOT_RADIUS)]
-    if now.mine >= 0:
-        discs += carried_discs(now.item(now.mine), in_frame(now.pose, now.item_pose(now.mine)))
-    ground = with_robot(now.ground(), now.partner)
-    carrying = now.theirs >= 0 and not in_goal(now.map)[cell_of(float(now.partner[0]), float(now.partner[1]))]
-    search = _search_aside(ground, tuple(discs), way.tobytes(), carrying, now.mine < 0)
-    return Body(ground, discs, search)
+    if now.own_item >= 0:
+        discs += carried_discs(now.item(now.own_item), in_frame(now.pose, now.item_pose(now.own_item)))
+    space = with_robot(now.space(), now.partner)
+    carrying = now.partner_item >= 0 and not goal_area(now.map)[cell_of(float(now.partner[0]), float(now.partner[1]))]
+    search = _search_aside(space, tuple(discs), way.tobytes(), carrying, now.own_item < 0)
+    return DrivePlan(space, discs, search)
 
 
 @lru_cache(maxsize=4)  # whoever still stands in the way asks the same again
-def _search_aside(ground: Terrain, discs: tuple[Disc, ...], way: bytes, roomy: bool, off_goal: bool) -> Search:
+def _search_aside(space: FreeSpace, discs: tuple[Disc, ...], way: bytes, roomy: bool, off_goal: bool) -> Search:
     """The search for a pose off a way (n, 2); one with much room where that is preferred, no goal with `off_goal`."""
     x, y = np.meshgrid(AXIS, AXIS)
-    clear = gap_to(np.frombuffer(way).reshape(-1, 2), x, y)
+    clear = distance_to_path(np.frombuffer(way).reshape(-1, 2), x, y)
     if off_goal:
-        clear = np.where(in_goal(ground.map), 0.0, clear)
-    costs = np.full((CARRIER.headings, CELLS, CELLS), UNREACHED, dtype=np.int16)
+        clear = np.where(goal_area(space.map), 0.0, clear)
+    costs = np.full((SOLO_MOTION.headings, CELLS, CELLS), UNREACHED, dtype=np.int16)
     free, spacious = clear >= _CLEAR, clear >= _CLEAR + _SWING
-    for heading in range(CARRIER.headings):
-        angle = heading * 2 * math.pi / CARRIER.headings
+    for heading in range(SOLO_MOTION.headings):
+        angle = heading * 2 * math.pi / SOLO_MOTION.headings
         here = free.copy()
         for dx, dy, radius in discs[1:]:
             at_x = x + dx * math.cos(angle) - dy * math.sin(angle)
@@ -195,4 +195,4 @@ def _search_aside(ground: Terrain, discs: tuple[Disc, ...], way: bytes, roomy: b
             here &= sample(clear, at_x, at_y) >= ROBOT_RADIUS + radius + 0.03
         costs[heading][here] = _CRAMPED if roomy else 0
         costs[heading][here & spacious] = 0
-    return Search(ground, discs, CARRIER, _MARGIN, costs)
+    return Search(space, discs, SOLO_MOTION, _MARGIN, costs)
