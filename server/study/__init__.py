@@ -1,1 +1,1 @@
-"""A study while it is run: participants on their way, the rooms they play in, and the experimenter's screen."""
+"""A study while it is run: participants, the rooms they play in, and the experimenter's page."""

@@ -1,4 +1,4 @@
-"""Who opens the link: parameters of a recruitment platform, a code, or nothing at all."""
+"""The parameters of a participant's link: from a recruitment platform, a code, or none."""
 
 import secrets
 from collections.abc import Mapping
@@ -7,14 +7,14 @@ from typing import NamedTuple
 from movingout.study.errors import StudyError
 
 PROLIFIC, MTURK, CODE, LINK = "prolific", "mturk", "code", "link"
-PREVIEW = "ASSIGNMENT_ID_NOT_AVAILABLE"  # what MTurk sends while somebody only looks
-UNFILLED = "{{%"  # Prolific's {{%PROLIFIC_PID%}} as it stands in a link that was copied by hand
-MOST_LETTERS = 200  # of a parameter
-KEPT = ("STUDY_ID", "SESSION_ID", "assignmentId", "hitId")  # to find an assignment again when paying
+PREVIEW = "ASSIGNMENT_ID_NOT_AVAILABLE"  # what MTurk sends in a preview
+UNFILLED = "{{%"  # a placeholder of Prolific in a link that was copied by hand: {{%PROLIFIC_PID%}}
+MAX_LENGTH = 200  # letters of a parameter
+KEPT = ("STUDY_ID", "SESSION_ID", "assignmentId", "hitId")  # to find the assignment when paying
 
 
 class Arrival(NamedTuple):
-    """What a link says."""
+    """The contents of a link."""
 
     source: str
     external_id: str
@@ -22,7 +22,7 @@ class Arrival(NamedTuple):
 
 
 class ArrivalRefused(StudyError):
-    """Somebody who cannot take part with this link; `code` is for programs."""
+    """Nobody can take part with this link; `code` tells the page why."""
 
     def __init__(self, code: str, message: str) -> None:
         super().__init__(message)
@@ -30,9 +30,9 @@ class ArrivalRefused(StudyError):
 
 
 def read_arrival(link: Mapping[str, str], needs_code: bool) -> Arrival:
-    """Raises ArrivalRefused when the link cannot be a participant's."""
+    """Raises ArrivalRefused for a link that no participant can have."""
     given = {name: value.strip() for name, value in link.items()}
-    if any(len(value) > MOST_LETTERS or value.startswith(UNFILLED) for value in given.values()):
+    if any(len(value) > MAX_LENGTH or value.startswith(UNFILLED) for value in given.values()):
         raise ArrivalRefused("link", "This link is not complete. Please open it again from where you got it.")
     if given.get("assignmentId") == PREVIEW:
         raise ArrivalRefused("preview", "This is a preview. Please accept the task first, then open it again.")
@@ -41,7 +41,7 @@ def read_arrival(link: Mapping[str, str], needs_code: bool) -> Arrival:
 
 
 def _person(given: Mapping[str, str], needs_code: bool) -> tuple[str, str]:
-    """Where they come from, and their id there. Where a code is needed, nothing else lets anybody in."""
+    """The source and the id there. Where a code is needed, nothing else is accepted."""
     code = given.get("code", "").upper()
     if needs_code and not code:
         raise ArrivalRefused("code", "Please type the code that you were given.")

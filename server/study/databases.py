@@ -1,4 +1,4 @@
-"""The databases of the study from inside the event loop: one thread does everything, one thing after the other."""
+"""The databases of a study for the event loop: one thread runs all queries, one after the other."""
 
 import asyncio
 from collections.abc import Callable
@@ -17,7 +17,7 @@ Result = TypeVar("Result")
 
 
 class StudyDatabases:
-    """Opened once per run, with the study frozen. Raises StoreError, and StudyError for a study that has changed."""
+    """Opened once per run, which freezes the study. Raises StoreError, and StudyError if the study has changed."""
 
     def __init__(self, folder: StudyFolder, file_text: str, alerts: Alerts, simulated: bool) -> None:
         self.store: Store = folder.open()
@@ -32,7 +32,7 @@ class StudyDatabases:
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="study-store")
 
     async def run(self, work: Callable[Arguments, Result], *args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
-        """Do it in the thread; the experimenter hears of a database that refuses."""
+        """Do `work` in the thread. Raises StoreError, after alerting the experimenter."""
         loop = asyncio.get_running_loop()
         try:
             return await loop.run_in_executor(self._thread, lambda: work(*args, **kwargs))

@@ -15,7 +15,7 @@ PAYMENT_COLUMNS = ("source", "id", "pid", "outcome", "code", "minutes", "amount"
 
 
 class ExperimenterRequest(msgspec.Struct):
-    """The body of what the experimenter asks for: about whom, and why."""
+    """The body of an action: whom or what it is about, and why."""
 
     pid: str | None = None
     unit: int | None = None
@@ -25,7 +25,7 @@ class ExperimenterRequest(msgspec.Struct):
 
 
 class ExperimenterActions:
-    """The actions of the experimenter's screen."""
+    """The actions of the experimenter's page."""
 
     def __init__(self, running: RunningStudy, session_service: SessionService) -> None:
         self._running = running
@@ -33,7 +33,7 @@ class ExperimenterActions:
         self._session_service = session_service
 
     async def pause(self, request: ExperimenterRequest) -> None:
-        """Stop the clock of one unit, or of everybody."""
+        """Pause one unit, or everybody."""
         await self._set_paused(request, True)
 
     async def resume(self, request: ExperimenterRequest) -> None:
@@ -46,25 +46,25 @@ class ExperimenterActions:
             await self._running.progress.set_paused(tx, paused, unit)
 
     async def restart_round(self, request: ExperimenterRequest) -> None:
-        """The running round does not count; it is played again from its map card."""
+        """End the running round, which does not count; it is played again from its map card."""
         rooms = self._running.rooms
         async with self._running.transaction() as tx:
             unit = self._unit(request)
             if unit.running_round is None:
-                raise StudyError("no round is running there now")
+                raise StudyError("no round is running now")
             await self._audit("restart-round", request)
             rooms.close(tx, unit, "The experimenter starts this round again.")
             await rooms.save(tx, unit)
 
     async def kick(self, request: ExperimenterRequest) -> None:
-        """The study ends for a participant, who gets a code."""
+        """End the study for a participant, who gets a code."""
         async with self._running.transaction() as tx:
             session = self._session(request)
             await self._audit("kick", request)
             await self._running.departures.dismiss(tx, session, "withdrew")
 
     async def invalid(self, request: ExperimenterRequest) -> None:
-        """A round does not count."""
+        """Mark a round as invalid: it does not count."""
         episode = request.episode or self._unit(request).episode
         if not episode:
             raise StudyError("they have not played a round yet")
@@ -74,7 +74,7 @@ class ExperimenterActions:
         """A note on a participant, a unit or the whole study."""
         text = (request.text or request.reason).strip()
         if not text:
-            raise StudyError("a note says something")
+            raise StudyError("the note is empty")
         unit = request.unit
         if unit is not None and not any(session.record.unit == unit for session in self._running.participants):
             raise StudyError(f"there is no unit {unit} here")
@@ -83,13 +83,13 @@ class ExperimenterActions:
         await self._running.notes.add(text, unit, request.pid)
 
     async def open_next(self, request: ExperimenterRequest) -> dict[str, str]:
-        """A code for whoever comes next, and the link with it."""
+        """A code for the next participant, and the link with it."""
         code = await self._session_service.new_code()
         await self._audit("open-next", request)
         return {"code": code, "path": f"/study?code={code}"}
 
     async def payments(self) -> list[dict[str, Any]]:
-        """One row for each who has a code: who they are where they were recruited, and what their time is worth."""
+        """One row per completion code: the id at the recruitment platform, and what is due."""
         known = await self._databases.run(self._databases.identities.everybody)
         await self._databases.run(self._databases.store.audit, "experimenter", "payments")
         finished = [session for session in self._running.participants if session.record.code is not None]
@@ -102,7 +102,7 @@ class ExperimenterActions:
         return {**about, "code": record.code, **due, "data_kept": record.keep is not False}
 
     async def _audit(self, action: str, request: ExperimenterRequest) -> None:
-        """The reason may say who it was: it becomes a note, and does not enter the audit."""
+        """The reason may identify somebody: it becomes a note and does not enter the audit."""
         unit = {} if request.unit is None else {"unit": request.unit}
         await self._databases.run(self._databases.store.audit, "experimenter", action, request.pid or "", **unit)
         if request.reason.strip():
@@ -116,14 +116,14 @@ class ExperimenterActions:
         return session
 
     def _unit(self, request: ExperimenterRequest) -> StudyUnit:
-        """Whom an request is about. Raises StudyError when they do not play (yet)."""
+        """The unit that a request is about. Raises StudyError before it is formed and after it has finished."""
         number = self._session(request).record.unit if request.pid else request.unit
         unit = self._running.units.get(number)
         if unit is None:
-            raise StudyError("they have not come as far as the game, or have finished")
+            raise StudyError("they have not reached the game yet, or have finished")
         return unit
 
 
 def _plain(text: str) -> str:
-    """What came in a link is no formula for a spreadsheet."""
+    """Text from a link, made safe for spreadsheets: it must not be read as a formula."""
     return f"'{text}" if text[:1] in ("=", "+", "-", "@", "\t", "\r") else text

@@ -39,13 +39,13 @@ class StudyMonitor:
                 async with self._running.transaction() as tx:
                     await self.check(tx)
             except StoreError as error:
-                log.warning("%s", error)  # the experimenter was alerted; nobody moves until it is mended
+                log.warning("%s", error)  # the experimenter was alerted; nobody moves until the database works again
             except Exception:  # the study goes on, whatever went wrong with one unit
                 log.exception("checking the study failed")
                 self._running.alerts.add("fault", "Something in the server failed; its log says what.")
 
     async def check(self, tx: Transaction) -> None:
-        """Everything once."""
+        """All checks, once."""
         running, now = self._running, time.monotonic()
         for unit in running.units:
             if unit.finished:
@@ -79,7 +79,7 @@ class StudyMonitor:
         """Nobody waits for ever for a partner who is gone."""
         departures = self._running.departures
         if any(one.finished and one.record.outcome != "done" for one in unit.members):
-            await departures.release_partners(tx, unit)  # a kill or the database cut off what `dismiss` began
+            await departures.release_partners(tx, unit)  # where a kill or a database error interrupted `dismiss`
         absent = [one for one in unit.members if not one.finished and self._gone(one, now)]
         waiting = [one for one in unit.members if not one.finished and one.has_rounds_left() and one.present(now)]
         if absent and waiting:
@@ -95,7 +95,7 @@ class StudyMonitor:
             self._running.alerts.add("slow", f"{waiting} waits for a partner who is there, but does not come.")
 
     def _notice_room(self, unit: int, room: Room) -> None:
-        """What the experimenter should know of a room."""
+        """Alert the experimenter to problems of a room."""
         alerts = self._running.alerts
         for seat in room.seats:
             if seat.agent_failure:

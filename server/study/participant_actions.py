@@ -9,11 +9,11 @@ from movingout.server.study.participant_session import ParticipantSession, notif
 from movingout.server.study.running_study import RunningStudy
 from movingout.server.study.transaction import Transaction
 from movingout.server.study.unit import StudyUnit
-from movingout.study.design.step_order import LAST_ALONE, WAITING
+from movingout.study.design.step_order import LAST_SOLO_STEP, WAITING
 from movingout.study.design.steps import Step
 from movingout.study.errors import StudyError
 
-MOST_DEVICE = 16  # letters
+MAX_DEVICE_LENGTH = 16  # letters
 
 
 class StepRefused(StudyError):
@@ -87,7 +87,7 @@ class ParticipantActions:
 
     async def _check_input(self, tx: Transaction, session: ParticipantSession, rtt_ms: float, device: str) -> None:
         running, required = self._running, self._study.gate
-        session.rtt_ms, session.device, session.refused = rtt_ms, device[:MOST_DEVICE], ""
+        session.rtt_ms, session.device, session.refused = rtt_ms, device[:MAX_DEVICE_LENGTH], ""
         if rtt_ms > required.rtt_ms:
             session.refused = "slow"
             most = f"{rtt_ms:.0f} ms, at most {required.rtt_ms}"
@@ -180,5 +180,5 @@ class ParticipantActions:
         async with self._running.transaction() as tx:
             if session.record.step == session.steps[0].key and not session.finished:
                 keep = False  # without consent there is nothing that could be kept
-            refused = session.refused and session.record.step == LAST_ALONE
+            refused = session.refused and session.record.step == LAST_SOLO_STEP
             await self._running.departures.dismiss(tx, session, "screened-out" if refused else "withdrew", keep)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
-from movingout.study.design.step_order import LAST_ALONE, WAITING
+from movingout.study.design.step_order import LAST_SOLO_STEP, WAITING
 from movingout.study.design.steps import Step
 from movingout.study.store.store import Participant
 
@@ -47,13 +47,13 @@ class ParticipantSession:
     @property
     def before_unit_steps(self) -> bool:
         """Whether they have not reached the first step of their unit yet."""
-        return self.record.step in (LAST_ALONE, WAITING) and not self.finished
+        return self.record.step in (LAST_SOLO_STEP, WAITING) and not self.finished
 
     def steps_done(self) -> int:
         if self.finished:
             return len(self.steps)
         keys = [step.key for step in self.steps]
-        return keys.index(LAST_ALONE) + 1 if self.record.step == WAITING else keys.index(self.record.step)
+        return keys.index(LAST_SOLO_STEP) + 1 if self.record.step == WAITING else keys.index(self.record.step)
 
     def has_rounds_left(self) -> bool:
         """Whether rounds or the practice are still to come."""

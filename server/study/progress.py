@@ -47,7 +47,7 @@ class Progress:
         notify(unit.members)
 
     async def catch_up(self, tx: Transaction, unit: StudyUnit) -> None:
-        """Leave the rounds behind that the database knows to be finished: a kill came before the move."""
+        """Move past rounds that are finished in the database, where a kill came before the move."""
         finished = await tx.run(self._databases.rounds.finished_steps, unit.record.id)
         for session in unit.members:
             while not session.finished and session.record.step in finished:
@@ -71,7 +71,7 @@ class Progress:
         self._hold_rooms()
 
     async def set_paused(self, tx: Transaction, paused: bool, unit: StudyUnit | None = None) -> None:
-        """Stop the clock of a unit, or of everybody, or let it go on; it stays so over a restart of the server."""
+        """Pause or resume a unit or everybody; a restart of the server changes nothing."""
         await tx.run(self._databases.store.pause, paused, None if unit is None else unit.record.id)
         if unit is None:
             self._paused = paused
@@ -83,7 +83,7 @@ class Progress:
         notify(self._participants)
 
     def _restart_waits(self, tx: Transaction, unit: StudyUnit | None) -> None:
-        """A pause does not count: who went away meanwhile is not gone, nobody has waited too long."""
+        """A pause does not count as absence, nor as time in the waiting room."""
         for session in self._participants if unit is None else unit.members:
             session.last_seen_at = time.monotonic()
         self._units.restart_waits(tx)

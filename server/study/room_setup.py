@@ -1,4 +1,4 @@
-"""What the room of a round is opened with: its map, its rules and who sits where."""
+"""How the room of a round is set up: its map, its rules and its seats."""
 
 from collections.abc import Mapping
 
@@ -16,7 +16,7 @@ PRACTICE_PARTNER = "Partner"  # the name of the agent of the practice
 
 
 class RoomSetup:
-    """The rooms of one study, before they are opened. `simulated` participants are marked in the recordings."""
+    """The configuration of the rooms of one study. `simulated` participants are marked in the recordings."""
 
     def __init__(self, study: Study, host: Host, simulated: bool) -> None:
         self._study = study
@@ -49,9 +49,9 @@ class RoomSetup:
         )
 
     def seats(self, unit: StudyUnit, step: Step, keys: Mapping[str, str]) -> list[Seat]:
-        """Whoever has a key plays, under their pseudonym; an agent, named by its letter, where no participant sits.
+        """Participants with a key under their pseudonyms, agents under their letters.
 
-        In practice the seat of a participant who has finished practising stands idle.
+        In practice the seat of a participant who has finished practising is idle.
         """
         seats = {}
         for session in unit.members:

@@ -93,7 +93,7 @@ class SessionService:
         await tx.run(running.databases.store.sit_together, [first.pid, second.pid], screen)
         for session in both:
             await running.participants.refresh(tx, session)
-            running.units.stop_waiting(tx, session)  # and begins again, to wait for the other alone
+            running.units.stop_waiting(tx, session)  # they wait anew, for each other
 
     async def _open_session(self, tx: Transaction, session: ParticipantSession, token: str) -> None:
         digest = hash_token(token).hex()

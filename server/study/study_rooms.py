@@ -1,7 +1,7 @@
 """Rooms for the rounds of a study: opened with a row in the database, and saved when they are over.
 
-No tick can come before the row: nobody has a key to the room until the database has accepted the round, which it does
-only when everybody in it has consented.
+No tick can precede the row: nobody gets a key to the room before the database has accepted the round, which requires
+that everybody in it has consented.
 """
 
 import asyncio
@@ -72,7 +72,7 @@ class StudyRooms:
         return self._setup.map_of(step)
 
     async def open(self, tx: Transaction, unit: StudyUnit, step: Step) -> None:
-        """Let the unit into a room. Why that fails is kept in `unit.problem`; the monitor tries again."""
+        """Open a room for the unit. If that fails, the reason is in `unit.problem`, and the monitor tries again."""
         tx.check()
         unit.problem = self._host.full_disk()
         if not unit.problem:
@@ -124,7 +124,7 @@ class StudyRooms:
             self._end(unit.running_round.room, result)
 
     def _end(self, room: Room, result: m.Result) -> None:
-        """Take the unit out of the room, and begin to save how the round went. Once per room."""
+        """Take the unit out of the room and begin to save the round. Does nothing the second time."""
         unit = self._units.pop(room.id, None)
         if unit is None or unit.running_round is None:
             return
@@ -146,7 +146,7 @@ class StudyRooms:
             await self.save(tx, unit)
 
     async def save(self, tx: Transaction, unit: StudyUnit) -> None:
-        """Save `unit.finished_round`, if there is one; it stays where the database refuses."""
+        """Save `unit.finished_round`, if there is one; it is kept if the database refuses."""
         tx.check()
         finished = unit.finished_round
         if finished is None:
@@ -162,13 +162,13 @@ class StudyRooms:
         unit.finished_round = None
 
     async def saved(self) -> None:
-        """Wait until everything that is being saved is saved, or was refused."""
+        """Wait until every save that has begun has ended."""
         await asyncio.gather(*self._saving, return_exceptions=True)
 
     # ---- each second --------------------------------------------------------------------------------------------
 
     async def check(self, tx: Transaction, units: Units, now: float, may_begin: bool) -> None:
-        """Open and save what could not be before; notice rooms that closed by themselves, and close those left."""
+        """Repeat what failed before, notice rooms that closed by themselves, close those that everybody has left."""
         tx.check()
         for unit in units:
             if unit.running_round is not None and unit.running_round.room.phase in ("series_over", "closed"):
@@ -216,7 +216,7 @@ class StudyRooms:
         self._enter(unit, room, step, keys)
 
     async def _recover(self, tx: Transaction, episode: str, unit: StudyUnit | None) -> None:
-        """Save the end of a round that a killed server did not save, as far as it was recorded."""
+        """Save the outcome of a round that a killed server did not save, as far as it was recorded."""
         outcome, players = RoundOutcome("interrupted", 0, 0.0, 0.0, 0.0, None), list[PlayerOutcome]()
         try:
             outcome, rtt_ms, idle_share = await self._host.recording_service.read(episode, recovered_round)

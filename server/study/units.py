@@ -12,7 +12,7 @@ from movingout.server.study.unit import StudyUnit
 from movingout.server.study.waiting_room import WaitingRoom
 from movingout.study.design.allocation import assign
 from movingout.study.design.definition import Study
-from movingout.study.design.step_order import LAST_ALONE, WAITING, next_step
+from movingout.study.design.step_order import LAST_SOLO_STEP, WAITING, next_step
 from movingout.study.design.steps import steps
 from movingout.study.store import Unit
 
@@ -62,11 +62,11 @@ class Units:
         notify(members)
 
     async def move_to_first_step(self, tx: Transaction, unit: StudyUnit) -> None:
-        """Repeated by the monitor: the server may be killed, or the database refuse, between the moves of the two."""
+        """Repeated by the monitor, because a kill or a database error can come between the moves of a pair."""
         tx.check()
         for session in unit.members:
             if session.before_unit_steps:
-                await self._participants.move(tx, session, next_step(session.steps, LAST_ALONE).key)
+                await self._participants.move(tx, session, next_step(session.steps, LAST_SOLO_STEP).key)
 
     def remove(self, tx: Transaction, unit: StudyUnit) -> None:
         """Forget a unit that has finished."""
@@ -80,11 +80,11 @@ class Units:
         return len(self._waiting_room)
 
     def waiting_since(self, session: ParticipantSession) -> float | None:
-        """In seconds of the monotonic clock; None for who is not waiting."""
+        """In seconds of the monotonic clock; None for somebody who is not waiting."""
         return self._waiting_room.since(session.pid)
 
     def heard(self, session: ParticipantSession, now: float) -> None:
-        """A page of theirs is open: whoever waits may be paired."""
+        """A page of theirs is open: if they wait, they can be paired."""
         self._waiting_room.heard(session.pid, now)
 
     def stop_waiting(self, tx: Transaction, session: ParticipantSession) -> None:
@@ -92,18 +92,18 @@ class Units:
         self._waiting_room.leave(session.pid)
 
     def restart_waits(self, tx: Transaction) -> None:
-        """Nobody has waited so far: a pause does not count."""
+        """All waits begin now: a pause does not count."""
         tx.check()
-        self._waiting_room.begin_anew(time.monotonic())
+        self._waiting_room.restart_waits(time.monotonic())
 
     async def match(self, tx: Transaction) -> None:
-        """Pair those who wait; who has waited long enough plays with an agent or gets a code."""
+        """Pair those who wait; after `wait_s` they play with an agent instead, or get a code."""
         tx.check()
         now = time.monotonic()
         self._fill_waiting_room(now)
         while (pair := self._waiting_room.pair(now)) is not None:
             await self.form(tx, [self._participants[pid] for pid in pair])
-        for pid in self._waiting_room.over(now):
+        for pid in self._waiting_room.timed_out(now):
             session = self._participants[pid]
             if self._study.pairing.otherwise == "agent" and session.present(now):
                 await self.form(tx, [session])

@@ -1,36 +1,36 @@
-"""Where participants wait for a partner. Nobody is paired with a closed page, and nobody waits for ever."""
+"""The queue of participants without a partner. Closed pages are never paired, and every wait ends."""
 
 from dataclasses import dataclass
 
-GHOST_S = 20.0  # who was not heard of for so long is not paired
+ABSENT_S = 20.0  # a page that was silent for so long counts as closed
 
 
 @dataclass
-class Waiting:
-    """Somebody who waits; times in seconds of the caller's clock."""
+class WaitingParticipant:
+    """Times in seconds of the caller's clock."""
 
     pid: str
     since: float
     heard: float
-    screen: str  # two people at one screen wait for each other alone
+    screen: str  # two people at one screen are paired with each other only
 
 
 class WaitingRoom:
-    """First come, first served; the clock is an argument."""
+    """First come, first served. The current time is an argument of each method."""
 
     def __init__(self, wait_s: float) -> None:
         self.wait_s = wait_s
-        self._waiting: dict[str, Waiting] = {}
+        self._waiting: dict[str, WaitingParticipant] = {}
 
     def __len__(self) -> int:
         return len(self._waiting)
 
     def enter(self, pid: str, now: float, screen: str = "") -> None:
-        """Begin to wait; who waits already goes on waiting."""
-        self._waiting.setdefault(pid, Waiting(pid, now, now, screen))
+        """Begin to wait; no effect on somebody who is waiting already."""
+        self._waiting.setdefault(pid, WaitingParticipant(pid, now, now, screen))
 
-    def begin_anew(self, now: float) -> None:
-        """Nobody has waited so far: a pause does not count."""
+    def restart_waits(self, now: float) -> None:
+        """All waits begin now: a pause does not count."""
         for one in self._waiting.values():
             one.since = now
 
@@ -44,14 +44,14 @@ class WaitingRoom:
     def since(self, pid: str) -> float | None:
         return self._waiting[pid].since if pid in self._waiting else None
 
-    def alive(self, now: float) -> list[Waiting]:
-        """Who is really there, the longest wait first."""
-        return [one for one in self._waiting.values() if now - one.heard < GHOST_S]
+    def present(self, now: float) -> list[WaitingParticipant]:
+        """Those whose page is open, the longest wait first."""
+        return [one for one in self._waiting.values() if now - one.heard < ABSENT_S]
 
     def pair(self, now: float) -> tuple[str, str] | None:
-        """The next two, who leave the room with that; None while there are none."""
-        first: dict[str, Waiting] = {}
-        for one in self.alive(now):
+        """Remove and return the next pair; None while there is none."""
+        first: dict[str, WaitingParticipant] = {}
+        for one in self.present(now):
             if one.screen in first:
                 other = first[one.screen]
                 self.leave(one.pid)
@@ -60,6 +60,6 @@ class WaitingRoom:
             first[one.screen] = one
         return None
 
-    def over(self, now: float) -> list[str]:
-        """Who has waited long enough, present or not."""
+    def timed_out(self, now: float) -> list[str]:
+        """Those who have waited for `wait_s`, present or not."""
         return [one.pid for one in self._waiting.values() if now - one.since >= self.wait_s]

@@ -1,1 +1,1 @@
-"""Simulated participants: they take a whole study through the interfaces that browsers use, and keep a log of it."""
+"""Simulated participants: they go through a whole study over the interfaces that browsers use, and log what they do."""

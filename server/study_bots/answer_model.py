@@ -1,4 +1,4 @@
-"""What a simulated participant answers: drawn, within the scale, with a leaning that lasts."""
+"""The answers of a simulated participant: random, within the scale, and consistent for each partner."""
 
 from dataclasses import dataclass, field
 from random import Random
@@ -6,9 +6,9 @@ from typing import Any
 
 from movingout.study.questionnaire import LIKERT_MAX, LIKERT_MIN, NO_ANSWER, TLX_MAX
 
-REFUSES = 0.03  # share of questions that are not answered
-LEANING = 0.2  # standard deviation of the leaning towards a partner, as a share of the scale
-SPREAD = 0.15  # of single answers around it
+NO_ANSWER_SHARE = 0.03  # share of questions left unanswered
+PARTNER_SD = 0.2  # standard deviation of the mean rating between partners, as a share of the scale
+ANSWER_SD = 0.15  # standard deviation of single answers around that mean
 COMMENTS = (
     "",
     "It was easy to play together.",
@@ -20,27 +20,27 @@ COMMENTS = (
 
 @dataclass
 class AnswerModel:
-    """One participant's; the same partner is liked alike in all questions."""
+    """The answers of one participant; a partner is rated alike in all questions."""
 
     random: Random
-    _leanings: dict[str, float] = field(default_factory=dict)
+    _partner_bias: dict[str, float] = field(default_factory=dict)
 
     def answer(self, item: dict[str, Any], partner: str) -> tuple[int, str]:
-        """Value and text for a question as the server put it."""
+        """Value and text for an item as the server sends it."""
         if item["kind"] == "text":
             return NO_ANSWER, self.random.choice(COMMENTS)
-        if self.random.random() < REFUSES:
+        if self.random.random() < NO_ANSWER_SHARE:
             return NO_ANSWER, ""
         low, high = scale(item)
         if item["kind"] == "choice":
             return self.random.randint(low, high), ""
-        centre = 0.55 + self._leanings.setdefault(partner, self.random.gauss(0, LEANING))
-        share = min(1.0, max(0.0, self.random.gauss(centre, SPREAD)))
+        centre = 0.55 + self._partner_bias.setdefault(partner, self.random.gauss(0, PARTNER_SD))
+        share = min(1.0, max(0.0, self.random.gauss(centre, ANSWER_SD)))
         return low + round(share * (high - low)), ""
 
 
 def scale(item: dict[str, Any]) -> tuple[int, int]:
-    """The smallest and the largest value of a question that has any."""
+    """The smallest and largest value of an item that is not text."""
     if item["kind"] == "likert7":
         return LIKERT_MIN, LIKERT_MAX
     return 0, (TLX_MAX if item["kind"] == "tlx" else len(item["options"]) - 1)

@@ -1,4 +1,4 @@
-"""All simulated participants of a rehearsal at once, and what happens to the server meanwhile."""
+"""All simulated participants of a rehearsal, and the kills of the server while they take part."""
 
 import asyncio
 from collections.abc import Callable, Sequence
@@ -9,10 +9,10 @@ from urllib.parse import urlsplit
 import httpx
 
 from movingout.agents.scripted.populations import PEOPLE, POPULATIONS
-from movingout.server.study_bots.browser import RequestRefused, SimulationError, StudyBrowser
 from movingout.server.study_bots.faults import FaultInjection, chaos
 from movingout.server.study_bots.policies import CirclingPolicy, ScriptedPolicy, SeatPolicy
 from movingout.server.study_bots.simulated_participant import ActivityLog, SimulatedParticipant
+from movingout.server.study_bots.study_client import RequestRefused, SimulationError, StudyClient
 
 TIMEOUT = httpx.Timeout(30.0)
 STAGGER_S = 0.1  # between two arrivals
@@ -20,58 +20,58 @@ STAGGER_S = 0.1  # between two arrivals
 
 @dataclass(frozen=True)
 class SimulationPlan:
-    """Who takes part and how."""
+    """How many participants there are and how they behave."""
 
     participants: int
-    speed: float = 1.0
+    speed: float = 1.0  # times as fast as people
     seed: int = 0
-    at_once: int = 16
-    chaos: bool = False
-    scripted: bool = True  # whether scripted people play, else circles are driven
-    run: str = ""  # so that two rehearsals have different participants
-    group: int = 1  # how many of them play together
+    at_once: int = 16  # participants at the same time
+    chaos: bool = False  # inject faults
+    scripted: bool = True  # seats are played by scripted people, else by robots that drive in circles
+    run: str = ""  # part of the names, so that two rehearsals have different participants
+    group: int = 1  # participants per unit
 
 
 @dataclass
 class Cohort:
-    """Those of one rehearsal; `logs` grow while it runs."""
+    """The participants of one rehearsal; `logs` grow while it runs."""
 
-    base: str
+    base: str  # address of the server, as http://127.0.0.1:8000
     plan: SimulationPlan
     logs: list[ActivityLog] = field(default_factory=list)
 
     async def take_part(self) -> Sequence[ActivityLog]:
-        """Everybody, so many at once. Raises SimulationError when somebody cannot go on."""
+        """Run everybody to the end. Raises SimulationError when one of them cannot continue."""
         limits = httpx.Limits(max_connections=None, max_keepalive_connections=64)
         async with httpx.AsyncClient(base_url=self.base, timeout=TIMEOUT, limits=limits) as http:
             languages = await self._languages(http)
-            places = asyncio.Semaphore(self.plan.at_once)
+            slots = asyncio.Semaphore(self.plan.at_once)
             try:
                 async with asyncio.TaskGroup() as group:
                     for number in range(self.plan.participants):
                         participant = self._participant(http, number)
                         self.logs.append(participant.log)
-                        group.create_task(self._one(participant, places, languages))
+                        group.create_task(self._run(participant, slots, languages))
                         await asyncio.sleep(STAGGER_S / self.plan.speed)
             except* (SimulationError, RequestRefused) as several:
-                raise SimulationError(f"a simulated participant cannot go on: {_first(several)}") from several
+                raise SimulationError(f"a simulated participant cannot continue: {_first(several)}") from several
         return self.logs
 
     async def _languages(self, http: httpx.AsyncClient) -> list[str]:
         try:
             study = (await http.get("/api/study")).raise_for_status().json()
         except (httpx.HTTPError, ValueError) as error:
-            raise SimulationError(f"no study is served at {self.base}: {error}") from None
+            raise SimulationError(f"no study is being served at {self.base}: {error}") from None
         if not study.get("simulated"):
             raise SimulationError(
-                f"{self.base} serves a study for real participants; simulated ones would spoil its data. "
-                "Start it with --rehearse 1, and with another --data folder"
+                f"{self.base} serves a study for real participants; simulated ones would corrupt its data. "
+                "Start it with --rehearse 1 and another --data folder"
             )
         languages: list[str] = study["languages"]
         return languages
 
-    async def _one(self, participant: SimulatedParticipant, places: asyncio.Semaphore, languages: list[str]) -> None:
-        async with places:
+    async def _run(self, participant: SimulatedParticipant, slots: asyncio.Semaphore, languages: list[str]) -> None:
+        async with slots:
             await participant.take_part(languages)
 
     def _participant(self, http: httpx.AsyncClient, number: int) -> SimulatedParticipant:
@@ -81,7 +81,13 @@ class Cohort:
         faults = chaos(random) if plan.chaos else FaultInjection(random)
         name = f"simulated-{plan.run}-{number + 1:04d}"
         return SimulatedParticipant(
-            name, StudyBrowser(http), address, _policy(plan, number), faults, random, plan.speed
+            name,
+            client=StudyClient(http),
+            address=address,
+            policy=_policy(plan, number),
+            faults=faults,
+            random=random,
+            speed=plan.speed,
         )
 
 
@@ -93,7 +99,7 @@ def _policy(plan: SimulationPlan, number: int) -> SeatPolicy:
 
 
 async def with_kills(cohort: Cohort, kills: int, restart: Callable[[], None]) -> Sequence[ActivityLog]:
-    """Take part while the server is killed and started again, evenly over the way of the cohort."""
+    """Take part while the server is killed and restarted, at equal intervals of the cohort's progress."""
     taking_part = asyncio.create_task(_all(cohort))
     for kill in range(kills):
         while not taking_part.done() and progress(cohort) < (kill + 1) / (kills + 1):
@@ -108,7 +114,7 @@ async def _all(cohort: Cohort) -> Sequence[ActivityLog]:
 
 
 def progress(cohort: Cohort) -> float:
-    """The share of all steps that are done."""
+    """The share of all steps that are done, in [0, 1]."""
     shares = [log.done / log.total if log.total else 0.0 for log in cohort.logs]
     return sum(shares) / cohort.plan.participants
 

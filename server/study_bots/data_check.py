@@ -1,4 +1,4 @@
-"""Whether everything that simulated participants did and were told is in the study's data."""
+"""Checks that everything simulated participants did and were shown is in the study's data."""
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -16,9 +16,9 @@ Row = dict[str, Any]
 
 @dataclass(frozen=True)
 class StoredData:
-    """What the store holds after a rehearsal."""
+    """The contents of the databases after a rehearsal."""
 
-    pids: dict[str, str]  # name to pseudonym
+    pids: dict[str, str]  # pseudonyms by name
     participants: dict[str, Row]  # by pseudonym
     rounds: list[Row]
     answers: list[Row]
@@ -35,7 +35,7 @@ def read_stored(folder: StudyFolder) -> StoredData:
 
 
 def find_losses(folder: StudyFolder, stored: StoredData, logs: Sequence[ActivityLog]) -> list[str]:
-    """One sentence for everything that is not as the logs say; empty: nothing was lost."""
+    """One sentence per difference between logs and data; empty when nothing was lost."""
     found = list(_doubled_rounds(stored)) + list(_recordings(folder, stored))
     for log in logs:
         found += [f"{log.name}: {sentence}" for sentence in _of_one(stored, log)]
@@ -45,15 +45,15 @@ def find_losses(folder: StudyFolder, stored: StoredData, logs: Sequence[Activity
 def _of_one(stored: StoredData, log: ActivityLog) -> Iterator[str]:
     row = stored.participants.get(stored.pids.get(log.name, ""))
     if row is None:
-        yield "is not in the store"
+        yield "is not in the database"
         return
     if len(log.codes) != 1 or row["code"] not in log.codes:
-        yield f"was shown the codes {sorted(log.codes)}; the store has {row['code']}"
+        yield f"was shown the codes {sorted(log.codes)}; the database has {row['code']}"
     if row["outcome"] != log.outcome:
-        yield f"ended with {log.outcome}; the store has {row['outcome']}"
+        yield f"ended with {log.outcome}; the database has {row['outcome']}"
     if log.deleted:
         if any(answer["pid"] == row["pid"] for answer in stored.answers):
-            yield "asked for deletion, and answers are still there"
+            yield "asked for deletion, but answers are still there"
         return
     saved = {
         (one["step"], one["item"], one["value"], one["text"]) for one in stored.answers if one["pid"] == row["pid"]
@@ -65,7 +65,7 @@ def _of_one(stored: StoredData, log: ActivityLog) -> Iterator[str]:
 
 
 def _partner_deleted(stored: StoredData, row: Row) -> bool:
-    """The rounds of a pair go when one of the two asks for it."""
+    """Whether the rounds of the pair were deleted because one of the two asked for it."""
     return any(one["unit"] == row["unit"] and one["keep"] is False for one in stored.participants.values())
 
 
@@ -77,7 +77,7 @@ def _doubled_rounds(stored: StoredData) -> Iterator[str]:
 
 
 def _recordings(folder: StudyFolder, stored: StoredData) -> Iterator[str]:
-    """One recording per finished round, as long as its row says, and none that no row knows."""
+    """Every finished round has one recording with as many ticks as its row says; no other recordings exist."""
     found, broken = list_recordings(folder.recordings) if folder.recordings.is_dir() else ([], [])
     yield from (f"{one.path.name} cannot be read: {one.problem}" for one in broken)
     ticks = {one.id: one.ticks for one in found}
@@ -85,7 +85,7 @@ def _recordings(folder: StudyFolder, stored: StoredData) -> Iterator[str]:
         f"{name} is recorded {count} times" for name, count in Counter(o.id for o in found).items() if count > 1
     )
     yield from (
-        f"no row knows the recording {name}" for name in ticks.keys() - {one["episode"] for one in stored.rounds}
+        f"the recording {name} belongs to no round" for name in ticks.keys() - {one["episode"] for one in stored.rounds}
     )
     for one in stored.rounds:
         name = f"the round {one['step']} of unit {one['unit']}"

@@ -1,4 +1,4 @@
-"""What goes wrong on the participant's side of a rehearsal, drawn from a seed."""
+"""Faults on the participant's side of a rehearsal, drawn from a seed."""
 
 from dataclasses import dataclass
 from random import Random
@@ -6,14 +6,14 @@ from random import Random
 
 @dataclass
 class FaultInjection:
-    """How often each thing happens; all zero: nothing goes wrong."""
+    """The probability of each fault; none by default."""
 
     random: Random
-    reloads: float = 0.0  # per step: the page is loaded again
+    reloads: float = 0.0  # per step: the page is reloaded
     twice: float = 0.0  # per step: a button is clicked twice
     drops: float = 0.0  # per tick: the connection of the game breaks
-    late: float = 0.0  # per step: nobody sits there for a while
-    late_s: float = 0.0  # at most, for so long
+    late: float = 0.0  # per step: the participant is away for a while
+    late_s: float = 0.0  # at most
     leaves: float = 0.0  # per step: the participant stops
 
     def happens(self, share: float) -> bool:
@@ -24,5 +24,5 @@ class FaultInjection:
 
 
 def chaos(random: Random) -> FaultInjection:
-    """Everything, and often."""
+    """Every fault, often."""
     return FaultInjection(random, reloads=0.15, twice=0.1, drops=0.004, late=0.1, late_s=2.0, leaves=0.001)

@@ -1,4 +1,4 @@
-"""Who moves the stick of a simulated participant."""
+"""Policies that steer the robot of a simulated participant."""
 
 import math
 from typing import NamedTuple, Protocol
@@ -13,11 +13,11 @@ from movingout.server.frames import Bundle
 from movingout.world.constants import POSE_SECONDS, TICK_SECONDS
 from movingout.world.state import WorldState
 
-NOT_AGAIN = 2  # ticks after a press, until its effect is seen
+PRESS_COOLDOWN = 2  # ticks after a press in which its effect is not visible yet
 
 
 class StickInput(NamedTuple):
-    """What a hand does for one tick."""
+    """The input of one tick."""
 
     move: float  # [-1, 1]
     heading: float  # rad
@@ -33,7 +33,7 @@ class SeatPolicy(Protocol):
 
 
 class ScriptedPolicy:
-    """A scripted person (agents/scripted/human_model.py) who sees what the wire shows: poses, hands, nothing else."""
+    """A person (agents/scripted/human_model.py) that observes only what the wire carries: poses and held items."""
 
     def __init__(self, name: str, seed: int) -> None:
         self._person = HumanModel(name, seed)
@@ -41,19 +41,19 @@ class ScriptedPolicy:
 
     def begin(self, the_map: MapSpec, seat: int, ticks: int) -> None:
         self._map, self._seat = the_map, seat
-        self._pressed_at = -NOT_AGAIN
+        self._pressed_at = -PRESS_COOLDOWN
         self._person.reset(EpisodeInfo(the_map, seat, self._seed, ticks))
 
     def steer(self, bundle: Bundle) -> StickInput:
         row = self._person.act(observe(self._map, state_of(bundle), self._seat))[0]
-        press = row[3] > 0.5 and bundle.tick - self._pressed_at > NOT_AGAIN
+        press = row[3] > 0.5 and bundle.tick - self._pressed_at > PRESS_COOLDOWN
         if press:
             self._pressed_at = bundle.tick
         return StickInput(float(np.clip(row[0], -1, 1)), math.atan2(row[2], row[1]), press)
 
 
 class CirclingPolicy:
-    """Drives in circles and presses now and then: costs nothing, for measuring the server alone."""
+    """Drives in circles and presses now and then: costs no CPU time, for measuring the server alone."""
 
     def begin(self, the_map: MapSpec, seat: int, ticks: int) -> None:
         self._seat = seat
@@ -65,7 +65,7 @@ class CirclingPolicy:
 
 
 def state_of(bundle: Bundle) -> WorldState:
-    """The state at the end of a bundle; velocities are those of its last 20 ms."""
+    """The state at the end of a bundle; velocities are averages over its last 20 ms."""
     poses, before = bundle.poses[-1], bundle.poses[-2]
     steps = poses[:2] - before[:2]
     steps[:, 2] = np.remainder(steps[:, 2] + math.pi, 2 * math.pi) - math.pi

@@ -1,4 +1,4 @@
-"""A server for a rehearsal: `movingout study serve --rehearse` in a process of its own, which may be killed."""
+"""A server for a rehearsal: `movingout study serve --rehearse` in a separate process, which may be killed."""
 
 import re
 import subprocess
@@ -7,25 +7,25 @@ import threading
 from pathlib import Path
 from typing import NamedTuple
 
-from movingout.server.study_bots.browser import SimulationError
+from movingout.server.study_bots.study_client import SimulationError
 
 START_S = 60.0
 STOP_S = 60.0
 
 
 class ServerAddress(NamedTuple):
-    """Where a study is served."""
+    """Where the study is served."""
 
     base: str  # http://127.0.0.1:8000
     admin_token: str = ""
 
 
 class RehearsalServer:
-    """Use it as a context; `kill` and `start` in between are what a power cut is."""
+    """A context manager; `kill` and `start` inside it simulate a power cut."""
 
     def __init__(self, file: Path, data: Path, speed: float) -> None:
         self.address = ServerAddress("")
-        quiet = ["-W", "ignore:resource_tracker:UserWarning"]  # what a killed server leaves is cleaned up in silence
+        quiet = ["-W", "ignore:resource_tracker:UserWarning"]  # no warnings about what a killed server leaves behind
         program = [sys.executable, "-P", *quiet, "-m", "movingout.server.cli", "study", "serve", str(file)]
         self._command = [*program, "--data", str(data), "--rehearse", f"{speed:g}"]
         self._port = "0"
@@ -41,7 +41,7 @@ class RehearsalServer:
             self._wait()
 
     def start(self) -> None:
-        """On the same port as before. Raises SimulationError when it does not come up."""
+        """Start the server, again on the same port. Raises SimulationError when it does not start."""
         command = [*self._command, "--port", self._port]
         self._process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
         timer = threading.Timer(START_S, self._process.kill)
@@ -53,7 +53,7 @@ class RehearsalServer:
         self._port = self.address.base.rpartition(":")[2]
 
     def kill(self) -> None:
-        """kill -9."""
+        """Like `kill -9`."""
         assert self._process is not None
         self._process.kill()
         self._wait()

@@ -6,7 +6,7 @@ from movingout.study.design.definition import Study
 from movingout.study.design.steps import Step
 
 WAITING = "waiting"  # the place of somebody who waits for a partner; no step of the protocol
-LAST_ALONE = "input-check"  # after this step the unit is formed
+LAST_SOLO_STEP = "input-check"  # after this step the unit is formed
 
 
 def next_step(order: tuple[Step, ...], key: str, over: Collection[str] = (), played: Collection[str] = ()) -> Step:

@@ -1,1 +1,1 @@
-"""The web interface of a study: its pages, routes and streams of events."""
+"""The web interface of a study: pages, routes and event streams."""

@@ -1,4 +1,4 @@
-"""The web application of a study: its pages and routes in front of those of every server."""
+"""The web application of a study: its pages and routes, before those of every server."""
 
 import logging
 from collections.abc import AsyncIterator
@@ -60,7 +60,7 @@ def create_study_app(
         experimenter.routes(running, ExperimenterActions(running, session_service), Dashboard(running, views)),
     )
     app.state.running, app.state.monitor, app.state.session_service = running, monitor, session_service
-    _tell_errors(app, running)
+    _add_error_handlers(app, running)
     return app
 
 
@@ -83,27 +83,27 @@ def _pages() -> APIRouter:
     return router
 
 
-def _tell_errors(app: FastAPI, running: RunningStudy) -> None:
-    def told(status: int, code: str, message: str) -> JSONResponse:
+def _add_error_handlers(app: FastAPI, running: RunningStudy) -> None:
+    def error_response(status: int, code: str, message: str) -> JSONResponse:
         return JSONResponse({"error": {"code": code, "message": message}}, status)
 
     @app.exception_handler(StepRefused)
     async def wrong_answer(request: Request, error: StepRefused) -> JSONResponse:
-        return told(422, error.code, str(error))
+        return error_response(422, error.code, str(error))
 
     @app.exception_handler(AnswerError)
     async def answer_error(request: Request, error: AnswerError) -> JSONResponse:
-        return told(422, "answer", str(error))
+        return error_response(422, "answer", str(error))
 
     @app.exception_handler(StoreError)
     async def store_error(request: Request, error: StoreError) -> JSONResponse:
-        return told(507, "not_saved", NOT_SAVED)
+        return error_response(507, "not_saved", NOT_SAVED)
 
     @app.exception_handler(StudyError)
     async def study_error(request: Request, error: StudyError) -> JSONResponse:
-        return told(409, "study", str(error))
+        return error_response(409, "study", str(error))
 
     @app.exception_handler(Exception)
     async def fault(request: Request, error: Exception) -> JSONResponse:
         running.alerts.add("fault", f"A request to {request.url.path} failed; the server's log says why.")
-        return told(500, "fault", FAULT)
+        return error_response(500, "fault", FAULT)

@@ -1,4 +1,4 @@
-"""The experimenter's screen as one JSON document. Partners are letters here too: whoever leads stays blind."""
+"""The state of the experimenter's page as JSON. Partners are letters here too, so that the experimenter stays blind."""
 
 import shutil
 import time
@@ -15,7 +15,7 @@ State = dict[str, Any]
 
 
 class Dashboard:
-    """Made at most once a second, however many look at it."""
+    """Made at most once a second, however many pages are open."""
 
     def __init__(self, running: RunningStudy, views: ParticipantViews) -> None:
         self._running = running
@@ -24,7 +24,7 @@ class Dashboard:
         self._made = ""
 
     def newest(self) -> str:
-        """As JSON, not older than a second."""
+        """The state as JSON, at most a second old."""
         now = time.monotonic()
         if now - self._made_at >= 0.9:
             self._made, self._made_at = orjson.dumps(self.state()).decode(), now
@@ -80,33 +80,33 @@ class Dashboard:
             "position": {"done": session.steps_done(), "total": len(session.steps)},
             "round": {"number": rounds.index(step.key) + 1, "of": len(rounds)} if step and step.turn else None,
             "since_s": round(now - session.step_since),
-            "present": session.present(now) or _seated(session, unit),
+            "present": session.present(now) or _connected(session, unit),
             "outcome": session.record.outcome,
             "code_given": session.record.code is not None,
             "episode": unit.episode if unit else "",
             "paused": running.progress.is_paused(session),
-            **_game(session, unit),
+            **_round_state(session, unit),
         }
 
 
-def _playing(session: ParticipantSession, unit: StudyUnit | None) -> RunningRound | None:
-    """The game that somebody is in."""
+def _round_of(session: ParticipantSession, unit: StudyUnit | None) -> RunningRound | None:
+    """The round that a participant is playing."""
     return unit.running_round if unit and unit.running_round and session.pid in unit.running_round.seats else None
 
 
-def _seated(session: ParticipantSession, unit: StudyUnit | None) -> bool:
-    game = _playing(session, unit)
-    return game is not None and game.room.seats[game.seats[session.pid]].client is not None
+def _connected(session: ParticipantSession, unit: StudyUnit | None) -> bool:
+    running_round = _round_of(session, unit)
+    return running_round is not None and running_round.room.seats[running_round.seats[session.pid]].client is not None
 
 
-def _game(session: ParticipantSession, unit: StudyUnit | None) -> State:
-    """What is only known of somebody who is in a room."""
-    game = _playing(session, unit)
-    if game is None:
+def _round_state(session: ParticipantSession, unit: StudyUnit | None) -> State:
+    """The fields that are empty outside a room."""
+    running_round = _round_of(session, unit)
+    if running_round is None:
         return {"room": None, "phase": "", "tick": None, "limit_ticks": None, "late_ms": None, "missed": None,
                 "recording": "", "rtt_ms": session.rtt_ms}  # fmt: skip
-    room = game.room
-    client = room.seats[game.seats[session.pid]].client
+    room = running_round.room
+    client = room.seats[running_round.seats[session.pid]].client
     late_ms = room.round.quality.late_p99_ms() if room.round.started else None
     problem = room.round.recorder.problem or "not recording"
     recording = "recording" if room.recording else "" if room.config.practice else problem

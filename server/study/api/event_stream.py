@@ -1,4 +1,4 @@
-"""Server-sent events: one line of JSON per event, and a comment often enough that a lost line is noticed."""
+"""Server-sent events: one line of JSON per event, and comments that reveal a broken connection."""
 
 import asyncio
 from collections.abc import AsyncIterator, Callable
@@ -7,25 +7,25 @@ from fastapi.responses import StreamingResponse
 
 from movingout.server.host import Host
 
-BEAT_S = 4.0
-LOOK_S = 1.0  # how soon a stream notices that the server stops
+KEEP_ALIVE_S = 4.0
+POLL_S = 1.0  # how soon a stream notices that the server stops
 
 
 def event_stream(events: AsyncIterator[str]) -> StreamingResponse:
     return StreamingResponse(events, media_type="text/event-stream", headers={"cache-control": "no-store"})
 
 
-async def queued(host: Host, queue: "asyncio.Queue[str]", close: Callable[[], None]) -> AsyncIterator[str]:
-    """What is put into the queue, as events; `close` is called when the page has gone."""
+async def queued_events(host: Host, queue: "asyncio.Queue[str]", close: Callable[[], None]) -> AsyncIterator[str]:
+    """The contents of the queue as events; `close` is called when the page has disconnected."""
     quiet_s = 0.0
     try:
         yield ": open\n\n"
         while not host.stopping:
             try:
-                data = await asyncio.wait_for(queue.get(), LOOK_S)
+                data = await asyncio.wait_for(queue.get(), POLL_S)
             except TimeoutError:
-                quiet_s += LOOK_S
-                if quiet_s >= BEAT_S:
+                quiet_s += POLL_S
+                if quiet_s >= KEEP_ALIVE_S:
                     quiet_s = 0.0
                     yield ": beat\n\n"
             else:

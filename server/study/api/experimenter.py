@@ -1,4 +1,4 @@
-"""The routes of the experimenter's screen; all of them need the admin token."""
+"""The routes of the experimenter's page; all of them need the admin token."""
 
 import csv
 import io
@@ -38,7 +38,7 @@ def routes(running: RunningStudy, experimenter: ExperimenterActions, dashboard: 
         "note": experimenter.note,
     }
     for name, action in actions.items():
-        router.add_api_route(f"/{name}", _performing(action), methods=["POST"])
+        router.add_api_route(f"/{name}", _handler(action), methods=["POST"])
 
     @router.post("/open-next")
     @router.post("/next-code")
@@ -63,7 +63,7 @@ def routes(running: RunningStudy, experimenter: ExperimenterActions, dashboard: 
     return router
 
 
-def _performing(
+def _handler(
     action: Callable[[ExperimenterRequest], Awaitable[None]],
 ) -> Callable[[Request], Awaitable[dict[str, Any]]]:
     async def perform(request: Request) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""The routes of a participant's page. Answers are JSON; errors are one sentence with a code for programs."""
+"""The routes of a participant's page. Responses are JSON; errors have a code and a sentence."""
 
 import asyncio
 import time
@@ -11,7 +11,7 @@ from fastapi.responses import StreamingResponse
 
 from movingout.server.api.authentication import address_of, bearer, body_of, own_page
 from movingout.server.api.errors import ApiError
-from movingout.server.study.api.event_stream import event_stream, queued
+from movingout.server.study.api.event_stream import event_stream, queued_events
 from movingout.server.study.api.participant_view import ParticipantViews, View
 from movingout.server.study.arrival_link import ArrivalRefused, read_arrival
 from movingout.server.study.participant_actions import ParticipantActions, StepRequest, StudyAnswerRequest
@@ -25,7 +25,7 @@ class ArriveRequest(msgspec.Struct):
 
     parameters: dict[str, str] = {}
     language: str = ""
-    beside: str = ""  # the secret of the first of two at one screen
+    beside: str = ""  # the token of the first of two at one screen
 
 
 class StopRequest(msgspec.Struct):
@@ -46,7 +46,7 @@ def routes(running: RunningStudy, session_service: SessionService, views: Partic
 
 
 class ParticipantApi:
-    """What a participant's page may ask for."""
+    """The requests of participants' pages."""
 
     def __init__(self, running: RunningStudy, session_service: SessionService, views: ParticipantViews) -> None:
         self._running = running
@@ -55,12 +55,12 @@ class ParticipantApi:
         self._actions = ParticipantActions(running)
 
     async def study(self) -> dict[str, Any]:
-        told = self._running.study
+        study = self._running.study
         return {
-            "title": told.title.text(told.languages[0]),
-            "languages": list(told.languages),
+            "title": study.title.text(study.languages[0]),
+            "languages": list(study.languages),
             "asks_code": self._running.needs_code,
-            "group": told.group,
+            "group": study.group,
             "simulated": self._running.simulated,
         }
 
@@ -110,12 +110,12 @@ class ParticipantApi:
         return await self._shown(session)
 
     async def events(self, request: Request) -> StreamingResponse:
-        """The participant's news, for as long as the page is open."""
+        """The participant's event stream, for as long as the page is open."""
         session, host = await self._session(request), self._running.host
         queue: asyncio.Queue[str] = asyncio.Queue()
         if session is None:
             queue.put_nowait(orjson.dumps({"view": self._views.elsewhere()}).decode())
-            return event_stream(queued(host, queue, lambda: None))
+            return event_stream(queued_events(host, queue, lambda: None))
 
         def push(news: dict[str, Any]) -> None:
             queue.put_nowait(orjson.dumps(news).decode())
@@ -126,10 +126,10 @@ class ParticipantApi:
                 session.listeners.remove(push)
 
         session.listeners.append(push)
-        return event_stream(queued(host, queue, close))
+        return event_stream(queued_events(host, queue, close))
 
     async def _session(self, request: Request) -> ParticipantSession | None:
-        """Who asks; None for a page whose place was taken over by another one."""
+        """The participant of a request; None for a page that was superseded by another one."""
         known = await self._session_service.of_token(bearer(request))
         if known is None:
             raise ApiError(401, "no_participant", "This page is not known (any more); open your link again.")

@@ -1,4 +1,4 @@
-"""What a participant's page gets to know: their step, and nothing that would tell who the partner is."""
+"""What a participant's page is sent: the current step, and nothing that reveals who the partner is."""
 
 import time
 from functools import cache
@@ -19,14 +19,14 @@ from movingout.world.constants import TICK_SECONDS
 
 View = dict[str, Any]
 PROLIFIC_ADDRESS = "https://app.prolific.com/submissions/complete?cc="
-AGENT_IN_PAIRS = "A"  # of the agent that sits in for a partner who never came
+AGENT_IN_PAIRS = "A"  # the letter of the agent that replaces a partner who never came
 
 _markdown = MarkdownIt("commonmark", {"html": False}).enable("table")
 _html = cache(_markdown.render)
 
 
 class ParticipantViews:
-    """ParticipantViews of a running study."""
+    """The views of all participants of a study."""
 
     def __init__(self, running: RunningStudy) -> None:
         self._running = running
@@ -40,12 +40,12 @@ class ParticipantViews:
         )
 
     def elsewhere(self) -> View:
-        """For a page whose place was taken over by another one."""
+        """For a page that was superseded by another one."""
         language = self._running.study.languages[0]
         return self._frame(language, {"key": "elsewhere", "kind": "ended-elsewhere"}, 0, 1, False)
 
     def letter(self, unit: StudyUnit | None, step: Step) -> str | None:
-        """By what name the partner is shown; None for another person, and in practice."""
+        """The letter of the partner; None for another person, and in practice."""
         if step.kind == "practice" or unit is None:
             return None
         substitute = self._running.study.group == 2 and len(unit.members) == 1 and step.block
@@ -148,13 +148,17 @@ class ParticipantViews:
 
 
 def _state(session: ParticipantSession, unit: StudyUnit | None, step: Step) -> View:
-    """Where a round is, and the way into its room."""
+    """The state of a round for one participant, and the address of its room."""
     if unit is None:
         return {"state": "card", "room": None}
     if unit.finished_round is not None and unit.finished_round.step.key == step.key:
         return {"state": "over", "room": None}
-    game = unit.running_round
-    if game is not None and game.step.key == step.key and session.pid in game.keys:
-        room = {"id": game.room.id, "token": game.keys[session.pid], "seat": game.seats[session.pid]}
-        return {"state": "playing", "room": {**room, "path": f"/play/{game.room.id}"}}
+    running_round = unit.running_round
+    if running_round is not None and running_round.step.key == step.key and session.pid in running_round.keys:
+        room = {
+            "id": running_round.room.id,
+            "token": running_round.keys[session.pid],
+            "seat": running_round.seats[session.pid],
+        }
+        return {"state": "playing", "room": {**room, "path": f"/play/{running_round.room.id}"}}
     return {"state": "waiting" if session.pid in unit.ready else "card", "room": None}

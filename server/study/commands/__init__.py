@@ -1,1 +1,1 @@
-"""`movingout study`, with serving."""
+"""`movingout study`, with the commands that need a server."""

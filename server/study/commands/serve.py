@@ -1,4 +1,4 @@
-"""Serving a study from the command line: refuse what cannot work, print the links, run until told to stop."""
+"""`movingout study serve`: check the study, print the links, run until it is interrupted."""
 
 import argparse
 import asyncio
@@ -20,13 +20,13 @@ from movingout.study.design.review import review
 from movingout.study.design.study_file import read_study
 from movingout.study.errors import StudyError
 
-SWITCH_S = 0.0005  # the database's thread lets a tick in within this time
-AT_ONE_ADDRESS = 1000  # a whole class sits behind one
+SWITCH_S = 0.0005  # the database thread yields to a tick within this time
+AT_ONE_ADDRESS = 1000  # a whole class may share one address
 FASTEST = 50.0
 
 
 def serve(args: argparse.Namespace) -> int:
-    """The exit code. Raises MovingOutError in a sentence."""
+    """Run the command and return its exit code. Raises MovingOutError."""
     study = read_study(args.file)
     _refuse_missing(study, args.file)
     settings = _settings(args)
@@ -50,15 +50,13 @@ def serve(args: argparse.Namespace) -> int:
 def _refuse_missing(study: Study, file: Path) -> None:
     missing = review(study).missing
     if missing:
-        raise StudyError(
-            "\n".join([*missing, f"the study cannot be run without it; see: movingout study check {file}"])
-        )
+        raise StudyError("\n".join([*missing, f"the study cannot run without it; see: movingout study check {file}"]))
 
 
 def _settings(args: argparse.Namespace) -> Settings:
     speed: float = 1.0 if args.rehearse is None else args.rehearse
     if not 0.1 <= speed <= FASTEST:
-        raise StudyError(f"--rehearse goes from 0.1 to {FASTEST:g} times the speed of people, not {speed:g}")
+        raise StudyError(f"--rehearse must be from 0.1 to {FASTEST:g}, not {speed:g}")
     limits = replace(
         Limits(),
         sockets_per_address=AT_ONE_ADDRESS,
@@ -83,8 +81,8 @@ def _settings(args: argparse.Namespace) -> Settings:
 
 
 def _links(app: FastAPI, settings: Settings, folder: StudyFolder, code: str) -> str:
-    """What to open, for the person who has just started the server."""
-    kind = " for simulated participants alone" if app.state.running.simulated else ""
+    """The links to print after the start."""
+    kind = " for simulated participants only" if app.state.running.simulated else ""
     bases, token = addresses(settings), app.state.host.admin_token
     lines = ["", f"{folder.study.title.text()} ({folder.study.id}) is being served{kind}.", ""]
     lines += [f"  Participants   {base}/study" for base in bases]

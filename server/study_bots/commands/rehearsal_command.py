@@ -1,4 +1,4 @@
-"""A rehearsal from the command line: simulated participants take a study from the link to the code; all is checked."""
+"""`movingout study simulate`: simulated participants go through a study, and its data are checked afterwards."""
 
 import argparse
 import asyncio
@@ -13,20 +13,20 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from movingout.server.study_bots.browser import SimulationError
 from movingout.server.study_bots.cohort import Cohort, SimulationPlan, progress, with_kills
 from movingout.server.study_bots.data_check import StoredData, find_losses, read_stored
 from movingout.server.study_bots.rehearsal_server import RehearsalServer
 from movingout.server.study_bots.simulated_participant import ActivityLog
+from movingout.server.study_bots.study_client import SimulationError
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.definition import Study
 from movingout.study.design.study_file import read_study
 
-LOOK_S = 0.2  # between two looks at the progress
+REFRESH_S = 0.2  # of the progress bar
 
 
 class RehearsalResult(NamedTuple):
-    """What came of a rehearsal; the last three are known where its data lie on this machine."""
+    """The outcome of a rehearsal; the last three fields are set where its data are on this machine."""
 
     logs: Sequence[ActivityLog]
     stored: StoredData | None = None
@@ -35,7 +35,7 @@ class RehearsalResult(NamedTuple):
 
 
 def simulate(args: argparse.Namespace) -> int:
-    """The exit code. Raises StudyError in a sentence."""
+    """Run the command and return its exit code. Raises StudyError."""
     study = read_study(args.file)
     plan = _plan(args, study)
     if args.url:
@@ -47,10 +47,10 @@ def simulate(args: argparse.Namespace) -> int:
 
 
 def rehearse(file: Path, plan: SimulationPlan, data: Path, kills: int = 0) -> RehearsalResult:
-    """Let everybody take part at a server of its own, and look for everything they did in its data."""
+    """Run a rehearsal on a server of its own and compare its data with the logs. Raises SimulationError."""
     folder = StudyFolder(read_study(file), data)
     if folder.own.exists():
-        raise SimulationError(f"{folder.own} exists already; a rehearsal begins in a folder of its own: --data DIR")
+        raise SimulationError(f"{folder.own} exists already; a rehearsal needs a new folder: --data DIR")
     with RehearsalServer(file, data, plan.speed) as server:
         logs = _watched(Cohort(server.address.base, plan), kills, server)
     stored = read_stored(folder)
@@ -64,15 +64,21 @@ def _new_folder(study: Study) -> Path:
 def _plan(args: argparse.Namespace, study: Study) -> SimulationPlan:
     people: int = study.participants if args.participants is None else args.participants
     if people < 1 or people % study.group:
-        raise SimulationError(f"--participants is {'even' if study.group == 2 else 'one or more'}, not {people}")
+        raise SimulationError(f"--participants must be {'even' if study.group == 2 else 'at least 1'}, not {people}")
     at_once = max(args.at_once, study.group)
     return SimulationPlan(
-        people, args.speed, args.seed, at_once, args.chaos, run=f"{datetime.now():%H%M%S}", group=study.group
+        participants=people,
+        speed=args.speed,
+        seed=args.seed,
+        at_once=at_once,
+        chaos=args.chaos,
+        run=f"{datetime.now():%H%M%S}",
+        group=study.group,
     )
 
 
 def _watched(cohort: Cohort, kills: int = 0, server: RehearsalServer | None = None) -> Sequence[ActivityLog]:
-    """Let everybody take part, with a bar on standard error."""
+    """Let everybody take part, with a progress bar on standard error."""
 
     def restart() -> None:
         assert server is not None
@@ -83,7 +89,7 @@ def _watched(cohort: Cohort, kills: int = 0, server: RehearsalServer | None = No
         with _bar() as bar:
             task = bar.add_task("", total=1.0, words=_words(cohort))
             taking_part = asyncio.create_task(with_kills(cohort, kills, restart))
-            while not (await asyncio.wait([taking_part], timeout=LOOK_S))[0]:
+            while not (await asyncio.wait([taking_part], timeout=REFRESH_S))[0]:
                 bar.update(task, completed=progress(cohort), words=_words(cohort))
             bar.update(task, completed=progress(cohort), words=_words(cohort))
             return await taking_part
@@ -123,8 +129,8 @@ def _say(args: argparse.Namespace, done: RehearsalResult) -> None:
         console.print(f"lost: {sentence}")
     if done.data is not None:
         if not done.lost:
-            console.print("Nothing is missing: the data hold what every participant did and was told.")
-        console.print(f"These are simulated data, marked as such, in {done.data}. Next:")
+            console.print("Nothing is missing: everything the participants did and were shown is in the data.")
+        console.print(f"The data are in {done.data}, marked as simulated. Next:")
         for action in ("report", "export"):
             console.print(f"  movingout study {action} {args.file} --data {done.data}")
 

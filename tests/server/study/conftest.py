@@ -1,4 +1,4 @@
-"""Two studies that are served for all tests which need nothing special: of people with agents, and of pairs."""
+"""Two served studies for the tests that need nothing special: of people with agents, and of pairs."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""`movingout study serve` in a process of its own, which may be killed."""
+"""`movingout study serve` in a separate process, which may be killed."""
 
 import re
 import subprocess
@@ -14,7 +14,7 @@ from tests.server.live import Live
 
 @dataclass
 class Program:
-    """`movingout study serve` in a process of its own; it offers a visitor what `Served` does."""
+    """`movingout study serve` in a separate process, with the interface of `Served` that visitors use."""
 
     process: "subprocess.Popen[str]"
     live: Live
@@ -22,18 +22,18 @@ class Program:
 
     @property
     def token(self) -> str:
-        """The experimenter's."""
+        """The experimenter's token."""
         found = re.search(r"Token\s+(\S+)", self.printed)
         assert found, self.printed
         return found[1]
 
     def ask(self, action: str, **order: Any) -> None:
-        """What the experimenter asks for; it must be granted."""
+        """An action of the experimenter, which must succeed."""
         status, answer = self.live.call(f"/api/experimenter/{action}", order, self.token)
         assert status == 200, answer
 
     def state(self) -> dict[str, Any]:
-        """The experimenter's screen, at most a second old."""
+        """The experimenter's page, at most a second old."""
         status, answer = self.live.call("/api/experimenter/state", token=self.token)
         assert status == 200, answer
         return dict(answer)

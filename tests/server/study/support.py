@@ -1,4 +1,4 @@
-"""A study that is really served, at several times the speed, and people who walk through it over HTTP and sockets."""
+"""A study served by a real server, faster than real time, and participants who use it over HTTP and WebSockets."""
 
 import asyncio
 import contextlib
@@ -67,7 +67,7 @@ class Served:
     folder: StudyFolder
 
     def ask(self, action: str, **order: Any) -> Any:
-        """What the experimenter asks for; it must be granted."""
+        """An action of the experimenter, which must succeed."""
         status, answer = self.live.call(f"/api/experimenter/{action}", order, ADMIN)
         assert status == 200, answer
         return answer
@@ -78,12 +78,12 @@ class Served:
         return dict(answer)
 
     def row(self, pid: str) -> dict[str, Any]:
-        """A participant as the experimenter sees them, now and not a second ago."""
+        """A participant's row on the experimenter's page, as of now."""
         state = self.live.run(Dashboard(self.running, ParticipantViews(self.running)).state)
         return next(dict(row) for row in state["participants"] if row["pid"] == pid)
 
     def alerts(self) -> list[str]:
-        """What the experimenter was told of, the newest first."""
+        """The kinds of the alerts, the newest first."""
         return [alert["about"] for alert in self.running.alerts.to_json()]
 
     def visitor(self, language: str = "en", beside: str = "", **parameters: str) -> "Visitor":
@@ -97,7 +97,7 @@ class Served:
         return self.live.call("/api/study/arrive", body)
 
     def look(self) -> None:
-        """What the server does once a second, now."""
+        """Run the checks that the server makes once a second."""
 
         async def once() -> None:
             async with self.running.transaction() as tx:
@@ -106,12 +106,12 @@ class Served:
         asyncio.run_coroutine_threadsafe(once(), self.live.loop).result(WAIT_S)
 
     def later(self, seconds: float) -> None:
-        """As if nobody had been heard of for so long."""
+        """As if all pages had been silent for so long."""
 
         def age() -> None:
             for session in self.running.participants:
                 session.last_seen_at -= seconds
-            for one in self.running.units._waiting_room.alive(float("-inf")):
+            for one in self.running.units._waiting_room.present(float("-inf")):
                 one.since -= seconds
                 one.heard -= seconds
 
@@ -136,7 +136,7 @@ class Visitor:
 
     @property
     def pid(self) -> str:
-        """What the page never gets to know."""
+        """The pseudonym, which the page is never sent."""
         found = self.served.running.databases.identities.of_session(hash_token(self.token).hex())
         assert found is not None
         return found
@@ -181,7 +181,7 @@ class Visitor:
         self.next()
 
     def wait_until(self, reached: Callable[["Visitor"], bool]) -> None:
-        """Look again and again, as the page does after each push."""
+        """Reload until `reached` is true."""
         deadline = time.monotonic() + WAIT_S
         while not reached(self):
             assert time.monotonic() < deadline, self.view
@@ -189,14 +189,14 @@ class Visitor:
             self.look()
 
     def player(self) -> Person:
-        """In the room of the round, ready."""
+        """Join the room of the round, and be ready."""
         room = self.step["room"]
         person = self.served.live.person(room["id"], mode="play", tokens=[room["token"]])
         person.say(type="ready", seat=room["seat"], ready=True)
         return person
 
     def play(self) -> None:
-        """The whole round, up to the next screen."""
+        """Play the whole round, up to the next screen."""
         key = self.step["key"]
         if self.step["state"] != "playing":
             self.next()
@@ -208,7 +208,7 @@ class Visitor:
         self.wait_until(lambda one: one.step["key"] != key)
 
     def do(self) -> None:
-        """Whatever this screen asks for."""
+        """Complete this screen."""
         actions: dict[str, Callable[[], Any]] = {
             "consent": self.agree,
             "form": self.fill_in,
@@ -223,7 +223,7 @@ class Visitor:
         actions[self.kind]()
 
     def go_to(self, kind: str) -> "Visitor":
-        """As far as the first screen of a kind."""
+        """Complete screens up to the first one of this kind."""
         while self.kind != kind:
             self.do()
         return self
@@ -233,7 +233,7 @@ class Visitor:
 def served(
     data: Path, text: str = SOLO, *, codes: bool = False, database: str | None = None, port: int = 0, **settings: Any
 ) -> Iterator[Served]:
-    """A study for one `with` block; its data stay."""
+    """Serve a study for one `with` block; its data remain."""
     folder = StudyFolder(parse_study(text), data, database)
     options = {"lobby": False, "tick_s": 0.1 / SPEED, "countdown_s": 0.05, "agent_workers": 0, **settings}
     made: list[Any] = []

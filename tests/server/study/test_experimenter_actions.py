@@ -1,4 +1,4 @@
-"""The experimenter's screen: who is where, and what can be done about it, by the holder of the token alone."""
+"""The experimenter's page: its state and its actions, which need the admin token."""
 
 import csv
 import io
@@ -17,7 +17,7 @@ LONG = SOLO.replace("[HandOff], limit_ticks: 20", "[HandOff], limit_ticks: 400")
 
 @pytest.fixture(scope="module")
 def long(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
-    """A study whose rounds last long enough to do something to them: 2 s."""
+    """A study whose rounds last 2 s, long enough to act on them."""
     with served(tmp_path_factory.mktemp("long"), LONG) as running:
         yield running
         running.live.hang_up()

@@ -1,4 +1,4 @@
-"""A database that refuses, a full disk, a room that fails: a sentence, an alert, and nothing lost."""
+"""Database errors, a full disk, a failing room: each gives a sentence and an alert, and nothing is lost."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -1,4 +1,4 @@
-"""Pairs: a waiting room that cannot hang, two at one screen, and what becomes of who is left behind."""
+"""Pairs: a waiting room that never hangs, two at one screen, and partners who are left behind."""
 
 import threading
 from dataclasses import replace
@@ -21,7 +21,7 @@ def waiting(study: Served, count: int = 1) -> list[Visitor]:
 
 
 def paired(study: Served) -> tuple[Visitor, Visitor]:
-    """Two at the card of the practice."""
+    """A pair at the start of the practice."""
     (first,) = waiting(study)
     second = study.visitor().go_to("input-check")
     second.do()
@@ -60,7 +60,7 @@ def test_two_browsers_find_each_other_and_play_to_the_end(pair: Served) -> None:
 
 
 def test_practice_waits_for_a_partner_whose_move_was_cut_off(pair: Served, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A kill, or the database, came between the moves of the two; the next look brings the other in."""
+    """A kill or a database error came between the moves of the pair; the next check completes them."""
 
     async def nobody_looks(tx: Transaction, unit: StudyUnit) -> None:
         pass

@@ -1,4 +1,4 @@
-"""A participant's way through a study that is really served: nothing before consent, one code, the same place."""
+"""A participant in a served study: nothing is kept before consent, there is one code, and reloads keep the place."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""A server that is killed or stopped in a study: everybody is where they were, and every round is there once."""
+"""A server that is killed or stopped in a study: everybody continues where they were, no round is lost or repeated."""
 
 import signal
 from pathlib import Path
@@ -96,7 +96,7 @@ def _visitor(study: Any, name: str) -> Visitor:
 
 
 def forget_the_end(study: Served, visitor: Visitor, key: str) -> None:
-    """As a server leaves it that is killed between the last tick and its row."""
+    """The state after a kill between the last tick and the save of the round."""
     with study.running.databases.store.database.write() as connection:
         connection.execute(update(rounds).values(outcome=None, ended_ms=None, ticks=None, tcr=None))
         connection.execute(update(participants).where(participants.c.pid == visitor.pid).values(step=key))

@@ -1,6 +1,6 @@
-"""Where participants wait for a partner, with a clock that the test turns."""
+"""The waiting room, with a clock that the test controls."""
 
-from movingout.server.study.waiting_room import GHOST_S, WaitingRoom
+from movingout.server.study.waiting_room import ABSENT_S, WaitingRoom
 
 
 def test_who_came_first_is_paired_first() -> None:
@@ -15,10 +15,10 @@ def test_nobody_is_paired_with_a_closed_page() -> None:
     room = WaitingRoom(300)
     room.enter("P1", 0.0)
     room.enter("P2", 0.0)
-    room.heard("P2", GHOST_S + 1)
-    assert room.pair(GHOST_S + 1) is None
-    room.heard("P1", GHOST_S + 2)
-    assert room.pair(GHOST_S + 2) == ("P1", "P2"), "the page is open again"
+    room.heard("P2", ABSENT_S + 1)
+    assert room.pair(ABSENT_S + 1) is None
+    room.heard("P1", ABSENT_S + 2)
+    assert room.pair(ABSENT_S + 2) == ("P1", "P2"), "the page is open again"
 
 
 def test_two_at_one_screen_wait_for_each_other_alone() -> None:
@@ -34,14 +34,14 @@ def test_nobody_waits_longer_than_was_said_and_coming_again_does_not_begin_anew(
     room = WaitingRoom(300)
     room.enter("P1", 0.0)
     room.enter("P1", 200.0)
-    assert room.over(299.0) == []
-    assert (room.over(300.0), room.since("P1")) == (["P1"], 0.0)
+    assert room.timed_out(299.0) == []
+    assert (room.timed_out(300.0), room.since("P1")) == (["P1"], 0.0)
     room.leave("P1")
-    assert (room.over(300.0), room.since("P1")) == ([], None)
+    assert (room.timed_out(300.0), room.since("P1")) == ([], None)
 
 
 def test_who_waited_through_a_pause_waits_anew() -> None:
     room = WaitingRoom(300)
     room.enter("P1", 0.0)
-    room.begin_anew(400.0)
-    assert (room.over(699.0), room.over(700.0)) == ([], ["P1"])
+    room.restart_waits(400.0)
+    assert (room.timed_out(699.0), room.timed_out(700.0)) == ([], ["P1"])

@@ -1,4 +1,4 @@
-"""Studies that take a minute, and little else."""
+"""Studies that take a minute."""
 
 _HEAD = """
 format: 1

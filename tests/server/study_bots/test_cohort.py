@@ -1,12 +1,12 @@
-"""Whom simulated participants visit, and what they say when they cannot."""
+"""Which servers accept simulated participants, and the errors of the others."""
 
 import asyncio
 from pathlib import Path
 
 import pytest
 
-from movingout.server.study_bots.browser import SimulationError
 from movingout.server.study_bots.cohort import Cohort, SimulationPlan
+from movingout.server.study_bots.study_client import SimulationError
 from tests.server.study.support import served
 
 
@@ -22,5 +22,5 @@ def test_a_study_of_real_people_is_never_visited(tmp_path: Path) -> None:
 
 
 def test_where_nothing_is_served_it_is_said_so() -> None:
-    with pytest.raises(SimulationError, match="no study is served at http"):
+    with pytest.raises(SimulationError, match="no study is being served at http"):
         _visit("http://127.0.0.1:9")

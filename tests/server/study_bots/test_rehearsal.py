@@ -1,4 +1,4 @@
-"""Rehearsals: simulated participants walk through whole studies at real servers, and nothing is lost on the way."""
+"""Rehearsals: simulated participants go through whole studies on real servers, and no data are lost."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -58,5 +58,5 @@ def test_what_is_lost_is_found_and_said(tmp_path: Path) -> None:
     ("text", "people"), [(pairs_text(wait_s=15), 32), (agents_text(), 16)], ids=["pairs", "agents"]
 )
 def test_participants_with_faults_and_three_kills_lose_nothing(tmp_path: Path, text: str, people: int) -> None:
-    """Every finished round has one recording and one row, every answer clicked is there, one code each."""
+    """Every finished round has one recording and one row, every answer is saved, everybody has one code."""
     _chaos(tmp_path, text, SimulationPlan(people, speed=10, seed=11, at_once=32), kills=3)

@@ -1,4 +1,4 @@
-"""The way of an experimenter, as docs/study.md shows it: check, simulate, report, export, forget."""
+"""The commands of an experimenter in the order of docs/study.md: check, simulate, report, export, forget."""
 
 import csv
 import json

@@ -1,4 +1,4 @@
-"""What sits at the stick of a simulated participant."""
+"""Policies and connections of simulated participants."""
 
 import asyncio
 import math

@@ -1,7 +1,7 @@
 """From step to step, also when the time of a block is over."""
 
 from movingout.study.design.allocation import assign
-from movingout.study.design.step_order import LAST_ALONE, blocks_over, next_step
+from movingout.study.design.step_order import LAST_SOLO_STEP, blocks_over, next_step
 from movingout.study.design.steps import steps
 from movingout.study.design.study_file import parse_study
 from movingout.study.design.templates import template_text
@@ -38,8 +38,8 @@ def test_a_block_whose_time_is_up_leaves_questions_about_what_was_played() -> No
 
 
 def test_nobody_is_asked_about_a_partner_whom_they_never_met() -> None:
-    after = [step.key for step in ORDER].index(LAST_ALONE) + 1
-    assert walk(LAST_ALONE, {BLOCK}, set()) == [step.kind for step in ORDER[after:] if not step.block]
+    after = [step.key for step in ORDER].index(LAST_SOLO_STEP) + 1
+    assert walk(LAST_SOLO_STEP, {BLOCK}, set()) == [step.kind for step in ORDER[after:] if not step.block]
 
 
 def test_a_block_is_over_when_it_has_lasted_as_long_as_it_may() -> None:

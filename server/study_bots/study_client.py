@@ -1,4 +1,4 @@
-"""A participant's browser as far as the server can tell: the study's HTTP API and its stream of news."""
+"""The HTTP API of a study and its event stream, as a participant's page uses them."""
 
 import asyncio
 import json
@@ -11,17 +11,17 @@ import httpx
 from movingout.study.errors import StudyError
 
 RETRY_S = 0.25
-PATIENCE_S = 120.0  # without any answer
-LATER = (HTTPStatus.BAD_GATEWAY, HTTPStatus.SERVICE_UNAVAILABLE, HTTPStatus.INSUFFICIENT_STORAGE)
+GIVE_UP_S = 120.0  # without a response
+RETRIED = (HTTPStatus.BAD_GATEWAY, HTTPStatus.SERVICE_UNAVAILABLE, HTTPStatus.INSUFFICIENT_STORAGE)
 View = dict[str, Any]
 
 
 class SimulationError(StudyError):
-    """The rehearsal cannot go on."""
+    """The simulation cannot continue."""
 
 
 class RequestRefused(StudyError):
-    """The server did not do what was asked for; `code` is what the page would go by."""
+    """The server refused a request; `code` tells the page why."""
 
     def __init__(self, status: int, code: str, message: str) -> None:
         super().__init__(message)
@@ -29,8 +29,8 @@ class RequestRefused(StudyError):
         self.code = code
 
 
-class StudyBrowser:
-    """One participant's. A server that is away is asked again, as the page does."""
+class StudyClient:
+    """One participant's page. Requests are repeated while the server is unreachable, as the page does."""
 
     def __init__(self, http: httpx.AsyncClient) -> None:
         self._http = http
@@ -55,12 +55,12 @@ class StudyBrowser:
         return view
 
     async def answer(self, key: str, item: str, value: int, text: str, elapsed_ms: float) -> None:
-        """One click; returns once the server says that it is saved."""
+        """One answer; returns once the server has confirmed that it is saved."""
         click = {"key": key, "item": item, "value": value, "text": text, "elapsed_ms": elapsed_ms, "hidden_ms": 0}
         await self._ask("POST", "/api/study/answer", click)
 
-    async def news(self) -> AsyncIterator[None]:
-        """One item per event, for as long as the participant is there; begins again when the stream breaks."""
+    async def events(self) -> AsyncIterator[None]:
+        """One item per event, without end; reconnects when the stream breaks."""
         while True:
             try:
                 async with self._http.stream(
@@ -81,13 +81,13 @@ class StudyBrowser:
         while True:
             try:
                 answer = await self._http.request(method, path, json=body, headers=self._headers())
-                if answer.status_code not in LATER:
+                if answer.status_code not in RETRIED:
                     return _content(answer)
-                problem = f"{path} answers {answer.status_code}: {answer.text[:200]}"
+                problem = f"{path} answered {answer.status_code}: {answer.text[:200]}"
             except httpx.TransportError as error:
-                problem = f"the server does not answer: {error or type(error).__name__}"
-            if waited > PATIENCE_S:
-                raise SimulationError(f"{problem}, for {PATIENCE_S:.0f} s")
+                problem = f"the server does not respond: {error or type(error).__name__}"
+            if waited > GIVE_UP_S:
+                raise SimulationError(f"{problem}, for {GIVE_UP_S:.0f} s")
             waited += RETRY_S
             await asyncio.sleep(RETRY_S)
 
@@ -96,7 +96,7 @@ def _content(answer: httpx.Response) -> Any:
     try:
         content = answer.json()
     except json.JSONDecodeError:
-        raise SimulationError(f"{answer.url} answers {answer.status_code}, and no JSON") from None
+        raise SimulationError(f"{answer.url} answered {answer.status_code}, but not with JSON") from None
     if answer.is_success:
         return content
     error = content.get("error", {})
