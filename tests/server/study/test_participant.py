@@ -267,7 +267,7 @@ def test_whatever_a_participant_is_refused_for_the_page_has_words_for_it(languag
     sources = Path(movingout.server.study.__path__[0]).rglob("*.py")
     refusal = re.compile(r'(?:ArrivalRefused\(|StepRefused\(|ApiError\(\d+, |session\.refused = )"(\w+)"')
     codes = {code for source in sources for code in refusal.findall(source.read_text(encoding="utf-8"))}
-    words = json.loads((pages.WEB / "words" / f"study.{language}.json").read_text(encoding="utf-8"))
+    words = json.loads((pages.WEB / "words" / f"{language}.json").read_text(encoding="utf-8"))
     assert {"code", "code_unknown", "boxes", "locked", "slow"} <= codes
     assert {f"error.{code}" for code in codes} <= words.keys()
 
