@@ -1,32 +1,45 @@
-"""Everything that can be set about a server, in one frozen value; the command line is made into it."""
+"""Everything that can be set about a server, in one frozen value. The command-line options follow from it."""
 
 import argparse
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from movingout.server.options import option
 from movingout.world.constants import TICK_SECONDS
 
 MOST_WORKERS = 64
+# Processes for agents that the commands start: twenty seats of BASS that decide in the same tick keep one busy for most
+# of it.
 AGENT_WORKERS = min(2, os.cpu_count() or 1)
-"""How many processes for agents the commands start: twenty seats of BASS that decide in the same tick keep one busy for
-most of it."""
+MOST_COUNTDOWN_S = 60.0
+DATA = Path("data")
 
 
 def worker_count(text: str) -> int:
-    """A number of such processes from the command line."""
+    """A number of processes for agents."""
     if not text.isdecimal() or not 1 <= int(text) <= MOST_WORKERS:
         raise argparse.ArgumentTypeError(f"from 1 to {MOST_WORKERS} processes are possible, not {text}")
     return int(text)
+
+
+def countdown(text: str) -> float:
+    """The length of a countdown in seconds."""
+    seconds = float(text)
+    if not 0.0 <= seconds <= MOST_COUNTDOWN_S:
+        raise argparse.ArgumentTypeError(f"from 0 to {MOST_COUNTDOWN_S:g} seconds are possible, not {text}")
+    return seconds
 
 
 @dataclass(frozen=True, slots=True)
 class Limits:
     """What one server process takes on before it refuses, in a sentence."""
 
-    rooms: int = 250
+    rooms: int = option(250, "rooms at the same time (%(default)s)", flag="--max-rooms", metavar="N", parse=int)
     sockets: int = 2000
-    sockets_per_address: int = 200
+    sockets_per_address: int = option(
+        200, "connections from one address (%(default)s)", flag="--max-sockets", metavar="N", parse=int
+    )
     waiting_per_address: int = 32  # sockets that have not joined a room yet
     connections_per_address: int = 400  # TCP connections
     spectators_per_room: int = 30
@@ -46,15 +59,28 @@ class Limits:
 class Settings:
     """How one server runs. Times in seconds."""
 
-    host: str = "127.0.0.1"
-    port: int = 8000
-    data: Path = Path("data")
-    partner: str = "scripted"  # what the lobby proposes for the second seat
-    tls: bool = False
-    origins: tuple[str, ...] = ()  # further allowed origins, as https://play.example.org
-    trusted_proxies: tuple[str, ...] = ()  # addresses whose X-Forwarded-For is believed
-    agent_workers: int = 1
-    countdown_s: float = 3.0  # from "everybody is ready" to the first tick
+    host: str = option("127.0.0.1", "address to serve (%(default)s); 0.0.0.0 for all networks")
+    port: int = option(8000, "port to serve (%(default)s); 0 for any free one", parse=int)
+    partner: str = option("scripted", "the partner that the lobby proposes (%(default)s)", metavar="AGENT")
+    data: Path = option(  # noqa: RUF009 (it makes a field)
+        DATA, "the data folder (%(default)s)", metavar="DIR", parse=Path
+    )
+    tls: bool = option(
+        False, "serve https with a self-signed certificate, which gamepads on other machines need", parse=None
+    )
+    origins: tuple[str, ...] = option(
+        (), "also accept connections from pages of this origin (repeatable)", flag="--origin", metavar="URL"
+    )
+    trusted_proxies: tuple[str, ...] = option(
+        (), "trust the X-Forwarded-For of this reverse proxy (repeatable)", flag="--proxy", metavar="ADDRESS"
+    )
+    countdown_s: float = option(
+        3.0, 'seconds from "everybody is ready" to the first tick (%(default)s)', flag="--countdown", metavar="S",
+        parse=countdown,
+    )  # fmt: skip
+    agent_workers: int = option(
+        1, "agent processes (%(default)s)", metavar="N", parse=worker_count, offered=AGENT_WORKERS
+    )
     admin_token: str = ""  # made at start when empty
     lobby: bool = True  # whether anybody may open a room; a study opens its own
     tick_s: float = TICK_SECONDS  # real seconds per tick; less only to rehearse a study faster than people play

@@ -11,16 +11,15 @@ from movingout.agents.catalogue import agent_card
 from movingout.maps.errors import MovingOutError
 from movingout.recordings.recorded_seat import GHOST, is_ghost
 from movingout.server.app import create_app
+from movingout.server.options import add_options, values_of
 from movingout.server.rooms.ghost_partner import ghost_seat
 from movingout.server.security.admin_token import NAME, kept_token
 from movingout.server.security.certificate import Certificate, certificate_in, lan_addresses
-from movingout.server.settings import AGENT_WORKERS, Settings, worker_count
+from movingout.server.settings import Limits, Settings
 from movingout.server.uvicorn_server import game_server, listen
 from movingout.world.exactness import inexact_engine
 
-DEFAULTS = Settings()
 EVERYWHERE = ("0.0.0.0", "::")
-MOST_COUNTDOWN_S = 60.0
 
 
 class BadDataFolder(MovingOutError):
@@ -28,27 +27,8 @@ class BadDataFolder(MovingOutError):
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    add = parser.add_argument
-    add("--host", default=DEFAULTS.host, help="address to serve (%(default)s); 0.0.0.0 for the whole network")
-    add("--port", type=int, default=DEFAULTS.port, help="port to serve (%(default)s); 0 for any free one")
-    add("--partner", default=DEFAULTS.partner, metavar="AGENT", help="agent that the lobby proposes (%(default)s)")
-    add("--data", type=Path, default=DEFAULTS.data, metavar="DIR", help="where recordings and answers go (%(default)s)")
-    add("--tls", action="store_true", help="serve https with a self-signed certificate, for gamepads in the network")
-    add("--origin", action="append", default=[], metavar="URL", help="another page that may connect (repeatable)")
-    add("--proxy", action="append", default=[], metavar="ADDRESS", help="a reverse proxy to believe (repeatable)")
-    add(
-        "--countdown", type=_seconds, default=DEFAULTS.countdown_s, metavar="S",
-        help="seconds from \"everybody is ready\" to the first tick (%(default)s)",
-    )  # fmt: skip
-    add(
-        "--agent-workers", type=worker_count, default=AGENT_WORKERS, metavar="N",
-        help="processes for agents (%(default)s)",
-    )  # fmt: skip
-    add("--max-rooms", type=int, default=DEFAULTS.limits.rooms, metavar="N", help="rooms at the same time")
-    add(
-        "--max-sockets", type=int, default=DEFAULTS.limits.sockets_per_address, metavar="N",
-        help="connections from one address (%(default)s)",
-    )  # fmt: skip
+    add_options(parser, Settings)
+    add_options(parser, Limits)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -71,32 +51,14 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _settings(args: argparse.Namespace) -> Settings:
+    """Where more sockets of one address are let in, more of them may wait and connect."""
+    given = Limits(**values_of(args, Limits))
     limits = replace(
-        DEFAULTS.limits,
-        rooms=args.max_rooms,
-        sockets_per_address=args.max_sockets,
-        waiting_per_address=max(DEFAULTS.limits.waiting_per_address, args.max_sockets),
-        connections_per_address=max(DEFAULTS.limits.connections_per_address, 2 * args.max_sockets),
+        given,
+        waiting_per_address=max(given.waiting_per_address, given.sockets_per_address),
+        connections_per_address=max(given.connections_per_address, 2 * given.sockets_per_address),
     )
-    return Settings(
-        host=args.host,
-        port=args.port,
-        data=args.data,
-        partner=args.partner,
-        tls=args.tls,
-        origins=tuple(args.origin),
-        trusted_proxies=tuple(args.proxy),
-        agent_workers=args.agent_workers,
-        countdown_s=args.countdown,
-        limits=limits,
-    )
-
-
-def _seconds(text: str) -> float:
-    seconds = float(text)
-    if not 0.0 <= seconds <= MOST_COUNTDOWN_S:
-        raise argparse.ArgumentTypeError(f"from 0 to {MOST_COUNTDOWN_S:g} seconds are possible, not {text}")
-    return seconds
+    return Settings(**values_of(args, Settings), limits=limits)
 
 
 def check_data(folder: Path) -> None:

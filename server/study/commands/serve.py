@@ -11,6 +11,7 @@ from pathlib import Path
 from fastapi import FastAPI
 
 from movingout.server.commands.play import addresses, certificate_for, check_data, hints, with_kept_token
+from movingout.server.options import values_of
 from movingout.server.settings import Limits, Settings
 from movingout.server.study.api.app import create_study_app
 from movingout.server.uvicorn_server import game_server, listen
@@ -66,13 +67,7 @@ def _settings(args: argparse.Namespace) -> Settings:
         message_burst=Limits().message_burst * max(1.0, speed),
     )
     return Settings(
-        host=args.host,
-        port=args.port,
-        data=args.data,
-        tls=args.tls,
-        origins=tuple(args.origin),
-        trusted_proxies=tuple(args.proxy),
-        agent_workers=args.agent_workers,
+        **values_of(args, Settings),
         countdown_s=Settings().countdown_s / speed,
         tick_s=Settings().tick_s / speed,
         lobby=False,
