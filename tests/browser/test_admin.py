@@ -118,3 +118,10 @@ def test_the_list_of_recordings_is_readable_on_a_phone(server: Server, open_page
     expect(page.locator("#rows tr").first).to_be_visible()
     assert overflow(page) == 0
     assert violations(page) == []
+
+
+def test_the_page_speaks_the_language_of_the_address(server: Server, open_page: OpenPage) -> None:
+    page = open_page("/admin?lang=de", script=unlocked(server))
+    expect(page.get_by_role("heading", name="Laufende Spiele")).to_be_visible()
+    expect(page.get_by_text("Verspätete Ticks (p99)")).to_be_visible()
+    assert violations(page) == []

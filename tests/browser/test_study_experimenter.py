@@ -140,12 +140,12 @@ def test_everything_can_be_paused_and_alerts_are_put_away(open_page: OpenPage) -
     study = FakeDashboard()
     page = open_page("/healthz", script=UNLOCKED)
     study.open(page)
-    page.get_by_role("button", name="Put away").click()
+    page.get_by_role("button", name="Dismiss").click()
     expect(page.get_by_text("opened in a second window")).to_have_count(0)
     study.state["paused"] = True
     page.get_by_role("button", name="Pause all").click()
     expect(page.get_by_text("Everything is paused.")).to_be_visible()
-    page.get_by_role("button", name="Go on").click()
+    page.get_by_role("button", name="Resume all").click()
     assert [action for action, _ in study.heard] == ["pause", "resume"]
 
 
@@ -164,7 +164,7 @@ def test_the_next_participants_link_is_a_code_to_scan_and_notes_and_payments_are
     page.screenshot(path=pictures / "study-experimenter-next.png")
     page.get_by_role("button", name="Close", exact=True).click()
     page.get_by_label("What happened").fill("It is loud in the corridor.")
-    page.get_by_role("button", name="Add note").click()
+    page.get_by_role("button", name="Add a note").click()
     expect(page.get_by_text("Kept.")).to_be_visible()
     assert study.heard[-1] == ("note", {"text": "It is loud in the corridor."})
     with page.expect_download() as download:

@@ -1,11 +1,14 @@
 // @ts-check
 /*
- * The running server in words for the experimenter. Pure: from GET /api/admin/state to short texts.
+ * The running server in words: from GET /api/admin/state to short texts.
  */
 
+import { freeDisk, isLate, milliseconds, NO_PILL, roundTripPill } from "../components/dashboard.js";
 import { clockText, secondsOf } from "../core/ticks.js";
+import { has, say } from "../text/catalogue.js";
 
-/** @typedef {{words: string, tone: "" | "ok" | "attention" | "bad"}} Pill */
+/** @typedef {import("../components/dashboard.js").Pill} Pill */
+/** @typedef {import("../components/dashboard.js").Fact} Fact */
 /** @typedef {import("../messages.js").SeatState} Seat */
 /**
  * @typedef {object} RoomRow
@@ -39,26 +42,13 @@ import { clockText, secondsOf } from "../core/ticks.js";
  * @property {string} refusal why no room can be opened now; empty: one can
  * @property {RoomRow[]} rooms
  */
-/** @typedef {{title: string, value: string, detail: string, tone: "" | "bad"}} Fact */
 
-const LATE_MS = 5; // p99 beyond which a person might notice
-const CPU_PERCENT = 80;
-const DISK_MB = 1000;
-
-const PHASES = /** @type {Record<string, string>} */ ({
-  lobby: "Waiting for players",
-  countdown: "Starting",
-  playing: "Playing",
-  paused: "Paused",
-  round_over: "Between rounds",
-  series_over: "Finished",
-  closed: "Closed",
-});
+const CPU_PERCENT = 80; // of one core, above which it is too much
 
 /** @param {Pick<RoomRow, "phase" | "round" | "rounds">} room */
 export function phaseWords({ phase, round, rounds }) {
-  const words = PHASES[phase] ?? phase;
-  return rounds > 1 ? `${words} · round ${round} of ${rounds}` : words;
+  const words = has(`admin.phase.${phase}`) ? say(`admin.phase.${phase}`) : phase;
+  return rounds > 1 ? say("admin.phaseInRound", { phase: words, round, rounds }) : words;
 }
 
 /** Time played of the limit: "0:19 / 0:50". @param {Pick<RoomRow, "tick" | "limit_ticks" | "phase">} room */
@@ -76,33 +66,26 @@ export function timeWords({ tick, limit_ticks, phase }) {
 export function linkPill({ seats, phase }) {
   const over = phase === "series_over" || phase === "closed"; // nobody is missed any more
   const joined = over ? [] : seats.filter(({ kind }) => kind === "human" || kind === "remote");
-  if (joined.some(({ open, present }) => !open && !present)) return { words: "reconnecting", tone: "attention" };
+  if (joined.some(({ open, present }) => !open && !present)) {
+    return { words: say("admin.reconnecting"), tone: "attention" };
+  }
   const slowest = Math.max(-1, ...joined.filter(({ present }) => present).map(({ rtt_ms }) => rtt_ms));
-  if (slowest < 0) return { words: "–", tone: "" };
-  return { words: `${Math.round(slowest)} ms`, tone: slowest < 100 ? "ok" : slowest < 250 ? "attention" : "bad" };
+  return slowest < 0 ? NO_PILL : roundTripPill(slowest);
 }
 
 /** @param {Pick<RoomRow, "phase" | "recording" | "recording_problem">} room @returns {Pill} */
 export function recordingPill({ phase, recording, recording_problem }) {
-  if (recording_problem) return { words: "not recording", tone: "bad" };
-  return recording && (phase === "playing" || phase === "paused")
-    ? { words: "recording", tone: "ok" }
-    : { words: "–", tone: "" };
+  if (recording_problem) return { words: say("admin.notRecording"), tone: "bad" };
+  const inRound = phase === "playing" || phase === "paused";
+  return recording && inRound ? { words: say("dashboard.recording"), tone: "ok" } : NO_PILL;
 }
 
 /** @param {Seat} seat */
 export function seatWords({ kind, name, open, present, device }) {
-  if (open) return "free seat";
-  const who = name || { human: "person", agent: "agent", remote: "program", ghost: "recording", idle: "nobody" }[kind];
-  if (!present && (kind === "human" || kind === "remote")) return `${who}, away`;
-  return device && kind === "human" ? `${who} · ${device}` : who;
-}
-
-/** 184200 -> "184 200", with a narrow space. @param {number} value */
-export function grouped(value) {
-  return Math.round(value)
-    .toString()
-    .replace(/\B(?=(\d{3})+$)/g, "\u202f");
+  if (open) return say("admin.seat.free");
+  const who = name || say(`admin.seat.${kind}`);
+  if (!present && (kind === "human" || kind === "remote")) return say("admin.seat.away", { who });
+  return device && kind === "human" ? `${who} · ${say(`play.device.${device}`)}` : who;
 }
 
 /** @param {number} ticks */
@@ -113,55 +96,45 @@ function clock(ticks) {
 /** "2 h 5 min". @param {number} seconds */
 export function uptime(seconds) {
   const minutes = Math.floor(seconds / 60);
-  if (minutes < 60) return `${minutes} min`;
-  return `${Math.floor(minutes / 60)} h ${minutes % 60} min`;
+  if (minutes < 60) return say("admin.minutes", { minutes });
+  return say("admin.hours", { hours: Math.floor(minutes / 60), minutes: minutes % 60 });
 }
 
 /** @param {AdminState} state */
 export function summaryWords({ rooms, uptime_s }) {
   const people = rooms.flatMap(({ seats }) => seats).filter(({ kind, present }) => kind === "human" && present).length;
-  return `${plural(rooms.length, "room")} · ${plural(people, "player")} · up for ${uptime(uptime_s)}`;
+  const up = say("admin.upFor", { time: uptime(uptime_s) });
+  return [say("admin.rooms", { count: rooms.length }), say("admin.players", { count: people }), up].join(" · ");
 }
 
 /** The cards above the rooms. @param {AdminState} state @returns {Fact[]} */
 export function facts(state) {
-  const { late_ms, missed_ticks, ticks, cpu_percent, disk_free_mb } = state;
+  const { late_ms, missed_ticks: missed, ticks, cpu_percent } = state;
+  const disk = freeDisk(state.disk_free_mb);
   return [
     {
-      title: "Late ticks (p99)",
-      value: `${late_ms.p99.toFixed(1)} ms`,
-      detail: `p50 ${late_ms.p50.toFixed(1)} ms · ${grouped(missed_ticks)} missed of ${grouped(ticks)}`,
-      tone: late_ms.p99 > LATE_MS || missed_ticks > 0 ? "bad" : "",
+      title: say("dashboard.lateTicks"),
+      value: milliseconds(late_ms.p99, 1),
+      detail: `p50 ${milliseconds(late_ms.p50, 1)} · ${say("dashboard.missedOf", { missed, ticks })}`,
+      tone: isLate(late_ms.p99) || missed > 0 ? "bad" : "",
     },
     {
-      title: "Connections",
+      title: say("admin.connections"),
       value: String(state.sockets),
-      detail:
-        state.deadline_misses === 1 ? "1 late agent answer" : `${grouped(state.deadline_misses)} late agent answers`,
+      detail: say("admin.lateAnswers", { count: state.deadline_misses }),
       tone: "",
     },
     {
-      title: "Processor",
+      title: say("admin.processor"),
       value: `${Math.round(cpu_percent)} %`,
-      detail: `of one core · ${Math.round(state.rss_mb)} MB memory`,
+      detail: say("admin.processor.detail", { memory: Math.round(state.rss_mb) }),
       tone: cpu_percent > CPU_PERCENT ? "bad" : "",
     },
     {
-      title: "Disk",
-      value: `${diskWords(disk_free_mb)} free`,
-      detail:
-        state.finalising > 0 ? `${plural(state.finalising, "recording")} being finished` : "all recordings finished",
-      tone: disk_free_mb < DISK_MB ? "bad" : "",
+      title: say("dashboard.disk"),
+      value: say("admin.disk.free", { size: disk.value }),
+      detail: state.finalising > 0 ? say("admin.finishing", { count: state.finalising }) : say("admin.allFinished"),
+      tone: disk.tone,
     },
   ];
-}
-
-/** @param {number} megabytes */
-function diskWords(megabytes) {
-  return megabytes < 10_000 ? `${grouped(megabytes)} MB` : `${grouped(megabytes / 1000)} GB`;
-}
-
-/** @param {number} count @param {string} noun */
-function plural(count, noun) {
-  return `${count} ${noun}${count === 1 ? "" : "s"}`;
 }

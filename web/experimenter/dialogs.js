@@ -3,8 +3,9 @@
  * What the experimenter is asked before something is done, and the link for the next participant.
  */
 
-import { ApiError, request, requestJson } from "../core/api.js";
+import { request, requestJson } from "../core/api.js";
 import { el, notice } from "../core/dom.js";
+import { say, sayError } from "../text/catalogue.js";
 import { actionsFor } from "./words.js";
 
 /** @typedef {import("./words.js").ParticipantRow} ParticipantRow */
@@ -14,7 +15,11 @@ import { actionsFor } from "./words.js";
 /** @param {string} title @param {...(Node | null)} parts */
 function openDialog(title, ...parts) {
   const dialog = el("dialog", { class: "card card-roomy dialog", "aria-labelledby": "dialog-title" });
-  const close = el("button", { type: "button", class: "button", onclick: () => dialog.close() }, "Close");
+  const close = el(
+    "button",
+    { type: "button", class: "button", onclick: () => dialog.close() },
+    say("dashboard.close"),
+  );
   dialog.append(
     el(
       "div",
@@ -32,8 +37,7 @@ function openDialog(title, ...parts) {
 
 /** @param {unknown} error */
 function sentence(error) {
-  if (!(error instanceof ApiError)) throw error;
-  return notice("bad", error.message);
+  return notice("bad", sayError(error));
 }
 
 /** What can be done for one participant. @param {ParticipantRow} row @param {Do} act */
@@ -77,7 +81,7 @@ function reasonForm(row, action, act, done) {
   form.addEventListener("submit", (event) => {
     event.preventDefault();
     if (area.value.trim()) return void run(row, action, area.value.trim(), act, problem, done);
-    problem.replaceChildren(notice("bad", "Please say it in a few words: it is kept with the data."));
+    problem.replaceChildren(notice("bad", say("experimenter.reason.missing")));
     area.focus();
   });
   setTimeout(() => area.focus());
@@ -103,19 +107,19 @@ async function run({ pid, unit, episode }, { action }, reason, act, problem, don
 
 /** The link and code for whoever comes next. @param {string} token @param {Do} act */
 export async function openNext(token, act) {
-  const box = el("div", { class: "stack", role: "status" }, el("p", {}, "One moment…"));
-  openDialog("Next participant", box);
+  const box = el("div", { class: "stack", role: "status" }, el("p", {}, say("experimenter.moment")));
+  openDialog(say("experimenter.next"), box);
   try {
     const { code, path } = /** @type {{code: string, path: string}} */ (await act("open-next", {}));
     const address = new URL(path, location.href).href;
     const answer = await request(`/api/experimenter/qr.svg?code=${encodeURIComponent(code)}`, { token });
     const picture = `data:image/svg+xml,${encodeURIComponent(await answer.text())}`;
     box.replaceChildren(
-      el("img", { class: "qr", src: picture, alt: "QR code of the link", width: 200, height: 200 }),
+      el("img", { class: "qr", src: picture, alt: say("experimenter.qr"), width: 200, height: 200 }),
       el("p", { class: "next-code" }, code),
       el("a", { class: "next-link", href: address, target: "_blank", rel: "noopener" }, address),
       copyRow(address),
-      el("p", { class: "muted small" }, "For one participant. The same link brings them back to their place."),
+      el("p", { class: "muted small" }, say("experimenter.next.help")),
     );
   } catch (error) {
     box.replaceChildren(sentence(error));
@@ -125,13 +129,13 @@ export async function openNext(token, act) {
 /** @param {string} address */
 function copyRow(address) {
   const said = el("span", { class: "muted small", role: "status" });
-  const copy = el("button", { type: "button", class: "button" }, "Copy the link");
+  const copy = el("button", { type: "button", class: "button" }, say("experimenter.copy"));
   copy.addEventListener("click", async () => {
     const done = await navigator.clipboard?.writeText(address).then(
       () => true,
       () => false,
     );
-    said.textContent = done ? "Copied." : "Copying is not allowed here: select the link above.";
+    said.textContent = say(done ? "experimenter.copied" : "experimenter.notCopied");
   });
   return el("div", { class: "row" }, copy, said);
 }
@@ -143,10 +147,9 @@ export async function downloadPayments(token, said) {
     const address = URL.createObjectURL(await answer.blob());
     el("a", { href: address, download: "payments.csv" }).click();
     setTimeout(() => URL.revokeObjectURL(address), 1000);
-    said.textContent = "Saved.";
+    said.textContent = say("experimenter.saved");
   } catch (error) {
-    if (!(error instanceof ApiError)) throw error;
-    said.textContent = error.message;
+    said.textContent = sayError(error);
   }
 }
 

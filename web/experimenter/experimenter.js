@@ -1,10 +1,11 @@
 // @ts-check
 /*
  * The experimenter's screen: who is where in the study, live, and what can be done about it. Cells change in place, so
- * that the keyboard stays where it is. What the numbers are called is in experimenter_words.js.
+ * that the keyboard stays where it is. What the numbers are called is in words.js.
  */
 
-import { openWithToken } from "../core/admin_token.js";
+import { openWithToken } from "../components/admin_token.js";
+import { pill, remark, showFacts } from "../components/dashboard.js";
 import { ApiError, requestJson } from "../core/api.js";
 import { badge, byId, el, notice } from "../core/dom.js";
 import { actor, askForAction, downloadPayments, openNext } from "./dialogs.js";
@@ -21,10 +22,11 @@ import {
   whereWords,
 } from "./words.js";
 import { LiveStream } from "../core/live_stream.js";
+import { say, sayError } from "../text/catalogue.js";
+import { prepareTexts } from "../text/page.js";
 
 /** @typedef {import("./words.js").StudyState} StudyState */
 /** @typedef {import("./words.js").ParticipantRow} ParticipantRow */
-/** @typedef {import("./words.js").Pill} Pill */
 /**
  * @typedef {object} Shown
  * @property {HTMLTableRowElement} row
@@ -36,8 +38,8 @@ import { LiveStream } from "../core/live_stream.js";
 const PATH = "/api/experimenter/state";
 const WRONG_TOKEN = [401, 403];
 const STALE_MS = 3000; // news come each second; without any for so long the page asks
-const COLUMNS = ["Participant", "Where", "Plays", "Since", "Link", "Ticks", "Recording"];
-const CLASSES = /** @type {Record<string, string>} */ ({ Participant: "strong", Since: "nowrap", Where: "nowrap" });
+const COLUMNS = ["participant", "step", "plays", "since", "link", "ticks", "recording"];
+const CLASSES = /** @type {Record<string, string>} */ ({ participant: "strong", since: "nowrap", step: "nowrap" });
 
 class Dashboard {
   #content = byId("content", HTMLElement);
@@ -82,7 +84,7 @@ class Dashboard {
     } catch (error) {
       // A restarted server has another token: the reloaded page asks for it.
       if (error instanceof ApiError && WRONG_TOKEN.includes(error.status)) location.reload();
-      this.#setLost(error instanceof ApiError ? error.message : "The server takes long to answer.");
+      this.#setLost(error instanceof ApiError ? sayError(error) : say("dashboard.slowServer"));
     }
   }
 
@@ -92,8 +94,7 @@ class Dashboard {
       await this.act(action, body);
       await this.#ask();
     } catch (error) {
-      if (!(error instanceof ApiError)) throw error;
-      this.#setLost(error.message);
+      this.#setLost(sayError(error));
     }
   }
 
@@ -104,11 +105,10 @@ class Dashboard {
     try {
       await this.act("note", { text: area.value.trim() });
       area.value = "";
-      said.textContent = "Kept.";
+      said.textContent = say("experimenter.note.kept");
       await this.#ask();
     } catch (error) {
-      if (!(error instanceof ApiError)) throw error;
-      said.textContent = error.message;
+      said.textContent = sayError(error);
     }
   }
 
@@ -118,7 +118,7 @@ class Dashboard {
     for (const part of this.#content.querySelectorAll(".facts-row, .table-card"))
       part.classList.toggle("stale", reason !== "");
     if (box.textContent === "" && reason === "") return;
-    box.replaceChildren(...(reason ? [notice("bad", reason, " These are the last figures; trying again…")] : []));
+    box.replaceChildren(...(reason ? [notice("bad", reason, ` ${say("dashboard.lastFigures")}`)] : []));
   }
 
   // ---- what is shown ----------------------------------------------------------------------------------------
@@ -129,32 +129,16 @@ class Dashboard {
     this.#newsAtMs = performance.now();
     this.#setLost("");
     byId("title", HTMLElement).textContent = state.study.title;
-    document.title = `${state.study.title} · Experimenter`;
+    document.title = say("experimenter.pageTitle", { study: state.study.title });
     byId("summary", HTMLElement).textContent = summaryWords(state);
-    byId("pause", HTMLButtonElement).textContent = state.paused ? "Go on" : "Pause all";
-    replaceText(
-      byId("paused", HTMLElement),
-      state.paused ? "Everything is paused. Participants see a page that says so." : "",
+    byId("pause", HTMLButtonElement).textContent = say(
+      state.paused ? "experimenter.resumeAll" : "experimenter.pauseAll",
     );
-    this.#showFacts(state);
+    replaceText(byId("paused", HTMLElement), state.paused ? say("experimenter.allPaused") : "");
+    showFacts(byId("facts", HTMLElement), facts(state));
     this.#showAlerts(state);
     this.#showParticipants(state);
     showNotes(state);
-  }
-
-  /** @param {StudyState} state */
-  #showFacts(state) {
-    byId("facts", HTMLElement).replaceChildren(
-      ...facts(state).map(({ title, value, detail, tone }) =>
-        el(
-          "div",
-          { class: "card fact", "data-tone": tone },
-          el("dt", {}, title),
-          el("dd", { class: "fact-value" }, value),
-          el("dd", { class: "fact-detail" }, detail),
-        ),
-      ),
-    );
   }
 
   /** The newest three that were not put away. @param {StudyState} state */
@@ -168,8 +152,8 @@ class Dashboard {
       ...open.map(({ id, at, text }) => {
         const away = el(
           "button",
-          { type: "button", class: "button button-small", "aria-label": `Put away: ${text}` },
-          "Put away",
+          { type: "button", class: "button button-small", "aria-label": say("experimenter.dismissThis", { text }) },
+          say("experimenter.dismiss"),
         );
         away.addEventListener("click", () => this.#putAway(`${id}-${at}`));
         return el(
@@ -211,17 +195,25 @@ class Dashboard {
   /** @param {ParticipantRow} data @returns {Shown} */
   #add(data) {
     const cells = new Map(
-      COLUMNS.map((column) => [column, el("td", { "data-label": column, class: CLASSES[column] ?? null })]),
+      COLUMNS.map((column) => [
+        column,
+        el("td", { "data-label": say(`dashboard.column.${column}`), class: CLASSES[column] ?? null }),
+      ]),
     );
     const watch = el(
       "a",
-      { class: "button button-small", target: "_blank", rel: "noopener", "aria-label": `Watch ${data.pid}` },
-      "Watch",
+      {
+        class: "button button-small",
+        target: "_blank",
+        rel: "noopener",
+        "aria-label": say("experimenter.watch", { pid: data.pid }),
+      },
+      say("dashboard.watch"),
     );
     const more = el(
       "button",
-      { type: "button", class: "button button-small", "aria-label": `Actions for ${data.pid}` },
-      "Actions",
+      { type: "button", class: "button button-small", "aria-label": say("experimenter.actionsFor", { pid: data.pid }) },
+      say("dashboard.actions"),
     );
     const row = el("tr", { "data-pid": data.pid }, ...cells.values(), el("td", { class: "actions" }, watch, more));
     const shown = { row, cells, watch, data };
@@ -240,34 +232,17 @@ class Dashboard {
 /** @param {Shown} shown @param {ParticipantRow} data */
 function fill(shown, data) {
   shown.data = data;
-  const names = seatNames(data);
-  const part = data.outcome
-    ? []
-    : [
-        el(
-          "span",
-          { class: "room-remark" },
-          `part ${Math.min(data.position.done + 1, data.position.total)} of ${data.position.total}`,
-        ),
-      ];
+  const { done, total } = data.position;
+  const part = data.outcome ? "" : say("experimenter.part", { done: Math.min(done + 1, total), total });
   /** @type {Record<string, (Node | string)[]>} */
   const texts = {
-    Participant: [data.pid],
-    Where: [whereWords(data), ...part],
-    Plays: names
-      ? [
-          el(
-            "span",
-            { class: "room-seats" },
-            ...names.map((name, seat) => el("span", { class: "agent" }, badge(seat), name)),
-          ),
-          ...mapRemark(data),
-        ]
-      : [],
-    Since: [timeWords(data)],
-    Link: [pill(linkPill(data))],
-    Ticks: [pill(tickPill(data))],
-    Recording: [pill(recordingPill(data))],
+    participant: [data.pid],
+    step: [whereWords(data), ...remark(part)],
+    plays: seatsOf(data),
+    since: [timeWords(data)],
+    link: [pill(linkPill(data))],
+    ticks: [pill(tickPill(data))],
+    recording: [pill(recordingPill(data))],
   };
   for (const [column, parts] of Object.entries(texts)) {
     const cell = shown.cells.get(column);
@@ -279,16 +254,12 @@ function fill(shown, data) {
   shown.row.toggleAttribute("data-finished", data.outcome !== null);
 }
 
-/** @param {ParticipantRow} data */
-function mapRemark({ title }) {
-  return title ? [el("span", { class: "room-remark" }, title)] : [];
-}
-
-/** @param {Pill} pill */
-function pill({ words, tone }) {
-  return words === "–"
-    ? el("span", { class: "muted" }, words)
-    : el("span", { class: `pill ${tone && `pill-${tone}`}` }, words);
+/** Both seats with who sits there, and the map. @param {ParticipantRow} data */
+function seatsOf(data) {
+  const names = seatNames(data);
+  if (names === null) return [];
+  const agents = names.map((name, seat) => el("span", { class: "agent" }, badge(seat), name));
+  return [el("span", { class: "room-seats" }, ...agents), ...remark(data.title ?? "")];
 }
 
 /** @param {StudyState} state */
@@ -335,6 +306,7 @@ function keepDismissed(alerts) {
   }
 }
 
+await prepareTexts();
 const opened = await openWithToken(byId("ask", HTMLElement), PATH);
 const dashboard = new Dashboard(opened.token);
 dashboard.show(opened.document);

@@ -1,13 +1,15 @@
 // @ts-check
 /*
- * A running study in words for the experimenter. Pure: from GET /api/experimenter/state to short texts. Partners are
+ * A running study in words for the experimenter: from GET /api/experimenter/state to short texts. Partners are
  * letters here too: whoever leads the session stays blind.
  */
 
+import { freeDisk, isLate, milliseconds, NO_PILL, roundTripPill } from "../components/dashboard.js";
 import { clockText, secondsOf } from "../core/ticks.js";
+import { currentLanguage, has, say } from "../text/catalogue.js";
 
-/** @typedef {"" | "ok" | "attention" | "bad"} Tone */
-/** @typedef {{words: string, tone: Tone}} Pill */
+/** @typedef {import("../components/dashboard.js").Pill} Pill */
+/** @typedef {import("../components/dashboard.js").Fact} Fact */
 /**
  * @typedef {object} ParticipantRow
  * @property {string} pid
@@ -57,46 +59,26 @@ import { clockText, secondsOf } from "../core/ticks.js";
  * @property {number} partial recordings that broke off
  */
 /** @typedef {"restart-round" | "invalid" | "kick" | "note" | "pause" | "resume"} ActionName */
-/** @typedef {{title: string, value: string, detail: string, tone: "" | "bad"}} Fact */
-
-const LATE_MS = 5; // p99 beyond which a person might notice
-const DISK_MB = 1000;
-
-const KINDS = /** @type {Record<string, string>} */ ({
-  consent: "Consent",
-  form: "About them",
-  questionnaire: "Questions",
-  "input-check": "Trying the controls",
-  practice: "Practice",
-  round: "Round",
-  waiting: "Waiting for a partner",
-  break: "Break",
-  debrief: "Debrief",
-  code: "Finished",
-  paused: "Paused",
-});
-const OUTCOMES = /** @type {Record<string, string>} */ ({
-  done: "done",
-  "partner-left": "partner left",
-  "no-partner": "no partner came",
-  withdrew: "withdrew",
-  "screened-out": "screened out",
-  declined: "declined",
-});
 
 /** @param {StudyState} state */
-export function summaryWords({ counts }) {
-  const parts = [`${counts.finished} of ${counts.planned} finished`, `${counts.active} here`];
-  if (counts.waiting > 0) parts.push(`${counts.waiting} waiting for a partner`);
+export function summaryWords({ counts: { finished, planned, active, waiting } }) {
+  const parts = [say("experimenter.finishedOf", { finished, planned }), say("experimenter.here", { count: active })];
+  if (waiting > 0) parts.push(say("experimenter.waitingForPartner", { count: waiting }));
   return parts.join(" · ");
 }
 
+/** The text of a name; the name itself where this page does not know it. @param {string} group @param {string} name */
+function nameOf(group, name) {
+  const key = `experimenter.${group}.${name}`;
+  return has(key) ? say(key) : name;
+}
+
 /** Where somebody is: "Round 8 of 12", "Questions, Partner B". @param {ParticipantRow} row */
-export function whereWords({ kind, round, outcome, partner_letter }) {
-  if (outcome) return `Finished · ${OUTCOMES[outcome] ?? outcome}`;
-  const words = KINDS[kind] ?? kind;
-  if (kind === "round" && round) return `Round ${round.number} of ${round.of}`;
-  return kind === "questionnaire" && partner_letter ? `${words}, Partner ${partner_letter}` : words;
+export function whereWords({ kind, round, outcome, partner_letter: letter }) {
+  if (outcome) return say("experimenter.finishedAs", { outcome: nameOf("outcome", outcome) });
+  const step = nameOf("step", kind);
+  if (kind === "round" && round) return say("experimenter.round", round);
+  return kind === "questionnaire" && letter ? say("experimenter.aboutPartner", { step, letter }) : step;
 }
 
 /**
@@ -106,7 +88,8 @@ export function whereWords({ kind, round, outcome, partner_letter }) {
  */
 export function seatNames({ pid, seat, partner_letter, partner_pid, outcome, kind }) {
   if (outcome || seat === null || !["round", "practice"].includes(kind)) return null;
-  const partner = partner_pid ?? (partner_letter ? `Partner ${partner_letter}` : "partner");
+  const letter = partner_letter ? say("experimenter.partnerLetter", { letter: partner_letter }) : "";
+  const partner = partner_pid ?? (letter || say("experimenter.partner"));
   return seat === 0 ? [pid, partner] : [partner, pid];
 }
 
@@ -117,74 +100,65 @@ export function timeWords({ tick, limit_ticks, since_s, outcome, phase }) {
   const played = limit_ticks
     ? `${clockText(secondsOf(tick))} / ${clockText(secondsOf(limit_ticks))}`
     : clockText(secondsOf(tick));
-  return phase === "paused" ? `${played}, paused` : played;
+  return phase === "paused" ? say("experimenter.pausedAt", { time: played }) : played;
 }
 
 /** @param {ParticipantRow} row @returns {Pill} */
 export function linkPill({ present, rtt_ms, outcome }) {
-  if (outcome) return { words: "–", tone: "" };
-  if (!present) return { words: "away", tone: "attention" };
-  if (rtt_ms < 0) return { words: "here", tone: "ok" };
-  return { words: `${Math.round(rtt_ms)} ms`, tone: rtt_ms < 100 ? "ok" : rtt_ms < 250 ? "attention" : "bad" };
+  if (outcome) return NO_PILL;
+  if (!present) return { words: say("experimenter.away"), tone: "attention" };
+  return rtt_ms < 0 ? { words: say("experimenter.present"), tone: "ok" } : roundTripPill(rtt_ms);
 }
 
 /** @param {ParticipantRow} row @returns {Pill} */
 export function tickPill({ late_ms, missed, outcome }) {
-  if (outcome || late_ms === null || late_ms === undefined) return { words: "–", tone: "" };
-  if (missed) return { words: `${missed} missed`, tone: "bad" };
-  return { words: `${late_ms.toFixed(1)} ms late`, tone: late_ms > LATE_MS ? "attention" : "ok" };
+  if (outcome || late_ms === null || late_ms === undefined) return NO_PILL;
+  if (missed) return { words: say("experimenter.missed", { count: missed }), tone: "bad" };
+  return {
+    words: say("experimenter.late", { time: milliseconds(late_ms, 1) }),
+    tone: isLate(late_ms) ? "attention" : "ok",
+  };
 }
 
 /** @param {ParticipantRow} row @returns {Pill} */
 export function recordingPill({ recording }) {
-  if (!recording) return { words: "–", tone: "" };
-  return recording === "recording" ? { words: "recording", tone: "ok" } : { words: recording, tone: "bad" };
+  if (!recording) return NO_PILL;
+  return recording === "recording"
+    ? { words: say("dashboard.recording"), tone: "ok" }
+    : { words: recording, tone: "bad" };
 }
 
 /** The cards above the table. @param {StudyState} state @returns {Fact[]} */
-export function facts({ counts, server }) {
-  const left = Math.max(0, counts.planned - counts.finished);
+export function facts({ counts: { finished, planned }, server }) {
+  const left = Math.max(0, planned - finished);
+  const { missed, ticks, partial } = server;
+  const disk = freeDisk(server.disk_free_mb);
   return [
     {
-      title: "Finished",
-      value: `${counts.finished} of ${counts.planned}`,
-      detail: left === 0 ? "as many as planned" : `${left} to come`,
+      title: say("experimenter.finished"),
+      value: say("experimenter.of", { finished, planned }),
+      detail: left === 0 ? say("experimenter.asPlanned") : say("experimenter.toCome", { count: left }),
       tone: "",
     },
     {
-      title: "Late ticks (p99)",
-      value: `${server.late_p99_ms.toFixed(1)} ms`,
-      detail: `${grouped(server.missed)} missed of ${grouped(server.ticks)}`,
-      tone: server.late_p99_ms > LATE_MS || server.missed > 0 ? "bad" : "",
+      title: say("dashboard.lateTicks"),
+      value: milliseconds(server.late_p99_ms, 1),
+      detail: say("dashboard.missedOf", { missed, ticks }),
+      tone: isLate(server.late_p99_ms) || missed > 0 ? "bad" : "",
     },
     {
-      title: "Recordings",
-      value: grouped(server.recordings),
-      detail: server.partial === 0 ? "all complete" : `${grouped(server.partial)} partial`,
+      title: say("dashboard.recordings"),
+      value: server.recordings.toLocaleString(currentLanguage()),
+      detail: partial === 0 ? say("experimenter.allComplete") : say("experimenter.partial", { count: partial }),
       tone: "",
     },
-    {
-      title: "Disk",
-      value:
-        server.disk_free_mb < 10_000
-          ? `${grouped(server.disk_free_mb)} MB`
-          : `${grouped(server.disk_free_mb / 1000)} GB`,
-      detail: "free",
-      tone: server.disk_free_mb < DISK_MB ? "bad" : "",
-    },
+    { title: say("dashboard.disk"), value: disk.value, detail: say("experimenter.free"), tone: disk.tone },
   ];
-}
-
-/** 184200 -> "184 200", with a narrow space. @param {number} value */
-function grouped(value) {
-  return Math.round(value)
-    .toString()
-    .replace(/\B(?=(\d{3})+$)/g, "\u202f");
 }
 
 /** The reader's clock, "14:05". @param {number} seconds since the epoch */
 export function atWords(seconds) {
-  return new Date(seconds * 1000).toLocaleTimeString([], { hour: "2-digit", minute: "2-digit" });
+  return new Date(seconds * 1000).toLocaleTimeString(currentLanguage(), { hour: "2-digit", minute: "2-digit" });
 }
 
 /**
@@ -199,30 +173,27 @@ export function sorted(rows) {
     .map(({ row }) => row);
 }
 
+/** The actions that ask for a reason, which is kept with the data. */
+const ASKS = ["restart-round", "invalid", "note", "kick"];
+
 /**
- * What can be done for somebody now.
+ * What can be done for somebody now; `asks` is the question for the reason, or empty.
  * @param {ParticipantRow} row
  * @returns {{action: ActionName, label: string, asks: string, danger: boolean}[]}
  */
 export function actionsFor({ outcome, kind, episode, room, unit, paused }) {
-  /** @type {ReturnType<typeof actionsFor>} */
+  const inRound = ["round", "practice"].includes(kind) && room !== null && !outcome;
+  /** @type {ActionName[]} */
   const actions = [];
-  const playing = ["round", "practice"].includes(kind) && room !== null && !outcome;
-  if (!outcome && unit !== null) {
-    if (paused) actions.push({ action: "resume", label: "Go on", asks: "", danger: false });
-    else actions.push({ action: "pause", label: "Pause", asks: "", danger: false });
-  }
-  if (playing)
-    actions.push({ action: "restart-round", label: "Restart the round", asks: "Why it is restarted", danger: false });
-  if (episode)
-    actions.push({
-      action: "invalid",
-      label: "Mark the last round invalid",
-      asks: "Why it does not count",
-      danger: false,
-    });
-  actions.push({ action: "note", label: "Add a note", asks: "What happened", danger: false });
-  if (!outcome)
-    actions.push({ action: "kick", label: "End the study for them", asks: "Why they have to leave", danger: true });
-  return actions;
+  if (!outcome && unit !== null) actions.push(paused ? "resume" : "pause");
+  if (inRound) actions.push("restart-round");
+  if (episode) actions.push("invalid");
+  actions.push("note");
+  if (!outcome) actions.push("kick");
+  return actions.map((action) => ({
+    action,
+    label: say(`experimenter.action.${action}`),
+    asks: ASKS.includes(action) ? say(`experimenter.reason.${action}`) : "",
+    danger: action === "kick",
+  }));
 }

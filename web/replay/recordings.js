@@ -3,7 +3,7 @@
  * The list of recordings for the experimenter: filters, replay, download.
  */
 
-import { openWithToken } from "../core/admin_token.js";
+import { openWithToken } from "../components/admin_token.js";
 import { ApiError, request } from "../core/api.js";
 import { badge, byId, el, notice } from "../core/dom.js";
 import { filterChoices, filterRecordings, mapTitle, playerName } from "./recordings_filter.js";

@@ -4,7 +4,7 @@
  * with the admin token.
  */
 
-import { openWithToken } from "../core/admin_token.js";
+import { openWithToken } from "../components/admin_token.js";
 import { ApiError, request, requestJson } from "../core/api.js";
 import { Replay } from "./data.js";
 

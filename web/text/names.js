@@ -23,8 +23,11 @@ export function shapeObject(shape) {
   return has(`shape.${shape}`) ? say(`shape.${shape}`) : say("shape.unknown");
 }
 
-/** @param {{name: string, title: string}} map */
-export function mapTitle({ name, title }) {
+/**
+ * The title of a map; of an unknown one without a title its name, in words: "HandOff" -> "Hand Off".
+ * @param {{name: string, title?: string}} map
+ */
+export function mapTitle({ name, title = name.replace(/([a-z])([A-Z])/g, "$1 $2") }) {
   return has(`map.${name}.title`) ? say(`map.${name}.title`) : title;
 }
 

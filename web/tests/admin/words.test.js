@@ -4,7 +4,6 @@ import { test } from "node:test";
 
 import {
   facts,
-  grouped,
   linkPill,
   phaseWords,
   recordingPill,
@@ -13,6 +12,9 @@ import {
   timeWords,
   uptime,
 } from "../../admin/words.js";
+import { speak } from "../text/support.js";
+
+speak("en");
 
 /** @param {Partial<import("../../messages.js").SeatState>} seat */
 const seat = (seat) => ({
@@ -85,10 +87,6 @@ test("seats say who sits there", () => {
   assert.equal(seatWords(seat({ kind: "idle" })), "nobody");
 });
 
-test("large numbers are grouped by thousands", () => {
-  assert.deepEqual([0, 999, 1000, 1234567].map(grouped), ["0", "999", "1\u202f000", "1\u202f234\u202f567"]);
-});
-
 test("uptime is minutes, then hours", () => {
   assert.deepEqual([59, 60, 3_599, 3_600, 7_530].map(uptime), ["0 min", "1 min", "59 min", "1 h 0 min", "2 h 5 min"]);
 });
@@ -133,4 +131,12 @@ test("four facts, in red where a person would notice", () => {
       ["400 MB free", "bad"],
     ],
   );
+});
+
+test("figures are written as the reader's language does", () => {
+  speak("de");
+  const [late] = facts({ ...STATE, missed_ticks: 1234 });
+  assert.equal(late.value, "1,3 ms");
+  assert.equal(late.detail, "p50 0,2 ms · 1.234 von 184.200 verpasst");
+  speak("en");
 });

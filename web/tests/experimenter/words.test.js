@@ -14,6 +14,9 @@ import {
   timeWords,
   whereWords,
 } from "../../experimenter/words.js";
+import { speak } from "../text/support.js";
+
+speak("en");
 
 /** @typedef {import("../../experimenter/words.js").ParticipantRow} Row */
 

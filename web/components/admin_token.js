@@ -3,8 +3,9 @@
  * The admin token of this tab: asked for once, kept in sessionStorage as `movingout.admin`, sent as a header only.
  */
 
-import { ApiError, requestJson } from "./api.js";
-import { el, notice } from "./dom.js";
+import { ApiError, requestJson } from "../core/api.js";
+import { el, notice } from "../core/dom.js";
+import { say, sayError } from "../text/catalogue.js";
 
 const KEY = "movingout.admin";
 const NOT_THERE = 404; // no token would help
@@ -43,7 +44,7 @@ export async function openWithToken(container, path) {
       return { token, document };
     } catch (error) {
       if (!(error instanceof ApiError) || error.status === NOT_THERE) throw error;
-      problem = error.message;
+      problem = error.code === "wrong_token" ? say("dashboard.token.wrong") : sayError(error);
     }
   }
 }
@@ -65,11 +66,11 @@ function ask(container, problem) {
     el(
       "div",
       { class: "field" },
-      el("label", { for: "token" }, "Admin token"),
+      el("label", { for: "token" }, say("dashboard.token")),
       input,
-      el("p", { class: "field-help" }, "The server printed it when it started."),
+      el("p", { class: "field-help" }, say("dashboard.token.help")),
     ),
-    el("button", { type: "submit", class: "button button-primary" }, "Open"),
+    el("button", { type: "submit", class: "button button-primary" }, say("dashboard.open")),
   );
   container.replaceChildren(form);
   input.focus();
