@@ -147,7 +147,7 @@ def test_paths_and_what_agents_weighed_lie_over_the_arena_when_wanted(open_page:
     plain = page.locator("#arena").screenshot()
     page.keyboard.press("t")
     expect(page.get_by_label("paths of the last five seconds")).to_be_checked()
-    page.get_by_label("what agents weighed").check()
+    page.get_by_label("candidates").check()
     expect(page.locator("#weighed")).to_contain_text("Red at tick 40")
     assert page.locator("#arena").screenshot() != plain
     page.keyboard.press("a")

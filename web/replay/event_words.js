@@ -1,39 +1,18 @@
 // @ts-check
 /*
- * What happened in an episode, in words. Pure.
+ * What happened in an episode, in words.
  */
 
 import { clockText, secondsOf, ticksOf } from "../core/ticks.js";
+import { has, say } from "../text/catalogue.js";
+import { colourName } from "../text/names.js";
 
 /** @typedef {import("./data.js").ReplayEvent} ReplayEvent */
 /** @typedef {import("../view/render.js").GameMap} GameMap */
 
-const SEATS = ["Blue", "Red"];
-
-/**
- * What a participant would call an event; the rest belongs to the journal.
- * @type {Record<string, (who: string, what: string) => string>}
- */
-const WORDS = {
-  grab: (who, what) => `${who} takes the ${what}`,
-  grab_failed: (who) => `${who} reaches for nothing`,
-  release: (who, what) => `${who} lets the ${what} go`,
-  delivered: (_, what) => `The ${what} is delivered`,
-  undelivered: (_, what) => `The ${what} is out of the goal again`,
-  collision: () => "Blue and Red bump into each other",
-  pause: () => "Paused",
-  resume: () => "Play goes on",
-  drop: (who) => `${who} lost the connection`,
-  return: (who) => `${who} is back`,
-  deadline_missed: (who) => `${who} answered too late`,
-  agent_error: (who) => `${who} had a fault`,
-  unseen_map: (who) => `${who} was not trained on this map`,
-  tick_skipped: () => "A tick was skipped",
-};
-
-/** @param {ReplayEvent} event */
+/** What a participant would call an event has a text; the rest belongs to the journal. @param {ReplayEvent} event */
 function isTold({ kind }) {
-  return kind in WORDS;
+  return has(`replay.event.${kind}`);
 }
 
 /** Troubles that come many in a row: told once, with how often. */
@@ -62,9 +41,17 @@ export function toldEvents(events) {
 
 /** @param {ReplayEvent & {times?: number}} event @param {GameMap} map */
 export function eventWords({ kind, seat, item, times = 1 }, map) {
-  const thing = map.items[item];
-  const words = WORDS[kind]?.(SEATS[seat] ?? "Somebody", thing ? `${thing.size} ${thing.shape}` : "item") ?? kind;
-  return times > 1 ? `${words}, ${times} times` : words;
+  const who = seat < 0 ? say("replay.somebody") : colourName(seat);
+  const event = has(`replay.event.${kind}`)
+    ? say(`replay.event.${kind}`, { who, what: itemName(map.items[item]) })
+    : kind;
+  return times > 1 ? say("replay.times", { event, times }) : event;
+}
+
+/** "large star". @param {{shape: string, size: string} | undefined} item */
+function itemName(item) {
+  if (item === undefined) return say("replay.item.unknown");
+  return say("replay.item", { size: say(`replay.size.${item.size}`), shape: say(`replay.shape.${item.shape}`) });
 }
 
 /** How its mark on the time line looks: blue, red, ok or attention. @param {ReplayEvent} event */

@@ -4,33 +4,29 @@
  */
 
 import { openWithToken } from "../components/admin_token.js";
-import { ApiError, request } from "../core/api.js";
+import { request } from "../core/api.js";
 import { badge, byId, el, notice } from "../core/dom.js";
-import { filterChoices, filterRecordings, mapTitle, playerName } from "./recordings_filter.js";
+import { filterChoices, filterRecordings, playerName } from "./recordings_filter.js";
 import { save } from "./source.js";
 import { duration, percent } from "../play/result_words.js";
+import { currentLanguage, has, say, sayError } from "../text/catalogue.js";
+import { mapTitle } from "../text/names.js";
 import { prepareTexts } from "../text/page.js";
 
 /** @typedef {import("./recordings_filter.js").Row} Row */
 
 const AT_ONCE = 100; // rows; more on demand
-const OUTCOMES = /** @type {Record<string, {words: string, tone: string}>} */ ({
-  delivered: { words: "all delivered", tone: "ok" },
-  time: { words: "time was up", tone: "" },
-  left: { words: "a player left", tone: "attention" },
-  stopped: { words: "stopped", tone: "attention" },
-  error: { words: "fault", tone: "bad" },
-  interrupted: { words: "interrupted", tone: "attention" },
+const TONES = /** @type {Record<string, string>} */ ({
+  delivered: "ok",
+  left: "attention",
+  stopped: "attention",
+  error: "bad",
+  interrupted: "attention",
 });
 const FILTERS = /** @type {const} */ ([
-  { key: "map", label: "Map", any: "Every map", words: mapTitle },
-  { key: "player", label: "Player", any: "Everybody", words: playerName },
-  {
-    key: "outcome",
-    label: "Result",
-    any: "Every result",
-    words: (/** @type {string} */ value) => OUTCOMES[value]?.words ?? value,
-  },
+  { key: "map", words: titleOf },
+  { key: "player", words: playerName },
+  { key: "outcome", words: outcomeWords },
 ]);
 
 /** @type {Row[]} */
@@ -51,12 +47,15 @@ async function load() {
 }
 
 /** @param {(typeof FILTERS)[number]} filter @param {string[]} values */
-function filterField({ key, label, any, words }, values) {
-  const options = [el("option", { value: "" }, any), ...values.map((value) => el("option", { value }, words(value)))];
+function filterField({ key, words }, values) {
+  const options = [
+    el("option", { value: "" }, say(`recordings.all.${key}`)),
+    ...values.map((value) => el("option", { value }, words(value))),
+  ];
   return el(
     "div",
     { class: "field" },
-    el("label", { for: `filter-${key}` }, label),
+    el("label", { for: `filter-${key}` }, say(`recordings.column.${key}`)),
     el("select", { id: `filter-${key}`, name: key, class: "select" }, ...options),
   );
 }
@@ -72,54 +71,65 @@ function refresh() {
 
 /** @param {number} found @param {number} all */
 function countWords(found, all) {
-  if (all === 0) return "Nothing is recorded yet. Play a game and come back.";
-  if (found < all) return `${found} of ${all} recordings`;
-  return all === 1 ? "1 recording" : `${all} recordings`;
+  if (all === 0) return say("recordings.none");
+  return found < all ? say("recordings.found", { found, all }) : say("recordings.count", { count: all });
 }
 
 /** @param {Row} row */
 function tableRow(row) {
   if (row.map === undefined) return damagedRow(row);
-  const path = encodeURIComponent(row.id);
-  const outcome = OUTCOMES[row.outcome ?? ""] ?? { words: row.outcome ?? "–", tone: "" };
+  const outcome = row.outcome ?? "";
   return el(
     "tr",
     {},
-    cell("Played", { class: "nowrap" }, when(row.started)),
-    cell("Map", { class: "strong" }, mapTitle(row.map)),
-    cell("Players", {}, players(row)),
+    cell("played", { class: "nowrap" }, when(row.started)),
+    cell("map", { class: "strong" }, titleOf(row.map)),
+    cell("players", {}, players(row)),
     cell(
-      "Result",
+      "outcome",
       {},
-      el("span", { class: `pill ${outcome.tone && `pill-${outcome.tone}`}` }, outcome.words),
-      row.complete ? null : el("span", { class: "pill pill-attention" }, "cut off"),
+      el("span", { class: `pill ${TONES[outcome] ? `pill-${TONES[outcome]}` : ""}` }, outcomeWords(outcome)),
+      row.complete ? null : el("span", { class: "pill pill-attention" }, say("replay.cutOff")),
     ),
-    cell("Time", { class: "number nowrap" }, duration(row.ticks ?? 0)),
-    cell("Work done", { class: "number nowrap" }, row.metrics ? percent(row.metrics.tcr) : "–"),
-    el(
-      "td",
-      { class: "actions" },
-      el(
-        "a",
-        {
-          class: "button button-small",
-          href: `/replay/${path}`,
-          "aria-label": `Replay ${mapTitle(row.map)}, ${when(row.started)}`,
-        },
-        "Replay",
-      ),
-      el(
-        "button",
-        {
-          type: "button",
-          class: "button button-small",
-          onclick: () => void download(row.id),
-          "aria-label": `Download ${mapTitle(row.map)}, ${when(row.started)}`,
-        },
-        "Download",
-      ),
-    ),
+    cell("time", { class: "number nowrap" }, duration(row.ticks ?? 0)),
+    cell("tcr", { class: "number nowrap" }, row.metrics ? percent(row.metrics.tcr) : "–"),
+    el("td", { class: "actions" }, ...rowActions(row)),
   );
+}
+
+/** @param {Row} row */
+function rowActions(row) {
+  const which = { map: titleOf(row.map), when: when(row.started) };
+  const replay = el(
+    "a",
+    {
+      class: "button button-small",
+      href: `/replay/${encodeURIComponent(row.id)}`,
+      "aria-label": say("recordings.replayThis", which),
+    },
+    say("recordings.replay"),
+  );
+  const save = el(
+    "button",
+    {
+      type: "button",
+      class: "button button-small",
+      onclick: () => void download(row.id),
+      "aria-label": say("recordings.downloadThis", which),
+    },
+    say("recordings.download"),
+  );
+  return [replay, save];
+}
+
+/** @param {string} [map] */
+function titleOf(map = "") {
+  return mapTitle({ name: map }) || "–";
+}
+
+/** @param {string} outcome */
+function outcomeWords(outcome) {
+  return has(`recordings.outcome.${outcome}`) ? say(`recordings.outcome.${outcome}`) : outcome || "–";
 }
 
 /** A link could not carry the token that a study's server asks for. @param {string} id */
@@ -130,8 +140,7 @@ async function download(id) {
       `${id}.mcap`,
     );
   } catch (error) {
-    if (!(error instanceof ApiError)) throw error;
-    byId("ask", HTMLElement).replaceChildren(notice("bad", error.message));
+    byId("ask", HTMLElement).replaceChildren(notice("bad", sayError(error)));
   }
 }
 
@@ -140,8 +149,8 @@ function damagedRow({ id, damage }) {
   return el(
     "tr",
     {},
-    cell("File", { class: "strong" }, id),
-    el("td", { colspan: 6 }, el("span", { class: "pill pill-bad" }, "unreadable"), ` ${damage ?? ""}`),
+    cell("file", { class: "strong" }, id),
+    el("td", { colspan: 6 }, el("span", { class: "pill pill-bad" }, say("recordings.unreadable")), ` ${damage ?? ""}`),
   );
 }
 
@@ -149,22 +158,30 @@ function damagedRow({ id, damage }) {
 function players({ blue, red }) {
   const side = (/** @type {number} */ seat, /** @type {string | undefined} */ player) =>
     el("span", { class: "agent" }, badge(seat), playerName(player));
-  return el("span", { class: "players" }, side(0, blue), el("span", { class: "muted" }, "with"), side(1, red));
+  return el(
+    "span",
+    { class: "players" },
+    side(0, blue),
+    el("span", { class: "muted" }, say("recordings.with")),
+    side(1, red),
+  );
 }
 
 /**
- * @param {string} label shown where the table is a list
+ * @param {string} column whose name is shown where the table is a list
  * @param {Record<string, unknown>} props
  * @param {...(Node | string | null)} children
  */
-function cell(label, props, ...children) {
-  return el("td", { "data-label": label, ...props }, ...children);
+function cell(column, props, ...children) {
+  return el("td", { "data-label": say(`recordings.column.${column}`), ...props }, ...children);
 }
 
 /** @param {string} started */
 function when(started) {
   const date = new Date(started);
-  return Number.isNaN(date.getTime()) ? "–" : date.toLocaleString("en-GB", { dateStyle: "medium", timeStyle: "short" });
+  return Number.isNaN(date.getTime())
+    ? "–"
+    : date.toLocaleString(currentLanguage(), { dateStyle: "medium", timeStyle: "short" });
 }
 
 byId("filters", HTMLFormElement).addEventListener("change", () => {

@@ -47,8 +47,3 @@ export function playerName(player = "") {
   const [kind, ...name] = player.split(" ");
   return name.join(" ").trim() || kind || "–";
 }
-
-/** "HandOff" -> "Hand Off". @param {string} [map] */
-export function mapTitle(map = "") {
-  return map.replace(/([a-z])([A-Z])/g, "$1 $2") || "–";
-}

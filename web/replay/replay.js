@@ -1,11 +1,12 @@
 // @ts-check
 /*
- * The replay page: any finished recording in the game's own renderer. The episode is in replay_data.js, the
- * position in replay_player.js; this module joins them with the page.
+ * The replay page: any finished recording in the game's own renderer. The episode is in data.js, the
+ * position in player.js; this module joins them with the page.
  */
 
 import { ApiError } from "../core/api.js";
 import { badge, byId, el, notice } from "../core/dom.js";
+import { ticksOf } from "../core/ticks.js";
 import { eventTone, eventWords, tickTime, toldEvents } from "./event_words.js";
 import { offerGhosts } from "../play/ghost.js";
 import { MetricCurves } from "./metric_curves.js";
@@ -16,6 +17,8 @@ import { Player, SPEEDS, nextEventTick } from "./player.js";
 import { Show } from "./show.js";
 import { ReplaySource, save } from "./source.js";
 import { headline } from "../play/result_words.js";
+import { currentLanguage, say, sayError } from "../text/catalogue.js";
+import { mapTitle } from "../text/names.js";
 import { prepareTexts } from "../text/page.js";
 import { playingWords } from "../play/seat_phrases.js";
 
@@ -24,7 +27,7 @@ import { playingWords } from "../play/seat_phrases.js";
 
 const PLAY_ICON = "M6 3.5v13l11-6.5z";
 const PAUSE_ICON = "M5 3.5h4v13H5zM11 3.5h4v13h-4z";
-const SECOND = 10; // ticks
+const SECOND = ticksOf(1);
 const ADDRESS_MS = 300; // after the last move: browsers refuse address changes by the hundred
 const LONGEST_FRAME_MS = 250; // a hidden tab does not jump ahead
 
@@ -44,10 +47,14 @@ async function load() {
   } catch (error) {
     if (!(error instanceof ApiError) && !(error instanceof ReplayError)) throw error;
     ask.hidden = true;
-    const again = el("button", { type: "button", class: "button", onclick: () => location.reload() }, "Try again");
-    const list = el("a", { class: "button", href: "/recordings" }, "All recordings");
+    const again = el(
+      "button",
+      { type: "button", class: "button", onclick: () => location.reload() },
+      say("replay.tryAgain"),
+    );
+    const list = el("a", { class: "button", href: "/recordings" }, say("replay.allRecordings"));
     byId("loading", HTMLElement).replaceChildren(
-      notice("bad", error.message),
+      notice("bad", error instanceof ReplayError ? error.message : sayError(error)),
       el("span", { class: "row replay-problem" }, again, list),
     );
   }
@@ -95,9 +102,10 @@ class ReplayPage {
 
   showFacts() {
     const { summary } = this.replay;
-    document.title = `${summary.map.title} · Replay`;
-    byId("title", HTMLElement).textContent = summary.map.title;
-    byId("when", HTMLElement).textContent = new Date(summary.started).toLocaleString("en-GB", {
+    const title = mapTitle(summary.map);
+    document.title = say("replay.pageTitle", { map: title });
+    byId("title", HTMLElement).textContent = title;
+    byId("when", HTMLElement).textContent = new Date(summary.started).toLocaleString(currentLanguage(), {
       dateStyle: "medium",
       timeStyle: "short",
     });
@@ -132,7 +140,7 @@ class ReplayPage {
       const tell = (/** @type {string} */ words) => (byId("said", HTMLElement).textContent = words);
       void this.source.file().then(
         (content) => save(content, `${id}.mcap`),
-        (error) => tell(error.message),
+        (error) => tell(sayError(error)),
       );
     });
   }
@@ -142,8 +150,8 @@ class ReplayPage {
     const tone = outcome === "delivered" ? "pill-ok" : outcome === "error" ? "pill-bad" : "";
     return [
       el("span", { class: `pill ${tone}` }, headline({ outcome })),
-      complete ? null : el("span", { class: "pill pill-attention" }, damage ? "damaged" : "cut off"),
-      exact === false ? el("span", { class: "pill pill-attention" }, "smoothed between ticks") : null,
+      complete ? null : el("span", { class: "pill pill-attention" }, say(damage ? "replay.damaged" : "replay.cutOff")),
+      exact === false ? el("span", { class: "pill pill-attention" }, say("replay.smoothed")) : null,
     ].filter((pill) => pill !== null);
   }
 
@@ -164,7 +172,7 @@ class ReplayPage {
       byId("events", HTMLElement).append(el("li", {}, row));
     }
     if (this.events.length === 0)
-      byId("events", HTMLElement).append(el("li", { class: "muted small" }, "Nothing was taken or delivered."));
+      byId("events", HTMLElement).append(el("li", { class: "muted small" }, say("replay.noEvents")));
   }
 
   listen() {
@@ -244,7 +252,7 @@ class ReplayPage {
       () => true,
       () => false,
     );
-    byId("said", HTMLElement).textContent = done ? "Copied." : "The address of this page is the link.";
+    byId("said", HTMLElement).textContent = say(done ? "replay.copied" : "replay.notCopied");
   }
 
   /** Draws the instant and keeps going while it plays. */
@@ -283,7 +291,7 @@ class ReplayPage {
     this.drawWords(view);
     this.curves.show(tick);
     this.markEvent(tick);
-    playButton.setAttribute("aria-label", this.player.playing ? "Pause" : "Play");
+    playButton.setAttribute("aria-label", say(this.player.playing ? "replay.pause" : "replay.play"));
     document.getElementById("play-icon")?.setAttribute("d", this.player.playing ? PAUSE_ICON : PLAY_ICON);
   }
 
@@ -291,10 +299,10 @@ class ReplayPage {
   drawLine(tick) {
     const { ticks } = this.replay;
     line.valueAsNumber = tick;
-    line.setAttribute("aria-valuetext", `${tickTime(tick)} of ${tickTime(ticks)}`);
+    line.setAttribute("aria-valuetext", say("replay.timeOf", { time: tickTime(tick), all: tickTime(ticks) }));
     line.style.setProperty("--done", `${(100 * tick) / Math.max(ticks, 1)}%`);
     byId("time", HTMLElement).textContent = tickTime(tick);
-    byId("tick", HTMLElement).textContent = `tick ${tick} of ${ticks}`;
+    byId("tick", HTMLElement).textContent = say("replay.tickOf", { tick, ticks });
   }
 
   /** @param {import("../view/render.js").View} view */

@@ -4,11 +4,11 @@
  * words. Decisions are fetched when they are first wanted.
  */
 
-import { ApiError } from "../core/api.js";
 import { byId, el, notice } from "../core/dom.js";
 import { TICK_MS } from "../messages.js";
 import { tickAt } from "./data.js";
 import { drawThoughts, drawTrails, ranking, thoughtsAt } from "./overlay.js";
+import { say, sayError, sayNumber } from "../text/catalogue.js";
 import { colourName } from "../text/names.js";
 
 /** @typedef {import("./data.js").Replay} Replay */
@@ -57,9 +57,8 @@ export class Show {
       try {
         this.#thoughts = await this.load();
       } catch (error) {
-        if (!(error instanceof ApiError)) throw error;
         this.#asked = this.#thoughtsBox.checked = false;
-        this.#words.replaceChildren(notice("bad", error.message));
+        this.#words.replaceChildren(notice("bad", sayError(error)));
         return;
       }
     }
@@ -74,7 +73,7 @@ export class Show {
     this.#written = written;
     const none =
       this.#thoughtsBox.checked && shown.length === 0
-        ? [el("p", { class: "muted" }, "Nothing was weighed at this tick.")]
+        ? [el("p", { class: "muted" }, say("replay.nothingWeighed"))]
         : [];
     this.#words.replaceChildren(...none, ...shown.map(scores));
   }
@@ -84,13 +83,9 @@ export class Show {
 function scores(thought) {
   const best = ranking(thought).slice(0, 4);
   const words = best.map(({ letter, score, chosen }) =>
-    el(chosen ? "strong" : "span", {}, `${letter} ${score.toFixed(2)}`),
+    el(chosen ? "strong" : "span", {}, `${letter} ${sayNumber(score, 2)}`),
   );
-  const decided = thought.ways.length === 1 ? "" : `, best of ${thought.ways.length}`;
-  return el(
-    "p",
-    { class: "replay-scores" },
-    `${colourName(thought.seat)} at tick ${thought.tick}${decided}:`,
-    ...words,
-  );
+  const values = { colour: colourName(thought.seat), tick: thought.tick, count: thought.ways.length };
+  const decided = values.count === 1 ? say("replay.decision", values) : say("replay.bestOf", values);
+  return el("p", { class: "replay-scores" }, decided, ...words);
 }

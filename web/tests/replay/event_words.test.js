@@ -3,6 +3,9 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { eventTone, eventWords, tickTime, toldEvents } from "../../replay/event_words.js";
+import { speak } from "../text/support.js";
+
+speak("en");
 
 const POSE = { x: 0, y: 0, angle: 0 };
 const ITEM = { id: 0, shape: "star", size: "large", scale: 0.1, mass: 6, ...POSE };
@@ -24,8 +27,15 @@ const event = (kind, seat = 1, item = 0) => ({ tick: 3, kind, seat, item, detail
 test("events are sentences with seat and item", () => {
   assert.equal(eventWords(event("grab"), MAP), "Red takes the large star");
   assert.equal(eventWords(event("delivered", -1), MAP), "The large star is delivered");
-  assert.equal(eventWords(event("release", 0, 7), MAP), "Blue lets the item go");
+  assert.equal(eventWords(event("release", 0, 7), MAP), "Blue lets go of the item");
   assert.equal(eventWords(event("unseen_map"), MAP), "Red was not trained on this map");
+  assert.equal(eventWords(event("unheard_of"), MAP), "unheard_of");
+});
+
+test("events are told in the reader's language", () => {
+  speak("de");
+  assert.equal(eventWords(event("grab"), MAP), "Rot nimmt: Stern (groß)");
+  speak("en");
 });
 
 test("start and end are no lines of their own", () => {

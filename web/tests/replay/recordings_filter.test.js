@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { filterChoices, filterRecordings, mapTitle, playerName } from "../../replay/recordings_filter.js";
+import { filterChoices, filterRecordings, playerName } from "../../replay/recordings_filter.js";
 
 /** @type {import("../../replay/recordings_filter.js").Row[]} */
 const ROWS = [
@@ -48,13 +48,9 @@ test("the choices are what occurs, once, sorted", () => {
   });
 });
 
-test("names are shown without their kind, and maps with spaces", () => {
+test("names are shown without their kind", () => {
   assert.deepEqual(
     ["human P1", "agent bass@all", "human ", ""].map((player) => playerName(player)),
     ["P1", "bass@all", "human", "–"],
-  );
-  assert.deepEqual(
-    ["HandOff", "TopBottomPriority", undefined].map((map) => mapTitle(map)),
-    ["Hand Off", "Top Bottom Priority", "–"],
   );
 });
