@@ -82,7 +82,7 @@ def test_keys_step_jump_and_change_the_speed(open_page: OpenPage, episode: Episo
         at_tick(page, tick)
     page.get_by_text("Keys", exact=True).focus()
     page.keyboard.press("Space")  # opens the list of keys and plays nothing
-    expect(page.get_by_text("event before, after")).to_be_visible()
+    expect(page.get_by_text("previous, next event")).to_be_visible()
     expect(page.get_by_role("button", name="Play")).to_be_visible()
     page.keyboard.press("+")
     expect(page.get_by_label("Speed")).to_have_value("2")
@@ -156,6 +156,13 @@ def test_paths_and_what_agents_weighed_lie_over_the_arena_when_wanted(open_page:
     assert page.locator("#arena").screenshot() == plain
 
 
+def test_the_replay_speaks_the_language_of_the_address(open_page: OpenPage, episode: Episode) -> None:
+    page = replay(open_page(f"/replay/{EPISODE}?lang=de#tick=3"))
+    expect(page.get_by_role("heading", name="Was geschah")).to_be_visible()
+    expect(page.locator("#tick")).to_have_text(f"Tick 3 von {TICKS}")
+    assert violations(page) == []
+
+
 def test_the_recording_can_be_downloaded(open_page: OpenPage, episode: Episode) -> None:
     page = replay(open_page(f"/replay/{EPISODE}"))
     with page.expect_download() as download:
@@ -187,7 +194,7 @@ def test_on_a_phone_the_replay_is_one_column_without_overflow(open_page: OpenPag
 
 def test_an_unknown_recording_says_so_and_leads_on(browser: Browser, server: Server) -> None:
     with complaining_page(browser, server, "/replay/nothing-here") as page:
-        expect(page.get_by_text("there is no such recording")).to_be_visible()
+        expect(page.get_by_text("This recording does not exist")).to_be_visible()
         expect(page.get_by_role("link", name="All recordings")).to_be_visible()
 
 
@@ -215,4 +222,4 @@ def test_where_recordings_are_for_the_experimenter_the_token_opens_and_saves_the
         assert download.value.suggested_filename == f"{EPISODE}.mcap"
         page.goto("/replay/nothing-here")
         expect(page.get_by_text("The admin token is needed.")).to_have_count(0)
-        expect(page.get_by_text("there is no such recording")).to_be_visible()
+        expect(page.get_by_text("This recording does not exist")).to_be_visible()

@@ -1,25 +1,40 @@
-// Which key or button does what: defaults, the reader's own choice (kept in localStorage) and names for people.
+// Which key or button does what: the table of defaults, the reader's own choice (kept in localStorage) and the names of
+// keys for people. What an action is called is in the catalogue: play.settings.action.<action>.
 
 import { has, say } from "../text/catalogue.js";
 
-/** @typedef {"up" | "left" | "down" | "right" | "grab" | "backward"} KeyAction */
-/** @typedef {"grab" | "backward" | "pause"} ButtonAction */
-/** @typedef {Record<KeyAction, string>} KeySet  KeyboardEvent.code per action: the place of the key, not its letter */
+/** Per action its key in the first and in the second set. A KeyboardEvent.code is the key's place, not its letter. */
+const KEYS = /** @type {const} */ ({
+  up: ["KeyW", "ArrowUp"],
+  left: ["KeyA", "ArrowLeft"],
+  down: ["KeyS", "ArrowDown"],
+  right: ["KeyD", "ArrowRight"],
+  grab: ["Space", "Enter"],
+  backward: ["ShiftLeft", "ShiftRight"],
+});
+/** Per action its index in Gamepad.buttons, in the standard layout. */
+const BUTTONS = { grab: 0, backward: 6, pause: 9 };
+
+/** @typedef {keyof typeof KEYS} KeyAction */
+/** @typedef {keyof typeof BUTTONS} ButtonAction */
+/** @typedef {Record<KeyAction, string>} KeySet  KeyboardEvent.code per action */
 /** @typedef {Record<ButtonAction, number>} ButtonSet  index in Gamepad.buttons */
 /** @typedef {{keys: [KeySet, KeySet], buttons: ButtonSet, deadZone: number}} Mapping */
 
-export const KEY_ACTIONS = /** @type {const} */ (["up", "left", "down", "right", "grab", "backward"]);
-export const BUTTON_ACTIONS = /** @type {const} */ (["grab", "backward", "pause"]);
+export const KEY_ACTIONS = /** @type {KeyAction[]} */ (Object.keys(KEYS));
+export const BUTTON_ACTIONS = /** @type {ButtonAction[]} */ (Object.keys(BUTTONS));
 export const DEAD_ZONES = /** @type {const} */ ([0.3, 0.15]); // 0.3 is the official collector's
 const STORAGE_KEY = "movingout.mapping";
 
+/** @param {0 | 1} set @returns {KeySet} */
+function defaultKeys(set) {
+  return /** @type {KeySet} */ (Object.fromEntries(KEY_ACTIONS.map((action) => [action, KEYS[action][set]])));
+}
+
 /** @type {Readonly<Mapping>} */
 export const DEFAULTS = Object.freeze({
-  keys: /** @type {[KeySet, KeySet]} */ ([
-    { up: "KeyW", left: "KeyA", down: "KeyS", right: "KeyD", grab: "Space", backward: "ShiftLeft" },
-    { up: "ArrowUp", left: "ArrowLeft", down: "ArrowDown", right: "ArrowRight", grab: "Enter", backward: "ShiftRight" },
-  ]),
-  buttons: { grab: 0, backward: 6, pause: 9 },
+  keys: /** @type {[KeySet, KeySet]} */ ([defaultKeys(0), defaultKeys(1)]),
+  buttons: BUTTONS,
   deadZone: DEAD_ZONES[0],
 });
 

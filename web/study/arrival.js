@@ -32,7 +32,6 @@ export function recruitmentParameters(query) {
 }
 
 /**
- *
  * @param {object} options
  * @param {string} options.title of the study
  * @param {boolean} options.asksCode

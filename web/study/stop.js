@@ -12,7 +12,6 @@ import { say } from "../text/catalogue.js";
 /** @typedef {(person: number, keep: boolean) => Promise<void>} Stop */
 
 /**
- *
  * @param {readonly number[]} people who could stop here: numbers of one or two
  * @param {Stop} stop rejects with an ApiError
  * @returns {Promise<boolean>} whether somebody has stopped

@@ -13,7 +13,7 @@ import { LocalSeats } from "../../input/seats.js";
 import { Touch } from "../../input/touch.js";
 import { measureRtt } from "./rtt.js";
 import { card } from "../screen.js";
-import { has, say } from "../../text/catalogue.js";
+import { say } from "../../text/catalogue.js";
 import { TriedControls } from "./tried_controls.js";
 
 /** @typedef {import("../screen.js").Context} Context */
@@ -232,7 +232,6 @@ class ControlPanel {
 }
 
 /**
- *
  * @param {SeatCard} card
  * @param {import("../../input/mapping.js").Mapping} mapping
  */
@@ -248,10 +247,9 @@ function hintText({ device, keySets }, mapping) {
   const sets = keySets.map((set) => mapping.keys[set]);
   const list = (/** @type {(keys: import("../../input/mapping.js").KeySet) => string} */ name) =>
     sets.map(name).join(or);
-  const key = (/** @type {string} */ code) => (has(`key.${code}`) ? say(`key.${code}`) : keyName(code));
   return say("study.check.hint.keyboard", {
     move: list(moveName),
-    grab: list(({ grab }) => key(grab)),
-    backward: list(({ backward }) => key(backward)),
+    grab: list(({ grab }) => keyName(grab)),
+    backward: list(({ backward }) => keyName(backward)),
   });
 }

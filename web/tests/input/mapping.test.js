@@ -1,9 +1,12 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
+import { has } from "../../text/catalogue.js";
 import {
+  BUTTON_ACTIONS,
   buttonName,
   DEFAULTS,
+  KEY_ACTIONS,
   keyName,
   loadMapping,
   moveName,
@@ -54,4 +57,11 @@ test("keys and buttons have names for people", () => {
   assert.equal(moveName(DEFAULTS.keys[1]), "↑ ← ↓ →");
   assert.deepEqual(["Digit4", "Numpad8", "ShiftLeft", "F5"].map(keyName), ["4", "Num 8", "Left Shift", "F5"]);
   assert.deepEqual([buttonName(0), buttonName(6), buttonName(20)], ["A", "LT", "button 21"]);
+});
+
+test("every action has a name, and no default key or button does two things", () => {
+  for (const action of [...KEY_ACTIONS, ...BUTTON_ACTIONS]) assert.ok(has(`play.settings.action.${action}`), action);
+  const keys = DEFAULTS.keys.flatMap((set) => Object.values(set));
+  const buttons = Object.values(DEFAULTS.buttons);
+  assert.deepEqual([new Set(keys).size, new Set(buttons).size], [keys.length, buttons.length]);
 });
