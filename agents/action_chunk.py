@@ -1,4 +1,4 @@
-"""Action chunks: the check at the rim, and the rows that the world wants."""
+"""Action chunks: validation, and conversion to what `World.step` takes."""
 
 from collections.abc import Sequence
 
@@ -12,7 +12,7 @@ from movingout.world.state import Floats
 MAX_ROWS = 64  # a chunk is at most 6.4 s long
 
 NEUTRAL: tuple[float, float, float] = (0.0, 0.0, 0.0)
-"""The world action of a seat whose agent did not answer: stand still, keep the heading, keep holding."""
+"""The world action of a seat whose agent did not answer: stand still, keep heading and grasp."""
 
 
 def checked_chunk(answer: object) -> ActionChunk:
@@ -38,14 +38,14 @@ def checked_chunk(answer: object) -> ActionChunk:
 def rows_to_execute(agent: Agent, chunk: ActionChunk) -> int:
     """How many rows to play before the agent is asked again.
 
-    All of them, unless the agent has an attribute `execute_rows`: a longer chunk then leaves rows to fall back on
-    when an answer comes too late.
+    All of them, unless the agent has an attribute `execute_rows`: the remaining rows are then the fallback for a late
+    answer.
     """
     wanted = getattr(agent, "execute_rows", len(chunk))
     return min(max(int(wanted), 1), len(chunk))
 
 
 def world_action(row: Sequence[float] | Floats) -> tuple[float, float, float]:
-    """Turn one chunk row into what `World.step` takes for a seat: distance, heading [rad], toggle."""
+    """One chunk row as `World.step` takes it for a seat: distance, heading [rad], toggle."""
     distance, heading, toggle = to_world(row).tolist()
     return distance, heading, toggle

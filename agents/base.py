@@ -1,4 +1,4 @@
-"""What an agent is: anything that turns an observation into the next actions."""
+"""The contract of an agent: it turns an observation into the next actions."""
 
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ import numpy.typing as npt
 from movingout.maps import MapSpec
 from movingout.world.state import WorldState
 
-THREADS = 1  # of the processor that an agent decides on: the others run rooms and other agents
+THREADS = 1  # per agent: the other cores run rooms and other agents
 
 ActionChunk = npt.NDArray[np.float64]
 """(H, 4) with H >= 1: distance in [-1, 1], cos, sin of the heading, grasp toggle {0, 1}; row 0 is the coming tick."""
@@ -18,7 +18,7 @@ ActionChunk = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class EpisodeInfo:
-    """What an agent knows when an episode begins."""
+    """What an agent is told when an episode starts."""
 
     map: MapSpec
     seat: int  # 0 blue, 1 red
@@ -28,9 +28,9 @@ class EpisodeInfo:
 
 @dataclass(frozen=True, slots=True)
 class Observation:
-    """What an agent sees before one tick.
+    """What an agent sees before a tick.
 
-    `encode` gives the ego-centric vector (D,) of a named layout (`world.observation`).
+    `encode` gives the egocentric vector (D,) of a named layout (`world.observation`).
     """
 
     state: WorldState
@@ -49,9 +49,9 @@ class Agent(Protocol):
 
 @runtime_checkable
 class BatchAgent(Protocol):
-    """Optional, beside `Agent`: answers for many episodes in one call, for headless matches side by side.
+    """Optional extension of `Agent`: decides for many episodes in one call, for matches that run side by side.
 
-    Agents of one class with equal `batch_key` are asked together. An answer must be the one that `act` would give,
+    Agents of one class with equal `batch_key` are asked together. Each answer must be the one that `act` would give,
     to the bit: a match gives the same numbers whatever is played beside it.
     """
 

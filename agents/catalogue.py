@@ -1,9 +1,9 @@
-"""Which agents there are, and how an id becomes an agent.
+"""Which agents exist, and how an id becomes an agent.
 
 An id is a catalogue name, with options where it takes any (`scripted:seed=3,patience=40`), a trained agent with a
 checkpoint (`dp@all`), a recorded seat (`ghost:FILE#red`), or `package.module:Factory` (again with `:options`) for a
-policy of the user's own. The option `lag` is everybody's (`agents.baseline.delayed_agent`). Imports happen here, late,
-so that an agent that needs torch costs nothing to those who do not use it.
+policy of your own. Every agent takes the option `lag` (`agents.baseline.delayed_agent`). Modules of agents are imported
+when they are loaded, so that heavy dependencies cost nothing until then.
 """
 
 import importlib
@@ -33,12 +33,12 @@ from movingout.maps.suggestion import known_names
 OptionValue = int | float | bool | str
 UNSEEN_TCR = "TCR with unseen scripted people"
 ALONE_TCR = "TCR of these people with an idle partner"
-"""The measured scores of a trained agent that a person choosing a partner is told."""
+"""Names of the scores of a trained agent that are shown to a person who chooses a partner."""
 
 
 @dataclass(frozen=True, slots=True)
 class AgentCard:
-    """What a person choosing a partner should know."""
+    """What a person who chooses a partner should know."""
 
     id: str
     name: str
@@ -46,8 +46,8 @@ class AgentCard:
     maps: str  # "all", or names joined by commas
     description: str
     scores: Mapping[str, float] = field(default_factory=dict)
-    policy: str = ""  # of a trained agent: mlp, gru or dp, which BASS chooses for where kind is bass
-    population: str = ""  # of a trained agent: whose play it has learned from
+    policy: str = ""  # of a trained agent: the kind of its policy, which is the base where kind is bass
+    population: str = ""  # of a trained agent: whose play it was trained on
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,23 +85,23 @@ _ENTRIES = (
     ),
 )
 _CATALOGUE = {entry.card.id: entry for entry in _ENTRIES}
-LAG = "lag"  # the option of any agent: ticks by which it plays late
+LAG = "lag"  # option of every agent: delay in ticks
 GHOST = "ghost"  # ghost:FILE#red, a recorded seat; never offered in a list, since it names a file of this machine
 
 
 def agent_cards() -> list[AgentCard]:
-    """The agents that come with the project, then those with a checkpoint, in the order to show them."""
+    """The built-in agents, then those with a checkpoint, in display order."""
     return [*(entry.card for entry in _ENTRIES), *trained_cards()]
 
 
 def trained_cards() -> list[AgentCard]:
-    """The agents with a checkpoint; a damaged one is left out here and complained of by `agent_card`."""
+    """The agents with a readable checkpoint of a known kind; `damaged_cards` describes the others."""
     readable = readable_checkpoints(*MODEL_ROOTS)
     return [_trained_card(checkpoint.card) for checkpoint in readable if checkpoint.card.kind in KINDS]
 
 
 def damaged_cards() -> list[str]:
-    """What is wrong with each checkpoint that `trained_cards` leaves out, in a sentence."""
+    """One sentence per checkpoint that `trained_cards` leaves out: what is wrong with it."""
     sentences = damage(*MODEL_ROOTS)
     for checkpoint in readable_checkpoints(*MODEL_ROOTS):
         try:
@@ -121,13 +121,13 @@ def _trained_card(card: Card) -> AgentCard:
 def agent_card(agent_id: str) -> AgentCard:
     """The card of an id, without importing the agent.
 
-    Raises AgentError for an id that names nothing, CheckpointError for one whose card is damaged.
+    Raises AgentError for an unknown id, CheckpointError for a damaged card.
     """
     reference, options = _parse(agent_id)
     if reference in _CATALOGUE:
         return _CATALOGUE[reference].card
     if reference == GHOST:
-        return AgentCard(agent_id, "Ghost", GHOST, "its own", f"Plays a recorded seat again: {options['recording']}.")
+        return AgentCard(agent_id, "Ghost", GHOST, "its own", f"Replays a recorded seat: {options['recording']}.")
     if "@" in reference:
         if any(folder.name == folder_name(reference) for folder in checkpoint_folders(*MODEL_ROOTS)):
             return _trained_card(find_checkpoint(reference, *MODEL_ROOTS).card)
@@ -138,9 +138,9 @@ def agent_card(agent_id: str) -> AgentCard:
 
 
 def unseen_map(agent_id: str, map_name: str) -> str:
-    """That a trained agent was not trained on a map, in a sentence; empty where it was, or is not trained at all.
+    """A sentence saying that an agent was not trained on a map; empty if it was, or if it is not a trained agent.
 
-    Variants of a map (Challenge 2) have its name, and are known with it.
+    Variants of a map (Challenge 2) share its name and count as known.
     """
     reference = agent_id.strip().partition(":")[0]
     if "@" not in reference:
@@ -155,8 +155,7 @@ def unseen_map(agent_id: str, map_name: str) -> str:
 def load_agent(agent_id: str) -> Agent:
     """Make the agent that `agent_id` names.
 
-    Raises AgentError, in a sentence, when the id is unknown, the module is missing, an option is wrong, or the
-    factory itself fails.
+    Raises AgentError when the id is unknown, the module is missing, an option is wrong, or the factory fails.
     """
     reference, options = _parse(agent_id)
     lag = options.pop(LAG, 0)
@@ -199,7 +198,7 @@ def _parse(agent_id: str) -> tuple[str, dict[str, OptionValue]]:
 
 
 def _factory(reference: str) -> Callable[..., object]:
-    """What makes the agent: a trained one (`dp@all`), one of the catalogue, or the user's own."""
+    """The factory of a trained agent (`dp@all`), of one in the catalogue, or of your own."""
     if "@" in reference:
         checkpoint = find_checkpoint(reference, *MODEL_ROOTS)
         return partial(kind_of(checkpoint.card).load, checkpoint)
@@ -234,7 +233,7 @@ def _resolve(reference: str) -> Callable[..., object]:
     module_name, _, attribute = reference.partition(":")
     here = str(Path.cwd())
     if here not in sys.path:
-        sys.path.append(here)  # a user's module lies beside the user, and never shadows ours
+        sys.path.append(here)  # your module may lie in the current folder; it never shadows an installed one
     try:
         module = importlib.import_module(module_name)
     except Exception as error:
@@ -249,7 +248,7 @@ def _check_options(agent_id: str, factory: Callable[..., object], options: Mappi
     try:
         signature = inspect.signature(factory)
     except (TypeError, ValueError):
-        return  # a factory written in C: it complains for itself
+        return  # written in C: it checks its own arguments
     try:
         signature.bind(**options)
     except TypeError as error:

@@ -1,4 +1,4 @@
-"""What can go wrong with an agent."""
+"""Errors of agents, their training data and their checkpoints."""
 
 from movingout.maps.errors import MovingOutError
 
@@ -8,12 +8,12 @@ class AgentError(MovingOutError):
 
 
 class AgentsBusyError(MovingOutError):
-    """The worker processes have no time left for one more agent."""
+    """The worker processes have no capacity left for another agent."""
 
 
 class DataError(MovingOutError):
-    """Recordings cannot be turned into training data."""
+    """Training data or a training configuration cannot be used."""
 
 
 class CheckpointError(AgentError):
-    """A checkpoint is missing, damaged, too large, or asks for something a checkpoint must not ask for."""
+    """A checkpoint is missing, damaged, too large, or contains something that is not allowed."""

@@ -1,4 +1,4 @@
-"""What a recording says about the agents in it: their ids, and of trained ones the card and its hash."""
+"""What a recording stores about its agents: ids and, for trained agents, the card and its hash."""
 
 from movingout.agents.catalogue import agent_card
 from movingout.agents.checkpoint.checkpoint import card_bytes, fingerprint
@@ -8,7 +8,7 @@ from movingout.recordings.recorded_seat import GHOST, ghost_name
 
 
 def seat_info(agent_id: str) -> SeatInfo:
-    """How an agent is named in a recording. Raises AgentError for an id that names nothing."""
+    """How an agent is named in a recording. Raises AgentError for an unknown id."""
     if agent_card(agent_id).kind == GHOST:
         return SeatInfo(GHOST, ghost_name(agent_id))
     return SeatInfo("agent", agent_id, fingerprint(agent_id))

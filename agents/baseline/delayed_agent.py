@@ -1,7 +1,7 @@
-"""Playing some ticks late: at tick t what was decided at t - lag (paper, "Inference Speed of DP/BASS": lag 1).
+"""Delayed play: at tick t, the action decided at t - lag (paper, "Inference Speed of DP/BASS": lag 1).
 
-The paper's agents hide their decision time that way. Ours answer within the tick; studies that want the same ask for
-it in the id of any agent: `bass@all:lag=1`.
+The paper's agents hide their decision time that way. Ours decide within the tick; the option `lag` of any agent
+(`bass@all:lag=1`) reproduces the paper's condition.
 """
 
 from collections import deque
@@ -20,12 +20,12 @@ _REST = np.array([0.0, 1.0, 0.0, 0.0])
 
 
 class DelayedAgent:
-    """Any agent, `lag` ticks late; it stands still until its first action is due."""
+    """Plays any agent `lag` ticks late; stands still until the first action is due."""
 
     execute_rows = 1
 
     def __init__(self, agent: Agent, lag: int) -> None:
-        """Raises AgentError for a lag that is no whole number of ticks from 1 to MAX_LAG."""
+        """Raises AgentError unless `lag` is a whole number of ticks from 1 to MAX_LAG."""
         if type(lag) is not int or not 1 <= lag <= MAX_LAG:
             raise AgentError(f"lag is a whole number of ticks from 1 to {MAX_LAG}, not {lag!r}")
         self.agent = agent
@@ -33,7 +33,7 @@ class DelayedAgent:
 
     @property
     def detail(self) -> object:
-        """What the agent says about the decision it has just made (and plays later)."""
+        """The trace of the decision that was made just now and is played later."""
         return getattr(self.agent, "detail", {})
 
     def reset(self, episode: EpisodeInfo) -> None:
@@ -43,7 +43,7 @@ class DelayedAgent:
         self.agent.reset(episode)
 
     def watch(self, world: World) -> None:
-        """Let an oracle look into the world."""
+        """Give an oracle access to the world."""
         if isinstance(self.agent, Watcher):
             self.agent.watch(world)
 

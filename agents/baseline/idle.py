@@ -1,4 +1,4 @@
-"""A partner that does nothing: the control condition of every comparison."""
+"""A partner that does nothing: the control condition in comparisons."""
 
 from collections.abc import Hashable, Sequence
 
@@ -6,11 +6,11 @@ import numpy as np
 
 from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
 
-_STILL = np.tile([0.0, 1.0, 0.0, 0.0], (10, 1))  # for a second: it has nothing to decide
+_STILL = np.tile([0.0, 1.0, 0.0, 0.0], (10, 1))  # one second: there is nothing to decide
 
 
 class IdleAgent:
-    """Stands still and never grabs."""
+    """Stands still and never grasps."""
 
     def reset(self, episode: EpisodeInfo) -> None:
         """Nothing to prepare."""
@@ -21,7 +21,7 @@ class IdleAgent:
 
     @property
     def batch_key(self) -> Hashable:
-        """All of them answer together (`agents.base.BatchAgent`)."""
+        """All idle agents answer together (`agents.base.BatchAgent`)."""
         return "idle"
 
     @staticmethod

@@ -1,4 +1,4 @@
-"""BASS at play: candidates for oneself and guesses of the partner, simulated together, the best one played."""
+"""BASS at play: own candidates and predictions of the partner are simulated together, and the best one is played."""
 
 from collections.abc import Hashable, Sequence
 
@@ -18,7 +18,7 @@ from movingout.world import World
 from movingout.world.physics import Snapshot
 from movingout.world.state import Floats, WorldState
 
-SPREAD = 0.3  # standard deviation of what is added to distance, cos and sin where a policy makes no noise
+SPREAD = 0.3  # standard deviation of the noise on distance, cos and sin for deterministic policies
 
 
 class BassAgent(PolicyAgent):
@@ -42,17 +42,17 @@ class BassAgent(PolicyAgent):
 
     @property
     def batch_key(self) -> Hashable:
-        """Agents with one network and one simulator that choose in the same way decide together."""
+        """Agents that share network, simulator and selection decide together."""
         return id(self.network), id(self.dynamics), id(self.value and self.value.network), self.selection
 
     def decide(self, state: WorldState, history: Singles) -> Singles:
-        """Sample, simulate, select; what was weighed is left in `detail`."""
+        """Sample, simulate, select; leaves the trace of the decision in `detail`."""
         chunk: Singles = self.decide_many([self], [state], history[None])[0]
         return chunk
 
     @staticmethod
     def remember_many(seen: Sequence[tuple[PolicyAgent, Observation]]) -> None:
-        """Take in what each sees, and what its partner sees."""
+        """Add each agent's and each partner's observation to the histories."""
         bass = [(agent, observation.state) for agent, observation in seen if isinstance(agent, BassAgent)]
         own = [SeatView(agent.encoder, agent.episode.seat, state) for agent, state in bass]
         theirs = [SeatView(agent.encoder, 1 - agent.episode.seat, state) for agent, state in bass]
@@ -65,7 +65,7 @@ class BassAgent(PolicyAgent):
     def decide_many(
         agents: Sequence["PolicyAgent"], states: Sequence[WorldState], histories: Singles
     ) -> Sequence[Singles]:
-        """What `decide` of each chooses: all candidates sampled in one batch, all rollouts simulated in another."""
+        """What `decide` of each would return: one batch samples all candidates, another simulates all rollouts."""
         bass = [agent for agent in agents if isinstance(agent, BassAgent)]
         candidates = [
             (own, agent.guesses(partner))
@@ -87,7 +87,7 @@ class BassAgent(PolicyAgent):
     def simulate_many(
         agents: Sequence["BassAgent"], states: Sequence[WorldState], joints: Sequence[Floats]
     ) -> Sequence[Floats]:
-        """What the learned simulator of all these agents says of each one's joint chunks, in one batch."""
+        """Predicted states of each agent's joint chunks, in one batch of the learned simulator."""
         counts = [len(joint) for joint in joints]
         starts = np.stack([moving(state) for state in states]).astype(np.float32)
         constants = np.stack([agent._constant for agent in agents])
@@ -103,7 +103,7 @@ class BassAgent(PolicyAgent):
         return lambda joint: self.simulate_many([self], [state], [joint])[0]
 
     def _views(self, history: Singles) -> Singles:
-        """(own + partner, To, D): one's own view for each own candidate, the partner's for each guess."""
+        """(own + partner, To, D): the own observation per own candidate, the partner's per predicted chunk."""
         missing = self.spec.obs_horizon - len(self._partner_history)
         theirs = np.stack([self._partner_history[0]] * missing + self._partner_history)
         counts = self.selection.own, self.selection.partner
@@ -112,42 +112,42 @@ class BassAgent(PolicyAgent):
         )
 
     def _noises(self) -> tuple[Singles, Singles]:
-        """For the own candidates, and for the guesses: the partner is not thought to be restless."""
+        """Noise for the own candidates and for the partner's chunks; only the own noise grows at a standstill."""
         return self.noise(self.selection.own), self.network.noise(self.selection.partner, self.random)
 
     def guesses(self, partner: Singles) -> Singles:
-        """What the partner is expected to do (partner, H, 5): what oneself would in its place."""
+        """The predicted chunks of the partner (partner, H, 5): what this policy would do in its place."""
         return partner
 
     def _chosen(self, own: Singles, guesses: Singles, choice: Choice) -> Singles:
-        self.detail = self._told(own, guesses, choice)
+        self.detail = self._trace(own, guesses, choice)
         chunk: Singles = own[choice.index]
         return chunk
 
-    def _told(self, own: Singles, guesses: Singles, choice: Choice) -> dict[str, object]:
-        """What was weighed, for the recording and the spectators (docs/looking-at-recordings.md); about 3 KB."""
+    def _trace(self, own: Singles, guesses: Singles, choice: Choice) -> dict[str, object]:
+        """The trace for recordings and spectators (docs/looking-at-recordings.md); about 3 KB."""
         depth = choice.predicted.shape[1]
         robots = robot_places(choice.predicted[:, [depth // 2 - 1, depth - 1]])  # (R, 2, 2, 2)
         items = item_places(choice.predicted[:, -1], len(self.episode.map.items))  # (R, N, 2)
-        _, first = np.unique(choice.pairs[:, 0], return_index=True)  # of each candidate, with its first guess
+        _, first = np.unique(choice.pairs[:, 0], return_index=True)  # the first rollout of each candidate
         return {
             "chosen": choice.index,
-            "scores": _short(choice.scores, 4),
-            "candidates": _short(own[:, :, :3], 2),
-            "guesses": _short(guesses[:, :, :3], 2),
+            "scores": _rounded(choice.scores, 4),
+            "candidates": _rounded(own[:, :, :3], 2),
+            "guesses": _rounded(guesses[:, :, :3], 2),
             "pairs": choice.pairs.tolist(),
-            "robots": _short(robots, 2),
-            "items": _short(items[first], 2),
+            "robots": _rounded(robots, 2),
+            "items": _rounded(items[first], 2),
         }
 
 
-def _short(numbers: Floats | Singles, decimals: int) -> object:
-    """As lists of few digits: single precision would be written with sixteen."""
+def _rounded(numbers: Floats | Singles, decimals: int) -> object:
+    """As nested lists with few decimals; single precision would be written with sixteen digits."""
     return np.round(numbers.astype(np.float64), decimals).tolist()
 
 
 def acting(chunks: Singles) -> Floats:
-    """Chunks (B, H, 5) as the simulator takes them (B, H, 4): distance, unit heading, grasp 0 or 1."""
+    """Chunks (B, H, 5) in the form of the simulator (B, H, 4): distance, unit heading, grasp 0 or 1."""
     acting = np.empty((*chunks.shape[:-1], 4))
     acting[..., 0] = np.clip(chunks[..., 0], -1.0, 1.0)
     norms = np.maximum(np.linalg.norm(chunks[..., 1:3], axis=-1, keepdims=True), 1e-3)
@@ -157,9 +157,9 @@ def acting(chunks: Singles) -> Floats:
 
 
 def _candidates(agents: Sequence[BassAgent], histories: Singles) -> list[tuple[Singles, Singles]]:
-    """Of each agent its own chunks (own, H, 5) and the partner's (partner, H, 5), all sampled in one batch.
+    """Each agent's own chunks (own, H, 5) and the partner's (partner, H, 5), all sampled in one batch.
 
-    The partner's come from the same policy in the partner's place. One without noise of its own is helped to some.
+    The partner's come from the same policy in the partner's place. The chunks of a deterministic policy are perturbed.
     """
     views = [agent._views(history) for agent, history in zip(agents, histories, strict=True)]
     noises = [agent._noises() for agent in agents]
@@ -177,11 +177,11 @@ def _candidates(agents: Sequence[BassAgent], histories: Singles) -> list[tuple[S
 
 
 def spread(chunks: Singles, noise: Singles) -> Singles:
-    """Equal chunks (B, H, 5) made candidates that differ, by the standard normal noise (B, rows, H, 5) of a decision.
+    """Different candidates from equal chunks (B, H, 5), given standard normal noise (B, rows, H, 5).
 
-    The first stays the policy's own. The others drive faster or slower and elsewhere, all along: noise that changed
-    with each tick would cancel out. Grasping is left alone: a hand that opens at random drops what was carried. The
-    paper does not say how it draws candidates of its GRU (Appendix "Ablation Study").
+    The first candidate stays the policy's own. The others get another speed and direction for the whole chunk: noise
+    drawn per tick would average out. Grasping is unchanged, as random releases would drop items. The paper does not
+    say how it draws candidates from its GRU (Appendix "Ablation Study").
     """
     moved = chunks.copy()
     norms = np.maximum(np.linalg.norm(chunks[1:, :, 1:3], axis=-1, keepdims=True), np.float32(1e-3))
@@ -192,32 +192,32 @@ def spread(chunks: Singles, noise: Singles) -> Singles:
 
 
 class RandomPartnerBassAgent(BassAgent):
-    """The ablation: the partner is expected to do anything (paper, "Effect of Random Partner Actions")."""
+    """The ablation with random partner chunks (paper, "Effect of Random Partner Actions")."""
 
     def guesses(self, partner: Singles) -> Singles:
         return self.random.uniform(-1.0, 1.0, partner.shape).astype(np.float32)
 
 
 class OracleBassAgent(BassAgent):
-    """The upper bound: simulates with the engine itself, exactly. Needs to watch the world, so for headless matches."""
+    """The upper bound: simulates exactly, with the engine. Needs access to the world, so only in headless matches."""
 
     def reset(self, episode: EpisodeInfo) -> None:
         super().reset(episode)
         self._watched: World | None = None
 
     def watch(self, world: World) -> None:
-        """Take notice of the world that is played in; called once per episode, before the first tick."""
+        """Be given the world that is played in; called once per episode, before the first tick."""
         self._watched = world
 
     @staticmethod
     def simulate_many(
         agents: Sequence[BassAgent], states: Sequence[WorldState], joints: Sequence[Floats]
     ) -> Sequence[Floats]:
-        """What the engine says, each from its own world."""
+        """States predicted by the engine, from each agent's own world."""
         return [agent.simulator(state)(joint) for agent, state, joint in zip(agents, states, joints, strict=True)]
 
     def simulator(self, state: WorldState) -> Simulator:
-        """The engine, started at this very moment."""
+        """The engine, started from the present state."""
         if self._watched is None:
             if state.tick > 0:
                 raise AgentError("simulator=oracle needs the world itself; use it in headless matches only")
@@ -227,7 +227,7 @@ class OracleBassAgent(BassAgent):
 
 
 def engine_simulator(moment: Snapshot, *, levels: bool) -> Simulator:
-    """The true world from a moment on: each rollout simulates the episode so far again (50 us per tick)."""
+    """The true world from a snapshot on; each rollout simulates the episode so far again (50 us per tick)."""
 
     def simulate(joint: Floats) -> Floats:
         return np.array([_engine_rollout(moment, chunk, levels) for chunk in joint])
@@ -236,7 +236,7 @@ def engine_simulator(moment: Snapshot, *, levels: bool) -> Simulator:
 
 
 def _engine_rollout(moment: Snapshot, chunk: Floats, levels: bool) -> Floats:
-    """(depth, 58) moving states of one joint chunk (depth, 2, 4)."""
+    """Moving states (depth, 58) of one joint chunk (depth, 2, 4)."""
     world = World(moment.map, record_sub_poses=False)
     world.restore(moment)
     rows = []
@@ -262,13 +262,16 @@ def bass_agent(
     """The agent of a checkpoint of kind bass.
 
     Options for experiments: `simulator` learned or oracle, `partner` policy or random, `sampling` 4, 2x2, 4x4 or 8x2,
-    `score` nfd, nfd+ac or value; what is not given is as in the card.
+    `score` nfd, nfd+ac or value. The defaults are those of the card.
     """
     card = checkpoint.card
     if card.dynamics is None or card.selection is None:
-        raise CheckpointError(f"checkpoint {card.id} is of kind bass but says nothing of dynamics or selection")
+        raise CheckpointError(f"checkpoint {card.id} is of kind bass but has no dynamics or selection")
     if card.selection.depth > card.policy.horizon:
-        raise CheckpointError(f"checkpoint {card.id} simulates {card.selection.depth} ticks of {card.policy.horizon}")
+        raise CheckpointError(
+            f"checkpoint {card.id} simulates {card.selection.depth} ticks, "
+            f"but its policy predicts {card.policy.horizon}"
+        )
     variants = {
         ("learned", "policy"): BassAgent,
         ("learned", "random"): RandomPartnerBassAgent,

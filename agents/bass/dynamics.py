@@ -2,13 +2,13 @@
 
     z_t = encode_1(s_t)      z_{t+1} = f(z_t, a_t, a_t^p)      s_{t+1} = decode_2(z_{t+1})
 
-The first autoencoder is of the present state; the second one of the next state or, with `residual`, of the change of
-the state, which spares it to redraw all that stays. Both and the step are trained together. `GruDynamics` is the
-paper's baseline for comparison.
+The first autoencoder is of the present state, the second of the next state or, with `residual`, of the change of the
+state, so that it need not reproduce what stays. Both and the latent step are trained together. `GruDynamics` is the
+paper's baseline.
 
-With `rigid`, networks predict robots and hands only: an item in a hand moves as one body with its holder (to 0.001 u
-in a tick of the engine, measured), one that nobody holds stays where it is, and neither needs learning. With
-`grasping`, what a press does is not predicted either but calculated (`agents.bass.grasp_model`).
+With `rigid`, the network predicts robots and hands only: a held item moves rigidly with its holder (within 0.001 u per
+tick of the engine, measured) and other items stay in place. With `grasping`, the effect of a press is computed instead
+of predicted (`agents.bass.grasp_model`).
 """
 
 import torch
@@ -40,7 +40,7 @@ def _layers(inputs: int, width: int, outputs: int) -> nn.Sequential:
 
 
 class AutoEncoder(nn.Module):
-    """A variational autoencoder of one kind of state, told the constants of the map."""
+    """A variational autoencoder of states, conditioned on the constants of the map."""
 
     def __init__(self, spec: DynamicsSpec) -> None:
         super().__init__()
@@ -95,13 +95,13 @@ class Dynamics(nn.Module):
 
     @property
     def learned(self) -> list[int]:
-        """Which numbers of a state the network predicts."""
+        """Indices of the numbers of a state that the network predicts."""
         hands = [] if self.spec.grasping else range(HELD_START, ITEMS_START)
         items = [] if self.spec.rigid else range(ITEMS_START, MOVING_WIDTH)
         return [*range(HELD_START), *hands, *items]
 
     def advance(self, state: Tensor, constant: Tensor, actions: Tensor) -> Tensor:
-        """The next moving state (B, 58), hands clear and items where hands bring them."""
+        """The next moving state (B, 58), with one-hot hands, and items moved by their holders."""
         after = self.step(state, constant, actions)
         if self.grasping is None:
             after = tidied(after)
@@ -120,7 +120,7 @@ class Dynamics(nn.Module):
 
 
 class VaeDynamics(Dynamics):
-    """The paper's."""
+    """The paper's simulator."""
 
     def __init__(self, spec: DynamicsSpec) -> None:
         super().__init__(spec)
@@ -150,18 +150,18 @@ class VaeDynamics(Dynamics):
         return {"loss": loss, "prediction": prediction, "reconstruction": reconstruction, "latent": latent}
 
     def target(self, state: Tensor, after: Tensor) -> Tensor:
-        """What the second autoencoder is of: the next state (B, 58), or its scaled change."""
+        """The input of the second autoencoder: the next state (B, 58), or its scaled change."""
         return (after - state) / self.scale if self.spec.residual else after
 
     def autoencoding(self, autoencoder: AutoEncoder, rows: Tensor, constant: Tensor) -> Tensor:
-        """The loss of one autoencoder alone on what it is of (B, 58)."""
+        """The loss of one autoencoder alone on its inputs (B, 58)."""
         of_map = self.of_map(constant)
         mean, variance = autoencoder.encode(rows, of_map)
         rebuilt = autoencoder.decode(_sampled(mean, variance), of_map)
         return F.smooth_l1_loss(rebuilt, rows) + KL_WEIGHT * _divergence(mean, variance)
 
     def stepping(self, state: Tensor, constant: Tensor, actions: Tensor, after: Tensor) -> Tensor:
-        """The loss of the step between the latent spaces alone."""
+        """The loss of the latent step alone."""
         of_map = self.of_map(constant)
         now, _ = self.now.encode(state, of_map)
         then, _ = self.next.encode(self.target(state, after), of_map)
@@ -194,9 +194,9 @@ def build_dynamics(spec: DynamicsSpec) -> Dynamics:
 
 
 class Rollout(nn.Module):
-    """Several ticks with the learned simulator, as one graph to export.
+    """Several ticks of the learned simulator, as one graph to export.
 
-    With desired hold levels, a press happens in the simulation where the level differs from the predicted hand.
+    With hold levels, a press occurs where the level differs from the predicted hand.
     """
 
     def __init__(self, dynamics: Dynamics, depth: int, grasp: Grasp) -> None:
@@ -218,22 +218,22 @@ class Rollout(nn.Module):
 
 
 def holding(state: Tensor) -> Tensor:
-    """1 for each hand (B, 2) that holds something in moving states (B, 58)."""
+    """Whether each hand (B, 2) holds something in moving states (B, 58), 1 or 0."""
     empty = torch.stack([state[:, HELD_START + HELD_WIDTH - 1], state[:, HELD_START + 2 * HELD_WIDTH - 1]], dim=1)
     return (empty < 0.5).to(state.dtype)
 
 
 def tidied(state: Tensor) -> Tensor:
-    """Predicted states (B, 58) with hands that hold one thing or nothing, so that errors do not pile up."""
+    """Predicted states (B, 58) with hands made one-hot, so that errors do not accumulate."""
     hands = state[:, HELD_START:ITEMS_START].reshape(-1, 2, HELD_WIDTH)
     sharp = (hands >= hands.max(dim=-1, keepdim=True).values).to(state.dtype)
     return torch.cat((state[:, :HELD_START], sharp.flatten(1), state[:, ITEMS_START:]), dim=1)
 
 
 def carried(before: Tensor, after: Tensor) -> Tensor:
-    """The states `after` (B, 58) with items (x, y, cos, sin) moved from where they were by who holds them all along.
+    """The states `after` (B, 58), with items (x, y, cos, sin) moved from `before` by who holds them in both.
 
-    A rotation and a shift are linear, so that of two holders the mean of their motions counts.
+    Rotation and shift are linear, so two holders move an item by the mean of their motions.
     """
     hands = (before * after)[:, HELD_START:ITEMS_START].reshape(-1, 2, HELD_WIDTH)[:, :, :-1].transpose(1, 2)
     holders = hands.sum(dim=2, keepdim=True)  # (B, 7, 1)
@@ -246,7 +246,7 @@ def carried(before: Tensor, after: Tensor) -> Tensor:
 
 
 def _motions(before: Tensor, after: Tensor) -> Tensor:
-    """How each robot moved as a body, (B, 2, 4): cos, sin of its turn and, in p -> R p + s, its shift x, y."""
+    """The rigid motion of each robot (B, 2, 4): cos and sin of its rotation R and its shift s in p -> R p + s."""
     here, there = (rows[:, :HELD_START].reshape(-1, 2, ROBOT_WIDTH)[..., :4] for rows in (before, after))
     turned = _turned(here)
     facing = there[..., 2:] / (there[..., 2:] ** 2).sum(dim=-1, keepdim=True).sqrt().clamp(min=1e-3)
@@ -257,6 +257,6 @@ def _motions(before: Tensor, after: Tensor) -> Tensor:
 
 
 def _turned(vectors: Tensor) -> Tensor:
-    """Two vectors x, y, u, v (..., 4), each turned by a right angle: -y, x, -v, u."""
+    """Two vectors x, y, u, v (..., 4), each rotated by 90 degrees: -y, x, -v, u."""
     x, y, u, v = vectors.chunk(4, dim=-1)
     return torch.cat((-y, x, -v, u), dim=-1)

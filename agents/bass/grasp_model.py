@@ -1,9 +1,8 @@
-"""What a press does in the learned simulator: a full hand lets go, an empty one takes what is in its reach.
+"""The effect of a press in the learned simulator: a full hand lets go, an empty one takes an item within reach.
 
-Hands change in one tick of a hundred. A network that predicts whole states with one loss does best to say that they
-never do: the one that was trained so predicted none of 342 changes (2026-11-22), and whoever simulates with it cannot
-tell a candidate that takes an item from one that does not. What is in reach is the game's own rule and plain
-geometry, so it is calculated.
+Hands change in about 1 % of ticks. A network that predicts whole states with one loss learns that they never do: it
+predicted none of 342 changes (2026-11-22), and simulating with it does not distinguish a candidate that takes an item
+from one that does not. Reach follows from the game's rule and geometry, so it is computed.
 """
 
 import numpy as np
@@ -31,7 +30,7 @@ _SCALE = ITEM_CONSTANTS - 2
 
 
 class Grasping(nn.Module):
-    """Says what both hands hold after a tick. Nothing in it is learned."""
+    """What both hands hold after a tick. Nothing in it is learned."""
 
     starts_x: Tensor  # (8, V) vertices of each shape at scale 1
     starts_y: Tensor
@@ -54,8 +53,8 @@ class Grasping(nn.Module):
     def forward(self, state: Tensor, constant: Tensor, press: Tensor) -> Tensor:
         """Hands (B, 2, 8), one-hot, after states (B, 58) of maps (B, 146) with presses (B, 2), 1 or 0.
 
-        Blue's hand moves at the beginning of a tick; red's in the middle of it, until when it drives as before. What
-        blue's press does to a small item in the same tick, red does not see yet.
+        Blue's hand acts at the start of a tick, red's in the middle, and red drives as before until then. Red does not
+        see yet what blue's press does to a small item in the same tick.
         """
         hands = hands_of(state)
         blue, red = state[:, :HELD_START].reshape(-1, 2, ROBOT_WIDTH).unbind(1)

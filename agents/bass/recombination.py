@@ -1,10 +1,9 @@
-"""New pieces of episodes from pairs of them: one's own motion from the first, the partner's from the second.
+"""Augmentation by recombination: one seat's motion from one episode, the partner's from another.
 
-Paper, "Recombination of Sub-Trajectories": where an agent begins and ends a stretch in the same places in two
-episodes of a map, what its partner does in one of them also fits the other. Two places are the same when they lie in
-the same cell of the 48 x 48 grid, the hand is in the same condition, and the heading in the same eighth of a turn. A
-piece is kept only when the engine, started in its first state, goes through it without the two or the walls getting
-in each other's way.
+Paper, "Recombination of Sub-Trajectories": where an agent starts and ends a stretch in the same places in two episodes
+of a map, the partner's motion of one also fits the other. Places are the same when they share the cell of the 48 x 48
+grid, the state of the hand, and the eighth of a turn of the heading. A piece is kept only if the engine, started in its
+first state, reproduces it.
 """
 
 from collections.abc import Iterator, Sequence
@@ -25,21 +24,21 @@ from movingout.world.errors import WorldError
 from movingout.world.state import Floats, WorldState
 
 LENGTH = 8  # ticks of a piece
-TOLERANCE = 0.06  # [u] how far the engine may end from the pieces' own ends: joints are made anew
+TOLERANCE = 0.06  # [u] largest distance between the recorded and the simulated end; joints are made again
 HEADINGS = 8
-TRIES = 8  # per wanted piece
+TRIES = 8  # per requested piece
 Matching = Literal["both-ends", "one-end"]
 """`both-ends` is the paper's multi-agent rule; `one-end` its single-agent ablation."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LearnedPart:
-    """What is to be learned of an episode: what one seat did, in some stretches."""
+    """What is learned from an episode: the targets of one seat, in some stretches."""
 
     trajectory: Trajectory
     seat: int
     targets: Singles  # (T, 5)
-    stretches: tuple[tuple[int, int], ...]  # first tick and the one after the last
+    stretches: tuple[tuple[int, int], ...]  # (first, last + 1) ticks
 
     @property
     def ticks(self) -> int:
@@ -49,7 +48,7 @@ class LearnedPart:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RecombinedPiece:
-    """LENGTH ticks of `own` from `start`, beside the partner that `other` had from `other_start`."""
+    """LENGTH ticks of `own` from `start`, with the partner of `other` from `other_start`."""
 
     own: LearnedPart
     start: int
@@ -58,14 +57,14 @@ class RecombinedPiece:
 
     @property
     def targets(self) -> Singles:
-        """(LENGTH to 2 * LENGTH, 5), as they were: one's own motion is kept, and so is what followed on the piece."""
+        """The recorded targets (LENGTH to 2 * LENGTH, 5), including those after the piece."""
         end = next(end for begin, end in self.own.stretches if begin <= self.start < end)
         return self.own.targets[self.start : min(self.start + 2 * LENGTH, end)]
 
 
 @dataclass(frozen=True, slots=True)
 class RecombinationReport:
-    """How many pieces were tried and how many the engine confirmed."""
+    """Number of pieces tried and confirmed by the engine."""
 
     tried: int
     valid: int
@@ -76,9 +75,9 @@ class RecombinationReport:
 
 
 def draw_pieces(parts: Sequence[LearnedPart], seed: int, matching: Matching = "both-ends") -> Iterator[RecombinedPiece]:
-    """Each tick of the parts at which a piece may begin, in random order, with one match of those in other episodes.
+    """All ticks at which a piece may start, in random order, each with a random match in another episode.
 
-    Ticks without a match are left out. The partner may be from any tick of the other episode, learned from or not.
+    Ticks without a match are left out. The partner may come from any tick of the other episode.
     """
     random = np.random.default_rng(seed)
     index = _Index(list(dict.fromkeys(part.trajectory for part in parts)), matching)
@@ -94,7 +93,7 @@ def draw_pieces(parts: Sequence[LearnedPart], seed: int, matching: Matching = "b
 
 
 def recombined(piece: RecombinedPiece) -> Trajectory | None:
-    """The piece as an episode of LENGTH ticks, played by the engine; None when it is not valid."""
+    """The piece as an episode of LENGTH ticks, simulated by the engine; None when it is not valid."""
     own, other, seat = piece.own.trajectory, piece.other, piece.own.seat
     mine, theirs = slice(piece.start, piece.start + LENGTH), slice(piece.other_start, piece.other_start + LENGTH)
     first = _mixed_state(own, piece.start, other, piece.other_start, seat)
@@ -130,9 +129,9 @@ def recombined(piece: RecombinedPiece) -> Trajectory | None:
 def augmentation(
     parts: Sequence[LearnedPart], count: int, seed: int, matching: Matching = "both-ends"
 ) -> tuple[list[tuple[RecombinedPiece, Trajectory]], RecombinationReport]:
-    """Up to `count` valid pieces, drawn at random, as the engine played them, and the report.
+    """Up to `count` random valid pieces with their simulated episodes, and a report.
 
-    Pieces in which the partner does what it did anyway (both stretches end where they began) are as good as others.
+    Pieces that leave the partner's motion unchanged (both stretches end where they started) count as well.
     """
     tried = 0
 
@@ -149,7 +148,7 @@ def augmentation(
 
 
 class _Index:
-    """Where both seats of all episodes begin and end each stretch of LENGTH ticks: one number per place, sorted."""
+    """A sorted index of where each stretch of LENGTH ticks starts and ends, for both seats of all episodes."""
 
     def __init__(self, trajectories: list[Trajectory], matching: Matching) -> None:
         self.trajectories = trajectories
@@ -169,7 +168,7 @@ class _Index:
         self._ticks = np.concatenate([np.empty(0, np.int64), *map(np.arange, lengths)])[order]
 
     def matches(self, trajectory: Trajectory, seat: int, start: int) -> tuple[Indices, Indices]:
-        """Numbers of other episodes (M,) and ticks there (M,) where the seat does the same way as here."""
+        """Episodes (M,) and ticks (M,) at which the seat starts and ends in the same places, in other episodes."""
         number = self._numbers[trajectory]
         key = self._keys[number, seat][start]
         rows = slice(*(int(np.searchsorted(self._sorted, key, side)) for side in ("left", "right")))
@@ -178,7 +177,7 @@ class _Index:
 
 
 def _keys(trajectory: Trajectory, seat: int, group: int, items: int, matching: Matching) -> Indices:
-    """(T + 1 - LENGTH,) one number per stretch, the same for the same group and places."""
+    """One key per stretch (T + 1 - LENGTH,), equal for the same group and places."""
     poses = trajectory.robot_poses[:, seat]
     cells = np.clip(np.floor((poses[:, :2] + ARENA_HALF) / CELL), 0, PAPER_CELLS - 1).astype(np.int64)
     eighths = np.round(poses[:, 2] / (2 * np.pi / HEADINGS)).astype(np.int64) % HEADINGS
@@ -190,7 +189,7 @@ def _keys(trajectory: Trajectory, seat: int, group: int, items: int, matching: M
 
 
 def _mixed_state(own: Trajectory, tick: int, other: Trajectory, other_tick: int, seat: int) -> WorldState | None:
-    """Everything from `own`, the partner from `other`; None when the partner holds what is not there."""
+    """The state of `own` with the partner of `other`; None when both would hold the same item inconsistently."""
 
     def mixed(a: Floats, b: Floats) -> Floats:
         both = a.copy()
@@ -215,7 +214,7 @@ def _mixed_state(own: Trajectory, tick: int, other: Trajectory, other_tick: int,
 
 
 def _played(own: Trajectory, first: WorldState, actions: Floats) -> list[WorldState]:
-    """The states of a piece; the first is as staged, but with the velocities it had: the engine begins at rest."""
+    """The simulated states of a piece; the first gets its recorded velocities, as the engine starts at rest."""
     world = restage(own.map, first)
     states = [replace(world.state(), robot_velocities=first.robot_velocities)]
     for action in actions:

@@ -1,7 +1,7 @@
-"""A world that begins in the middle: in a given state, as nearly as the engine lets one set it.
+"""A world started from a given state, as closely as the engine allows.
 
-Poses are exact; hands close anew, which takes one tick; velocities start at zero. For an exact moment use
-`World.snapshot`; this is for states of which no history is known, such as recombined ones.
+Poses are exact; grasps are made again, which takes one tick; velocities start at zero. Use `World.snapshot` for exact
+copies; this is for states without a history, such as recombined ones.
 """
 
 from dataclasses import replace
@@ -16,9 +16,9 @@ from movingout.world.state import WorldState
 
 
 def restage(map_spec: MapSpec, state: WorldState) -> World:
-    """A world of the same map in which robots and items stand as in `state`, and hands hold what they hold there.
+    """A world of the same map with the poses and grasps of `state`.
 
-    Raises WorldError when a hand does not reach what it should hold.
+    Raises WorldError when a hand cannot reach the item it should hold.
     """
     poses = [Pose(*row) for row in state.item_poses.tolist()]
     blue, red = (Pose(*row) for row in state.robot_poses.tolist())
@@ -28,5 +28,5 @@ def restage(map_spec: MapSpec, state: WorldState) -> World:
     if holding.any():
         world.step(np.column_stack((np.zeros(2), state.robot_poses[:, 2], holding)))
     if not np.array_equal(world.state().held, state.held):
-        raise WorldError("this state cannot be staged anew: a hand does not reach what it should hold")
+        raise WorldError("this state cannot be restored: a hand does not reach the item it should hold")
     return world

@@ -1,4 +1,4 @@
-"""What simulated futures are worth: the paper's scores, or a learned value."""
+"""Scores of simulated rollouts: the paper's, or by a learned value."""
 
 from collections.abc import Callable, Sequence
 
@@ -12,14 +12,14 @@ from movingout.maps import MapSpec
 from movingout.world.metrics import normalized_final_distance
 from movingout.world.state import Floats
 
-AC_WEIGHT = 0.05  # of action consistency beside NFD; the paper does not say which it used
+AC_WEIGHT = 0.05  # weight of action consistency beside NFD; the paper does not give one
 
 ScoreFunction = Callable[[Floats, Floats], Floats]
-"""Joint chunks (R, depth, 2, 4) and the states (R, depth, 58) that they lead to, to scores (R,)."""
+"""Scores (R,) of joint chunks (R, depth, 2, 4) and the states (R, depth, 58) that they lead to."""
 
 
 def score_function(map_spec: MapSpec, seat: int, spec: SelectionSpec, value: Value | None = None) -> ScoreFunction:
-    """The score_function that a selection asks for. Raises AgentError when it asks for a value and there is none."""
+    """The score function that `spec` names. Raises AgentError when it needs a value network and there is none."""
     if spec.score == "value" and value is None:
         raise AgentError("this agent has no value network to choose by; use score=nfd or nfd+ac")
     return lambda joint, predicted: score_rollouts([(map_spec, seat)], [joint], [predicted], spec, value)[0]
@@ -29,7 +29,7 @@ def score_rollouts(
     views: Sequence[ValueQuery], joints: Sequence[Floats], predicted: Sequence[Floats], spec: SelectionSpec,
     value: Value | None,
 ) -> list[Floats]:  # fmt: skip
-    """What the score_function of each would say, for agents that choose in the same way."""
+    """Scores (R,) per view, for agents with the same selection."""
     if value is not None and spec.score == "value":
         return value.scores_of(views, [rollouts[:, -1] for rollouts in predicted], spec.depth)
     by = _by_distance if spec.score == "nfd" else _by_distance_and_consistency
@@ -37,17 +37,17 @@ def score_rollouts(
 
 
 def _by_distance(map_spec: MapSpec, joint: Floats, predicted: Floats) -> Floats:
-    """(R,) NFD of the last states (paper, "Action Selection")."""
+    """NFD (R,) of the last states (paper, "Action Selection")."""
     return normalized_final_distance(map_spec, item_places(predicted[:, -1], len(map_spec.items)))
 
 
 def _by_distance_and_consistency(map_spec: MapSpec, joint: Floats, predicted: Floats) -> Floats:
-    """(R,) the same, and the agents' pulling together."""
+    """NFD plus weighted action consistency (R,)."""
     return _by_distance(map_spec, joint, predicted) + AC_WEIGHT * _consistency(joint, predicted)
 
 
 def _consistency(joint: Floats, predicted: Floats) -> Floats:
-    """(R,) mean over ticks of |(f1 + f2) . d| / (|f1| + |f2|), f the pushes and d the line between the robots."""
+    """Action consistency (R,): mean over ticks of |(f1 + f2) . d| / (|f1| + |f2|), forces f, axis d between robots."""
     pushes = joint[..., 0:1] * np.stack((-joint[..., 2], joint[..., 1]), axis=-1)  # (R, depth, 2, 2)
     places = robot_places(predicted)
     line = places[:, :, 1] - places[:, :, 0]

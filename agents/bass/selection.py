@@ -1,6 +1,6 @@
-"""Choosing among candidate chunks by what a simulator says will come of them (paper, "Action Selection").
+"""Choosing among candidate chunks by their simulated outcome (paper, "Action Selection").
 
-Knows neither networks nor worlds: chunks and predicted states are arrays, simulator and score function are arguments.
+Knows neither networks nor worlds: chunks and states are arrays, simulator and score function are arguments.
 """
 
 from collections.abc import Callable
@@ -14,23 +14,23 @@ from movingout.agents.checkpoint.checkpoint import SelectionSpec
 from movingout.world.state import Floats
 
 Simulator = Callable[[Floats], Floats]
-"""Joint chunks (R, depth, 2, 4) in seat order to predicted moving states (R, depth, 58)."""
+"""Predicted moving states (R, depth, 58) of joint chunks (R, depth, 2, 4) in seat order."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Choice:
-    """Which candidate, and why."""
+    """The chosen candidate and what it was chosen by."""
 
     index: int
-    scores: Floats  # (own,) score of each own candidate
+    scores: Floats  # (own,)
     predicted: Floats  # (R, depth, 58)
     pairs: npt.NDArray[np.intp]  # (R, 2) own and partner candidate of each rollout
 
 
 def pairs_of(spec: SelectionSpec) -> npt.NDArray[np.intp]:
-    """(R, 2) which own candidate is simulated with which of the partner.
+    """Indices (R, 2) of the own and the partner's candidate in each rollout.
 
-    `independent`: candidate i of one with candidate i of the other; `product`: each with each.
+    `independent` pairs candidates by number; `product` takes all combinations.
     """
     if spec.combine == "independent":
         count = max(spec.own, spec.partner)
@@ -42,14 +42,14 @@ def pairs_of(spec: SelectionSpec) -> npt.NDArray[np.intp]:
 def choose(
     score_function: ScoreFunction, seat: int, own: Floats, partner: Floats, simulate: Simulator, spec: SelectionSpec
 ) -> Choice:
-    """Choose among own chunks (own, H, 4), given guesses of the partner's (partner, H, 4)."""
+    """Choose among own chunks (own, H, 4), given predicted chunks of the partner (partner, H, 4)."""
     joint = joint_chunks(seat, own, partner, spec)
     predicted = simulate(joint)
     return choice_from_scores(score_function(joint, predicted), predicted, spec)
 
 
 def joint_chunks(seat: int, own: Floats, partner: Floats, spec: SelectionSpec) -> Floats:
-    """(R, depth, 2, 4) what is to be simulated, in seat order: own chunks (own, H, 4) with the partner's."""
+    """Joint chunks (R, depth, 2, 4) in seat order, from own chunks (own, H, 4) and the partner's (partner, H, 4)."""
     pairs = pairs_of(spec)
     joint = np.empty((len(pairs), spec.depth, 2, own.shape[-1]))
     joint[:, :, seat] = own[pairs[:, 0], : spec.depth]
@@ -58,10 +58,10 @@ def joint_chunks(seat: int, own: Floats, partner: Floats, spec: SelectionSpec) -
 
 
 def choice_from_scores(each: Floats, predicted: Floats, spec: SelectionSpec) -> Choice:
-    """The choice, given the score of each rollout (R,) and what a simulator says of it (R, depth, 58).
+    """The choice, given the score of each rollout (R,) and its predicted states (R, depth, 58).
 
-    A candidate's score is its mean over the partner's candidates that it is simulated with; the first of equals wins,
-    so that where nothing tells them apart the choice is the policy's own sample.
+    A candidate's score is its mean over its rollouts. Of equal candidates the first wins, so that a tie leaves the
+    choice to the policy.
     """
     pairs = pairs_of(spec)
     scores = np.array([each[pairs[:, 0] == candidate].mean() for candidate in range(spec.own)])

@@ -1,6 +1,6 @@
-"""The state as a learned simulator sees it: what moves, what never does, and the actions of both, in seat order.
+"""The input of the learned simulator: the moving and the constant part of the state, in seat order.
 
-The order is blue, red and not "own, other", because a tick is not symmetric: blue's action takes effect first.
+The order is blue, red instead of own, other, because a tick is not symmetric: blue's action takes effect first.
 
 | moving (58) | |
 |---|---|
@@ -37,14 +37,14 @@ TURN_UNIT = 5.0  # [rad/s], the fastest turn
 
 
 def moving(state: WorldState) -> Floats:
-    """(58,) of one state."""
+    """The moving part (58,) of one state."""
     arrays = state.robot_poses[None], state.robot_velocities[None], state.held[None], state.item_poses[None]
     row: Floats = moving_arrays(*arrays)[0]
     return row
 
 
 def moving_arrays(robot_poses: Floats, robot_velocities: Floats, held: Ints, item_poses: Floats) -> Floats:
-    """(T, 58) of states given as arrays: (T, 2, 3), (T, 2, 3), (T, 2) and (T, N, 3)."""
+    """The moving part (T, 58) of states given as arrays (T, 2, 3), (T, 2, 3), (T, 2) and (T, N, 3)."""
     ticks, count = item_poses.shape[:2]
     robots = np.concatenate(
         (
@@ -65,7 +65,7 @@ def moving_arrays(robot_poses: Floats, robot_velocities: Floats, held: Ints, ite
 
 
 def states_of(rows: Floats, count: int) -> tuple[Floats, Floats, Ints, Floats]:
-    """What `moving_arrays` made rows (T, 58) of, for a map of `count` items: poses, velocities, held, item poses."""
+    """The inverse of `moving_arrays`, for a map of `count` items: poses, velocities, held, item poses."""
     robots = rows[:, :HELD_START].reshape(-1, 2, ROBOT_WIDTH)
     items = rows[:, ITEMS_START:].reshape(-1, ITEM_SLOTS, 4)[:, :count]
     velocities = robots[..., 4:] * (1.0, 1.0, TURN_UNIT)
@@ -73,7 +73,7 @@ def states_of(rows: Floats, count: int) -> tuple[Floats, Floats, Ints, Floats]:
 
 
 def held_of(rows: Floats) -> Ints:
-    """(T, 2) what blue and red hold in moving rows (T, 58), -1 for an empty hand."""
+    """Held items (T, 2) of blue and red in moving rows (T, 58), -1 for an empty hand."""
     held = rows[:, HELD_START:ITEMS_START].reshape(-1, 2, HELD_WIDTH).argmax(axis=-1)
     return np.where(held == ITEM_SLOTS, -1, held)
 
@@ -99,7 +99,7 @@ def robot_places(rows: Floats) -> Floats:
 
 @lru_cache(maxsize=64)
 def constant(map_spec: MapSpec) -> Floats:
-    """(146,) of a map."""
+    """The constant part (146,) of a map."""
     items = np.zeros((ITEM_SLOTS, ITEM_CONSTANTS))
     for index, item in enumerate(map_spec.items):
         items[index, 0] = 1.0

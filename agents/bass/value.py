@@ -1,13 +1,13 @@
-"""What will come of a state: a learned value, so that selection sees farther than the simulated ticks.
+"""A learned value of states, so that selection looks beyond the simulated ticks.
 
 The paper scores a candidate by the NFD of its last simulated state, eight ticks ahead at most. Walking to an item,
 turning it or letting go of it changes nothing by then, so most choices are between equals. Here the score of a
-last state s is what has been done by then and what is expected to follow,
+last state s is the progress made by then plus the progress expected to follow,
 
     score(s) = progress(s) + discount ** depth * V(s),    progress = (NFD + TCR) / 2,
 
-where V(s) is the discounted progress that recorded episodes went on to make from states like s. Not in the paper;
-sampling from a diffusion policy and taking what a value prefers is known from offline reinforcement learning
+where V(s) estimates the discounted progress that recorded episodes made from states like s. This is not in the paper;
+choosing among samples of a diffusion policy by a value is known from offline reinforcement learning
 (Hansen-Estruch et al. 2023).
 """
 
@@ -25,10 +25,10 @@ from movingout.world.metrics import WEIGHTS, normalized_final_distance
 from movingout.world.observation import ITEM_SLOTS
 from movingout.world.state import Floats
 
-LAYOUT = "aware-v1"  # what the network sees, from the seat that chooses
+LAYOUT = "aware-v1"  # input of the network, from the seat that chooses
 
 ValueQuery = tuple[MapSpec, int]
-"""The map that is played, and the seat of who looks."""
+"""The map, and the seat from which its states are valued."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,15 +39,15 @@ class Value:
     network: Network
 
     def scores_of(self, views: Sequence[ValueQuery], rows: Sequence[Floats], depth: int) -> list[Floats]:
-        """For each who looks (R,) what is done in its moving rows (R, 58), `depth` ahead, and what will follow.
+        """Scores (R,) per query, of its moving rows (R, 58): progress after `depth` ticks plus discounted value.
 
-        All are asked of the network at once, and those of one map and seat are encoded together.
+        The network is run once for all; rows of the same map and seat are encoded together.
         """
         groups: dict[ValueQuery, list[int]] = {}
         for index, view in enumerate(views):
             groups.setdefault(view, []).append(index)
         order = [index for group in groups.values() for index in group]
-        looked = [_looked(*view, np.concatenate([rows[index] for index in group])) for view, group in groups.items()]
+        looked = [_encoded(*view, np.concatenate([rows[index] for index in group])) for view, group in groups.items()]
         features = np.concatenate([seen for seen, _ in looked])
         follows = self.network(features=features.astype(np.float32))[0]
         scores = np.concatenate([done for _, done in looked]) + self.spec.discount**depth * follows
@@ -56,8 +56,8 @@ class Value:
         return [found[index] for index in range(len(views))]
 
 
-def _looked(map_spec: MapSpec, seat: int, rows: Floats) -> tuple[Floats, Floats]:
-    """What the network sees (R, D) of moving rows (R, 58), and the progress made by then (R,)."""
+def _encoded(map_spec: MapSpec, seat: int, rows: Floats) -> tuple[Floats, Floats]:
+    """Features (R, D) of moving rows (R, 58), and the progress made by then (R,)."""
     encoder = feature_encoder(map_spec, LAYOUT)
     arrays = states_of(rows, len(map_spec.items))
     features = encoder.encode_arrays(*arrays, seat)
@@ -65,7 +65,7 @@ def _looked(map_spec: MapSpec, seat: int, rows: Floats) -> tuple[Floats, Floats]
 
 
 def progress(map_spec: MapSpec, item_poses: Floats, delivered: Floats) -> Floats:
-    """(T,) the mean of NFD and TCR, for item poses (T, N, 3) and flags (T, 7) or (T, N) of delivered items."""
+    """Mean of NFD and TCR (T,), for item poses (T, N, 3) and delivered flags (T, 7) or (T, N)."""
     weights = np.zeros(ITEM_SLOTS)
     weights[: len(map_spec.items)] = [WEIGHTS[item.size] for item in map_spec.items]
     completion = delivered @ weights[: delivered.shape[1]] / weights.sum()

@@ -1,4 +1,8 @@
-"""Training the value network of BASS from episodes, see `agents.bass.value`."""
+"""Training the value network of BASS from episodes (`agents.bass.value`).
+
+From the top: episodes become states with the discounted progress that followed; an ensemble is fitted to them, each
+member on batches of its own.
+"""
 
 import dataclasses
 from collections.abc import Sequence
@@ -20,29 +24,29 @@ from movingout.agents.policies.encoders import ItemEncoder, ResidualBlock, alike
 from movingout.agents.training.fit import FitResult, Losses, TrainingTask, fit
 from movingout.world.state import Floats
 
-TAIL = 60  # ticks at the end of an episode that time has cut off: what would have followed is not known
+TAIL = 60  # ticks dropped at the end of an episode cut off by the time limit: their return is not known
 VALIDATION_ROWS = 16384
 RETURN_UNIT = 0.1  # brings returns to about 1
 NOISE = 0.02  # on normalised features
 DECAY = 1e-2
 ITEM_WIDTH = 64
-_BOUND = 5.0  # standard deviations: what is farther out was hardly ever seen
+_BOUND = 5.0  # standard deviations; features are clipped to it
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Returns:
-    """States of many episodes as both seats saw them, and the discounted progress that followed."""
+    """Observations of both seats in many episodes, and the discounted progress that followed."""
 
-    features: npt.NDArray[np.float16]  # (M, D); half precision, because a million rows are kept
+    features: npt.NDArray[np.float16]  # (M, D); half precision, for a million rows
     returns: Singles  # (M,)
     episodes: Indices  # (M,) number of the episode
     people: tuple[frozenset[str], ...]  # (E,) who is in each episode
 
 
 def returns_of(trajectories: Sequence[Trajectory], discount: float) -> Returns:
-    """Every state of the episodes from which the end, or `TAIL` ticks at least, is known.
+    """All states from which the end of the episode, or at least `TAIL` further ticks, are known.
 
-    Raises DataError when there is none.
+    Raises DataError when there are none.
     """
     features, returns, episodes = [], [], []
     for number, trajectory in enumerate(trajectories):
@@ -54,13 +58,13 @@ def returns_of(trajectories: Sequence[Trajectory], discount: float) -> Returns:
         returns += [follows, follows]
         episodes.append(np.full(2 * len(follows), number))
     if not sum(map(len, returns)):
-        raise DataError(f"no episode is long enough to learn a value from; {TAIL} ticks or fewer; use --score nfd")
+        raise DataError(f"no episode has more than {TAIL} ticks, too short to learn a value from; use --score nfd")
     people = tuple(trajectory.people for trajectory in trajectories)
     return Returns(np.concatenate(features), np.concatenate(returns), np.concatenate(episodes), people)
 
 
 def _progress(trajectory: Trajectory) -> Floats:
-    """(T + 1,) of an episode; 1 exactly when all is delivered."""
+    """Progress (T + 1,) of an episode; exactly 1 when everything is delivered."""
     encoder = feature_encoder(trajectory.map, LAYOUT)
     rows = encoder.encode_arrays(*trajectory.state_arrays, seat=0)
     delivered = encoder.delivered(rows)
@@ -69,7 +73,7 @@ def _progress(trajectory: Trajectory) -> Floats:
 
 
 def discounted(gains: Floats, discount: float) -> Floats:
-    """(T,) sums over k of discount ** k * gains[t + k]."""
+    """Discounted sums (T,): over k of discount ** k * gains[t + k]."""
     sums = np.zeros(len(gains))
     follows = 0.0
     for tick in range(len(gains) - 1, -1, -1):
@@ -78,9 +82,9 @@ def discounted(gains: Floats, discount: float) -> Floats:
 
 
 class ValueNetwork(nn.Module):
-    """Features (B, D) to discounted progress (B,): the mean of several networks.
+    """Discounted progress (B,) of features (B, D): the mean of an ensemble.
 
-    One alone overrates some of the candidates between which it chooses, and those are the ones it would choose.
+    A single network overrates some candidates, and choosing by it would pick exactly these.
     """
 
     mean: Tensor
@@ -100,7 +104,7 @@ class ValueNetwork(nn.Module):
         return value
 
     def each(self, features: Tensor) -> Tensor:
-        """What each network says (M, B) of a batch of its own (M, B, D), in training."""
+        """The value of each member (M, B) on its own batch (M, B, D), for training."""
         normal = self._normal(features)
         normal = normal + NOISE * torch.randn_like(normal)
         says = [layers(rows)[:, 0] for layers, rows in zip(self.members, normal, strict=True)]
@@ -120,7 +124,7 @@ def _layers(width: int) -> nn.Sequential:
 
 
 def train_value(config: BassConfig, data: Returns, folder: Path) -> FitResult[ValueNetwork]:
-    """Fit the value to returns; curves and resume file go to `folder`. Validation as for the simulator."""
+    """Fit the value to returns; curves and resume file go to `folder`. Validated like the simulator."""
     torch.manual_seed(config.seed)
     network = ValueNetwork(config.value_spec())
     sample = data.features[::7].astype(np.float32)

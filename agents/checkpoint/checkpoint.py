@@ -1,13 +1,13 @@
 """Trained agents on disk: one folder with a card and its files, read without running anything from it.
 
-    <id with @ as ->/card.json            who this is, how it was made, how good it is; a strict schema
-                    policy.onnx           what plays (onnxruntime)
+    <id with @ as ->/card.json            identity, origin and scores; a strict schema
+                    policy.onnx           the network that plays (onnxruntime)
                     policy.safetensors    the same weights, for other tools
-                    dynamics.onnx ...     for BASS: the simulator
-                    value.onnx            for BASS with `score` value: what will come of a state
+                    dynamics.onnx ...     BASS: the simulator
+                    value.onnx            BASS with `score` value: the value network
 
-The card names every file with its size and SHA-256; whatever does not match is refused. There are no pickles.
-Folders are found by listing, never by joining a path from what somebody typed.
+The card names every file with its size and SHA-256; a file that does not match is refused. Nothing is unpickled.
+Folders are found by listing, never by joining a path from user input.
 """
 
 import contextlib
@@ -29,19 +29,19 @@ from movingout.agents.errors import CheckpointError
 
 SHIPPED = Path(__file__).resolve().parents[1] / "checkpoints"
 MODEL_ROOTS = (Path("data") / "models", SHIPPED)
-"""Where checkpoints are looked for: what the user trained, then what comes with the project."""
+"""Where checkpoints are looked for: your own, then those that come with the project."""
 CARD = "card.json"
 MAX_CARD_BYTES = 1 << 20
 MAX_FILE_BYTES = 256 << 20
 FileName = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_-]{0,31}\.(onnx|safetensors|json)$")]
-"""Of a file beside the card; which there are is the business of the agent kind."""
+"""The name of a file beside the card; each agent kind has its own files."""
 
 _Line = Annotated[str, Field(max_length=400)]
 _Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
 _WORD = "[a-z0-9][a-z0-9._-]{0,47}"
 _AgentId = Annotated[str, Field(pattern=f"^{_WORD}(@{_WORD})?$")]
 MAX_NAME = 60
-MAX_POPULATION = 300  # characters; a description has it in it
+MAX_POPULATION = 300  # characters; it is part of the description
 
 
 class _StrictModel(BaseModel):
@@ -71,8 +71,8 @@ class Training(_StrictModel):
     data_sha256: _Sha256
     population: _Line
     episodes: Annotated[int, Field(ge=0)]
-    windows: Annotated[int, Field(ge=0)]  # rows it learned from: windows of a policy, ticks of a simulator, states
-    updates: Annotated[int, Field(ge=0)]  # in all, those before it was gone on with included
+    windows: Annotated[int, Field(ge=0)]  # training rows: windows of a policy, ticks of a simulator, states of a value
+    updates: Annotated[int, Field(ge=0)]  # in total, over all times the run was continued
     seed: int
     created: _Line  # ISO date
 
@@ -88,7 +88,7 @@ class SelectionSpec(_StrictModel):
     own: Annotated[int, Field(ge=1, le=16)] = 4
     partner: Annotated[int, Field(ge=1, le=16)] = 4
     combine: Combine = "product"
-    score: SelectionScore = "nfd"  # value: what is done, and what a network says will follow
+    score: SelectionScore = "nfd"  # value: progress made, plus predicted further progress
     depth: Annotated[int, Field(ge=1, le=32)] = 8  # ticks to simulate
 
 
@@ -99,15 +99,15 @@ class DynamicsSpec(_StrictModel):
     width: Annotated[int, Field(ge=4, le=2048)] = 128
     latent: Annotated[int, Field(ge=2, le=512)] = 32
     residual: bool = True  # decode the change of the state instead of the state
-    rigid: bool = False  # items move as one body with who holds them, instead of being predicted
-    grasping: bool = False  # what a press does is calculated, instead of being predicted
+    rigid: bool = False  # held items move rigidly with the holder instead of being predicted
+    grasping: bool = False  # the effect of a press is computed instead of predicted
 
 
 class ValueSpec(_StrictModel):
-    """What the value network of BASS says: the progress that is still to come, less the later it comes."""
+    """The value network of BASS: discounted future progress."""
 
     width: Annotated[int, Field(ge=4, le=2048)] = 256
-    members: Annotated[int, Field(ge=1, le=16)] = 1  # networks whose mean it is
+    members: Annotated[int, Field(ge=1, le=16)] = 1  # size of the ensemble; its mean is the value
     discount: Annotated[float, Field(gt=0.0, lt=1.0)] = 0.98  # per tick
 
 
@@ -124,7 +124,7 @@ class Card(_StrictModel):
     dynamics: DynamicsSpec | None = None
     selection: SelectionSpec | None = None
     value: ValueSpec | None = None
-    training: Training  # of the policy, with BASS that of the base; of the other two, which older cards do not say:
+    training: Training  # of the policy; with BASS, of the base policy. Older cards lack the other two:
     dynamics_training: Training | None = None
     value_training: Training | None = None
     scores: dict[Annotated[str, Field(max_length=60)], Score] = {}
@@ -140,14 +140,14 @@ class Card(_StrictModel):
 
 @dataclass(frozen=True, slots=True)
 class Checkpoint:
-    """A folder whose card has been read; its files are checked when they are."""
+    """A folder whose card has been read. Files are verified when they are read."""
 
     folder: Path
     card: Card
-    sha256: str  # of the card, and so of everything it names
+    sha256: str  # of the card, and thereby of all files it names
 
     def read(self, name: FileName) -> bytes:
-        """The contents of a file, as the card promises them. Raises CheckpointError when they are not."""
+        """The contents of a file. Raises CheckpointError when they do not match the card."""
         entry = next((entry for entry in self.card.files if entry.name == name), None)
         if entry is None:
             raise CheckpointError(f"checkpoint {self.card.id} has no {name}")
@@ -162,12 +162,12 @@ class Checkpoint:
 
 
 def folder_name(agent_id: str) -> str:
-    """The folder of an id: `dp@all` lies in `dp-all`."""
+    """The folder name of an id: `dp-all` for `dp@all`."""
     return agent_id.replace("@", "-")
 
 
 def check_labels(agent_id: str, name: str, population: str) -> None:
-    """Raises CheckpointError, in a sentence, for what the card of an agent that is to be trained cannot say."""
+    """Raises CheckpointError for an id, name or population that a card cannot hold."""
     if not re.fullmatch(f"{_WORD}@{_WORD}", agent_id):
         raise CheckpointError(
             f"{agent_id!r} is no id of a trained agent; it is two words of a-z, 0-9, '.', '_' and '-' with @ between, "
@@ -179,7 +179,7 @@ def check_labels(agent_id: str, name: str, population: str) -> None:
 
 
 def read_checkpoint(folder: Path) -> Checkpoint:
-    """Read a folder's card. Raises CheckpointError, in a sentence, when it is not one of ours."""
+    """Read a folder's card. Raises CheckpointError when it is missing or invalid."""
     data = _read_capped(folder / CARD, MAX_CARD_BYTES)
     try:
         card = Card.model_validate_json(data)
@@ -193,7 +193,7 @@ def read_checkpoint(folder: Path) -> Checkpoint:
 
 
 def checkpoint_folders(*roots: Path) -> Iterator[Path]:
-    """The folders that have a card, in the order of `roots` and names; of equal names the first. No links."""
+    """Folders with a card, sorted by root and name; the first of equal names. Symbolic links are skipped."""
     seen: set[str] = set()
     for root in filter(Path.is_dir, roots):
         for folder in sorted(root.iterdir()):
@@ -203,24 +203,24 @@ def checkpoint_folders(*roots: Path) -> Iterator[Path]:
 
 
 def find_checkpoint(agent_id: str, *roots: Path) -> Checkpoint:
-    """The checkpoint of an id, the first of `roots` that has it. Raises CheckpointError when none does."""
+    """The checkpoint of an id, from the first of `roots` that has it. Raises CheckpointError when none does."""
     for folder in checkpoint_folders(*roots):
         if folder.name == folder_name(agent_id):
             found = read_checkpoint(folder)
-            if found.card.id == agent_id:  # two ids may have one folder: dp-b@mine and dp@b-mine
+            if found.card.id == agent_id:  # two ids may share a folder name: dp-b@mine and dp@b-mine
                 return found
     known = ", ".join(checkpoint.card.id for checkpoint in readable_checkpoints(*roots)) or "none"
     raise CheckpointError(f"no checkpoint {agent_id!r}; there are: {known}")
 
 
 def fingerprint(agent_id: str) -> str:
-    """The SHA-256 of the card of an agent, and so of its weights; empty for one without a checkpoint."""
+    """The SHA-256 of an agent's card, and thereby of its weights; empty for an agent without a checkpoint."""
     card = card_bytes(agent_id)
     return hashlib.sha256(card).hexdigest() if card else ""
 
 
 def card_bytes(agent_id: str) -> bytes:
-    """The card of an agent as it is now; empty for one without a checkpoint, or when it cannot be read any more."""
+    """The card of an agent as it is now; empty without a checkpoint, or when it can no longer be read."""
     reference = agent_id.partition(":")[0]
     if "@" not in reference:
         return b""
@@ -231,14 +231,14 @@ def card_bytes(agent_id: str) -> bytes:
 
 
 def readable_checkpoints(*roots: Path) -> Iterator[Checkpoint]:
-    """Those whose card can be read, in the order of `checkpoint_folders`; `damage` has the others."""
+    """Checkpoints whose card can be read, in the order of `checkpoint_folders`; `damage` lists the others."""
     for folder in checkpoint_folders(*roots):
         with contextlib.suppress(CheckpointError):
             yield read_checkpoint(folder)
 
 
 def damage(*roots: Path) -> list[str]:
-    """What is wrong with each card that cannot be read, in a sentence that names the file."""
+    """One sentence per unreadable card, naming the file and the fault."""
     sentences = []
     for folder in checkpoint_folders(*roots):
         try:
@@ -249,9 +249,9 @@ def damage(*roots: Path) -> list[str]:
 
 
 def write_checkpoint(folder: Path, card: Mapping[str, object], files: Mapping[FileName, bytes]) -> Checkpoint:
-    """Write a folder, wholly or not at all. `card` is a Card without `files` as a mapping.
+    """Write a folder atomically. `card` is a Card as a mapping, without `files`.
 
-    Raises CheckpointError when another agent lies there, or the disk does not take it.
+    Raises CheckpointError when the folder belongs to another agent, or cannot be written.
     """
     entries = [
         {"name": name, "bytes": len(data), "sha256": hashlib.sha256(data).hexdigest()} for name, data in files.items()
@@ -278,21 +278,21 @@ def write_checkpoint(folder: Path, card: Mapping[str, object], files: Mapping[Fi
 
 
 def _bring_back(before: Path, folder: Path) -> None:
-    """Put an agent back whose successor did not come; one whose successor came is removed."""
+    """Restore the previous folder if no new one took its place; otherwise remove it."""
     if before.exists() and not folder.exists():
         before.replace(folder)
     shutil.rmtree(before, ignore_errors=True)
 
 
 def check_room(folder: Path, agent_id: str) -> None:
-    """Raises CheckpointError when an agent of another id lies in the folder, which two ids may share."""
+    """Raises CheckpointError when the folder belongs to an agent with another id (two ids may share a folder name)."""
     there = next((one.card.id for one in readable_checkpoints(folder.parent) if one.folder == folder), agent_id)
     if there != agent_id:
         raise CheckpointError(f"{folder} is the folder of {there}; choose another id than {agent_id}")
 
 
 def rescored(checkpoint: Checkpoint, scores: Mapping[str, Score]) -> Checkpoint:
-    """The same checkpoint with measured scores in its card."""
+    """The same checkpoint with these scores in its card."""
     card = checkpoint.card.model_copy(update={"scores": dict(scores)})
     draft = checkpoint.folder / f".{CARD}.draft"
     try:
@@ -304,7 +304,7 @@ def rescored(checkpoint: Checkpoint, scores: Mapping[str, Score]) -> Checkpoint:
 
 
 def _read_capped(path: Path, limit: int) -> bytes:
-    """The bytes of a plain file of at most `limit` bytes."""
+    """The bytes of a regular file of at most `limit` bytes."""
     try:
         if path.is_symlink() or not path.is_file():
             raise CheckpointError(f"there is no plain file {path.name} in checkpoint folder {path.parent.name}")
@@ -316,7 +316,7 @@ def _read_capped(path: Path, limit: int) -> bytes:
 
 
 def _has_card(folder: Path) -> bool:
-    """Whether there is a card; also where nobody may look, so that reading it says so."""
+    """Whether there is a card; also true without permission to look, so that reading it reports the error."""
     try:
         return (folder / CARD).is_file()
     except OSError:

@@ -1,4 +1,4 @@
-"""The shape of a policy as data: enough to build its network again, and nothing that could run code."""
+"""The shape of a policy as data: enough to rebuild its network, and nothing that could run code."""
 
 from typing import Annotated, Literal, Self
 
@@ -7,7 +7,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from movingout.agents.observation.features import LAYOUT_SIZES
 
 ACTION_WIDTH = 5
-"""Per tick: distance, cos, sin of the heading, and the grasp one-hot (no, yes), +1 where it is and -1 where not."""
+"""Per tick: distance, cos and sin of the heading, and the grasp one-hot (no, yes) as +1 and -1."""
 
 KindName = Annotated[str, Field(pattern=r"^[a-z][a-z0-9-]{0,23}$")]
 """The name of an agent kind (`agents.kinds.registry`)."""
@@ -18,7 +18,7 @@ Process = Literal["flow", "ddim", "ddpm"]
 
 
 class PolicySpec(BaseModel):
-    """Which policy, with every number that shapes its network. Bounds keep a foreign card from asking for the moon."""
+    """A policy's kind and the numbers that shape its network. Bounds limit what a foreign card can ask for."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -35,7 +35,7 @@ class PolicySpec(BaseModel):
     process: Process = "flow"
     train_steps: Annotated[int, Field(ge=1, le=1000)] = 36
     sample_steps: Annotated[int, Field(ge=1, le=1000)] = 4
-    restless: Annotated[float, Field(ge=1.0, le=4.0)] = 1.0  # dp: noise is so many times as wide at a standstill
+    restless: Annotated[float, Field(ge=1.0, le=4.0)] = 1.0  # dp: factor on the sampling noise at a standstill
 
     @model_validator(mode="after")
     def _can_be_built(self) -> Self:

@@ -1,1 +1,1 @@
-"""Episodes to learn from: made, labelled, and cut into training windows."""
+"""Training data: episodes are played, labelled by an expert, and cut into windows."""

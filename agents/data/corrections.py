@@ -1,4 +1,4 @@
-"""An expert's corrections of a learner's play: kept as .npz of plain arrays, and cut into pieces to learn from.
+"""Episodes with an expert's labels: stored as .npz of plain arrays, and cut into stretches to learn from.
 
 They are made by `agents.data.dagger`.
 """
@@ -16,24 +16,24 @@ from movingout.agents.data.dataset import SeatSamples, Singles, Trajectory
 from movingout.agents.errors import DataError
 from movingout.maps import map_from_json, map_to_json
 
-SHORTEST = 4  # ticks of a stretch that is worth learning
-LONGEST_REST = 15  # ticks of standing still that are learned: who learns to wait must not learn nothing else
+SHORTEST = 4  # ticks; shorter stretches are left out
+LONGEST_REST = 15  # ticks of standing still to learn from; longer rests would dominate the data
 SUFFIX = ".corrections.npz"
 _ARRAYS = ("robot_poses", "robot_velocities", "held", "item_poses", "actions")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Correction:
-    """An episode, the learner's seat in it, and what the expert did there."""
+    """An episode, the learner's seat, and the expert's labels for it."""
 
     trajectory: Trajectory
     seat: int
     labels: Singles  # (T, 5), the grasp as desired level
-    taught: npt.NDArray[np.bool_]  # (T,) whether the tick was the expert's, its hand steady
+    taught: npt.NDArray[np.bool_]  # (T,) whether the expert acted, unperturbed
 
 
 def correction_samples(corrections: Iterable[Correction], layout: str) -> Iterator[SeatSamples]:
-    """The stretches in which the expert acted, in the learners' seats."""
+    """The samples of the stretches in which the expert acted."""
     for one in corrections:
         features = one.trajectory.features(one.seat, layout)
         for begin, end in expert_stretches(one):
@@ -41,10 +41,10 @@ def correction_samples(corrections: Iterable[Correction], layout: str) -> Iterat
 
 
 def expert_stretches(one: Correction) -> Iterator[tuple[int, int]]:
-    """First tick and the one after the last of each run of taught ticks that is long enough."""
+    """(first, last + 1) of each sufficiently long run of ticks to learn from."""
     resting = 0
     taught = one.taught.copy()
-    stays = np.diff(one.labels[:, 4], prepend=one.labels[:1, 4]) == 0.0  # letting go at last is no rest
+    stays = np.diff(one.labels[:, 4], prepend=one.labels[:1, 4]) == 0.0  # letting go ends a rest
     for tick, rests in enumerate((one.labels[:, 0] == 0.0) & stays):
         resting = resting + 1 if rests else 0
         taught[tick] &= resting <= LONGEST_REST
@@ -55,7 +55,7 @@ def expert_stretches(one: Correction) -> Iterator[tuple[int, int]]:
 
 
 def save_correction(path: Path, correction: Correction) -> None:
-    """Write one file."""
+    """Write one file, atomically."""
     trajectory = correction.trajectory
     about = {"map": map_to_json(trajectory.map), "participants": trajectory.participants, "seat": correction.seat}
     data = io.BytesIO()
@@ -68,7 +68,7 @@ def save_correction(path: Path, correction: Correction) -> None:
 
 
 def load_correction(path: Path) -> Correction:
-    """Read one file; DataError for one that is not ours."""
+    """Read one file. Raises DataError for anything else."""
     try:
         with np.load(path, allow_pickle=False) as file:
             about = json.loads(str(file["about"]))
@@ -80,5 +80,5 @@ def load_correction(path: Path) -> Correction:
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise DataError(f"{path} is not a file of corrections: {error}") from error
     if labels.shape != (trajectory.ticks, 5) or taught.shape != (trajectory.ticks,) or seat not in (0, 1):
-        raise DataError(f"{path}: labels of shape {labels.shape} for {trajectory.ticks} ticks; make the file anew")
+        raise DataError(f"{path}: labels of shape {labels.shape} for {trajectory.ticks} ticks; create the file again")
     return Correction(trajectory, seat, labels, taught)

@@ -1,10 +1,10 @@
-"""What the expert does where a learner went (DAgger, Ross et al. 2011): states of one, actions of the other.
+"""Labelling by an expert in states that a learner reaches (DAgger, Ross et al. 2011).
 
-A learner plays with a scripted person; every few seconds the expert takes the stick for a while and goes on from there,
-and what it does is what is to be learned. It really acts, instead of only saying what it would do, so that its chunks
-belong together and its memory is of what happened; and each time it is an expert with a fresh mind, because a policy
-has no memory that could explain an old plan. Now and then the hand slips for some ticks, so that the way back is
-learned too. With the expert itself as the learner this makes the first data. Kept as .npz of plain arrays.
+A learner plays with a scripted person. Every few seconds the expert takes over for a while, and its actions are the
+labels. The expert acts instead of only naming actions, so that its chunks are consistent and its memory is of what
+happened. It starts each turn afresh, because a policy without memory could not explain an older plan. Occasionally the
+action is perturbed for some ticks, so that recovery is learned too. With the expert as the learner, this makes the
+first data.
 """
 
 import math
@@ -23,17 +23,17 @@ from movingout.world import World
 from movingout.world.state import Floats, WorldState
 
 SLIP_CHANCE = 0.01  # per tick
-SLIP_TICKS = (3, 9)
+SLIP_TICKS = (3, 9)  # duration of a perturbation
 SLIP_PRESS_CHANCE = 0.05  # per tick of a slip
-LEARNER_TICKS = (5, 45)  # how long the learner has the stick
+LEARNER_TICKS = (5, 45)  # duration of a turn
 EXPERT_TICKS = (20, 80)
 EXPERT = "scripted:slices=1000,patience=25,yields=1"
-"""The expert as one can learn from it: it never stands still to think, and does not insist."""
+"""The default expert: it never pauses to plan and gives way, so that what it does follows from what is seen."""
 
 
 @dataclass(frozen=True, slots=True)
 class LabellingJob:
-    """One episode to be played: who learns, with whom, where."""
+    """One episode to be played and labelled."""
 
     map: MapSpec
     learner: str  # agent id
@@ -45,7 +45,7 @@ class LabellingJob:
 
 
 def label_episode(job: LabellingJob, slips: bool = True) -> Correction:
-    """Play one episode."""
+    """Play one episode; `slips=False` leaves out the perturbations."""
     world = World(job.map, record_sub_poses=False)
     partner_seat = 1 - job.seat
     partner = SeatPlayer(load_agent(job.partner[1]), EpisodeInfo(job.map, partner_seat, job.seed + 1, job.ticks))
@@ -81,7 +81,7 @@ def label_episode(job: LabellingJob, slips: bool = True) -> Correction:
 
 
 class _Turns:
-    """Who has the stick of the learner's seat: the learner and the expert in turn, or always the expert."""
+    """Who acts in the learner's seat: learner and expert by turns, or always the expert."""
 
     def __init__(self, job: LabellingJob) -> None:
         self._job = job
@@ -112,9 +112,9 @@ class _Turns:
 
 
 def _label(wanted: tuple[float, float, float], state: WorldState, seat: int) -> list[float]:
-    """A world action as targets (5,): the hand it wants is the one it has, or the other if it presses.
+    """A world action as targets (5,): the desired hold level is the present one, or the other after a press.
 
-    Who rests faces where it faces, so that no heading has to be learned that means nothing.
+    At rest, the heading label is the present heading, so that no arbitrary heading has to be learned.
     """
     distance, heading, press = wanted
     facing = heading if distance != 0.0 else float(state.robot_poses[seat, 2])
@@ -123,7 +123,7 @@ def _label(wanted: tuple[float, float, float], state: WorldState, seat: int) -> 
 
 
 class _SlippingHand:
-    """Replaces an action by a random one for a few ticks, now and then."""
+    """Occasionally replaces actions by a random one for a few ticks."""
 
     def __init__(self, seed: int, chance: float) -> None:
         """`chance` per tick."""
@@ -133,7 +133,7 @@ class _SlippingHand:
         self._action = np.zeros(3)
 
     def action(self, wanted: Floats) -> tuple[Floats, bool]:
-        """The action (3,) that is really made, and whether it is the wanted one."""
+        """The action (3,) to execute, and whether it is the intended one."""
         if self._left == 0 and self._random.random() < self._chance:
             self._left = int(self._random.integers(*SLIP_TICKS))
             self._action = np.array([self._random.uniform(0.0, 1.0), self._random.uniform(-np.pi, np.pi), 0.0])
@@ -147,9 +147,9 @@ class _SlippingHand:
 def labelling_jobs(
     maps: list[MapSpec], partners: list[tuple[str, str]], learner: str, expert: str, count: int, ticks: int, seed: int
 ) -> list[LabellingJob]:
-    """`count` labelling_jobs per map, seats and partners in turn; maps alternate, so that a part is of use too."""
+    """`count` episodes per map, with seats and partners in turn; maps alternate, so that any prefix is useful."""
     if not partners:
-        raise AgentError("a job needs at least one partner")
+        raise AgentError("labelling needs at least one partner")
     made = []
     for number in range(count):
         for index, the_map in enumerate(maps):

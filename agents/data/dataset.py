@@ -1,7 +1,7 @@
-"""Recordings as training windows: every episode encoded once, by the code that also plays live, then only gathers.
+"""Recordings as training windows. Every episode is encoded once, by the code that also plays live; batches only gather.
 
-A window is one seat at one tick: the observations up to it and the actions from it on. It never crosses the ends of
-its episode: before the first tick the first observation repeats, after the last one the last action does.
+A window is one seat at one tick: the observations up to it and the actions from it on. It never crosses the ends of its
+episode: the first observation is repeated backwards and the last action forwards.
 """
 
 import hashlib
@@ -31,13 +31,13 @@ class Trajectory:
     """An episode of T ticks as arrays."""
 
     map: MapSpec
-    participants: tuple[str, str]  # who sat in blue and in red
+    participants: tuple[str, str]  # in blue and red
     robot_poses: Floats  # (T + 1, 2, 3)
     robot_velocities: Floats  # (T + 1, 2, 3)
     held: Ints  # (T + 1, 2)
     item_poses: Floats  # (T + 1, N, 3)
     actions: Floats  # (T, 2, 3) world actions: distance, heading, toggle
-    kinds: tuple[SeatKind, SeatKind] = ("agent", "agent")  # what sat in blue and in red
+    kinds: tuple[SeatKind, SeatKind] = ("agent", "agent")  # of blue and red
 
     @property
     def ticks(self) -> int:
@@ -50,12 +50,12 @@ class Trajectory:
 
     @property
     def people(self) -> frozenset[str]:
-        """The people in it; a trained agent is none, and the expert beside somebody counts as that one."""
+        """The people in the episode. A trained agent is not one; the expert beside somebody counts as that person."""
         names = (person(name).removeprefix("expert:") for name in self.participants)
         return frozenset(name for name in names if "@" not in name)
 
     def features(self, seat: int, layout: str) -> Singles:
-        """(T, D) what `seat` saw before each tick."""
+        """Observations (T, D) of `seat` before each tick."""
         encoder = feature_encoder(self.map, layout)
         encoded = encoder.encode_arrays(
             self.robot_poses[:-1], self.robot_velocities[:-1], self.held[:-1], self.item_poses[:-1], seat
@@ -63,7 +63,7 @@ class Trajectory:
         return encoded.astype(np.float32)
 
     def targets(self, seat: int, grasp: Grasp) -> Singles:
-        """(T, 5) what `seat` did in each tick, see `policy_spec.ACTION_WIDTH`."""
+        """Actions (T, 5) of `seat` in each tick, see `policy_spec.ACTION_WIDTH`."""
         yes = (hold_levels if grasp == "hold" else effective_presses)(self.held)[:, seat]
         heading = self.actions[:, seat, 1]
         columns = (
@@ -77,14 +77,14 @@ class Trajectory:
 
 
 def person(name: str) -> str:
-    """Who is behind the name of a seat: `A01` in demonstrations is `person:name=A01` in matches."""
+    """The person behind a seat's name: `A01` for `person:name=A01`, as matches call the `A01` of demonstrations."""
     kind, _, options = name.partition(":")
     given = dict(option.partition("=")[::2] for option in options.split(","))
     return given.get("name", name) if kind == "person" else name
 
 
 def trajectory_of(episode: Episode) -> Trajectory:
-    """A recording's arrays. Raises DataError when it has no tick."""
+    """A recording as arrays. Raises DataError when it has no tick."""
     if not episode.ticks:
         raise DataError(f"recording {episode.header.episode_id} holds no tick; leave it out of the training data")
     states = episode.states
@@ -101,11 +101,11 @@ def trajectory_of(episode: Episode) -> Trajectory:
 
 
 SeatChoice = Literal["acting", "human", "all"]
-"""From whom a policy learns: all who act by themselves, people at the stick alone, or also idle seats and ghosts."""
+"""Whose actions a policy learns: of all who act, of humans only, or of all seats including idle ones and ghosts."""
 
 
 def learned_seats(trajectory: Trajectory, choice: SeatChoice) -> tuple[int, ...]:
-    """The seats of an episode from which a policy learns."""
+    """The seats of an episode that a policy learns from."""
     return tuple(seat for seat in (0, 1) if _is_learned(trajectory.kinds[seat], trajectory.participants[seat], choice))
 
 
@@ -115,59 +115,59 @@ def _is_learned(kind: SeatKind, name: str, choice: SeatChoice) -> bool:
             return True
         case "human":
             return kind == "human"
-        case "acting":  # in a match somebody idle is an agent of that name
+        case "acting":  # in a match, an idle seat is an agent of that name
             return kind not in ("idle", "ghost") and name.partition(":")[0] != "idle"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Windows:
-    """Rows of many trajectories, one after the other, and their targets likewise, which may be more.
+    """Rows of many trajectories and their targets, concatenated; there may be more targets than rows.
 
-    A window is named by the index of its row.
+    The index of a row identifies its window.
     """
 
     features: Singles  # (M, D)
     targets: Singles  # (N, 5), N >= M
     starts: Indices  # (M,) first row of the row's trajectory
-    first_targets: Indices  # (M,) where the row's own target is
+    first_targets: Indices  # (M,) index of the row's own target
     ends: Indices  # (M,) one past the last target of the row's trajectory
-    people: npt.NDArray[np.int32]  # (M,) index into `names`: whose actions these are
+    people: npt.NDArray[np.int32]  # (M,) index into `names`
     names: tuple[str, ...]
 
     def __len__(self) -> int:
         return len(self.features)
 
     def observations(self, rows: Indices, history: int) -> Singles:
-        """(B, history, D): the rows up to and with `rows`, oldest first."""
+        """(B, history, D): the rows up to and including `rows`, oldest first."""
         back = rows[:, None] + np.arange(1 - history, 1)
         found: Singles = self.features[np.maximum(back, self.starts[rows, None])]
         return found
 
     def chunks(self, rows: Indices, horizon: int) -> Singles:
-        """(B, horizon, 5): the actions from `rows` on; the last one again where there are no more."""
+        """(B, horizon, 5): the actions from `rows` on; the last one is repeated past the end."""
         ahead = self.first_targets[rows, None] + np.arange(horizon)
         found: Singles = self.targets[np.minimum(ahead, self.ends[rows, None] - 1)]
         return found
 
     def split(self, held_out: float, seed: int) -> tuple[Indices, Indices]:
-        """Rows for training and for validation, by person: nobody is in both. `held_out` is the share of people.
+        """Rows for training and for validation, split by person. `held_out` is the share of people.
 
-        With a single person everything is for training.
+        With a single person, all rows are for training.
         """
         out = np.isin(self.people, _drawn(len(self.names), held_out, seed))
         return np.flatnonzero(~out), np.flatnonzero(out)
 
 
 def _drawn(people: int, share: float, seed: int) -> Indices:
-    """The numbers of those who are held out among so many people; never all of them."""
+    """Indices of the people to hold out; never all of them."""
     order = np.random.default_rng(seed).permutation(people)
     return order[: max(min(round(share * people), people - 1), 0)]
 
 
 def held_out_episodes(people: Sequence[Collection[str]], share: float, seed: int) -> npt.NDArray[np.bool_]:
-    """(E,) which episodes are for validation, from who sat in each: all those of a share of the people.
+    """Which episodes (E,) are for validation, given the people in each: all episodes of a share of the people.
 
-    Nobody of these people is in the others. Where that leaves nothing on one side, every tenth episode is held out.
+    None of these people is in a training episode. Where that leaves one side empty, every tenth episode is held out.
     """
     names = sorted({name for group in people for name in group})
     chosen = {names[number] for number in _drawn(len(names), share, seed)}
@@ -178,9 +178,9 @@ def held_out_episodes(people: Sequence[Collection[str]], share: float, seed: int
 def split_rows(
     episodes: Indices, people: Sequence[Collection[str]], share: float, seed: int
 ) -> tuple[Indices, Indices]:
-    """Of rows whose episodes are given (M,), those to train on and those to validate with.
+    """Training and validation rows, given the episode of each row (M,), split by `held_out_episodes`.
 
-    By `held_out_episodes`; where all rows are of one side (the others were too short to have any) they are for both.
+    Where all rows fall on one side (the other episodes were too short to have any), they are used for both.
     """
     out = held_out_episodes(people, share, seed)[episodes]
     if out.all() or not out.any():
@@ -189,14 +189,16 @@ def split_rows(
 
 
 SeatSamples = tuple[str, Singles, Singles]
-"""A seat of an episode: participant, features (T, D), targets (T or more, 5): of these ticks and of what came next."""
+"""One seat of an episode: participant, features (T, D), targets (T or more, 5) of these ticks and later ones."""
 
 
 def windows_of(rows: Iterable[SeatSamples]) -> Windows:
-    """Put pieces one after the other."""
+    """Concatenate samples. Raises DataError when there are none."""
     pieces = list(rows)
     if not pieces:
-        raise DataError("there is nothing to train on: no recording has a seat to learn from; --seats all takes all")
+        raise DataError(
+            "there is nothing to train on: no recording has a seat to learn from; --seats all takes every seat"
+        )
     names = tuple(sorted({name for name, _, _ in pieces}))
     lengths = np.array([len(features) for _, features, _ in pieces])
     ends = np.cumsum(lengths)
@@ -217,7 +219,7 @@ def windows_of(rows: Iterable[SeatSamples]) -> Windows:
 def trajectory_samples(
     trajectories: Sequence[Trajectory], layout: str, grasp: Grasp, seats: SeatChoice = "acting"
 ) -> Iterator[SeatSamples]:
-    """What was done in these seats of all trajectories."""
+    """The samples of the chosen seats of all trajectories."""
     for trajectory in trajectories:
         for seat in learned_seats(trajectory, seats):
             yield (
@@ -228,7 +230,7 @@ def trajectory_samples(
 
 
 def trajectory_windows(trajectories: Sequence[Trajectory], layout: str, grasp: Grasp) -> Windows:
-    """The windows of all who act in trajectories."""
+    """The windows of all acting seats."""
     return windows_of(trajectory_samples(trajectories, layout, grasp))
 
 

@@ -1,4 +1,4 @@
-"""Episodes of scripted pairs, written as live play is: one MCAP file each, in parallel processes."""
+"""Episodes of scripted pairs, recorded like live play: one MCAP file each, in parallel processes."""
 
 import re
 import time
@@ -24,7 +24,7 @@ Pair = tuple[ScriptedPerson, ScriptedPerson]
 
 @dataclass(frozen=True, slots=True)
 class EpisodeJob:
-    """One episode to play: who sits in blue and in red, where, with which seed."""
+    """One episode to play."""
 
     episode_id: str
     map: MapSpec
@@ -46,7 +46,7 @@ class WrittenEpisode:
 def episode_jobs(
     people: Sequence[ScriptedPerson], maps: Sequence[MapSpec], episodes: int, ticks: int, seed: int, prefix: str
 ) -> list[EpisodeJob]:
-    """`episodes` per pair and map, pairs of neighbours in the list; after half of them the two change seats (paper)."""
+    """`episodes` per map and pair of neighbours in the list; the pair changes seats after half of them (paper)."""
     pairs = [(people[k], people[k + 1]) for k in range(0, len(people) - 1, 2)]
     made = []
     for the_map in maps:
@@ -59,7 +59,7 @@ def episode_jobs(
 
 
 def _map_name(the_map: MapSpec) -> str:
-    """What a map is called in names of episodes, which tell variants of Challenge 2 apart."""
+    """A map's name in episode names, with the variant of Challenge 2."""
     return f"{the_map.name}-{the_map.variant}" if the_map.variant else the_map.name
 
 
@@ -87,7 +87,7 @@ def write_episode(job: EpisodeJob, folder: Path) -> WrittenEpisode:
 
 
 def write_all(todo: Sequence[EpisodeJob], folder: Path, workers: int) -> Iterator[WrittenEpisode]:
-    """Play and write all episodes in `workers` processes, as they are finished. What exists already is skipped."""
+    """Play and write episodes in `workers` processes; yields them as they finish and skips those that exist."""
     folder.mkdir(parents=True, exist_ok=True)
     missing = [job for job in todo if not (folder / f"{job.episode_id}.mcap").exists()]
     for job in missing:
@@ -96,7 +96,7 @@ def write_all(todo: Sequence[EpisodeJob], folder: Path, workers: int) -> Iterato
 
 
 def label_all(todo: Sequence[LabellingJob], folder: Path, workers: int) -> Iterator[WrittenEpisode]:
-    """Play and label all labelling_jobs likewise."""
+    """Play and label episodes likewise."""
     folder.mkdir(parents=True, exist_ok=True)
     paths = {job: folder / f"{_file_name(job)}{SUFFIX}" for job in todo}
     missing = [(job, path) for job, path in paths.items() if not path.exists()]
@@ -104,7 +104,7 @@ def label_all(todo: Sequence[LabellingJob], folder: Path, workers: int) -> Itera
 
 
 def _file_name(job: LabellingJob) -> str:
-    """A file name that tells labelling_jobs apart."""
+    """A file name unique to the job."""
     learner = re.sub(r"[^A-Za-z0-9]+", "-", job.learner)
     return f"{learner}-{_map_name(job.map)}-{job.partner[0]}-{job.seed}"
 

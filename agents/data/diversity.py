@@ -1,4 +1,4 @@
-"""How different the episodes of a set are: the paper's four measures ("Evaluate the diversity of Challenge 1").
+"""How diverse a set of episodes is: the paper's four measures ("Evaluate the diversity of Challenge 1").
 
 Trajectories are the paths (T, 4) of both robots' places; sets are compared on the same map.
 """
@@ -30,7 +30,7 @@ class Diversity:
 
 
 def diversity(trajectories: Sequence[Trajectory]) -> Diversity:
-    """The four measures. At least two episodes are needed for three of them; with fewer they are 0."""
+    """The four measures. Three of them need two episodes and are 0 with fewer."""
     paths = [path_of(trajectory) for trajectory in trajectories]
     places = np.concatenate([trajectory.robot_poses[..., :2].reshape(-1, 2) for trajectory in trajectories])
     pairs = list(combinations(paths, 2))

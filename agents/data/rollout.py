@@ -1,4 +1,4 @@
-"""Two agents in one world, as fast as it goes: no clock, no network. Demonstrations and training aids are made here."""
+"""Two agents in one world without clock or network, for demonstrations and training."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ class RolloutStep:
 
 
 class SeatPlayer:
-    """An agent in a seat: plays the rows of its chunk, then asks again."""
+    """An agent in a seat: plays the rows of its chunk, then asks for the next."""
 
     def __init__(self, agent: Agent, episode: EpisodeInfo) -> None:
         self.agent = agent
@@ -33,7 +33,7 @@ class SeatPlayer:
         agent.reset(episode)
 
     def action(self, state: WorldState) -> tuple[float, float, float]:
-        """The world action for the coming tick. Raises AgentError for an answer that is no chunk."""
+        """The world action for the coming tick. Raises AgentError for an invalid chunk."""
         if not self._rows:
             observation = observe(self.episode.map, state, self.episode.seat)
             chunk: ActionChunk = checked_chunk(self.agent.act(observation))
@@ -43,13 +43,13 @@ class SeatPlayer:
 
 @runtime_checkable
 class Watcher(Protocol):
-    """An agent that wants to look into the world it plays in: an oracle, for experiments."""
+    """An agent with access to the world it plays in: an oracle, for experiments."""
 
     def watch(self, world: World) -> None: ...
 
 
 def rollout(the_map: MapSpec, agents: tuple[Agent, Agent], seed: int, ticks: int) -> Iterator[RolloutStep]:
-    """Play until everything is delivered or `ticks` are over."""
+    """Play until everything is delivered, at most `ticks` ticks."""
     world = World(the_map, record_sub_poses=False)
     players = [SeatPlayer(agent, EpisodeInfo(the_map, seat, seed, ticks)) for seat, agent in enumerate(agents)]
     for agent in agents:

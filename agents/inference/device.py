@@ -1,4 +1,4 @@
-"""Where networks run: on the processor, or on a GPU for whoever asks for it in the environment."""
+"""Where networks run: on the CPU, or on a GPU when the environment asks for it."""
 
 import os
 
@@ -11,14 +11,14 @@ PROVIDERS = {"cpu": ["CPUExecutionProvider"], "cuda": ["CUDAExecutionProvider", 
 
 
 def providers() -> list[str]:
-    """Those of onnxruntime, best first, for the device that MOVINGOUT_DEVICE names (cpu when it is not set).
+    """onnxruntime's execution providers, best first, for the device in MOVINGOUT_DEVICE (default: cpu).
 
-    Raises AgentError for another name, and for a device that this onnxruntime was not made for.
+    Raises AgentError for an unknown device, or one that this build of onnxruntime does not support.
     """
     device = os.environ.get(VARIABLE) or "cpu"
     if device not in PROVIDERS:
         raise AgentError(f"{VARIABLE}={device}: networks run on {' or '.join(PROVIDERS)}")
     wanted = PROVIDERS[device]
     if wanted[0] not in onnxruntime.get_available_providers():
-        raise AgentError(f"{VARIABLE}={device}: this onnxruntime cannot; install onnxruntime-gpu in its place")
+        raise AgentError(f"{VARIABLE}={device}: this onnxruntime does not support it; install onnxruntime-gpu instead")
     return wanted

@@ -31,10 +31,10 @@ class Network:
         self.input_shapes = {argument.name: list(argument.shape) for argument in self._session.get_inputs()}
 
     def __call__(self, **inputs: Singles) -> list[Any]:
-        """The outputs for inputs by name, rows first; inputs that the graph does not have are left out.
+        """The outputs for named inputs, batch first; inputs that the graph does not have are ignored.
 
-        A row on its own is summed in another order than the same row beside others, and an agent must not play
-        differently when it plays alone: so it is asked twice at once.
+        onnxruntime sums a batch of one in another order than the same row in a larger batch. A single row is therefore
+        run twice in one batch, so that an agent decides the same alone and beside others.
         """
         asked = {name: inputs[name] for name in self.input_shapes}
         if any(len(rows) != 1 for rows in asked.values()):
@@ -47,20 +47,20 @@ class PolicyNetwork:
     """A policy's network: observations in, chunks out."""
 
     def __init__(self, spec: PolicySpec, data: bytes) -> None:
-        """Raises CheckpointError when the graph does not give what the spec says."""
+        """Raises CheckpointError when the graph does not match the spec."""
         self.spec = spec
         self._network = Network(data)
         self.noise_rows = _noise_rows(self._network)
         history = np.zeros((1, spec.obs_horizon, spec.features), dtype=np.float32)
         try:
             chunks = self.sample(history, np.random.default_rng(0))
-        except Exception as error:  # a foreign graph may fail in any way that onnxruntime knows
+        except Exception as error:  # a foreign graph may fail in any way
             raise CheckpointError(f"the network does not take what its card says: {error}"[:300]) from error
         if chunks.shape != (1, spec.horizon, ACTION_WIDTH) or not np.isfinite(chunks).all():
             raise CheckpointError(f"the network answers with shape {chunks.shape}, not (1, {spec.horizon}, 5) numbers")
 
     def sample(self, history: Singles, random: np.random.Generator) -> Singles:
-        """Chunks (B, H, 5) for observations (B, To, D), each from noise of its own."""
+        """Chunks (B, H, 5) for observations (B, To, D), each from its own noise."""
         return self.run(history, self.noise(len(history), random))
 
     def noise(self, count: int, random: np.random.Generator) -> Singles:
@@ -71,7 +71,7 @@ class PolicyNetwork:
         return drawn
 
     def run(self, history: Singles, noise: Singles) -> Singles:
-        """Chunks (B, H, 5) for observations (B, To, D) and noise (B, rows, H, 5); each row for itself, to the bit."""
+        """Chunks (B, H, 5) for observations (B, To, D) and noise (B, rows, H, 5); rows do not affect each other."""
         chunks: Singles = self._network(observation=history, noise=noise)[0]
         return chunks
 
@@ -88,7 +88,7 @@ def _noise_rows(network: Network) -> int:
 
 @lru_cache(maxsize=4)
 def shared_policy_network(spec: PolicySpec, data: bytes) -> PolicyNetwork:
-    """One network for all agents of a process that have it."""
+    """One network for all agents of a process that use it."""
     return PolicyNetwork(spec, data)
 
 

@@ -1,10 +1,10 @@
 """Trained agents at play: onnxruntime and numpy on one thread, no torch.
 
-A policy agent is asked every tick and decides every `execute` ticks; between decisions it plays the rest of its plan,
-while the grasp follows what its hand really does.
+A policy agent is asked every tick and decides every `execute` ticks. Between decisions it plays the rest of its chunk,
+and its grasp toggles follow the actual state of its hand.
 
-A policy without memory that has come to a standstill decides the same again and again. With `restless` above 1 its
-noise is wider then, until it moves: it tries what it would rarely do.
+A policy without memory can get stuck at a standstill, where it keeps deciding the same. With `restless` above 1, its
+sampling noise is scaled by that factor until it moves.
 """
 
 from collections import deque
@@ -22,12 +22,12 @@ from movingout.agents.observation.features import FeatureEncoder, feature_encode
 from movingout.world.state import Floats, WorldState
 
 STANDSTILL_TICKS = 20
-STANDSTILL = 0.06  # [u] who keeps within this of where it is now, for so long, stands still
+STANDSTILL = 0.06  # [u] a robot that stayed within this distance for so long stands still
 
 
 @dataclass(frozen=True, slots=True)
 class SeatView:
-    """A state as a seat sees it."""
+    """A state to be encoded for a seat."""
 
     encoder: FeatureEncoder
     seat: int
@@ -35,7 +35,7 @@ class SeatView:
 
 
 def encoded(views: Sequence[SeatView]) -> list[Singles]:
-    """The features (D,) of each view, encoded together where map and seat are the same."""
+    """The features (D,) of each view; views of the same map and seat are encoded together."""
     groups: dict[tuple[FeatureEncoder, int], list[int]] = {}
     for index, view in enumerate(views):
         groups.setdefault((view.encoder, view.seat), []).append(index)
@@ -67,7 +67,7 @@ class PolicyAgent:
     execute_rows = 1  # asked every tick; rows beyond the first are there for a missed deadline
 
     def __init__(self, spec: PolicySpec, network: PolicyNetwork, execute: int = 0) -> None:
-        """`execute`: ticks between decisions; 0 means what the card says. Raises AgentError for another number."""
+        """`execute`: ticks between decisions; 0 means as in the card. Raises AgentError when out of range."""
         if type(execute) is not int or not 0 <= execute <= spec.horizon:
             raise AgentError(f"execute is a whole number of ticks from 1 to {spec.horizon}, not {execute}")
         self.spec = spec
@@ -79,7 +79,7 @@ class PolicyAgent:
         self._plan: CurrentChunk | None = None
 
     def reset(self, episode: EpisodeInfo) -> None:
-        """Begin an episode: prepare the map, forget the last one."""
+        """Start an episode: prepare the map and forget the previous episode."""
         self.episode = episode
         self.encoder: FeatureEncoder = feature_encoder(episode.map, self.spec.layout)
         self.random = np.random.default_rng([episode.seed, episode.seat])
@@ -89,7 +89,7 @@ class PolicyAgent:
         self.detail = {}
 
     def act(self, observation: Observation) -> ActionChunk:
-        """The rest of the plan (h, 4), after deciding anew when its executed part is over."""
+        """The rest of the current chunk (h, 4); a new one is decided when `execute` ticks are over."""
         due = self._is_due(observation)
         if due or self.spec.obs_horizon > 1:
             self._remember(observation)
@@ -99,12 +99,12 @@ class PolicyAgent:
 
     @property
     def batch_key(self) -> Hashable:
-        """Agents with one network decide together (`agents.base.BatchAgent`)."""
+        """Agents that share a network decide together (`agents.base.BatchAgent`)."""
         return id(self.network)
 
     @staticmethod
     def act_many(agents: Sequence["PolicyAgent"], observations: Sequence[Observation]) -> list[ActionChunk]:
-        """What `act` of each would answer, the decisions of all made in one batch."""
+        """What `act` of each would answer, with all decisions made in one batch."""
         seen = list(zip(agents, observations, strict=True))
         deciding = [(agent, observation) for agent, observation in seen if agent._is_due(observation)]
         type(agents[0]).remember_many(seen if agents[0].spec.obs_horizon > 1 else deciding)
@@ -117,12 +117,12 @@ class PolicyAgent:
         return [agent._planned(observation) for agent, observation in seen]
 
     def decide(self, state: WorldState, history: Singles) -> Singles:
-        """Choose a chunk (H, 5) for observations (To, D)."""
+        """A chunk (H, 5) for observations (To, D)."""
         chunk: Singles = self.network.run(history[None], self.noise(1))[0]
         return chunk
 
     def noise(self, count: int) -> Singles:
-        """(count, rows, H, 5) for decisions now."""
+        """(count, rows, H, 5) for a decision in the present state."""
         drawn = self.network.noise(count, self.random)
         return drawn * np.float32(self.spec.restless) if self._stands_still() else drawn
 
@@ -136,25 +136,25 @@ class PolicyAgent:
     def decide_many(
         agents: Sequence["PolicyAgent"], states: Sequence[WorldState], histories: Singles
     ) -> Sequence[Singles]:
-        """What `decide` of each would choose, for observations (B, To, D)."""
+        """What `decide` of each would return, for observations (B, To, D)."""
         noise = np.concatenate([agent.noise(1) for agent in agents])
         return list(agents[0].network.run(histories, noise))
 
     @staticmethod
     def remember_many(seen: Sequence[tuple["PolicyAgent", Observation]]) -> None:
-        """Take in what each sees."""
+        """Add each agent's observation to its history."""
         views = [SeatView(agent.encoder, agent.episode.seat, observation.state) for agent, observation in seen]
         for (agent, _), features in zip(seen, encoded(views), strict=True):
             agent._keep(features)
 
     def _is_due(self, observation: Observation) -> bool:
-        """Whether it is time to decide anew; notes where one stands, forgets what was said of the last decision."""
+        """Whether a new decision is due; also tracks the position and clears the last decision's trace."""
         self._trail.append(observation.state.robot_poses[self.episode.seat, :2].copy())
         self.detail = {}
         return self._plan is None or not 0 <= observation.tick - self._plan.tick < self.execute
 
     def _planned(self, observation: Observation) -> ActionChunk:
-        """The rest of the plan (h, 4)."""
+        """The rest of the current chunk (h, 4)."""
         assert self._plan is not None
         rest = self._plan.chunk[observation.tick - self._plan.tick :]
         return self._world_rows(rest, holding=bool(observation.state.held[observation.seat] >= 0))
@@ -171,12 +171,12 @@ class PolicyAgent:
         return np.stack([self._history[0]] * missing + self._history)
 
     def _world_rows(self, chunk: Singles, *, holding: bool) -> ActionChunk:
-        """Policy numbers (h, 5) as an agent's chunk (h, 4)."""
+        """A policy's output (h, 5) as an agent's chunk (h, 4)."""
         return agent_rows(chunk, holding=holding, levels=self.spec.grasp == "hold")
 
 
 def agent_rows(chunk: Singles, *, holding: bool, levels: bool) -> ActionChunk:
-    """Policy numbers (h, 5) as an agent's chunk (h, 4): unit headings, toggles made from levels where they are that."""
+    """A policy's output (h, 5) as an agent's chunk (h, 4): unit headings, and toggles from levels if `levels`."""
     rows = np.empty((len(chunk), 4))
     rows[:, 0] = np.clip(chunk[:, 0], -1.0, 1.0)
     norms = np.hypot(chunk[:, 1], chunk[:, 2])

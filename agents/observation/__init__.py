@@ -1,1 +1,1 @@
-"""What a learned agent sees."""
+"""What agents see."""

@@ -1,7 +1,7 @@
-"""What a learned policy sees: a named layout of numbers, the same in training, in a match and in a live room.
+"""Observation layouts of learned policies, the same in training, in matches and in live rooms.
 
-`official-v1` and `map-v1` are those of `world.observation`. `aware-v1` is ours: `map-v1` and then what a person sees at
-a glance but a small network cannot work out from poses, so that one policy can play all maps.
+`official-v1` and `map-v1` are those of `world.observation`. `aware-v1` is ours: `map-v1` plus relations that a small
+network cannot work out from poses (ways around walls, who holds what), so that one policy can play all maps.
 
 | index | `aware-v1` |
 |---|---|
@@ -48,7 +48,7 @@ ITEM_COLUMNS = tuple(
     )
     for slot in range(ITEM_SLOTS)
 )
-"""(7, 30) where the numbers about each item stand in `aware-v1`."""
+"""Indices (7, 30) of each item's numbers in `aware-v1`."""
 
 
 class FeatureEncoder:
@@ -87,7 +87,7 @@ class FeatureEncoder:
 
     @staticmethod
     def delivered(rows: Floats) -> Floats:
-        """(B, 7) whether each item is delivered, 1 or 0, out of rows (B, D) of `aware-v1`."""
+        """Whether each item is delivered (B, 7), 1 or 0, in rows (B, D) of `aware-v1`."""
         items = rows[:, _RELATIONS:].reshape(-1, ITEM_SLOTS, _ITEM_WIDTH)
         flags: Floats = items[..., 1]
         return flags
@@ -124,5 +124,5 @@ class FeatureEncoder:
 
 @lru_cache(maxsize=64)
 def feature_encoder(map_spec: MapSpec, layout: str) -> FeatureEncoder:
-    """The one encoder of a map and layout in this process."""
+    """The encoder of a map and layout, made once per process."""
     return FeatureEncoder(map_spec, layout)

@@ -1,4 +1,4 @@
-"""Which way to go from anywhere to anywhere on a map: all pairs of coarse cells, computed once per map.
+"""Shortest ways between any two points of a map, from all pairs of coarse cells, computed once per map.
 
 The arena is cut into 24 x 24 cells of 0.1, linked to their 8 neighbours. Walls block cells; cells beside a wall cost
 more, so that ways keep a robot's radius from corners. Items are not obstacles here.
@@ -17,7 +17,7 @@ from movingout.world.state import Floats
 CELLS = 24
 CELL = 2 * ARENA_HALF / CELLS
 BESIDE_WALL_COST = 2.0  # how much longer a cell beside a wall counts
-FAR = 20.0  # [u] what counts as "no way"; the longest way on the twelve maps is under 10
+FAR = 20.0  # [u] length where there is no way; the longest way on the twelve maps is under 10
 LOOK_AHEAD = 3  # cells along the way to which a direction points
 STRAIGHT = 1.09  # a way at most this much longer than the bird's is walked straight (8 directions cost up to 8 %)
 _STEPS = tuple((dx, dy) for dx in (-1, 0, 1) for dy in (-1, 0, 1) if dx or dy)

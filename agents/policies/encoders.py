@@ -1,4 +1,4 @@
-"""Networks that make of an observation, once per decision, what a denoiser is told about the world."""
+"""Networks that encode an observation, once per decision, as the condition of a denoiser."""
 
 import math
 
@@ -9,11 +9,11 @@ from torch.nn import functional as F
 from movingout.agents.checkpoint.policy_spec import PolicySpec
 from movingout.agents.observation.features import ITEM_COLUMNS, LAYOUT_SIZES
 
-HEADS = 4  # a multiple of it is the width of an item
+HEADS = 4  # the width of an item is a multiple of it
 
 
 class ResidualBlock(nn.Module):
-    """Adds to vectors (..., W) what two layers make of them."""
+    """Two layers with a residual connection, on vectors (..., W)."""
 
     def __init__(self, width: int, dropout: float = 0.0) -> None:
         super().__init__()
@@ -31,7 +31,7 @@ class ResidualBlock(nn.Module):
 
 
 class FlatEncoder(nn.Sequential):
-    """All numbers side by side: what is learned about the item in one slot says nothing about another slot."""
+    """All features in one vector; nothing is shared between item slots."""
 
     def __init__(self, spec: PolicySpec) -> None:
         super().__init__(
@@ -42,16 +42,16 @@ class FlatEncoder(nn.Sequential):
 
 
 class ItemEncoder(nn.Module):
-    """The same network looks at each item, items look at each other, and a weighted sum of them is what is told.
+    """Encodes each item with shared weights, lets items attend to each other, and pools them by attention.
 
-    So it does not matter in which slot an item stands, and each episode teaches something about all items.
+    The result does not depend on the order of the items, and every episode trains the same weights for all of them.
     """
 
     item_columns: Tensor
     other_columns: Tensor
 
     def __init__(self, width: int, item_width: int, ticks: int = 1, dropout: float = 0.0) -> None:
-        """For `ticks` observations of layout `aware-v1`, one after the other; `item_width` numbers tell of an item."""
+        """For `ticks` concatenated observations of layout `aware-v1`; `item_width` is the size of an item embedding."""
         super().__init__()
         items, others = columns(ticks)
         self.register_buffer("item_columns", items.flatten(), persistent=False)
@@ -84,7 +84,7 @@ class ItemEncoder(nn.Module):
         return out
 
     def _attend(self, hidden: Tensor) -> Tensor:
-        """What each of the items (B, N, W) sees in the others."""
+        """Multi-head self-attention among items (B, N, W)."""
         size = self.width // HEADS
         query, key, value = self.asks(hidden).reshape(-1, self.slots, 3, HEADS, size).permute(2, 0, 3, 1, 4)
         regard = (query @ key.transpose(-1, -2) / math.sqrt(size)).softmax(dim=-1)
@@ -93,7 +93,7 @@ class ItemEncoder(nn.Module):
 
 
 def columns(ticks: int) -> tuple[Tensor, Tensor]:
-    """Which of To x D numbers are about each item, (N, K), and which are not about an item, (L,)."""
+    """Of To x D features, the indices of each item's (N, K), and of those that belong to no item (L,)."""
     size = LAYOUT_SIZES["aware-v1"]
     items = torch.cat([torch.tensor(ITEM_COLUMNS) + size * tick for tick in range(ticks)], dim=1)
     about_items = set(items.flatten().tolist())
@@ -101,7 +101,7 @@ def columns(ticks: int) -> tuple[Tensor, Tensor]:
 
 
 def alike_for_items(mean: Tensor, deviation: Tensor) -> tuple[Tensor, Tensor]:
-    """Mean and standard deviation (D,) of features, made the same for the items of all slots."""
+    """Mean and standard deviation (D,) of features, pooled over item slots."""
     slots = torch.tensor(ITEM_COLUMNS)
     means, variances = mean[slots], deviation[slots] ** 2
     common = means.mean(dim=0)

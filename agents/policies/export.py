@@ -1,6 +1,6 @@
-"""From a trained network to the one ONNX graph that plays: normalisation, whole sampler and all.
+"""From a trained network to one ONNX graph, including normalisation and the whole sampler.
 
-Weights are stored in half precision and computed with in single precision, so that a checkpoint is half as large.
+Weights are stored in half precision, which halves a checkpoint, and used in single precision.
 """
 
 import tempfile
@@ -21,7 +21,7 @@ from movingout.agents.checkpoint.policy_spec import ACTION_WIDTH
 from movingout.agents.policies.policy import Policy
 
 OPSET = 17
-LARGE = 1024  # numbers: smaller tensors (biases, normalisation) keep their full precision
+LARGE = 1024  # numbers; smaller tensors (biases, normalisation) keep full precision
 
 
 def export_policy(policy: Policy) -> bytes:
@@ -34,11 +34,11 @@ def export_policy(policy: Policy) -> bytes:
 
 
 def export(module: nn.Module, example: tuple[Tensor, ...], inputs: list[str], outputs: list[str]) -> bytes:
-    """ONNX of a module, its first axis free. Raises CheckpointError if the result would be refused when loaded."""
+    """ONNX of a module with a dynamic batch axis. Raises CheckpointError if loading would refuse the result."""
     module = module.eval().cpu()
     free = {name: {0: "batch"} for name in (*inputs, *outputs)}
     with tempfile.TemporaryDirectory() as folder, torch.inference_mode(), warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # the exporter warns of its successor, which needs two more packages
+        warnings.simplefilter("ignore")  # about the newer exporter, which needs two more packages
         path = Path(folder) / "network.onnx"
         torch.onnx.export(
             module, example, path, input_names=inputs, output_names=outputs, dynamic_axes=free,

@@ -1,4 +1,4 @@
-"""The policies behind one face: a loss for training, chunks for acting. Normalisation is part of the network."""
+"""The interface of all policies: a loss for training, chunks for acting. Normalisation is part of the network."""
 
 import torch
 from torch import Tensor, nn
@@ -7,11 +7,11 @@ from movingout.agents.checkpoint.policy_spec import PolicySpec
 from movingout.agents.policies.encoders import alike_for_items
 
 MOTION = 3  # the first numbers of an action: distance, cos, sin; the other two are the grasp one-hot
-CLIP = 5.0  # normalised features beyond this many standard deviations are cut: a policy must survive a new map
+CLIP = 5.0  # standard deviations; normalised features are clipped to it, for maps not seen in training
 
 
 class Policy(nn.Module):
-    """Turns observations (B, To, D) into chunks (B, H, 5); the two grasp numbers are compared, the larger one wins."""
+    """Turns observations (B, To, D) into chunks (B, H, 5); the larger of the two grasp numbers wins."""
 
     mean: Tensor
     scale: Tensor
@@ -23,7 +23,7 @@ class Policy(nn.Module):
         self.register_buffer("scale", torch.ones(spec.features))
 
     def fit_normaliser(self, mean: Tensor, deviation: Tensor) -> None:
-        """Take mean and standard deviation (D,) of the training features; constant features are left alone."""
+        """Set the normaliser from mean and standard deviation (D,); constant features are not scaled."""
         if self.spec.denoiser == "items":
             mean, deviation = alike_for_items(mean, deviation)
         self.mean.copy_(mean)

@@ -1,4 +1,4 @@
-"""Augmentation by a slightly displaced partner (paper, "Generating New States by Perturbing the Partner's Pose")."""
+"""Augmentation by perturbing the partner's pose (paper, "Generating New States by Perturbing the Partner's Pose")."""
 
 import torch
 from torch import Tensor
@@ -6,13 +6,13 @@ from torch import Tensor
 from movingout.world.observation import LAYOUTS, ROBOT_WIDTH
 
 _PARTNER = slice(ROBOT_WIDTH, ROBOT_WIDTH + 4)  # x, y, cos, sin of the partner in every layout
-_AWARE_PARTNER = LAYOUTS["map-v1"].size  # where aware-v1 says the partner's place relative to oneself
+_AWARE_PARTNER = LAYOUTS["map-v1"].size  # the partner's position relative to one's own, in aware-v1
 
 
 def noisy_partner(observation: Tensor, deviation: float) -> Tensor:
-    """Observations (B, To, D) in which the partner stands a little elsewhere; all else is as it was.
+    """Observations (B, To, D) with a perturbed partner pose; all else is unchanged.
 
-    x, y [u] and angle [rad] get normal noise of `deviation`, the same for all To of a window.
+    x, y [u] and angle [rad] get normal noise with standard deviation `deviation`, the same for all To of a window.
     """
     noisy = observation.clone()
     batch = observation.shape[0]

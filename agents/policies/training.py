@@ -19,7 +19,7 @@ from movingout.agents.training.fit import FitResult, Losses, TrainingTask, fit
 NORMALISER_ROWS = 200_000  # rows from which mean and deviation are estimated
 VALIDATION_ROWS = 4096
 SOON = 4  # ticks
-HOLDS = 4  # index of one's own hand, +1 or -1, in every observation layout
+HOLDS = 4  # index of the own hand, +1 or -1, in every observation layout
 
 
 def train_policy(
@@ -27,7 +27,7 @@ def train_policy(
 ) -> FitResult[Policy]:
     """Fit the policy that `build` makes of `spec` to windows; curves and resume file go to `folder`.
 
-    Raises DataError for a configuration that cannot be.
+    Raises DataError for an invalid configuration.
     """
     config.check()
     torch.manual_seed(config.seed)
@@ -56,12 +56,12 @@ def train_policy(
 
 
 def _gpus(network: nn.Module) -> list[torch.device]:
-    """Where the network draws random numbers, besides the processor."""
+    """The devices other than the CPU on which the network draws random numbers."""
     return list({parameter.device for parameter in network.parameters() if parameter.is_cuda})
 
 
 def hand_changes(windows: Windows, rows: Indices) -> npt.NDArray[np.bool_]:
-    """(B,) whether the hand is to change within the next ticks of each row; its targets are levels."""
+    """Whether the hand is to change within the next ticks (B,), for windows whose targets are levels."""
     wanted = windows.chunks(rows, SOON)[..., 4] > 0
     changes: npt.NDArray[np.bool_] = (wanted != (windows.features[rows, HOLDS] > 0)[:, None]).any(axis=1)
     return changes

@@ -1,7 +1,7 @@
-"""The training loop: plain, resumable, the same for policies and simulators.
+"""The training loop, resumable, the same for all networks.
 
-What is trained is a module with its own batches; the loop knows the optimiser, the moving average, precision, the
-curves and the files of a run folder.
+A task brings the network and its batches; the loop has optimiser, moving average, precision, curves and the files of a
+run folder.
 """
 
 import copy
@@ -33,22 +33,22 @@ SEED_STRIDE = 1_000_003  # between the seeds of two runs, more than a run has up
 
 @dataclass(frozen=True, slots=True)
 class TrainingTask:
-    """What the loop fits: the network, the losses of a batch by name (`loss` is minimised), and those of validation.
+    """What is fitted: a network, the losses of a batch by name (`loss` is minimised), and those of validation.
 
-    Both are asked with a network that may lie on a GPU, and bring their batches to where it lies.
+    Both functions are given a network that may be on a GPU, and move their batches to its device.
     """
 
     network: nn.Module
     losses: Callable[[nn.Module], Losses]
     validate: Callable[[nn.Module], Losses]
     updates: int
-    random: np.random.Generator  # what batches are drawn from; noise is drawn from torch's
-    rows: int  # among how many rows they are drawn
+    random: np.random.Generator  # draws the batches; noise is drawn by torch
+    rows: int  # that batches are drawn from
 
 
 @dataclass(frozen=True, slots=True)
 class FitResult(Generic[NetworkT]):
-    """What came of it: the moving average of a network, after how many updates in all, and how many of them now."""
+    """The moving average of the network, the total number of updates, and those made in this run."""
 
     network: NetworkT
     updates: int
@@ -57,7 +57,7 @@ class FitResult(Generic[NetworkT]):
 
 @dataclass(slots=True)
 class _State:
-    """Everything that changes while training."""
+    """Everything that changes during training."""
 
     network: nn.Module
     average: nn.Module
@@ -66,10 +66,10 @@ class _State:
 
 
 def fit(task: TrainingTask, config: Optimisation, folder: Path) -> FitResult[nn.Module]:
-    """Train to the end, going on from the folder's resume file if there is one.
+    """Train to the end, continuing from the folder's resume file if there is one.
 
-    A run that was stopped comes to the same weights as one that was not; one that goes on with more or fewer rows, or
-    another seed, draws anew from the seed. Writes TensorBoard events, `losses.jsonl` and the resume file into `folder`.
+    An interrupted run arrives at the same weights as an uninterrupted one. With another number of rows or another seed,
+    random numbers start again from the seed. Writes TensorBoard events, `losses.jsonl` and the resume file.
     """
     torch.set_num_threads(config.threads)
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
@@ -127,7 +127,7 @@ def _update(state: _State, task: TrainingTask, config: Optimisation, device: tor
 
 
 def _faster_in_bf16(device: torch.device) -> bool:
-    """Whether there are instructions for it; without them a processor converts back and forth and is slower."""
+    """Whether the device has instructions for bf16; without them a CPU converts back and forth and is slower."""
     if device.type == "cuda":
         return True
     return bool(torch.cpu._is_avx512_bf16_supported() or torch.cpu._is_amx_tile_supported())
@@ -135,7 +135,7 @@ def _faster_in_bf16(device: torch.device) -> bool:
 
 @torch.no_grad()
 def _average(state: _State, keep: float) -> None:
-    """Move the average towards the network; buffers (normalisation) are copied."""
+    """Update the moving average; buffers (normalisation) are copied."""
     torch._foreach_lerp_(list(state.average.parameters()), list(state.network.parameters()), 1 - keep)
     for target, source in zip(state.average.buffers(), state.network.buffers(), strict=True):
         target.copy_(source)
@@ -149,18 +149,18 @@ def _schedule(update: int, updates: int, warmup: int) -> float:
 
 
 def _evaluated(state: _State, task: TrainingTask, losses: Losses) -> dict[str, float]:
-    """The last losses and those of validation. Raises DataError when one is not finite."""
+    """The last losses and the validation losses. Raises DataError when one is not finite."""
     state.average.eval()
     with torch.inference_mode():
         validation = {f"validation/{name}": value for name, value in task.validate(state.average).items()}
     values = {name: float(value.detach()) for name, value in {**losses, **validation}.items()}
     if not all(math.isfinite(value) for value in values.values()):
-        raise DataError(f"training went astray at update {state.update}: {values}; try a lower --rate")
+        raise DataError(f"training diverged at update {state.update}: {values}; try a lower --rate")
     return values
 
 
 def _save(state: _State, task: TrainingTask, config: Optimisation, path: Path) -> None:
-    """Everything needed to go on, as plain tensors."""
+    """Save everything needed to continue, as plain tensors."""
     tensors = {f"network.{name}": tensor for name, tensor in state.network.state_dict().items()}
     tensors |= {f"average.{name}": tensor for name, tensor in state.average.state_dict().items()}
     for index, entries in state.optimiser.state_dict()["state"].items():
@@ -173,7 +173,7 @@ def _save(state: _State, task: TrainingTask, config: Optimisation, path: Path) -
 
 
 def _resume(state: _State, task: TrainingTask, config: Optimisation, path: Path) -> None:
-    """Take up what `_save` left. Raises DataError when it is damaged or of another network."""
+    """Load what `_save` wrote. Raises DataError when it is damaged or of another network."""
     if not path.exists():
         return
     entries: dict[int, dict[str, Tensor]] = {}
@@ -183,7 +183,7 @@ def _resume(state: _State, task: TrainingTask, config: Optimisation, path: Path)
         state.average.load_state_dict(_under(tensors, "average."))
         state.update = int(tensors["update"])
         if "drawn" in tensors and tensors["drawn"].tolist() == [config.seed, task.rows]:
-            _draw_on(task.random, _under(tensors, "random."))
+            _restore_random(task.random, _under(tensors, "random."))
         else:
             torch.manual_seed(config.seed * SEED_STRIDE + state.update)
     except (OSError, SafetensorError, KeyError, RuntimeError, ValueError, TypeError) as error:
@@ -195,14 +195,14 @@ def _resume(state: _State, task: TrainingTask, config: Optimisation, path: Path)
 
 
 def _random_state(random: np.random.Generator) -> dict[str, Tensor]:
-    """What both sources of random numbers would draw next."""
+    """The state of all random number generators."""
     numpy_state = json.dumps(random.bit_generator.state).encode()
     state = {"torch": torch.get_rng_state(), "numpy": torch.frombuffer(bytearray(numpy_state), dtype=torch.uint8)}
     return {**state, "cuda": torch.cuda.get_rng_state()} if torch.cuda.is_available() else state
 
 
-def _draw_on(random: np.random.Generator, state: dict[str, Tensor]) -> None:
-    """Draw what would have come next. Raises KeyError, RuntimeError or ValueError for what is no such state."""
+def _restore_random(random: np.random.Generator, state: dict[str, Tensor]) -> None:
+    """Restore the generators. Raises KeyError, RuntimeError or ValueError for an invalid state."""
     random.bit_generator.state = json.loads(bytes(state["numpy"].tolist()))
     torch.set_rng_state(state["torch"])
     if "cuda" in state and torch.cuda.is_available():

@@ -1,4 +1,4 @@
-"""What every training run is told: how weights are fitted. Each method adds the fields of its own configuration.
+"""How weights are fitted: the configuration that all methods share. Each method adds its own fields.
 
 Every field becomes an option of `movingout train`. What is out of bounds is refused here, before anything is read.
 """
@@ -25,7 +25,7 @@ Share = Annotated[FiniteFloat, Field(ge=0.0, lt=1.0)]
 
 
 Change = Literal["free", "asked", "never"]
-"""Whether a run that is gone on with may have another value: of course, on purpose alone, or it is another agent."""
+"""May a continued run have another value? `free`: yes; `asked`: with --go-on; `never`: it is another agent."""
 
 
 def documented(default: Any, text: str, change: Change = "asked") -> Any:
@@ -35,7 +35,7 @@ def documented(default: Any, text: str, change: Change = "asked") -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class Optimisation:
-    """How weights are fitted; the same for every network."""
+    """How weights are fitted, for every network."""
 
     updates: AtLeastOne = documented(6000, "gradient steps; ignored when epochs is set", "free")
     epochs: NotNegative = documented(
@@ -48,7 +48,7 @@ class Optimisation:
     warmup: NotNegative = documented(200, "updates until the peak learning rate")
     decay: NotNegativeFloat = documented(1e-4, "weight decay")
     clip: NotNegativeFloat = documented(1.0, "largest norm of the gradient; 0: not clipped")
-    ema: Share = documented(0.999, "share that the moving average keeps per update; the average is what plays")
+    ema: Share = documented(0.999, "decay of the moving average of the weights, which is what plays")
     held_out: Share = documented(0.1, "share of the participants kept for validation")
     seed: Annotated[int, Field(ge=0, lt=2**32)] = documented(0, "seed of initial weights, batches and noise")
     threads: Annotated[int, Field(ge=1, le=1024)] = documented(1, "CPU threads", "free")
@@ -59,11 +59,11 @@ class Optimisation:
     )
     evaluate_every: AtLeastOne = documented(500, "updates between validations and resume files", "free")
     window_share: Annotated[FiniteFloat, Field(gt=0.0, le=1.0)] = documented(
-        1.0, "share of the rows that are used, to try things out quickly"
+        1.0, "share of the rows to use, for quick experiments"
     )
 
     def check(self) -> None:
-        """Raises DataError, in a sentence, for a field out of bounds."""
+        """Raises DataError for a field out of bounds."""
         try:
             TypeAdapter(type(self)).validate_python(dataclasses.asdict(self))
         except ValidationError as error:
@@ -71,7 +71,7 @@ class Optimisation:
 
 
 def described(model: type[ModelT], values: Mapping[str, object], options: Mapping[str, str] = SAME_NAMES) -> ModelT:
-    """A description from its values; `options` names those that are called otherwise on the command line."""
+    """A description from its values; `options` maps fields to options with another name. Raises DataError."""
     try:
         return model.model_validate(values)
     except ValidationError as error:
@@ -79,7 +79,7 @@ def described(model: type[ModelT], values: Mapping[str, object], options: Mappin
 
 
 def invalid_field(error: ValidationError, options: Mapping[str, str] = SAME_NAMES) -> str:
-    """The first thing that is wrong: `--batch 0: input should be greater than or equal to 1`."""
+    """The first error as a sentence: `--batch 0: input should be greater than or equal to 1`."""
     first = error.errors()[0]
     said = first["msg"].removeprefix("Value error, ")
     if not first["loc"]:

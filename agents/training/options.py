@@ -10,7 +10,7 @@ ConfigT = TypeVar("ConfigT", bound=Optimisation)
 
 
 def add_fields(parser: argparse.ArgumentParser, config: type[Optimisation]) -> None:
-    """One option per field; what is not given is not set, so that a preset keeps its value."""
+    """One option per field; an option that is not given is not set, so that the preset's value stays."""
     group = parser.add_argument_group("configuration (defaults come from the preset)")
     hints = get_type_hints(config)
     for entry in dataclasses.fields(config):
@@ -24,16 +24,16 @@ def add_fields(parser: argparse.ArgumentParser, config: type[Optimisation]) -> N
 
 
 def _accepted(hint: Any) -> dict[str, Any]:
-    """What argparse takes for a field of this type: words of a list, yes or no, or a number."""
+    """argparse's arguments for a field of this type: choices, yes or no, or a number."""
     if get_origin(hint) is Literal:
         return {"choices": get_args(hint)}
     return {"type": _yes_or_no if hint is bool else hint}
 
 
 def overridden(config: ConfigT, args: argparse.Namespace) -> ConfigT:
-    """`config` with what the command line says; a number of updates is in place of the preset's epochs.
+    """`config` with the options of the command line; a number of updates replaces the preset's epochs.
 
-    Raises DataError for what cannot be.
+    Raises DataError for an invalid configuration.
     """
     given = {entry.name: vars(args)[entry.name] for entry in dataclasses.fields(config) if entry.name in vars(args)}
     if "updates" in given:

@@ -1,6 +1,6 @@
-"""One training run: what it was asked for, its folders, and what its card says about where the weights come from.
+"""One training run: its options, its folders, and what the card says about the origin of the weights.
 
-A kind's `train` is given one. It may be asked only for what does not depend on the kind.
+Every kind's `train` is given one; nothing in it depends on the kind.
 """
 
 import argparse
@@ -31,13 +31,13 @@ class FitProgress(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class TrainingRun(Generic[ConfigT]):
-    """What `movingout train KIND …` was told."""
+    """A call of `movingout train KIND …`."""
 
     kind: str
     config: ConfigT  # the preset with what the command line changes
     options: argparse.Namespace  # of all kinds: id, name, population, preset, recordings, go_on, data; and of this one
     kept_options: tuple[str, ...]  # which of its own options the run folder keeps
-    tell: Callable[[str], None]  # says something to whoever waits
+    tell: Callable[[str], None]  # prints a note for the user
 
     @property
     def agent_id(self) -> str:
@@ -70,7 +70,7 @@ class TrainingRun(Generic[ConfigT]):
         return read_training_data(self.options.recordings)
 
     def begin(self, data: TrainingData | None = None) -> str:
-        """Write what the run is of, see `run_folder.begin`; without data nothing is trained.
+        """Write the run's configuration, see `run_folder.begin`; `data` is None when nothing is trained.
 
         Returns the SHA-256 of the data it had before, empty when it had none.
         """
@@ -81,14 +81,14 @@ class TrainingRun(Generic[ConfigT]):
         return run_folder.begin(self.folder, about, self.config, self.options.go_on)
 
     def check_learned(self, data: TrainingData, before: str, fitted: FitProgress, option: str) -> None:
-        """Raises DataError when there was nothing left to do, so that a card would name data never learned from.
+        """Raises DataError when no updates were left for new data, so that no card names data never learned from.
 
-        `before` is what `begin` returned, `option` the one that would let it learn on.
+        `before` is what `begin` returned; `option` sets the number of updates.
         """
         if not fitted.made and before not in ("", data.sha256):
             run_folder.put_back(self.folder, before)
             raise DataError(
-                f"{self.agent_id} has made all of its {fitted.updates} updates; learn on with a larger {option}"
+                f"{self.agent_id} has made all of its {fitted.updates} updates; to train on, give a larger {option}"
             )
 
     def training(self, data: TrainingData, people: Collection[str], rows: int, updates: int) -> Training:

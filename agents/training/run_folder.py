@@ -1,7 +1,7 @@
-"""The folder of a training run, DATA/runs/<id>: what it was begun with, so that nothing else is gone on with unasked.
+"""The folder of a training run, DATA/runs/<id>. It keeps the configuration, so that only the same run is continued.
 
 config.json            id, kind, preset, SHA-256 of the data and every field of the configuration
-card.json              of the agent that came of it
+card.json              of the trained agent
 resume.safetensors     with losses.jsonl and TensorBoard's events, see `training.loop`; for BASS also in folders here
 """
 
@@ -22,12 +22,11 @@ _WORDS = {"id": "agent", "data_sha256": "data of SHA-256"}
 
 
 def begin(folder: Path, about: Mapping[str, str], config: Optimisation, on_purpose: bool) -> str:
-    """Write what the run is begun with, or gone on with when something has been trained in the folder already.
+    """Write the configuration of a run that starts, or continues where the folder has a resume file.
 
-    Returns the SHA-256 of the data it had before; empty when it had none, or the folder does not say.
-    `about` is what config.json says beside the configuration. Raises DataError when the run was begun with something
-    else: always for a change that makes another agent of it, and unless it is `on_purpose` for other data and for
-    another way to train. A folder that says nothing of it, because it is older, is gone on with.
+    Returns the SHA-256 of the data it had before; empty when unknown. `about` is written beside the configuration.
+    Raises DataError when the run was started with something else: always for a change that makes it another agent,
+    and unless `on_purpose` for other data or training options. Older folders without a configuration are continued.
     """
     begun = _begun(folder)
     now = {**about, **dataclasses.asdict(config)}
@@ -39,13 +38,13 @@ def begin(folder: Path, about: Mapping[str, str], config: Optimisation, on_purpo
 
 
 def put_back(folder: Path, data_sha256: str) -> None:
-    """Say again that the run is of the data it had before: nothing was learned from others."""
+    """Restore the hash of the data that the run had before, since nothing was learned from the new data."""
     config = {**_begun(folder), "data_sha256": data_sha256}
     (folder / CONFIG).write_text(json.dumps(config, indent=1) + "\n", encoding="utf-8")
 
 
 def finish(folder: Path, checkpoint: Checkpoint) -> None:
-    """Leave a copy of the card of what came of the run."""
+    """Copy the card of the trained agent into the folder."""
     shutil.copyfile(checkpoint.folder / CARD, folder / CARD)
 
 
@@ -56,31 +55,29 @@ def _begun(folder: Path) -> dict[str, object]:
     try:
         return dict(json.loads(path.read_text(encoding="utf-8")))
     except (ValueError, TypeError) as error:
-        raise DataError(f"{path} does not say what the run was begun with ({error}); choose another --id") from error
+        raise DataError(f"{path} does not say what the run was started with ({error}); choose another --id") from error
 
 
 def _compare(begun: Mapping[str, object], now: Mapping[str, object], config: Optimisation, on_purpose: bool) -> None:
-    """Refuse what is not to be gone on with."""
+    """Raise DataError for changes with which the run must not be continued."""
     changes = {entry.name: entry.metadata["change"] for entry in dataclasses.fields(config)} | _CHANGES
     other = [name for name in now if name in begun and begun[name] != now[name]]
     never = [name for name in other if changes.get(name) == "never"]
     asked = [name for name in other if changes.get(name) == "asked"]
     if never:
-        raise DataError(f"{_told(begun, now, never)}; train that under another --id")
+        raise DataError(f"{_differences(begun, now, never)}; train that under another --id")
     if asked and not on_purpose:
-        raise DataError(
-            f"{_told(begun, now, asked)}; choose another --id, or go on with what it has learned by --go-on"
-        )
+        raise DataError(f"{_differences(begun, now, asked)}; choose another --id, or continue with --go-on")
 
 
-def _told(begun: Mapping[str, object], now: Mapping[str, object], names: Sequence[str]) -> str:
+def _differences(begun: Mapping[str, object], now: Mapping[str, object], names: Sequence[str]) -> str:
     differences = [
         f"{_WORDS.get(name, name.replace('_', '-'))} {_short(begun[name])}, not {_short(now[name])}" for name in names
     ]
-    return f"this run was begun with {'; '.join(differences)}"
+    return f"this run was started with {'; '.join(differences)}"
 
 
 def _short(value: object) -> str:
-    """A value as typed; of a hash its beginning."""
+    """A value as typed; a hash is shortened."""
     text = {True: "yes", False: "no"}[value] if isinstance(value, bool) else str(value)
     return f"{text[:12]}…" if len(text) == 64 else text or "none"

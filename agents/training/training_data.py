@@ -1,4 +1,4 @@
-"""What a training run learns from: recordings, and episodes that an expert labelled."""
+"""The data of a training run: recordings, and episodes labelled by an expert."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ from movingout.agents.errors import DataError
 
 @dataclass(frozen=True, slots=True)
 class TrainingData:
-    """Everything under the places that were named."""
+    """All recordings and corrections under the given paths."""
 
     files: list[Path]
     trajectories: list[Trajectory]
@@ -42,7 +42,7 @@ class TrainingData:
 
     @property
     def episodes(self) -> list[Trajectory]:
-        """All episodes, whoever acted in them."""
+        """All episodes, whoever acts in them."""
         return [*self.trajectories, *(one.trajectory for one in self.corrections)]
 
     @property
@@ -51,18 +51,18 @@ class TrainingData:
         return {name for trajectory in self.episodes for name in trajectory.people}
 
     def left_out(self, seats: SeatChoice) -> int:
-        """How many seats of the recordings are not learned from."""
+        """Number of seats of the recordings that are not learned from."""
         return sum(2 - len(learned_seats(trajectory, seats)) for trajectory in self.trajectories)
 
     def pieces(self, spec: PolicySpec, seats: SeatChoice) -> Iterator[SeatSamples]:
-        """What a policy learns: what was done in these seats of recordings, and the expert's labels."""
+        """Training samples of a policy: the chosen seats of recordings, and the expert's labels."""
         if self.corrections and spec.grasp != "hold":
             raise DataError("an expert's labels say which hold level it wants; train with --grasp hold")
         recorded = trajectory_samples(self.trajectories, spec.layout, spec.grasp, seats)
         return chain(recorded, correction_samples(self.corrections, spec.layout))
 
     def parts(self, spec: PolicySpec, seats: SeatChoice) -> list[LearnedPart]:
-        """The same, to be recombined."""
+        """The same samples, in the form that recombination takes."""
         recorded = [
             LearnedPart(trajectory, seat, trajectory.targets(seat, spec.grasp), ((0, trajectory.ticks),))
             for trajectory in self.trajectories
@@ -74,7 +74,7 @@ class TrainingData:
 
 
 def read_training_data(places: list[Path]) -> TrainingData:
-    """Read everything there. Raises DataError when there is nothing."""
+    """Read all files. Raises DataError when there are none."""
     if not places:
         raise DataError("name recordings to learn from, or folders of them; `movingout demos label` makes some")
     files = recording_files(places, (".mcap", SUFFIX))

@@ -1,1 +1,1 @@
-"""The process in which agents decide, and what it says to the server."""
+"""The process in which agents decide, and its messages to the server."""

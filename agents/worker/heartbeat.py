@@ -1,6 +1,6 @@
-"""What a worker is doing right now, readable from outside even while it hangs: one small shared file.
+"""What a worker is doing now, in a small shared file that can be read while the worker hangs.
 
-A message would not do: a worker stuck in an agent's endless loop sends none.
+A worker in an agent's endless loop could not send a message.
 """
 
 import mmap

@@ -1,6 +1,6 @@
-"""What the server and an agent worker say to each other: length-prefixed msgpack frames over a local socket.
+"""Messages between server and agent worker: length-prefixed msgpack frames over a local socket.
 
-Both ends run the same code, so there is no version; the server's end is `server.agent_workers.process`.
+Both ends run the same code, so there is no version. The server's end is `server.agent_workers.process`.
 """
 
 import struct
@@ -17,7 +17,7 @@ _LENGTH = struct.Struct("<I")
 
 
 class Open(msgspec.Struct, tag=True, array_like=True, frozen=True):
-    """An episode begins for a seat; `key` names it in everything that follows."""
+    """An episode starts for a seat, identified by `key` in later messages."""
 
     key: int
     agent_id: str
@@ -28,7 +28,7 @@ class Open(msgspec.Struct, tag=True, array_like=True, frozen=True):
 
 
 class Observe(msgspec.Struct, tag=True, array_like=True, frozen=True):
-    """Please decide for `tick` before `deadline` (seconds of the machine's monotonic clock)."""
+    """A request to decide for `tick` before `deadline` (seconds of the monotonic clock)."""
 
     key: int
     tick: int
@@ -38,19 +38,19 @@ class Observe(msgspec.Struct, tag=True, array_like=True, frozen=True):
 
 
 class Close(msgspec.Struct, tag=True, array_like=True, frozen=True):
-    """The episode is over; the agent may be used for another one."""
+    """The episode is over; the agent may be reused."""
 
     key: int
 
 
 class Opened(msgspec.Struct, tag=True, array_like=True, frozen=True):
-    """The agent is loaded, warm and reset."""
+    """The agent is loaded, warmed up and reset."""
 
     key: int
 
 
 class Answer(msgspec.Struct, tag=True, array_like=True, frozen=True):
-    """The chunk for `tick`; of its rows, `execute` are to be played before the next question."""
+    """The chunk for `tick`; `execute` of its rows are played before the next request."""
 
     key: int
     tick: int
@@ -61,14 +61,14 @@ class Answer(msgspec.Struct, tag=True, array_like=True, frozen=True):
 
 
 class Skipped(msgspec.Struct, tag=True, array_like=True, frozen=True):
-    """The deadline had passed before the worker could begin."""
+    """The deadline passed before the worker could start."""
 
     key: int
     tick: int
 
 
 class Failed(msgspec.Struct, tag=True, array_like=True, frozen=True):
-    """The agent raised, answered nonsense or could not be made; `fatal` when asking again is useless."""
+    """The agent raised, gave an invalid answer or could not be made; `fatal` if asking again is pointless."""
 
     key: int
     tick: int
@@ -85,13 +85,13 @@ _from_worker: msgspec.msgpack.Decoder[FromWorker] = msgspec.msgpack.Decoder(From
 
 
 def frame(message: ToWorker | FromWorker) -> bytes:
-    """A message as it goes over the socket."""
+    """A message as bytes for the socket."""
     body = _encoder.encode(message)
     return _LENGTH.pack(len(body)) + body
 
 
 class FrameBuffer:
-    """Collects what arrives and gives out whole frame bodies."""
+    """Splits received bytes into frame bodies."""
 
     def __init__(self) -> None:
         self._bytes = bytearray()

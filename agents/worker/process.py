@@ -1,6 +1,6 @@
-"""The process in which agents think: one thread, earliest deadline first, no knowledge of rooms or browsers.
+"""The process in which agents decide: one thread, earliest deadline first. It knows neither rooms nor browsers.
 
-Questions that wait at the same time for agents with the same networks are answered in one batch.
+Requests that wait at the same time for agents with the same networks are answered in one batch.
 
 Started by `server.agent_workers.process` as `python -m movingout.agents.worker.process SOCKET_FD HEARTBEAT_FD`; ends
 when the socket closes.
@@ -39,9 +39,9 @@ from movingout.agents.worker.messages import (
     read_to_worker,
 )
 
-IDLE_WAIT_S = 0.5  # how often an idle worker says that it lives
-GIVE_UP_AFTER = 20  # failures in a row after which a seat is not asked again
-MAX_BATCH = 10  # questions answered together: more would let the first of them wait for too long
+IDLE_WAIT_S = 0.5  # interval of an idle worker's heartbeat
+GIVE_UP_AFTER = 20  # consecutive failures after which a seat is not asked again
+MAX_BATCH = 10  # requests answered together; more would delay the first of them too much
 
 
 @dataclass(slots=True)
@@ -54,11 +54,11 @@ class _Seat:
 
 
 _Kept = tuple[str, str]
-"""An agent's id and the fingerprint of its checkpoint: one that was trained anew meanwhile is another agent."""
+"""An agent's id and the fingerprint of its checkpoint: after another training it is another agent."""
 
 
 class DecisionQueue:
-    """The seats of one worker and their open questions; knows no socket."""
+    """The seats of one worker and their open requests; knows no socket."""
 
     def __init__(self, heartbeat: WorkerHeartbeat) -> None:
         self._heartbeat = heartbeat
@@ -68,11 +68,11 @@ class DecisionQueue:
 
     @property
     def busy(self) -> bool:
-        """Whether a question waits."""
+        """Whether a request is waiting."""
         return bool(self._questions)
 
     def take(self, message: ToWorker) -> FromWorker | None:
-        """Note a message; opening a seat loads its agent at once."""
+        """Accept a message; opening a seat loads its agent at once."""
         match message:
             case Open():
                 return self._open(message)
@@ -87,7 +87,7 @@ class DecisionQueue:
         return None
 
     def answer_next(self, now: float) -> list[FromWorker]:
-        """Answer the question with the earliest deadline (there is one: see `busy`), and those that go with it."""
+        """Answer the request with the earliest deadline (there is one: see `busy`), and those of its batch."""
         question = min(self._questions.values(), key=lambda waiting: waiting.deadline)
         if now > question.deadline:
             del self._questions[question.key]
@@ -101,7 +101,7 @@ class DecisionQueue:
         return [self._decide(self._seats[one.key], one) for one in asked]
 
     def _together(self, question: Observe, now: float) -> list[Observe]:
-        """The question and others, in time, that agents with the same networks answer; earliest deadlines first."""
+        """The request and others, still in time, for agents with the same networks; earliest deadlines first."""
         group = self._seats[question.key].group
         if group is None:
             return [question]
@@ -127,7 +127,7 @@ class DecisionQueue:
         return Opened(message.key)
 
     def _spares(self, kept_as: _Kept) -> list[Agent]:
-        """Agents that sat before; those of an older checkpoint of the same id are let go."""
+        """Reusable agents; those of an older checkpoint of the same id are dropped."""
         for other in [other for other in self._spare if other[0] == kept_as[0] and other != kept_as]:
             del self._spare[other]
         return self._spare.get(kept_as, [])
@@ -141,10 +141,10 @@ class DecisionQueue:
             return self._failed(seat, question, error)
 
     def _decide_together(self, asked: list[Observe]) -> list[FromWorker] | None:
-        """All answers from one call; None when it failed, so that each is asked alone and the culprit is found.
+        """All answers from one call; None when it fails, so that each agent is asked alone and the faulty one is found.
 
-        A call that failed may have moved the agents' memories and random numbers: what they answer then is theirs, but
-        not to the bit what they would have answered alone.
+        A failed call may have advanced the agents' memory and random numbers: their answers are then valid, but not
+        bit-equal to those they would have given alone.
         """
         begun = time.perf_counter()
         seats = [self._seats[question.key] for question in asked]
@@ -178,14 +178,14 @@ def _seen(seat: _Seat, question: Observe) -> Observation:
 
 
 def _answer(seat: _Seat, question: Observe, chunk: ActionChunk, begun: float) -> FromWorker:
-    """The message with a checked chunk; the agent has been asked at `begun`."""
+    """The message with a checked chunk; the agent was asked at `begun`."""
     execute, detail = rows_to_execute(seat.agent, chunk), decision_trace(seat.agent)
     seat.failures = 0
     return answer_message(question.key, question.tick, chunk, execute, (time.perf_counter() - begun) * 1e3, detail)
 
 
 def _warm(agent: Agent, episode: EpisodeInfo) -> Agent:
-    """Let the first, slow decision happen before anybody waits for it."""
+    """Make the first, slow decision before anybody waits for it."""
     agent.reset(episode)
     agent.act(observe(episode.map, start_state(episode.map), episode.seat))
     return agent

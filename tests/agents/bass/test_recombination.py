@@ -124,5 +124,5 @@ def test_a_hand_that_cannot_reach_is_told() -> None:
     trajectory = _straight(0.0, 0.0, ticks=2)
     state = states_of(trajectory.map, trajectory.actions)[1]
     state.held[0] = 3
-    with pytest.raises(WorldError, match="cannot be staged anew"):
+    with pytest.raises(WorldError, match="cannot be restored"):
         restage(trajectory.map, state)

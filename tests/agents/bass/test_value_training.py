@@ -31,7 +31,7 @@ def test_states_near_an_end_that_time_made_are_left_out() -> None:
     short, long = (walked("HandOff", ticks=ticks) for ticks in (TAIL, TAIL + 5))
     data = returns_of([long, short], 0.98)
     assert len(data.returns) == 2 * 5 and set(data.episodes.tolist()) == {0}
-    with pytest.raises(DataError, match="60 ticks or fewer"):
+    with pytest.raises(DataError, match="no episode has more than 60 ticks"):
         returns_of([short], 0.98)
 
 

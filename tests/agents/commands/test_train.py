@@ -141,7 +141,7 @@ def test_other_data_is_learned_from_under_another_id_or_on_purpose(
     capsys.readouterr()
     assert main([*command, str(tmp_path / "more"), "--updates", "9"]) == 2
     said = capsys.readouterr().err
-    assert "begun with data of SHA-256" in said and "another --id" in said and "--go-on" in said
+    assert "started with data of SHA-256" in said and "another --id" in said and "--go-on" in said
     assert find_checkpoint("mlp@tiny", tmp_path / "models").card == card
     assert main([*command, str(tmp_path / "more"), "--updates", "9", "--go-on"]) == 0
     more = find_checkpoint("mlp@tiny", tmp_path / "models").card.training
@@ -210,9 +210,9 @@ def test_going_on_with_other_data_and_no_updates_left_is_refused(
     recorded(tmp_path / "more", "more", ticks=20, people=("cy", "dee"))
     for _ in range(2):
         assert main([*command, str(tmp_path / "more")]) == 2
-        assert "mlp@tiny has made all of its 6 updates; learn on with a larger --updates" in capsys.readouterr().err
+        assert "mlp@tiny has made all of its 6 updates; to train on, give a larger --updates" in capsys.readouterr().err
     assert main([*command[:-1], str(tmp_path / "more")]) == 2
-    assert "this run was begun with data of SHA-256" in capsys.readouterr().err
+    assert "this run was started with data of SHA-256" in capsys.readouterr().err
     assert (
         find_checkpoint("mlp@tiny", tmp_path / "models").card.training.data_sha256 == before.card.training.data_sha256
     )

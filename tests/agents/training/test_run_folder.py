@@ -38,7 +38,7 @@ def test_a_longer_training_or_other_play_is_gone_on_with(run: Path) -> None:
 @pytest.mark.parametrize(
     ("changes", "sentence"),
     [
-        ({"process": "ddim"}, "begun with process flow, not ddim; train that under another --id"),
+        ({"process": "ddim"}, "started with process flow, not ddim; train that under another --id"),
         ({"grasp": "toggle"}, "grasp hold, not toggle"),
         ({"obs_horizon": 2}, "obs-horizon 1, not 2"),
         ({"layout": "map-v1", "seed": 3}, "layout aware-v1, not map-v1; train"),
@@ -91,5 +91,5 @@ def test_older_runs_that_do_not_say_it_are_gone_on_with_and_say_it_from_then_on(
 
 def test_a_damaged_file_is_answered_with_a_sentence(run: Path) -> None:
     (run / CONFIG).write_text("{")
-    with pytest.raises(DataError, match="does not say what the run was begun with"):
+    with pytest.raises(DataError, match="does not say what the run was started with"):
         begin(run, ABOUT, CONFIGURATION, on_purpose=False)
