@@ -4,6 +4,9 @@ import re
 from collections.abc import Awaitable, Callable, MutableMapping
 from typing import Any
 
+import orjson
+
+from movingout.server.api.errors import error_json
 from movingout.server.connection.origin import header
 
 Message = MutableMapping[str, Any]
@@ -86,7 +89,7 @@ class BodyLimit:
 
 
 async def _too_large(send: Send, limit: int) -> None:
-    body = b'{"error":{"code":"too_large","message":"a request carries at most %d bytes"}}' % limit
+    body = orjson.dumps(error_json("too_large", f"a request carries at most {limit} bytes"))
     headers = [(b"content-type", b"application/json"), (b"connection", b"close")]
     await send({"type": "http.response.start", "status": 413, "headers": headers})
     await send({"type": "http.response.body", "body": body})

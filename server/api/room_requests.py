@@ -86,9 +86,9 @@ def _checked_config(wanted: RoomRequest, countdown_s: float) -> RoomConfig:
     known = (*map_names(), PRACTICE)
     unknown = [name for name in wanted.maps if name not in known]
     if unknown:
-        raise ApiError(422, "unknown_map", f"unknown map {unknown[0]!r}; known: {', '.join(known)}")
+        raise ApiError(422, "unknown_map", f"unknown map {unknown[0]!r}; known: {', '.join(known)}", map=unknown[0])
     if not 1 <= len(wanted.maps) <= MAX_ROUNDS:
-        raise ApiError(422, "maps", f"a series has 1 to {MAX_ROUNDS} maps, not {len(wanted.maps)}")
+        raise ApiError(422, "maps", f"a series has 1 to {MAX_ROUNDS} maps, not {len(wanted.maps)}", most=MAX_ROUNDS)
     if len(wanted.seats) != 2:
         raise ApiError(422, "seats", f"a room has two seats, blue and red, not {len(wanted.seats)}")
     if not wanted.practice and not 10 <= wanted.limit_ticks <= MAX_TICKS:
@@ -128,7 +128,7 @@ def _checked_agent(host: Host, agent_id: str) -> str:
         if "@" in agent_id.partition(":")[0]:
             agent_card(agent_id)
     except CheckpointError as error:  # it is there, but damaged
-        raise ApiError(422, "damaged_agent", f"{agent_id} cannot play: {error}") from None
+        raise ApiError(422, "damaged_agent", f"{agent_id} cannot play: {error}", agent=agent_id) from None
     except AgentError:
         pass
-    raise ApiError(422, "unknown_agent", f"unknown agent {agent_id!r}; known: {', '.join(known)}")
+    raise ApiError(422, "unknown_agent", f"unknown agent {agent_id!r}; known: {', '.join(known)}", agent=agent_id)

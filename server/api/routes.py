@@ -17,10 +17,11 @@ from movingout.recordings import RecordingError
 from movingout.server import messages as m
 from movingout.server.api import pages
 from movingout.server.api.authentication import address_of, admin, bearer, body_of, own_page
-from movingout.server.api.errors import ApiError
+from movingout.server.api.errors import ApiError, error_json
 from movingout.server.api.room_requests import RoomRequest, open_room
 from movingout.server.api.status import report
 from movingout.server.host import Host
+from movingout.server.notices import Notice
 from movingout.server.persistence.recording_service import ReplayFiles
 from movingout.server.rooms.room import Room
 from movingout.server.rooms.seat import Seat
@@ -41,13 +42,13 @@ def install(app: FastAPI, host: Host) -> None:
 
     @app.exception_handler(ApiError)
     async def api_error(request: Request, error: ApiError) -> JSONResponse:
-        return JSONResponse({"error": {"code": error.code, "message": str(error)}}, error.status)
+        return JSONResponse(error.as_json(), error.status)
 
     @app.exception_handler(404)
     async def not_found(request: Request, error: Exception) -> Response:
         if not request.url.path.startswith(("/api/", "/static/")):
             return pages.missing()
-        return JSONResponse({"error": {"code": "not_found", "message": "There is nothing at this address."}}, 404)
+        return JSONResponse(error_json("not_found", "There is nothing at this address."), 404)
 
     app.include_router(_play_routes(host))
     app.include_router(_answer_routes(host))
@@ -231,7 +232,9 @@ def _admin_routes(host: Host) -> APIRouter:
     @router.post("/rooms/{room_id}/close")
     async def close(room_id: str) -> dict[str, bool]:
         room = _room(host, room_id)
-        room.close(m.CLOSE_KICKED, "This room was closed by the person who runs the server.")
+        room.close(
+            m.CLOSE_KICKED, Notice("closed_by_operator", "This room was closed by the person who runs the server.")
+        )
         host.registry.remove(room)
         return {"closed": True}
 

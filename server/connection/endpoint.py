@@ -21,6 +21,7 @@ from movingout.server.connection.send_queue import Client
 from movingout.server.connection.token_bucket import TokenBucket
 from movingout.server.frame_layout import FrameError
 from movingout.server.frames import Ping, Pong, decode_client_frame
+from movingout.server.notices import NOTHING, Notice
 from movingout.server.rooms.registry import RoomRegistry
 from movingout.server.rooms.room import Room
 from movingout.server.rooms.services import Refused, WrongRequest
@@ -35,6 +36,10 @@ Receive = Callable[[], Awaitable[Message]]
 Send = Callable[[Message], Awaitable[None]]
 OnBinary = Callable[[bytes], bool]  # False: nobody listens any more
 WIRE = "movingout.wire"  # where the scope's extensions hold the DirectSocket of a connection
+
+LOCKED = Notice("locked", "Too many wrong keys from your address; wait a minute.")
+NO_ROOM = Notice("no_room", "There is no such room (any more); open a new one from the start page.")
+FAILED = Notice("connection_failed", "Something went wrong with this connection.")
 
 _decode_control = msgspec.json.Decoder(m.ClientMessage).decode
 _decode_join = msgspec.json.Decoder(m.Join).decode
@@ -54,11 +59,12 @@ class DirectSocket(Protocol):
 
 
 class CloseConnection(Exception):
-    """Ends the connection with `code` and a message; 0 drops the connection without a word."""
+    """Ends the connection with a close code and a notice; 0 drops the connection without a word."""
 
-    def __init__(self, code: int, message: str) -> None:
-        super().__init__(message)
+    def __init__(self, code: int, notice: Notice = NOTHING) -> None:
+        super().__init__(notice.message)
         self.code = code
+        self.notice = notice
 
 
 class SocketEndpoint:
@@ -143,7 +149,7 @@ class ClientConnection:
             if self._closing is not None:
                 raise self._closing
             if client.lost:
-                raise CloseConnection(0, "too much waited to be sent")
+                raise CloseConnection(0)
             if client.goodbye is not None:
                 raise CloseConnection(*client.goodbye)
 
@@ -152,14 +158,14 @@ class ClientConnection:
         try:
             await asyncio.wait_for(self._join(receive), self._limits.join_s)
         except TimeoutError:
-            raise CloseConnection(m.CLOSE_BAD_MESSAGE, "The first message must be a join, within 5 seconds.") from None
+            raise _not_understood("The first message must be a join, within 5 seconds.") from None
         finally:
             self._admission.joined(self._address)
         self._wire.listen(self._on_binary, self._wake.set)
         while True:
             message = await receive()
             if message["type"] != "websocket.receive":
-                raise CloseConnection(0, "the client went")
+                raise CloseConnection(0)
             if message.get("text") is not None:
                 self._take_control(message["text"])
             else:  # fragmented, or sent while joining
@@ -167,7 +173,7 @@ class ClientConnection:
 
     async def end(self, sender: "asyncio.Task[None]", listener: "asyncio.Task[None]", send: Send) -> None:
         """Say goodbye as politely as the end deserves."""
-        closing = _closing_of(listener) or _closing_of(sender) or CloseConnection(0, "")
+        closing = _closing_of(listener) or _closing_of(sender) or CloseConnection(0)
         sender.cancel()
         listener.cancel()
         await asyncio.gather(sender, listener, return_exceptions=True)
@@ -185,7 +191,9 @@ class ClientConnection:
     async def _send_goodbye(self, closing: CloseConnection, send: Send) -> None:
         while (frame := self.client.next_frame()) is not None:
             await _send(send, frame)
-        bye = msgspec.json.encode(m.Bye(closing.code, str(closing))).decode()
+        bye = msgspec.json.encode(
+            m.Bye(closing.code, closing.notice.message, closing.notice.code, closing.notice.values)
+        ).decode()
         await send({"type": "websocket.send", "text": bye})
         await send({"type": "websocket.close", "code": closing.code})
 
@@ -194,17 +202,15 @@ class ClientConnection:
     async def _join(self, receive: Receive) -> None:
         message = await receive()
         if message["type"] != "websocket.receive":
-            raise CloseConnection(0, "the client went")
+            raise CloseConnection(0)
         if message.get("text") is None:
-            raise CloseConnection(m.CLOSE_BAD_MESSAGE, "The first message must be a join (JSON text).")
+            raise _not_understood("The first message must be a join (JSON text).")
         request = _parse(_decode_join, message["text"])
         if request.tokens and self._admission.locked(self._address, "seat"):
-            raise CloseConnection(m.CLOSE_UNAUTHORISED, "Too many wrong keys from your address; wait a minute.")
+            raise CloseConnection(m.CLOSE_UNAUTHORISED, LOCKED)
         room = self._registry.rooms.get(request.room)
         if room is None:
-            raise CloseConnection(
-                m.CLOSE_NOT_FOUND, "There is no such room (any more); open a new one from the start page."
-            )
+            raise CloseConnection(m.CLOSE_NOT_FOUND, NO_ROOM)
         self._enter(room, request)
 
     def _enter(self, room: Room, request: m.Join) -> None:
@@ -214,7 +220,7 @@ class ClientConnection:
         except Refused as refusal:
             if refusal.code == m.CLOSE_UNAUTHORISED and request.tokens:
                 self._admission.wrong_token(self._address, "seat")
-            raise CloseConnection(refusal.code, str(refusal)) from None
+            raise CloseConnection(refusal.code, refusal.notice) from None
         self._room = room
         per_s = self._limits.messages_per_s * max(1, len(welcome.seats))
         self._bucket = TokenBucket(per_s, per_s, time.monotonic())
@@ -236,7 +242,7 @@ class ClientConnection:
         try:
             frame = decode_client_frame(raw)
         except FrameError as error:
-            raise CloseConnection(m.CLOSE_BAD_MESSAGE, str(error)) from None
+            raise _not_understood(str(error)) from None
         if isinstance(frame, Ping):
             self.client.answer(Pong(client_ms=frame.client_ms, server_ms=now * 1e3).encode())
             return
@@ -268,14 +274,18 @@ class ClientConnection:
         if not self._bucket.take(now):
             if self._admission.flooded(self._address):
                 log.warning("a client at %s sent too many messages and was cut off", self._address)
-            raise CloseConnection(0, "too many messages")
+            raise CloseConnection(0)
+
+
+def _not_understood(message: str) -> CloseConnection:
+    return CloseConnection(m.CLOSE_BAD_MESSAGE, Notice("bad_request", message))
 
 
 def _parse(decode: Callable[[str], Parsed], text: str) -> Parsed:
     try:
         return decode(text)
     except (msgspec.MsgspecError, RecursionError, UnicodeError) as error:
-        raise CloseConnection(m.CLOSE_BAD_MESSAGE, f"This message is not understood: {error}") from None
+        raise _not_understood(f"This message is not understood: {error}") from None
 
 
 def _closing_of(task: "asyncio.Task[None]") -> CloseConnection | None:
@@ -287,8 +297,8 @@ def _closing_of(task: "asyncio.Task[None]") -> CloseConnection | None:
         return error
     if error is not None and type(error).__name__ != "ClientDisconnected":
         log.error("a connection failed", exc_info=error)
-        return CloseConnection(m.CLOSE_RETRY_LATER, "Something went wrong with this connection.")
-    return CloseConnection(0, "")
+        return CloseConnection(m.CLOSE_RETRY_LATER, FAILED)
+    return CloseConnection(0)
 
 
 async def _send(send: Send, frame: str | bytes) -> None:

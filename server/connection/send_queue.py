@@ -11,11 +11,13 @@ from collections.abc import Callable
 import msgspec
 
 from movingout.server import messages as m
+from movingout.server.notices import Notice
 
 WINDOW = 10  # bundles under way before the client counts as stalled
 TOO_SLOW_S = 5.0
 CONTROL_LIMIT = 64
 RTT_SAMPLES = 16
+TOO_SLOW = Notice("too_slow", "This connection is too slow for the game; check the network.")
 
 
 class Client:
@@ -26,7 +28,7 @@ class Client:
 
     def __init__(self, write: Callable[[str | bytes], bool], wake: Callable[[], None]) -> None:
         self.acknowledges = True  # spectators need not
-        self.goodbye: tuple[int, str] | None = None
+        self.goodbye: tuple[int, Notice] | None = None
         self.lost = False  # to be cut off without a word
         self.blocked_since = 0.0  # when a frame was first refused by the connection, 0 while it takes them
         self.bytes_sent = 0
@@ -49,7 +51,7 @@ class Client:
 
     def show(self, tick: int, frame: bytes, now: float) -> None:
         if self._too_slow(now):
-            self.dismiss(m.CLOSE_TOO_SLOW, "This connection is too slow for the game; check the network.")
+            self.dismiss(m.CLOSE_TOO_SLOW, TOO_SLOW)
             return
         if self._under_way and self._under_way[-1][0] >= tick:  # a new round counts from 1 again
             self._under_way.clear()
@@ -78,9 +80,9 @@ class Client:
         self._stalled = self._stalled and not caught_up
         return caught_up
 
-    def dismiss(self, code: int, message: str) -> None:
+    def dismiss(self, code: int, notice: Notice) -> None:
         if self.goodbye is None:
-            self.goodbye = (code, message)
+            self.goodbye = (code, notice)
             self._wake()
 
     # ---- called by the socket -------------------------------------------------------------------------------

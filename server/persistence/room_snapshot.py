@@ -8,6 +8,7 @@ import numpy as np
 from movingout.recordings import EpisodeWriter, RecordingError
 from movingout.recordings.episode import Episode
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
+from movingout.server.notices import Notice
 from movingout.server.persistence.room_store import VERSION, RoomFile, SeatFile
 from movingout.server.rooms.pause import RESTART_RESUME_S
 from movingout.server.rooms.phases import IN_ROUND
@@ -48,7 +49,7 @@ def restore_room(file: RoomFile, recordings: Path, services: Services, now: floa
         epoch=file.epoch,
         results=tuple(file.results),
         phase="lobby" if broken_off else file.phase,
-        reason=RESTARTED if broken_off else file.reason,
+        notice=RESTARTED if broken_off else Notice(message=file.reason),
     )
     room = Room(file.id, file.config, seats, services, now, progress)
     if file.episode:

@@ -6,6 +6,7 @@ Knows no room and no clock: times (seconds of the server's monotonic clock) are 
 from typing import NamedTuple
 
 from movingout.recordings.episode import Outcome
+from movingout.server.notices import Notice, ReasonCode
 from movingout.server.rooms.seat import Seat
 
 PAUSE_LIMIT_S = 600.0
@@ -14,40 +15,43 @@ RESTART_RESUME_S = 120.0  # for people to come back after the server was started
 
 
 class RoundPause(NamedTuple):
-    """Why the game waits, in a sentence, and until when."""
+    """Why the game waits, and until when."""
 
-    reason: str
+    notice: Notice
     until: float
 
     @classmethod
-    def held(cls, reason: str, now: float) -> "RoundPause":
+    def held(cls, notice: Notice, now: float) -> "RoundPause":
         """Whoever runs a study has stopped the clock."""
-        return cls(reason, now + HOLD_LIMIT_S)
+        return cls(notice, now + HOLD_LIMIT_S)
 
     @classmethod
     def waiting_for(cls, seats: list[Seat], resume_s: float, now: float) -> "RoundPause":
         """For who is absent, `resume_s` from the first who went; then for who is not ready."""
         absent = _absent(seats)
         if absent:
-            reason = f"{_names(absent)} lost the connection. The game waits."
-            return cls(reason, min(seat.absent_since for seat in absent) + resume_s)
+            notice = about("waiting", absent, "lost the connection. The game waits.")
+            return cls(notice, min(seat.absent_since for seat in absent) + resume_s)
         waiting = [seat for seat in seats if not seat.is_ready]
-        return cls(f"{_names(waiting)} paused the game." if waiting else "Everybody is back.", now + PAUSE_LIMIT_S)
+        notice = about("paused", waiting, "paused the game.") if waiting else Notice("all_back", "Everybody is back.")
+        return cls(notice, now + PAUSE_LIMIT_S)
 
 
-def give_up(seats: list[Seat]) -> tuple[Outcome, str]:
+def give_up(seats: list[Seat]) -> tuple[Outcome, Notice]:
     """The pause was too long: who is absent is gone for good. How the round ends with that, and why."""
     absent = _absent(seats)
     for seat in absent:
         seat.gone = True
     if absent:
-        return "left", f"{_names(absent)} did not come back."
-    return "stopped", "The game was paused for too long."
+        return "left", about("not_back", absent, "did not come back.")
+    return "stopped", Notice("paused_too_long", "The game was paused for too long.")
 
 
 def _absent(seats: list[Seat]) -> list[Seat]:
     return [seat for seat in seats if not seat.present]
 
 
-def _names(seats: list[Seat]) -> str:
-    return " and ".join(seat.title for seat in seats)
+def about(code: ReasonCode, seats: list[Seat], predicate: str) -> Notice:
+    """A sentence with these seats as its subject."""
+    subject = " and ".join(seat.title for seat in seats)
+    return Notice(code, f"{subject} {predicate}", {"players": [seat.player_name for seat in seats]})

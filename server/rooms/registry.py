@@ -10,6 +10,7 @@ from movingout.maps import MapSpec, load_map
 from movingout.maps.randomize import Split, randomize
 from movingout.recordings import EpisodeHeader, EpisodeWriter, RecordingError
 from movingout.server import messages as m
+from movingout.server.notices import Notice
 from movingout.server.rooms.recorder import Recorder
 from movingout.server.rooms.room import Room
 from movingout.server.rooms.scheduler import RoomScheduler, ScheduledRoom
@@ -21,6 +22,7 @@ from movingout.world.state import WorldState
 log = logging.getLogger(__name__)
 
 KEPT_VARIANTS = 500
+ROOM_FAILED = Notice("room_failed", "Something went wrong in this room; the recording is kept.")
 RoundWatcher = Callable[[str, str, m.Result], None]  # room, episode
 
 
@@ -90,7 +92,7 @@ class RoomRegistry:
             room.tick(now, due, skipped)
         except Exception:  # a fault in one room must not stop the others
             log.exception("room %s failed and is closed", room.id)
-            room.close(m.CLOSE_ROOM_OVER, "Something went wrong in this room; the recording is kept.", "error")
+            room.close(m.CLOSE_ROOM_OVER, ROOM_FAILED, "error")
         if room.phase == "closed":
             self.remove(room)
 

@@ -16,7 +16,8 @@ from movingout.maps.errors import MovingOutError
 from movingout.recordings.episode import Episode, Outcome
 from movingout.server import messages as m
 from movingout.server.frames import Beat, Input
-from movingout.server.rooms.pause import RoundPause, give_up
+from movingout.server.notices import NOTHING, Notice
+from movingout.server.rooms.pause import RoundPause, about, give_up
 from movingout.server.rooms.phases import BETWEEN_ROUNDS, IN_ROUND, PhaseEvent, next_phase, possible
 from movingout.server.rooms.recorder import Recorder
 from movingout.server.rooms.round import TickTiming
@@ -35,7 +36,8 @@ AGENT_PATIENCE_S = 10.0  # the countdown waits so long for an agent that still l
 ANNOUNCE_S = 1.0
 EARLY_S = 0.002  # a timer may fire this early
 BUILD = "0.1.0"
-RESTARTED = "The server was restarted; this round begins anew."
+RESTARTED = Notice("restarted_anew", "The server was restarted; this round starts again.")
+RESTARTING = Notice("restarting", "The server is being restarted; this page comes back by itself.")
 
 
 @dataclass(frozen=True)
@@ -46,7 +48,7 @@ class RoomProgress:
     epoch: int = 0  # rounds so far, replays included
     results: tuple[m.Result, ...] = ()
     phase: m.Phase = "lobby"
-    reason: str = ""
+    notice: Notice = NOTHING  # why it is where it is
 
 
 class Room:
@@ -65,10 +67,10 @@ class Room:
         self.config = config
         self.seats = seats
         self.phase: m.Phase = progress.phase
-        self.reason = progress.reason
+        self.notice = progress.notice
         self.until = 0.0  # when the countdown or the pause ends
         self.missed_ticks = 0
-        self.held = ""  # why the person who runs a study has stopped the clock, empty when nobody has
+        self.held = NOTHING  # why the person who runs a study has stopped the clock
         self.seating = SeatAssignment(room_id, seats, services.new_token, services.new_id)
         self._services = services
         self._due = now  # of the newest tick
@@ -86,7 +88,7 @@ class Room:
         if self.phase == "lobby":
             self._call_agents()
         for old in replaced:
-            old.dismiss(m.CLOSE_REPLACED, "This seat is now played from another window.")
+            old.dismiss(m.CLOSE_REPLACED, Notice("replaced", "This seat is now played from another window."))
         welcome = m.Welcome(
             m.PROTOCOL, BUILD, self.id, request.mode, taken, m.TICK_MS, m.POSES_PER_TICK, self.config.resume_s,
             f"/play/{self.id}", f"/watch/{self.id}", bool(self.config.study),
@@ -113,19 +115,19 @@ class Room:
             self._empty_since = now
         self._announce(now)
 
-    def close(self, code: int, message: str, outcome: Outcome = "stopped") -> None:
+    def close(self, code: int, notice: Notice, outcome: Outcome = "stopped") -> None:
         """End everything: the round with `outcome`, every connection with `code`."""
         if self.round.started and self.phase in IN_ROUND:
             self._end_round(outcome)
-        self._move(PhaseEvent.CLOSED, message)
+        self._move(PhaseEvent.CLOSED, notice)
         for client in list(self.seating.clients):
-            client.dismiss(code, message)
+            client.dismiss(code, notice)
         self.series.free_agents()
 
     def resume(self, episode: Episode, recorder: Recorder, until: float) -> None:
         """The server was killed in this round and is back: wait until `until` for the people to come back too."""
         self.round.resume(episode, recorder)
-        self._move(PhaseEvent.INTERRUPTED, "The server was restarted. The game waits.", until)
+        self._move(PhaseEvent.INTERRUPTED, Notice("restarted", "The server was restarted. The game waits."), until)
 
     def suspend(self) -> None:
         """The server stops in good order: the round ends, the room comes back after the restart."""
@@ -134,7 +136,7 @@ class Room:
         if self.phase in IN_ROUND:
             self._move(PhaseEvent.SUSPENDED, RESTARTED)
         for client in list(self.seating.clients):
-            client.dismiss(m.CLOSE_SHUTDOWN, "The server is being restarted; this page comes back by itself.")
+            client.dismiss(m.CLOSE_SHUTDOWN, RESTARTING)
         self.series.free_agents()
 
     def take_input(self, client: ClientHandle, frame: Input, now: float) -> None:
@@ -181,7 +183,7 @@ class Room:
         if self.phase == "lobby" and now - self._empty_since >= AGENTS_WAIT_S:
             self.series.free_agents()  # others may need them; they come back with the first client
         if now - self._empty_since >= EMPTY_S:
-            self.close(m.CLOSE_ROOM_OVER, "Nobody was here for a while.")
+            self.close(m.CLOSE_ROOM_OVER, Notice("nobody_here", "Nobody was here for a while."))
 
     def _give_seat_up(self, seat: Seat) -> None:
         """Somebody has been away too long while nothing was being played."""
@@ -190,13 +192,13 @@ class Room:
             self._services.changed(self.id)
         elif self.phase == "round_over":
             seat.gone = True
-            self._enter(PhaseEvent.SERIES_ENDED, f"{seat.title} did not come back.")
+            self._enter(PhaseEvent.SERIES_ENDED, about("not_back", [seat], "did not come back."))
 
     def _step(self, timing: TickTiming, now: float) -> None:
         try:
             bundle = self.round.step(self.seats, now, timing)
         except WorldError as error:
-            self._finish("error", f"The simulated world failed: {error}")
+            self._finish("error", Notice("simulation_failed", f"The simulated world failed: {error}"))
             return
         for client in self.seating.clients:
             client.show(self.round.state.tick, bundle, now)
@@ -204,7 +206,7 @@ class Room:
         if outcome is None:
             self.round.ask_agents(self.seats, timing.due + TICK_SECONDS)
         else:
-            self._finish(outcome, "")
+            self._finish(outcome, NOTHING)
 
     # ---- from phase to phase --------------------------------------------------------------------------------
 
@@ -213,7 +215,7 @@ class Room:
         try:
             self.series.seat_agents(self.round)
         except MovingOutError as error:  # other rooms have them all now
-            self._enter(PhaseEvent.SERIES_ENDED, str(error))
+            self._enter(PhaseEvent.SERIES_ENDED, Notice("cannot_start", str(error)))
 
     def _try_start(self, now: float) -> None:
         """Count down when everybody is ready for what comes next."""
@@ -224,11 +226,19 @@ class Room:
         if self.phase in BETWEEN_ROUNDS and not self._next_round(now):
             return
         countdown_s = min(self.config.countdown_s, PRACTICE_COUNTDOWN_S if self.config.practice else math.inf)
-        failures = [seat.agent_failure for seat in self.seats if seat.agent_failure]
-        told = not self.round.started and not self.config.study
-        cautions = [seat.agent_caution for seat in self.seats if seat.agent_caution and told]
-        self._enter(PhaseEvent.ALL_READY, " ".join(failures + cautions), self._due + TICK_SECONDS + countdown_s)
+        self._enter(PhaseEvent.ALL_READY, self._agent_notice(), self._due + TICK_SECONDS + countdown_s)
         self.round.ask_agents(self.seats, self.until)
+
+    def _agent_notice(self) -> Notice:
+        """Which agents cannot play, or may play badly."""
+        failed = [seat for seat in self.seats if seat.agent_failure]
+        told = not self.round.started and not self.config.study
+        unseen = [seat for seat in self.seats if seat.agent_caution and told]
+        message = " ".join([seat.agent_failure for seat in failed] + [seat.agent_caution for seat in unseen])
+        players = [seat.player_name for seat in failed or unseen]
+        return (
+            Notice("agent_failed" if failed else "agent_unseen", message, {"players": players}) if players else NOTHING
+        )
 
     def _next_round(self, now: float) -> bool:
         """Prepare the map that follows, or the same one when somebody asked for it; False to wait."""
@@ -244,7 +254,7 @@ class Room:
         try:
             self.round = self.series.prepare()
         except MovingOutError as error:  # no worker has time for the agent any more
-            self._enter(PhaseEvent.SERIES_ENDED, str(error))
+            self._enter(PhaseEvent.SERIES_ENDED, Notice("cannot_start", str(error)))
             return False
         self._broadcast(self.series.message(self.round))
         self._broadcast(self.full_state())
@@ -263,29 +273,29 @@ class Room:
             self.series.begin(self.round)
         for seat in self.seats:
             seat.controls.release()
-        self._enter(PhaseEvent.START, "")
+        self._enter(PhaseEvent.START, NOTHING)
 
-    def _finish(self, outcome: Outcome, reason: str) -> None:
+    def _finish(self, outcome: Outcome, notice: Notice) -> None:
         """The round is over: tell the result, hand the recording on."""
         self._end_round(outcome)
         self._over_since = self._due
         for seat in self.seats:
             seat.ready = False
         goes_on = self.series.more and outcome in ("delivered", "time")
-        self._enter(PhaseEvent.ROUND_ENDED if goes_on else PhaseEvent.SERIES_ENDED, reason)
+        self._enter(PhaseEvent.ROUND_ENDED if goes_on else PhaseEvent.SERIES_ENDED, notice)
 
     def _end_round(self, outcome: Outcome) -> None:
         result = self.series.end(self.round, outcome)
         self._broadcast(result)
         self._services.ended(self.id, self.round.episode_id, result)
 
-    def _move(self, event: PhaseEvent, reason: str, until: float = 0.0) -> None:
+    def _move(self, event: PhaseEvent, notice: Notice, until: float = 0.0) -> None:
         """To the phase that follows; raises PhaseError when the event cannot happen now."""
-        self.phase, self.reason, self.until = next_phase(self.phase, event), reason, until
+        self.phase, self.notice, self.until = next_phase(self.phase, event), notice, until
 
-    def _enter(self, event: PhaseEvent, reason: str, until: float = 0.0) -> None:
+    def _enter(self, event: PhaseEvent, notice: Notice, until: float = 0.0) -> None:
         """The same, and let everybody know."""
-        self._move(event, reason, until)
+        self._move(event, notice, until)
         self._broadcast(self.state())
         self._services.changed(self.id)
 
@@ -306,7 +316,7 @@ class Room:
             self._enter_pause(now)
         else:
             seat.ready = False
-            self._enter(PhaseEvent.CALLED_OFF, f"{seat.title} lost the connection.")
+            self._enter(PhaseEvent.CALLED_OFF, about("lost", [seat], "lost the connection."))
 
     def _enter_pause(self, now: float) -> None:
         """RoundPause, or stay paused, for whoever is absent or not ready."""
@@ -315,7 +325,7 @@ class Room:
             if self.held
             else RoundPause.waiting_for(self.seats, self.config.resume_s, now)
         )
-        self._enter(PhaseEvent.INTERRUPTED, pause.reason, pause.until)
+        self._enter(PhaseEvent.INTERRUPTED, pause.notice, pause.until)
 
     def set_ready(self, seat: Seat, ready: bool, now: float) -> None:
         """A person is ready for the coming round, or to go on; or not yet."""
@@ -324,7 +334,7 @@ class Room:
             if self.round.started:
                 self._enter_pause(now)
             else:
-                self._enter(PhaseEvent.CALLED_OFF, "")
+                self._enter(PhaseEvent.CALLED_OFF, NOTHING)
         self._announce(now)
         self._try_start(now)
 
@@ -340,19 +350,19 @@ class Room:
         self.round.note("pause", seat.index)
         self._enter_pause(now)
 
-    def hold(self, reason: str, now: float) -> None:
+    def hold(self, notice: Notice, now: float) -> None:
         """Whoever runs a study stops the clock; it goes on with `release` alone."""
-        self.held = reason
+        self.held = notice
         if self.phase == "playing":
             self.round.note("pause")
         if self.phase in ("playing", "paused") or (self.phase == "countdown" and self.round.started):
             self._enter_pause(now)
         elif self.phase == "countdown":
-            self._enter(PhaseEvent.CALLED_OFF, reason)
+            self._enter(PhaseEvent.CALLED_OFF, notice)
 
     def release(self, now: float) -> None:
         """The clock may go on: with a countdown as soon as everybody is here and ready."""
-        self.held = ""
+        self.held = NOTHING
         if self.phase == "paused":
             self._enter_pause(now)
         self._try_start(now)
@@ -376,24 +386,30 @@ class Room:
 
     def leave(self, seat: Seat, now: float) -> None:
         """A person goes for good."""
-        title = seat.title
+        left = about("left", [seat], "left the game.")
         if not self.round.started and self.phase in ("lobby", "countdown") and seat.shared:
+            free = about("seat_free", [seat], "left; the seat is free again.")
             seat.vacate()
-            self._enter(PhaseEvent.CALLED_OFF, f"{title} left; the seat is free again.")
+            self._enter(PhaseEvent.CALLED_OFF, free)
             return
         seat.client, seat.absent_since, seat.gone = None, now, True
         if self.round.started and self.phase in IN_ROUND:
-            self._finish("left", f"{title} left the game.")
+            self._finish("left", left)
         else:
-            self._enter(PhaseEvent.SERIES_ENDED, f"{title} left the game.")
+            self._enter(PhaseEvent.SERIES_ENDED, left)
 
     # ---- what clients see -----------------------------------------------------------------------------------
 
     def state(self) -> m.RoomState:
         return m.RoomState(
             self.phase, self.reason, self.until * 1e3, [seat.view() for seat in self.seats], self.seating.spectators,
-            self.recording,
+            self.recording, self.notice.code, self.notice.values,
         )  # fmt: skip
+
+    @property
+    def reason(self) -> str:
+        """Why the room is in its phase, one English sentence, empty where nothing is to be said."""
+        return self.notice.message
 
     @property
     def recording(self) -> bool:

@@ -16,6 +16,7 @@ from movingout.recordings.episode import ActionSource
 from movingout.recordings.recorded_seat import ghost_name
 from movingout.server.agent_workers.pool import AgentAnswer
 from movingout.server.messages import Kind, SeatState, ServerMessage
+from movingout.server.notices import Notice
 from movingout.server.rooms.input_buffer import InputBuffer, TickInput
 from movingout.server.security.tokens import Hash, hash_token, token_matches
 from movingout.world.state import WorldState
@@ -39,7 +40,7 @@ class ClientHandle(Protocol):
     def acknowledge(self, tick: int, now: float) -> bool:
         """What the client says it has received; True when it has caught up and needs the whole state."""
 
-    def dismiss(self, code: int, message: str) -> None:
+    def dismiss(self, code: int, notice: Notice) -> None:
         """Say goodbye and close."""
 
 
@@ -90,8 +91,13 @@ class Seat:
 
     @property
     def title(self) -> str:
-        """What to call this seat in a sentence."""
+        """What to call this seat in an English sentence."""
         return self.name or self.colour.capitalize()
+
+    @property
+    def player_name(self) -> str:
+        """The same for pages, which know their own words for colours: "blue" where nobody has a name."""
+        return self.name or self.colour
 
     @property
     def taken_by_client(self) -> bool:

@@ -40,7 +40,9 @@ class SeatAssignment:
         wanted += self._by_claim(request, wanted)
         if not wanted:
             raise Refused(
-                m.CLOSE_UNAUTHORISED, f"No seat is free in this room. To look on, open /watch/{self._room_id}."
+                m.CLOSE_UNAUTHORISED,
+                "room_full",
+                f"This room is full. To watch, open /watch/{self._room_id}.",
             )
         replaced = self._unseat([seat.client for seat in wanted if seat.client is not None], wanted)
         grants = [self._sit(client, seat, request.name) for seat in wanted]
@@ -63,14 +65,20 @@ class SeatAssignment:
 
     def _admit_spectator(self, client: ClientHandle) -> None:
         if self.spectators >= MAX_SPECTATORS:
-            raise Refused(m.CLOSE_RETRY_LATER, f"{MAX_SPECTATORS} people watch this room already; try again later.")
+            raise Refused(
+                m.CLOSE_RETRY_LATER,
+                "watchers_full",
+                f"{MAX_SPECTATORS} people are watching this room already; try again later.",
+            )
         self.clients.append(client)
 
     def _by_token(self, tokens: list[str]) -> list[Seat]:
         found = [self.seat_of_token(token) for token in tokens[: len(self._seats)]]
         if any(seat is None for seat in found) or len(tokens) > len(self._seats):
             raise Refused(
-                m.CLOSE_UNAUTHORISED, "This seat's key is not valid any more; open the link of the room again."
+                m.CLOSE_UNAUTHORISED,
+                "wrong_token",
+                "This seat's key is no longer valid; open the link of the room again.",
             )
         return list({seat.index: seat for seat in found if seat is not None}.values())
 

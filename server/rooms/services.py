@@ -10,6 +10,7 @@ from movingout.maps.errors import MovingOutError
 from movingout.maps.randomize import Split
 from movingout.recordings import EpisodeHeader
 from movingout.server import messages as m
+from movingout.server.notices import ErrorCode, Notice
 from movingout.server.rooms.recorder import Recorder
 from movingout.server.rooms.seat import AgentSource
 from movingout.world import WorldState
@@ -66,14 +67,15 @@ class Services(Protocol):
 class Refused(MovingOutError):
     """A client may not join. `code` is the close code."""
 
-    def __init__(self, code: int, message: str) -> None:
+    def __init__(self, code: int, error: ErrorCode, message: str) -> None:
         super().__init__(message)
         self.code = code
+        self.notice = Notice(error, message)
 
 
 class WrongRequest(MovingOutError):
     """Something that a client may not ask for now; it is told so and stays."""
 
-    def __init__(self, code: str, message: str) -> None:
+    def __init__(self, code: ErrorCode, message: str) -> None:
         super().__init__(message)
         self.code = code

@@ -4,6 +4,7 @@ import secrets
 from collections.abc import Mapping
 from typing import NamedTuple
 
+from movingout.server.notices import ErrorCode
 from movingout.study.errors import StudyError
 
 PROLIFIC, MTURK, CODE, LINK = "prolific", "mturk", "code", "link"
@@ -24,7 +25,7 @@ class Arrival(NamedTuple):
 class ArrivalRefused(StudyError):
     """Nobody can take part with this link; `code` tells the page why."""
 
-    def __init__(self, code: str, message: str) -> None:
+    def __init__(self, code: ErrorCode, message: str) -> None:
         super().__init__(message)
         self.code = code
 

@@ -4,6 +4,7 @@ import asyncio
 from pathlib import Path
 
 from movingout.server.host import Host
+from movingout.server.notices import Notice
 from movingout.server.study.alerts import Alerts
 from movingout.server.study.databases import StudyDatabases
 from movingout.server.study.participant_session import ParticipantSession, notify
@@ -16,6 +17,8 @@ from movingout.study.data.erasure import remove_recordings
 from movingout.study.design.definition import Outcome
 from movingout.study.errors import StudyError
 from movingout.study.store.removal import episodes_of, has_data, withdraw_data
+
+PARTICIPANT_LEFT = Notice("participant_left", "The round was ended, because somebody left the study.")
 
 
 class Departures:
@@ -58,7 +61,7 @@ class Departures:
 
     async def release_partners(self, tx: Transaction, unit: StudyUnit) -> None:
         """Somebody of the unit has left: finish those whose remaining rounds cannot be played."""
-        self._rooms.close(tx, unit, "The round was ended, because somebody left the study.", "left")
+        self._rooms.close(tx, unit, PARTICIPANT_LEFT, "left")
         for session in unit.members:
             if not session.finished and session.has_rounds_left():
                 await self._participants.finish(tx, session, "partner-left")

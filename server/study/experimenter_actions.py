@@ -4,6 +4,7 @@ from typing import Any
 
 import msgspec
 
+from movingout.server.notices import Notice
 from movingout.server.study.earnings import earnings
 from movingout.server.study.participant_session import ParticipantSession
 from movingout.server.study.running_study import RunningStudy
@@ -11,6 +12,7 @@ from movingout.server.study.session_service import SessionService
 from movingout.server.study.unit import StudyUnit
 from movingout.study.errors import StudyError
 
+RESTARTED = Notice("round_restarted", "The experimenter starts this round again.")
 PAYMENT_COLUMNS = ("source", "id", "pid", "outcome", "code", "minutes", "amount", "currency", "data_kept")
 
 
@@ -53,7 +55,7 @@ class ExperimenterActions:
             if unit.running_round is None:
                 raise StudyError("no round is running now")
             await self._audit("restart-round", request)
-            rooms.close(tx, unit, "The experimenter starts this round again.")
+            rooms.close(tx, unit, RESTARTED)
             await rooms.save(tx, unit)
 
     async def kick(self, request: ExperimenterRequest) -> None:

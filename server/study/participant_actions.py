@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import msgspec
 
+from movingout.server.notices import ErrorCode, Notice
 from movingout.server.study.participant_session import ParticipantSession, notify
 from movingout.server.study.running_study import RunningStudy
 from movingout.server.study.transaction import Transaction
@@ -14,12 +15,13 @@ from movingout.study.design.steps import Step
 from movingout.study.errors import StudyError
 
 MAX_DEVICE_LENGTH = 16  # letters
+PRACTICE_OVER = Notice("practice_over", "The practice is over.")
 
 
 class StepRefused(StudyError):
     """What a participant sent does not complete the step; `code` is for the page."""
 
-    def __init__(self, code: str, message: str) -> None:
+    def __init__(self, code: ErrorCode, message: str) -> None:
         super().__init__(message)
         self.code = code
 
@@ -91,10 +93,10 @@ class ParticipantActions:
         if rtt_ms > required.rtt_ms:
             session.refused = "slow"
             most = f"{rtt_ms:.0f} ms, at most {required.rtt_ms}"
-            raise StepRefused(session.refused, f"This connection is too slow for the game: {most}.")
+            raise StepRefused("slow", f"This connection is too slow for the game: {most}.")
         if required.gamepad and device != "gamepad":
             session.refused = "gamepad"
-            raise StepRefused(session.refused, "This study needs a gamepad. Please connect one and move its stick.")
+            raise StepRefused("gamepad", "This study needs a gamepad. Please connect one and move its stick.")
         if self._study.group == 1:
             await running.units.form(tx, [session])
         else:
@@ -127,7 +129,7 @@ class ParticipantActions:
             room = running_round.room
             room.retire(room.seats[running_round.seats[session.pid]], time.monotonic())
         else:
-            self._running.rooms.close(tx, unit, "The practice is over.")
+            self._running.rooms.close(tx, unit, PRACTICE_OVER)
 
     async def _debriefed(self, tx: Transaction, session: ParticipantSession, keep: bool | None) -> None:
         running = self._running

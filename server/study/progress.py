@@ -2,6 +2,7 @@
 
 import time
 
+from movingout.server.notices import Notice
 from movingout.server.study.databases import StudyDatabases
 from movingout.server.study.participant_session import ParticipantSession, notify
 from movingout.server.study.participants import Participants
@@ -11,7 +12,7 @@ from movingout.server.study.units import Units
 from movingout.study.design.definition import Study
 from movingout.study.design.step_order import blocks_over, next_step
 
-PAUSED = "The experimenter has paused the study. Please wait."
+PAUSED = Notice("study_paused", "The experimenter has paused the study. Please wait.")
 
 
 class Progress:

@@ -16,6 +16,7 @@ from movingout.recordings.episode import Outcome
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.server import messages as m
 from movingout.server.host import Host
+from movingout.server.notices import Notice
 from movingout.server.rooms.room import Room
 from movingout.server.security.tokens import hash_token, new_token
 from movingout.server.study.alerts import Alerts
@@ -32,6 +33,9 @@ from movingout.study.store.tables import rounds
 
 log = logging.getLogger(__name__)
 
+CANNOT_START = Notice("cannot_start", "This round cannot begin.")
+ROUND_OVER = Notice("round_over", "This round is over.")
+RESTARTED = Notice("restarted_anew", "The server was restarted; this round starts again.")
 LEAVE_S = 60.0  # how long somebody may look at the end of a round before its room is closed
 OnSaved = Callable[[Transaction, StudyUnit, FinishedRound], Awaitable[None]]
 
@@ -92,7 +96,7 @@ class StudyRooms:
                 players = [PlayerOutcome(one.pid, unit.seat_of(step, one), one.device or "keyboard") for one in members]
                 await tx.run(self._databases.rounds.begin, unit.record, step, room.round.episode_id, players)
         except MovingOutError:
-            self._remove(room, "This round cannot begin.")
+            self._remove(room, CANNOT_START)
             raise
         self._enter(unit, room, step, keys)
 
@@ -105,16 +109,16 @@ class StudyRooms:
 
     # ---- the end of a round -------------------------------------------------------------------------------------
 
-    def close(self, tx: Transaction, unit: StudyUnit, message: str, outcome: Outcome = "stopped") -> None:
+    def close(self, tx: Transaction, unit: StudyUnit, notice: Notice, outcome: Outcome = "stopped") -> None:
         """End the round of a unit now."""
         tx.check()
         if unit.running_round is not None:
             room = unit.running_round.room
-            self._remove(room, message, outcome)
+            self._remove(room, notice, outcome)
             self._end(room, room.round.result(0, outcome))
 
-    def _remove(self, room: Room, message: str, outcome: Outcome = "stopped") -> None:
-        room.close(m.CLOSE_ROOM_OVER, message, outcome)
+    def _remove(self, room: Room, notice: Notice, outcome: Outcome = "stopped") -> None:
+        room.close(m.CLOSE_ROOM_OVER, notice, outcome)
         self._host.registry.remove(room)
 
     def _round_over(self, room_id: str, episode: str, result: m.Result) -> None:
@@ -181,7 +185,7 @@ class StudyRooms:
         for room, since in list(self._ended):
             if not room.seating.clients or now - since > LEAVE_S:
                 self._ended.remove((room, since))
-                self._remove(room, "This round is over.")
+                self._remove(room, ROUND_OVER)
 
     async def _open_again(self, tx: Transaction, unit: StudyUnit) -> None:
         unit.problem = ""
@@ -201,7 +205,7 @@ class StudyRooms:
             if unit and step and room.round.started and room.config.study.get("step") == step.key:
                 self._adopt(unit, room, step)
             else:
-                self._remove(room, "The server was restarted; this round begins anew.")
+                self._remove(room, RESTARTED)
         await self._host.recording_service.settled()
         ended = [row for row in await tx.run(self._databases.store.rows, rounds) if row["ticks"]]
         self.recorded, self.partial = len(ended), sum(row["outcome"] == "interrupted" for row in ended)

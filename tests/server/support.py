@@ -15,6 +15,7 @@ from movingout.server import messages as m
 from movingout.server.agent_workers.pool import AgentAnswer
 from movingout.server.connection import control_messages
 from movingout.server.frames import Bundle, Input
+from movingout.server.notices import Notice
 from movingout.server.rooms.recorder import Recorder
 from movingout.server.rooms.room import Room
 from movingout.server.rooms.seat import AgentPlayer, Seat
@@ -50,7 +51,7 @@ class Ear:
         self.told: list[m.ServerMessage] = []
         self.bundles: list[Bundle] = []
         self.beats = 0
-        self.goodbye: tuple[int, str] | None = None
+        self.goodbye: tuple[int, Notice] | None = None
         self.tokens: list[str] = []
         self.seats: list[int] = []
 
@@ -69,8 +70,8 @@ class Ear:
     def acknowledge(self, tick: int, now: float) -> bool:
         return False
 
-    def dismiss(self, code: int, message: str) -> None:
-        self.goodbye = (code, message)
+    def dismiss(self, code: int, notice: Notice) -> None:
+        self.goodbye = (code, notice)
 
     def last(self, kind: type[m.ServerMessage]) -> m.ServerMessage:
         return next(message for message in reversed(self.told) if isinstance(message, kind))

@@ -9,8 +9,10 @@ from fastapi.responses import JSONResponse, RedirectResponse
 from starlette.responses import FileResponse
 
 from movingout.server.api import pages
+from movingout.server.api.errors import error_json
 from movingout.server.app import assemble
 from movingout.server.host import Host
+from movingout.server.notices import ErrorCode
 from movingout.server.settings import Settings
 from movingout.server.study.api import experimenter, participant
 from movingout.server.study.api.dashboard import Dashboard
@@ -84,8 +86,8 @@ def _pages() -> APIRouter:
 
 
 def _add_error_handlers(app: FastAPI, running: RunningStudy) -> None:
-    def error_response(status: int, code: str, message: str) -> JSONResponse:
-        return JSONResponse({"error": {"code": code, "message": message}}, status)
+    def error_response(status: int, code: ErrorCode, message: str) -> JSONResponse:
+        return JSONResponse(error_json(code, message), status)
 
     @app.exception_handler(StepRefused)
     async def wrong_answer(request: Request, error: StepRefused) -> JSONResponse:

@@ -3,9 +3,12 @@
 import pytest
 
 from movingout.server import messages as m
+from movingout.server.notices import Notice
 from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import Refused, WrongRequest
 from tests.server.support import TICK, Table
+
+CLOSED = Notice("closed_by_operator", "closed")
 
 
 def test_tokens_change_at_each_join_and_the_old_one_dies_when_the_new_one_has_arrived() -> None:
@@ -124,11 +127,11 @@ def test_an_empty_room_closes_after_a_quarter_of_an_hour() -> None:
 def test_a_closed_room_stays_closed_when_its_clients_go() -> None:
     table = Table()
     blue, _ = table.play()
-    table.room.close(m.CLOSE_KICKED, "closed")
+    table.room.close(m.CLOSE_KICKED, CLOSED)
     table.room.depart(blue, table.now)
     table.step()
     assert table.phase == "closed"
-    assert blue.goodbye == (m.CLOSE_KICKED, "closed")
+    assert blue.goodbye == (m.CLOSE_KICKED, CLOSED)
 
 
 def test_the_state_is_told_every_second() -> None:

@@ -7,6 +7,7 @@ import pytest
 
 from movingout.recordings import read_episode
 from movingout.server import messages as m
+from movingout.server.notices import Notice
 from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import Refused, WrongRequest
 from movingout.server.security.tokens import hash_token
@@ -74,7 +75,7 @@ def test_nobody_but_who_held_the_clock_lets_it_go_on() -> None:
     table = study_table()
     blue, red = seated(table)
     table.ready(blue, red)
-    table.room.hold("The experimenter has paused the study.", table.now)
+    table.room.hold(Notice("study_paused", "The experimenter has paused the study."), table.now)
     assert (table.phase, table.room.reason) == ("paused", "The experimenter has paused the study.")
     tick = table.room.round.state.tick
     table.say(blue, m.Ready(0))
@@ -91,7 +92,7 @@ def test_a_round_that_is_held_before_its_first_tick_does_not_begin() -> None:
     blue, red = seated(table)
     table.say(blue, m.Ready(0))
     table.say(red, m.Ready(1))
-    table.room.hold("Wait.", table.now)
+    table.room.hold(Notice("study_paused", "Wait."), table.now)
     table.seconds(10)
     assert (table.phase, table.room.round.started) == ("lobby", False)
     table.room.release(table.now)

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from movingout.server.host import Host
+from movingout.server.notices import NOTHING
 from movingout.server.settings import Settings
 from movingout.server.study.departures import Departures
 from movingout.server.study.participant_session import ParticipantSession
@@ -54,7 +55,7 @@ CHANGES: dict[str, Change] = {
     "Progress.restore": lambda study, tx, one, unit: study.progress.restore(tx),
     "Progress.set_paused": lambda study, tx, one, unit: study.progress.set_paused(tx, True),
     "StudyRooms.open": lambda study, tx, one, unit: study.rooms.open(tx, unit, one.steps[3]),
-    "StudyRooms.close": lambda study, tx, one, unit: study.rooms.close(tx, unit, "Over."),
+    "StudyRooms.close": lambda study, tx, one, unit: study.rooms.close(tx, unit, NOTHING),
     "StudyRooms.save": lambda study, tx, one, unit: study.rooms.save(tx, unit),
     "StudyRooms.check": lambda study, tx, one, unit: study.rooms.check(tx, study.units, 0.0, True),
     "StudyRooms.resume": lambda study, tx, one, unit: study.rooms.resume(tx, study.units),

@@ -1,0 +1,46 @@
+"""What the server tells people: a code, by which a page finds the text in its reader's language, and values for it.
+
+Every code has a text in each web/words/<language>.json, as `error.<code>` or `reason.<code>`. The English
+message beside it is for programs and logs, and for pages that do not know the code.
+"""
+
+from typing import Any, Literal
+
+import msgspec
+
+ErrorCode = Literal[
+    # any request
+    "fault", "bad_request", "too_large", "not_found", "origin", "locked", "no_token", "wrong_token", "full",
+    # rooms
+    "no_room", "too_many_rooms", "study", "unknown_map", "maps", "seats", "limit_ticks", "challenge2_seed",
+    "unknown_agent", "damaged_agent", "no_agent", "ghost", "blinded",
+    # seats
+    "room_full", "seat_taken", "watchers_full", "not_your_seat", "wrong_phase", "joined",
+    # why a connection or a room is closed
+    "replaced", "nobody_here", "room_failed", "closed_by_operator", "restarting", "too_slow", "connection_failed",
+    "round_over", "round_restarted", "practice_over", "participant_left",
+    # answers and recordings
+    "answer", "not_saved", "no_recording", "no_recordings",
+    # participants of a study
+    "elsewhere", "no_participant", "link", "preview", "code", "code_used", "code_unknown", "study_full", "boxes",
+    "slow", "gamepad", "keep", "step",
+]  # fmt: skip
+ReasonCode = Literal[
+    "restarted", "restarted_anew", "lost", "waiting", "paused", "all_back", "not_back", "paused_too_long", "left",
+    "seat_free", "simulation_failed", "agent_failed", "agent_unseen", "cannot_start", "study_paused",
+]  # fmt: skip
+
+
+class Notice(msgspec.Struct, frozen=True):
+    """One sentence to people. In `values`, `players` is a list of names, or of colours where nobody has a name."""
+
+    code: ErrorCode | ReasonCode | Literal[""] = ""
+    message: str = ""  # in English
+    values: dict[str, Any] = {}
+
+    def __bool__(self) -> bool:
+        """Whether anything is said."""
+        return self.message != ""
+
+
+NOTHING = Notice()

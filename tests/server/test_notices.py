@@ -1,0 +1,52 @@
+"""Every code that the server sends has a text in every language."""
+
+import json
+from pathlib import Path
+from typing import Any, get_args
+
+import msgspec
+import pytest
+
+from movingout.server import messages as m
+from movingout.server.api.errors import ApiError
+from movingout.server.notices import NOTHING, ErrorCode, Notice, ReasonCode
+from tests.server.support import Table
+
+CATALOGUES = sorted((Path(__file__).parents[2] / "web" / "words").glob("*.json"))
+OF_PAGES = {"title", "offline", "http"}  # errors that a page finds by itself
+
+
+@pytest.mark.parametrize("catalogue", CATALOGUES, ids=lambda path: path.stem)
+def test_every_code_has_a_text_and_every_text_a_code(catalogue: Path) -> None:
+    texts: dict[str, str] = json.loads(catalogue.read_text(encoding="utf-8"))
+    told = {kind: {key.split(".")[1] for key in texts if key.startswith(f"{kind}.")} for kind in ("error", "reason")}
+    assert told["error"] - OF_PAGES == set(get_args(ErrorCode))
+    assert told["reason"] == set(get_args(ReasonCode))
+
+
+def test_a_refusal_over_http_carries_its_values() -> None:
+    error = ApiError(422, "unknown_map", "unknown map 'X'; known: Y", map="X")
+    assert error.as_json() == {
+        "error": {"code": "unknown_map", "message": "unknown map 'X'; known: Y", "values": {"map": "X"}}
+    }
+
+
+def test_the_state_of_a_room_names_the_players_for_pages_in_other_languages() -> None:
+    table = Table()
+    _, red = table.play()
+    table.room.depart(red, table.now)
+    state = table.room.state()
+    assert (state.reason, state.reason_code) == ("Red lost the connection. The game waits.", "waiting")
+    assert state.reason_values == {"players": ["red"]}
+
+
+def test_messages_of_an_earlier_server_without_codes_are_still_read() -> None:
+    def decoded(**fields: Any) -> Any:
+        return msgspec.json.decode(msgspec.json.encode(fields), type=m.ServerMessage)
+
+    assert decoded(type="bye", code=4005, message="Over.") == m.Bye(4005, "Over.")
+    assert decoded(type="error", code="study", message="No.") == m.Problem("study", "No.")
+
+
+def test_nothing_to_say_is_false() -> None:
+    assert not NOTHING and Notice("paused", "Red paused the game.")
