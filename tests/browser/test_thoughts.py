@@ -41,7 +41,7 @@ def test_a_spectator_switches_on_what_an_agent_weighs(server: Server, open_page:
     box = page.get_by_role("region", name="What agents consider")
     box.get_by_role("button", name="Show options").click()
     expect(box.get_by_role("listitem")).to_have_count(4)
-    expect(box.locator("strong")).to_contain_text("played")
+    expect(box.locator("strong")).to_contain_text("chosen")
     page.screenshot(path=pictures / "thoughts.png")
     assert violations(page) == []
     box.get_by_role("button", name="Hide options").click()
