@@ -1,7 +1,5 @@
 """A participant in a served study: nothing is kept before consent, there is one code, and reloads keep the place."""
 
-import json
-import re
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
@@ -11,9 +9,7 @@ from pathlib import Path
 import pytest
 from websockets.exceptions import ConnectionClosed
 
-import movingout.server.study
 from movingout.recordings.storage.index import list_recordings
-from movingout.server.api import pages
 from movingout.study.store.tables import answers, consents, counts, identities, participants, rounds
 from tests.server.live import Person
 from tests.server.study.support import SOLO, Served, Visitor, events_of, served
@@ -260,16 +256,6 @@ def test_a_study_that_has_everybody_it_needs_says_so(tmp_path: Path) -> None:
         assert (status, answer["error"]["code"]) == (403, "study_full")
         known = study.running.databases.identities.known
         assert known("prolific", "too-late") is None, "nothing is kept of who was turned away"
-
-
-@pytest.mark.parametrize("language", ["en", "de"])
-def test_whatever_a_participant_is_refused_for_the_page_has_words_for_it(language: str) -> None:
-    sources = Path(movingout.server.study.__path__[0]).rglob("*.py")
-    refusal = re.compile(r'(?:ArrivalRefused\(|StepRefused\(|ApiError\(\d+, |session\.refused = )"(\w+)"')
-    codes = {code for source in sources for code in refusal.findall(source.read_text(encoding="utf-8"))}
-    words = json.loads((pages.WEB / "words" / f"{language}.json").read_text(encoding="utf-8"))
-    assert {"code", "code_unknown", "boxes", "locked", "slow"} <= codes
-    assert {f"error.{code}" for code in codes} <= words.keys()
 
 
 # ---- on the way ---------------------------------------------------------------------------------------------------
