@@ -8,9 +8,12 @@ from movingout.recordings.storage.listing import read_summary
 from movingout.server import messages as m
 from movingout.server.rooms.quality import RoundQuality
 from movingout.server.rooms.room import Room
-from movingout.server.study.unit import RunningRound
+from movingout.server.study.unit import RunningRound, StudyUnit
 from movingout.study.store.rounds import PlayerOutcome, RoundOutcome
 from movingout.world.metrics import Metrics, from_numbers
+
+NOT_RECORDED = RoundOutcome(outcome="interrupted", ticks=0, tcr=0.0, nfd=0.0, wt_s=0.0, ac=None)
+"""The outcome of a round without a recording: it never had a tick."""
 
 
 class RecoveredRound(NamedTuple):
@@ -39,6 +42,20 @@ def recovered_round(path: Path) -> RecoveredRound:
     return RecoveredRound(
         outcome, (quality.rtt_ms(0), quality.rtt_ms(1)), (quality.idle_share(0), quality.idle_share(1))
     )
+
+
+def recovered_players(recovered: RecoveredRound, unit: StudyUnit | None) -> list[PlayerOutcome]:
+    """How a recovered round, which is the current step of the unit, went for its participants."""
+    if unit is None:
+        return []
+    players = []
+    for session in unit.members:
+        if session.step is not None:
+            seat = unit.seat_of(session.step, session)
+            rtt_ms, idle_share = recovered.rtt_ms[seat], recovered.idle_share[seat]
+            device = session.device or "keyboard"
+            players.append(PlayerOutcome(session.pid, seat, device, rtt_ms=rtt_ms, idle_share=idle_share))
+    return players
 
 
 def round_outcome(room: Room, result: m.Result) -> RoundOutcome:

@@ -22,13 +22,19 @@ from movingout.server.security.tokens import hash_token, new_token
 from movingout.server.study.alerts import Alerts
 from movingout.server.study.databases import StudyDatabases
 from movingout.server.study.room_setup import RoomSetup
-from movingout.server.study.round_outcomes import player_outcomes, recovered_round, round_outcome
+from movingout.server.study.round_outcomes import (
+    NOT_RECORDED,
+    player_outcomes,
+    recovered_players,
+    recovered_round,
+    round_outcome,
+)
 from movingout.server.study.transaction import Transaction
 from movingout.server.study.unit import FinishedRound, RunningRound, StudyUnit
 from movingout.server.study.units import Units
 from movingout.study.design.steps import Step
 from movingout.study.errors import StoreError, StudyError
-from movingout.study.store.rounds import PlayerOutcome, RoundOutcome
+from movingout.study.store.rounds import PlayerOutcome
 from movingout.study.store.tables import rounds
 
 log = logging.getLogger(__name__)
@@ -221,20 +227,15 @@ class StudyRooms:
 
     async def _recover(self, tx: Transaction, episode: str, unit: StudyUnit | None) -> None:
         """Save the outcome of a round that a killed server did not save, as far as it was recorded."""
-        outcome, players = RoundOutcome("interrupted", 0, 0.0, 0.0, 0.0, None), list[PlayerOutcome]()
+        outcome, players = NOT_RECORDED, list[PlayerOutcome]()
         try:
-            outcome, rtt_ms, idle_share = await self._host.recording_service.read(episode, recovered_round)
+            found = await self._host.recording_service.read(episode, recovered_round)
+            outcome, players = found.outcome, recovered_players(found, unit)
         except RecordingError as error:
             log.warning("the round %s has no recording: %s", episode, error)
             if (self._host.settings.recordings / f"{episode}{JOURNAL_SUFFIX}").exists():
                 self._alerts.add("recovery", f"The recording of the round {episode} cannot be finished: {error}")
                 return  # the row stays open, and the next start tries again
-        else:
-            for session in unit.members if unit else []:
-                if unit is not None and (step := session.step) is not None:
-                    seat = unit.seat_of(step, session)
-                    device = session.device or "keyboard"
-                    players.append(PlayerOutcome(session.pid, seat, device, rtt_ms[seat], idle_share[seat]))
         try:
             await tx.run(self._databases.rounds.end, episode, outcome, players)
             self.recorded += outcome.ticks > 0

@@ -68,7 +68,7 @@ class SimulatedParticipant:
         self._changed = asyncio.Event()
 
     async def take_part(self, languages: list[str]) -> ActivityLog:
-        """From the link to the completion code; the log of it."""
+        """Go from the link to the completion code, and return the log."""
         language = self._random.choice(languages)
         view = await self._client.arrive({"PROLIFIC_PID": self.log.name, "STUDY_ID": "simulated"}, language)
         listening = asyncio.create_task(self._listen())
@@ -173,7 +173,9 @@ class SimulatedParticipant:
         if state != "playing":
             return await self._next(step["key"])
         practice = step["kind"] == "practice"
-        player = SeatClient(self._address, room["id"], room["token"], self._policy, self._device)
+        player = SeatClient(
+            self._address, room=room["id"], token=room["token"], policy=self._policy, device=self._device
+        )
         max_ticks = self._random.randint(*PRACTICE_TICKS) if practice else 0
         over = await player.play(lambda: self._faults.happens(self._faults.drops), max_ticks)
         if player.left_early:

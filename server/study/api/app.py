@@ -40,7 +40,7 @@ def create_study_app(
     Raises StudyError when the databases cannot be used, or when the study is not what it began with.
     """
     host = Host(settings)
-    running = RunningStudy(folder, file_text, host, needs_code, simulated)
+    running = RunningStudy(folder, file_text, host, needs_code=needs_code, simulated=simulated)
     monitor, session_service, views = StudyMonitor(running), SessionService(running), ParticipantViews(running)
 
     @asynccontextmanager

@@ -13,7 +13,7 @@ from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.study_file import parse_study
 from movingout.study.store.tables import answers, participants, rounds
 from tests.server.persistence.test_room_snapshot import free_port
-from tests.server.study.program import program
+from tests.server.study.study_process import study_process
 from tests.server.study.support import SOLO, Served, Visitor, served
 
 LONG = SOLO.replace("[HandOff], limit_ticks: 20", "[HandOff], limit_ticks: 120")
@@ -30,7 +30,7 @@ def rows_of(data: Path, text: str, table: Any) -> list[dict[str, Any]]:
 def test_after_kill_9_everybody_is_where_they_were_and_the_round_goes_on(tmp_path: Path) -> None:
     file, port = tmp_path / "study.yaml", free_port()
     file.write_text(LONG, encoding="utf-8")
-    with program(file, tmp_path, port, "--rehearse", "5") as running:
+    with study_process(file, tmp_path, port, "--rehearse", "5") as running:
         study: Any = running
         asking = _visitor(study, "asking").go_to("form")
         asking.answer("age", 2)
@@ -41,7 +41,7 @@ def test_after_kill_9_everybody_is_where_they_were_and_the_round_goes_on(tmp_pat
         running.process.send_signal(signal.SIGKILL)
         running.process.wait(20)
         running.live.hang_up()
-    with program(file, tmp_path, port, "--rehearse", "2") as running:  # slower: it goes on while we look
+    with study_process(file, tmp_path, port, "--rehearse", "2") as running:  # slower: it goes on while we look
         asking.served = player.served = running  # type: ignore[assignment]
         assert asking.look()["step"]["answers"] == {"age": {"value": 2, "text": ""}}
         assert _visitor(study, "asking").kind == "form", "and by the link"
@@ -62,7 +62,7 @@ def test_after_kill_9_everybody_is_where_they_were_and_the_round_goes_on(tmp_pat
 def test_what_was_paused_is_paused_after_kill_9_until_the_experimenter_lets_it_go_on(tmp_path: Path) -> None:
     file, port = tmp_path / "study.yaml", free_port()
     file.write_text(LONG, encoding="utf-8")
-    with program(file, tmp_path, port, "--rehearse", "5") as running:
+    with study_process(file, tmp_path, port, "--rehearse", "5") as running:
         study: Any = running
         resting, player = _visitor(study, "resting").go_to("practice"), _visitor(study, "playing").go_to("round")
         player.next()
@@ -75,7 +75,7 @@ def test_what_was_paused_is_paused_after_kill_9_until_the_experimenter_lets_it_g
         running.process.send_signal(signal.SIGKILL)
         running.process.wait(20)
         running.live.hang_up()
-    with program(file, tmp_path, port, "--rehearse", "5") as running:
+    with study_process(file, tmp_path, port, "--rehearse", "5") as running:
         resting.served = player.served = running  # type: ignore[assignment]
         assert running.state()["paused"]
         assert running.token == token, "the experimenter's page works on"

@@ -56,10 +56,18 @@ def test_a_scripted_person_plays_a_round_to_its_end_also_over_a_connection_that_
             seen += 1
             return seen == 20
 
+        def client() -> SeatClient:
+            return SeatClient(
+                f"ws://{live.address}",
+                room=room["room"],
+                token="key",
+                policy=ScriptedPolicy("A01", 1),
+                device=device,
+            )
+
         async def play() -> tuple[bool, str]:
-            first = SeatClient(f"ws://{live.address}", room["room"], "key", ScriptedPolicy("A01", 1), device)
-            assert not await first.play(drops)
-            second = SeatClient(f"ws://{live.address}", room["room"], "key", ScriptedPolicy("A01", 1), device)
+            assert not await client().play(drops)
+            second = client()
             return await second.play(lambda: False), second.outcome
 
         assert asyncio.run(play()) in ((True, "time"), (True, "delivered"))

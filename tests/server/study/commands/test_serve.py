@@ -7,7 +7,7 @@ import pytest
 
 from movingout.server.cli import main
 from tests.server.persistence.test_room_snapshot import free_port
-from tests.server.study.program import program
+from tests.server.study.study_process import study_process
 from tests.server.study.support import SOLO
 
 
@@ -20,7 +20,7 @@ def refused(capsys: pytest.CaptureFixture[str], file: Path, data: Path, *options
 def test_links_are_printed_and_what_cannot_work_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file, port = tmp_path / "study.yaml", free_port()
     file.write_text(SOLO, encoding="utf-8")
-    with program(file, tmp_path, port, "--codes") as running:
+    with study_process(file, tmp_path, port, "--codes") as running:
         found = re.search(r"First code\s+(\w+)", running.printed)
         assert found and f"http://127.0.0.1:{port}/study" in running.printed
         assert f"http://127.0.0.1:{port}/experimenter" in running.printed

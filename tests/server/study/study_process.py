@@ -13,7 +13,7 @@ from tests.server.live import Live
 
 
 @dataclass
-class Program:
+class StudyProcess:
     """`movingout study serve` in a separate process, with the interface of `Served` that visitors use."""
 
     process: "subprocess.Popen[str]"
@@ -40,7 +40,7 @@ class Program:
 
 
 @contextmanager
-def program(file: Path, data: Path, port: int, *options: str) -> Iterator[Program]:
+def study_process(file: Path, data: Path, port: int, *options: str) -> Iterator[StudyProcess]:
     command = [sys.executable, "-m", "movingout.server.cli", "study", "serve", str(file), "--data", str(data)]
     command += ["--port", str(port), *options]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
@@ -51,7 +51,7 @@ def program(file: Path, data: Path, port: int, *options: str) -> Iterator[Progra
                 line = process.stdout.readline()
                 assert line, process.stderr and process.stderr.read()
                 printed += line
-            yield Program(process, Live(port, None, None), printed)  # type: ignore[arg-type]
+            yield StudyProcess(process, Live(port, None, None), printed)  # type: ignore[arg-type]
         finally:
             process.kill()
             process.wait(20)
