@@ -63,7 +63,7 @@ def test_the_switch_stays_under_the_pointer_when_the_round_begins(
     expect(page.locator("#ready")).to_be_hidden()
     expect(page.get_by_role("button", name="Show options")).to_be_focused()  # there is no key here that grabs
     page.mouse.up()
-    expect(page.locator("#thoughts").get_by_role("listitem")).to_have_count(4)
+    expect(page.locator("#decisions").get_by_role("listitem")).to_have_count(4)
     page.mouse.down()  # the scores have not moved it either
     page.mouse.up()
     expect(page.get_by_role("button", name="Show options")).to_be_visible()
@@ -73,13 +73,13 @@ def test_an_agent_that_weighs_nothing_is_said_to(server: Server, open_page: Open
     room = server.make_room("SingleRotation", blue="idle", red="scripted")
     page = open_page(room["watch_path"])
     page.get_by_role("button", name="Show options").click()
-    expect(page.locator("#thoughts")).to_contain_text("These players do not show their plans.")
+    expect(page.locator("#decisions")).to_contain_text("These players do not show their plans.")
 
 
 def test_players_are_not_offered_to_look_into_their_partner(server: Server, open_page: OpenPage) -> None:
     room = server.practice()
     page = open_page(room["join_path"], room)
-    expect(page.locator("#thoughts")).to_be_hidden()
+    expect(page.locator("#decisions")).to_be_hidden()
 
 
 def test_in_a_pause_stays_what_was_weighed_last(server: Server, open_page: OpenPage) -> None:
@@ -88,7 +88,7 @@ def test_in_a_pause_stays_what_was_weighed_last(server: Server, open_page: OpenP
     start(blue)
     think(page, THOUGHT)
     page.get_by_role("button", name="Show options").click()
-    scores = page.locator("#thoughts").get_by_role("listitem")
+    scores = page.locator("#decisions").get_by_role("listitem")
     expect(scores).to_have_count(4)
     blue.keyboard.press("Escape")
     wait_for(page, "game.phase === 'paused'")
@@ -97,4 +97,4 @@ def test_in_a_pause_stays_what_was_weighed_last(server: Server, open_page: OpenP
     expect(scores).to_have_count(4)
     blue.keyboard.press("Space")
     wait_for(page, "game.phase === 'playing'")
-    expect(page.locator("#thoughts")).to_contain_text("These players do not show their plans.")
+    expect(page.locator("#decisions")).to_contain_text("These players do not show their plans.")

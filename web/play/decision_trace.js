@@ -4,7 +4,7 @@
 
 import { currentTheme } from "../core/colours.js";
 import { el } from "../core/dom.js";
-import { Pen } from "../view/pen.js";
+import { ArenaContext } from "../view/arena_context.js";
 import { ROBOT_RADIUS } from "../view/render.js";
 import { outline } from "../shapes.js";
 import { say, sayNumber } from "../text/catalogue.js";
@@ -19,7 +19,7 @@ const STALE_MS = 1500; // of play; an agent that has said nothing for so long is
 /** @typedef {import("../view/render.js").Triple} Triple */
 /** @typedef {[number, number]} Point */
 /**
- * @typedef {object} Thought  one decision
+ * @typedef {object} DecisionTrace  one decision
  * @property {number} seat
  * @property {number} tick
  * @property {number} chosen  index of the candidate that is played
@@ -31,10 +31,10 @@ const STALE_MS = 1500; // of play; an agent that has said nothing for so long is
  * @property {[Point, Point][][]} [robots]  per pair: where blue and red are expected on the way and in the end
  */
 
-export class Thoughts {
+export class DecisionPanel {
   /** @type {EventSource | null} */
   #source = null;
-  /** @type {Map<number, {thought: Thought, atMs: number}>} by seat */
+  /** @type {Map<number, {decision: DecisionTrace, atMs: number}>} by seat */
   #newest = new Map();
   #shown = "";
   #writtenAtMs = performance.now();
@@ -52,7 +52,7 @@ export class Thoughts {
   offer() {
     this.box.hidden = false;
     this.box.replaceChildren(
-      el("h2", { id: "thoughts-title" }, say("play.candidates.title")),
+      el("h2", { id: "decisions-title" }, say("play.candidates.title")),
       this.#button,
       this.#list,
     );
@@ -61,8 +61,8 @@ export class Thoughts {
 
   /** Draws over the scene. @param {CanvasRenderingContext2D} ctx @param {GameMap} map @param {View} view */
   draw(ctx, map, view) {
-    const pen = new Pen(ctx, currentTheme(), ctx.canvas.width);
-    for (const thought of this.#fresh()) drawThought(pen, map, view, thought);
+    const arena = new ArenaContext(ctx, currentTheme(), ctx.canvas.width);
+    for (const decision of this.#fresh()) drawDecision(arena, map, view, decision);
   }
 
   /** The scores, in words. Nothing gets stale in a pause. @param {boolean} paused */
@@ -89,8 +89,8 @@ export class Thoughts {
   #open() {
     this.#source = new EventSource(this.path);
     this.#source.onmessage = ({ data }) => {
-      const thought = /** @type {Thought} */ (JSON.parse(data));
-      this.#newest.set(thought.seat, { thought, atMs: performance.now() });
+      const decision = /** @type {DecisionTrace} */ (JSON.parse(data));
+      this.#newest.set(decision.seat, { decision, atMs: performance.now() });
     };
     this.#shown = "?";
   }
@@ -109,7 +109,7 @@ export class Thoughts {
 
   #fresh() {
     const since = performance.now() - STALE_MS;
-    return [...this.#newest.values()].filter(({ atMs }) => atMs > since).map(({ thought }) => thought);
+    return [...this.#newest.values()].filter(({ atMs }) => atMs > since).map(({ decision }) => decision);
   }
 }
 
@@ -137,12 +137,12 @@ export function wayOf(rows, [x, y]) {
 
 /**
  * The items that the chosen candidate is expected to move.
- * @param {Thought} thought
+ * @param {DecisionTrace} decision
  * @param {View} view
  * @returns {{item: number, place: Point}[]}
  */
-export function movedItems(thought, view) {
-  const places = thought.items[thought.chosen] ?? [];
+export function movedItems(decision, view) {
+  const places = decision.items[decision.chosen] ?? [];
   return places
     .map((place, item) => ({ item, place }))
     .filter(({ item, place: [x, y] }) => {
@@ -153,97 +153,97 @@ export function movedItems(thought, view) {
 
 /**
  * Where both robots are expected if the chosen candidate is played, for each guess of the partner's.
- * @param {Thought} thought @returns {[Point, Point][][]} per guess and moment: blue, red
+ * @param {DecisionTrace} decision @returns {[Point, Point][][]} per guess and moment: blue, red
  */
 export function expectedRobots({ chosen, pairs = [], robots = [] }) {
   return robots.filter((_, index) => pairs[index]?.[0] === chosen);
 }
 
-/** @param {Thought} thought */
-function scoreList(thought) {
-  const rows = thought.scores.map((score, index) => {
+/** @param {DecisionTrace} decision */
+function scoreList(decision) {
+  const rows = decision.scores.map((score, index) => {
     const words = `${letterOf(index)}  ${sayNumber(score, 3)}`;
     return el(
       "li",
       {},
-      index === thought.chosen ? el("strong", {}, `${words}  ${say("play.candidates.chosen")}`) : words,
+      index === decision.chosen ? el("strong", {}, `${words}  ${say("play.candidates.chosen")}`) : words,
     );
   });
-  return el("div", {}, el("p", { class: "label" }, colourName(thought.seat)), el("ol", {}, ...rows));
+  return el("div", {}, el("p", { class: "label" }, colourName(decision.seat)), el("ol", {}, ...rows));
 }
 
-/** @param {Pen} pen @param {GameMap} map @param {View} view @param {Thought} thought */
-function drawThought(pen, map, view, thought) {
+/** @param {ArenaContext} arena @param {GameMap} map @param {View} view @param {DecisionTrace} decision */
+function drawDecision(arena, map, view, decision) {
   const now = /** @type {[Point, Point]} */ (view.poses.slice(0, 2).map(([x, y]) => [x, y]));
-  const partner = 1 - thought.seat;
-  for (const { item, place } of movedItems(thought, view)) drawExpected(pen, map, view, item, place);
-  for (const rows of thought.guesses ?? []) drawGuess(pen, partner, wayOf(rows, view.poses[partner]));
-  for (const moments of expectedRobots(thought)) drawRobots(pen, [now, ...moments]);
-  const order = thought.candidates
+  const partner = 1 - decision.seat;
+  for (const { item, place } of movedItems(decision, view)) drawExpected(arena, map, view, item, place);
+  for (const rows of decision.guesses ?? []) drawGuess(arena, partner, wayOf(rows, view.poses[partner]));
+  for (const moments of expectedRobots(decision)) drawRobots(arena, [now, ...moments]);
+  const order = decision.candidates
     .map((_, index) => index)
-    .sort((a, b) => Number(a === thought.chosen) - Number(b === thought.chosen));
-  for (const index of order) drawWay(pen, view, thought, index);
+    .sort((a, b) => Number(a === decision.chosen) - Number(b === decision.chosen));
+  for (const index of order) drawWay(arena, view, decision, index);
 }
 
-/** @param {Pen} pen @param {View} view @param {Thought} thought @param {number} index */
-function drawWay(pen, view, thought, index) {
-  const { ctx, theme } = pen;
-  const chosen = index === thought.chosen;
-  const way = wayOf(thought.candidates[index], view.poses[thought.seat]);
+/** @param {ArenaContext} arena @param {View} view @param {DecisionTrace} decision @param {number} index */
+function drawWay(arena, view, decision, index) {
+  const { ctx, theme } = arena;
+  const chosen = index === decision.chosen;
+  const way = wayOf(decision.candidates[index], view.poses[decision.seat]);
   ctx.beginPath();
-  for (const point of way) ctx.lineTo(...pen.at(...point));
+  for (const point of way) ctx.lineTo(...arena.at(...point));
   ctx.strokeStyle = chosen ? theme.attention : theme.ink;
   ctx.globalAlpha = chosen ? 1 : 0.55;
-  ctx.lineWidth = (chosen ? 4 : 1.5) * pen.hair;
+  ctx.lineWidth = (chosen ? 4 : 1.5) * arena.hair;
   ctx.lineJoin = "round";
   ctx.stroke();
   const [x, y] = way[way.length - 1];
-  pen.around([x, y, 0], () => pen.label(letterOf(index), 0.05 * pen.unit, theme.ink));
+  arena.around([x, y, 0], () => arena.label(letterOf(index), 0.05 * arena.unit, theme.ink));
   ctx.globalAlpha = 1;
 }
 
-/** What the partner may do. @param {Pen} pen @param {number} seat @param {Point[]} way */
-export function drawGuess(pen, seat, way) {
-  drawLine(pen, way, seatColour(pen, seat), 1.5, 0.02 * pen.unit);
+/** What the partner may do. @param {ArenaContext} arena @param {number} seat @param {Point[]} way */
+export function drawGuess(arena, seat, way) {
+  drawLine(arena, way, seatColour(arena, seat), 1.5, 0.02 * arena.unit);
 }
 
 /**
  * Both robots from moment to moment, a ring where they are expected in the end.
- * @param {Pen} pen
+ * @param {ArenaContext} arena
  * @param {[Point, Point][]} moments
  */
-export function drawRobots(pen, moments) {
+export function drawRobots(arena, moments) {
   for (const seat of [0, 1]) {
     const way = moments.map((places) => places[seat]);
-    drawLine(pen, way, seatColour(pen, seat), 2.5);
+    drawLine(arena, way, seatColour(arena, seat), 2.5);
     const [x, y] = way[way.length - 1];
-    pen.around([x, y, 0], () => {
-      pen.circle(ROBOT_RADIUS * pen.unit);
-      stroke(pen, seatColour(pen, seat), 2, 0.03 * pen.unit);
+    arena.around([x, y, 0], () => {
+      arena.circle(ROBOT_RADIUS * arena.unit);
+      stroke(arena, seatColour(arena, seat), 2, 0.03 * arena.unit);
     });
   }
 }
 
-/** @param {Pen} pen @param {number} seat */
+/** @param {ArenaContext} arena @param {number} seat */
 function seatColour({ theme }, seat) {
   return seat === 0 ? theme.blue : theme.red;
 }
 
 /**
- * @param {Pen} pen
+ * @param {ArenaContext} arena
  * @param {Point[]} way
  * @param {string} colour
  * @param {number} width hairs
  * @param {number} [dash] pixels
  */
-function drawLine(pen, way, colour, width, dash = 0) {
-  pen.ctx.beginPath();
-  for (const point of way) pen.ctx.lineTo(...pen.at(...point));
-  stroke(pen, colour, width, dash);
+function drawLine(arena, way, colour, width, dash = 0) {
+  arena.ctx.beginPath();
+  for (const point of way) arena.ctx.lineTo(...arena.at(...point));
+  stroke(arena, colour, width, dash);
 }
 
 /**
- * @param {Pen} pen
+ * @param {ArenaContext} arena
  * @param {string} colour
  * @param {number} width hairs
  * @param {number} dash pixels, 0 for a solid line
@@ -257,19 +257,19 @@ function stroke({ ctx, hair }, colour, width, dash) {
   ctx.setLineDash([]);
 }
 
-/** @param {Pen} pen @param {GameMap} map @param {View} view @param {number} item @param {Point} place */
-function drawExpected(pen, map, view, item, [x, y]) {
-  const { ctx, theme, unit } = pen;
+/** @param {ArenaContext} arena @param {GameMap} map @param {View} view @param {number} item @param {Point} place */
+function drawExpected(arena, map, view, item, [x, y]) {
+  const { ctx, theme, unit } = arena;
   const { shape, scale } = map.items[item];
-  pen.around([x, y, view.poses[item + 2][2]], () => {
-    if (shape === "circle") pen.circle(scale * unit);
+  arena.around([x, y, view.poses[item + 2][2]], () => {
+    if (shape === "circle") arena.circle(scale * unit);
     else {
       ctx.beginPath();
       for (const [px, py] of outline(shape, scale)) ctx.lineTo(px * unit, -py * unit);
       ctx.closePath();
     }
     ctx.strokeStyle = theme.attention;
-    ctx.lineWidth = 2 * pen.hair;
+    ctx.lineWidth = 2 * arena.hair;
     ctx.setLineDash([0.03 * unit, 0.02 * unit]);
     ctx.stroke();
     ctx.setLineDash([]);

@@ -21,7 +21,7 @@ import { studyMarkOf } from "../text/study_mark.js";
 import { refusalText } from "./seat_phrases.js";
 import { prepareTexts } from "../text/page.js";
 import { say } from "../text/catalogue.js";
-import { Thoughts } from "./decision_trace.js";
+import { DecisionPanel } from "./decision_trace.js";
 
 /** @typedef {import("../wire/connection.js").Status} Status */
 /** @typedef {import("../input/seats.js").SeatReading} SeatReading */
@@ -71,7 +71,7 @@ class Play {
       again: () => this.#each((seat) => this.#connection.send({ type: "again", seat })),
       leave: () => this.#connection.close(),
     });
-  #thoughts = new Thoughts(byId("thoughts", HTMLElement), `/api/rooms/${room}/thoughts`);
+  #decisions = new DecisionPanel(byId("decisions", HTMLElement), `/api/rooms/${room}/thoughts`);
   /** @type {Map<number, InputSender>} */
   #senders = new Map();
   /** @type {(import("../view/render.js").Intent | null)[]} */
@@ -93,7 +93,7 @@ class Play {
     addEventListener("focus", () => this.#connection.send({ type: "focus", visible: true }));
     document.addEventListener("visibilitychange", () => this.#visibility());
     this.#connection.open();
-    if (mode === "watch") this.#thoughts.offer();
+    if (mode === "watch") this.#decisions.offer();
     requestAnimationFrame((now) => this.#frame(now));
   }
 
@@ -160,7 +160,7 @@ class Play {
     const pulse = calm.matches ? 1 : 0.5 + 0.5 * Math.sin((2 * Math.PI * nowMs) / PULSE_MS);
     const intents = phase === "playing" ? this.#intents : [];
     drawScene(this.#context, round.map, view, { intents, own: own.length === 1 ? own : [], pulse });
-    if (phase === "playing") this.#thoughts.draw(this.#context, round.map, view);
+    if (phase === "playing") this.#decisions.draw(this.#context, round.map, view);
   }
 
   /** @param {import("./game.js").Scene | null} scene @param {number} nowMs */
@@ -179,7 +179,7 @@ class Play {
       cards,
       this.#mapping,
     );
-    this.#thoughts.write(this.#game.phase === "paused");
+    this.#decisions.write(this.#game.phase === "paused");
     const touch = mode === "play" && cards.some((card) => card.device === "touch") && !this.#series.showsResult;
     this.#root.toggleAttribute("data-touch", touch);
     byId("touch", HTMLElement).hidden = !touch || !["countdown", "playing"].includes(this.#game.phase);

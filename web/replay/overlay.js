@@ -5,14 +5,14 @@
  */
 
 import { currentTheme } from "../core/colours.js";
-import { Pen } from "../view/pen.js";
+import { ArenaContext } from "../view/arena_context.js";
 import { ROBOT_RADIUS } from "../view/render.js";
 import { drawGuess, drawRobots, letterOf } from "../play/decision_trace.js";
 
 /** @typedef {import("./data.js").Replay} Replay */
 /** @typedef {[number, number]} Point arena units */
 /**
- * @typedef {object} Thought one decision
+ * @typedef {object} DecisionTrace one decision
  * @property {number} seat
  * @property {number} tick the one that was decided about
  * @property {number} chosen index of the candidate that was played, -1 none
@@ -28,17 +28,17 @@ const LASTS_TICKS = 15; // a decision that nothing followed for so long is over
 
 /**
  * The newest decision of each seat at `tick`, unless it is over.
- * @param {readonly Thought[]} thoughts in order of ticks
+ * @param {readonly DecisionTrace[]} decisions in order of ticks
  * @param {number} tick
  */
-export function thoughtsAt(thoughts, tick) {
+export function decisionsAt(decisions, tick) {
   return [0, 1]
-    .map((seat) => thoughts.findLast((thought) => thought.seat === seat && thought.tick <= Math.max(tick, 1)))
-    .filter((thought) => thought !== undefined && tick - thought.tick <= LASTS_TICKS)
-    .map((thought) => /** @type {Thought} */ (thought));
+    .map((seat) => decisions.findLast((decision) => decision.seat === seat && decision.tick <= Math.max(tick, 1)))
+    .filter((decision) => decision !== undefined && tick - decision.tick <= LASTS_TICKS)
+    .map((decision) => /** @type {DecisionTrace} */ (decision));
 }
 
-/** Candidates from the best score to the worst, with letter and score. @param {Thought} thought */
+/** Candidates from the best score to the worst, with letter and score. @param {DecisionTrace} decision */
 export function ranking({ scores, chosen }) {
   return scores
     .map((score, index) => ({ letter: letterOf(index), score, chosen: index === chosen }))
@@ -52,12 +52,12 @@ export function ranking({ scores, chosen }) {
  * @param {number} stepMs between two points
  */
 export function drawTrails(ctx, replay, timeMs, stepMs) {
-  const pen = new Pen(ctx, currentTheme(), ctx.canvas.width);
+  const arena = new ArenaContext(ctx, currentTheme(), ctx.canvas.width);
   const points = Array.from({ length: TRAIL_TICKS + 1 }, (_, back) => timeMs - back * stepMs).filter((ms) => ms >= 0);
   const views = points.map((ms) => replay.viewAt(ms).poses);
-  for (const [seat, colour] of [pen.theme.blue, pen.theme.red].entries()) {
+  for (const [seat, colour] of [arena.theme.blue, arena.theme.red].entries()) {
     const way = views.map(({ [seat]: [x, y] }) => /** @type {Point} */ ([x, y]));
-    for (const { from, to, age } of trail(way)) line(pen, [from, to], colour, 3, 1 - age / (TRAIL_TICKS + 1));
+    for (const { from, to, age } of trail(way)) line(arena, [from, to], colour, 3, 1 - age / (TRAIL_TICKS + 1));
   }
 }
 
@@ -68,38 +68,38 @@ export function trail(way) {
   return steps.filter(({ from }) => Math.hypot(from[0] - x, from[1] - y) >= ROBOT_RADIUS);
 }
 
-/** @param {CanvasRenderingContext2D} ctx @param {readonly Thought[]} thoughts */
-export function drawThoughts(ctx, thoughts) {
-  const pen = new Pen(ctx, currentTheme(), ctx.canvas.width);
-  const { theme } = pen;
-  for (const { seat, ways, chosen, moves, robots, guesses } of thoughts) {
-    for (const way of guesses) drawGuess(pen, 1 - seat, way);
-    for (const moments of robots) drawRobots(pen, moments);
+/** @param {CanvasRenderingContext2D} ctx @param {readonly DecisionTrace[]} decisions */
+export function drawDecisions(ctx, decisions) {
+  const arena = new ArenaContext(ctx, currentTheme(), ctx.canvas.width);
+  const { theme } = arena;
+  for (const { seat, ways, chosen, moves, robots, guesses } of decisions) {
+    for (const way of guesses) drawGuess(arena, 1 - seat, way);
+    for (const moments of robots) drawRobots(arena, moments);
     const order = ways.map((_, index) => index).sort((a, b) => Number(a === chosen) - Number(b === chosen));
     for (const index of order) {
       const played = index === chosen;
-      line(pen, ways[index], played ? theme.attention : theme.ink, played ? 4 : 1.5, played ? 1 : 0.55);
+      line(arena, ways[index], played ? theme.attention : theme.ink, played ? 4 : 1.5, played ? 1 : 0.55);
       const [x, y] = ways[index][ways[index].length - 1];
-      if (ways.length > 1) pen.around([x, y, 0], () => pen.label(letterOf(index), 0.05 * pen.unit, theme.ink));
+      if (ways.length > 1) arena.around([x, y, 0], () => arena.label(letterOf(index), 0.05 * arena.unit, theme.ink));
     }
-    for (const move of moves) line(pen, move, theme.attention, 2, 1, 0.02 * pen.unit);
+    for (const move of moves) line(arena, move, theme.attention, 2, 1, 0.02 * arena.unit);
   }
 }
 
 /**
- * @param {Pen} pen
+ * @param {ArenaContext} arena
  * @param {Point[]} points
  * @param {string} colour
  * @param {number} width hairs
  * @param {number} alpha
  * @param {number} [dash] pixels, 0 for a solid line
  */
-function line(pen, points, colour, width, alpha, dash = 0) {
-  const { ctx } = pen;
+function line(arena, points, colour, width, alpha, dash = 0) {
+  const { ctx } = arena;
   ctx.save();
   ctx.beginPath();
-  for (const point of points) ctx.lineTo(...pen.at(...point));
-  Object.assign(ctx, { strokeStyle: colour, globalAlpha: alpha, lineWidth: width * pen.hair, lineJoin: "round" });
+  for (const point of points) ctx.lineTo(...arena.at(...point));
+  Object.assign(ctx, { strokeStyle: colour, globalAlpha: alpha, lineWidth: width * arena.hair, lineJoin: "round" });
   if (dash > 0) ctx.setLineDash([dash, dash]);
   ctx.stroke();
   ctx.restore();

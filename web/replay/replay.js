@@ -75,7 +75,7 @@ class ReplayPage {
     this.curves = new MetricCurves(byId("curves", HTMLElement), curves, metrics, (tick) => this.seekTick(tick));
     this.show = new Show(
       replay,
-      () => source.thoughts(),
+      () => source.decisions(),
       () => this.refresh(),
     );
     this.frame = 0;
@@ -206,7 +206,7 @@ class ReplayPage {
       Home: () => this.seekTick(0),
       End: () => this.seekTick(this.replay.ticks),
       t: () => this.show.toggle("trails"),
-      a: () => this.show.toggle("thoughts"),
+      a: () => this.show.toggle("decisions"),
       ...(onButton ? {} : { " ": () => this.toggle() }),
     };
     const action = keys[event.key];

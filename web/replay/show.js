@@ -7,57 +7,57 @@
 import { byId, el, notice } from "../core/dom.js";
 import { TICK_MS } from "../messages.js";
 import { tickAt } from "./data.js";
-import { drawThoughts, drawTrails, ranking, thoughtsAt } from "./overlay.js";
+import { drawDecisions, drawTrails, ranking, decisionsAt } from "./overlay.js";
 import { say, sayError, sayNumber } from "../text/catalogue.js";
 import { colourName } from "../text/names.js";
 
 /** @typedef {import("./data.js").Replay} Replay */
-/** @typedef {import("./overlay.js").Thought} Thought */
+/** @typedef {import("./overlay.js").DecisionTrace} DecisionTrace */
 
 export class Show {
-  /** @type {Thought[]} */
-  #thoughts = [];
+  /** @type {DecisionTrace[]} */
+  #decisions = [];
   #asked = false;
   #written = "";
   #trailsBox = byId("trails", HTMLInputElement);
-  #thoughtsBox = byId("thoughts", HTMLInputElement);
+  #candidatesBox = byId("decisions", HTMLInputElement);
   #words = byId("weighed", HTMLElement);
 
   /**
    * @param {Replay} replay
-   * @param {() => Promise<Thought[]>} load
+   * @param {() => Promise<DecisionTrace[]>} load
    * @param {() => void} onChange
    */
   constructor(replay, load, onChange) {
     this.replay = replay;
     this.load = load;
     this.onChange = onChange;
-    byId("thoughts-choice", HTMLElement).hidden = !replay.summary.has_thoughts;
+    byId("candidates-choice", HTMLElement).hidden = !replay.summary.has_thoughts;
     this.#trailsBox.addEventListener("change", onChange);
-    this.#thoughtsBox.addEventListener("change", () => void this.#changed());
+    this.#candidatesBox.addEventListener("change", () => void this.#changed());
   }
 
-  /** What the keys T and A do. @param {"trails" | "thoughts"} which */
+  /** What the keys T and A do. @param {"trails" | "decisions"} which */
   toggle(which) {
-    const box = which === "trails" ? this.#trailsBox : this.#thoughtsBox;
+    const box = which === "trails" ? this.#trailsBox : this.#candidatesBox;
     if (which === "trails" || this.replay.summary.has_thoughts) box.click();
   }
 
   /** @param {CanvasRenderingContext2D} ctx @param {number} timeMs */
   draw(ctx, timeMs) {
     if (this.#trailsBox.checked) drawTrails(ctx, this.replay, timeMs, TICK_MS);
-    const shown = this.#thoughtsBox.checked ? thoughtsAt(this.#thoughts, tickAt(timeMs)) : [];
-    drawThoughts(ctx, shown);
+    const shown = this.#candidatesBox.checked ? decisionsAt(this.#decisions, tickAt(timeMs)) : [];
+    drawDecisions(ctx, shown);
     this.#write(shown);
   }
 
   async #changed() {
-    if (this.#thoughtsBox.checked && !this.#asked) {
+    if (this.#candidatesBox.checked && !this.#asked) {
       this.#asked = true;
       try {
-        this.#thoughts = await this.load();
+        this.#decisions = await this.load();
       } catch (error) {
-        this.#asked = this.#thoughtsBox.checked = false;
+        this.#asked = this.#candidatesBox.checked = false;
         this.#words.replaceChildren(notice("bad", sayError(error)));
         return;
       }
@@ -66,26 +66,26 @@ export class Show {
     this.onChange();
   }
 
-  /** @param {Thought[]} shown */
+  /** @param {DecisionTrace[]} shown */
   #write(shown) {
     const written = shown.map(({ seat, tick }) => `${seat}:${tick}`).join();
     if (written === this.#written) return;
     this.#written = written;
     const none =
-      this.#thoughtsBox.checked && shown.length === 0
+      this.#candidatesBox.checked && shown.length === 0
         ? [el("p", { class: "muted" }, say("replay.nothingWeighed"))]
         : [];
     this.#words.replaceChildren(...none, ...shown.map(scores));
   }
 }
 
-/** @param {Thought} thought */
-function scores(thought) {
-  const best = ranking(thought).slice(0, 4);
+/** @param {DecisionTrace} decision */
+function scores(decision) {
+  const best = ranking(decision).slice(0, 4);
   const words = best.map(({ letter, score, chosen }) =>
     el(chosen ? "strong" : "span", {}, `${letter} ${sayNumber(score, 2)}`),
   );
-  const values = { colour: colourName(thought.seat), tick: thought.tick, count: thought.ways.length };
+  const values = { colour: colourName(decision.seat), tick: decision.tick, count: decision.ways.length };
   const decided = values.count === 1 ? say("replay.decision", values) : say("replay.bestOf", values);
   return el("p", { class: "replay-scores" }, decided, ...words);
 }

@@ -8,7 +8,7 @@ import { openWithToken } from "../components/admin_token.js";
 import { ApiError, request, requestJson } from "../core/api.js";
 import { Replay } from "./data.js";
 
-/** @typedef {import("./overlay.js").Thought} Thought */
+/** @typedef {import("./overlay.js").DecisionTrace} DecisionTrace */
 
 const FORBIDDEN = 401;
 
@@ -33,8 +33,8 @@ export class ReplaySource {
     return new Replay(summary, await poses.arrayBuffer());
   }
 
-  /** @returns {Promise<Thought[]>} in order of ticks */
-  async thoughts() {
+  /** @returns {Promise<DecisionTrace[]>} in order of ticks */
+  async decisions() {
     return (await requestJson(`${this.path}/thoughts`, { token: this.#token })).thoughts;
   }
 

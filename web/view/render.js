@@ -3,7 +3,7 @@
 
 import { currentTheme, readable } from "../core/colours.js";
 import { staticLayer } from "./layer.js";
-import { Pen } from "./pen.js";
+import { ArenaContext } from "./arena_context.js";
 import { outline } from "../shapes.js";
 
 export const ROBOT_RADIUS = 0.12;
@@ -97,13 +97,13 @@ export function context2d(canvas) {
  * @param {CanvasRenderingContext2D} ctx @param {GameMap} map @param {View} view @param {Options} [options]
  */
 export function drawScene(ctx, map, view, options = {}) {
-  const pen = new Pen(ctx, options.theme ?? currentTheme(), ctx.canvas.width);
+  const arena = new ArenaContext(ctx, options.theme ?? currentTheme(), ctx.canvas.width);
   ctx.setTransform(1, 0, 0, 1, 0, 0);
-  ctx.drawImage(staticLayer(ctx.canvas, map, pen.theme), 0, 0);
+  ctx.drawImage(staticLayer(ctx.canvas, map, arena.theme), 0, 0);
   const order = map.items.map((_, index) => index).sort((a, b) => Number(isHeld(view, a)) - Number(isHeld(view, b)));
-  for (const index of order) drawItem(pen, map.items[index], view, index, options);
-  for (const seat of [0, 1]) drawGrip(pen, view, seat);
-  for (const seat of [0, 1]) drawRobot(pen, view.poses[seat], seat, options);
+  for (const index of order) drawItem(arena, map.items[index], view, index, options);
+  for (const seat of [0, 1]) drawGrip(arena, view, seat);
+  for (const seat of [0, 1]) drawRobot(arena, view.poses[seat], seat, options);
 }
 
 /** @param {View} view @param {number} item */
@@ -113,52 +113,52 @@ function isHeld(view, item) {
 
 // ---- what moves --------------------------------------------------------------------------------------------
 
-/** @param {Pen} pen @param {Item} item */
-function tracePath(pen, item) {
-  if (item.shape === "circle") return pen.circle(item.scale * pen.unit);
-  pen.ctx.beginPath();
-  for (const [x, y] of outline(item.shape, item.scale)) pen.ctx.lineTo(x * pen.unit, -y * pen.unit);
-  pen.ctx.closePath();
+/** @param {ArenaContext} arena @param {Item} item */
+function tracePath(arena, item) {
+  if (item.shape === "circle") return arena.circle(item.scale * arena.unit);
+  arena.ctx.beginPath();
+  for (const [x, y] of outline(item.shape, item.scale)) arena.ctx.lineTo(x * arena.unit, -y * arena.unit);
+  arena.ctx.closePath();
 }
 
-/** @param {Pen} pen @param {Item} item @param {View} view @param {number} index @param {Options} options */
-function drawItem(pen, item, view, index, options) {
-  const { ctx, theme } = pen;
+/** @param {ArenaContext} arena @param {Item} item @param {View} view @param {number} index @param {Options} options */
+function drawItem(arena, item, view, index, options) {
+  const { ctx, theme } = arena;
   const pose = view.poses[index + 2];
   const fill = theme[/** @type {"item-small"} */ (`item-${item.size}`)];
   const holders = [0, 1].filter((seat) => view.held[seat] === index);
-  pen.around(pose, () => {
+  arena.around(pose, () => {
     ctx.lineJoin = "round";
-    tracePath(pen, item);
+    tracePath(arena, item);
     ctx.fillStyle = fill;
     ctx.fill();
-    strokeItem(pen, holders);
+    strokeItem(arena, holders);
   });
   if (options.plain) return;
   const ink = readable(fill, "#ffffff", "#18212c");
-  if (item.size === "large" && holders.length === 1) drawNeedsTwo(pen, pose, item, options.pulse ?? 1);
-  pen.around([pose[0], pose[1], 0], () => {
-    if (view.delivered[index]) drawTick(pen, ink);
-    else pen.label(MARKS.get(item.size) ?? "", 0.056 * pen.unit, ink);
+  if (item.size === "large" && holders.length === 1) drawNeedsTwo(arena, pose, item, options.pulse ?? 1);
+  arena.around([pose[0], pose[1], 0], () => {
+    if (view.delivered[index]) drawTick(arena, ink);
+    else arena.label(MARKS.get(item.size) ?? "", 0.056 * arena.unit, ink);
   });
 }
 
 /**
  * The outline says who holds it: blue solid, red dashed, both on top of each other.
- * @param {Pen} pen
+ * @param {ArenaContext} arena
  * @param {number[]} holders
  */
-function strokeItem(pen, holders) {
-  const { ctx, theme } = pen;
+function strokeItem(arena, holders) {
+  const { ctx, theme } = arena;
   ctx.strokeStyle = theme.ink;
   ctx.globalAlpha = 0.42;
-  ctx.lineWidth = 1.5 * pen.hair;
+  ctx.lineWidth = 1.5 * arena.hair;
   ctx.stroke();
   ctx.globalAlpha = 1;
   for (const seat of holders) {
     ctx.strokeStyle = seat === 0 ? theme.blue : theme.red;
-    ctx.lineWidth = 4 * pen.hair;
-    ctx.setLineDash(seat === 0 ? [] : [0.03 * pen.unit, 0.03 * pen.unit]);
+    ctx.lineWidth = 4 * arena.hair;
+    ctx.setLineDash(seat === 0 ? [] : [0.03 * arena.unit, 0.03 * arena.unit]);
     ctx.stroke();
     ctx.setLineDash([]);
   }
@@ -166,34 +166,34 @@ function strokeItem(pen, holders) {
 
 /**
  * A ring around a large item that one robot holds: it waits for the other.
- * @param {Pen} pen
+ * @param {ArenaContext} arena
  * @param {Triple} pose
  * @param {Item} item
  * @param {number} pulse
  */
-function drawNeedsTwo(pen, pose, item, pulse) {
-  const { ctx, theme } = pen;
+function drawNeedsTwo(arena, pose, item, pulse) {
+  const { ctx, theme } = arena;
   const corners = outline(item.shape, item.scale).map(([x, y]) => Math.hypot(x, y));
-  const radius = (Math.max(item.scale, ...corners) + 0.035 + 0.02 * pulse) * pen.unit;
-  pen.around([pose[0], pose[1], 0], () => {
-    pen.circle(radius);
+  const radius = (Math.max(item.scale, ...corners) + 0.035 + 0.02 * pulse) * arena.unit;
+  arena.around([pose[0], pose[1], 0], () => {
+    arena.circle(radius);
     ctx.strokeStyle = theme.attention;
-    ctx.lineWidth = 3 * pen.hair;
-    ctx.setLineDash([0.05 * pen.unit, 0.03 * pen.unit]);
+    ctx.lineWidth = 3 * arena.hair;
+    ctx.setLineDash([0.05 * arena.unit, 0.03 * arena.unit]);
     ctx.stroke();
     ctx.setLineDash([]);
   });
 }
 
-/** @param {Pen} pen @param {string} colour */
-function drawTick(pen, colour) {
-  const { ctx, unit } = pen;
+/** @param {ArenaContext} arena @param {string} colour */
+function drawTick(arena, colour) {
+  const { ctx, unit } = arena;
   ctx.beginPath();
   ctx.moveTo(-0.022 * unit, 0.001 * unit);
   ctx.lineTo(-0.006 * unit, 0.017 * unit);
   ctx.lineTo(0.024 * unit, -0.016 * unit);
   ctx.strokeStyle = colour;
-  ctx.lineWidth = 2.2 * pen.hair;
+  ctx.lineWidth = 2.2 * arena.hair;
   ctx.lineCap = "round";
   ctx.stroke();
   ctx.lineCap = "butt";
@@ -201,61 +201,66 @@ function drawTick(pen, colour) {
 
 /**
  * A short bar from a robot to what it holds, under the robot.
- * @param {Pen} pen
+ * @param {ArenaContext} arena
  * @param {View} view
  * @param {number} seat
  */
-function drawGrip(pen, view, seat) {
+function drawGrip(arena, view, seat) {
   const held = view.held[seat];
   if (held < 0) return;
-  const { ctx, theme } = pen;
+  const { ctx, theme } = arena;
   const [from, to] = [view.poses[seat], view.poses[held + 2]];
   ctx.beginPath();
-  ctx.moveTo(...pen.at(from[0], from[1]));
-  ctx.lineTo(...pen.at(from[0] + 0.7 * (to[0] - from[0]), from[1] + 0.7 * (to[1] - from[1])));
+  ctx.moveTo(...arena.at(from[0], from[1]));
+  ctx.lineTo(...arena.at(from[0] + 0.7 * (to[0] - from[0]), from[1] + 0.7 * (to[1] - from[1])));
   ctx.strokeStyle = seat === 0 ? theme.blue : theme.red;
-  ctx.lineWidth = 0.035 * pen.unit;
+  ctx.lineWidth = 0.035 * arena.unit;
   ctx.lineCap = "round";
   ctx.stroke();
   ctx.lineCap = "butt";
 }
 
-/** @param {Pen} pen @param {Triple} pose @param {number} seat @param {Options} options */
-function drawRobot(pen, pose, seat, options) {
-  const { ctx, theme } = pen;
-  const radius = ROBOT_RADIUS * pen.unit;
+/** @param {ArenaContext} arena @param {Triple} pose @param {number} seat @param {Options} options */
+function drawRobot(arena, pose, seat, options) {
+  const { ctx, theme } = arena;
+  const radius = ROBOT_RADIUS * arena.unit;
   const colour = seat === 0 ? theme.blue : theme.red;
   const ink = readable(colour, "#ffffff", "#18212c");
   const intent = options.intents?.[seat];
-  if (intent) drawIntent(pen, pose, colour, intent);
-  if (options.own?.includes(seat)) drawOwnRing(pen, pose, colour);
-  pen.around(pose, () => {
-    pen.circle(radius);
+  if (intent) drawIntent(arena, pose, colour, intent);
+  if (options.own?.includes(seat)) drawOwnRing(arena, pose, colour);
+  arena.around(pose, () => {
+    arena.circle(radius);
     ctx.fillStyle = colour;
     ctx.fill();
-    drawRing(pen, seat, ink);
-    drawNotch(pen, ink);
+    drawRing(arena, seat, ink);
+    drawNotch(arena, ink);
   });
   if (options.plain) return;
-  pen.around([pose[0], pose[1], 0], () => pen.label(LETTERS[seat], 0.064 * pen.unit, ink));
+  arena.around([pose[0], pose[1], 0], () => arena.label(LETTERS[seat], 0.064 * arena.unit, ink));
 }
 
-/** Blue solid, red dashed: colour is never the only cue. @param {Pen} pen @param {number} seat @param {string} ink */
-function drawRing(pen, seat, ink) {
-  const { ctx, unit } = pen;
-  pen.circle((ROBOT_RADIUS - 0.013) * unit);
+/**
+ * Blue solid, red dashed: colour is never the only cue.
+ * @param {ArenaContext} arena
+ * @param {number} seat
+ * @param {string} ink
+ */
+function drawRing(arena, seat, ink) {
+  const { ctx, unit } = arena;
+  arena.circle((ROBOT_RADIUS - 0.013) * unit);
   ctx.strokeStyle = ink;
   ctx.globalAlpha = 0.75;
-  ctx.lineWidth = Math.max(0.009 * unit, pen.hair);
+  ctx.lineWidth = Math.max(0.009 * unit, arena.hair);
   if (seat === 1) ctx.setLineDash([0.028 * unit, 0.0282 * unit]);
   ctx.stroke();
   ctx.setLineDash([]);
   ctx.globalAlpha = 1;
 }
 
-/** The notch points where the robot faces. @param {Pen} pen @param {string} ink */
-function drawNotch(pen, ink) {
-  const { ctx, unit } = pen;
+/** The notch points where the robot faces. @param {ArenaContext} arena @param {string} ink */
+function drawNotch(arena, ink) {
+  const { ctx, unit } = arena;
   ctx.beginPath();
   ctx.moveTo(0, -0.116 * unit);
   ctx.lineTo(0.034 * unit, -0.068 * unit);
@@ -265,29 +270,29 @@ function drawNotch(pen, ink) {
   ctx.fill();
 }
 
-/** @param {Pen} pen @param {Triple} pose @param {string} colour */
-function drawOwnRing(pen, pose, colour) {
-  pen.around(pose, () => {
-    pen.circle((ROBOT_RADIUS + 0.02) * pen.unit);
-    pen.ctx.strokeStyle = colour;
-    pen.ctx.globalAlpha = 0.45;
-    pen.ctx.lineWidth = 2.5 * pen.hair;
-    pen.ctx.stroke();
+/** @param {ArenaContext} arena @param {Triple} pose @param {string} colour */
+function drawOwnRing(arena, pose, colour) {
+  arena.around(pose, () => {
+    arena.circle((ROBOT_RADIUS + 0.02) * arena.unit);
+    arena.ctx.strokeStyle = colour;
+    arena.ctx.globalAlpha = 0.45;
+    arena.ctx.lineWidth = 2.5 * arena.hair;
+    arena.ctx.stroke();
   });
 }
 
 /**
  * Where the own stick points, drawn in the frame it moved, before the server knows.
- * @param {Pen} pen
+ * @param {ArenaContext} arena
  * @param {Triple} pose
  * @param {string} colour
  * @param {Intent} intent
  */
-function drawIntent(pen, pose, colour, intent) {
+function drawIntent(arena, pose, colour, intent) {
   const strength = Math.min(1, Math.hypot(intent.x, intent.y));
   if (strength === 0) return;
-  const { ctx, unit } = pen;
-  pen.around([pose[0], pose[1], Math.atan2(-intent.x, intent.y)], () => {
+  const { ctx, unit } = arena;
+  arena.around([pose[0], pose[1], Math.atan2(-intent.x, intent.y)], () => {
     const tip = -(ROBOT_RADIUS + 0.05 + 0.06 * strength) * unit;
     const foot = -(ROBOT_RADIUS + 0.03) * unit;
     const wing = 0.032 * unit;

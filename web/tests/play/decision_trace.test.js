@@ -34,7 +34,7 @@ test("only items that the chosen candidate moves are shown", () => {
     held: [-1, -1],
     delivered: [false, false],
   };
-  const thought = {
+  const decision = {
     seat: 0,
     tick: 3,
     chosen: 1,
@@ -51,11 +51,11 @@ test("only items that the chosen candidate moves are shown", () => {
       ],
     ]),
   };
-  assert.deepEqual(movedItems(thought, view), [{ item: 1, place: [0.1, 0.5] }]);
+  assert.deepEqual(movedItems(decision, view), [{ item: 1, place: [0.1, 0.5] }]);
 });
 
 test("the robots are shown where the chosen candidate will probably bring them, per prediction of the partner", () => {
-  const thought = { seat: 0, tick: 3, chosen: 1, scores: [0, 1], candidates: [], items: [] };
+  const decision = { seat: 0, tick: 3, chosen: 1, scores: [0, 1], candidates: [], items: [] };
   const rollout = (/** @type {number} */ x) =>
     /** @type {[[number, number], [number, number]][]} */ ([
       [
@@ -69,8 +69,8 @@ test("the robots are shown where the chosen candidate will probably bring them, 
     [1, 0],
     [1, 1],
   ]);
-  assert.deepEqual(expectedRobots({ ...thought, pairs, robots: [1, 2, 3, 4].map(rollout) }), [rollout(3), rollout(4)]);
-  assert.deepEqual(expectedRobots(thought), []); // an agent, or a recording, that does not tell
+  assert.deepEqual(expectedRobots({ ...decision, pairs, robots: [1, 2, 3, 4].map(rollout) }), [rollout(3), rollout(4)]);
+  assert.deepEqual(expectedRobots(decision), []); // an agent, or a recording, that does not tell
 });
 
 test("candidates have letters", () => {

@@ -2,10 +2,10 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { ranking, thoughtsAt, trail } from "../../replay/overlay.js";
+import { ranking, decisionsAt, trail } from "../../replay/overlay.js";
 
 /** @param {number} seat @param {number} tick @param {number[]} scores */
-const thought = (seat, tick, scores = [0.5]) => ({
+const decision = (seat, tick, scores = [0.5]) => ({
   seat,
   tick,
   chosen: 0,
@@ -15,10 +15,10 @@ const thought = (seat, tick, scores = [0.5]) => ({
   robots: [],
   guesses: [],
 });
-const THOUGHTS = [thought(1, 1), thought(0, 5), thought(1, 9), thought(1, 17)];
+const THOUGHTS = [decision(1, 1), decision(0, 5), decision(1, 9), decision(1, 17)];
 
 test("the newest decision of each seat is shown, the first one already at the start", () => {
-  const ticks = (/** @type {number} */ tick) => thoughtsAt(THOUGHTS, tick).map(({ seat, tick: made }) => [seat, made]);
+  const ticks = (/** @type {number} */ tick) => decisionsAt(THOUGHTS, tick).map(({ seat, tick: made }) => [seat, made]);
   assert.deepEqual(ticks(0), [[1, 1]]);
   assert.deepEqual(ticks(8), [
     [0, 5],
@@ -32,14 +32,14 @@ test("the newest decision of each seat is shown, the first one already at the st
 
 test("a decision that nothing followed is over after a second and a half", () => {
   assert.deepEqual(
-    thoughtsAt(THOUGHTS, 21).map(({ seat }) => seat),
+    decisionsAt(THOUGHTS, 21).map(({ seat }) => seat),
     [1],
   );
-  assert.deepEqual(thoughtsAt(THOUGHTS, 33), []);
+  assert.deepEqual(decisionsAt(THOUGHTS, 33), []);
 });
 
 test("candidates are ranked by score and keep their letters", () => {
-  const words = ranking({ ...thought(0, 1, [0.2, 0.9, 0.4]), chosen: 2 }).map(
+  const words = ranking({ ...decision(0, 1, [0.2, 0.9, 0.4]), chosen: 2 }).map(
     ({ letter, chosen }) => letter + (chosen ? "!" : ""),
   );
   assert.deepEqual(words, ["B", "C!", "A"]);

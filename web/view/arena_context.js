@@ -6,7 +6,7 @@ export const ARENA_HALF = 1.2; // half the side of the arena, arena units
 /** @typedef {import("./render.js").Triple} Triple */
 
 /** A 2D context that thinks in arena units, y up. */
-export class Pen {
+export class ArenaContext {
   /**
    * @param {CanvasRenderingContext2D | OffscreenCanvasRenderingContext2D} ctx
    * @param {Theme} theme
