@@ -1,7 +1,7 @@
 // @ts-check
 /*
- * The dashboard: process health and rooms, brought up to date once a second without a reload. Cells change in
- * place, so that the keyboard stays where it is. What the numbers are called is in words.js.
+ * The dashboard of rooms and server health, updated once a second. Cells change in place, so that the keyboard focus
+ * stays where it is. What the numbers are called is in words.js.
  */
 
 import { openWithToken } from "../components/admin_token.js";
@@ -46,7 +46,7 @@ async function update() {
   }
 }
 
-/** Old figures stay, but look old. @param {string} reason empty: all is well */
+/** The last figures stay, but faded. @param {string} reason empty: all is well */
 function setLost(reason) {
   const box = byId("lost", HTMLElement);
   for (const part of content.querySelectorAll(".facts-row, .table-card")) part.classList.toggle("stale", reason !== "");

@@ -1,7 +1,7 @@
 // @ts-check
 /*
- * The view after making a room in which its maker does not play: the link and code for people, the address for
- * programs, the way to watch. Knows what POST /api/rooms answers.
+ * Shown after creating a room without playing in it: the link and QR code for people, the address for programs, the
+ * link to watch. Knows what POST /api/rooms answers.
  */
 
 import { el } from "../core/dom.js";

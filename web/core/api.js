@@ -51,7 +51,7 @@ export async function requestJson(path, options) {
 }
 
 /**
- * The server's own sentence where it sent one.
+ * The server's own sentence, where it sent one.
  * @param {Response} answer
  */
 async function refusal(answer) {

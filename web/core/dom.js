@@ -1,6 +1,6 @@
 // @ts-check
 /*
- * Building DOM from data without ever parsing text as HTML. Knows nothing of the game.
+ * Builds DOM from data without ever parsing text as HTML. Knows nothing of the game.
  */
 
 /**
@@ -25,7 +25,7 @@ export function el(tag, props = {}, ...children) {
 }
 
 /**
- * The element with this id, which the page is known to have.
+ * The element with this id, which the page must have.
  * @template {HTMLElement} T
  * @param {string} id
  * @param {new () => T} kind
@@ -38,7 +38,7 @@ export function byId(id, kind) {
 }
 
 /**
- * The round mark of an agent: colour, letter and ring. Decoration: the name stands beside it.
+ * The round mark of a seat: colour, letter and ring. Decorative: the name is beside it.
  * @param {number} seat 0 blue, 1 red
  */
 export function badge(seat) {

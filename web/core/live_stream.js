@@ -1,7 +1,7 @@
 // @ts-check
 /*
- * News from the server as they happen: server-sent events read with fetch, because an EventSource cannot send the
- * token as a header. Comes back by itself after a loss; a line that says nothing for long is given up.
+ * News from the server as it happens: server-sent events read with fetch, because an EventSource cannot send the token
+ * as a header. Reconnects after a loss; a silent connection is given up.
  */
 
 const SILENT_MS = 15_000; // the server says at least a comment line every 5 s
@@ -45,7 +45,7 @@ export class LiveStream {
       if (answer.ok && answer.body) await this.#read(answer.body, abort);
       else if (answer.status === 401 || answer.status === 403) this.#closed = true; // polling says why
     } catch {
-      // the line is gone, or we gave it up: again below
+      // lost or given up: reconnects below
     }
     abort.abort();
     if (this.#closed) return;
@@ -70,7 +70,7 @@ export class LiveStream {
   }
 }
 
-/** Cuts a text/event-stream into the data of its events. */
+/** Splits a text/event-stream into the data of its events. */
 export class EventLines {
   #rest = "";
   /** @type {string[]} */

@@ -1,6 +1,6 @@
 // @ts-check
 /*
- * What the experimenter is asked before something is done, and the link for the next participant.
+ * The dialogs of the experimenter: reasons for an action, and the link for the next participant.
  */
 
 import { request, requestJson } from "../core/api.js";
@@ -140,7 +140,7 @@ function copyRow(address) {
   return el("div", { class: "row" }, copy, said);
 }
 
-/** Saves what everybody is to be paid. @param {string} token @param {HTMLElement} said */
+/** Downloads what everybody is to be paid. @param {string} token @param {HTMLElement} said */
 export async function downloadPayments(token, said) {
   try {
     const answer = await request("/api/experimenter/payments.csv", { token });

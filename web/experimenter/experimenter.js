@@ -1,7 +1,7 @@
 // @ts-check
 /*
  * The experimenter's screen: who is where in the study, live, and what can be done about it. Cells change in place, so
- * that the keyboard stays where it is. What the numbers are called is in words.js.
+ * that the keyboard focus stays where it is. What the numbers are called is in words.js.
  */
 
 import { openWithToken } from "../components/admin_token.js";
@@ -37,7 +37,7 @@ import { prepareTexts } from "../text/page.js";
 
 const PATH = "/api/experimenter/state";
 const WRONG_TOKEN = [401, 403];
-const STALE_MS = 3000; // news come each second; without any for so long the page asks
+const STALE_MS = 3000; // news comes each second; after this long without any, the page asks
 const COLUMNS = ["participant", "step", "plays", "since", "link", "ticks", "recording"];
 const CLASSES = /** @type {Record<string, string>} */ ({ participant: "strong", since: "nowrap", step: "nowrap" });
 
@@ -112,7 +112,7 @@ class Dashboard {
     }
   }
 
-  /** Old figures stay, but look old. @param {string} reason empty: all is well */
+  /** The last figures stay, but faded. @param {string} reason empty: all is well */
   #setLost(reason) {
     const box = byId("lost", HTMLElement);
     for (const part of this.#content.querySelectorAll(".facts-row, .table-card"))
@@ -141,7 +141,7 @@ class Dashboard {
     showNotes(state);
   }
 
-  /** The newest three that were not put away. @param {StudyState} state */
+  /** The newest three that were not dismissed. @param {StudyState} state */
   #showAlerts({ alerts }) {
     const box = byId("alerts", HTMLElement);
     const open = alerts.filter(({ id, at }) => !this.#hidden.has(`${id}-${at}`)).slice(0, 3);
@@ -155,7 +155,7 @@ class Dashboard {
           { type: "button", class: "button button-small", "aria-label": say("experimenter.dismissThis", { text }) },
           say("experimenter.dismiss"),
         );
-        away.addEventListener("click", () => this.#putAway(`${id}-${at}`));
+        away.addEventListener("click", () => this.#dismiss(`${id}-${at}`));
         return el(
           "div",
           { class: "notice notice-attention alert" },
@@ -168,7 +168,7 @@ class Dashboard {
   }
 
   /** @param {string} alert */
-  #putAway(alert) {
+  #dismiss(alert) {
     this.#hidden.add(alert);
     keepDismissed([...this.#hidden]);
     if (this.#state) this.#showAlerts(this.#state);
@@ -302,7 +302,7 @@ function keepDismissed(alerts) {
   try {
     sessionStorage.setItem(DISMISSED, JSON.stringify(alerts));
   } catch {
-    // they come back after a reload
+    // dismissed alerts come back after a reload
   }
 }
 

@@ -93,7 +93,7 @@ export function seatNames({ pid, seat, partner_letter, partner_pid, outcome, kin
   return seat === 0 ? [pid, partner] : [partner, pid];
 }
 
-/** Of a running round the time played, else how long somebody is at this step. @param {ParticipantRow} row */
+/** The time played of a running round, else how long somebody has been at this step. @param {ParticipantRow} row */
 export function timeWords({ tick, limit_ticks, since_s, outcome, phase }) {
   if (outcome) return "";
   if (tick === null || tick === undefined || tick === 0) return clockText(since_s);
@@ -162,7 +162,7 @@ export function atWords(seconds) {
 }
 
 /**
- * Those who need somebody first: away, then here, then finished; each by when they came.
+ * Whoever needs attention first: away, then here, then finished; each in order of arrival.
  * @param {readonly ParticipantRow[]} rows
  */
 export function sorted(rows) {

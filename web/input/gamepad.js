@@ -1,5 +1,5 @@
-// Gamepads: polled each frame, because browsers hand out snapshots. Hot-plug needs no event: a pad that is gone is
-// not in the list. A press is found by comparing with the poll before.
+// Gamepads, polled each frame because browsers hand out snapshots. Unplugging needs no event: a pad that is gone is not
+// in the list. Presses are found by comparing with the previous poll.
 
 import { strongest, withDeadZone } from "./stick.js";
 

@@ -31,7 +31,7 @@ export class Keyboard {
     target.addEventListener("keyup", (event) => this.#keyup(/** @type {KeyboardEvent} */ (event)));
   }
 
-  /** Let go of everything: the page lost the focus and will not hear the keys come up. */
+  /** Releases all keys: the page has lost the focus and will not see keyup events. */
   release() {
     this.#down.clear();
     this.#pressed = [];
@@ -70,7 +70,7 @@ export class Keyboard {
   }
 }
 
-/** A key meant for a field or a focused button is not ours. @param {KeyboardEvent} event */
+/** Whether a key is meant for a field or a focused button. @param {KeyboardEvent} event */
 function belongsToPage(event) {
   const target = event.target;
   if (typeof Element === "undefined" || !(target instanceof Element)) return false;

@@ -1,4 +1,4 @@
-// Which device drives which seat of this page, and what each seat asks for right now.
+// Which device drives which seat of this page, and what each seat's input is right now.
 // One person: every device drives the one seat. Two people at one screen: blue has the first key set, red the
 // second; a gamepad belongs to the first seat without one when it is first used; when only one seat has a gamepad,
 // both key sets drive the other.
@@ -50,7 +50,7 @@ export class LocalSeats {
     this.#pads.clear();
   }
 
-  /** Two people change chairs. */
+  /** Two people swap seats. */
   swap() {
     this.#swapped = !this.#swapped;
     const [blue, red] = [this.#pads.get(0), this.#pads.get(1)];

@@ -1,5 +1,5 @@
 // When an input frame goes out: at once on an edge, a moving stick at most 25 times a second, else 20 times a second
-// (the server takes a stick that it has not heard of for half a second as released). Only the newest is ever sent.
+// (the server treats a stick without news for half a second as released). Only the newest is ever sent.
 
 import { DEVICES } from "../messages.js";
 import { driveFrom } from "./stick.js";
@@ -52,7 +52,7 @@ export class InputSender {
   }
 
   /**
-   * The seat lets go of everything, now: the page is hidden.
+   * Releases everything at once: the page is hidden.
    * @param {number} nowMs
    * @param {Seen} seen
    * @returns {Input}

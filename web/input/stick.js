@@ -1,4 +1,4 @@
-// From a stick to what a seat asks for. Pure.
+// From a stick to a seat's input. Pure.
 // Directions on a stick: x right, y up, length at most 1. Headings: 0 looks along +y, counter-clockwise, radians.
 
 /** @typedef {{x: number, y: number}} Stick */

@@ -7,7 +7,7 @@ import { CENTRED, lengthOf } from "./stick.js";
 /** @typedef {import("./stick.js").Stick} Stick */
 
 const REACH_PX = 56; // from the centre to full speed
-const SLACK = 0.12; // a resting thumb trembles
+const SLACK = 0.12; // dead zone: a resting thumb trembles
 
 export class Touch {
   /** @type {Stick} */
@@ -99,12 +99,12 @@ export class Touch {
     this.#onChange();
   }
 
-  /** A finger came down somewhere on the page: this person plays by touch now. */
+  /** A finger touched the page: this person plays by touch now. */
   wake() {
     this.#used = true;
   }
 
-  /** The page lost the focus: let go of everything. */
+  /** The page lost the focus: releases everything. */
   release() {
     this.#grabs = 0;
     this.#backward = false;

@@ -39,12 +39,12 @@ export class AnswerQueue {
     this.#sending ??= this.#run().finally(() => (this.#sending = null));
   }
 
-  /** Tries again at once: the connection is back, or somebody asks for it. */
+  /** Retries at once: the connection is back. */
   retryNow() {
     this.#wake();
   }
 
-  /** Resolves when nothing waits any more. */
+  /** Resolves when nothing is waiting. */
   async settled() {
     while (this.#sending) await this.#sending;
   }

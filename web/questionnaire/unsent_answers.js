@@ -51,7 +51,7 @@ export class UnsentAnswers {
     try {
       this.storage.setItem(KEY, JSON.stringify(kept));
     } catch {
-      // then they wait in this page only
+      // without storage they last as long as this page
     }
   }
 }

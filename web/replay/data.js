@@ -63,7 +63,7 @@ export class Replay {
   }
 
   /**
-   * The arena at `timeMs` after the start, between two poses where it falls between.
+   * The arena `timeMs` after the start, interpolated between poses.
    * @param {number} timeMs
    * @returns {View}
    */
@@ -100,7 +100,7 @@ export function tickAt(timeMs) {
 }
 
 /**
- * A straight line for positions, the shorter way for angles.
+ * Linear for positions, the shorter way round for angles.
  * @param {Triple} a
  * @param {Triple} b
  * @param {number} part 0 to 1

@@ -10,33 +10,35 @@ import { colourName } from "../text/names.js";
 /** @typedef {import("./data.js").ReplayEvent} ReplayEvent */
 /** @typedef {import("../view/render.js").GameMap} GameMap */
 
-/** What a participant would call an event has a text; the rest belongs to the journal. @param {ReplayEvent} event */
-function isTold({ kind }) {
+/**
+ * Events that mean something to a participant have a text; the others are only in the journal.
+ * @param {ReplayEvent} event
+ */
+function isShown({ kind }) {
   return has(`replay.event.${kind}`);
 }
 
-/** Troubles that come many in a row: told once, with how often. */
+/** Problems that often come in a row: shown once, with their count. */
 const REPEATED = new Set(["collision", "grab_failed", "deadline_missed", "agent_error", "tick_skipped"]);
-const SAME_TROUBLE_TICKS = ticksOf(2);
+const MERGE_TICKS = ticksOf(2);
 
-/** @typedef {ReplayEvent & {times: number, last: number}} ToldEvent `last`: tick of the last of them */
+/** @typedef {ReplayEvent & {times: number, last: number}} ShownEvent `last`: tick of the last of the merged events */
 
 /**
- * The events worth telling, in order, with troubles of the same kind and seat drawn together.
+ * The events worth showing, in order; repeated problems of the same kind and seat are merged.
  * @param {readonly ReplayEvent[]} events
- * @returns {ToldEvent[]}
+ * @returns {ShownEvent[]}
  */
-export function toldEvents(events) {
-  /** @type {ToldEvent[]} */
-  const told = [];
-  for (const event of events.filter(isTold).sort((a, b) => a.tick - b.tick)) {
+export function shownEvents(events) {
+  /** @type {ShownEvent[]} */
+  const shown = [];
+  for (const event of events.filter(isShown).sort((a, b) => a.tick - b.tick)) {
     const run =
-      REPEATED.has(event.kind) && told.findLast(({ kind, seat }) => kind === event.kind && seat === event.seat);
-    if (run && event.tick - run.last <= SAME_TROUBLE_TICKS)
-      Object.assign(run, { times: run.times + 1, last: event.tick });
-    else told.push({ ...event, times: 1, last: event.tick });
+      REPEATED.has(event.kind) && shown.findLast(({ kind, seat }) => kind === event.kind && seat === event.seat);
+    if (run && event.tick - run.last <= MERGE_TICKS) Object.assign(run, { times: run.times + 1, last: event.tick });
+    else shown.push({ ...event, times: 1, last: event.tick });
   }
-  return told;
+  return shown;
 }
 
 /** @param {ReplayEvent & {times?: number}} event @param {GameMap} map */
@@ -54,7 +56,7 @@ function itemName(item) {
   return say("replay.item", { size: say(`replay.size.${item.size}`), shape: say(`replay.shape.${item.shape}`) });
 }
 
-/** How its mark on the time line looks: blue, red, ok or attention. @param {ReplayEvent} event */
+/** The tone of an event's mark on the time line: blue, red, ok or attention. @param {ReplayEvent} event */
 export function eventTone({ kind, seat }) {
   if (kind === "delivered") return "ok";
   if (kind === "grab" || kind === "release") return seat === 0 ? "blue" : "red";

@@ -1,7 +1,7 @@
 // @ts-check
 /*
- * The four measures over the time of an episode: a small curve each, the values at the shown tick and at the end beside
- * it, and a click leads to a tick. The scales and paths are pure; MetricCurves joins them with the page.
+ * The four metrics over an episode: a small curve each, beside it the values at the shown tick and at the end; a click
+ * goes to a tick. Scales and paths are pure functions; MetricCurves puts them on the page.
  */
 
 import { el } from "../core/dom.js";
@@ -16,11 +16,11 @@ import { measures } from "../play/result_words.js";
 const NAMESPACE = "http://www.w3.org/2000/svg";
 export const WIDTH = 200;
 export const HEIGHT = 32;
-const MARGIN = 2; // half a stroke and a little air
+const MARGIN = 2; // half the stroke width and a little space
 const FIELDS = /** @type {const} */ ({ tcr: "tcr", nfd: "nfd", wt: "wt_s", ac: "ac" });
 
 /**
- * What lies at the bottom and at the top: shares reach from 0 to 1, NFD may be below, waiting ends at its largest.
+ * The range of the vertical axis: 0 to 1 for shares, lower for a negative NFD, up to the maximum for waiting time.
  * @param {keyof Curves} field
  * @param {number[]} values
  * @returns {Scale}
@@ -30,13 +30,13 @@ export function scaleOf(field, values) {
   return { low: field === "nfd" ? Math.min(0, ...values) : 0, high: 1 };
 }
 
-/** The horizontal place of a tick. @param {number} tick @param {number} ticks */
+/** The horizontal position of a tick. @param {number} tick @param {number} ticks */
 export function placeOf(tick, ticks) {
   return (WIDTH * tick) / Math.max(ticks, 1);
 }
 
 /**
- * The path of a curve that begins before the first tick at `start`; an AC of -1 leaves a gap.
+ * The SVG path of a curve; an AC of -1 leaves a gap.
  * @param {number[]} values
  * @param {Scale} scale
  */

@@ -1,7 +1,7 @@
 // @ts-check
 /*
- * What the replay can lay over the arena: the ways of the robots in the last seconds, and what agents weighed (GET
- * /api/recordings/{id}/thoughts). Drawing, and which decision belongs to a tick; knows no page.
+ * What the replay can draw over the arena: the robots' recent paths, and the candidates that agents compared (GET
+ * /api/recordings/{id}/thoughts). Knows which decision belongs to a tick, but not the page.
  */
 
 import { currentTheme } from "../core/colours.js";
@@ -24,10 +24,10 @@ import { drawGuess, drawRobots, letterOf } from "../play/decision_trace.js";
  */
 
 export const TRAIL_TICKS = 50;
-const LASTS_TICKS = 15; // a decision that nothing followed for so long is over
+const LASTS_TICKS = 15; // without a newer decision for this long, none is shown
 
 /**
- * The newest decision of each seat at `tick`, unless it is over.
+ * The newest decision of each seat at `tick`, unless it is too old.
  * @param {readonly DecisionTrace[]} decisions in order of ticks
  * @param {number} tick
  */

@@ -22,7 +22,7 @@ export class Player {
     if (this.timeMs >= this.durationMs) this.playing = false;
   }
 
-  /** Plays or pauses; at the end it starts over. */
+  /** Plays or pauses; at the end it starts from the beginning. */
   toggle() {
     if (!this.playing && this.timeMs >= this.durationMs) this.timeMs = 0;
     this.playing = !this.playing && this.durationMs > 0;
@@ -34,7 +34,7 @@ export class Player {
   }
 
   /**
-   * Pauses and moves to a whole tick: from between two ticks, back and forth go to the nearest one.
+   * Pauses and moves by whole ticks; between two ticks, the first step goes to the adjacent one.
    * @param {number} steps
    */
   step(steps) {

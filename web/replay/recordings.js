@@ -15,7 +15,7 @@ import { prepareTexts } from "../text/page.js";
 
 /** @typedef {import("./recordings_filter.js").Row} Row */
 
-const AT_ONCE = 100; // rows; more on demand
+const PAGE_ROWS = 100; // shown at first, and added by "Show more"
 const TONES = /** @type {Record<string, string>} */ ({
   delivered: "ok",
   left: "attention",
@@ -32,7 +32,7 @@ const FILTERS = /** @type {const} */ ([
 /** @type {Row[]} */
 let rows = [];
 let adminToken = "";
-let shown = AT_ONCE;
+let shown = PAGE_ROWS;
 
 async function load() {
   const { token, document: answer } = await openWithToken(byId("ask", HTMLElement), "/api/recordings");
@@ -132,7 +132,7 @@ function outcomeWords(outcome) {
   return has(`recordings.outcome.${outcome}`) ? say(`recordings.outcome.${outcome}`) : outcome || "–";
 }
 
-/** A link could not carry the token that a study's server asks for. @param {string} id */
+/** Fetched, since a link cannot carry the token that a study's server requires. @param {string} id */
 async function download(id) {
   try {
     save(
@@ -185,11 +185,11 @@ function when(started) {
 }
 
 byId("filters", HTMLFormElement).addEventListener("change", () => {
-  shown = AT_ONCE;
+  shown = PAGE_ROWS;
   refresh();
 });
 byId("more", HTMLElement).addEventListener("click", () => {
-  shown += AT_ONCE;
+  shown += PAGE_ROWS;
   refresh();
 });
 await prepareTexts();

@@ -1,6 +1,6 @@
 // @ts-check
 /*
- * The list of recordings, narrowed. Pure.
+ * Filters of the list of recordings. Pure.
  */
 
 /**

@@ -7,7 +7,7 @@
 import { ApiError } from "../core/api.js";
 import { badge, byId, el, notice } from "../core/dom.js";
 import { ticksOf } from "../core/ticks.js";
-import { eventTone, eventWords, tickTime, toldEvents } from "./event_words.js";
+import { eventTone, eventWords, tickTime, shownEvents } from "./event_words.js";
 import { offerGhosts } from "../play/ghost.js";
 import { MetricCurves } from "./metric_curves.js";
 import { context2d, drawScene, fitCanvas } from "../view/render.js";
@@ -22,14 +22,14 @@ import { mapTitle } from "../text/names.js";
 import { prepareTexts } from "../text/page.js";
 import { playingWords } from "../play/seat_phrases.js";
 
-/** @typedef {import("./event_words.js").ToldEvent} ToldEvent */
+/** @typedef {import("./event_words.js").ShownEvent} ShownEvent */
 /** @typedef {import("./data.js").Replay} Replay */
 
 const PLAY_ICON = "M6 3.5v13l11-6.5z";
 const PAUSE_ICON = "M5 3.5h4v13H5zM11 3.5h4v13h-4z";
 const SECOND = ticksOf(1);
-const ADDRESS_MS = 300; // after the last move: browsers refuse address changes by the hundred
-const LONGEST_FRAME_MS = 250; // a hidden tab does not jump ahead
+const ADDRESS_MS = 300; // after the last move: browsers limit how often the address may change
+const LONGEST_FRAME_MS = 250; // a tab that was hidden does not jump ahead
 
 const canvas = byId("arena", HTMLCanvasElement);
 const line = byId("line", HTMLInputElement);
@@ -66,10 +66,10 @@ class ReplayPage {
     this.replay = replay;
     this.source = source;
     this.player = new Player(replay.durationMs, TICK_MS);
-    this.events = toldEvents(replay.summary.events);
-    /** @type {Map<ToldEvent, HTMLElement>} */
+    this.events = shownEvents(replay.summary.events);
+    /** @type {Map<ShownEvent, HTMLElement>} */
     this.rows = new Map();
-    /** @type {ToldEvent | undefined} */
+    /** @type {ShownEvent | undefined} */
     this.current = undefined;
     const { curves, metrics } = replay.summary;
     this.curves = new MetricCurves(byId("curves", HTMLElement), curves, metrics, (tick) => this.seekTick(tick));
@@ -128,7 +128,7 @@ class ReplayPage {
     line.max = String(this.replay.ticks);
   }
 
-  /** A plain link where it can be one; a recording that needs a token is fetched and saved. */
+  /** A plain link where possible; a recording that needs a token is fetched and saved. */
   offerFile() {
     const link = byId("download", HTMLAnchorElement);
     const { id, path, open } = this.source;
@@ -255,7 +255,7 @@ class ReplayPage {
     byId("said", HTMLElement).textContent = say(done ? "replay.copied" : "replay.notCopied");
   }
 
-  /** Draws the instant and keeps going while it plays. */
+  /** Draws the current instant, and keeps drawing while playing. */
   refresh() {
     if (this.player.playing && this.frame === 0) {
       this.lastMs = performance.now();
@@ -325,7 +325,7 @@ class ReplayPage {
     }
   }
 
-  /** Marks the last event that has happened and keeps it in sight. @param {number} tick */
+  /** Marks the latest event and scrolls it into view. @param {number} tick */
   markEvent(tick) {
     const current = this.events.findLast((event) => event.tick <= tick);
     if (current === this.current) return;

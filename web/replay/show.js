@@ -1,7 +1,7 @@
 // @ts-check
 /*
- * The choices of what lies over the arena: the paths of the last seconds, and what agents weighed, with the scores in
- * words. Decisions are fetched when they are first wanted.
+ * What the reader can show over the arena: recent paths, and the candidates of agents with their scores. Decisions are
+ * fetched when first shown.
  */
 
 import { byId, el, notice } from "../core/dom.js";

@@ -29,7 +29,8 @@ export class ReplaySource {
   /** Raises ApiError or ReplayError with a sentence. @param {HTMLElement} ask where to ask for the admin token */
   async load(ask) {
     const summary = await this.#summary(ask);
-    const poses = await request(`${this.path}/poses`, { token: this.#token }); // made with the summary, and kept
+    // The server has computed and kept the poses with the summary.
+    const poses = await request(`${this.path}/poses`, { token: this.#token });
     return new Replay(summary, await poses.arrayBuffer());
   }
 

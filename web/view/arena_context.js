@@ -5,7 +5,7 @@ export const ARENA_HALF = 1.2; // half the side of the arena, arena units
 /** @typedef {import("../core/colours.js").Theme} Theme */
 /** @typedef {import("./render.js").Triple} Triple */
 
-/** A 2D context that thinks in arena units, y up. */
+/** A 2D context in arena units, y up. */
 export class ArenaContext {
   /**
    * @param {CanvasRenderingContext2D | OffscreenCanvasRenderingContext2D} ctx
@@ -24,7 +24,11 @@ export class ArenaContext {
     return [(x + ARENA_HALF) * this.unit, (ARENA_HALF - y) * this.unit];
   }
 
-  /** Lets `draw` work in pixels around a pose, y down. @param {Triple} pose @param {() => void} draw */
+  /**
+   * Calls `draw` with the origin at a pose, turned with it; pixels, y down.
+   * @param {Triple} pose
+   * @param {() => void} draw
+   */
   around([x, y, angle], draw) {
     this.ctx.save();
     this.ctx.translate(...this.at(x, y));

@@ -1,5 +1,5 @@
-// Poses on the server's time line, and the play head that moves along it. Pure: time comes in as an argument.
-// The server sends the real poses of the coming tick in one bundle; the play head follows some milliseconds behind the
+// Poses on the server's time line, and the playhead that moves along it. Pure: time comes in as an argument.
+// The server sends the real poses of the coming tick in one bundle; the playhead follows some milliseconds behind the
 // arrival, so that what is drawn at display rate always lies between two known poses.
 
 import { POSE_MS } from "../core/ticks.js";
@@ -20,7 +20,7 @@ import { EVENT } from "../messages.js";
  */
 
 const KEEP_MS = 2000; // how much of the past is kept
-export const EXTRAPOLATE_MS = 60; // without data: go on that long with the last velocity, then freeze
+export const EXTRAPOLATE_MS = 60; // without data: extrapolate this long, then freeze
 
 /** The poses of one round in order of time. */
 export class Timeline {
@@ -95,7 +95,7 @@ export class Timeline {
   }
 
   /**
-   * The instant `timeMs`: between poses it is interpolated, after the last one it goes on for at most 60 ms.
+   * The instant `timeMs`: interpolated between poses, extrapolated for at most 60 ms after the last.
    * @param {number} timeMs @returns {Frame | null} null before anything is known
    */
   at(timeMs) {
@@ -125,7 +125,7 @@ function posesOf(bundle, index) {
 }
 
 /**
- * A grip changes with the pose its event names, not with the whole tick.
+ * A grip changes at the pose that its event names, not at the tick's end.
  * @param {Bundle} bundle
  * @param {number} index
  * @param {readonly number[] | undefined} before
@@ -164,11 +164,11 @@ export function between(from, to, share) {
   return [from[0] + share * (to[0] - from[0]), from[1] + share * (to[1] - from[1]), from[2] + share * shorter];
 }
 
-const WINDOW_MS = 10_000; // arrival times are judged over the last 10 s
+const WINDOW_MS = 10_000; // window over which arrival times are judged
 const MARGIN_MIN_MS = 8;
 const MARGIN_MAX_MS = 60;
-const JUMP_MS = 250; // farther off than this is not caught up with but jumped
-const CATCH_UP_MS = 50; // farther behind than this runs at 1.1
+const JUMP_MS = 250; // beyond this the head jumps instead of catching up
+const CATCH_UP_MS = 50; // this far behind, time runs at 1.1
 
 /** The moving "now" of what is drawn, a little behind the newest bundle. */
 export class PlayHead {
@@ -182,7 +182,7 @@ export class PlayHead {
     this.#timeMs = NaN;
   }
 
-  /** How far behind the server's clock the head wants to be: the usual delay and a margin for the late ones. */
+  /** How far behind the server's clock the head should be: the usual delay plus a margin for late bundles. */
   get delayMs() {
     if (this.#arrivals.length === 0) return MARGIN_MIN_MS;
     const delays = this.#arrivals.map((arrival) => arrival.delayMs).sort((a, b) => a - b);
@@ -191,7 +191,7 @@ export class PlayHead {
   }
 
   /**
-   * A bundle of the tick that began at `tickMs` came in at `serverMs`, both by the server's clock.
+   * A bundle of the tick that began at `tickMs` arrived at `serverMs`, both by the server's clock.
    * @param {number} tickMs
    * @param {number} serverMs
    */
@@ -201,7 +201,7 @@ export class PlayHead {
   }
 
   /**
-   * Moves on to the server's time `serverMs`; never more than 60 ms past `endMs`, the newest pose.
+   * Advances to the server's time `serverMs`; never more than 60 ms past `endMs`, the newest pose.
    * @param {number} serverMs @param {number} endMs @returns {number} server time to draw
    */
   advance(serverMs, endMs) {

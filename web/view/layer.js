@@ -1,4 +1,4 @@
-// What never moves, the goals and walls of a map, kept in an offscreen canvas per page canvas, size and theme.
+// The static part of a map, goals and walls, cached in an offscreen canvas per page canvas, size and theme.
 
 import { ArenaContext } from "./arena_context.js";
 

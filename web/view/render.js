@@ -67,7 +67,7 @@ export function startView(map) {
 }
 
 /**
- * Fits the canvas' pixels to its size on the page.
+ * Sets the canvas' resolution to its size on the page.
  * @param {HTMLCanvasElement} canvas
  * @returns {boolean} whether it changed
  */
@@ -144,7 +144,7 @@ function drawItem(arena, item, view, index, options) {
 }
 
 /**
- * The outline says who holds it: blue solid, red dashed, both on top of each other.
+ * The outline shows who holds an item: blue solid, red dashed, or both.
  * @param {ArenaContext} arena
  * @param {number[]} holders
  */
@@ -165,7 +165,7 @@ function strokeItem(arena, holders) {
 }
 
 /**
- * A ring around a large item that one robot holds: it waits for the other.
+ * A ring around a large item held by one robot, which needs the other.
  * @param {ArenaContext} arena
  * @param {Triple} pose
  * @param {Item} item
@@ -200,7 +200,7 @@ function drawTick(arena, colour) {
 }
 
 /**
- * A short bar from a robot to what it holds, under the robot.
+ * A short bar from a robot to the item it holds, drawn under the robot.
  * @param {ArenaContext} arena
  * @param {View} view
  * @param {number} seat
@@ -282,7 +282,7 @@ function drawOwnRing(arena, pose, colour) {
 }
 
 /**
- * Where the own stick points, drawn in the frame it moved, before the server knows.
+ * The direction of the reader's own stick, drawn in the same frame, before the server responds.
  * @param {ArenaContext} arena
  * @param {Triple} pose
  * @param {string} colour

@@ -11,12 +11,12 @@ export class ServerClock {
   #offsetMs = 0;
   #slewedAtMs = 0;
 
-  /** Forget everything: another connection, perhaps another server. */
+  /** Starts over: another connection, perhaps another server. */
   reset() {
     this.#samples = [];
   }
 
-  /** Whether `now` means anything yet. */
+  /** Whether `now` is meaningful yet. */
   get known() {
     return this.#samples.length > 0;
   }

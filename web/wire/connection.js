@@ -1,4 +1,4 @@
-// The socket to a room: joins with this tab's seats, measures the round trip, comes back after a loss with back-off.
+// The socket to a room: joins with this tab's seats, measures the round trip, reconnects with back-off after a loss.
 // Knows the wire and nothing of the game; what it hears goes to the listener.
 
 import { requestJson } from "../core/api.js";
@@ -79,7 +79,7 @@ export class Connection {
     return this.#put(wire.encodeInput(input));
   }
 
-  /** Hang up for good. */
+  /** Closes the connection for good. */
   close() {
     this.#end();
     this.#socket?.close();
@@ -174,7 +174,7 @@ export class Connection {
     this.#again(now * (0.8 + 0.4 * Math.random())); // not everybody in the same instant
   }
 
-  /** A dead line: give this socket up without waiting for its close. */
+  /** A dead connection: gives this socket up without waiting for its close. */
   #lost() {
     const socket = this.#socket;
     this.#socket = null;

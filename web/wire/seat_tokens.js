@@ -1,4 +1,4 @@
-// The seat tokens of this tab, per room: what brings a reload back to its seat. They change at each join.
+// The seat tokens of this tab, per room: they bring a reloaded page back to its seats. They change at each join.
 
 /** @param {string} room */
 const keyOf = (room) => `movingout.tokens.${room}`;

@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { eventTone, eventWords, tickTime, toldEvents } from "../../replay/event_words.js";
+import { eventTone, eventWords, tickTime, shownEvents } from "../../replay/event_words.js";
 import { speak } from "../text/support.js";
 
 speak("en");
@@ -41,7 +41,7 @@ test("events are told in the reader's language", () => {
 test("start and end are no lines of their own", () => {
   const events = ["start", "collision", "end", "grab", "deadline_missed"].map((kind) => event(kind));
   assert.deepEqual(
-    toldEvents(events).map(({ kind }) => kind),
+    shownEvents(events).map(({ kind }) => kind),
     ["collision", "grab", "deadline_missed"],
   );
 });
@@ -58,9 +58,9 @@ test("the same trouble many times in a row is one line, what players do never is
     at(7, "grab"),
     at(60, "deadline_missed"),
   ];
-  const told = toldEvents(events);
+  const shown = shownEvents(events);
   assert.deepEqual(
-    told.map(({ tick, seat, times }) => [tick, seat, times]),
+    shown.map(({ tick, seat, times }) => [tick, seat, times]),
     [
       [2, 1, 3],
       [3, 0, 1],
@@ -70,7 +70,7 @@ test("the same trouble many times in a row is one line, what players do never is
       [60, 1, 1],
     ],
   );
-  assert.equal(eventWords(told[0], MAP), "Red answered too late, 3 times");
+  assert.equal(eventWords(shown[0], MAP), "Red answered too late, 3 times");
 });
 
 test("marks have the colour of the seat, of a delivery or of a problem", () => {
