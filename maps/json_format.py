@@ -1,4 +1,4 @@
-"""A map as JSON, in both directions. Reading is strict: every fault is named with its JSON path.
+"""Maps as JSON, in both directions. Reading is strict: every fault is reported with its JSON path.
 
 `map.schema.json` beside this file says the same to editors and other programs.
 """

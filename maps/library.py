@@ -1,4 +1,4 @@
-"""Finding maps: the shipped ones by name, anybody's own by path."""
+"""Maps by name (those that are shipped) or by path (your own)."""
 
 import json
 import os

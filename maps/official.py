@@ -1,4 +1,4 @@
-"""Reading a map file of the official environment (live-robotics-uva/movingout_env), as it is.
+"""Reads map files of the official environment (live-robotics-uva/movingout_env) as they are.
 
 Only what the physics needs is taken; colours and hold flags mean nothing here.
 """

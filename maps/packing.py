@@ -1,6 +1,6 @@
-"""Whether all items of a map find a place in its goal regions at once: boxes into boxes, largest first.
+"""Whether all items of a map fit into its goal regions at once: boxes into boxes, largest first.
 
-The answer yes is certain up to the turning of the items; no can be wrong for a tight fit that needs luck to carry out.
+Yes is certain if the items can be turned that way; no can be wrong for a tight fit that players would hardly manage.
 """
 
 import math
@@ -18,7 +18,7 @@ _TURNS = np.radians(np.arange(0, 180, 3))
 
 
 def unplaced_items(spec: MapSpec, spare: float = 0.0) -> list[int]:
-    """Indices of the items that find no place when all are put into the goals; `spare` is left around each."""
+    """Indices of the items that do not fit when all are placed in the goals, each with `spare` around it."""
     places = [_usable(goal) for goal in spec.goals]
     taken = [_enlarged(wall, WALL_MARGIN) for wall in spec.walls]
     unplaced = []

@@ -1,4 +1,4 @@
-"""Where something of a given breadth gets through between the walls: for checking that a map can be solved.
+"""Where something of a given width fits between the walls: to check that a map can be solved.
 
 Everything is sampled on a grid of points 0.025 apart; what moves counts as a disc, which any turned shape is within.
 Items are not obstacles here, since they can be carried away.
@@ -86,7 +86,7 @@ def _values_near(grid: npt.NDArray[Any], x: float, y: float) -> npt.NDArray[Any]
 
 
 def widest(room: Grid, sources: Mask) -> Grid:
-    """For each point the best way to a source, a way being as good as its narrowest point; -inf without any.
+    """For each point the widest path to a source, where a path is as wide as its narrowest point; -inf without one.
 
     Dijkstra with "narrowest" in place of "sum", in 8 directions.
     """

@@ -65,7 +65,7 @@ def _font(pixels: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
 
 
 class _Brush:
-    """A Pillow drawing that thinks in arena units, y up."""
+    """A Pillow drawing in arena units, y up."""
 
     def __init__(self, canvas: Image.Image) -> None:
         self.draw = ImageDraw.Draw(canvas)

@@ -1,4 +1,4 @@
-"""A map as a picture: SVG text written by hand, or PNG bytes."""
+"""A map as a picture: SVG text or PNG bytes."""
 
 import io
 from html import escape

@@ -1,4 +1,4 @@
-"""Solid things on a map as convex or star-shaped outlines with a rounding radius, and the gap between two of them."""
+"""Solids on a map as convex or star-shaped outlines with a rounding radius, and the gap between two of them."""
 
 import math
 from dataclasses import dataclass
@@ -30,9 +30,9 @@ class Solid:
         return Rect(float(left), float(bottom), float(right), float(top))
 
     def gap(self, other: "Solid") -> float:
-        """The distance between the surfaces, negative when they overlap (how much is not said).
+        """The distance between the surfaces; negative when they overlap, without saying by how much.
 
-        Of what is farther apart than 0.1 only a lower bound is given.
+        Beyond 0.1 it is only a lower bound.
         """
         apart = max(
             self.box.left - other.box.right,

@@ -1,4 +1,4 @@
-"""How far a point is from the solid surface of an item, in the item's own frame."""
+"""Distance of a point from an item's surface, in the item's own frame."""
 
 from functools import lru_cache
 

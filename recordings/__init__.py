@@ -1,4 +1,4 @@
-"""What happened, on disk: one MCAP file per episode, written live, recovered after a crash, verified."""
+"""Recordings of episodes: one MCAP file each, written live, recovered after a crash, verified by re-simulation."""
 
 from movingout.recordings.episode import AgentDecision, Episode, EpisodeHeader, Event, InputSample, SeatInfo, TickRecord
 from movingout.recordings.errors import RecordingError

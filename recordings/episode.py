@@ -1,4 +1,4 @@
-"""What one episode is made of, as values; the files know how to hold them, the room how to make them."""
+"""The values that make up an episode; how they are stored is up to `file_format`."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -63,11 +63,11 @@ class TickRecord(NamedTuple):
 
     actions: Floats  # (2, 3) exactly what World.step got
     sources: tuple[ActionSource, ActionSource]
-    input_seqs: tuple[int, int]  # sequence number latched for this tick, -1 for none
+    input_seqs: tuple[int, int]  # sequence number of the input used for this tick, -1 for none
     state: WorldState  # after the step; state.tick is this tick's number, from 1
     delivered: tuple[bool, ...]
     late_ms: float  # start of the tick after its due time
-    slack_ms: tuple[float, float] = (-1.0, -1.0)  # how long before the latch each seat's input came, -1 unknown
+    slack_ms: tuple[float, float] = (-1.0, -1.0)  # how long before it was read each seat's input came, -1 unknown
     rtt_ms: tuple[float, float] = (-1.0, -1.0)  # round trip of each seat, -1 unknown
 
 
@@ -95,7 +95,7 @@ class AgentDecision:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Episode:
-    """A whole recording as read back; `ticks[k]` made `states[k + 1]`."""
+    """A recording as read back; `ticks[k]` made `states[k + 1]`."""
 
     header: EpisodeHeader
     initial: WorldState

@@ -1,4 +1,4 @@
-"""What can go wrong with a recording, as one error with a sentence."""
+"""Errors of recordings; each message says what would help."""
 
 from pathlib import Path
 
@@ -14,7 +14,7 @@ class BusyError(RecordingError):
 
 
 class UnreadableError(RecordingError):
-    """The bytes are not a whole recording of ours."""
+    """The bytes are not a complete recording of this project."""
 
 
 def cannot(doing: str, path: Path, error: OSError) -> RecordingError:

@@ -21,7 +21,7 @@ def templates(folder: Path) -> Environment:
 
 
 def check_name(path: Path) -> None:
-    """RecordingError for a name that is no page's, so that a slip on the command line overwrites no recording."""
+    """RecordingError unless the name ends in .html, so that a typing error does not overwrite a recording."""
     if path.suffix.lower() not in (".html", ".htm"):
         raise RecordingError(f"{path} is not the name of a page; it should end in .html")
 

@@ -27,7 +27,7 @@ def occupancy(states: Sequence[WorldState], seat: int, cells: int = CELLS) -> Fl
 
 
 def smoothed(grid: Floats) -> Floats:
-    """The grid with each cell shared out over its 3 x 3 neighbourhood (weights 1 2 1), so that tracks read as areas."""
+    """The grid, each cell spread over its 3 x 3 neighbourhood (weights 1 2 1), so that tracks read as areas."""
     padded = np.pad(grid, 1)
     rows = (padded[:-2] + 2 * padded[1:-1] + padded[2:]) / 4
     both: Floats = (rows[:, :-2] + 2 * rows[:, 1:-1] + rows[:, 2:]) / 4
@@ -35,7 +35,7 @@ def smoothed(grid: Floats) -> Floats:
 
 
 def shades(grid: Floats) -> Floats:
-    """The grid as strengths in [0, 1]: square roots, so that a long stop does not drown the ways between."""
+    """The grid as strengths in [0, 1]: square roots, so that a long stop does not hide the paths between."""
     top = float(grid.max(initial=0.0))
     return np.sqrt(grid / top) if top > 0.0 else np.zeros_like(grid)
 

@@ -1,4 +1,4 @@
-"""Other processes for slow work, which end with the one that they work for."""
+"""Worker processes for slow work; they end with the process that started them."""
 
 import multiprocessing
 import os
@@ -8,7 +8,7 @@ from concurrent.futures import ProcessPoolExecutor
 
 
 def process_pool(workers: int, nice: int = 0) -> ProcessPoolExecutor:
-    """Processes that give way to others by `nice`, leave Ctrl-C to this one, and do not outlive it.
+    """A pool of processes with this `nice` value that leave Ctrl-C to their parent and do not outlive it.
 
     They are spawned: a fork would copy threads in an unknown state.
     """
@@ -23,7 +23,7 @@ def _begin(nice: int) -> None:
 
 
 def _end_with_parent() -> None:
-    """After kill -9 nobody else would tell a worker, which would wait for work for ever."""
+    """After kill -9 of the parent nothing else would end a worker: it would wait for work for ever."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         parent.join()

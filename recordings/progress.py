@@ -1,4 +1,4 @@
-"""Long work shows a bar on a terminal, on standard error; nothing when there is none to see it."""
+"""A progress bar for long work, on standard error, where that is a terminal."""
 
 import contextlib
 import signal
@@ -12,11 +12,11 @@ from movingout.recordings.process_pool import process_pool
 
 T = TypeVar("T")
 R = TypeVar("R")
-_LONGEST_SHARE = 4  # values handed to a process at once: how long Ctrl-C may take
+_LONGEST_SHARE = 4  # values handed to a process at once: Ctrl-C waits for them
 
 
 def with_progress(values: Iterable[T], total: int, verb: str) -> Iterator[T]:
-    """The values, with a bar that names what is being done."""
+    """The values, with a progress bar labelled with `verb`."""
     console = Console(stderr=True)
     columns = (TextColumn(verb), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, disable=not console.is_terminal or total < 2) as progress:
@@ -40,8 +40,10 @@ def map_in_processes(function: Callable[[T], R], values: Sequence[T], workers: i
 
 @contextlib.contextmanager
 def _sigint_blocked() -> Iterator[None]:
-    """Processes started in the block leave Ctrl-C to this one, also while they start and before they can say so."""
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # they inherit it; here it only comes later
+    """Blocks SIGINT while processes start, so that Ctrl-C reaches only this one from their first instruction on."""
+    before = signal.pthread_sigmask(
+        signal.SIG_BLOCK, {signal.SIGINT}
+    )  # children inherit the mask; here the signal is only delayed
     try:
         yield
     finally:

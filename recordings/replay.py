@@ -1,4 +1,4 @@
-"""A recording as the browser replays it: poses at 20 ms by re-simulation, and what happened beside them.
+"""A recording for replay in the browser: poses every 20 ms by re-simulation, events, metrics and agents' decisions.
 
 Where a re-simulation does not reproduce the recorded states (another engine, imported data), the poses between
 ticks are interpolated from the recorded states instead, and the summary says so.
@@ -34,9 +34,9 @@ class BrowserReplay(NamedTuple):
 
 
 def browser_replay(path: Path, position_scale: float, angle_scale: float) -> BrowserReplay:
-    """A recording made ready for the browser.
+    """A recording prepared for the browser.
 
-    Takes about a second for a long episode: for a worker process. RecordingError when it cannot be read.
+    Takes about a second for a long episode, so call it in a worker process. RecordingError when it cannot be read.
     """
     episode = read_episode(path)
     poses, exact = replay_poses(episode)
@@ -65,7 +65,7 @@ def _poses(state: WorldState) -> Floats:
 
 
 def _between(before: WorldState, after: WorldState) -> Floats:
-    """Five poses on straight lines; angles take the shorter way."""
+    """Five poses by linear interpolation; angles take the shorter way."""
     start, end = _poses(before), _poses(after)
     way = end - start
     way[:, 2] = (way[:, 2] + math.pi) % (2 * math.pi) - math.pi

@@ -1,4 +1,4 @@
-"""Does the record tell the truth? Actions must be what the raw inputs say, and re-simulated lead to equal bits."""
+"""Verification: the actions must follow from the raw inputs, and re-simulating them must give equal bits."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +16,7 @@ _FIELDS = ("robot_poses", "robot_velocities", "held", "item_poses")
 
 @dataclass(frozen=True, slots=True)
 class Divergence:
-    """The first value that the inputs do not say, or that a re-simulation does not reproduce."""
+    """The first value that the inputs do not explain, or that re-simulation does not reproduce."""
 
     tick: int
     field: str  # robot_poses[0, 1], delivered[2], ...
@@ -51,9 +51,9 @@ def verify(path: Path) -> Verification:
 
 
 def first_unexplained(episode: Episode) -> Divergence | None:
-    """Where an action is not what the raw input that it names says, if anywhere.
+    """The first action that differs from the raw input that it names, if any.
 
-    A stick that was let go is at rest, and so is one last heard of before play began, which is not recorded.
+    A stick that was released is at rest; so is one whose last input came before the start and is not recorded.
     """
     inputs = iter(episode.inputs)
     waiting = next(inputs, None)
@@ -79,7 +79,7 @@ def _unexplained(field: str, tick: int, action: list[float], said: InputSample |
 
 
 def first_divergence(episode: Episode) -> Divergence | None:
-    """Where the recorded states leave what the recorded actions lead to, if anywhere."""
+    """The first recorded state that differs from what the recorded actions lead to, if any."""
     world = World(episode.header.map, record_sub_poses=False)
     found = difference(episode.initial, world.state())
     for tick in episode.ticks:

@@ -1,4 +1,4 @@
-"""Which software made a recording: the same actions give the same floats only with the same engine."""
+"""Versions of the software that made a recording: equal floats need the same engine."""
 
 import platform
 from collections.abc import Mapping
@@ -27,7 +27,7 @@ def _version(package: str) -> str:
 
 
 def why_not_exact(recorded: Mapping[str, str]) -> str:
-    """Why equal floats are not promised for a recording made elsewhere; empty when they are."""
+    """Why equal floats are not guaranteed for a recording made elsewhere; empty when they are."""
     here = versions()
     differing = [
         f"{name} {recorded.get(name, 'unknown')} (here {here[name]})"

@@ -1,4 +1,4 @@
-"""The simulated world."""
+"""The simulated world: physics, actions, observations, distances, metrics and rewards."""
 
 from movingout.world.errors import ActionError, WorldError
 from movingout.world.physics import Snapshot, World

@@ -1,6 +1,6 @@
 """The two forms of an action, and the only way from one to the other.
 
-| form | numbers | who speaks it |
+| form | numbers | used by |
 |---|---|---|
 | policy | distance, cos, sin, grasp | policies, agents, training data (paper, "Action Encoding") |
 | world | distance, heading [rad], grasp | `World.step`, recordings, the wire |
@@ -46,7 +46,7 @@ def to_policy(world: npt.ArrayLike) -> Floats:
 
 
 def clipped(world: npt.ArrayLike) -> Floats:
-    """World actions (..., 3) made legal for a rim (wire, gamepad, agent): distance in [-1, 1], grasp 0 or 1."""
+    """World actions (..., 3) within bounds, for whatever comes from outside: distance in [-1, 1], grasp 0 or 1."""
     numbers = checked(world, WORLD_SIZE)
     legal = numbers.copy()
     np.clip(numbers[..., 0], -1.0, 1.0, out=legal[..., 0])

@@ -1,6 +1,6 @@
-"""Building the engine's world from a map: arena, goal regions, items, robots, walls, in the official order.
+"""Builds the engine's world from a map: arena, goal regions, items, robots, walls, in the official order.
 
-The order is physics: it decides in which order contacts and joints are solved, so changing it changes
+The order is part of the physics: it decides in which order contacts and joints are solved, so changing it changes
 trajectories. Nothing here knows about ticks or actions.
 """
 
@@ -28,7 +28,7 @@ class ItemBody:
     spec: ItemSpec
     body: pymunk.Body
     shapes: list[pymunk.Shape]
-    handle: Any  # the engine's own body, for reading poses without wrappers
+    handle: Any  # the engine's own body, to read poses without the wrapper
 
 
 @dataclass(slots=True, eq=False)
@@ -55,7 +55,7 @@ class Bodies:
 
 
 def build_bodies(map_spec: MapSpec) -> Bodies:
-    """A fresh engine space with everything of the map in it."""
+    """A new engine space that holds everything on the map."""
     space = pymunk.Space()
     space.iterations = c.SOLVER_ITERATIONS
     space.collision_slop = c.COLLISION_SLOP

@@ -1,4 +1,4 @@
-"""How far it is to a goal region, or from one point to another, around the walls.
+"""Distances around the walls: from a point to the nearest goal region, or between two points.
 
 The arena is cut into cells of 0.05; a breadth-first flood gives each cell its number of moves, and a move in any of
 the 8 directions costs 0.05. A map's flood is made once and then looked up. Two grids over the same cells:
@@ -30,7 +30,7 @@ from movingout.world.state import Floats
 CELL = 0.05
 PAPER_CELLS = 48
 OFFICIAL_CELLS = 49  # the last row and column stick out of the arena and are blocked
-OFFICIAL_NO_WAY = 1.44  # what the official code takes for the distance of an item without a way to a goal
+OFFICIAL_NO_WAY = 1.44  # the official code's distance of an item that cannot reach a goal
 OVERLAP = 0.01  # a wall or goal counts for a cell when it overlaps by more than this
 
 Cell = tuple[int, int]
@@ -69,7 +69,7 @@ class Distances:
         return found
 
     def one_to_goal(self, point: Floats) -> float:
-        """`to_goal` of one point (2,), sooner."""
+        """`to_goal` of one point (2,), faster."""
         return float(self._to_goal[self._cell(point)])
 
     def between(self, start: Floats, target: Floats) -> float:

@@ -1,4 +1,4 @@
-"""What a robot's command means for the body that steers it: target angle and velocity.
+"""The controller: from a robot's command to the target angle and velocity of the body that steers it.
 
 Pure arithmetic of the official controller, in its exact order of operations.
 """
@@ -57,6 +57,6 @@ def _clip(angle: float) -> float:
 
 
 def _wrap(angle: float) -> float:
-    """To [-pi, pi), with the two modulo operations that bit equality asks for."""
+    """The angle in [-pi, pi), by the two modulo operations that equality to the bit requires."""
     full = 2 * math.pi
     return (angle % full + math.pi) % full - math.pi

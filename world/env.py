@@ -110,7 +110,7 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
     def step(
         self, actions: dict[str, npt.NDArray[np.float32]]
     ) -> tuple[dict[str, Observation], dict[str, float], dict[str, bool], dict[str, bool], dict[str, Info]]:
-        """Advance by one tick; ActionError for an action that is mis-shaped or not finite."""
+        """Advance by one tick; ActionError for an action that has the wrong shape or is not finite."""
         if not self.agents:
             raise WorldError("the episode is over or has not begun; call reset() first")
         before, world_actions = self._state, to_world([actions[agent] for agent in self.agents])
@@ -148,7 +148,7 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
         return raster.pixels(self._world.map, self._state)
 
     def close(self) -> None:
-        """Nothing is open."""
+        """Nothing to release."""
 
     def _start(self, map_spec: MapSpec) -> None:
         self._world = World(map_spec, record_sub_poses=False)

@@ -1,11 +1,11 @@
-"""What can go wrong in the world, each with a sentence that says what would work."""
+"""Errors of the simulated world; each message says what would work."""
 
 from movingout.maps.errors import MovingOutError
 
 
 class WorldError(MovingOutError):
-    """The simulated world was used wrongly or left the numbers it can hold."""
+    """The world was used incorrectly, or its numbers are no longer finite."""
 
 
 class ActionError(WorldError):
-    """An action is mis-shaped or not finite."""
+    """An action has the wrong shape or is not finite."""

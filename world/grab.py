@@ -1,8 +1,8 @@
-"""Hands: finding the item in reach, taking hold of it, letting it go.
+"""Grasping: finding the item in reach, taking hold of it, letting go.
 
 What an item weighs depends on its size and on how many hold it; what is not held is static. When an item
 turns from static to dynamic, the engine (pymunk 6.8 to 6.11) stops it and the bodies joined to it at that
-moment: the official game feels that way, so the order of the lines here is physics.
+moment. The official game behaves that way, so the order of the lines here is part of the physics.
 """
 
 import math

@@ -188,11 +188,11 @@ class OfficialMetrics:
 
 
 class EpisodeMetrics:
-    """Accumulates an episode tick by tick; `update` costs microseconds, `result` may be asked at any time.
+    """Accumulates an episode tick by tick; `update` takes microseconds, `result` may be called at any time.
 
     Waiting time, WT = sum over waiting intervals of (end - start): an agent waits while it alone holds a middle or
-    large item that is not delivered yet. Dragging a middle item alone, at a tenth of the speed, counts as waiting too;
-    both agents may wait at once. Intervals are counted in ticks of 0.1 s.
+    large item that is not delivered yet. Dragging a middle item alone, at a tenth of the speed, counts as waiting too,
+    and both agents may wait at once. Intervals are counted in ticks.
     """
 
     def __init__(self, map_spec: MapSpec) -> None:
@@ -248,7 +248,7 @@ class EpisodeMetrics:
         return self._official_waiting / self._ticks if self._ticks else 0.0
 
     def official(self) -> OfficialMetrics:
-        """What the official code would report for the same ticks (1e-5 in the denominator is its own)."""
+        """What the official code would report for the same ticks; the 1e-5 in the denominator is the official one."""
         poses = self._item_poses()
         together = self._official_consistency
         return OfficialMetrics(
@@ -288,7 +288,7 @@ def normalized_final_distance(map_spec: MapSpec, item_poses: Floats) -> Floats:
     """NFD = 1 - sum(d_i final) / sum(d_i initial), for final poses (..., N, 3) and the map's own initial ones: (...).
 
     d is the breadth-first distance from the item's centre to the nearest goal region on the 48 x 48 grid. An item
-    without a way counts as the farthest place of the map that has one. All at home from the start is 1.
+    that cannot reach a goal counts as the farthest place that can. 1 when everything is delivered from the start.
     """
     distances, farthest, before = _to_be_carried(map_spec)
     after = np.minimum(distances.to_goal(item_poses[..., :2]), farthest).sum(axis=-1)
@@ -300,7 +300,7 @@ def normalized_final_distance(map_spec: MapSpec, item_poses: Floats) -> Floats:
 
 @lru_cache(maxsize=256)
 def _to_be_carried(map_spec: MapSpec) -> tuple[Distances, float, float]:
-    """The distances of a map, the farthest of them, and that of all items together at the beginning."""
+    """A map's distances, the largest of them, and the sum over all items at the start."""
     distances = paper_distances(map_spec)
     initial = np.array([(item.pose.x, item.pose.y) for item in map_spec.items])
     return distances, distances.farthest, np.minimum(distances.to_goal(initial), distances.farthest).sum()

@@ -57,9 +57,9 @@ LAYOUTS = {layout.name: layout for layout in (Layout("official-v1", 0, 0), Layou
 
 
 class Encoder:
-    """Encodes states of one map in one layout; what never changes on a map is written once.
+    """Encodes the states of one map in one layout; what never changes on the map is written once.
 
-    All that moves is laid out in one row of sources, from which one gather per seat fills the vector.
+    Everything that moves is laid out in one row, from which one gather per seat fills the vector.
     """
 
     def __init__(self, map_spec: MapSpec, layout: str = "official-v1") -> None:
@@ -72,11 +72,11 @@ class Encoder:
         self._sources = tuple(_sources(len(map_spec.items), self._constants.size, seat) for seat in (0, 1))
 
     def encode(self, state: WorldState, seat: int) -> Floats:
-        """The vector (D,) that `seat` sees; a new array each time."""
+        """The vector (D,) that `seat` sees, as a new array."""
         return self.encode_arrays(state.robot_poses, state.robot_velocities, state.held, state.item_poses, seat)
 
     def encode_both(self, state: WorldState) -> tuple[Floats, Floats]:
-        """What blue and what red sees, (D,) each, for little more than the price of one."""
+        """What blue and red see, (D,) each, at little more than the cost of one."""
         row = self._row(state.robot_poses, state.robot_velocities, state.held, state.item_poses)
         return row.take(self._sources[0]), row.take(self._sources[1])
 

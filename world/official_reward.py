@@ -1,7 +1,7 @@
-"""The dense reward that the official code pays (reward_setting "dense"), oddities included.
+"""The dense reward of the official code (reward_setting "dense"), with its quirks.
 
 It equals the recorded rewards of the official environment to 1e-9 and exists to compare with them; `world.reward`
-has the paper's. What is odd and kept: the approach term is *subtracted* on the tick of a grab; "in the goal" means
+has the paper's. The quirks that are kept: the approach term is *subtracted* on the tick of a grab; "in the goal" means
 that the centre lies in the drawn region shrunk by the item's circumradius, which is not what the score counts.
 """
 
@@ -29,7 +29,7 @@ FRONT = 0.05  # approach is measured from this far ahead of the robot's centre
 
 @dataclass(frozen=True, slots=True)
 class _Tick:
-    """One tick as the reward looks at it."""
+    """What the reward needs to know of one tick."""
 
     before: WorldState
     after: WorldState
@@ -70,7 +70,7 @@ class OfficialDenseReward:
         return self._seek(robot, tick)
 
     def _seek(self, robot: int, tick: _Tick) -> float:
-        """What an empty hand is paid for: going to help, else going to the nearest free item."""
+        """Reward of an empty hand: for going to help, else for going to the nearest free item."""
         other = 1 - robot
         partners = tick.holds[other]
         if partners < 0 or not self._big[partners]:

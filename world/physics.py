@@ -1,4 +1,4 @@
-"""The world: one map, advanced tick by tick. Deterministic to the bit; it knows no clock and no randomness."""
+"""The simulated world: one map, advanced tick by tick. Deterministic to the bit; no clock, no randomness."""
 
 import math
 from array import array
@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from pymunk._chipmunk_cffi import lib  # the engine without its Python wrapper: the same numbers, sooner
+from pymunk._chipmunk_cffi import lib  # the engine without its Python wrapper: the same numbers, faster
 
 from movingout.maps.spec import SEAT_COLOURS, MapSpec
 from movingout.world import constants as c
@@ -30,7 +30,7 @@ _BLUE, _RED, _ITEMS = 0, 1, 2  # rows of the pose tables; items begin at row 2
 
 @dataclass(frozen=True, slots=True)
 class Snapshot:
-    """One moment of a world: its map and every action so far. Small, picklable, exact on any machine."""
+    """A moment of an episode: the map and every action so far. Small, picklable, exact on any machine."""
 
     map: MapSpec
     actions: bytes  # ticks x 2 x 3 float64
@@ -55,8 +55,8 @@ _SAMPLED_HALVES = _halves(c.POSES_PER_TICK)  # (4, 4, 2), (2, 4, 4)
 class World:
     """The simulated world of one map; `step` is the one way to advance time.
 
-    The same map and actions give the same floats. `record_sub_poses=False` is for headless runs: it saves
-    reading the poses inside each tick, and `sub_poses` then raises.
+    The same map and actions give the same floats. `record_sub_poses=False` is for headless runs: it
+    skips reading poses within a tick, and `sub_poses` then raises.
     """
 
     def __init__(self, map_spec: MapSpec, *, record_sub_poses: bool = True) -> None:
@@ -76,7 +76,9 @@ class World:
         self._held = [-1, -1]
         self._velocities = array("d", bytes(6 * 8))  # of blue and red: vx, vy, angular
         self._delivered = [False] * len(self.map.items)
-        self._delivery_stale = set(range(len(self.map.items)))  # indices of items to look at again
+        self._delivery_stale = set(
+            range(len(self.map.items))
+        )  # indices of items whose delivery has to be checked again
         # Poses of blue, red and the items, three numbers a row: of the last tick, and as it goes on.
         self._live = array("d", bytes(3 * 8 * len(self._handles)))
         self._read_poses(range(len(self._handles)))

@@ -46,7 +46,7 @@ def perform(args: argparse.Namespace) -> int:
 
 
 def _make(folder: Path) -> None:
-    """So that a folder that cannot be written is told once, before the work."""
+    """Make the folder, so that one that cannot be written is reported before the work."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -109,7 +109,7 @@ def _table(entries: Sequence[Summary]) -> str:
 
 
 def _no_match(folder: Path, wanted: Filter) -> str:
-    """That nothing matches, and which names there are where one was asked for that there is not."""
+    """The message when nothing matches; names the maps and players that there are."""
     entries, _ = list_recordings(folder)
     maps = sorted({entry.map for entry in entries})
     seats = sorted({seat for entry in entries for seat in (entry.blue, entry.red)})
@@ -122,7 +122,7 @@ def _no_match(folder: Path, wanted: Filter) -> str:
 
 
 def _day(text: str) -> str:
-    """A day as it is compared with the start of recordings."""
+    """A day in ISO format, to be compared with the start of recordings."""
     try:
         return date.fromisoformat(text).isoformat()
     except ValueError as error:
@@ -174,7 +174,7 @@ def _verify(args: argparse.Namespace) -> int:
 
 
 def _verdict(path: Path) -> Verification | str:
-    """The verdict, or why there is none; a plain value, so that it travels between processes."""
+    """The verdict, or why there is none, as a plain value that can be sent between processes."""
     try:
         return verify(path)
     except RecordingError as error:

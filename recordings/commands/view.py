@@ -1,4 +1,4 @@
-"""`movingout recordings view`: look at recordings in 3D, or write one page of them."""
+"""`movingout recordings view`: recordings in 3D, live or as one offline page."""
 
 import argparse
 import contextlib

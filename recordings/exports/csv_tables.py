@@ -31,6 +31,6 @@ def _writer(open_files: ExitStack, folder: Path, name: str) -> "csv.DictWriter[s
 
 
 def _cells(row: Row) -> Row:
-    """Booleans as 0 and 1; text that a spreadsheet would take for a formula is quoted by an apostrophe."""
+    """Booleans as 0 and 1; text that a spreadsheet would read as a formula gets a leading apostrophe."""
     cells = {name: int(value) if isinstance(value, bool) else value for name, value in row.items()}
     return {name: f"'{v}" if isinstance(v, str) and v[:1] in "=+-@\t\r" and v else v for name, v in cells.items()}

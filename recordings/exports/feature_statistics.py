@@ -1,4 +1,4 @@
-"""Statistics per number of a feature: of one array exactly, and of a stream of any length in little memory."""
+"""Statistics of each dimension of a feature: exact for one array, and in little memory for a stream of any length."""
 
 from collections.abc import Iterable, Mapping
 
@@ -20,7 +20,7 @@ def feature_statistics(values: Values) -> Statistics:
 
 
 class RunningStatistics:
-    """What can be added up: number of rows, range, mean and variance (Chan, Golub and LeVeque 1979)."""
+    """Row count, range, mean and variance, updated array by array (Chan, Golub and LeVeque 1979)."""
 
     def __init__(self) -> None:
         self.count = 0

@@ -49,7 +49,7 @@ def write(plan: ExportPlan) -> None:
 
 
 class _Dataset(contextlib.ExitStack):
-    """The tables of a data set while they are written, and what has to be known of them all."""
+    """The tables of a data set while they are written, and totals over all episodes."""
 
     def __init__(self, folder: Path, plan: ExportPlan) -> None:
         super().__init__()

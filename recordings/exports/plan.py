@@ -1,4 +1,4 @@
-"""What is asked of an export: which recordings, where to, and with which options."""
+"""What to export: which recordings, where to, with which options."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from movingout.recordings.storage.listing import Players, read_players
 
 @dataclass(frozen=True)
 class ExportPlan:
-    """The options of every format; each uses those that mean something to it."""
+    """The options of all formats; each format uses those that apply to it."""
 
     recordings: Sequence[Path]
     target: Path
@@ -29,7 +29,7 @@ class ExportPlan:
     overlay: bool = True  # names, time and deliveries on pictures
 
     def episodes(self, verb: str, training_first: bool = False) -> Iterator[tuple[Episode, str]]:
-        """Each episode with its split, one after the other, with a bar on a terminal."""
+        """The episodes with their split, one at a time, with a progress bar."""
         pairs = list(zip(self.recordings, self.splits, strict=True))
         if training_first:
             pairs.sort(key=lambda pair: pair[1] != TRAIN)

@@ -1,4 +1,4 @@
-"""A test split that no participant crosses: whoever is in it appears in no training episode."""
+"""Train and test split by participant: nobody in a test episode appears in a training episode."""
 
 import hashlib
 from collections import defaultdict
@@ -39,7 +39,7 @@ def split(episodes: Sequence[Players], share: float, seed: int = 0) -> list[str]
 
 
 def _unmasked(episodes: Sequence[Players]) -> list[Players]:
-    """A ghost whose episode is here counts as whoever played it then."""
+    """A replayed seat whose episode is here counts as whoever played it then."""
     played = {
         f"{GHOST}:{players.episode_id}#{colour}": seat
         for players in episodes
@@ -48,7 +48,7 @@ def _unmasked(episodes: Sequence[Players]) -> list[Players]:
 
     def who(seat: SeatInfo) -> SeatInfo:
         seen = set()
-        while seat.kind == GHOST and seat.name in played and seat.name not in seen:  # a ghost of a ghost
+        while seat.kind == GHOST and seat.name in played and seat.name not in seen:  # a replay of a replay
             seen.add(seat.name)
             seat = played[seat.name]
         return seat

@@ -1,4 +1,4 @@
-"""Where an export goes: the target appears whole or not at all."""
+"""The target of an export: it appears complete or not at all."""
 
 import contextlib
 import shutil

@@ -1,4 +1,4 @@
-"""Episodes as training data: what was seen at time t beside what was done then, per seat or for both at once.
+"""Episodes as training data: the observation at time t with the action taken then, per seat or for both at once.
 
 Unlike the tables, where a row is the state after its action, row t here is (s_t, a_t), as behaviour cloning wants it.
 """

@@ -1,4 +1,4 @@
-"""What follows from the truth topics, added when a recording is finished: scene, transforms, log, running metrics."""
+"""The topics derived from the truth topics when a recording is finished: scene, transforms, log, running metrics."""
 
 from collections.abc import Callable, Iterator
 

@@ -136,7 +136,7 @@ def _held_commit(record: bytes, offset: int, crc: int) -> int | None:
 class Journal:
     """An open journal file at its end.
 
-    A disk that takes longer than SLOW_S for one group is an error like a full one: the game goes on without it.
+    A disk that takes longer than SLOW_S for one group counts as an error, like a full one: the game goes on without it.
     """
 
     timer: Callable[[], float] = staticmethod(time.monotonic)
@@ -200,7 +200,7 @@ class Journal:
             )
 
     def sync(self) -> None:
-        """Make what was appended survive a power failure; milliseconds, for a thread."""
+        """Make what was appended survive a power failure. Takes milliseconds: call it in a thread."""
         with self._closing:
             if self._descriptor < 0:
                 return
@@ -231,7 +231,7 @@ def _lock(descriptor: int, path: Path) -> None:
 
 @contextlib.contextmanager
 def owned(path: Path) -> Iterator[bytes]:
-    """The bytes of a journal that nobody writes, and that nobody takes meanwhile."""
+    """The bytes of a journal that no process writes; it stays locked within the block."""
     try:
         descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
     except OSError as error:

@@ -1,4 +1,4 @@
-"""The metadata records of a recording: who, what, when, with which software; text to text, as MCAP has it."""
+"""The metadata records of a recording: who, what, when, with which software. MCAP metadata map text to text."""
 
 import re
 from collections.abc import Mapping
@@ -19,7 +19,7 @@ Entries = Mapping[str, str]
 
 
 def utc(nanoseconds: int) -> str:
-    """A wall-clock time as people and programs read it."""
+    """A wall-clock time [ns since the epoch] in ISO 8601."""
     return datetime.fromtimestamp(nanoseconds / 1e9, UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
 
 

@@ -1,4 +1,4 @@
-"""Reading a recording back: a finished file or a journal, checked before a single value is believed."""
+"""Reads a recording, finished or a journal; checksums are verified before any value is used."""
 
 import struct
 import zlib
@@ -26,7 +26,7 @@ UNREADABLE = (McapError, struct.error, ValueError, KeyError, TypeError, IndexErr
 def read_episode(path: Path) -> Episode:
     """The episode in a finished recording or in a journal (then: its whole ticks so far).
 
-    RecordingError with a sentence when there is none, when it is foreign or newer, or when bytes are damaged.
+    RecordingError when there is no file, when it is of another kind or a newer format, or when bytes are damaged.
     """
     data = read_bytes(path)
     if path.name.endswith(JOURNAL_SUFFIX):
@@ -51,7 +51,7 @@ def read_bytes(path: Path) -> bytes:
 
 
 def check_file(data: bytes, name: str) -> None:
-    """Raise RecordingError unless `data` is a whole MCAP of ours whose every byte is as it was written."""
+    """Raise RecordingError unless `data` is a complete recording of this project with all checksums right."""
     if not data:
         raise UnreadableError(f"{name} is empty")
     if not data.startswith(MAGIC):
@@ -82,7 +82,7 @@ def header_profile(data: bytes) -> str:
 
 @dataclass
 class _Collected:
-    """What the records of a file amount to, before it is an Episode."""
+    """The decoded records of a file, from which the Episode is made."""
 
     keepers: dict[int, Callable[[Any], None]] = field(default_factory=dict)  # by channel id
     metadata: dict[str, Entries] = field(default_factory=dict)

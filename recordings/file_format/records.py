@@ -1,7 +1,7 @@
 """The records inside an MCAP, in file order: a tenth of the cost of the library's general stream reader.
 
-Only what a recording of ours can hold is decoded; unknown records are skipped, as the MCAP specification asks.
-Trusts the bytes: callers check sums first (`reader.check_file`, `journal.scan`).
+Only what our recordings can hold is decoded; unknown records are skipped, as the MCAP specification asks.
+The bytes are trusted: callers verify checksums first (`reader.check_file`, `journal.scan`).
 """
 
 import io
@@ -42,8 +42,8 @@ Record = Header | Channel | Message | Attachment | Metadata
 def records_of(data: bytes, checked: bool = False) -> Iterator[Record]:
     """The records of a file or journal up to its data end; a journal ends where its bytes end.
 
-    `checked` is for finished files whose checksum does not hold: it ends at the first chunk or attachment whose own one
-    does not hold either, and believes no message outside of a chunk.
+    `checked` is for finished files whose checksum is wrong: reading ends at the first chunk or attachment whose own
+    checksum is wrong too, and messages outside of chunks are ignored.
     """
     yield from _walk(data, len(MAGIC), checked)
 

@@ -1,4 +1,4 @@
-"""The topics of a recording and their schemas: what is in a file, field by field.
+"""The topics of a recording and their JSON schemas, field by field.
 
 The schemas are the flat subset that strict viewers accept (every object with `properties`, arrays of scalars or
 of such objects, no null, no references), so "nothing" is -1 or an empty string. `.payloads` writes and reads
@@ -29,7 +29,7 @@ def _object(about: str, /, **properties: Schema) -> Schema:
 
 
 def _with_optional(schema: Schema, /, **properties: Schema) -> Schema:
-    """An object with fields that are left out where they do not apply, so that nothing wrong is plotted."""
+    """An object with optional fields; they are left out where they do not apply, so that no wrong value is plotted."""
     return {**schema, "properties": {**schema["properties"], **properties}}
 
 

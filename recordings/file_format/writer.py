@@ -1,4 +1,4 @@
-"""Writing one episode, live: everything of a tick goes into the journal with one write.
+"""Writes one episode while it is played: each tick goes into the journal with one write.
 
 Called from the room's tick, so nothing here waits for the disk; `sync` is for a thread, `finalise` for another
 process. The derived topics (metrics, scene, transforms) are made when the journal is finalised.
@@ -25,7 +25,7 @@ _AT_ONCE = frozenset({"pause", "resume", "drop", "return", "end"})  # no tick ma
 
 
 class EpisodeWriter:
-    """One episode's journal. Every method raises RecordingError when the disk refuses; the file stays recoverable.
+    """One episode's journal. Every method raises RecordingError on a disk error; the file stays recoverable.
 
     After such an error call `abandon` and go on without recording.
     """

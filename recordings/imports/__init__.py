@@ -1,1 +1,1 @@
-"""Trajectories of the official project as recordings of ours, each with a report on how far it can be trusted."""
+"""Imports trajectories of the official project as recordings, each with a report on how far it can be trusted."""

@@ -1,4 +1,4 @@
-"""An official trajectory as a recording of ours, and how far it can be trusted.
+"""Converts an official trajectory into a recording and reports how far it can be trusted.
 
 The states are kept as they were written; re-simulation only measures how far our world drifts from them. The shapes
 that hold the state before each action lack the last one: it is simulated when all before it agree, else the last
@@ -68,7 +68,7 @@ def import_source(source: TrajectoryFile, folder: Path, salt: str) -> ImportRepo
 
 
 def pseudonym(name: str, salt: str) -> str:
-    """The same person gets the same pseudonym; it leads back to the name only for who knows the salt."""
+    """A pseudonym, the same for the same name; it leads back to the name only for those who know the salt."""
     digest = hashlib.sha256("\n".join((salt, name)).encode()).hexdigest()
     return f"P-{digest[:8]}" if name else ""
 

@@ -157,7 +157,7 @@ def _pose(body: Mapping[str, Any], where: str) -> list[float]:
 
 
 def _velocity(robot: Mapping[str, Any]) -> list[float]:
-    """Velocities were added to the files later: none is standing still."""
+    """Velocities were added to the files later; without one the robot counts as standing still."""
     linear = _numbers(robot.get("velocity") or [0.0, 0.0], 2, "velocity")
     return [*linear, *_numbers([robot.get("angular_velocity") or 0.0], 1, "angular_velocity")]
 

@@ -1,4 +1,4 @@
-"""From a journal to the finished recording, in another process than the room's.
+"""Turns a journal into a finished recording, in another process than the room's.
 
 Copies the truth topics byte for byte, adds what can be derived (metrics, scene, transforms, log), compresses,
 checksums everything and replaces atomically: at every moment either the journal or the recording is whole.
@@ -99,7 +99,7 @@ def _closing(episode: Episode, messages: int, torn: int) -> dict[str, str]:
 
 @contextlib.contextmanager
 def replacing(target: Path) -> Iterator[IO[bytes]]:
-    """A stream that becomes `target` at once and whole, or leaves nothing behind."""
+    """A stream that replaces `target` atomically, or leaves nothing behind."""
     part = target.with_name(target.name + ".tmp")
     try:
         with part.open("wb") as stream:
@@ -149,7 +149,7 @@ def _put_away(journal: Path, damaged: bool) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Recovery:
-    """What became of one leftover journal, or of a torn recording."""
+    """The outcome for one leftover journal, or for a damaged recording."""
 
     journal: Path  # or the recording
     recording: Path | None  # None when there was nothing to keep or it is in use
@@ -163,7 +163,7 @@ def recover(folder: Path) -> list[Recovery]:
 
 
 def recover_journal(journal: Path) -> Recovery:
-    """Finish one leftover journal, whatever is in it; RecordingError when the disk refuses."""
+    """Finish one leftover journal, whatever is in it; RecordingError on a disk error."""
     try:
         with owned(journal) as data:
             found = scan(data)

@@ -1,7 +1,7 @@
-"""An index of a folder of recordings, so that ten thousand list at once.
+"""An index of a folder of recordings, so that ten thousand are listed without delay.
 
-It is kept beside the recordings, made from them alone, and thrown away without loss: a file that is new, changed or
-gone is noticed at every look (name, size, time of change). Journals are few and change all the time: read directly.
+It lies beside the recordings, is made from them alone, and can be deleted without loss: every call notices files that
+are new, changed or gone (name, size, time of change). Journals are few and change all the time: they are read directly.
 """
 
 import os

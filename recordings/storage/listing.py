@@ -1,4 +1,4 @@
-"""What lies in a folder: one line per recording, read from its metadata alone."""
+"""The recordings in a folder: one summary each, read from the metadata alone."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -57,7 +57,7 @@ def summary_from_json(document: Mapping[str, Any], path: Path) -> Summary:
 
 @dataclass(frozen=True, slots=True)
 class Unreadable:
-    """A file that looks like a recording by name and cannot be read."""
+    """A file that is named like a recording and cannot be read."""
 
     path: Path
     problem: str
@@ -73,7 +73,7 @@ def recording_paths(folder: Path) -> list[Path]:
 
 
 def read_summary(path: Path) -> Summary:
-    """The line of one recording; the messages of a finished one are not opened (`verify` does that)."""
+    """The summary of one recording; the messages of a finished one are not read (`verify` does that)."""
     if path.name.endswith(JOURNAL_SUFFIX):
         return _of_episode(path, read_episode(path))
     records = read_metadata(path)
@@ -169,7 +169,7 @@ def _of_episode(path: Path, episode: Episode) -> Summary:
 
 
 def seat_title(kind: str, name: str) -> str:
-    """`human P1`, `agent scripted`; a ghost's name says already what it is."""
+    """`human P1`, `agent scripted`; the name of a replayed seat says already what it is."""
     return name if name.startswith(f"{kind}:") else f"{kind} {name}"
 
 

@@ -1,8 +1,8 @@
-"""What is whole in a finished recording that was torn or damaged: a broken copy, a failing disk.
+"""Repair of a finished recording that was truncated or damaged: a broken copy, a failing disk.
 
-Every chunk of a file has a checksum of its own, so what is in one is as it was written, or it is not believed. What
-stands outside of chunks (names, seats, the seed) is protected by the checksum at the end of the data alone; where that
-is missing, what was saved says that it could not be checked.
+Every chunk has a checksum of its own: only chunks whose checksum holds are used. What stands outside of chunks (names,
+seats, the seed) is protected by the checksum at the end of the data alone; where that is missing, the repaired file
+says that it could not be checked.
 """
 
 import errno
@@ -34,9 +34,9 @@ TICK_ENDS = "/timing"  # the last message of each tick
 
 
 def recover_recording(path: Path) -> Recovery:
-    """Put what is whole of a finished recording in its place; the file as it was stays beside it as `.damaged`.
+    """Replace a finished recording by its intact part; the file as it was stays beside it as `.damaged`.
 
-    A whole file is left alone. Raises RecordingError when there is nothing to save, or the disk refuses.
+    An intact file is left alone. Raises RecordingError when nothing can be saved, or on a disk error.
     """
     data = read_bytes(path)
     try:
@@ -68,7 +68,7 @@ def repair(data: bytes, name: str) -> tuple[Episode, bytes]:
 
 @dataclass
 class _IntactRecords:
-    """What can be believed of a file; `whole` where its data are, and only what follows them is not."""
+    """The records of a file that are intact; `whole` when all data are, and only the index behind them is not."""
 
     whole: bool
     library: str = ""
@@ -92,7 +92,7 @@ class _IntactRecords:
                 self.library = record.library
 
     def journal(self) -> tuple[bytes, int]:
-        """Everything, or what belongs to whole ticks, in the form of a journal without checksums; and the ticks."""
+        """Everything, or what belongs to whole ticks, as a journal without checksums; and the number of ticks."""
         ends = [index for index, (topic, _) in enumerate(self.messages) if topic == TICK_ENDS]
         kept = self.messages if self.whole or not ends else self.messages[: ends[-1] + 1]
         entries = {name: values for name, values in self.metadata.items() if self.whole or name != END}
@@ -104,11 +104,11 @@ class _IntactRecords:
 
 
 def _keep_beside(path: Path) -> None:
-    """A second name for the file, so that there is no moment at which it could be lost. Raises OSError."""
+    """Link the file under a second name, so that it cannot be lost at any moment. Raises OSError."""
     aside = path.with_name(path.name + DAMAGED_SUFFIX)
     if aside.exists():
         raise FileExistsError(errno.EEXIST, f"{aside.name} is there already; move it away", str(aside))
     try:
         os.link(path, aside)
-    except OSError:  # a file system without second names
+    except OSError:  # a file system without hard links
         shutil.copy2(path, aside)

@@ -1,4 +1,4 @@
-"""Where to look from."""
+"""Camera presets of the viewer."""
 
 import math
 from typing import NamedTuple
@@ -14,7 +14,7 @@ _SEATS = {BLUE: 0, RED: 1}
 
 
 class Camera(NamedTuple):
-    """A place, what it looks at, and which way is up."""
+    """Position, look-at point and up direction."""
 
     position: Vector
     look_at: Vector

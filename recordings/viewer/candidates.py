@@ -1,6 +1,6 @@
-"""What an agent considered, as it told the recording: paths with scores, and where it expected the items.
+"""Candidates that an agent considered, read from a recording: paths with scores, and where it expected the items.
 
-Two forms of a decision's `detail` are understood; anything else is an agent's own affair and shows nothing:
+Two forms of a decision's `detail` are understood; anything else is not shown:
 - `candidates` as objects {score, terms, x, y} (the schema of `/agent/…`): predicted paths in arena units;
 - `candidates` as rows (C, H, 3) of distance, cos, sin with `scores` (C,): the commands, drawn as the way of a robot
   that nothing hinders; with `items` (C, N, 2), where the agent expected the items in the end, `guesses` (G, H, 3), the

@@ -1,7 +1,7 @@
-"""One episode as a 3D scene: bodies that stand where they stood at a tick, and what may be drawn over them.
+"""One episode as a 3D scene: bodies where they were at a tick, and optional layers over them.
 
-Draws into any viser scene: one client's, or a server's for a page on its own. Shows a tick when told to; knows no
-time and no controls.
+Draws into any viser scene: one client's, or a server's for an offline page. It shows the tick it is told to; time and
+controls are in `playback` and `panel`.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""What one visitor sees and moves: which episodes, the timeline, what is drawn, from where.
+"""The controls of one visitor: which episodes, the timeline, layers and camera.
 
 Everything belongs to one client, so that two people look at the same recordings independently. Callbacks come from
 viser's threads and `advance` from the viewer's own: a lock keeps them apart.

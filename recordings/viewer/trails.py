@@ -1,4 +1,4 @@
-"""Lines over the floor, as arrays. Knows no viewer."""
+"""Lines over the floor as arrays, independent of the viewer."""
 
 from collections.abc import Sequence
 

@@ -63,7 +63,7 @@ class Viewer:
 
     def __init__(self, cache: RecordingCache, host: str = "127.0.0.1", port: int = 0) -> None:
         for name in cache.shown_first:
-            cache.episode(name)  # a broken file is told before a page opens
+            cache.episode(name)  # report a broken file before a page opens
         self._cache = cache
         self._panels: dict[int, Panel] = {}
         self.host = host
