@@ -1,4 +1,4 @@
-"""The scripted partner: looks, decides what to be busy with, drives, and gets itself unstuck."""
+"""The scripted agent: perceives, selects a task, drives, and recovers when it is stuck."""
 
 import math
 from random import Random
@@ -18,32 +18,31 @@ from movingout.agents.scripted.tasks.task import Task
 from movingout.agents.scripted.tasks.wait import Aside, WalkTo
 from movingout.world.state import Floats
 
-SLICES_PER_TICK = 2  # of thinking; they are counted, not timed: equal states give equal actions on any machine
-STALLED_AFTER = 7  # ticks without getting on
+SLICES_PER_TICK = 2  # of planning; counted rather than timed, so that equal states give equal actions on any machine
+STALLED_AFTER = 7  # ticks without progress
 AVOID_AGAIN = 40  # ticks between two attempts to go around the partner
 WIGGLE_TICKS = 3
-YIELD_AFTER_STALLS = 2  # stalls after which even who has the right of way gives way
-_BESIDE = 0.5  # units from an item within which a stall means that the hand does not reach it
+YIELD_AFTER_STALLS = 2  # stalls after which it gives way even with the right of way
+_BESIDE = 0.5  # units from an item; a stall this near means that the gripper does not reach it
 
 
 class ScriptedAgent:
-    """Plays sensibly with anybody on any map; deterministic given its seed and style."""
+    """A planner that plays with any partner on any map. Deterministic given seed and style."""
 
     execute_rows = 1
 
     def __init__(
         self, seed: int = 0, slices: int = SLICES_PER_TICK, yields: bool = False, **habits: float | str
     ) -> None:
-        """`slices` of thinking per tick: with a thousand it never stops to think, but now and then takes a second.
-
-        Who `yields` lets go of a heavy item at once when the partner holds another one, and helps with that.
-        `habits` are fields of `Style` that shape a plan. Raises AgentError for another one.
+        """`slices`: planning per tick. With a thousand it never pauses to plan, but some decisions take a second.
+        `yields`: release a heavy item at once when the partner holds another one, and help there.
+        `habits`: fields of `Style` that affect plans. Raises AgentError for any other.
         """
         self.style: Style = varied(seed, habits)
         self.seed = seed
         self.slices = slices
         self.yields = bool(yields)
-        self.anticipates = True  # as an expert does
+        self.anticipates = True  # plans for where items will be, as an expert does
         self.detail: dict[str, object] = {}
 
     def reset(self, episode: EpisodeInfo) -> None:
@@ -61,7 +60,7 @@ class ScriptedAgent:
         self._stalls = 0
 
     def act(self, observation: Observation) -> ActionChunk:
-        """One row; `detail` says what it is busy with."""
+        """A chunk of one row. Afterwards `detail` names the task and its item."""
         still = self._selector.partner_is_still(observation.state.tick)
         now = Perception(
             self._map, observation.state, observation.seat, still, self.anticipates, self._placements, self._floors
@@ -87,7 +86,7 @@ class ScriptedAgent:
 
     def _task_command(self, now: Perception) -> DriveCommand:
         collision_cost = partner_collision_cost(now)
-        for _ in range(2):  # one errand may end and the next begin within a tick
+        for _ in range(2):  # a task may end and the next one begin in the same tick
             self._task = self._selector.next_task(now, self._task)
             if self._task is None:
                 return REST
@@ -104,17 +103,17 @@ class ScriptedAgent:
         recent, last = self._trail[-STALLED_AFTER - 1], self._trail[-1]
         limit = self._least_progress(now)
         if len(self._trail) > 2 * STALLED_AFTER and _gap(self._trail[0], last) < limit:
-            return True  # turning about without getting anywhere
+            return True  # moves back and forth without progress
         return _gap(recent, last) < limit and abs(float(last[2] - recent[2])) < 0.3
 
     def _least_progress(self, now: Perception) -> float:
-        """Units in STALLED_AFTER ticks below which it does not get on."""
+        """Units in STALLED_AFTER ticks; less counts as a stall."""
         if now.own_item >= 0 and now.is_heavy(now.own_item):
             return 0.02 if now.own_item == now.partner_item else 0.005
         return 0.05
 
     def _unblock(self, now: Perception) -> None:
-        """Something is in the way: the item itself, the partner, or a corner."""
+        """React to a stall at the item itself, at the partner, or at a corner."""
         self._trail = []
         task = self._task
         if (
@@ -122,19 +121,19 @@ class ScriptedAgent:
             and now.own_item < 0
             and task.stance >= 0
             and self._is_beside(now, task.item)
-            # who touches the partner is kept away by it, but one that holds this item stays where it is
+            # contact with the partner explains the stall, unless the partner holds this item and so stays where it is
             and (now.partner_item == task.item or not in_contact(now))
         ):
             self._selector.grasp_failed(task)
             self._task = None
         elif in_contact(now) and (now.own_item < 0 or now.own_item != now.partner_item):
-            self._make_way(now)
+            self._yield_to_partner(now)
         else:
             heading = float(now.pose[2]) + self._random.uniform(-0.8, 0.8)
             self._wiggle = WIGGLE_TICKS * [DriveCommand(-1.0 if self._random.random() < 0.7 else 1.0, heading)]
 
-    def _make_way(self, now: Perception) -> None:
-        """The partner is in the way: go around it, let it pass, or wait for it to make way."""
+    def _yield_to_partner(self, now: Perception) -> None:
+        """React to a partner in the way: go around it, let it pass, or wait for it to move."""
         if isinstance(self._task, Carry | Fetch) and now.tick > self._avoided + AVOID_AGAIN:
             self._avoided = now.tick
             self._task.go_around(now)
@@ -146,16 +145,16 @@ class ScriptedAgent:
             ]
             self._stalls = 0
         elif self._gives_way(now):
-            way = partner_path(now, self._selector.their_item(now, self._item))
+            path = partner_path(now, self._selector.their_item(now, self._item))
             self._task = Aside(
-                now, way, now.tick + WAIT_ASIDE, self._selector.partner_comes_until(now.tick + WAIT_ASIDE)
+                now, path, now.tick + WAIT_ASIDE, self._selector.partner_comes_until(now.tick + WAIT_ASIDE)
             )
             self._stalls = 0
         else:
             self._stalls += 1
 
     def _gives_way(self, now: Perception) -> bool:
-        """Empty hands give way to full ones, a follower to anybody, red to blue, and everybody after a while."""
+        """An empty gripper yields to a full one, a follower to anyone, red to blue, and anyone after some stalls."""
         if self._stalls >= YIELD_AFTER_STALLS or (now.own_item >= 0) == (now.partner_item >= 0):
             modest = now.seat == 1 if self.style.role == "equal" else self.style.role == "follower"
             return self._stalls >= YIELD_AFTER_STALLS or modest

@@ -1,4 +1,4 @@
-"""Two robots and little room: foreseeing where the partner goes, and getting out of its way."""
+"""Collision avoidance between the robots: predicting the partner's path, and moving out of it."""
 
 import math
 from functools import lru_cache
@@ -22,20 +22,20 @@ from movingout.world.constants import TICK_SECONDS
 from movingout.world.state import Floats
 
 _APART = 2 * ROBOT_RADIUS + 0.02
-_TOUCHING = 0.09  # units between two bodies below which they are in each other's way
-_CLEAR = 0.29  # units between the own centre and the partner's way when standing aside
-_MARGIN = 0.004  # units to keep from everything while standing aside
-_SOON = 25  # cells of the own way that are looked at
-_BEGINNING = 12  # cells of a way that say where it leads to
-_SWING = 0.17  # units more than that which a partner with an item likes to have for its turns
-_CRAMPED = 80  # quarter ticks of walking that it is worth to leave it this room
-_FORESEEN = 70  # cells of the partner's way that are kept clear
-_WRONG_SIDE = 50.0  # quarter ticks of walking to grab from the side that one likes instead of the opposite one
+_TOUCHING = 0.09  # units between two bodies; nearer ones count as in contact
+_CLEAR = 0.29  # units between the own centre and the partner's path when standing aside
+_MARGIN = 0.004  # units of clearance while standing aside
+_SOON = 25  # cells of the own path that are checked
+_BEGINNING = 12  # cells of a path that determine its direction
+_SWING = 0.17  # additional units for a partner that must turn with an item
+_CRAMPED = 80  # quarter ticks of walking that this additional room is worth
+_FORESEEN = 70  # cells of the partner's path that are kept free
+_WRONG_SIDE = 50.0  # quarter ticks of walking that the preferred side to grab from is worth
 _MEETING_PRICE = 600.0  # quarter ticks per unit of overlap with the partner
 
 
 def partner_collision_cost(now: Perception) -> CollisionCost:
-    """The price of short moves that come too near to the partner or to what it carries, if it goes on as it does."""
+    """The cost of short moves that come too near to the partner or its item, assuming its velocity stays the same."""
     steps = np.arange(1, HORIZON + 1)
     velocity = now.state.robot_velocities[1 - now.seat][:2] * TICK_SECONDS
     circles = [(now.partner[:2], ROBOT_RADIUS)]
@@ -44,7 +44,7 @@ def partner_collision_cost(now: Perception) -> CollisionCost:
     own = [(0.0, 0.0, ROBOT_RADIUS)]
     if now.own_item >= 0:
         own += carried_discs(now.item(now.own_item), in_frame(now.pose, now.item_pose(now.own_item)))
-    longest = HORIZON * (STRIDE + float(np.hypot(*velocity)))  # way of both
+    longest = HORIZON * (STRIDE + float(np.hypot(*velocity)))  # that both robots move
     widest = max(math.hypot(x, y) + radius for x, y, radius in own) + 0.03
     if all(float(np.hypot(*(centre - now.pose[:2]))) > longest + widest + radius for centre, radius in circles):
         return no_collision_cost
@@ -63,7 +63,7 @@ def partner_collision_cost(now: Perception) -> CollisionCost:
 
 
 def in_contact(now: Perception) -> bool:
-    """Whether the two robots, or what they carry, stand so near to each other that one is in the other's way."""
+    """Whether the robots, or what they carry, are so near that they block each other."""
     bodies = []
     for seat, held in ((now.seat, now.own_item), (1 - now.seat, now.partner_item)):
         x, y, _ = now.robots[seat].tolist()
@@ -78,59 +78,59 @@ def in_contact(now: Perception) -> bool:
 
 
 def lower_bound(now: Perception, item: int) -> float:
-    """Quarter ticks that bringing an item home takes at least: the way of a robot alone."""
+    """A lower bound of the quarter ticks to deliver an item: the path of a single robot."""
     x, y, _ = now.item_pose(item).tolist()
-    return _way_home(now.space((item,))).cost(x, y)
+    return _route_home(now.space((item,))).cost(x, y)
 
 
 def partner_path(now: Perception, target: int, cells: int = _FORESEEN) -> Floats:
-    """(n, 2) where the partner will probably walk next, so many cells far.
+    """(n, 2) the predicted path of the partner, at most `cells` long.
 
-    That is home with what it carries, else to the item `target` (-1: nowhere).
+    It leads to the goal with a small item that it carries, else to the item `target` (-1: it stays).
     """
     x, y = float(now.partner[0]), float(now.partner[1])
     if now.partner_item >= 0 and not now.is_heavy(now.partner_item):
-        return _way_home(now.space()).path(x, y, cells)
+        return _route_home(now.space()).path(x, y, cells)
     if now.partner_item < 0 and target >= 0:
         goal = now.item_pose(target)
-        return _way_to(now.space(), round(float(goal[0]), 2), round(float(goal[1]), 2)).path(x, y, cells)
+        return _route_to(now.space(), round(float(goal[0]), 2), round(float(goal[1]), 2)).path(x, y, cells)
     return np.array([[x, y]])
 
 
 def exit_path(now: Perception, lane: Mask, target: int) -> Floats | None:
-    """The way (n, 2) out of a lane, which the own robot is about to enter, of a partner on its way out; else None.
+    """(n, 2) the path of a partner that is leaving a lane the own robot is about to enter, else None.
 
-    Whoever carries can wait outside; whoever is inside has no other way.
+    The robot outside can wait; the one inside has no other path.
     """
     partner = cell_of(float(now.partner[0]), float(now.partner[1]))
     leaving = goal_area(now.map)[partner] or (lane[partner] and now.partner_item < 0)
     if target < 0 or not leaving:
         return None
     space = now.space()
-    mine = _way_home(space).path(float(now.pose[0]), float(now.pose[1]), _SOON)
+    mine = _route_home(space).path(float(now.pose[0]), float(now.pose[1]), _SOON)
     if not any(lane[cell_of(x, y)] for x, y in mine.tolist()):
         return None
     goal = now.item_pose(target)
-    way = _way_to(space, round(float(goal[0]), 2), round(float(goal[1]), 2))
-    return way.path(float(now.partner[0]), float(now.partner[1]), _FORESEEN)
+    route = _route_to(space, round(float(goal[0]), 2), round(float(goal[1]), 2))
+    return route.path(float(now.partner[0]), float(now.partner[1]), _FORESEEN)
 
 
 def side_costs(now: Perception, item: int, side: float) -> list[float]:
-    """Quarter ticks that each of the 32 stands beside an item is worth less to who likes to grab it from a `side`.
+    """Cost in quarter ticks of each of the 32 stances around an item, for a preferred `side` to grab from.
 
-    Behind (1) and ahead (-1) are as seen along the beginning of the item's way home.
+    The side is 1 for behind and -1 for ahead, along the beginning of the item's path to the goal.
     """
     if side == 0.0:
         return [0.0] * len(HEADINGS)
     x, y, _ = now.item_pose(item).tolist()
-    way = _way_home(now.space((item,))).path(x, y, _BEGINNING)
-    home = heading_of(float(way[-1, 0] - x), float(way[-1, 1] - y))
+    path = _route_home(now.space((item,))).path(x, y, _BEGINNING)
+    home = heading_of(float(path[-1, 0] - x), float(path[-1, 1] - y))
     prices: list[float] = (_WRONG_SIDE * (abs(side) - side * np.cos(HEADINGS - home)) / 2).tolist()
     return prices
 
 
 @lru_cache(maxsize=32)
-def _way_home(space: FreeSpace) -> WalkingRoute:
+def _route_home(space: FreeSpace) -> WalkingRoute:
     near = FLOOR.to_mask(FLOOR.dilated(FLOOR.to_bits(goal_storage(space.map).inside), 3)) & (
         space.clearance > ROBOT_RADIUS
     )
@@ -139,49 +139,46 @@ def _way_home(space: FreeSpace) -> WalkingRoute:
 
 
 @lru_cache(maxsize=32)
-def _way_to(space: FreeSpace, x: float, y: float) -> WalkingRoute:
+def _route_to(space: FreeSpace, x: float, y: float) -> WalkingRoute:
     return route_to(space, [(x, y)])
 
 
 @lru_cache(maxsize=64)
 def goal_area(map_spec: MapSpec) -> Mask:
-    """(CELLS, CELLS) where an idle robot would be in the way of whoever brings something."""
+    """(CELLS, CELLS) where an idle robot would block a delivery."""
     return FLOOR.to_mask(FLOOR.dilated(FLOOR.to_bits(goal_storage(map_spec).inside), 5))
 
 
-def around(way: Floats) -> Mask:
-    """(CELLS, CELLS) where one would meet whoever goes along a way (n, 2)."""
+def meeting_cells(path: Floats) -> Mask:
+    """(CELLS, CELLS) where a robot would collide with one that follows a path (n, 2)."""
     x, y = np.meshgrid(AXIS, AXIS)
-    return distance_to_path(way, x, y) < 2 * ROBOT_RADIUS
+    return distance_to_path(path, x, y) < 2 * ROBOT_RADIUS
 
 
-def distance_to_path(way: Floats, x: Floats, y: Floats) -> Floats:
-    """Distance from points to the nearest point of a way (n, 2)."""
+def distance_to_path(path: Floats, x: Floats, y: Floats) -> Floats:
+    """Distance from points to the nearest point of a path (n, 2)."""
     gaps = np.full(x.shape, 9.0)
-    for px, py in (*way[::3], *way[-1:]):
+    for px, py in (*path[::3], *path[-1:]):
         np.minimum(gaps, np.hypot(x - px, y - py), out=gaps)
     return gaps
 
 
-def step_aside_plan(now: Perception, way: Floats) -> DrivePlan:
-    """A body on its way to the nearest pose that leaves the partner's way free.
-
-    The body includes what the own hand holds.
-    """
+def step_aside_plan(now: Perception, path: Floats) -> DrivePlan:
+    """A plan to drive, with what the robot holds, to the nearest pose that leaves the partner's path free."""
     discs = [(0.0, 0.0, ROBOT_RADIUS)]
     if now.own_item >= 0:
         discs += carried_discs(now.item(now.own_item), in_frame(now.pose, now.item_pose(now.own_item)))
     space = with_robot(now.space(), now.partner)
     carrying = now.partner_item >= 0 and not goal_area(now.map)[cell_of(float(now.partner[0]), float(now.partner[1]))]
-    search = _search_aside(space, tuple(discs), way.tobytes(), carrying, now.own_item < 0)
+    search = _search_aside(space, tuple(discs), path.tobytes(), carrying, now.own_item < 0)
     return DrivePlan(space, discs, search)
 
 
-@lru_cache(maxsize=4)  # whoever still stands in the way asks the same again
-def _search_aside(space: FreeSpace, discs: tuple[Disc, ...], way: bytes, roomy: bool, off_goal: bool) -> Search:
-    """The search for a pose off a way (n, 2); one with much room where that is preferred, no goal with `off_goal`."""
+@lru_cache(maxsize=4)  # a robot that is still in the way asks for the same search again
+def _search_aside(space: FreeSpace, discs: tuple[Disc, ...], path: bytes, roomy: bool, off_goal: bool) -> Search:
+    """The search for a pose off a path (n, 2); `roomy` prefers one with more room, `off_goal` excludes the goals."""
     x, y = np.meshgrid(AXIS, AXIS)
-    clear = distance_to_path(np.frombuffer(way).reshape(-1, 2), x, y)
+    clear = distance_to_path(np.frombuffer(path).reshape(-1, 2), x, y)
     if off_goal:
         clear = np.where(goal_area(space.map), 0.0, clear)
     costs = np.full((SOLO_MOTION.headings, CELLS, CELLS), UNREACHED, dtype=np.int16)

@@ -1,7 +1,7 @@
-"""A scripted person: the scripted player's plans, seen with a person's eyes and carried out by a person's hand.
+"""A scripted person: the scripted agent's plans with human perception and motor control.
 
-The plan decides what and where; the style decides the order of things, and here how late the partner is seen, how
-fast the stick is pushed, how much the steering wanders, how often the person hesitates and whether the stick is keys.
+This module adds, according to the style, the delay with which the partner is seen, speed, steering error, hesitation
+and the keyboard; the habits that affect plans are applied by `ScriptedAgent`.
 """
 
 import math
@@ -20,19 +20,19 @@ from movingout.agents.scripted.style import Style
 from movingout.maps.suggestion import known_names
 from movingout.world.state import Floats, WorldState
 
-ERROR_CORRELATION = 0.9  # share of the steering error that stays from tick to tick
+ERROR_CORRELATION = 0.9  # correlation of the steering error between two ticks
 PAUSE_TICKS = 3
 
 
 class HumanModel:
-    """One participant at play; deterministic given name, seed and episode."""
+    """One scripted person as an agent. Deterministic given name, seed and episode."""
 
     execute_rows = 1
 
     def __init__(self, name: str = "A01", seed: int = 0, **habits: float | str) -> None:
-        """`name` as in the populations: A01 to C20; `habits` are fields of `Style` in which this one is different.
+        """`name`: A01 to C20, as in the populations. `habits`: fields of `Style` to change.
 
-        Raises DataError for another name, AgentError for another habit.
+        Raises DataError for an unknown name and AgentError for an unknown habit.
         """
         known = [field.name for field in fields(Style)]
         wrong = [habit for habit in habits if habit not in known]
@@ -47,7 +47,7 @@ class HumanModel:
 
     @property
     def detail(self) -> dict[str, object]:
-        """What the plan says about its last decision."""
+        """The decision trace of the planner."""
         return self._plan.detail
 
     def reset(self, episode: EpisodeInfo) -> None:
@@ -63,7 +63,7 @@ class HumanModel:
         self._keys = KeyboardModel(episode.map, episode.seat) if self.style.stick else None
 
     def act(self, observation: Observation) -> ActionChunk:
-        """One row."""
+        """A chunk of one row."""
         state = self._delayed(observation.state)
         row = self._plan.act(observe(self._episode.map, state, self._episode.seat, observation.tick))[0].copy()
         wanted = math.atan2(row[2], row[1])
@@ -81,7 +81,7 @@ class HumanModel:
         return np.array([[distance, math.cos(steered), math.sin(steered), row[3]]])
 
     def _delayed(self, state: WorldState) -> WorldState:
-        """The state with the partner as it was some ticks ago; a shared item is felt at once."""
+        """The state with the partner as it was `delay` ticks ago, but without delay while both hold the same item."""
         other = 1 - self._episode.seat
         self._seen.append((state.robot_poses[other], state.robot_velocities[other]))
         if state.held[0] >= 0 and state.held[0] == state.held[1]:

@@ -1,7 +1,7 @@
-"""A hand on keys: eight directions, forward or backward, at full or no deflection.
+"""Keyboard control: eight directions, forward or backward, at full deflection or none.
 
-Who wants another direction or a slower pace taps: of all that can be pressed for a tick, that is pressed which brings
-the robot nearest to where it should be by now; what is missing or too much then is made up for later.
+Other directions and lower speeds are approximated by tapping, as in error diffusion: each tick presses the keys that
+bring the robot nearest to where it should be, and carries the remaining error over to the next tick.
 """
 
 import math
@@ -18,23 +18,23 @@ _CHOICES = ((0.0, 0.0), *((sign, heading) for sign in (1.0, -1.0) for heading in
 _STRIDE = DRIVE_SPEED * TICK_SECONDS  # u in a tick
 _TURN = TURN_MAX_SPEED * TICK_SECONDS  # rad in a tick
 _UNITS = np.array([_STRIDE, _STRIDE, _TURN])
-_KEPT = np.array([0.9, 0.9, 0.5])  # share of what is missing that is not forgotten from tick to tick
+_KEPT = np.array([0.9, 0.9, 0.5])  # share of the error that is carried over from tick to tick
 
 
 class KeyboardModel:
-    """The keys of one seat in one episode."""
+    """The keyboard of one seat in one episode."""
 
     def __init__(self, the_map: MapSpec, seat: int) -> None:
         self._map = the_map
         self._seat = seat
         self._missing = np.zeros(3)  # x, y [u], angle [rad]
-        self._turns_to: float | None = None  # a robot goes on turning to where the last key pointed
+        self._turns_to: float | None = None  # a robot keeps turning to the last commanded heading
 
     def press(self, state: WorldState, distance: float, heading: float) -> tuple[float, float]:
-        """Distance (-1, 0 or 1) and heading to press, for who would like to drive so from `state`."""
+        """Distance (-1, 0 or 1) and heading [rad] of the keys to press for the wanted distance and heading."""
         hand, angle = self._hand(state), float(state.robot_poses[self._seat, 2])
         turns_to = angle if self._turns_to is None else self._turns_to
-        if self._seat == 1:  # red's command takes effect after half of a tick
+        if self._seat == 1:  # red's command takes effect after half a tick
             angle += min(max(turns_to - angle, -_TURN / 2), _TURN / 2)
         wanted = _motion(distance, heading, angle, turns_to, hand)[1] + self._missing
         options = [_motion(*choice, angle, turns_to, hand) for choice in _CHOICES]
@@ -45,7 +45,7 @@ class KeyboardModel:
         return _CHOICES[best]
 
     def _hand(self, state: WorldState) -> Hand:
-        """What the robot holds, as far as it matters for driving."""
+        """What the robot holds, as the drive model needs it."""
         item = int(state.held[self._seat])
         if item < 0:
             return Hand()
@@ -55,7 +55,7 @@ class KeyboardModel:
 
 
 def _motion(distance: float, heading: float, angle: float, turns_to: float, hand: Hand) -> tuple[float, Floats]:
-    """To which angle [rad] a robot turns, and how it moves in a tick: x, y [u] and angle [rad]."""
+    """(angle [rad] that the robot turns to, motion (3,) in one tick: x, y [u] and angle [rad])."""
     target, vx, vy = drive_command(distance, heading, angle=angle, control_angle=turns_to, hand=hand)
     turn = min(max(target - angle, -_TURN), _TURN)
     return target, np.array([vx * TICK_SECONDS, vy * TICK_SECONDS, turn])

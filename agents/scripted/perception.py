@@ -1,4 +1,4 @@
-"""What a scripted player sees before a tick, put into words that its plans use."""
+"""What a scripted agent perceives before a tick, in the terms that its planning uses."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -14,21 +14,21 @@ from movingout.maps.shapes import circumradius
 from movingout.world.scoring import delivered_items
 from movingout.world.state import Floats, WorldState
 
-FreeSpaceCache = dict[tuple[frozenset[int], bytes], FreeSpace]  # by the items left out and the poses of the others
-_FLOORS = 16  # remembered: most stay as they are for many ticks
+FreeSpaceCache = dict[tuple[frozenset[int], bytes], FreeSpace]  # by (items left out, poses of the others)
+_FLOORS = 16  # kept: items rarely move, so most are used for many ticks
 
 
 @dataclass(frozen=True, eq=False)
 class Perception:
-    """One state from one seat."""
+    """A world state as seen from one seat."""
 
     map: MapSpec
     state: WorldState
     seat: int
-    partner_is_still: bool = False  # has not moved for long: better taken for a thing that stands there
-    anticipates: bool = True  # plans with what will have been taken away by then, not only with what lies there now
-    placements: PlacementCache = field(default_factory=PlacementCache)  # the player's own, through all of an episode
-    free_spaces: FreeSpaceCache = field(default_factory=dict)  # likewise
+    partner_is_still: bool = False  # has not moved for long: plan around it as an obstacle
+    anticipates: bool = True  # plan for items that will have been moved by then
+    placements: PlacementCache = field(default_factory=PlacementCache)  # the agent's own, for a whole episode
+    free_spaces: FreeSpaceCache = field(default_factory=dict)  # the same
 
     @property
     def tick(self) -> int:
@@ -48,12 +48,12 @@ class Perception:
 
     @property
     def own_item(self) -> int:
-        """Index of the item in the own hand, -1 for none."""
+        """Index of the item in the own gripper, -1 for none."""
         return int(self.state.held[self.seat])
 
     @property
     def partner_item(self) -> int:
-        """Index of the item in the partner's hand, -1 for none."""
+        """Index of the item in the partner's gripper, -1 for none."""
         return int(self.state.held[1 - self.seat])
 
     @property
@@ -62,16 +62,16 @@ class Perception:
         return self.state.robot_poses
 
     def item(self, index: int) -> ItemSpec:
-        """What an item is."""
+        """Size and shape of an item."""
         return self.map.items[index]
 
     def item_pose(self, index: int) -> Floats:
-        """(3,) where an item is."""
+        """(3,) pose of an item."""
         pose: Floats = self.state.item_poses[index]
         return pose
 
     def is_heavy(self, index: int) -> bool:
-        """Whether an item needs two."""
+        """Whether an item needs two robots."""
         return self.map.items[index].size != "small"
 
     @cached_property
@@ -81,12 +81,12 @@ class Perception:
 
     @cached_property
     def waiting(self) -> list[int]:
-        """Items that nobody holds and that are not delivered."""
+        """The items that are neither held nor delivered."""
         held = {self.own_item, self.partner_item}
         return [i for i in range(len(self.map.items)) if i not in held and not self.delivered[i]]
 
     def remaining(self, item: int) -> RemainingItems:
-        """What is still to be delivered besides an item, and who else can do it."""
+        """The items still to be delivered apart from `item`, and the partner that can help."""
         others = [other for other in range(len(self.map.items)) if other != item and not self.delivered[other]]
         waiting = [other for other in others if other in self.waiting]
         sizes = [circumradius(self.item(other).shape, self.item(other).scale) for other in others]
@@ -98,22 +98,22 @@ class Perception:
         )
 
     def space(self, without: tuple[int, ...] = (), also: tuple[int, ...] = ()) -> FreeSpace:
-        """The terrain with every item that nobody holds, except those in `without`, and with those in `also`.
+        """Free space with all items that are not held as obstacles, except those in `without`, plus those in `also`.
 
-        A partner that stands still stands there too.
+        A partner that stands still is an obstacle, too.
         """
         space = self._floor({self.own_item, self.partner_item, *without} - set(also))
         return with_robot(space, self.partner) if self.partner_is_still else space
 
     def lasting_space(self, without: int) -> FreeSpace:
-        """The terrain as it will be: small items that wait are going to be taken away, `without` is in a hand."""
+        """Free space as it will be: without the small items still to be delivered, and without the item `without`."""
         if not self.anticipates:
             return self.space((without,))
         smalls = (item for item in self.waiting if not self.is_heavy(item))
         return self._floor({self.own_item, self.partner_item, without, *smalls})
 
     def space_without_delivered(self, without: int) -> FreeSpace:
-        """The terrain as if the small items that are delivered were not there."""
+        """Free space without the small items that are delivered, and without the item `without`."""
         smalls = (item for item in np.flatnonzero(self.delivered).tolist() if not self.is_heavy(item))
         return self._floor({self.own_item, self.partner_item, without, *smalls})
 

@@ -1,23 +1,23 @@
-"""Scripted people in three populations that play in different ways: A and B to learn from, C to be tested with.
+"""Three populations of scripted people: A and B for training, C for evaluation only.
 
-A participant is one style, drawn once and kept for all its episodes. The populations differ in strategy, not only in
-skill, and no style of one lies in the region of another:
+A person is one style, drawn once and kept for all episodes. The populations differ in strategy and not only in skill,
+and no style of one lies in the range of another:
 
 | | A | B | C |
 |---|---|---|---|
 | begins with | heavy, near | small, far | heavy, far or small, near |
 | role | leads, every second an equal | follows, every second an equal | leads or follows |
-| helps who holds one end of a heavy item | within half a second | after two to four seconds | after one or so |
+| helps a partner that holds a heavy item | within half a second | after two to four seconds | after one or so |
 | hands over in a lane | far from the goal | near the goal | about half way |
-| grabs | from behind, and pushes | from ahead, and pulls | from where it comes |
+| grabs | from behind and pushes | from ahead and pulls | from the nearest side |
 | stick | any direction | half of them on keys | half of them on keys |
-| keeps off walls | little | much | somewhat |
-| holds on to a heavy item for | 6-9 s | 3-4.5 s | 4.6-5.9 s |
+| keeps away from walls | little | much | somewhat |
+| holds a heavy item for | 6-9 s | 3-4.5 s | 4.6-5.9 s |
 | speed | 0.95-1 | 0.80-0.88 | 0.89-0.94 |
 | sees the partner late by | 0-1 ticks | 3-5 ticks | 2 ticks |
 | steering noise | 0-0.03 rad | 0.08-0.15 rad | 0.04-0.07 rad |
 
-C is never trained on.
+No agent is trained with C.
 """
 
 import hashlib
@@ -34,9 +34,9 @@ POPULATIONS = ("A", "B", "C")
 
 @dataclass(frozen=True, slots=True)
 class Region:
-    """Where a population's styles lie: closed ranges."""
+    """The styles of a population: closed ranges."""
 
-    heavy_first: tuple[bool, bool]  # of the first, third, ... person and of the second, fourth, ...
+    heavy_first: tuple[bool, bool]  # of people with odd and with even numbers
     far_first: tuple[bool, bool]
     role: tuple[str, str]
     stick: tuple[int, int]
@@ -79,7 +79,7 @@ class ScriptedPerson:
 
     @property
     def agent_id(self) -> str:
-        """The id under which this person takes a seat anywhere."""
+        """The agent id of this person."""
         return f"person:name={self.name}"
 
     @property
@@ -89,24 +89,22 @@ class ScriptedPerson:
 
 
 def population(name: str) -> tuple[ScriptedPerson, ...]:
-    """The people of A, B or C; always the same."""
+    """The people of A, B or C. Raises DataError for another name."""
     if name not in _REGIONS:
         raise DataError(f"unknown population {name!r}; known: {', '.join(POPULATIONS)}")
     return tuple(ScriptedPerson(f"{name}{number + 1:02d}", _style(name, number)) for number in range(PEOPLE))
 
 
 def scripted_person(name: str) -> ScriptedPerson:
-    """The person of a name, A01 to C20."""
+    """The person of a name, A01 to C20. Raises DataError for another name."""
     found = {person.name: person for group in POPULATIONS for person in population(group)}
     if name not in found:
-        raise DataError(
-            f"there is nobody called {name!r}; people are A01 to A{PEOPLE}, B01 to B{PEOPLE}, C01 to C{PEOPLE}"
-        )
+        raise DataError(f"there is no person {name!r}; people are A01 to A{PEOPLE}, B01 to B{PEOPLE}, C01 to C{PEOPLE}")
     return found[name]
 
 
 def manifest() -> dict[str, object]:
-    """All people with their styles and hashes, for a file that says who was trained on and who was not."""
+    """All people with their styles and hashes, for a file that documents who was trained with."""
     people = {
         name: [{"name": p.name, "style": p.style.habits, "sha256": p.sha256} for p in population(name)]
         for name in POPULATIONS
@@ -121,7 +119,7 @@ def _style(name: str, number: int) -> Style:
         heavy_first=region.heavy_first[turn],
         far_first=region.far_first[turn],
         role=region.role[turn],
-        stick=region.stick[number // 2 % 2],  # so that either role plays with either stick
+        stick=region.stick[number // 2 % 2],  # so that both roles occur with both sticks
         patience=random.randint(*region.patience),
         speed=round(random.uniform(*region.speed), 3),
         delay=random.randint(*region.delay),

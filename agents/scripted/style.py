@@ -1,7 +1,7 @@
-"""How one scripted person plays: a handful of habits, drawn once per person and kept for all its episodes.
+"""How a scripted person plays: a few habits, drawn once per person and kept for all episodes.
 
-Those in `PLAN_HABITS` decide what a plan is like and are heeded by the scripted player itself; the others describe
-eyes and hand, and are carried out by whoever plays the plan as a person (`agents.scripted.human_model`).
+The habits in `PLAN_HABITS` affect planning and are applied by `ScriptedAgent`. The others describe perception and
+motor control and are applied by `human_model.HumanModel`.
 """
 
 from collections.abc import Mapping
@@ -28,21 +28,21 @@ _CHOICES: dict[str, tuple[object, ...]] = {"role": ("equal", "leader", "follower
 
 @dataclass(frozen=True, slots=True)
 class Style:
-    """The habits. The defaults are an attentive, quick player."""
+    """The habits of a person. The defaults are those of an attentive, quick one."""
 
-    heavy_first: bool = True  # starts with what needs two; otherwise with what one can carry
-    far_first: bool = False  # fetches the farthest item first; otherwise the nearest
-    patience: int = 60  # ticks to hold one end of a heavy item while nobody comes
-    detour: float = 0.0  # 0 to 1: how much it dislikes to walk close to walls
+    heavy_first: bool = True  # begins with items that need two, otherwise with those that one can carry
+    far_first: bool = False  # fetches the farthest item first, otherwise the nearest
+    patience: int = 60  # ticks to hold one end of a heavy item while the partner does not come
+    detour: float = 0.0  # 0 to 1: preference for paths away from walls
     speed: float = 1.0  # stick deflection when driving straight on, in [0.3, 1]
     delay: int = 0  # ticks by which it sees the partner late
-    noise: float = 0.0  # standard deviation of the steering error [rad], slowly changing
+    noise: float = 0.0  # standard deviation of the steering error [rad], which changes slowly
     hesitation: float = 0.0  # probability per tick of pausing for a third of a second
-    role: str = "equal"  # leader: takes what suits itself; follower: joins the partner, or takes what it leaves
-    help_after: int = 0  # ticks for which it goes on with its own things while the partner holds a heavy item
-    handover: float = 0.5  # where things change hands in a lane: 0 at the goal, 1 where they start
-    side: float = 0.0  # from where it grabs: 1 from behind, to push the item home; -1 from ahead, to pull it
-    stick: int = 0  # directions of the stick: 0 for any, 8 for those of keys, at full or no deflection
+    role: str = "equal"  # leader: minimises its own path; follower: adapts to the partner
+    help_after: int = 0  # ticks until it helps a partner that holds a heavy item
+    handover: float = 0.5  # where items are handed over in a lane: 0 at the goal, 1 at their start
+    side: float = 0.0  # side it grabs from: 1 behind, to push the item to the goal; -1 ahead, to pull it
+    stick: int = 0  # directions of the stick: 0 for any, 8 for keys, which have full deflection or none
 
     def __post_init__(self) -> None:
         for name, (low, high) in _LIMITS.items():
@@ -64,9 +64,9 @@ PLAN_HABITS = ("heavy_first", "far_first", "patience", "detour", "role", "help_a
 
 
 def varied(seed: int, habits: Mapping[str, Any] | None = None) -> Style:
-    """A person like the default one, with small differences in plan that the seed decides, and `habits` as given.
+    """The default style with small random changes of plan habits, drawn by `seed`, and then with `habits`.
 
-    Seed 0 is the default itself. Raises AgentError for a habit that is none of a plan's.
+    Seed 0 is the default itself. Raises AgentError for a name that is not in `PLAN_HABITS`.
     """
     wrong = [name for name in habits or {} if name not in PLAN_HABITS]
     if wrong:

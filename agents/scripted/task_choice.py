@@ -1,6 +1,6 @@
-"""What to be busy with: the one decision that a scripted player makes again and again.
+"""Task selection: which item to fetch, lift or drag next, or where to wait.
 
-It looks at what is to be done, at what the partner does, and remembers what has proved useless.
+The choice depends on the remaining items, on what the partner does, and on what has failed before.
 """
 
 from collections.abc import Callable
@@ -23,29 +23,27 @@ from movingout.maps import MapSpec
 from movingout.maps.flood_fill import UNREACHED
 from movingout.world.state import Floats
 
-INFEASIBLE_FOR = 40  # ticks after which a hopeless item is looked at again
+INFEASIBLE_FOR = 40  # ticks after which an infeasible item is tried again
 HANDED_OVER_FOR = 80  # ticks for which an item is left to the partner
-LEFT = 400  # quarter ticks: who has just put something down will not come back for it first
+LEFT = 400  # quarter ticks added to the partner's path to an item that it has just put down
 WAIT_ASIDE = 25  # ticks
-PASSES_WITHIN = 75  # ticks more that are waited for a partner who has not passed yet
-PASSED = 2  # cells of its way before it is nearest: a partner who gets no nearer is past
-WAIT_FOR_THINGS = 5  # ticks between two looks whether something has been handed over
-IDLE_AFTER = 60  # ticks without motion after which a partner is not counted on
-WAITS_HOLDING_FOR = (
-    150  # ticks for which who holds something may stand still and is not taken for a thing that stands there
-)
-LOOK_EVERY = 4  # ticks between two looks whether the partner wants to get out of a lane
-OUT_OF_THE_WAY = 0.33  # units between a resting robot and the partner's way
-FETCHED_WITHIN = 30  # ticks in which the first thing is taken that was put down far from the goal, or never
-ABOUT_TO_TAKE = 0.5  # units between a partner and the item that it is about to take
-_REGARD = {"equal": (1.0, 1.0), "leader": (1.0, 0.1), "follower": (0.1, 1.0)}  # of the own way and the partner's
+PASSES_WITHIN = 75  # additional ticks to wait for a partner that has not passed yet
+PASSED = 2  # cells; a partner whose path comes nearest within these has passed
+WAIT_FOR_THINGS = 5  # ticks between two checks for an item that was handed over
+IDLE_AFTER = 60  # ticks without motion after which the partner counts as inactive
+WAITS_HOLDING_FOR = 150  # ticks for which a partner holding an item is no obstacle
+LOOK_EVERY = 4  # ticks between two checks whether the partner is leaving a lane
+OUT_OF_THE_WAY = 0.33  # units between an idle robot and the partner's path
+FETCHED_WITHIN = 30  # ticks within which a partner that accepts a far handover takes the first item
+ABOUT_TO_TAKE = 0.5  # units from an item within which the partner is about to grab it
+_PATH_WEIGHTS = {"equal": (1.0, 1.0), "leader": (1.0, 0.1), "follower": (0.1, 1.0)}  # weights of both paths
 _WHOLE_WAY = 400  # cells
 _MOVING = 0.05  # units/s
 _WITHIN_REACH = 10  # cells
 
 
 class TaskSelector:
-    """Chooses errands for one seat of one episode."""
+    """Selects tasks for one seat in one episode."""
 
     def __init__(self, the_map: MapSpec, style: Style, yields: bool = False) -> None:
         self.style = style
@@ -53,32 +51,30 @@ class TaskSelector:
         self._default_lane = handover_lane(the_map, Style().handover)
         self._lane = handover_lane(the_map, style.handover)
         is_usual = self._lane.handover == self._default_lane.handover
-        self._farthest = self._default_lane if is_usual else handover_lane(the_map, FARTHEST)  # from where it fetches
-        self._handed_over_at: dict[
-            int, int
-        ] = {}  # item: tick at which it was first seen to wait for the partner in a lane
+        self._farthest = (
+            self._default_lane if is_usual else handover_lane(the_map, FARTHEST)
+        )  # fetches from here at most
+        self._handed_over_at: dict[int, int] = {}  # by item: tick since when it lies at the handover point
         self._handover_works = (
             self._lane.handover <= self._default_lane.handover
-        )  # whether the partner comes to the meeting place
-        self._infeasible: dict[int, int] = {}  # item: tick until which it is not looked at
-        self._failed_stances: dict[int, set[int]] = {}  # item: stands from which the hand did not reach it
+        )  # whether the partner comes to the handover point
+        self._infeasible: dict[int, int] = {}  # by item: tick until which it is not tried
+        self._failed_stances: dict[int, set[int]] = {}  # by item: stances from which the gripper did not reach it
         self._rearranged: set[int] = set()
-        self._partner_motion_tick = -1  # nothing seen yet
-        self._unanswered = 0  # heavy items in a row at which nobody came
-        self._partner_grasp = (-1, 0)  # what the partner holds, and since which tick
-        self._partner_released: dict[int, int] = {}  # item that the partner put down on the way: since which tick
-        self._own_motion_tick = 0  # the tick at which this player itself moved last
-        self._farthest_item = -1  # the farthest item as it was chosen: on the way another one becomes the farthest
+        self._partner_motion_tick = -1  # not seen yet
+        self._unanswered = 0  # consecutive heavy items at which the partner did not come
+        self._partner_grasp = (-1, 0)  # the item that the partner holds, and since which tick
+        self._partner_released: dict[int, int] = {}  # by item that the partner put down on the way: the tick
+        self._own_motion_tick = 0  # the tick at which this robot last moved or held something
+        self._farthest_item = -1  # the item chosen as the farthest; on the way to it another one becomes the farthest
 
-    # ---- what it learns ---------------------------------------------------------------------------------------
+    # ---- beliefs about the partner and about items ------------------------------------------------------------
 
     def observe_partner(self, now: Perception) -> None:
-        """Note what the partner does."""
+        """Update the beliefs about the partner."""
         moves = float(np.hypot(*now.state.robot_velocities[1 - now.seat][:2])) > _MOVING
         looked_at = bool(self._handed_over_at) and not self._handover_works
-        if (
-            moves or looked_at or self._partner_motion_tick < 0
-        ):  # who is met for the first time is trusted to do something
+        if moves or looked_at or self._partner_motion_tick < 0:  # a new partner counts as active
             self._partner_motion_tick = now.tick
         if (
             now.own_item >= 0
@@ -99,20 +95,20 @@ class TaskSelector:
                 self._unanswered = 0
 
     def partner_comes_until(self, tick: int) -> Callable[[Perception], bool]:
-        """Whether to stand aside still: up to a tick, and on while the partner has not passed."""
+        """Returns whether to keep standing aside: until `tick`, and on while the partner has not passed."""
         comes = True
 
         def needed(now: Perception) -> bool:
             nonlocal comes
             if now.tick % LOOK_EVERY == 0:
-                way = partner_path(now, self.their_item(now, now.own_item))
-                comes = int(np.argmin(np.hypot(*(way - now.pose[:2]).T))) > PASSED and self.partner_is_active(now.tick)
+                path = partner_path(now, self.their_item(now, now.own_item))
+                comes = int(np.argmin(np.hypot(*(path - now.pose[:2]).T))) > PASSED and self.partner_is_active(now.tick)
             return now.tick < tick or (comes and now.tick < tick + PASSES_WITHIN)
 
         return needed
 
     def leaves_to_partner(self, now: Perception) -> bool:
-        """Whether to put down here what the partner, with empty hands and nearer to the goal, can take home."""
+        """Whether to put the own item down for a partner that has an empty gripper and is nearer to the goal."""
         item = now.own_item
         if item < 0 or now.is_heavy(item) or now.partner_item >= 0 or not self._is_nearer_goal(now, 1 - now.seat):
             return False
@@ -120,25 +116,25 @@ class TaskSelector:
         return True
 
     def _reset_trust(self, tick: int) -> None:
-        """Both stand there with empty hands, each because it thinks that the other one does nothing: trust it again."""
+        """Both robots idle because each believes the other to be inactive: assume again that the partner is active."""
         self._own_motion_tick = self._partner_motion_tick = tick
         self._unanswered = 0
         self._infeasible.clear()
         self._failed_stances.clear()
 
     def partner_is_active(self, tick: int) -> bool:
-        """Whether the partner has moved lately."""
+        """Whether the partner has moved recently."""
         return self._partner_motion_tick < 0 or tick - self._partner_motion_tick < IDLE_AFTER
 
     def partner_is_still(self, tick: int) -> bool:
-        """Whether the partner is better taken for a thing that stands there."""
+        """Whether to plan around the partner as an obstacle."""
         waits = (
             self._partner_grasp[0] >= 0 and tick - self._partner_grasp[1] < WAITS_HOLDING_FOR
-        )  # for somebody at the other end
+        )  # for the robot at the other end
         return not self.partner_is_active(tick) and not waits
 
     def ended(self, now: Perception, task: Task) -> None:
-        """Note how an errand went."""
+        """Note the outcome of a task."""
         if isinstance(task, Aside) and task.handed_over >= 0:
             self._infeasible[task.handed_over] = now.tick + HANDED_OVER_FOR
         if isinstance(task, Lift) and task.given_up is not None:
@@ -149,13 +145,13 @@ class TaskSelector:
             self._unanswered += isinstance(task, Lift) and task.waited_in_vain
 
     def grasp_failed(self, task: Fetch | Lift) -> None:
-        """Note that the hand did not reach the item from this errand's stand."""
+        """Note that the gripper did not reach the item from this task's stance."""
         self._failed_stances.setdefault(task.item, set()).add(task.stance)
 
-    # ---- what it decides --------------------------------------------------------------------------------------
+    # ---- selection ----------------------------------------------------------------------------------------------
 
     def next_task(self, now: Perception, task: Task | None) -> Task | None:
-        """What to be busy with in this tick: mostly what it was."""
+        """The task for this tick, usually the current one."""
         if isinstance(task, Aside):
             return task
         if now.own_item >= 0:
@@ -169,21 +165,21 @@ class TaskSelector:
         if isinstance(task, Lift) and self._partner_starts_another(now, task):
             return self._lift(now, self.their_item(now, -1))
         if isinstance(task, Fetch) and now.tick in self._partner_released.values():
-            task = None  # the partner has just left something: that may be nearer
+            task = None  # the partner has just put something down, which may be nearer
         return task or self._choose(now) or self._idle_task(now)
 
     def their_item(self, now: Perception, own: int) -> int:
-        """What the partner probably walks to, -1 for nothing."""
+        """The item that the partner probably goes to, -1 for none."""
         items = [item for item in now.waiting if item != own] or now.waiting
         gaps = [float(np.hypot(*(now.item_pose(item)[:2] - now.partner[:2]))) for item in items]
         return items[int(np.argmin(gaps))] if items else -1
 
     def _needs_help(self, now: Perception) -> bool:
-        """Whether the partner holds something that it cannot bring home alone."""
+        """Whether the partner holds an item that it cannot deliver alone."""
         return now.partner_item >= 0 and now.is_heavy(now.partner_item) and self._is_feasible(now, now.partner_item)
 
     def _partner_starts_another(self, now: Perception, task: Lift) -> bool:
-        """Whether a follower sees the partner begin another heavy item than its own one."""
+        """Whether the partner of a follower is about to lift another heavy item than the follower's."""
         if self.style.role != "follower" or now.partner_item >= 0:
             return False
         item = self.their_item(now, -1)
@@ -203,11 +199,13 @@ class TaskSelector:
             return Carry(now, item, known, self._handover(now))
         free = (
             not self._lane.locked and item not in self._partner_released
-        )  # what the partner has left is not handed back to it
+        )  # an item that the partner put down is not handed back
         if now.tick % LOOK_EVERY == 0 and free and self.partner_is_active(now.tick):
-            way = exit_path(now, self._lane.last_lane, self.their_item(now, item))
-            if way is not None:
-                return Aside(now, way, now.tick, self._partner_leaves, hands_over=now.anticipates and bool(now.waiting))
+            path = exit_path(now, self._lane.last_lane, self.their_item(now, item))
+            if path is not None:
+                return Aside(
+                    now, path, now.tick, self._partner_leaves, hands_over=now.anticipates and bool(now.waiting)
+                )
         return task
 
     def _choose(self, now: Perception) -> Task | None:
@@ -224,23 +222,21 @@ class TaskSelector:
         if smalls:
             return self._fetch(now, self._share_of_small_items(smalls, cost, their_cost, now))
         if self._needs_help(now):
-            return self._lift(
-                now, now.partner_item
-            )  # nothing of its own to go on with: no reason to let the partner wait
+            return self._lift(now, now.partner_item)  # it has no other task, so the partner need not wait
         if heavies:
             follows = helpful and self.style.role == "follower"
             return self._task_without_help(now, heavies, their_cost if follows else cost, helpful)
         return self._rearrange(now)
 
     def _task_without_help(self, now: Perception, heavies: list[int], cost: dict[int, float], helpful: bool) -> Task:
-        """Only heavy items are left, and the partner is busy or of no help."""
+        """The task when only heavy items are left and the partner is busy or inactive."""
         middles = [item for item in heavies if now.item(item).size == "middle"]
         if middles and not helpful:
             return Drag(now, min(middles, key=cost.__getitem__))
         return self._lift(now, min(heavies, key=cost.__getitem__))
 
     def _distances(self, now: Perception) -> tuple[dict[int, float], dict[int, float]]:
-        """Quarter ticks to the items that can be had: the own way and the partner's."""
+        """Quarter ticks to the feasible items, for the own robot and for the partner."""
         items = [item for item in now.waiting if self._is_feasible(now, item)]
         if not items:
             return {}, {}
@@ -256,7 +252,7 @@ class TaskSelector:
     def _share_of_small_items(
         self, smalls: list[int], mine: dict[int, float], theirs: dict[int, float], now: Perception
     ) -> int:
-        """Which small item to take so that both together walk least; or the farthest, for who likes that."""
+        """The small item to fetch so that both robots together walk least, or the farthest one for `far_first`."""
         if self.style.far_first:
             if self._farthest_item in smalls:
                 return self._farthest_item
@@ -271,12 +267,12 @@ class TaskSelector:
         return min(pairs, key=lambda pair: (self._joint_cost(mine[pair[0]], theirs[pair[1]]), mine[pair[0]]))[0]
 
     def _joint_cost(self, mine: float, theirs: float) -> int:
-        """Quarter ticks of both ways, as much as this player regards each."""
-        own, other = _REGARD[self.style.role]
+        """The two costs weighted by role."""
+        own, other = _PATH_WEIGHTS[self.style.role]
         return round(own * mine + other * theirs)
 
     def _rearrange(self, now: Perception) -> Task | None:
-        """Nothing else can be done: put something that lies in the way, or badly, to a better place."""
+        """When nothing else is feasible: move a delivered item to a better place."""
         smalls = [item for item in np.flatnonzero(now.delivered).tolist() if not now.is_heavy(item)]
         smalls = [item for item in smalls if self._is_feasible(now, item) and item not in self._rearranged]
         if not smalls or not now.waiting or now.partner_item >= 0:
@@ -286,13 +282,13 @@ class TaskSelector:
         return Fetch(now, item, frozenset(), None, self.style.detour, rearranging=True)
 
     def _idle_task(self, now: Perception) -> Task | None:
-        """Nothing to do: stay, but out of the partner's way."""
-        way = partner_path(now, self.their_item(now, -1), _WHOLE_WAY)
-        if in_contact(now):  # it goes another way than one would think
-            way = np.vstack([way, now.pose[:2]])
-        in_the_way = bool(goal_area(now.map)[cell_of(float(now.pose[0]), float(now.pose[1]))])
-        if in_the_way or float(np.hypot(*(way - now.pose[:2]).T).min()) < OUT_OF_THE_WAY:
-            return Aside(now, way, now.tick + WAIT_ASIDE)
+        """Without a task: stay, but off the partner's path."""
+        path = partner_path(now, self.their_item(now, -1), _WHOLE_WAY)
+        if in_contact(now):  # it does not follow the predicted path
+            path = np.vstack([path, now.pose[:2]])
+        blocks_goal = bool(goal_area(now.map)[cell_of(float(now.pose[0]), float(now.pose[1]))])
+        if blocks_goal or float(np.hypot(*(path - now.pose[:2]).T).min()) < OUT_OF_THE_WAY:
+            return Aside(now, path, now.tick + WAIT_ASIDE)
         return None
 
     def _is_feasible(self, now: Perception, item: int) -> bool:
@@ -306,20 +302,20 @@ class TaskSelector:
         failed_stances = frozenset(self._failed_stances.get(item, ()))
         return Fetch(now, item, failed_stances, self._handover(now), self.style.detour, side=self.style.side)
 
-    # ---- lanes ------------------------------------------------------------------------------------------------
+    # ---- handover in lanes --------------------------------------------------------------------------------------
 
     def _partner_leaves(self, now: Perception) -> bool:
-        """Whether the partner is still on its way out of the last lane."""
+        """Whether the partner is still leaving the last lane."""
         partner = cell_of(float(now.partner[0]), float(now.partner[1]))
         inside = bool(self._lane.last_lane[partner] or goal_area(now.map)[partner])
         return inside and self.partner_is_active(now.tick) and bool(now.waiting)
 
     def _uses_handover(self, now: Perception) -> bool:
-        """Whether the two take turns on a lane that nobody can pass: not with a partner who does nothing."""
+        """Whether items are handed over, because the robots cannot pass each other and the partner is active."""
         return self._lane.locked and self.partner_is_active(now.tick)
 
     def _is_nearer_goal(self, now: Perception, seat: int = -1) -> bool:
-        """Whether the robot of a seat, or this one, is nearer to the goal than the other one."""
+        """Whether the robot of a seat (default: the own) is nearer to the goal than the other."""
         seat = now.seat if seat < 0 else seat
         return self._lane.left(now.robots[seat]) < self._lane.left(now.robots[1 - seat])
 
@@ -336,14 +332,14 @@ class TaskSelector:
         if not self._handover_works and len(ready) < len(smalls):
             since = min(self._handed_over_at.setdefault(item, now.tick) for item in smalls if item not in ready)
             if now.tick - since <= FETCHED_WITHIN:
-                return None  # a second thing would shut the lane if the partner does not come for the first one
+                return None  # a second item would block the lane if the partner does not come for the first
             self._lane, self._handover_works = self._default_lane, True
             ready = [item for item in smalls if not self._lane.is_handed_over(now.item_pose(item))]
         return self._fetch(now, min(ready, key=cost.__getitem__)) if ready else None
 
 
 def _costs_to(space: FreeSpace, position: Floats, poses: list[Floats]) -> list[float]:
-    """Quarter ticks on foot to within reach of each pose."""
+    """Walking cost [quarter ticks] to within reach of each pose."""
     grid = walking_costs(space, [(float(position[0]), float(position[1]))])
     costs = []
     for pose in poses:

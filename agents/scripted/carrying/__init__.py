@@ -1,1 +1,1 @@
-"""Driving what is held: alone, and by two."""
+"""Carrying items: alone, and with the partner."""

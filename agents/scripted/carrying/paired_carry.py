@@ -1,7 +1,7 @@
-"""Carrying one item with two robots: a rigid body of three, moved by two robots that each know the common plan.
+"""Carrying an item with two robots: one rigid body, moved by two robots that compute the same plan.
 
-Both robots compute the same plan from the same visible state, so nothing has to be said. The body's reference point
-is the item's centre; its heading is how far the item has turned since both hands closed.
+Both plan from the same visible state, so they need no communication. The reference point of the body is the item's
+centre; its heading is the angle that the item has turned since both robots grabbed it.
 """
 
 import math
@@ -24,17 +24,17 @@ from movingout.world.constants import TOGETHER_TURN_DIVISOR
 from movingout.world.scoring import goal_boxes, is_delivered
 from movingout.world.state import Floats
 
-EASY, TIGHT = 0.012, 0.002  # units kept from everything
+EASY, TIGHT = 0.012, 0.002  # margins [u]
 _SETTLED = 3.0
-_LOOK = 3  # ticks that a try lasts
-_TICKS = UNIT_PER_TICK * np.arange(1, _LOOK + 1)
+_TRIAL_TICKS = 3  # ticks of a trial motion
+_TICKS = UNIT_PER_TICK * np.arange(1, _TRIAL_TICKS + 1)
 _SPIN_PER_TICK = 0.16  # rad that two robots turn an item in a tick at most
 _RELEASE = DriveCommand(0.0, 0.0, grasp=True)
-_REMEMBERED_TWISTS = 8  # twists remembered: the partner asks in the same tick
+_REMEMBERED_TWISTS = 8  # kept, because the partner asks for the same in the same tick
 
 
 class Twist(NamedTuple):
-    """How the body moves in one tick: distances and angle."""
+    """The motion of the body in one tick."""
 
     dx: float
     dy: float
@@ -52,12 +52,12 @@ def _make_twists() -> Floats:
 
 
 _TWISTS = _make_twists()
-_STEPS = np.arange(1, _LOOK + 1)[None, :, None]
-_found: dict[tuple[Search, int, bytes], Twist] = {}  # by the search, how far it was followed, and the pose
+_STEPS = np.arange(1, _TRIAL_TICKS + 1)[None, :, None]
+_found: dict[tuple[Search, int, bytes], Twist] = {}  # by (search, level, pose)
 
 
 class PairCarryPlan:
-    """The way of an item that both robots hold, or would hold with these grips."""
+    """The plan for an item that both robots hold, or would hold with these grasps."""
 
     def __init__(
         self,
@@ -68,9 +68,9 @@ class PairCarryPlan:
         places: Places,
         margin: float = EASY,
     ) -> None:
-        """`robots` (2, 2+) are the holders' positions while the item is at `item_pose`; the terrain is without it.
+        """`robots` (2, 2+): positions while the item is at `item_pose`. `space` is without the item.
 
-        `look` says what the places in the goal regions are worth.
+        `places`: the costs of places in the goal regions.
         """
         self.item = item
         self._origin_angle = float(item_pose[2])
@@ -84,7 +84,7 @@ class PairCarryPlan:
 
     @property
     def idle_ticks(self) -> int:
-        """For how long the two have not got nearer."""
+        """Ticks without progress."""
         return self._progress.ticks
 
     def cost(self, item_pose: Floats) -> float:
@@ -92,7 +92,7 @@ class PairCarryPlan:
         return float(costs_at_poses(self.cost_to_go.cost, PAIR_MOTION, self._body(item_pose)[None])[0])
 
     def drive(self, item_pose: Floats, robots: Floats) -> tuple[DriveCommand, DriveCommand]:
-        """The next commands of both robots, whose poses are (2, 3)."""
+        """The next commands of both robots at poses (2, 3)."""
         body = self._body(item_pose)
         left = float(costs_at_poses(self.cost_to_go.cost, PAIR_MOTION, body[None])[0])
         if left >= UNREACHED and not self.cost_to_go.done:
@@ -106,7 +106,7 @@ class PairCarryPlan:
         return commands(self._best_twist(body), item_pose, robots)
 
     def _best_twist(self, body: Floats) -> Twist:
-        """What both holders find; whoever asks second is told what the first one found."""
+        """The best motion of the next tick, computed once for both robots."""
         asked = (self._search, self.cost_to_go.level, body.tobytes())
         if asked not in _found:
             if len(_found) >= _REMEMBERED_TWISTS:
@@ -130,7 +130,7 @@ class PairCarryPlan:
 def _search(
     space: FreeSpace, item: ItemSpec, angle: float, discs: tuple[Disc, ...], places: Places, margin: float
 ) -> Search:
-    """`angle` is the item's while the body's heading is 0; the last two discs are the holders."""
+    """`angle` is the item's at body heading 0; the last two discs are the robots."""
     turns = angle + np.arange(PAIR_MOTION.headings) * 2 * np.pi / PAIR_MOTION.headings
     extents = np.array([half_extents(item, float(turn)) for turn in turns])
     holders = [(x, y) for x, y, _ in discs[-2:]]
@@ -148,7 +148,7 @@ def _discs(item: ItemSpec, item_pose: Floats, robots: Floats) -> tuple[Disc, ...
 
 
 def commands(twist: Twist, item_pose: Floats, robots: Floats) -> tuple[DriveCommand, DriveCommand]:
-    """What the two holders (2, 3) do to move the item by a twist.
+    """The commands of two robots at poses (2, 3) that move the item by a twist.
 
     Each robot drives the way its own place in the body has to go. Ahead or backward is the same for the motion but
     not for the turn that the world adds (a tenth of the heading error, away from it): of the four choices the one
@@ -167,7 +167,7 @@ def commands(twist: Twist, item_pose: Floats, robots: Floats) -> tuple[DriveComm
 
 
 def _two_ways(dx: float, dy: float, scale: float, angle: float) -> list[tuple[DriveCommand, float]]:
-    """The same step driven ahead and backward, each with the turn that the world adds to it."""
+    """The same step driven forward and backward, each with the turn that the world adds to it."""
     distance, heading = math.hypot(dx, dy) / scale, heading_of(dx, dy)
     ways = []
     for command in (DriveCommand(distance, heading), DriveCommand(-distance, wrap(heading + math.pi))):

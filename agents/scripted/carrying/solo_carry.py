@@ -1,4 +1,4 @@
-"""Carrying alone: the robot and the item ahead of it are one rigid body that drives like a robot."""
+"""Carrying alone: the robot and the item ahead of it form one rigid body that drives like a robot."""
 
 import math
 from collections.abc import Sequence
@@ -36,19 +36,19 @@ from movingout.maps.spec import ROBOT_RADIUS
 from movingout.world.scoring import goal_boxes, is_delivered
 from movingout.world.state import Floats
 
-_SETTLED = 2.0  # quarter ticks: a place this much worse than the best one still to be had is good enough
-SETTLE_AFTER = 6  # ticks without getting nearer after which a place that is nearly the best is good enough
-_NEAR_BEST = 25.0  # quarter ticks: that near
-_ACCEPT_ANY_AFTER = 25  # ticks without getting nearer after which any place in a goal region is good enough
-_FOLLOW_PLAN_AFTER = 3  # ticks without getting nearer after which the plan is followed step by step
-_ADJUSTMENTS = 8  # ticks at most for that, and for putting an item down exactly
-_ANGLE_TOLERANCE, _DISTANCE_TOLERANCE = 0.03, 0.006  # rad and units that are exact enough
-_ROUGH_ANGLE_TOLERANCE = 0.1  # rad that are exact enough on the way: a hand that is not steady never gets nearer
+_SETTLED = 2.0  # quarter ticks by which a place may be worse than the best reachable one
+SETTLE_AFTER = 6  # ticks without progress after which a nearly best place is accepted
+_NEAR_BEST = 25.0  # quarter ticks from the best place
+_ACCEPT_ANY_AFTER = 25  # ticks without progress after which any place in a goal region is accepted
+_FOLLOW_PLAN_AFTER = 3  # ticks without progress after which the plan is followed step by step
+_ADJUSTMENTS = 8  # ticks at most for that, and for exact placement
+_ANGLE_TOLERANCE, _DISTANCE_TOLERANCE = 0.03, 0.006  # rad and units of exact placement
+_ROUGH_ANGLE_TOLERANCE = 0.1  # rad on the way; unsteady steering would never reach a smaller one
 _TICKS = UNIT_PER_TICK * np.arange(1, HORIZON + 1)
 
 
 def margins(map_spec: MapSpec) -> tuple[float, float]:
-    """Units to keep from everything: where there is room, and where there is none."""
+    """Margins [u] to keep from obstacles: with enough room, and with little."""
     crowding = goal_storage(map_spec).crowding
     return (0.02 if not crowding else 0.01 if crowding < EXACT_CROWDING else 0.005), 0.003
 
@@ -57,7 +57,7 @@ Offset = tuple[float, float, float]  # an item's pose in the robot's frame
 
 
 class DrivePlan:
-    """A robot, with or without an item ahead, on its way over a terrain."""
+    """A plan to drive a robot, with or without an item ahead, to a goal pose."""
 
     def __init__(self, space: FreeSpace, discs: Sequence[Disc], search: Search) -> None:
         self.space = space
@@ -69,18 +69,18 @@ class DrivePlan:
         return float(self.costs_at(pose[None])[0])
 
     def costs_at(self, poses: Floats) -> Floats:
-        """(M,) likewise from robot poses (M, 3)."""
+        """(M,) quarter ticks from robot poses (M, 3)."""
         return costs_at_poses(self.cost_to_go.cost, SOLO_MOTION, poses)
 
     def costs(self, moves: Floats) -> Floats:
-        """(K,) for short moves (K, HORIZON, 3)."""
+        """(K,) costs of short moves (K, HORIZON, 3)."""
         left = self.costs_at(moves.reshape(-1, 3)).reshape(moves.shape[:2])
-        through = (left + _TICKS).max(axis=1)  # a way through something is as dear as its worst pose
+        through = (left + _TICKS).max(axis=1)  # a move through an obstacle costs as much as its worst pose
         pressed = overlap_cost(self.space, self.discs, moves).max(axis=1)
         return np.asarray(0.5 * (left[:, -1] + through) + pressed)
 
     def look_farther(self, pose: Floats) -> float:
-        """The cost from a pose (3,); searches on a little when the robot was pushed out of what is known."""
+        """The cost from a pose (3,); extends the search when the robot was pushed beyond what is known."""
         cost = self.cost(pose)
         if cost < UNREACHED or self.cost_to_go.done:
             return cost
@@ -88,12 +88,12 @@ class DrivePlan:
         return self.cost(pose)
 
     def move(self, pose: Floats, collision_cost: CollisionCost) -> DriveCommand:
-        """The next command of a robot at a `pose` (3,) from which there is a way."""
+        """The next command of a robot at a `pose` (3,) with a known cost."""
         return best_move(pose, lambda moves: self.costs(moves) + collision_cost(moves))[0]
 
 
 class SoloCarryPlan(DrivePlan):
-    """The way of one item to its place in a goal, for a robot that holds it (or will hold it right ahead)."""
+    """The plan for an item that a robot holds, or will hold ahead of it."""
 
     def __init__(
         self,
@@ -104,10 +104,10 @@ class SoloCarryPlan(DrivePlan):
         margin: float,
         handover: HandoverLane | None = None,
     ) -> None:
-        """`offset` is the item's pose in the robot's frame; the terrain must not contain the item.
+        """`offset`: the item's pose in the robot's frame. `space` is without the item.
 
-        `look` says what the places in the goal regions are worth. With `meeting` it goes to the
-        meeting place instead of a goal region.
+        `places`: the costs of places in the goal regions. With `handover` the destination is the handover point
+        instead of a goal region.
         """
         search = _search(space, item, offset, places, margin, handover)
         super().__init__(space, _discs(item, offset), search)
@@ -122,9 +122,9 @@ class SoloCarryPlan(DrivePlan):
         self._adjustments = 0
 
     def drive(self, pose: Floats, item_pose: Floats, collision_cost: CollisionCost, steady: bool) -> DriveCommand:
-        """The next command of a robot at `pose` (3,) that holds the item; lets go where it should lie.
+        """The next command of a robot at `pose` (3,) that holds the item; releases it at its place.
 
-        A `steady` hand can follow the plan step by step and put things down exactly.
+        With `steady` steering the plan can be followed step by step and the item placed exactly.
         """
         left = self.look_farther(pose)
         there = self.handover is not None or is_delivered(self.item, tuple(item_pose.tolist()), self._goals)
@@ -142,11 +142,11 @@ class SoloCarryPlan(DrivePlan):
         return command
 
     def _next_step(self, pose: Floats) -> DriveCommand | None:
-        """Exactly what the plan says, where there is so little room that moves which look good lead nowhere."""
+        """The exact next step of the plan, for where there is too little room for the short moves."""
         return _towards(pose, next_pose(self.cost_to_go.cost, SOLO_MOTION, pose), _ROUGH_ANGLE_TOLERANCE)
 
     def _adjusted(self, pose: Floats) -> DriveCommand | None:
-        """A small move to where exactly the item was to be put down, where that matters; None when it lies well."""
+        """A small move to the exact place, where that matters; None when the item is there."""
         if self._aim is None and self._must_be_exact:
             self._aim = grid_pose(SOLO_MOTION, pose)
         if self._aim is None or self._adjustments == _ADJUSTMENTS:
@@ -155,7 +155,7 @@ class SoloCarryPlan(DrivePlan):
         return _towards(pose, self._aim, _ANGLE_TOLERANCE)
 
     def _good_enough(self, pose: Floats, left: float, ticks: int, command: DriveCommand) -> bool:
-        """Whether this is the place: the best one, or one nearly as good where nothing gets on any more."""
+        """Whether to release the item here: at the best place, or at a nearly best one after a stall."""
         loss = nearest_cost(self._places, SOLO_MOTION, pose) - left
         stays = ticks >= SETTLE_AFTER or command.distance == 0.0
         if self._aim is not None:
@@ -164,7 +164,7 @@ class SoloCarryPlan(DrivePlan):
 
 
 def _towards(pose: Floats, target: tuple[float, float, float], tolerance: float) -> DriveCommand | None:
-    """First turn to within `askew` rad, then go ahead or back; None for a robot that can do no more that way."""
+    """Turn to within `tolerance` rad, then drive forward or backward; None when that brings no improvement."""
     x, y, heading = target
     if abs(wrap(heading - float(pose[2]))) > tolerance:
         return turn_to(heading)
@@ -188,19 +188,19 @@ def _search(
 
 
 def _discs(item: ItemSpec, offset: Offset) -> list[Disc]:
-    """The robot and the item ahead."""
+    """The discs of the robot and of the item ahead."""
     return [(0.0, 0.0, ROBOT_RADIUS), *carried_discs(item, offset)]
 
 
 class StallCounter:
-    """Since when a cost-to-go does not fall any more."""
+    """Counts the ticks without progress, that is, without a lower cost-to-go."""
 
     def __init__(self) -> None:
         self._least = math.inf
-        self.ticks = 0  # without getting nearer
+        self.ticks = 0  # without progress
 
     def idle_ticks(self, cost: float) -> int:
-        """Note the cost of this tick; how many ticks have brought nothing."""
+        """Note the cost of this tick; returns the ticks without progress."""
         if cost < self._least - 1.0:
             self._least, self.ticks = cost, 0
         else:

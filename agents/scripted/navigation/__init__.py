@@ -1,1 +1,1 @@
-"""Ways over the floor, for robots and for what they carry."""
+"""Path planning for robots and for what they carry."""

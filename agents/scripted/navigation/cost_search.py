@@ -1,7 +1,7 @@
-"""The search for a cost-to-go: backwards from all goal poses at once, in slices, once for all who ask the same.
+"""The search for a cost-to-go: backwards from all goal poses at once, in slices, shared by equal requests.
 
-Two robots that carry one item plan alike, and so do players who look at the same item from the same side. Each of
-them sees a search as far as its own slices have brought it, whoever has really done the work.
+Two robots that carry an item make the same plan, as do agents that consider the same item from the same side. Each sees
+a search only as far as its own slices reach, whichever of them did the work.
 """
 
 import math
@@ -21,29 +21,29 @@ from movingout.maps.flood_fill import UNREACHED
 from movingout.world.state import Floats
 
 LEVELS_PER_SLICE = 64  # a few milliseconds
-_STEP = 2  # levels that are expanded at once: no move is cheaper, so none of them leads to another
-_DEAREST = 4  # what a move costs at most
+_STEP = 2  # levels expanded at once: no move is cheaper, so no pose of these leads to another
+_DEAREST = 4  # the highest cost of a move
 _rank = np.empty(32 * CELLS * CELLS, dtype=np.int32)  # scratch of `Search._unsettled`, for up to 32 headings
 
 
 class _Slice(NamedTuple):
-    """What a slice of searching has changed."""
+    """The changes made by one slice of a search."""
 
-    poses: npt.NDArray[np.int32]  # half of the room: they are kept for long
+    poses: npt.NDArray[np.int32]  # int32, as they are kept for long
     costs: Cost
     level: int
     done: bool
 
 
 class Search:
-    """The cost-to-go of one body on one terrain. Indices are flat over (heading, row, column)."""
+    """The cost-to-go of one body in one free space. Indices are flat over (heading, row, column)."""
 
     def __init__(
         self, space: FreeSpace, discs: Sequence[Disc], motion: MotionPrimitives, margin: float, starts: Cost
     ) -> None:
-        """`discs` in the body's frame keep a `margin` [u] from everything.
+        """`discs`, in the body's frame, keep a `margin` [u] from obstacles.
 
-        `starts` (headings, CELLS, CELLS) says where to go: start costs, UNREACHED where it is no goal.
+        `starts` (headings, CELLS, CELLS): the cost of each goal pose, UNREACHED for all others.
         """
         self._moves = _moves_back(motion)
         free = _free_poses(space, discs, motion.headings, margin)
@@ -51,24 +51,24 @@ class Search:
         self.starts: Cost = np.full(free.shape, UNREACHED, dtype=np.int16)
         self.starts[goals] = starts.take(goals)
         self._bar: Cost = self.starts | (free.view(np.int8) - np.int8(1))  # the cost to beat at each pose, or -1
-        self._soon: list[Index] = []  # poses that come up in the next step
-        self._then: list[Index] = []  # and in the one after
-        self._later: dict[int, Index] = {}  # starts, by the level of the step in which they come up
-        self._recent: deque[Index] = deque(maxlen=_DEAREST + 1)  # what the last steps have settled
+        self._soon: list[Index] = []  # poses of the next step
+        self._then: list[Index] = []  # and of the step after it
+        self._later: dict[int, Index] = {}  # goal poses, by the level of their step
+        self._recent: deque[Index] = deque(maxlen=_DEAREST + 1)  # the poses settled in the last steps
         self._slices: list[_Slice] = []
-        self._level, self._last = self._put_off_starts(goals)  # every cheaper pose is settled; the dearest offer so far
+        self._level, self._last = self._put_off_starts(goals)  # settled below; highest offer so far
         self._exhausted = False
         self._done = not self._later
         self.start = _Slice(np.empty(0, dtype=np.int32), np.empty(0, dtype=np.int16), self._level, self._done)
 
     def slice(self, number: int) -> _Slice:
-        """What slice `number`, from 0 on, changes."""
+        """The changes of slice `number`, counted from 0."""
         while len(self._slices) <= number:
             self._slices.append(self._search())
         return self._slices[number]
 
     def _put_off_starts(self, goals: Index) -> tuple[int, int]:
-        """Have the starts come up when the search gets to their cost; return the least and the highest."""
+        """Schedule the goal poses by cost; return the lowest and the highest cost."""
         if not goals.size:
             return 0, 0
         costs = self.starts.take(goals)
@@ -89,13 +89,13 @@ class Search:
             self._level += _STEP
         if not (self._exhausted or self._soon or self._then or self._later):
             self._last, self._exhausted = self._dearest_offer(), True
-        self._done = self._exhausted and self._last + 1 < end  # on the first level on which nothing waits
+        self._done = self._exhausted and self._last + 1 < end  # true from the first level without pending poses
         self._level = self._last + 2 if self._done else end
         poses = np.concatenate([*settled, *self._soon, *self._then]) if settled else np.empty(0, dtype=np.int64)
         return _Slice(poses.astype(np.int32), self._bar.take(poses), self._level, self._done)
 
     def _expand(self) -> Index:
-        """Take the next step; the poses that it settles."""
+        """Make the next step; returns the poses that it settles."""
         waiting = self._soon
         if self._level in self._later:
             waiting = [*waiting, self._later.pop(self._level)]
@@ -114,7 +114,7 @@ class Search:
         return frontier
 
     def _unsettled(self, poses: Index) -> Index:
-        """Those whose cost is in the step to come, each once."""
+        """The distinct poses whose cost lies in the coming step."""
         order = np.arange(poses.size, dtype=np.int32)
         _rank[poses] = order
         wanted = _rank.take(poses) == order
@@ -122,7 +122,7 @@ class Search:
         return np.asarray(poses.take(wanted.nonzero()[0]))
 
     def _relax(self, frontier: Index) -> tuple[Index, Cost]:
-        """Lower the cost of all poses from which a move leads to the frontier; those poses and the costs offered."""
+        """Relax the moves that lead to the frontier; returns the poses that improved and the costs offered."""
         alike, distinct_grasps, prices = self._moves
         heading = frontier // (CELLS * CELLS)
         sources = np.empty((len(alike) + len(distinct_grasps), frontier.size), dtype=np.int64)
@@ -135,10 +135,10 @@ class Search:
         return before, costs
 
     def _dearest_offer(self) -> int:
-        """The highest cost at which a pose ever waited, had every level been expanded by itself.
+        """The highest cost that would have been offered if each level had been expanded alone.
 
-        That says when the search is done. Two levels at once offer more: the upper one also where the lower one has
-        just made a better offer. So what the last levels did is done once more, level by level.
+        It determines when the search is done. Expanding two levels at once also makes offers from the upper level that
+        the lower one has just bettered, so the last levels are expanded again, one by one.
         """
         poses = np.concatenate(self._recent)
         costs = self._bar.take(poses)
@@ -161,7 +161,7 @@ _alive: WeakValueDictionary[_Asked, Search] = WeakValueDictionary()
 def shared_search(
     space: FreeSpace, discs: Sequence[Disc], motion: MotionPrimitives, margin: float, starts: Cost
 ) -> Search:
-    """A `Search`; the one that somebody still has, when it has all the same arguments."""
+    """A `Search`, shared with any user that still holds one of equal arguments."""
     goals = np.flatnonzero(starts < UNREACHED)
     asked = (space, tuple(discs), motion, margin, goals.tobytes(), starts.take(goals).tobytes())
     known = _alive.get(asked)
@@ -171,7 +171,7 @@ def shared_search(
 
 
 class CostToGo:
-    """A search as far as one player has followed it."""
+    """The result of a search as far as one agent has followed it."""
 
     def __init__(self, search: Search) -> None:
         self._search = search
@@ -180,7 +180,7 @@ class CostToGo:
         self.level, self.done = search.start.level, search.start.done
 
     def search(self) -> None:
-        """Go on for a slice."""
+        """Follow the search for another slice."""
         found = self._search.slice(self._followed)
         self._followed += 1
         self.cost[found.poses] = found.costs
@@ -189,10 +189,10 @@ class CostToGo:
 
 @lru_cache(maxsize=4)
 def _moves_back(motion: MotionPrimitives) -> tuple[Index, Index, Cost]:
-    """Flat offsets from a pose to where its moves came from, and the prices of these moves.
+    """Flat offsets from a pose to its predecessors, and the costs of these moves.
 
-    First the moves that are alike for all headings (moves, 1), then the others (moves, headings); the prices are in
-    the same order, (moves, 1) if they are alike.
+    First the offsets that are equal for all headings (moves, 1), then the others (moves, headings); the costs are in
+    the same order, (moves, 1) if they are equal for all headings.
     """
     plane = CELLS * CELLS
     table = np.array(motion.moves)  # (headings, moves, 4)
@@ -207,14 +207,14 @@ def _moves_back(motion: MotionPrimitives) -> tuple[Index, Index, Cost]:
 
 
 def _free_poses(space: FreeSpace, discs: Sequence[Disc], headings: int, margin: float) -> npt.NDArray[np.bool_]:
-    """Flat over (heading, row, column): whether every disc keeps its radius and the margin from everything."""
+    """Flat over (heading, row, column): whether every disc keeps the margin from obstacles."""
     free = np.bitwise_and.reduce([_room_for(space, disc, headings, margin) for disc in discs])
     return np.unpackbits(free, count=headings * CELLS * CELLS).view(np.bool_)
 
 
-@lru_cache(maxsize=64)  # ways of holding an item differ in some discs only
+@lru_cache(maxsize=64)  # grasps of an item differ in a few discs only
 def _room_for(space: FreeSpace, disc: Disc, headings: int, margin: float) -> npt.NDArray[np.uint8]:
-    """Likewise for one disc, as packed bits."""
+    """The same for one disc, as packed bits."""
     x, y, radius = disc
     room = np.empty((headings, CELLS, CELLS), dtype=np.bool_)
     if x == 0.0 and y == 0.0:
@@ -231,7 +231,7 @@ def _room_for(space: FreeSpace, disc: Disc, headings: int, margin: float) -> npt
 
 
 def _shifted(padded: Floats, pad: int, columns: float, rows: float) -> Floats:
-    """The clearance seen from each grid point at a fixed offset, interpolated."""
+    """The clearance at a fixed offset from each grid point, interpolated."""
     i, j = math.floor(columns), math.floor(rows)
     a, b = columns - i, rows - j
     left, top = pad + i, pad + j

@@ -1,4 +1,4 @@
-"""How much room there is: a grid of distances to the nearest wall or item that stands still."""
+"""Free space: a grid of clearances, that is, distances to the nearest wall or resting item."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,30 +18,30 @@ CELL = 0.03
 CELLS = 81  # grid points per side, from -1.2 to 1.2
 FLOOR = BitGrid(CELLS, CELLS)
 AXIS: Floats = np.round(np.arange(CELLS) * CELL - ARENA_HALF, 9)
-_FAR = 0.6  # clearances beyond this are all the same to a planner
-_TOUCH = 0.003  # units: nearer than this counts as touching
-_PRESSED, _PRESSED_PER_UNIT = 8.0, 1500.0  # quarter ticks: the price of touching, and of each unit of overlap
+_FAR = 0.6  # clearances beyond this make no difference to a planner
+_TOUCH = 0.003  # units: nearer than this counts as contact
+_PRESSED, _PRESSED_PER_UNIT = 8.0, 1500.0  # quarter ticks: the cost of contact, and of each unit of overlap
 
-Placed = tuple[ItemSpec, float, float, float]  # an item standing at x, y, angle
+Placed = tuple[ItemSpec, float, float, float]  # an item at x, y, angle
 
 
 @dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class FreeSpace:
-    """The floor with everything that stands on it. `clearance[row, column]` is at x = AXIS[column], y = AXIS[row]."""
+    """The arena with its obstacles. `clearance[row, column]` is at x = AXIS[column], y = AXIS[row]."""
 
     map: MapSpec
     items: tuple[Placed, ...]
     clearance: Floats  # (CELLS, CELLS), negative inside walls and items
 
 
-# Whoever compares a terrain with its own one does so by identity, so the one that somebody still has is given again,
-# also when the caches below have forgotten it.
+# Users compare free spaces by identity, so an object that is still in use is returned again, even when the caches
+# below have dropped it.
 _alive: WeakValueDictionary[tuple[MapSpec, tuple[Placed, ...]], FreeSpace] = WeakValueDictionary()
 _alive_with_robot: WeakValueDictionary[tuple[FreeSpace, float, float], FreeSpace] = WeakValueDictionary()
 
 
 def free_space(map_spec: MapSpec, items: tuple[Placed, ...]) -> FreeSpace:
-    """The terrain of a map with these items on it; the same items give the same object."""
+    """The free space of a map with these items as obstacles. Equal arguments give the same object."""
     return _free_space(
         map_spec, tuple(sorted(((i, round(x, 3), round(y, 3), round(a, 2)) for i, x, y, a in items), key=repr))
     )
@@ -67,7 +67,7 @@ def standing_room(space: FreeSpace, radius: float) -> int:
 
 
 def with_robot(space: FreeSpace, position: Floats) -> FreeSpace:
-    """The terrain with a robot standing on it; the same place gives the same object."""
+    """Free space with a robot as an additional obstacle. Equal positions give the same object."""
     return _with_robot(space, round(float(position[0]), 2), round(float(position[1]), 2))
 
 
@@ -97,7 +97,7 @@ def _walls(map_spec: MapSpec) -> Floats:
 
 @lru_cache(maxsize=512)
 def _around(placed: Placed) -> tuple[slice, slice, Floats]:
-    """The window of the grid around an item and the distances to its surface in it."""
+    """(rows, columns, distances to the item's surface) of the window of the grid around an item."""
     item, x, y, angle = placed
     column, row = round((x + ARENA_HALF) / CELL), round((y + ARENA_HALF) / CELL)
     width = int(_FAR / CELL)
@@ -110,7 +110,7 @@ def _around(placed: Placed) -> tuple[slice, slice, Floats]:
 
 
 def sample(grid: Floats, x: Floats, y: Floats) -> Floats:
-    """Bilinear interpolation of a (CELLS, CELLS) grid at any points; outside the arena the edge goes on."""
+    """Bilinear interpolation of a (CELLS, CELLS) grid at any points, clamped at the edge of the arena."""
     u = np.minimum(np.maximum((x + ARENA_HALF) / CELL, 0.0), CELLS - 1.001)
     v = np.minimum(np.maximum((y + ARENA_HALF) / CELL, 0.0), CELLS - 1.001)
     i, j = u.astype(np.intp), v.astype(np.intp)
@@ -125,7 +125,7 @@ def sample(grid: Floats, x: Floats, y: Floats) -> Floats:
 
 
 def overlap_cost(space: FreeSpace, discs: Sequence[Disc], poses: Floats) -> Floats:
-    """(...,) for poses (..., 3) of a body made of discs: by how much it would overlap something, as a cost."""
+    """(...,) the cost of overlap with obstacles, for poses (..., 3) of a body made of discs."""
     cos, sin = np.cos(poses[..., 2]), np.sin(poses[..., 2])
     x, y, radius = np.array(discs).T.reshape(3, -1, *(1 for _ in cos.shape))  # each (discs, 1, ...)
     clearance = sample(space.clearance, poses[..., 0] + cos * x - sin * y, poses[..., 1] + sin * x + cos * y)

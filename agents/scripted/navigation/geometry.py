@@ -1,4 +1,4 @@
-"""Shapes as a planner needs them: distances to an item's surface, its reach in a direction, discs that cover it."""
+"""Geometry for planning: distances to an item's surface, bounding boxes, and discs that cover an item."""
 
 import math
 from functools import lru_cache
@@ -19,7 +19,7 @@ def wrap(angle: float) -> float:
 
 
 def heading_of(dx: float, dy: float) -> float:
-    """The heading (0 along +y, counter-clockwise) that looks along (dx, dy)."""
+    """The heading (0 along +y, counter-clockwise) of the direction (dx, dy)."""
     return math.atan2(-dx, dy)
 
 
@@ -35,9 +35,9 @@ def signed_distance(item: ItemSpec, pose: Floats, points: Floats) -> Floats:
     return surface_distance(item.shape, item.scale, local)
 
 
-@lru_cache(maxsize=512)  # all ways to hold an item ask for the same angles
+@lru_cache(maxsize=512)  # all grasps of an item use the same angles
 def half_extents(item: ItemSpec, angle: float) -> tuple[float, float]:
-    """Half width and half height of the item's bounding box at an angle (the larger side where it is lopsided)."""
+    """Half width and half height of the item's bounding box at an angle (the larger side of an asymmetric shape)."""
     if item.shape == "circle":
         return item.scale, item.scale
     vertices = np.array(outline(item.shape, item.scale))
@@ -50,7 +50,7 @@ def half_extents(item: ItemSpec, angle: float) -> tuple[float, float]:
 
 @lru_cache(maxsize=256)
 def covering_discs(item: ItemSpec) -> tuple[Disc, ...]:
-    """Discs that stand for the item in collision checks: round shapes one, pointed ones their core and their tips."""
+    """Discs that represent the item in collision checks: one for round shapes, core and corners for others."""
     radius = circumradius(item.shape, item.scale) + corner_radius(item.shape, item.scale)
     if item.size == "small" or item.shape in ("circle", "hexagon", "octagon", "pentagon"):
         return ((0.0, 0.0, radius),)

@@ -1,4 +1,4 @@
-"""Where to stand to grab an item, and whether the hand reaches it."""
+"""Stances: poses beside an item from which a robot can grab it."""
 
 import math
 from functools import lru_cache
@@ -12,23 +12,23 @@ from movingout.maps.spec import ROBOT_RADIUS
 from movingout.world.constants import REACH, REACH_TOLERANCE
 from movingout.world.state import Floats
 
-GAP = 0.012  # between robot and item when it grabs: as far as the hand reaches, nearly
-_ABOUT = 0.5  # cosine of the angle between two ways to look that are about the same
+GAP = 0.012  # units between robot and item when it grabs: nearly the gripper's reach
+_ABOUT = 0.5  # cosine of the angle within which two headings are similar
 HEADINGS: Floats = np.arange(32) * math.pi / 16
 _DISTANCES: Floats = np.arange(0.13, 0.5, 0.004)
 
 
 def within_reach(item: ItemSpec, item_pose: Floats, robot_pose: Floats, slack: float = 0.002) -> bool:
-    """Whether a grab from `robot_pose` (3,) gets the item (PHYSICS: a probe ahead, closer than the tolerance)."""
+    """Whether a grab from `robot_pose` (3,) succeeds: a probe point ahead must be nearer than the tolerance."""
     dx, dy = forward(float(robot_pose[2]))
     probe = np.array([[robot_pose[0] + REACH * dx, robot_pose[1] + REACH * dy]])
     return float(signed_distance(item, item_pose, probe)[0]) < REACH_TOLERANCE - slack
 
 
 def stances(item: ItemSpec, item_pose: Floats) -> tuple[Floats, npt.NDArray[np.bool_]]:
-    """Poses (32, 3) from which robots that look at the item's centre reach it, and which of them do so (32,).
+    """Poses (32, 3) around an item, each facing its centre, and from which of them it can be grabbed (32,).
 
-    Beside a pointed shape the robot's round body may touch a tip before its hand reaches the surface ahead.
+    Beside a pointed shape the robot may touch a corner before its gripper reaches the surface ahead.
     """
     return _stances(item, *(round(float(number), 4) for number in item_pose))
 
@@ -46,12 +46,12 @@ def _stances(item: ItemSpec, x: float, y: float, angle: float) -> tuple[Floats, 
 
 
 def stances_facing(heading: float) -> set[int]:
-    """The numbers of the stands from which a robot looks about this way."""
+    """The numbers of the stances with about this heading."""
     return set(np.flatnonzero(np.cos(HEADINGS - heading) > _ABOUT).tolist())
 
 
 def in_frame(robot_pose: Floats, item_pose: Floats) -> tuple[float, float, float]:
-    """The item's pose in the robot's frame: it stays so as long as the robot holds it."""
+    """The item's pose in the robot's frame, which is constant while the robot holds it."""
     cos, sin = math.cos(robot_pose[2]), math.sin(robot_pose[2])
     dx, dy = float(item_pose[0] - robot_pose[0]), float(item_pose[1] - robot_pose[1])
     return cos * dx + sin * dy, -sin * dx + cos * dy, float(item_pose[2] - robot_pose[2])

@@ -1,7 +1,7 @@
-"""Choosing one command for the next tick: try a fan of short moves and take the one that ends best.
+"""Motion choice: the command for the next tick is the first step of the best among a set of short moves.
 
-A command is (distance, heading) as `World.step` wants it. The short moves are predicted by the drive rules of the
-world (heading errors from 0.4 rad on slow a robot down; at most 0.5 rad of turn in a tick).
+A command is (distance, heading) as `World.step` takes it. The moves are predicted by the drive rules of the world
+(heading errors above 0.4 rad slow a robot down; it turns at most 0.5 rad in a tick).
 """
 
 import math
@@ -13,22 +13,22 @@ import numpy as np
 from movingout.agents.scripted.navigation.geometry import wrap
 from movingout.world.state import Floats
 
-STRIDE = 0.06  # distance of one tick at full speed
-TURN_IN_PLACE = 0.005  # a distance below the world's dead zone: turns, does not move
+STRIDE = 0.06  # units per tick at full speed
+TURN_IN_PLACE = 0.005  # a distance within the world's dead zone: the robot turns without moving
 HORIZON = 3  # ticks that a short move lasts
 _BENDS = np.array([0.0, 0.12, -0.12, 0.25, -0.25, 0.38, -0.38])
 
 
-CollisionCost = Callable[[Floats], Floats]  # (K, HORIZON, 3) poses to (K,) costs of meeting the partner
+CollisionCost = Callable[[Floats], Floats]  # (K, HORIZON, 3) poses to (K,) costs of colliding with the partner
 
 
 def no_collision_cost(moves: Floats) -> Floats:
-    """Nobody is near."""
+    """Zeros: the partner is not near."""
     return np.zeros(len(moves))
 
 
 class DriveCommand(NamedTuple):
-    """What one robot does in one tick."""
+    """The command of one robot for one tick."""
 
     distance: float
     heading: float
@@ -37,7 +37,7 @@ class DriveCommand(NamedTuple):
 
 class _Fan(NamedTuple):
     distances: Floats  # (K,) of the command
-    turns: Floats  # (K,) heading of the command relative to the robot, each tick anew
+    turns: Floats  # (K,) heading of the command relative to the robot, in each tick
     offsets: Floats  # (K, HORIZON, 3) pose after each tick relative to a robot at the origin with heading 0
 
 
@@ -61,7 +61,7 @@ _FAN = _make_fan()
 
 
 def short_moves(pose: Floats) -> Floats:
-    """(K, HORIZON, 3) poses after each tick of every move in the fan, from a robot's pose (3,)."""
+    """(K, HORIZON, 3) poses after each tick of every short move, from a robot's pose (3,)."""
     cos, sin = math.cos(pose[2]), math.sin(pose[2])
     moves = np.empty_like(_FAN.offsets)
     moves[..., 0] = pose[0] + cos * _FAN.offsets[..., 0] - sin * _FAN.offsets[..., 1]
@@ -71,19 +71,19 @@ def short_moves(pose: Floats) -> Floats:
 
 
 def best_move(pose: Floats, cost: Callable[[Floats], Floats]) -> tuple[DriveCommand, float]:
-    """The command that starts the best short move, and its cost; `cost` maps (K, HORIZON, 3) poses to (K,) costs."""
+    """The first command of the best short move, and its cost; `cost` maps (K, HORIZON, 3) poses to (K,) costs."""
     costs = cost(short_moves(pose))
     best = int(np.argmin(costs))
     return DriveCommand(float(_FAN.distances[best]), wrap(float(pose[2] + _FAN.turns[best]))), float(costs[best])
 
 
 def turn_to(heading: float) -> DriveCommand:
-    """Turn on the spot."""
+    """Turn in place."""
     return DriveCommand(TURN_IN_PLACE, wrap(heading))
 
 
 def drive(heading: float, distance: float = 1.0) -> DriveCommand:
-    """Go along a heading (the world turns first where it must)."""
+    """Drive along a heading; the world turns the robot first where needed."""
     return DriveCommand(distance, wrap(heading))
 
 

@@ -1,7 +1,8 @@
-"""Cost-to-go over poses: how many quarter ticks a rigid body needs from any (x, y, heading) to its goal.
+"""The grid of poses (x, y, heading) on which costs-to-go are computed, and lookups at poses between its points.
 
-A body is a set of discs about a reference point. `CARRIER` moves like a robot (ahead, back, turn); `PAIR` like two
-robots holding one item between them (any direction, slow turns), `SLIDER` likewise without turns.
+A body is a set of discs about a reference point. With `SOLO_MOTION` it moves like a robot (forward, backward, turn),
+with `PAIR_MOTION` like two robots that hold one item (any direction, slow turns), with `DRAG_MOTION` likewise without
+turns.
 """
 
 import math
@@ -24,7 +25,7 @@ Index = npt.NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True)
 class MotionPrimitives:
-    """What moves a body has: per heading, (cells in x, cells in y, headings turned, cost)."""
+    """The moves of a body, per heading: (cells in x, cells in y, headings turned, cost)."""
 
     headings: int  # a power of two
     moves: tuple[tuple[tuple[int, int, int, int], ...], ...]  # [heading][move]
@@ -54,13 +55,13 @@ PAIR_MOTION = MotionPrimitives(32, ((*_SLIDES, (0, 0, 1, 4), (0, 0, -1, 4)),) * 
 
 
 def costs_at_poses(costs: Cost, motion: MotionPrimitives, poses: Floats) -> Floats:
-    """(M,) cost-to-go [quarter ticks] at any poses (M, 3): the best way over a lattice pose nearby.
+    """(M,) cost-to-go [quarter ticks] at any poses (M, 3), by way of the best grid pose nearby.
 
-    Poses from which nothing reached lies within two cells and headings have the value UNREACHED.
+    It is UNREACHED where no reached grid pose lies within two cells and headings.
     """
     u = (poses[:, 0] + ARENA_HALF) / CELL
     v = (poses[:, 1] + ARENA_HALF) / CELL
-    i = _within_floor(np.floor(u).astype(np.int64) + _NEIGHBOURS)  # (4, M): the poses last, so that they lie together
+    i = _within_floor(np.floor(u).astype(np.int64) + _NEIGHBOURS)  # (4, M): contiguous in the poses
     j = _within_floor(np.floor(v).astype(np.int64) + _NEIGHBOURS)
     cells = (j * CELLS)[:, None] + i  # (4, 4, M)
     off = _detour(np.hypot((v - j)[:, None], u - i), 2.2, 14.0)
@@ -68,7 +69,7 @@ def costs_at_poses(costs: Cost, motion: MotionPrimitives, poses: Floats) -> Floa
         return np.asarray((costs.take(cells) + off).reshape(-1, len(poses)).min(axis=0))
     w = poses[:, 2] / (2 * math.pi / motion.headings)
     k = np.floor(w).astype(np.int64) + _NEIGHBOURS
-    plane = (k & (motion.headings - 1)) * (CELLS * CELLS)  # `%` for a power of two, and much faster
+    plane = (k & (motion.headings - 1)) * (CELLS * CELLS)  # `%` for a power of two, but much faster
     poses_near = plane[:, None, None] + cells  # (4, 4, 4, M)
     best = (costs.take(poses_near).astype(np.float64) + off).reshape(len(_NEIGHBOURS), -1, len(poses)).min(axis=1)
     return np.asarray((best + _detour(np.abs(w - k), 3.0, 8.0)).min(axis=0))
@@ -79,7 +80,7 @@ def _within_floor(indices: Index) -> Index:
 
 
 def nearest_cost(costs: Cost, motion: MotionPrimitives, pose: Floats) -> float:
-    """The cost at the lattice pose nearest to a pose (3,)."""
+    """The cost at the grid pose nearest to a pose (3,)."""
     column = min(max(round((float(pose[0]) + ARENA_HALF) / CELL), 0), CELLS - 1)
     row = min(max(round((float(pose[1]) + ARENA_HALF) / CELL), 0), CELLS - 1)
     heading = round(float(pose[2]) / (2 * math.pi / motion.headings)) % motion.headings
@@ -87,14 +88,14 @@ def nearest_cost(costs: Cost, motion: MotionPrimitives, pose: Floats) -> float:
 
 
 def grid_pose(motion: MotionPrimitives, pose: Floats) -> tuple[float, float, float]:
-    """The lattice pose nearest to a pose (3,)."""
+    """The grid pose nearest to a pose (3,)."""
     step = 2 * math.pi / motion.headings
     row, column = cell_of(float(pose[0]), float(pose[1]))
     return float(AXIS[column]), float(AXIS[row]), round(float(pose[2]) / step) * step
 
 
 def next_pose(costs: Cost, motion: MotionPrimitives, pose: Floats) -> tuple[float, float, float]:
-    """Where the way goes from the reached lattice pose nearest to a pose (3,); that one at the end of the way."""
+    """The grid pose that follows, on the path to the goal, the reached grid pose nearest to a pose (3,)."""
     step = 2 * math.pi / motion.headings
     grid = costs.reshape(motion.headings, CELLS, CELLS)
     row, column = cell_of(float(pose[0]), float(pose[1]))
@@ -116,5 +117,5 @@ def next_pose(costs: Cost, motion: MotionPrimitives, pose: Floats) -> tuple[floa
 
 
 def _detour(distance: Floats, near: float, far: float) -> Floats:
-    """The price of being off a lattice pose: low within a step, high beyond, where there may be something."""
+    """The cost of being off a grid pose: low within a step, high beyond, where there may be an obstacle."""
     return distance * near + np.maximum(distance - 0.9, 0.0) * far

@@ -1,6 +1,6 @@
-"""Planning in slices, so that no single decision takes long: a thought is a generator that yields between slices.
+"""Planning in slices, so that no decision takes long: a computation is a generator that yields after each slice.
 
-Slices are counted, never timed: the same states give the same actions on any machine.
+Slices are counted rather than timed, so that equal states give equal actions on any machine.
 """
 
 from collections.abc import Callable, Generator
@@ -11,11 +11,11 @@ from movingout.agents.scripted.navigation.cost_search import CostToGo
 T = TypeVar("T")
 Computation = Generator[None, None, T]
 
-SEARCH_MARGIN = 60  # quarter ticks of cost-to-go beyond the start, for whoever is pushed off the way
+SEARCH_MARGIN = 60  # quarter ticks beyond the wanted cost, for robots that are pushed off the path
 
 
 class SlicedComputation(Generic[T]):
-    """A thought on its way to a result."""
+    """A computation in progress."""
 
     def __init__(self, steps: Computation[T]) -> None:
         self._steps = steps
@@ -23,7 +23,7 @@ class SlicedComputation(Generic[T]):
         self._result: list[T] = []
 
     def advance(self, slices: int) -> int:
-        """Think for up to this many slices; return how many are left."""
+        """Run up to this many slices; returns how many are left."""
         while slices > 0 and not self.done:
             slices -= 1
             try:
@@ -35,12 +35,12 @@ class SlicedComputation(Generic[T]):
 
     @property
     def result(self) -> T:
-        """What came out; only when `done`."""
+        """The result, once `done`."""
         return self._result[0]
 
 
 def solve(field: CostToGo, known: Callable[[], float]) -> Computation[None]:
-    """Search a field until what is `known` of the wanted cost cannot get better, and a little farther."""
+    """Search until the wanted cost, as `known` so far, cannot improve, and a little farther."""
     while not field.done and field.level < known() + SEARCH_MARGIN:
         field.search()
         yield

@@ -1,4 +1,4 @@
-"""Walking with empty hands: lengths of ways over the floor, and where to turn to from everywhere."""
+"""Routes of a robot without an item: walking costs, and the heading to take at each cell."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -13,11 +13,11 @@ from movingout.maps.spec import ROBOT_RADIUS
 from movingout.world.state import Floats
 
 WALKING = StepCosts(straight=2, diagonal=3, surcharge=3)  # quarter ticks
-_MARGIN = 0.004  # units kept from everything
-_LOOK_AHEAD = 3  # doublings: the direction at a cell looks 2**3 cells down the way
-_TURN_COST = 9.0  # quarter ticks per radian off the way
+_MARGIN = 0.004  # units of clearance
+_LOOK_AHEAD = 3  # doublings: the heading at a cell points 2**3 cells along the route
+_TURN_COST = 9.0  # quarter ticks per radian off the route
 _NEIGHBOURS = np.arange(-1, 3)[:, None]  # of a point, per axis
-_HALF = 0.49  # of a cell: a point nearer than this to a grid point is nearest to that one
+_HALF = 0.49  # of a cell: within this, a grid point is certainly the nearest
 _SHIFTS = tuple((dy, dx) for dy in (-1, 0, 1) for dx in (-1, 0, 1))
 _FARTHEST = 2**_LOOK_AHEAD  # cells per axis
 _STEPS = np.arange(-_FARTHEST, _FARTHEST + 1.0)
@@ -30,9 +30,9 @@ Cell = tuple[int, int]
 
 
 def walking_costs(space: FreeSpace, targets: Sequence[Point], avoided: Mask | None = None) -> Cost:
-    """(CELLS, CELLS) quarter ticks on foot to the nearest of `targets`; UNREACHED where there is no way.
+    """(CELLS, CELLS) walking cost [quarter ticks] to the nearest of `targets`; UNREACHED where there is no route.
 
-    Those inside obstacles are moved to the nearest free cell. Steps from `shunned` cells (CELLS, CELLS) count more
+    Targets inside obstacles are moved to the nearest free cell. Steps from `avoided` cells (CELLS, CELLS) cost more
     than double.
     """
     cells = _standing_cells(space, targets)
@@ -60,7 +60,7 @@ def _lengths(space: FreeSpace, cells: frozenset[Cell]) -> Cost:
 
 
 def nearest_free(free: Mask, x: float, y: float, within: int = 5) -> Cell:
-    """Row and column of the free cell nearest to (x, y), or of (x, y) itself when there is none near."""
+    """Row and column of the free cell nearest to (x, y), or of the cell of (x, y) when none is near."""
     row, column = cell_of(x, y)
     if free[row, column] and abs(AXIS[row] - y) < _HALF * CELL and abs(AXIS[column] - x) < _HALF * CELL:
         return row, column
@@ -75,29 +75,29 @@ def nearest_free(free: Mask, x: float, y: float, within: int = 5) -> Cell:
 
 
 def cost_at(lengths_there: Cost, x: float, y: float) -> float:
-    """Quarter ticks from (x, y); UNREACHED when there is no way."""
+    """Quarter ticks from (x, y); UNREACHED when there is no route."""
     return float(lengths_there[nearest_free(lengths_there < UNREACHED, x, y, within=4)])
 
 
 class WalkingRoute:
-    """The way on foot to some place, from anywhere, with the direction to take at each cell."""
+    """The route to a place from anywhere, with the heading to take at each cell."""
 
     def __init__(self, there: Cost) -> None:
-        """`there` (CELLS, CELLS) are the lengths of the way."""
+        """`there` (CELLS, CELLS): walking costs to the place."""
         self.lengths = there
         self._smooth = np.minimum(there.astype(np.float64), 2000.0)
 
     @cached_property
     def _ahead(self) -> tuple[Floats, Mask]:
-        """(CELLS, CELLS) where to turn to, and where that does not matter."""
+        """(CELLS, CELLS) headings, and where the heading does not matter."""
         return _headings(_filled(self._smooth))
 
     def cost(self, x: float, y: float) -> float:
-        """Quarter ticks from (x, y) to the target; UNREACHED when there is no way."""
+        """Quarter ticks from (x, y) to the target; UNREACHED when there is no route."""
         return cost_at(self.lengths, x, y)
 
     def costs(self, moves: Floats) -> Floats:
-        """(K,) for short moves (K, HORIZON, 3): what is left at their end, turning included."""
+        """(K,) remaining cost at the end of short moves (K, HORIZON, 3), including turns."""
         ends = moves[:, -1]
         left = _values(self._smooth, ends)
         nearest = np.rint((ends[:, :2] - AXIS[0]) / CELL).astype(np.int64)
@@ -108,7 +108,7 @@ class WalkingRoute:
         return left + np.where(near.take(cells), 0.0, off * _TURN_COST)
 
     def path(self, x: float, y: float, length: int) -> Floats:
-        """(n <= length, 2) the cells on the way from (x, y)."""
+        """(n <= length, 2) the cells of the route from (x, y)."""
         grid = self._smooth
         row, column = nearest_free(grid < 2000.0, x, y)
         cells = [(row, column)]
@@ -126,19 +126,19 @@ class WalkingRoute:
 
 
 def route_to(space: FreeSpace, targets: Sequence[Point], avoided: Mask | None = None) -> WalkingRoute:
-    """The way to the nearest of `targets`; see `walk_lengths`."""
+    """The route to the nearest of `targets`; see `walking_costs`."""
     if avoided is None:
-        return _way(space, _standing_cells(space, targets))
+        return _route(space, _standing_cells(space, targets))
     return WalkingRoute(walking_costs(space, targets, avoided))
 
 
 @lru_cache(maxsize=64)
-def _way(space: FreeSpace, cells: frozenset[Cell]) -> WalkingRoute:
+def _route(space: FreeSpace, cells: frozenset[Cell]) -> WalkingRoute:
     return WalkingRoute(_lengths(space, cells))
 
 
 def _filled(cost: Floats) -> Floats:
-    """Costs also a little way into obstacles, where contact may press a robot: the way out of there first."""
+    """Costs extended a little into obstacles, where contact may push a robot: first out of the obstacle."""
     padded = np.full((CELLS + 2, CELLS + 2), 2000.0)
     filled = padded[1:-1, 1:-1]
     filled[:] = cost
@@ -160,12 +160,12 @@ def _values(grid: Floats, poses: Floats) -> Floats:
 
 
 def _headings(cost: Floats) -> tuple[Floats, Mask]:
-    """For each cell the heading of the way ahead, and whether the target is so near that it does not matter."""
+    """For each cell the heading of the route, and whether the target is so near that the heading does not matter."""
     padded = np.full((CELLS + 2, CELLS + 2), 1e9)
     padded[1:-1, 1:-1] = cost
     lowest = padded[:-2, :-2].copy()
     offset = np.full((CELLS, CELLS), -CELLS - 1)
-    for dy, dx in _SHIFTS[1:]:  # the first of equals stays
+    for dy, dx in _SHIFTS[1:]:  # the first of equal ones is kept
         there = padded[1 + dy : 1 + dy + CELLS, 1 + dx : 1 + dx + CELLS]
         np.copyto(offset, dy * CELLS + dx, where=there < lowest)
         np.minimum(lowest, there, out=lowest)

@@ -1,1 +1,1 @@
-"""Where in the goal regions items go."""
+"""Placement: where in the goal regions items are put down."""

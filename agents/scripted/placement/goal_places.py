@@ -1,7 +1,7 @@
-"""Where in the goal regions an item is best put down, so that every other item still finds its place.
+"""The costs of places for an item in the goal regions, such that all other items still find a place.
 
-Three rules, as prices on places: far in before near the edge where room is scarce; never where it would cut the
-floor in two or shut a robot in; close to walls and to what lies there already.
+Three rules: deep places before those near the edge where room is scarce; no place that would divide the free space or
+trap a robot; places close to walls and to items before open ones.
 """
 
 from collections import OrderedDict
@@ -15,7 +15,7 @@ from movingout.agents.scripted.navigation.pose_grid import Cost, MotionPrimitive
 from movingout.agents.scripted.navigation.sliced_planning import Computation, SlicedComputation
 from movingout.agents.scripted.placement.goal_storage import EXACT_CROWDING, INSET, cells, goal_storage, moved
 from movingout.agents.scripted.placement.packing import Packing
-from movingout.agents.scripted.placement.remaining_items import Point, ReachableRegions, RemainingItems, around
+from movingout.agents.scripted.placement.remaining_items import Point, ReachableRegions, RemainingItems, disc_points
 from movingout.maps.flood_fill import UNREACHED
 from movingout.maps.spec import ROBOT_RADIUS
 from movingout.world.scoring import goal_boxes
@@ -25,26 +25,26 @@ Cells = npt.NDArray[np.int64]
 
 _DEPTH_COST = 1.3  # quarter ticks per quarter tick of depth, where room is scarce
 _OPENNESS_COST = 60.0  # quarter ticks per unit of free space around a place
-_ON_SLOT = 0.06  # units from a slot that still are on it
-_PRECISION = 300.0  # quarter ticks per unit off the middle of a slot
-_OFF_SLOT = 220.0, 420.0  # quarter ticks: the price of any other place; where everything must fit exactly
-_SLOT_ORDER = 3.0, 10.0  # quarter ticks per quarter tick of depth: the deep slots first; likewise
-_UNREACHABLE_COST = 150  # quarter ticks for each item that nobody would reach any more
-_TRAPPED_COST = 600  # quarter ticks: the robot could not get out again
-_REMEMBERED = 32  # looks of all players
-_REMEMBERED_BY_ONE = 4
+_ON_SLOT = 0.06  # units within which an item is on a slot
+_PRECISION = 300.0  # quarter ticks per unit off the centre of a slot
+_OFF_SLOT = 220.0, 420.0  # quarter ticks for any other place; where all must fit exactly
+_SLOT_ORDER = 3.0, 10.0  # quarter ticks per quarter tick of depth; where all must fit exactly
+_UNREACHABLE_COST = 150  # quarter ticks for each item that no robot could reach any more
+_TRAPPED_COST = 600  # quarter ticks for a place where the robot would be trapped
+_CACHED = 32  # evaluations of all agents
+_CACHED_BY_ONE = 4  # by each agent
 _PLACES_PER_SLICE = 8
-_CHOICE_COST = 120.0  # quarter ticks for taking all the places that the largest item to come can choose from
-_MISFIT_COST = 120.0  # quarter ticks for each item to come that finds no place any more
+_CHOICE_COST = 120.0  # quarter ticks for leaving the largest remaining item no choice of places
+_MISFIT_COST = 120.0  # quarter ticks for each remaining item without a place
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Places:
-    """What putting a disc down does to the floor, for a coarse choice of places."""
+    """The effect of putting a disc down, for a coarse set of places."""
 
-    number: Cells  # (CELLS, CELLS) the place nearest to a cell of the goal regions, -1 elsewhere
-    price: Floats  # (n,) of the place itself
-    reach_cost: npt.NDArray[np.int16]  # (n, CELLS, CELLS) besides, for a robot that then stands at a cell
+    number: Cells  # (CELLS, CELLS) the place of each cell of the goal regions, -1 elsewhere
+    cost: Floats  # (n,) cost of the place itself
+    reach_cost: npt.NDArray[np.int16]  # (n, CELLS, CELLS) additional cost for a robot that is then at a cell
 
 
 PlacementQuery = tuple[FreeSpace, float, RemainingItems]
@@ -52,48 +52,48 @@ _cache: OrderedDict[PlacementQuery, Places] = OrderedDict()
 
 
 class PlacementCache:
-    """What one player looks into: what it looked into lately takes no time again.
+    """The places that one agent has evaluated recently; asking for them again takes no slices.
 
-    The players of a process share what they find, not the time for it: how long one thinks follows from what it has
-    seen itself, so that an episode goes the same way in any company.
+    The agents of a process share the results but not the time: the slices that an evaluation takes depend only on what
+    the agent itself has evaluated, so that an episode does not depend on the others in the process.
     """
 
     def __init__(self) -> None:
         self._lately: list[PlacementQuery] = []
 
     def places(self, space: FreeSpace, radius: float, remaining: RemainingItems) -> Computation[Places]:
-        """Look into every place for a disc of this radius."""
-        look = (space, round(radius, 3), remaining)
-        if look in self._lately:
-            return _found(look)
-        if look in _cache:
-            for _ in range(-(-len(_cache[look].price) // _PLACES_PER_SLICE)):  # as many slices as `_look_into` takes
+        """Evaluate all places for a disc of this radius."""
+        query = (space, round(radius, 3), remaining)
+        if query in self._lately:
+            return _found(query)
+        if query in _cache:
+            for _ in range(-(-len(_cache[query].cost) // _PLACES_PER_SLICE)):  # as many slices as `_evaluate` takes
                 yield
         else:
-            _store(look, (yield from _evaluate(*look)))
-        self._lately = [*self._lately, look][-_REMEMBERED_BY_ONE:]
-        return _found(look)
+            _store(query, (yield from _evaluate(*query)))
+        self._lately = [*self._lately, query][-_CACHED_BY_ONE:]
+        return _found(query)
 
 
-def _found(look: PlacementQuery) -> Places:
-    if look not in _cache:  # forgotten, since the others looked into so much
-        computation = SlicedComputation(_evaluate(*look))
+def _found(query: PlacementQuery) -> Places:
+    if query not in _cache:  # dropped, because others have evaluated many
+        computation = SlicedComputation(_evaluate(*query))
         while not computation.done:
             computation.advance(_PLACES_PER_SLICE)
-        _store(look, computation.result)
-    return _cache[look]
+        _store(query, computation.result)
+    return _cache[query]
 
 
-def _store(look: PlacementQuery, found: Places) -> None:
-    _cache[look] = found
-    while len(_cache) > _REMEMBERED:
+def _store(query: PlacementQuery, found: Places) -> None:
+    _cache[query] = found
+    while len(_cache) > _CACHED:
         _cache.popitem(last=False)
 
 
 def _evaluate(space: FreeSpace, radius: float, remaining: RemainingItems) -> Computation[Places]:
     inside = goal_storage(space.map).inside
     rows, columns = np.nonzero(inside)
-    spacing = 2 + len(rows) // 250  # cells: about a hundred places in all
+    spacing = 2 + len(rows) // 250  # cells, for about a hundred places in all
     coarse = (rows // spacing) * CELLS + columns // spacing
     _, numbers = np.unique(coarse, return_inverse=True)
     number = np.full((CELLS, CELLS), -1, dtype=np.int64)
@@ -106,7 +106,7 @@ def _evaluate(space: FreeSpace, radius: float, remaining: RemainingItems) -> Com
     misfits, choice = np.zeros(len(centres)), np.zeros(len(centres))
     packing = None if len(goal_storage(space.map).slots) else Packing(space, remaining)
     for place, (x, y) in enumerate(centres.tolist()):
-        left = ReachableRegions(free, remaining, around(x, y, radius + ROBOT_RADIUS), whole)
+        left = ReachableRegions(free, remaining, disc_points(x, y, radius + ROBOT_RADIUS), whole)
         reach_cost[place] = _reach_costs(left, remaining, before)
         if whole.partner_can_work and not left.partner_can_work:
             reach_cost[place] += _TRAPPED_COST // 2
@@ -121,13 +121,13 @@ def _evaluate(space: FreeSpace, radius: float, remaining: RemainingItems) -> Com
 
 
 def _reach_costs(left: ReachableRegions, remaining: RemainingItems, before: int) -> npt.NDArray[np.int16]:
-    """(CELLS, CELLS) the price of the items that get out of reach, for a robot that stands at a cell."""
+    """(CELLS, CELLS) the cost of items that become unreachable, for a robot at each cell."""
     stuck = len(remaining.small) + len(remaining.heavy)
-    price = np.full((CELLS, CELLS), _TRAPPED_COST if stuck else 0.0, dtype=np.int16)
+    cost = np.full((CELLS, CELLS), _TRAPPED_COST if stuck else 0.0, dtype=np.int16)
     for part in left.parts:
         missed = max(left.out_of_reach(part) - before, 0)
-        price[FLOOR.to_mask(FLOOR.dilated(part, 3))] = min(missed * _UNREACHABLE_COST, _TRAPPED_COST)
-    return price
+        cost[FLOOR.to_mask(FLOOR.dilated(part, 3))] = min(missed * _UNREACHABLE_COST, _TRAPPED_COST)
+    return cost
 
 
 def _centres(rows: Cells, columns: Cells, numbers: Cells) -> Floats:
@@ -144,12 +144,12 @@ def place_costs(
     offset: Point,
     extents: Floats,
     robots: list[Point],
-    look: Places,
+    places: Places,
 ) -> Cost:
     """Start costs (headings, CELLS, CELLS) of putting an item down, for a `Search`.
 
     `offset` is the item's centre and `robots` are the robots' in the frame of the body's reference point; `extents`
-    (headings, 2) are half the width and height of its bounding box. Poses that do not deliver it are UNREACHED.
+    (headings, 2) are half the width and height of its bounding box. Poses that do not deliver the item are UNREACHED.
     """
     angles = np.arange(motion.headings) * 2 * np.pi / motion.headings
     x, y = moved(offset, angles)
@@ -166,19 +166,19 @@ def place_costs(
         return rows.take(row), columns.take(column)
 
     item = cells_of(x, y)
-    number = look.number[item]
+    number = places.number[item]
     where_item = np.stack([x.take(column), y.take(row)], axis=1)
-    cost = _preference(space, item, where_item) + look.price[number]
+    cost = _preference(space, item, where_item) + places.cost[number]
     for robot in robots:
         rows, columns = cells_of(*moved(robot, angles))
-        cost = cost + look.reach_cost.take((number * CELLS + rows) * CELLS + columns) / len(robots)
+        cost = cost + places.reach_cost.take((number * CELLS + rows) * CELLS + columns) / len(robots)
     costs = np.full(inside.size, UNREACHED, dtype=np.int16)
     costs[goals] = np.where(number < 0, UNREACHED, cost).astype(np.int16)
     return costs.reshape(inside.shape)
 
 
 def _preference(space: FreeSpace, item: tuple[Cells, Cells], points: Floats) -> Floats:
-    """(k,) prices of places, given as cells and as points (k, 2)."""
+    """(k,) costs of places, given as cells and as points (k, 2)."""
     store = goal_storage(space.map)
     if not store.crowding:
         return np.asarray(0.25 * (store.depth.max() - store.depth[item]))

@@ -1,4 +1,4 @@
-"""The goal regions of a map as a store: how deep it is, how crowded it will be, and where things lie best in it."""
+"""The goal regions of a map as storage: their depth, how crowded they will be, and planned places."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -17,26 +17,26 @@ from movingout.world.state import Floats
 
 Cells = npt.NDArray[np.int64]
 
-INSET = 0.012  # an item is put down this far inside the region that counts
-_ROOMY = 0.16  # share of the goal regions that the items cover, below which any place will do
-EXACT_CROWDING = 2.0  # crowding from which on items must lie exactly where they were planned to lie
-_DENSE = 0.25  # share from which on places matter ever more
+INSET = 0.012  # units that items are put down inside of the region that counts
+_ROOMY = 0.16  # share of the goal regions covered by items, below which any place will do
+EXACT_CROWDING = 2.0  # crowding from which items must be placed exactly
+_DENSE = 0.25  # share from which the choice of places matters increasingly
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GoalStorage:
-    """The goal regions of a map. `depth` (CELLS, CELLS) is the way out of the region, in quarter ticks."""
+    """The goal regions of a map. `depth` (CELLS, CELLS) is the path out of the region, in quarter ticks."""
 
     map: MapSpec
     depth: Floats
     inside: Mask
-    slots: Floats  # (n, 2) planned places, far apart, where only small items come and room is scarce; else none
-    crowding: float  # 0 where there is room, else how much places matter: 1 and more
+    slots: Floats  # (n, 2) planned places for maps with small items only and little room, else none
+    crowding: float  # 0 with enough room, else at least 1
 
 
 @lru_cache(maxsize=64)
 def goal_storage(map_spec: MapSpec) -> GoalStorage:
-    """The storage of a map."""
+    """The goal storage of a map."""
     inside = np.zeros((CELLS, CELLS), dtype=np.bool_)
     x, y = np.meshgrid(AXIS, AXIS)
     for goal in map_spec.goals:
@@ -53,7 +53,7 @@ def goal_storage(map_spec: MapSpec) -> GoalStorage:
 
 
 def _slots(map_spec: MapSpec, depth: Floats, radius: float, number: int) -> Floats:
-    """(number, 2) places as far from each other as they can be, beginning in the depth of the goal regions."""
+    """(number, 2) places as far apart as possible, beginning at the deepest one."""
     x, y = np.meshgrid(AXIS, AXIS)
     room = free_space(map_spec, ()).clearance >= radius + 0.004
     rows, columns = np.nonzero(room & within_goals(map_spec, x, y, radius + INSET))
@@ -71,7 +71,7 @@ def _slots(map_spec: MapSpec, depth: Floats, radius: float, number: int) -> Floa
 
 
 def within_goals(map_spec: MapSpec, x: Floats, y: Floats, radius: float) -> npt.NDArray[np.bool_]:
-    """Whether discs lie within a goal region; their outermost tenth may be a tip that looks elsewhere."""
+    """Whether discs lie within a goal region, ignoring their outermost tenth, which may be a corner."""
     inside = np.zeros(x.shape, dtype=np.bool_)
     size = 0.9 * radius
     for left, bottom, right, top in goal_boxes(map_spec):
@@ -80,7 +80,7 @@ def within_goals(map_spec: MapSpec, x: Floats, y: Floats, radius: float) -> npt.
 
 
 def moved(offset: Point, angles: Floats) -> tuple[Floats, Floats]:
-    """x (headings, 1, CELLS) and y (headings, CELLS, 1) of a point of the body for every reference point."""
+    """x (headings, 1, CELLS) and y (headings, CELLS, 1) of a point of the body, for every reference pose."""
     dx = offset[0] * np.cos(angles) - offset[1] * np.sin(angles)
     dy = offset[0] * np.sin(angles) + offset[1] * np.cos(angles)
     return AXIS[None, None, :] + dx[:, None, None], AXIS[None, :, None] + dy[:, None, None]

@@ -1,6 +1,6 @@
-"""Lanes too narrow for two: one robot brings things to a meeting place, the other takes them home from there.
+"""Handover in lanes too narrow for two: one robot carries items to a handover point, the other on to the goal.
 
-On a locked map nobody can pass anybody, so the robot nearer to the goal stays the nearer one for ever.
+On a locked map the robots cannot pass each other, so the one nearer to the goal always stays nearer.
 """
 
 from dataclasses import dataclass
@@ -26,75 +26,75 @@ from movingout.maps.flood_fill import UNREACHED, Mask
 from movingout.maps.spec import ROBOT_RADIUS
 from movingout.world.state import Floats
 
-_LONG = 4  # places on the way at least, to speak of a lane
-_LOCKED_SHARE = 0.9  # of the places on the way at which a robot blocks it
-_STORING = 25.0  # quarter ticks that the outer robot needs besides: into the goal region and out again
-_BAND = 14.0  # quarter ticks around the meeting place at which an item may be handed over
-FARTHEST = 0.8  # share of the way home: nobody hands over farther from the goal
-_STANDOFF = 50.0  # quarter ticks between the meeting place and the robot that waits for things
+_LONG = 4  # places on the path that a lane has at least
+_LOCKED_SHARE = 0.9  # share of the places on the path at which a robot blocks it
+_STORING = 25.0  # quarter ticks that the robot near the goal needs additionally, into the goal region and out again
+_BAND = 14.0  # quarter ticks around the handover point within which an item may lie
+FARTHEST = 0.8  # the largest share of the path to the goal at which items are handed over
+_STANDOFF = 50.0  # quarter ticks between the handover point and the robot that waits for items
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HandoverLane:
-    """`way_home` (CELLS, CELLS) is the way from anywhere to the goal regions, in quarter ticks."""
+    """Handover on one map. `cost_to_goal` (CELLS, CELLS): path to the goal regions [quarter ticks]."""
 
     locked: bool
-    last_lane: Mask  # (CELLS, CELLS) the part of the way before the goal on which two cannot pass each other
-    way_home: Floats
-    handover: float  # on that way
+    last_lane: Mask  # (CELLS, CELLS) the lane just before the goal
+    cost_to_goal: Floats
+    handover: float  # quarter ticks from the goal to the handover point
 
     def left(self, pose: Floats) -> float:
-        """The way home from a pose."""
-        return float(self.way_home[cell_of(float(pose[0]), float(pose[1]))])
+        """Quarter ticks from a pose to the goal."""
+        return float(self.cost_to_goal[cell_of(float(pose[0]), float(pose[1]))])
 
     def waiting_place(self) -> tuple[float, float]:
-        """Where the outer robot waits for things."""
-        gaps = np.abs(self.way_home - max(self.handover - _STANDOFF, 0.0))
+        """Where the robot near the goal waits for items."""
+        gaps = np.abs(self.cost_to_goal - max(self.handover - _STANDOFF, 0.0))
         row, column = np.unravel_index(int(np.argmin(gaps)), gaps.shape)
         return float(AXIS[column]), float(AXIS[row])
 
     def is_handed_over(self, item_pose: Floats) -> bool:
-        """Whether an item lies where the outer robot fetches it."""
+        """Whether an item lies where the robot near the goal fetches it."""
         return self.left(item_pose) <= self.handover + _BAND + 4.0
 
 
 def handover_costs(plan: HandoverLane, motion: MotionPrimitives, offset: Point) -> Cost:
-    """Start costs (headings, CELLS, CELLS) of putting an item down at the meeting place, for a `Search`.
+    """Start costs (headings, CELLS, CELLS) of putting an item down at the handover point, for a `Search`.
 
-    `offset` is the item's centre in the robot's frame. The robot must stand on the far side of it, not on the way home.
+    `offset` is the item's centre in the robot's frame. The robot must be on its far side, off the path to the goal.
     """
     angles = np.arange(motion.headings) * 2 * np.pi / motion.headings
     x, y = moved(offset, angles)
     shape = (motion.headings, CELLS, CELLS)
     item = cells(np.broadcast_to(x, shape), np.broadcast_to(y, shape))
-    left = plan.way_home[item]
+    left = plan.cost_to_goal[item]
     off = np.abs(left - plan.handover)
-    behind = plan.way_home[None] > left + 4.0
+    behind = plan.cost_to_goal[None] > left + 4.0
     return np.where(off <= _BAND, 0.5 * off + np.where(behind, 0.0, 80.0), UNREACHED).astype(np.int16)
 
 
 @lru_cache(maxsize=64)
 def handover_lane(map_spec: MapSpec, handover: float) -> HandoverLane:
-    """What a map is like in this respect, judged from where its first small item starts.
+    """Whether and where items are handed over on a map, judged from the start of its first small item.
 
-    `handover` is the share of the way home that lies beyond the meeting place.
+    `handover` is the share of the path to the goal that lies beyond the handover point.
     """
     bare = free_space(map_spec, ())
-    way_home = FLOOR.path_lengths(
+    cost_to_goal = FLOOR.path_lengths(
         FLOOR.to_bits(goal_storage(map_spec).inside), standing_room(bare, 0.06), WALKING
     ).astype(np.float64)
     small = next((item for item in map_spec.items if item.size == "small"), None)
     if small is None:
-        return HandoverLane(False, np.zeros((CELLS, CELLS), dtype=np.bool_), way_home, 0.0)
+        return HandoverLane(False, np.zeros((CELLS, CELLS), dtype=np.bool_), cost_to_goal, 0.0)
     start = (small.pose.x, small.pose.y)
-    whole = float(way_home[cell_of(*start)])
+    whole = float(cost_to_goal[cell_of(*start)])
     places, blocked = _bottlenecks(bare, start)
     locked = len(places) >= _LONG and float(blocked.mean()) >= _LOCKED_SHARE
-    return HandoverLane(locked, _last_lane(places, blocked), way_home, max((whole - _STORING) * handover, 0.0))
+    return HandoverLane(locked, _last_lane(places, blocked), cost_to_goal, max((whole - _STORING) * handover, 0.0))
 
 
 def _bottlenecks(bare: FreeSpace, start: Point) -> tuple[Floats, Mask]:
-    """Places (n, 2) on the way from an item to the goal, and at which of them a robot blocks every way."""
+    """Places (n, 2) on the path from an item to the goal, and at which of them a robot blocks every path."""
     inside = goal_storage(bare.map).inside
     free = standing_room(bare, ROBOT_RADIUS + 0.004)
     goal = FLOOR.to_bits(inside) & free
@@ -115,7 +115,7 @@ def _bottlenecks(bare: FreeSpace, start: Point) -> tuple[Floats, Mask]:
 
 
 def _last_lane(places: Floats, blocked: Mask) -> Mask:
-    """(CELLS, CELLS) the part of the way just before the goal that nobody can avoid."""
+    """(CELLS, CELLS) the unavoidable part of the path just before the goal."""
     x, y = np.meshgrid(AXIS, AXIS)
     lane = np.zeros((CELLS, CELLS), dtype=np.bool_)
     for (px, py), blocks in zip(places[::-1].tolist(), blocked[::-1].tolist(), strict=True):

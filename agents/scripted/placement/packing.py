@@ -1,21 +1,25 @@
-"""Whether everything that is still to come finds a place in the goal regions."""
+"""Packing: whether all remaining items find a place in the goal regions."""
 
 import numpy as np
 import numpy.typing as npt
 
 from movingout.agents.scripted.navigation.free_space import AXIS, FLOOR, FreeSpace, standing_room
 from movingout.agents.scripted.placement.goal_storage import goal_storage, within_goals
-from movingout.agents.scripted.placement.remaining_items import RemainingItems, around
+from movingout.agents.scripted.placement.remaining_items import RemainingItems, disc_points
 from movingout.maps.flood_fill import Mask
 from movingout.world.state import Floats
 
-_PUT_DOWN_CLEARANCE = 0.1  # units of room that two robots want around what they put down
-_CARRY_CLEARANCES = (0.1, 0.05, 0.02)  # units of room on both sides of a heavy item on its way, the best first
-_SMALL = 0.09  # radius up to which an item is a small one
+_PUT_DOWN_CLEARANCE = 0.1  # units of clearance around a place where two robots put an item down
+_CARRY_CLEARANCES = (
+    0.1,
+    0.05,
+    0.02,
+)  # units of clearance on both sides of a heavy item that is carried, preferred first
+_SMALL = 0.09  # largest radius of a small item
 
 
 class Packing:
-    """Tries whether the items to come still find places, one after the other, the largest first, deep places first."""
+    """Places the remaining items one after the other, the largest first, each at the deepest free place."""
 
     def __init__(self, space: FreeSpace, remaining: RemainingItems) -> None:
         sizes = remaining.sizes
@@ -27,12 +31,12 @@ class Packing:
         self._x, self._y = AXIS[columns[order]], AXIS[rows[order]]
         self._room = space.clearance[self._cells]
         self._sizes = sizes
-        self._gaps: dict[int, Floats] = {}  # by cell: how far all the others are
+        self._gaps: dict[int, Floats] = {}  # by cell: distances to all others
         self._fits = {size: within_goals(space.map, self._x, self._y, size) for size in set(sizes)}
         self._wide = {size: self._ways(space, size) for size in set(sizes) if size > _SMALL}
 
     def place_all(self, x: float, y: float, radius: float, placeable: Mask) -> tuple[int, int]:
-        """How many find no place once a disc lies at (x, y), and how many places the largest has to choose from."""
+        """(items without a place once a disc lies at (x, y), places that the largest item can choose from)."""
         left = np.minimum(self._room, np.hypot(self._x - x, self._y - y) - radius)
         reached = placeable[self._cells]
         missing, choice = 0, -1
@@ -51,16 +55,16 @@ class Packing:
         return missing, max(choice, 0)
 
     def _gaps_to(self, cell: int) -> Floats:
-        """(n,) from all cells to one; the first that is free is often the same."""
+        """(n,) distances from all cells to one; cached, as the first free cell is often the same."""
         if cell not in self._gaps:
             self._gaps[cell] = np.hypot(self._x[cell] - self._x, self._y[cell] - self._y)
         return self._gaps[cell]
 
     def _ways(self, space: FreeSpace, size: float) -> tuple[float, list[int], int]:
-        """How much room a heavy item's way can have now, the floor with that room in pieces, where the way starts."""
+        """For carrying a heavy item: the clearance that is possible now, the components with it, and the start."""
         start = 0
         for point in self._heavy:
-            start |= around(*point, 2 * size + 0.2)  # the item itself still stands there
+            start |= disc_points(*point, 2 * size + 0.2)  # the item itself is still there
         for abreast in _CARRY_CLEARANCES:
             wide = standing_room(space, size + abreast)
             floor = FLOOR.components(start, wide)
@@ -69,10 +73,10 @@ class Packing:
         return 0.0, [], 0
 
     def _carried(self, x: float, y: float, radius: float, size: float) -> npt.NDArray[np.bool_]:
-        """(n,) which cells a heavy item still gets to with a disc at (x, y)."""
+        """(n,) which cells a heavy item can still be carried to with a disc at (x, y)."""
         abreast, floor, start = self._wide[size]
         if not floor:
             return np.ones(self._x.shape, dtype=np.bool_)
-        hole = around(x, y, radius + size + abreast)
-        left = sum(FLOOR.connected_around(hole, start, piece) for piece in floor)  # pieces have nothing in common
+        hole = disc_points(x, y, radius + size + abreast)
+        left = sum(FLOOR.connected_around(hole, start, piece) for piece in floor)  # the components are disjoint
         return FLOOR.to_mask(left)[self._cells]

@@ -1,4 +1,4 @@
-"""What is still to be delivered, and which part of it can be reached when something stands on the floor."""
+"""The items still to be delivered, and which of them remain reachable when another one is put down."""
 
 from functools import lru_cache
 from typing import NamedTuple
@@ -10,46 +10,46 @@ from movingout.maps.flood_fill import Mask
 
 Point = tuple[float, float]
 
-_BESIDE = 0.36  # units around an item from which it counts as within reach
-_ON_THE_SPOT = 0.15  # units around the partner's place from which it starts
-_ARM = 8  # cells between a robot's centre and that of an item it puts down
+_BESIDE = 0.36  # units around an item within which a robot can reach it
+_ON_THE_SPOT = 0.15  # units around the partner within which its region begins
+_ARM = 8  # cells between the centres of a robot and of the item it puts down
 
 
 class RemainingItems(NamedTuple):
-    """What is still to be delivered besides an item, and who else can do it."""
+    """The items still to be delivered apart from one, and the partner that can help."""
 
-    small: tuple[Point, ...]  # where items wait that one robot can carry
-    heavy: tuple[Point, ...]  # and those that need both
-    sizes: tuple[float, ...]  # radii of all the items to come, the largest first
-    partner: Point | None  # the robot that does not hold the item in question; None when both hold it
+    small: tuple[Point, ...]  # positions of items that one robot can carry
+    heavy: tuple[Point, ...]  # positions of those that need both
+    sizes: tuple[float, ...]  # radii of all remaining items, largest first
+    partner: Point | None  # position of the robot that does not hold the item; None when both hold it
 
 
 class ReachableRegions:
-    """How the floor is divided: its parts with an item beside them, and what the partner reaches of it."""
+    """The connected regions of free space: those with an item within reach, and the partner's."""
 
     def __init__(
         self, free: int, remaining: RemainingItems, hole: int = 0, whole: "ReachableRegions | None" = None
     ) -> None:
-        """Of the floor `free`; of what a hole leaves of it, where `whole` is the division of the floor without one."""
+        """Of the points `free`, less a `hole`; `whole` are the regions without the hole, which speed this up."""
         self._remaining = remaining
         self._hole = hole
         self._known = whole.pieces if whole is not None else []
-        self.pieces: list[int] = []  # all that hangs together as far as it was looked at
+        self.pieces: list[int] = []  # all components found so far
         self.parts = self._parts(free & ~hole)
         self._partners = 0 if remaining.partner is None else self._around_partner(free & ~hole, remaining.partner)
 
     def _flood(self, start: int, free: int) -> int:
-        """The piece of the floor that hangs together with the lowest point of `start`."""
+        """The component that contains the lowest point of `start`."""
         start &= -start
         piece = next((FLOOR.connected_around(self._hole, start, known) for known in self._known if known & start), 0)
         self.pieces.append(piece or FLOOR.connected(start, free))
         return self.pieces[-1]
 
     def _parts(self, free: int) -> list[int]:
-        """The separate parts of the floor that have an item beside them."""
+        """The components with an item within reach."""
         parts: list[int] = []
         for x, y in (*self._remaining.small, *self._remaining.heavy):
-            beside = around(x, y, _BESIDE) & free
+            beside = disc_points(x, y, _BESIDE) & free
             for part in parts:
                 beside &= ~part
             while beside:
@@ -58,8 +58,8 @@ class ReachableRegions:
         return parts
 
     def _around_partner(self, free: int, partner: Point) -> int:
-        """The floor that hangs together with the partner's place."""
-        start, reached = around(*partner, _ON_THE_SPOT) & free, 0
+        """The points that are connected with the partner's position."""
+        start, reached = disc_points(*partner, _ON_THE_SPOT) & free, 0
         for part in self.parts:
             if start & part:
                 reached |= part
@@ -72,33 +72,33 @@ class ReachableRegions:
 
     @property
     def partner_can_work(self) -> bool:
-        """Whether the other robot can still go to an item."""
+        """Whether the partner can still reach an item."""
         return self._remaining.partner is None or any(self._partners & part for part in self.parts)
 
     def placeable(self) -> Mask:
-        """Where items can be put down by robots that still get about."""
+        """Where items can still be put down."""
         whole = self._partners
         for part in self.parts:
             whole |= part
         return FLOOR.to_mask(FLOOR.dilated(whole, _ARM))
 
     def best_case(self) -> int:
-        """How many items are out of reach at least, whatever is done."""
+        """The least number of unreachable items over all regions."""
         return min((self.out_of_reach(part) for part in self.parts), default=0)
 
     def out_of_reach(self, part: int) -> int:
-        """How many items cannot be reached by a robot in this part of the floor and its partner."""
+        """How many items neither a robot in this region nor its partner can deliver."""
         theirs = part if self._remaining.partner is None else self._partners
-        missed = sum(not around(x, y, _BESIDE) & (part | theirs) for x, y in self._remaining.small)
+        missed = sum(not disc_points(x, y, _BESIDE) & (part | theirs) for x, y in self._remaining.small)
         for x, y in self._remaining.heavy:
-            beside = around(x, y, _BESIDE)
+            beside = disc_points(x, y, _BESIDE)
             missed += not (beside & part and beside & theirs)
         return missed
 
 
 @lru_cache(maxsize=4096)
-def around(x: float, y: float, radius: float) -> int:
-    """The grid points nearer to (x, y) than a radius."""
+def disc_points(x: float, y: float, radius: float) -> int:
+    """The grid points within a radius of (x, y), as bits."""
     rows, columns = _window(y, radius), _window(x, radius)
     mask = np.zeros((CELLS, CELLS), dtype=np.bool_)
     mask[rows, columns] = np.hypot(AXIS[columns] - x, AXIS[rows, None] - y) < radius

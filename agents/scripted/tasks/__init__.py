@@ -1,1 +1,1 @@
-"""What a scripted player can be busy with."""
+"""The tasks of a scripted agent."""

@@ -1,4 +1,4 @@
-"""Walking to a stand beside an item and closing the hand."""
+"""Walking to a stance beside an item and grabbing it."""
 
 import math
 
@@ -12,16 +12,16 @@ from movingout.maps.flood_fill import UNREACHED, Mask
 from movingout.maps.spec import ROBOT_RADIUS
 from movingout.world.state import Floats
 
-NEAR = 0.05  # units from its stand at which a robot turns to the item
-NEARLY = 0.09  # units from its stand at which a planned grip still is what was planned
+NEAR = 0.05  # units from its stance at which the robot turns to the item
+NEARLY = 0.09  # units from its stance within which the grasp counts as the planned one
 
 
 def stance_costs(
     now: Perception, space: FreeSpace, position: Floats, item: int, failed_stances: frozenset[int] = frozenset()
 ) -> list[float]:
-    """Quarter ticks on foot to each of the 32 stands beside an item; UNREACHED where one cannot stand or grab.
+    """Walking cost [quarter ticks] to each of the 32 stances; UNREACHED where a robot has no room or cannot grab.
 
-    `useless` are stands from which the hand did not reach the item, against expectation.
+    `failed_stances` are those from which a grab has failed, contrary to prediction.
     """
     lengths = walking_costs(space, [(float(position[0]), float(position[1]))])
     poses, useful = stances(now.item(item), now.item_pose(item))
@@ -33,33 +33,33 @@ def stance_costs(
 
 
 class Approach:
-    """Walking to a stand beside an item and closing the hand."""
+    """Walking to a stance beside an item and grabbing it."""
 
     def __init__(self, space: FreeSpace, item: int, target: Floats, avoided: Mask | None = None) -> None:
         self.item = item
         self.target = target
         self.space = space
-        self.way = route_to(space, [(float(target[0]), float(target[1]))], avoided)
+        self.route = route_to(space, [(float(target[0]), float(target[1]))], avoided)
 
     def step(self, now: Perception, collision_cost: CollisionCost) -> DriveCommand:
-        """The next command; with a grasp as soon as the hand reaches the item."""
+        """The next command, with a grab as soon as the item is within reach."""
         pose, goal = now.pose, now.item_pose(self.item)
         to_item = heading_of(float(goal[0] - pose[0]), float(goal[1] - pose[1]))
         off = wrap(to_item - float(pose[2]))
         gap = math.hypot(float(pose[0] - self.target[0]), float(pose[1] - self.target[1]))
         if self._well_placed(now, gap) and within_reach(now.item(self.item), goal, pose):
             return DriveCommand(0.3, float(pose[2]), grasp=True)
-        if gap < NEAR or self.way.cost(float(pose[0]), float(pose[1])) <= 2.0:
-            gently = 0.35 if now.is_heavy(self.item) else 1.0  # a hard push slides along the item
+        if gap < NEAR or self.route.cost(float(pose[0]), float(pose[1])) <= 2.0:
+            gently = 0.35 if now.is_heavy(self.item) else 1.0  # with a hard push the robot would slide along the item
             return drive(to_item, gently) if abs(off) < 0.3 else turn_to(to_item)
-        command, _ = best_move(pose, lambda moves: self.way.costs(moves) + collision_cost(moves))
+        command, _ = best_move(pose, lambda moves: self.route.costs(moves) + collision_cost(moves))
         return command
 
     def _well_placed(self, now: Perception, gap: float) -> bool:
-        """A small item may be taken from anywhere; the grips on a heavy one were planned."""
+        """A small item may be grabbed from any side; for a heavy one the stance was planned."""
         return not now.is_heavy(self.item) or (gap < NEARLY and abs(wrap(float(now.pose[2] - self.target[2]))) < 0.35)
 
 
 def stance_number(target: Floats) -> int:
-    """Which of the 32 stands a pose is."""
+    """The number of the stance at a pose, 0 to 31."""
     return round(float(target[2]) / (2 * math.pi / len(HEADINGS))) % len(HEADINGS)

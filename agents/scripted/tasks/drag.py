@@ -1,4 +1,4 @@
-"""A middle item and nobody who helps: one robot drags it, at a tenth of the speed and without turning it."""
+"""Dragging a middle item alone: at a tenth of the speed and without turning it."""
 
 import math
 
@@ -22,16 +22,16 @@ from movingout.maps.spec import ROBOT_RADIUS
 from movingout.world.scoring import goal_boxes, is_delivered
 from movingout.world.state import Floats
 
-_LOOK = STRIDE / 2  # units that a try goes
+_TRIAL_STEP = STRIDE / 2  # units of a trial step
 _SETTLED = 3.0  # quarter ticks
-_TURNED = 0.08  # rad of turn after which the way is planned anew
-_TRIES = 6  # stands that are tried
+_TURNED = 0.08  # rad of turn after which the path is planned again
+_TRIES = 6  # stances to evaluate
 _DIRECTIONS: Floats = np.arange(24) * math.pi / 12
-_STEPS: Floats = _LOOK * np.stack([-np.sin(_DIRECTIONS), np.cos(_DIRECTIONS), np.zeros(24)], axis=1)
+_STEPS: Floats = _TRIAL_STEP * np.stack([-np.sin(_DIRECTIONS), np.cos(_DIRECTIONS), np.zeros(24)], axis=1)
 
 
 class DragPlan:
-    """The way of an item with one robot at it, both keeping their angles. The reference point is the item's centre."""
+    """The path of an item dragged by one robot, both at constant angles. The reference point is the item's centre."""
 
     def __init__(
         self, space: FreeSpace, item: ItemSpec, item_pose: Floats, robot: Floats, places: Places, margin: float
@@ -53,13 +53,13 @@ class DragPlan:
         return float(costs_at_poses(self.cost_to_go.cost, DRAG_MOTION, self._body(item_pose)[None])[0])
 
     def heading(self, item_pose: Floats) -> float:
-        """The heading that leads on."""
+        """The heading of the next step."""
         moves = self._body(item_pose) + _STEPS
         costs = costs_at_poses(self.cost_to_go.cost, DRAG_MOTION, moves) + overlap_cost(self._space, self._discs, moves)
         return float(_DIRECTIONS[int(np.argmin(costs))])
 
     def is_there(self, item_pose: Floats) -> bool:
-        """Whether the item is where it should lie."""
+        """Whether the item is at its destination."""
         return nearest_cost(self.places, DRAG_MOTION, self._body(item_pose)) <= self.cost(item_pose) + _SETTLED
 
     def _body(self, item_pose: Floats) -> Floats:
@@ -67,7 +67,7 @@ class DragPlan:
 
 
 class Drag:
-    """Bringing a middle item home alone; whoever comes to help may take the other end at any time."""
+    """Delivering a middle item alone. The partner may grab the other end at any time."""
 
     def __init__(self, now: Perception, item: int) -> None:
         self.item = item
@@ -76,10 +76,10 @@ class Drag:
         self._space = now.space()
         self._approach: Approach | None = None
         self._choosing: SlicedComputation[Floats | None] = SlicedComputation(self._compute_stance(now))
-        self._way: SlicedComputation[DragPlan] | None = None
+        self._plan: SlicedComputation[DragPlan] | None = None
 
     def step(self, now: Perception, collision_cost: CollisionCost, slices: int) -> DriveCommand | None:
-        """Over when the item is home, when it cannot be dragged, or when the partner takes it."""
+        """Ends when the item is delivered, cannot be dragged, or is grabbed by the partner."""
         if now.partner_item == self.item or (now.delivered[self.item] and now.own_item != self.item):
             return None
         if now.own_item != self.item:
@@ -101,29 +101,29 @@ class Drag:
 
     def _drag(self, now: Perception, slices: int) -> DriveCommand:
         item_pose = now.item_pose(self.item)
-        if self._way is None or (self._way.done and abs(wrap(self._way.result.angle - item_pose[2])) > _TURNED):
-            self._way = SlicedComputation(self._compute_plan(now))
-        self._way.advance(slices)
-        if not self._way.done:
+        if self._plan is None or (self._plan.done and abs(wrap(self._plan.result.angle - item_pose[2])) > _TURNED):
+            self._plan = SlicedComputation(self._compute_plan(now))
+        self._plan.advance(slices)
+        if not self._plan.done:
             return REST
-        way = self._way.result
+        plan = self._plan.result
         home = is_delivered(now.item(self.item), tuple(item_pose.tolist()), self._goals)
-        if (home and way.is_there(item_pose)) or way.cost(item_pose) >= UNREACHED:
+        if (home and plan.is_there(item_pose)) or plan.cost(item_pose) >= UNREACHED:
             self.infeasible = not home
             return DriveCommand(0.0, 0.0, grasp=True)
-        return drive(way.heading(item_pose))
+        return drive(plan.heading(item_pose))
 
     def _compute_plan(self, now: Perception) -> Computation[DragPlan]:
         space = now.space()
         places = yield from evaluate_places(now, self.item)
         item_pose = now.item_pose(self.item)
         for margin in margins(now.map):
-            way = DragPlan(space, now.item(self.item), item_pose, now.pose, places, margin)
+            plan = DragPlan(space, now.item(self.item), item_pose, now.pose, places, margin)
             yield
-            yield from solve(way.cost_to_go, lambda: way.cost(item_pose))  # noqa: B023
-            if way.cost(item_pose) < UNREACHED:
+            yield from solve(plan.cost_to_go, lambda: plan.cost(item_pose))  # noqa: B023
+            if plan.cost(item_pose) < UNREACHED:
                 break
-        return way
+        return plan
 
     def _compute_stance(self, now: Perception) -> Computation[Floats | None]:
         spec, item_pose = now.item(self.item), now.item_pose(self.item)
@@ -135,10 +135,10 @@ class Drag:
         for number in np.argsort(costs)[:: max(len(costs) // (2 * _TRIES), 1)][:_TRIES].tolist():
             if costs[number] >= UNREACHED:
                 break
-            way = DragPlan(space, spec, item_pose, poses[number], places, margins(now.map)[1])
+            plan = DragPlan(space, spec, item_pose, poses[number], places, margins(now.map)[1])
             yield
-            yield from solve(way.cost_to_go, lambda: way.cost(item_pose))  # noqa: B023
-            total = costs[number] + 10.0 * way.cost(item_pose)  # it goes at a tenth of the speed
-            if way.cost(item_pose) < UNREACHED and (best is None or total < best[0]):
+            yield from solve(plan.cost_to_go, lambda: plan.cost(item_pose))  # noqa: B023
+            total = costs[number] + 10.0 * plan.cost(item_pose)  # at a tenth of the speed
+            if plan.cost(item_pose) < UNREACHED and (best is None or total < best[0]):
                 best = (total, poses[number])
         return best[1] if best is not None else None

@@ -1,11 +1,11 @@
-"""Small items: going to one, and bringing it to its place."""
+"""Small items: fetching one, and carrying it to its place."""
 
 from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
-from movingout.agents.scripted.avoidance import around, partner_path, side_costs
+from movingout.agents.scripted.avoidance import meeting_cells, partner_path, side_costs
 from movingout.agents.scripted.carrying.solo_carry import Offset, SoloCarryPlan, margins
 from movingout.agents.scripted.navigation.free_space import FreeSpace, with_robot
 from movingout.agents.scripted.navigation.grasp_stance import GAP, in_frame, stances
@@ -20,13 +20,13 @@ from movingout.maps.shapes import circumradius
 from movingout.maps.spec import ROBOT_RADIUS
 from movingout.world.state import Floats
 
-RELIABLE_COST = 350.0  # quarter ticks: a dearer way may come from a bad place to put the item down
-SAVING_WORTH_LITTLE_ROOM = 100.0  # quarter ticks that a way with hardly any room must save
-_FAR_AHEAD = 150  # cells of the partner's way home that one had better not meet it on
+RELIABLE_COST = 350.0  # quarter ticks: a higher cost may be due to a bad place, so the smaller margin is tried, too
+SAVING_WORTH_LITTLE_ROOM = 100.0  # quarter ticks that a path with a small margin must save
+_FAR_AHEAD = 150  # cells of the partner's path to the goal to keep off
 
 
 def evaluate_places(now: Perception, item: int) -> Computation[Places]:
-    """What the places for an item are worth, with everything else that is still to come."""
+    """The costs of places for an item, given all other items still to be delivered."""
     return _look(now, now.lasting_space(item), item)
 
 
@@ -49,10 +49,10 @@ def _plan(
     cost: Callable[[SoloCarryPlan], float],
     fall_back: bool = True,
 ) -> Computation[_Plan]:
-    """How to bring an item home: with much room, else with little.
+    """The best plan to carry an item to a goal, with a large margin or else a small one.
 
-    Else as if what is delivered were not there: nothing that lies can be pushed, but one gets as near as it goes, and
-    whoever is not getting any nearer lets go wherever it counts.
+    Failing both, and with `fall_back`, it is planned as if the delivered items were not there. They cannot be pushed,
+    but the robot gets as near as possible and releases the item anywhere in the goal when it stalls.
     """
     places = yield from evaluate_places(now, item)
     best: _Plan | None = None
@@ -62,7 +62,7 @@ def _plan(
             best = plan
         if best.cost < RELIABLE_COST:
             break
-    assert best is not None  # there are margins
+    assert best is not None  # there is at least one margin
     if best.cost < UNREACHED or handover is not None or not fall_back or not now.delivered.any():
         return best
     space = now.space_without_delivered(item)
@@ -77,7 +77,7 @@ def _solved(carry_plan: SoloCarryPlan, cost: Callable[[SoloCarryPlan], float]) -
 
 
 class Fetch:
-    """Going to a small item; knows on the way how it will be carried, and so from which side to take it."""
+    """Going to a small item. How it will be carried is planned on the way and decides from which side to grab it."""
 
     def __init__(
         self,
@@ -89,10 +89,8 @@ class Fetch:
         rearranging: bool = False,
         side: float = 0.0,
     ) -> None:
-        """With `meeting` it is going to be handed over there; with `tidying` it may lie in a goal already.
-
-        `useless` are stands that have failed; `detour` is how much the player dislikes to walk close to walls, and
-        `side` from where it likes to grab.
+        """`failed_stances`: not to be used again. `handover`: carry the item to this handover point.
+        `detour`, `side`: habits of the player (`Style`). `rearranging`: the item may lie in a goal already.
         """
         self._detour = detour
         self._rearranging = rearranging
@@ -112,7 +110,7 @@ class Fetch:
 
     @property
     def stance(self) -> int:
-        """The stand it is about to use, -1 while undecided."""
+        """The chosen stance, -1 while undecided."""
         return stance_number(self._approach.target) if self._found else -1
 
     def _walk_to(self, target: Floats) -> Approach:
@@ -120,13 +118,13 @@ class Fetch:
         return Approach(self._space, self.item, target, close if self._detour > 0 else None)
 
     def go_around(self, now: Perception) -> None:
-        """Look for a way around the partner; stay on the old one where there is none."""
+        """Take a route around the partner; keep the current one if there is none."""
         other = Approach(with_robot(self._space, now.partner), self.item, self._approach.target)
-        if other.way.cost(float(now.pose[0]), float(now.pose[1])) < UNREACHED:
+        if other.route.cost(float(now.pose[0]), float(now.pose[1])) < UNREACHED:
             self._approach = other
 
     def step(self, now: Perception, collision_cost: CollisionCost, slices: int) -> DriveCommand | None:
-        """Over when the item is in a hand, has moved, or cannot be brought anywhere."""
+        """Ends when the item is held, has moved, or cannot be carried anywhere."""
         if (
             now.own_item == self.item
             or now.partner_item == self.item
@@ -142,20 +140,20 @@ class Fetch:
                     return None
                 self.carry_plan, target = self._planning.result
                 self._approach = self._walk_to(target)
-            elif self._approach.way.cost(float(now.pose[0]), float(now.pose[1])) < 24:
+            elif self._approach.route.cost(float(now.pose[0]), float(now.pose[1])) < 24:
                 return REST
         elif now.space() is not self._space:
             return None
         elif now.partner_item != self._theirs:
             self._theirs = now.partner_item
             if now.partner_item >= 0 and not now.is_heavy(now.partner_item):
-                self._take_another_way(now)
+                self._avoid_partner_path(now)
         return self._approach.step(now, collision_cost)
 
-    def _take_another_way(self, now: Perception) -> None:
-        """Keep off the way on which the partner brings its item home, where that is no great detour."""
-        way = partner_path(now, -1, _FAR_AHEAD)
-        self._approach = Approach(self._space, self.item, self._approach.target, around(way))
+    def _avoid_partner_path(self, now: Perception) -> None:
+        """Avoid the path on which the partner delivers its item, unless that is a large detour."""
+        path = partner_path(now, -1, _FAR_AHEAD)
+        self._approach = Approach(self._space, self.item, self._approach.target, meeting_cells(path))
 
     def _compute(self, now: Perception) -> Computation[tuple[SoloCarryPlan, Floats] | None]:
         spec, item_pose = now.item(self.item), now.item_pose(self.item)
@@ -177,12 +175,12 @@ class Fetch:
 
 
 class Carry:
-    """Bringing a small item to its place."""
+    """Carrying a small item to its place."""
 
     def __init__(
         self, now: Perception, item: int, carry_plan: SoloCarryPlan | None, handover: HandoverLane | None
     ) -> None:
-        """`haul` is the plan made while fetching it, if it still serves."""
+        """`carry_plan` is the plan made while fetching, if there is one."""
         self.item = item
         self.infeasible = False
         self.handover = handover
@@ -192,7 +190,7 @@ class Carry:
         self._goes_around = False
 
     def step(self, now: Perception, collision_cost: CollisionCost, slices: int) -> DriveCommand | None:
-        """Over when the hand is empty."""
+        """Ends when the gripper is empty."""
         if now.own_item != self.item:
             return None
         if now.space() is not self._space:
@@ -211,13 +209,13 @@ class Carry:
         return self._carry_plan.drive(now.pose, now.item_pose(self.item), collision_cost, now.anticipates)
 
     def go_around(self, now: Perception) -> None:
-        """Look for a way around the partner as something that stands there; stay on the old one if there is none."""
+        """Plan a path around the partner as an obstacle; keep the current one if there is none."""
         self._goes_around = True
         self._planning = SlicedComputation(self._compute(now, with_robot(now.space(), now.partner)))
 
     def _compute(self, now: Perception, space: FreeSpace) -> Computation[SoloCarryPlan]:
         offset = in_frame(now.pose, now.item_pose(self.item))
-        fall_back = not self._goes_around  # the partner will not stand there for good
+        fall_back = not self._goes_around  # the partner will move eventually
         plan = yield from _plan(
             now, self.item, space, offset, self.handover, lambda carry_plan: carry_plan.cost(now.pose), fall_back
         )

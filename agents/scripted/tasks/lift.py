@@ -1,4 +1,4 @@
-"""Heavy items: taking one end, waiting for the partner at the other end, and carrying together."""
+"""Heavy items: grabbing one end, waiting for the partner at the other end, and carrying together."""
 
 import itertools
 import math
@@ -23,28 +23,26 @@ from movingout.maps.flood_fill import UNREACHED
 from movingout.maps.spec import ROBOT_RADIUS
 from movingout.world.state import Floats
 
-GOOD_ENOUGH = 80.0  # quarter ticks: a way together this much longer than a way alone is taken
-DISTINCT_ANGLE = 0.7  # rad by which two ways to hold an item differ
-LEAST_DISTANCE, PREFERRED_DISTANCE = 0.255, 0.33  # units between the two holders' centres: at least, and better
-RELEASE_AFTER = 60  # ticks without getting nearer after which a pair lets go, to take the item from other sides
-RELEASE_AT_HOME_AFTER = (
-    8  # ticks for which one goes on holding an item that is home when the other one has let go of it
-)
-COMFORTABLE_ROOM, CRAMPED = 0.04, 1000.0  # units around a stand; quarter ticks per unit that is missing
-_NEAREST_DECAY = 0.03  # units per tick: who has been near and gone away comes when it turns back
-_CHECKED_PAIRS = 12  # grips of which it is known whether who comes first leaves room for the other one
-NOT_OPPOSITE_COST = 12.0  # quarter ticks per radian by which two grips are not opposite
+GOOD_ENOUGH = 80.0  # quarter ticks above the lower bound at which a plan is accepted
+DISTINCT_ANGLE = 0.7  # rad by which distinct grasps differ
+LEAST_DISTANCE, PREFERRED_DISTANCE = 0.255, 0.33  # units between the robots' centres: required, and preferred
+RELEASE_AFTER = 60  # ticks without progress after which both release the item, to grasp it differently
+RELEASE_AT_HOME_AFTER = 8  # ticks to hold an item in its goal after the partner has released it
+COMFORTABLE_ROOM, CRAMPED = 0.04, 1000.0  # units around a stance; quarter ticks per missing unit
+_NEAREST_DECAY = 0.03  # units per tick: a partner that went away counts as coming when it turns back
+_CHECKED_PAIRS = 12  # grasp pairs that are checked for whether the first robot blocks the second
+NOT_OPPOSITE_COST = 12.0  # quarter ticks per radian by which two grasps are not opposite
 
 
 class GraspPair(NamedTuple):
-    """Where the two robots hold an item: poses (2, 3) in seat order, and what getting there costs."""
+    """Stances of both robots at an item: poses (2, 3) in seat order, and the cost of reaching them."""
 
     score: float
     robots: Floats
 
 
 def grasp_pairs(now: Perception, item: int, mine: list[float], theirs: list[float]) -> list[GraspPair]:
-    """Pairs of stands, the quickest to reach first; both minds come to the same order."""
+    """Pairs of stances, quickest to reach first. Both robots compute the same order."""
     poses, _ = stances(now.item(item), now.item_pose(item))
     blue_costs, red_costs = (mine, theirs) if now.seat == 0 else (theirs, mine)
     options = []
@@ -57,7 +55,7 @@ def grasp_pairs(now: Perception, item: int, mine: list[float], theirs: list[floa
 
 @lru_cache(maxsize=64)
 def _pairs(stances_beside: bytes) -> list[tuple[int, int, float, float]]:
-    """Blue's and red's number of stands (n, 3) that both can take at once, and the price of that pair in two parts."""
+    """Stances (n, 3) of blue and red that can be taken at once: both numbers, and two costs of the pair."""
     poses = np.frombuffer(stances_beside).reshape(-1, 3)
     pairs = []
     for blue, red in itertools.product(range(len(poses)), repeat=2):
@@ -69,7 +67,7 @@ def _pairs(stances_beside: bytes) -> list[tuple[int, int, float, float]]:
 
 
 def distinct_grasps(options: list[GraspPair], most: int = 6) -> list[GraspPair]:
-    """The first option, and the next ones that differ from those before in at least one hand."""
+    """The first option, and the following ones that differ from all chosen before in at least one stance."""
     chosen: list[GraspPair] = []
     for option in options:
         turns = (np.abs(_wrapped(option.robots[:, 2] - other.robots[:, 2])).max() for other in chosen)
@@ -85,19 +83,19 @@ def _wrapped(angles: Floats) -> Floats:
 
 
 def _tightness(gap: float) -> float:
-    """The price of two holders so near to each other that one may keep the other from its stand."""
+    """The cost of two stances so near to each other that one robot may block the other."""
     return max(PREFERRED_DISTANCE - gap, 0.0) * 1000.0
 
 
 def tight_stance_costs(now: Perception, space: FreeSpace, item: int) -> Floats:
-    """(32,) the price of stands with so little room that clumsy hands fail there; `ground` is without the item."""
+    """(32,) the cost of stances with so little room that imprecise steering fails; `space` is without the item."""
     poses, _ = stances(now.item(item), now.item_pose(item))
     room = sample(space.clearance, poses[:, 0], poses[:, 1]) - ROBOT_RADIUS
     return CRAMPED * np.maximum(COMFORTABLE_ROOM - room, 0.0)
 
 
 def grasps_beside_partner(now: Perception, item: int, mine: list[float]) -> list[GraspPair]:
-    """Stands that go with the partner's grip, opposite and near ones first."""
+    """Stances that go with the partner's grasp, opposite and near ones first."""
     poses, _ = stances(now.item(item), now.item_pose(item))
     centre = now.item_pose(item)
     theirs = heading_of(float(centre[0] - now.partner[0]), float(centre[1] - now.partner[1]))
@@ -113,7 +111,7 @@ def grasps_beside_partner(now: Perception, item: int, mine: list[float]) -> list
 
 
 class Lift:
-    """Taking one end of a heavy item, waiting for the partner at the other end, and carrying it together."""
+    """Grabbing one end of a heavy item, waiting for the partner at the other end, and carrying it together."""
 
     def __init__(
         self,
@@ -124,11 +122,11 @@ class Lift:
         yields: bool = False,
         side: float = 0.0,
     ) -> None:
-        """`useless` are stands that have failed; `side` says from where the player likes to grab."""
+        """`patience`: ticks to wait for the partner. `failed_stances`: not to be used again. `side`: see `Style`."""
         self.item = item
         self.infeasible = False
         self.waited_in_vain = False
-        self.given_up: float | None = None  # the heading with which it could not be brought home
+        self.given_up: float | None = None  # the heading with which it could not be delivered
         self._failed_stances = failed_stances
         self._patience = patience
         self._yields = yields
@@ -142,18 +140,18 @@ class Lift:
         self._approach: Approach | None = None
         self._decided = False
         self._grasps: SlicedComputation[GraspPair | None] = SlicedComputation(self._compute_grasps(now))
-        self._way: SlicedComputation[PairCarryPlan] | None = None
+        self._plan: SlicedComputation[PairCarryPlan] | None = None
 
     @property
     def stance(self) -> int:
-        """The stand it is about to use, -1 while undecided."""
+        """The chosen stance, -1 while undecided."""
         return stance_number(self._approach.target) if self._approach and self._decided else -1
 
     def step(self, now: Perception, collision_cost: CollisionCost, slices: int) -> DriveCommand | None:
-        """Over when the item lies in its goal, cannot be carried, or the partner does not come."""
+        """Ends when the item is delivered, cannot be carried, or the partner does not come."""
         if now.own_item == self.item and now.partner_item == self.item:
             return self._carry(now, slices)
-        self._way = None
+        self._plan = None
         if now.own_item == self.item:
             return self._wait(now)
         if self.infeasible or (now.delivered[self.item] and now.partner_item != self.item) or self._outdated(now):
@@ -161,7 +159,7 @@ class Lift:
         return self._go(now, collision_cost, slices)
 
     def _outdated(self, now: Perception) -> bool:
-        """Whether the floor or the partner's grip is not what the own grip was chosen for."""
+        """Whether free space or the partner's grasp has changed since the own stance was chosen."""
         if now.space((self.item,)) is not self._bare:
             return True
         if now.partner_item != self.item:
@@ -179,26 +177,26 @@ class Lift:
                 self._aim(self._grasps.result, now)
         if self._approach is None:
             return REST
-        if not self._decided and self._approach.way.cost(float(now.pose[0]), float(now.pose[1])) < 12:
+        if not self._decided and self._approach.route.cost(float(now.pose[0]), float(now.pose[1])) < 12:
             return REST
         return self._approach.step(now, collision_cost if now.partner_item != self.item else no_collision_cost)
 
     def _aim(self, grasps: GraspPair, now: Perception) -> None:
-        """Walk to the own one of two grips."""
+        """Walk to the own stance of a pair."""
         self._partner_grasp = grasps.robots[1 - now.seat]
         target = grasps.robots[now.seat]
         if self._approach is None or (self._approach.target != target).any():
             self._approach = Approach(self._space, self.item, target)
 
     def _wait(self, now: Perception) -> DriveCommand:
-        """Hold on, and lose patience only while the partner does not come nearer."""
+        """Keep holding; the time counts only while the partner does not come nearer."""
         gap = float(np.hypot(*(now.partner - now.item_pose(self.item))[:2]))
         self._waited += 1
         if gap < self._nearest - 0.02:
             self._waited = max(self._waited - 4, 0)
         self._nearest = min(gap, self._nearest + _NEAREST_DECAY)
         outbid = self._yields and now.partner_item >= 0 and now.is_heavy(now.partner_item)
-        home = bool(now.delivered[self.item])  # who let go of it there thinks that this will do
+        home = bool(now.delivered[self.item])  # the partner released it there, so it is probably good enough
         patience = min(self._patience, RELEASE_AT_HOME_AFTER) if home else self._patience
         if self._waited > patience or outbid:
             self.infeasible, self.waited_in_vain = True, not (outbid or home)
@@ -207,15 +205,15 @@ class Lift:
 
     def _carry(self, now: Perception, slices: int) -> DriveCommand:
         self._waited, self._nearest = 0, math.inf
-        if self._way is None:
-            self._way = SlicedComputation(self._compute_plan(now))
-        self._way.advance(slices)
-        if not self._way.done:
+        if self._plan is None:
+            self._plan = SlicedComputation(self._compute_plan(now))
+        self._plan.advance(slices)
+        if not self._plan.done:
             return REST
-        if self._way.result.idle_ticks > RELEASE_AFTER and not now.delivered[self.item]:
+        if self._plan.result.idle_ticks > RELEASE_AFTER and not now.delivered[self.item]:
             self.given_up = float(now.pose[2])
             return DriveCommand(0.0, 0.0, grasp=True)
-        return self._way.result.drive(now.item_pose(self.item), now.robots)[now.seat]
+        return self._plan.result.drive(now.item_pose(self.item), now.robots)[now.seat]
 
     def _compute_plan(self, now: Perception) -> Computation[PairCarryPlan]:
         places = yield from evaluate_places(now, self.item)
@@ -230,18 +228,18 @@ class Lift:
         return carry_plan
 
     def _passable(self, now: Perception, options: list[GraspPair]) -> list[GraspPair]:
-        """Those of the quickest options with which who comes first does not shut the other one out; else all."""
+        """The options with which the first robot does not block the second; all if there are none."""
         free = [grasps for grasps in options[:_CHECKED_PAIRS] if self._leaves_room(now, grasps)]
         return [*free, *options[_CHECKED_PAIRS:]] or options
 
     def _leaves_room(self, now: Perception, grasps: GraspPair) -> bool:
-        """Whether the slower robot can still walk to its stand when the quicker one stands at its own."""
+        """Whether the slower robot can still reach its stance when the quicker one is at its own."""
         gaps = [self._walk(self._space, now, seat, grasps) for seat in (0, 1)]
         first = 0 if gaps[0] <= gaps[1] else 1
         return self._walk(with_robot(self._space, grasps.robots[first]), now, 1 - first, grasps) < UNREACHED
 
     def _walk(self, space: FreeSpace, now: Perception, seat: int, grasps: GraspPair) -> float:
-        """Quarter ticks of a seat's way to its grip."""
+        """Walking cost [quarter ticks] of a seat to its stance."""
         robot, stance = now.robots[seat], grasps.robots[seat]
         return cost_at(walking_costs(space, [(float(robot[0]), float(robot[1]))]), float(stance[0]), float(stance[1]))
 

@@ -1,4 +1,4 @@
-"""What a scripted player can be busy with: one thing at a time, each driving its robot."""
+"""A task: the agent has one at a time, and it drives the robot."""
 
 from typing import Protocol
 
@@ -7,11 +7,11 @@ from movingout.agents.scripted.perception import Perception
 
 
 class Task(Protocol):
-    """One thing to do. `item` is what it is about, -1 for nothing; `hopeless` says that it cannot be done now."""
+    """Something to do. `item` is its item or -1; `infeasible` means that it cannot be done at present."""
 
     item: int
     infeasible: bool
 
     def step(self, now: Perception, collision_cost: CollisionCost, slices: int) -> DriveCommand | None:
-        """The next command, or None when it is over; `slices` is how much it may think."""
+        """The next command, or None when the task has ended; `slices` limits the planning in this tick."""
         ...

@@ -1,4 +1,4 @@
-"""Being nowhere in particular: waiting somewhere, and standing aside."""
+"""Waiting: going to a place, and standing aside for the partner."""
 
 from collections.abc import Callable
 
@@ -13,26 +13,26 @@ from movingout.world.state import Floats
 
 
 class WalkTo:
-    """Going somewhere to wait there."""
+    """Going to a place and waiting there."""
 
     item = -1
     infeasible = False
 
     def __init__(self, now: Perception, place: tuple[float, float], until: int) -> None:
         self.until = until
-        self._way = route_to(now.space(), [place])
+        self._route = route_to(now.space(), [place])
 
     def step(self, now: Perception, collision_cost: CollisionCost, slices: int) -> DriveCommand | None:
-        """Over after its time."""
+        """Ends at the tick `until`."""
         if now.tick >= self.until or now.own_item >= 0:
             return None
-        if self._way.cost(float(now.pose[0]), float(now.pose[1])) <= 4.0:
+        if self._route.cost(float(now.pose[0]), float(now.pose[1])) <= 4.0:
             return REST
-        return best_move(now.pose, lambda moves: self._way.costs(moves) + collision_cost(moves))[0]
+        return best_move(now.pose, lambda moves: self._route.costs(moves) + collision_cost(moves))[0]
 
 
 class Aside:
-    """Leaving the way to the partner, for as long as it takes."""
+    """Standing aside of the partner's path for as long as needed."""
 
     item = -1
     infeasible = False
@@ -40,24 +40,24 @@ class Aside:
     def __init__(
         self,
         now: Perception,
-        way: Floats,
+        path: Floats,
         until: int,
         needed: Callable[[Perception], bool] | None = None,
         hands_over: bool = False,
     ) -> None:
-        """It lasts until a tick, or as long as it is `needed` where that can be said.
+        """It lasts until the tick `until`, or as long as `needed` returns True.
 
-        Who `hands_over` puts down there what it holds, for the partner to take home.
+        With `hands_over` the robot puts its item down there for the partner.
         """
         self.until = until
         self.handed_over = -1
         self._hands_over = hands_over
         self._needed = needed
         self._held = now.own_item
-        self._body: SlicedComputation[DrivePlan] = SlicedComputation(self._compute(now, way))
+        self._body: SlicedComputation[DrivePlan] = SlicedComputation(self._compute(now, path))
 
     def step(self, now: Perception, collision_cost: CollisionCost, slices: int) -> DriveCommand | None:
-        """Over after its time, or when there is nowhere to go."""
+        """Ends after its time, or when there is no free place."""
         self._body.advance(2 * slices)
         if now.own_item != self._held or (now.tick >= self.until if self._needed is None else not self._needed(now)):
             return None
@@ -74,8 +74,8 @@ class Aside:
             return REST
         return body.move(now.pose, collision_cost)
 
-    def _compute(self, now: Perception, way: Floats) -> Computation[DrivePlan]:
-        body = step_aside_plan(now, way)
+    def _compute(self, now: Perception, path: Floats) -> Computation[DrivePlan]:
+        body = step_aside_plan(now, path)
         yield
         yield from solve(body.cost_to_go, lambda: body.cost(now.pose))
         return body

@@ -36,7 +36,7 @@ def test_one_agent_is_shown_and_an_unknown_one_is_answered_with_those_there_are(
         ("mlp@all:execute=9", "execute is a whole number of ticks from 1 to 8, not 9"),
         ("mlp@all:lag=99", "lag is a whole number of ticks from 1 to 10, not 99"),
         ("bass@all:simulator=0", "simulator=learned or oracle"),
-        ("person:name=Z01", "there is nobody called 'Z01'"),
+        ("person:name=Z01", "there is no person 'Z01'"),
         ("scripted:patience=abc", "style: patience must lie between"),
     ],
 )

@@ -1,4 +1,4 @@
-"""Two in each other's way: whom one waits for, what one leaves to the other, and that nobody stands still for good."""
+"""Cooperation in little room: waiting for the partner, leaving items to it, and never stalling for good."""
 
 from dataclasses import replace
 from typing import Any
@@ -70,7 +70,7 @@ def test_beside_one_who_works_a_partner_who_stands_still_is_not_trusted_again() 
     assert not selector.partner_is_active(3 * IDLE_AFTER)
 
 
-def test_where_nobody_can_pass_one_leaves_what_one_holds_to_an_empty_hand_nearer_to_the_goal() -> None:
+def test_in_a_lane_an_item_is_left_to_a_partner_nearer_to_the_goal() -> None:
     now = _ring(held=np.array([3, -1]))
     selector = _selector(now)
     assert selector.leaves_to_partner(now)
@@ -210,7 +210,7 @@ def test_who_cannot_grab_beside_a_partner_that_holds_the_other_end_tries_another
 
 
 def test_who_likes_far_things_keeps_to_the_one_it_has_chosen() -> None:
-    """On the way to it another one becomes the farthest; whoever changes its mind then never arrives."""
+    """On the way to it another item becomes the farthest; an agent that switched then would never arrive."""
     start = _situation("CornerDecision")
     selector = TaskSelector(start.map, Style(far_first=True, heavy_first=False))
     selector.observe_partner(start)

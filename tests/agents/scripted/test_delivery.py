@@ -47,5 +47,5 @@ def test_the_plan_is_followed_pose_by_pose() -> None:
     assert next_pose(costs.ravel(), SOLO_MOTION, np.array([0.0, 0.06, 0.0])) == pytest.approx((0.0, 0.06, 0.0))
 
 
-def test_the_nearest_lattice_pose_keeps_the_turns_of_a_robot() -> None:
+def test_the_nearest_grid_pose_keeps_the_turns_of_a_robot() -> None:
     assert grid_pose(SOLO_MOTION, np.array([0.31, -0.29, 2 * np.pi + 0.1])) == pytest.approx((0.3, -0.3, 2 * np.pi))

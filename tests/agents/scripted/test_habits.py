@@ -56,7 +56,7 @@ def _first_grasp(name: str, **habits: Any) -> tuple[int, float]:
         ("stick=8", "no habit 'stick' of a plan; known: heavy_first"),
     ],
 )
-def test_a_habit_that_nobody_has_is_refused_with_those_there_are(options: str, sentence: str) -> None:
+def test_an_unknown_habit_is_refused_with_the_known_ones(options: str, sentence: str) -> None:
     with pytest.raises(AgentError, match="style: ") as raised:
         load_agent(f"scripted:{options}")
     assert sentence in str(raised.value)
@@ -130,12 +130,12 @@ def test_things_change_hands_where_the_player_likes_it() -> None:
     assert near == pytest.approx(usual / 2) and far == pytest.approx(usual * 1.5)
 
 
-def test_who_hands_over_far_from_the_goal_brings_it_nearer_when_nobody_comes() -> None:
+def test_an_item_handed_over_far_from_the_goal_is_carried_nearer_when_the_partner_does_not_come() -> None:
     now = _situation("HandOff")
     places = now.state.item_poses.copy()
     plan = handover_lane(now.map, 0.75)
-    row, column = np.unravel_index(int(np.argmin(np.abs(plan.way_home - plan.handover))), plan.way_home.shape)
-    places[0, :2] = np.linspace(-1.2, 1.2, plan.way_home.shape[0])[[column, row]]
+    row, column = np.unravel_index(int(np.argmin(np.abs(plan.cost_to_goal - plan.handover))), plan.cost_to_goal.shape)
+    places[0, :2] = np.linspace(-1.2, 1.2, plan.cost_to_goal.shape[0])[[column, row]]
     inner = 0 if plan.left(now.robots[0]) > plan.left(now.robots[1]) else 1
     selector = TaskSelector(now.map, Style(handover=0.75))
     items = []

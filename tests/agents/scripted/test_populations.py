@@ -85,7 +85,7 @@ def test_a_person_sees_the_partner_late() -> None:
     assert delay == 2 and seen[delay:] == places[:-delay]
 
 
-def test_anybody_can_be_had_with_another_habit() -> None:
+def test_a_habit_of_a_person_can_be_changed() -> None:
     person = load_agent("person:name=B03,stick=8,role=follower")
     assert isinstance(person, HumanModel)
     assert person.style == replace(scripted_person("B03").style, stick=8, role="follower")

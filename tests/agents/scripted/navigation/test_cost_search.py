@@ -19,7 +19,7 @@ def _search() -> Search:
     return Search(GROUND, ((0.0, 0.0, 0.05),), DRAG_MOTION, 0.004, starts)
 
 
-def test_whoever_comes_second_to_a_search_sees_it_slice_by_slice_as_if_alone() -> None:
+def test_a_second_user_of_a_search_sees_it_slice_by_slice_as_if_alone() -> None:
     shared = _search()
     ahead, behind, alone = CostToGo(shared), CostToGo(shared), CostToGo(_search())
     while not ahead.done:

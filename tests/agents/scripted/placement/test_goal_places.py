@@ -21,18 +21,18 @@ def _look(placements: PlacementCache) -> tuple[int, Places]:
     return slices, computation.result
 
 
-def test_a_look_takes_as_long_for_whoever_comes_second() -> None:
+def test_an_evaluation_takes_a_second_agent_as_many_slices() -> None:
     (first, found), (second, same) = _look(PlacementCache()), _look(PlacementCache())
     assert first == second > 1
     assert same is found
 
 
-def test_what_a_player_looked_into_itself_takes_no_time_again() -> None:
+def test_what_an_agent_evaluated_before_takes_no_slices() -> None:
     placements = PlacementCache()
     assert [_look(placements)[0], _look(placements)[0]] == [_look(PlacementCache())[0], 1]
 
 
-def test_a_terrain_that_somebody_has_is_the_same_however_many_others_there_were() -> None:
+def test_a_free_space_in_use_stays_the_same_object_however_many_others_are_made() -> None:
     mine = NOW.space()
     with_robot_on_it = with_robot(mine, NOW.pose)
     for column in range(200):
