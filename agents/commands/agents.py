@@ -24,15 +24,15 @@ from movingout.world.constants import TICK_MS, TICKS_PER_SECOND
 
 def configure(parser: argparse.ArgumentParser) -> None:
     commands = parser.add_subparsers(dest="action", metavar="COMMAND", required=True, title="commands")
-    listing = commands.add_parser("list", help="the agents that come with the project, and those with a checkpoint")
+    listing = commands.add_parser("list", help="built-in agents, and those with a checkpoint")
     listing.set_defaults(perform=_list)
     show = commands.add_parser("show", help="one agent: what it does, its maps and its scores")
     show.set_defaults(perform=_show)
-    probe = commands.add_parser("probe", help="let it play beside a partner who stands still, and time its decisions")
+    probe = commands.add_parser("probe", help="time its decisions beside an idle partner")
     probe.add_argument("--map", default="HandOff", help="a map's name or file (HandOff)")
     probe.add_argument("--ticks", type=int, default=200, help="length of the episode (200)")
     probe.set_defaults(perform=_probe)
-    check = commands.add_parser("check", help="does it keep the contract of an agent? exit code 1 if not")
+    check = commands.add_parser("check", help="check that it keeps the contract of an agent; exit code 1 if not")
     check.add_argument("--map", default=",".join(MAPS), help="map names joined by commas (%(default)s)")
     check.add_argument("--ticks", type=int, default=TICKS, help="length of each episode (%(default)s)")
     check.set_defaults(perform=_check)
@@ -63,7 +63,7 @@ def _list(arguments: argparse.Namespace) -> int:
 
 def _show(arguments: argparse.Namespace) -> int:
     card = agent_card(arguments.agent)
-    load_agent(arguments.agent)  # with its options: complains now rather than in a game
+    load_agent(arguments.agent)  # checks its options now rather than in a game
     if arguments.json:
         print(json.dumps(_document(card)))
         return 0
@@ -96,7 +96,7 @@ def _check(arguments: argparse.Namespace) -> int:
 
 
 class TimedAgent:
-    """An agent whose decisions are timed; `decisions_ms` has one entry per question."""
+    """An agent with timed decisions: one entry per call in `decisions_ms`."""
 
     def __init__(self, agent: Agent) -> None:
         self.agent = agent

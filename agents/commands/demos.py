@@ -1,4 +1,4 @@
-"""`movingout demos …`: demonstrations by scripted people, to learn from where there are no people."""
+"""`movingout demos …`: demonstrations by scripted people, as training data."""
 
 import argparse
 import json
@@ -21,21 +21,23 @@ from movingout.world.constants import LIMIT_TICKS
 def configure(parser: argparse.ArgumentParser) -> None:
     """`generate`, `label`, `import` and `people`."""
     actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
-    generate = actions.add_parser("generate", help="let scripted pairs play and record them")
-    generate.add_argument("--population", choices=POPULATIONS, default="A", help="whose people play (C is for tests)")
+    generate = actions.add_parser("generate", help="record pairs of scripted people")
+    generate.add_argument(
+        "--population", choices=POPULATIONS, default="A", help="population that plays (C is for tests)"
+    )
     generate.add_argument("--people", type=int, default=PEOPLE, help=f"how many of them, an even number (1-{PEOPLE})")
     generate.add_argument("--map", default="all", help="a map's name, several joined by commas, or all")
     generate.add_argument("--challenge", type=int, choices=(1, 2), default=1, help="2: four variants of each map")
-    generate.add_argument("--episodes", type=int, default=2, help="per pair and map; roles change after half")
+    generate.add_argument("--episodes", type=int, default=2, help="per pair and map; the pair changes seats after half")
     generate.add_argument("--ticks", type=int, default=LIMIT_TICKS, help="limit of an episode")
     generate.add_argument("--seed", type=int, default=0)
     generate.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     generate.add_argument("--out", type=Path, default=Path("data/demos"), help="folder for the recordings")
     generate.add_argument("--json", action="store_true")
-    label = actions.add_parser("label", help="let a learner and an expert take turns with the stick (DAgger)")
+    label = actions.add_parser("label", help="let an expert label what a learner does (DAgger)")
     label.add_argument("--learner", default=EXPERT, help="agent id (default: the expert itself)")
-    label.add_argument("--expert", default=EXPERT, help=f"agent id of who is learned from (default {EXPERT})")
-    label.add_argument("--population", choices=("A", "B", "AB"), default="AB", help="whose people are the partners")
+    label.add_argument("--expert", default=EXPERT, help=f"agent id of the expert (default {EXPERT})")
+    label.add_argument("--population", choices=("A", "B", "AB"), default="AB", help="populations of the partners")
     label.add_argument("--map", default="all", help="a map's name, several joined by commas, or all")
     label.add_argument("--challenge", type=int, choices=(1, 2), default=1, help="2: four variants of each map")
     label.add_argument("--episodes", type=int, default=8, help="per map")
@@ -44,9 +46,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     label.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     label.add_argument("--out", type=Path, default=Path("data/corrections"))
     label.add_argument("--json", action="store_true")
-    official = actions.add_parser("import", help="read official trajectories (the same as `recordings import`)")
+    official = actions.add_parser("import", help="import official trajectories (same as `recordings import`)")
     imports.configure(official)
-    people = actions.add_parser("people", help="who is in the populations")
+    people = actions.add_parser("people", help="list the scripted people")
     people.add_argument("--json", action="store_true")
 
 
@@ -80,7 +82,7 @@ def _generate(args: argparse.Namespace) -> int:
     if args.json:
         print(json.dumps({"out": str(args.out), "episodes": len(made), "mean_tcr": mean, "tcr": _per_map(made)}))
     else:
-        print(f"{len(made)} episodes in {args.out}, mean TCR {mean:.2f}; {len(todo) - len(made)} were there already")
+        print(f"{len(made)} episodes in {args.out}, mean TCR {mean:.2f}; {len(todo) - len(made)} existed already")
     return 0
 
 

@@ -32,15 +32,15 @@ def _common(parser: argparse.ArgumentParser, default_id: str) -> None:
         "recordings",
         nargs="*",
         type=Path,
-        help="recordings (*.mcap), expert's labels (*.corrections.npz) or folders of them",
+        help="recordings (*.mcap), files with an expert's labels (*.corrections.npz), or folders of them",
     )
     parser.add_argument("--id", default=default_id, help=f"id of the new agent (default {default_id})")
     parser.add_argument("--name", default="", help="name shown in the lobby (default: made from the kind)")
-    parser.add_argument("--population", default="", help="a word on whose recordings these are, for the card")
+    parser.add_argument("--population", default="", help="who acts in the recordings, in a few words, for the card")
     parser.add_argument(
         "--go-on",
         action="store_true",
-        help="go on with what this id has learned, although the data or the way to train is another",
+        help="continue this id's training although the data or the options have changed",
     )
     parser.add_argument("--data", type=Path, default=Path("data"), help="data folder (default ./data)")
     parser.add_argument("--json", action="store_true", help="print one JSON document about the result")

@@ -28,13 +28,17 @@ def load_bass(
 
 
 def _add_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--base", required=True, help="id of the policy whose candidates are chosen among")
-    parser.add_argument("--simulator", default="", help="id of a BASS agent whose simulator to take; trains none")
-    parser.add_argument("--value", default="", help="id of a BASS agent whose value network to take; trains none")
+    parser.add_argument("--base", required=True, help="id of the policy that proposes the candidates")
+    parser.add_argument(
+        "--simulator", default="", help="id of a BASS agent whose simulator to reuse instead of training one"
+    )
+    parser.add_argument(
+        "--value", default="", help="id of a BASS agent whose value network to reuse instead of training one"
+    )
 
 
 def _train(run: TrainingRun[BassConfig]) -> Trained:
-    """Fit the simulator and, to choose by value, the value; take from other agents what is named. Write all of it."""
+    """Train or reuse the simulator and, for `score` value, the value network; write the checkpoint."""
     from movingout.agents.bass.checkpoint_parts import save_bass, simulator_of, value_of
 
     config, options = run.config, run.options

@@ -19,7 +19,7 @@ from movingout.agents.training.training_data import TrainingData
 if TYPE_CHECKING:
     from movingout.agents.policies.policy import Policy
 
-NO_DENOISER: Denoiser = "resmlp"  # what the cards of policies without a denoiser say
+NO_DENOISER: Denoiser = "resmlp"  # on the cards of policies without a denoiser
 Build = Callable[[PolicySpec], "Policy"]
 """Makes the network that a spec describes, with fresh weights."""
 
@@ -83,7 +83,7 @@ def _train(kind: str, build: Build, denoisers: tuple[Denoiser, ...], run: Traini
 
 
 def _recombined(run: TrainingRun[PolicyConfig], data: TrainingData, spec: PolicySpec) -> Iterator[SeatSamples]:
-    """The paper's recombination: as many more ticks as `config.recombine` says, each piece confirmed by the engine."""
+    """Samples by the paper's recombination: `config.recombine` times the recorded ticks, confirmed by the engine."""
     from movingout.agents.bass.recombination import LENGTH, augmentation
     from movingout.agents.data.dataset import person
 
@@ -104,7 +104,7 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
         "--seats",
         choices=get_args(SeatChoice),
         default="acting",
-        help="whom to learn from in recordings: all who act (default; no idle seats and ghosts), human, or all",
+        help="seats of recordings to learn from: acting (default; no idle seats and ghosts), human, or all",
     )
 
 

@@ -10,31 +10,29 @@ from movingout.agents.training.optimisation import AtLeastOne, NotNegativeFloat,
 
 @dataclass(frozen=True, kw_only=True)
 class PolicyConfig(Optimisation):
-    """A policy and how it is trained; the fields of the network are those of its card."""
+    """A policy and its training; the fields that shape the network are those of its card."""
 
     layout: Layout = documented(
-        "aware-v1", "observation layout: official-v1, map-v1 (walls and goals), aware-v1 (ways)", "never"
+        "aware-v1", "observation layout: official-v1, map-v1 (adds walls and goals), aware-v1 (adds ways)", "never"
     )
     obs_horizon: int = documented(
-        1, "observations that the policy sees: the present one and obs_horizon - 1 before it", "never"
+        1, "observations that the policy sees: the present one and obs_horizon - 1 earlier ones", "never"
     )
     horizon: int = documented(8, "actions predicted", "never")
-    execute: int = documented(2, "actions played before deciding anew", "free")
+    execute: int = documented(2, "actions played between decisions", "free")
     grasp: Grasp = documented(
-        "hold", "what is predicted about the hand: hold (desired level) or toggle (official)", "never"
+        "hold", "what is predicted for the hand: hold (desired level) or toggle (official)", "never"
     )
     width: int = documented(512, "units per layer; channels of the first level of a U-Net", "never")
     depth: int = documented(3, "layers, or residual blocks", "never")
     dropout: float = documented(0.0, "dropout in the network")
     denoiser: Denoiser = documented(
-        "resmlp", "dp only: resmlp, items (the same, looking at each item with one network) or unet", "never"
+        "resmlp", "dp only: resmlp, items (a resmlp that encodes items with shared weights) or unet", "never"
     )
     process: Process = documented("flow", "dp only: flow, ddim or ddpm", "never")
     train_steps: int = documented(36, "dp only: diffusion steps in training (ddim, ddpm)", "never")
-    sample_steps: int = documented(4, "dp only: steps of one decision", "free")
-    restless: float = documented(
-        1.0, "dp only: noise of a decision is so many times as wide at a standstill of 2 s", "free"
-    )
+    sample_steps: int = documented(4, "dp only: sampling steps per decision", "free")
+    restless: float = documented(1.0, "dp only: factor on the sampling noise after a standstill of 2 s", "free")
     pose_noise: NotNegativeFloat = documented(
         0.0, "augmentation: standard deviation of noise on the partner's pose; paper 0.002"
     )
@@ -42,19 +40,19 @@ class PolicyConfig(Optimisation):
         0.0, "augmentation: recombined stretches to add, as a share of the recorded windows"
     )
     matching: Matching = documented(
-        "both-ends", "recombined stretches begin and end in the same places (paper), or begin there alone: one-end"
+        "both-ends", "recombined stretches share start and end (both-ends, paper) or only the start (one-end)"
     )
     event_weight: AtLeastOne = documented(
-        1, "how often windows are drawn in which the hand is about to change, others once", "free"
+        1, "how many times as often windows are drawn in which the hand is about to change", "free"
     )
-    grasp_weight: NotNegativeFloat = documented(1.0, "weight of the grasp's numbers in the loss")
+    grasp_weight: NotNegativeFloat = documented(1.0, "weight of the grasp in the loss")
 
     def spec(self, kind: str) -> PolicySpec:
-        """The network's description. Raises DataError for what cannot be built."""
+        """The network's description. Raises DataError for an impossible combination."""
         names = set(PolicySpec.model_fields) - {"kind"}
         return described(PolicySpec, {"kind": kind} | {name: getattr(self, name) for name in names})
 
     def check(self) -> None:
         super().check()
         if self.event_weight > 1 and self.grasp != "hold":
-            raise DataError("--event-weight goes by hold levels; train with --grasp hold")
+            raise DataError("--event-weight needs hold levels; train with --grasp hold")

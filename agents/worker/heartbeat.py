@@ -12,14 +12,15 @@ from typing import Literal, NamedTuple
 Phase = Literal["idle", "deciding", "loading"]
 _PHASES: tuple[Phase, ...] = ("idle", "deciding", "loading")
 _LAYOUT = struct.Struct("<dqq")  # since (monotonic seconds), phase, key of the seat
+_NO_SEAT = -1
 
 
 class Activity(NamedTuple):
-    """What the worker does, since when, and for which seat (-1: none)."""
+    """What the worker does, since when, and for which seat (None: for none)."""
 
     since: float
     phase: Phase
-    key: int
+    key: int | None
 
 
 class WorkerHeartbeat:
@@ -30,14 +31,15 @@ class WorkerHeartbeat:
             os.ftruncate(descriptor, _LAYOUT.size)
         self._memory = mmap.mmap(descriptor, _LAYOUT.size)
 
-    def write(self, phase: Phase, key: int = -1) -> None:
-        """Say what begins now."""
-        _LAYOUT.pack_into(self._memory, 0, time.monotonic(), _PHASES.index(phase), key)
+    def write(self, phase: Phase, key: int | None = None) -> None:
+        """Note what starts now."""
+        stored = _NO_SEAT if key is None else key
+        _LAYOUT.pack_into(self._memory, 0, time.monotonic(), _PHASES.index(phase), stored)
 
     def read(self) -> Activity:
-        """What the worker said last."""
+        """What the worker noted last."""
         since, phase, key = _LAYOUT.unpack_from(self._memory, 0)
-        return Activity(since, _PHASES[phase], key)
+        return Activity(since, _PHASES[phase], None if key == _NO_SEAT else key)
 
     def close(self) -> None:
         """Unmap; the file itself belongs to whoever opened it."""
