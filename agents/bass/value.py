@@ -19,13 +19,13 @@ import numpy as np
 from movingout.agents.bass.state_vector import states_of
 from movingout.agents.checkpoint.checkpoint import ValueSpec
 from movingout.agents.inference.network import Network
-from movingout.agents.observation.features import feature_encoder
+from movingout.agents.observation.features import AWARE_LAYOUT, feature_encoder
 from movingout.maps import MapSpec
 from movingout.world.metrics import WEIGHTS, normalized_final_distance
 from movingout.world.observation import ITEM_SLOTS
 from movingout.world.state import Floats
 
-LAYOUT = "aware-v1"  # input of the network, from the seat that chooses
+LAYOUT = AWARE_LAYOUT  # input of the network, from the seat that chooses
 
 ValueQuery = tuple[MapSpec, int]
 """The map, and the seat from which its states are valued."""

@@ -4,7 +4,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from movingout.agents.observation.features import LAYOUT_SIZES
+from movingout.agents.observation.features import AWARE_LAYOUT, LAYOUT_SIZES
 
 ACTION_WIDTH = 5
 """Per tick: distance, cos and sin of the heading, and the grasp one-hot (no, yes) as +1 and -1."""
@@ -46,8 +46,8 @@ class PolicySpec(BaseModel):
                 "a U-Net halves its horizon twice and groups its channels by eight: "
                 f"horizon {self.horizon} is to be a multiple of 4, width {self.width} of 8"
             )
-        if self.denoiser == "items" and self.layout != "aware-v1":
-            raise ValueError("denoiser items is for layout aware-v1; other layouts take --denoiser resmlp")
+        if self.denoiser == "items" and self.layout != AWARE_LAYOUT:
+            raise ValueError(f"denoiser items is for layout {AWARE_LAYOUT}; other layouts take --denoiser resmlp")
         return self
 
     @property

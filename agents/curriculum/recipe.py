@@ -28,7 +28,7 @@ from movingout.agents.curriculum.roster import (
     PLAIN,
     PLAIN_A,
 )
-from movingout.agents.curriculum.steps import Stage, Step
+from movingout.agents.curriculum.steps import Stage, TrainingStep
 from movingout.agents.data.dagger import EXPERT
 from movingout.world.constants import LIMIT_TICKS
 
@@ -109,7 +109,7 @@ def _rounds(sizes: Sizes, labelled: LabelledData) -> list[Stage]:
     return stages
 
 
-def _label(sizes: Sizes, labels: Path, people: str, number: int) -> Step:
+def _label(sizes: Sizes, labels: Path, people: str, number: int) -> TrainingStep:
     """A round of labelling beside the people of one population; the learner is a policy of both."""
     folder = labels / people.lower() / f"round-{number}"
     learner, count = (EXPERT, sizes.episodes) if number == 0 else (LEARNER, max(sizes.episodes // 2, 1))
@@ -120,7 +120,7 @@ def _label(sizes: Sizes, labels: Path, people: str, number: int) -> Step:
     return _marked(folder / "done", words)
 
 
-def _diffusion(sizes: Sizes, agent_id: str, labelled: LabelledData, total: int, *words: object) -> Step:
+def _diffusion(sizes: Sizes, agent_id: str, labelled: LabelledData, total: int, *words: object) -> TrainingStep:
     """Diffusion Policy, trained on to `total` updates with the labels there are by now."""
     models = sizes.data / "models"
 
@@ -157,18 +157,18 @@ def _plays(sizes: Sizes, agent_id: str) -> list[Stage]:
     return stages
 
 
-def _train(sizes: Sizes, agent_id: str, kind: str, *words: object) -> Step:
+def _train(sizes: Sizes, agent_id: str, kind: str, *words: object) -> TrainingStep:
     """Train an agent that is not there yet."""
     card = sizes.data / "models" / folder_name(agent_id) / CARD
     return _training(sizes, agent_id, ("train", kind, *words), card.exists)
 
 
-def _training(sizes: Sizes, agent_id: str, words: tuple[object, ...], is_done: Callable[[], bool]) -> Step:
+def _training(sizes: Sizes, agent_id: str, words: tuple[object, ...], is_done: Callable[[], bool]) -> TrainingStep:
     whole = (*words, "--id", agent_id, "--name", NAMES[agent_id], "--data", sizes.data)
     log = sizes.data / "logs" / f"{folder_name(agent_id)}.log"
-    return Step(tuple(map(str, whole)), is_done, agent_id=agent_id, log=log)
+    return TrainingStep(tuple(map(str, whole)), is_done, agent_id=agent_id, log=log)
 
 
-def _marked(marker: Path, words: tuple[object, ...]) -> Step:
+def _marked(marker: Path, words: tuple[object, ...]) -> TrainingStep:
     """A step whose success is marked by a file."""
-    return Step(tuple(map(str, words)), marker.exists, marker=marker)
+    return TrainingStep(tuple(map(str, words)), marker.exists, marker=marker)

@@ -8,12 +8,12 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
 
-Stage = tuple["Step", ...]
+Stage = tuple["TrainingStep", ...]
 """Steps that do not wait for each other; the next stage waits for all of them."""
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class TrainingStep:
     """One command."""
 
     words: tuple[str, ...]  # after `movingout`
@@ -36,7 +36,7 @@ def run_stages(stages: Iterable[Stage], at_once: int) -> None:
                 raise
 
 
-def run_step(step: Step) -> None:
+def run_step(step: TrainingStep) -> None:
     """Carry out one step, unless it is done. Raises SystemExit, with the last words of its log, when it fails."""
     if step.is_done():
         return
@@ -50,7 +50,7 @@ def run_step(step: Step) -> None:
         step.marker.touch()
 
 
-def _run_logged(step: Step, log: Path) -> None:
+def _run_logged(step: TrainingStep, log: Path) -> None:
     log.parent.mkdir(parents=True, exist_ok=True)
     print(f"{step.agent_id}: training, its output is in {log}", flush=True)
     begun = time.monotonic()
@@ -61,7 +61,7 @@ def _run_logged(step: Step, log: Path) -> None:
     print(f"{step.agent_id}: trained after {time.monotonic() - begun:.0f} s", flush=True)
 
 
-def _run(step: Step, log: Path | None) -> int:
+def _run(step: TrainingStep, log: Path | None) -> int:
     command = [sys.executable, "-P", "-m", "movingout.server.cli", *step.words]
     if log is None:
         return subprocess.run(command, check=False).returncode

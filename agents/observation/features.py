@@ -16,6 +16,7 @@ network cannot work out from poses (ways around walls, who holds what), so that 
 | + 13-14 | scale, and ln(1 + mass) / 4 |
 """
 
+from collections.abc import Mapping
 from functools import lru_cache
 
 import numpy as np
@@ -28,6 +29,7 @@ from movingout.world.observation import ITEM_SLOTS, ITEM_WIDTH, LAYOUTS, ROBOT_W
 from movingout.world.scoring import delivered_many
 from movingout.world.state import Floats, Ints, WorldState
 
+AWARE_LAYOUT = "aware-v1"
 _MAP_LAYOUT = "map-v1"
 _MAP_SIZE = LAYOUTS[_MAP_LAYOUT].size
 _ITEM_WIDTH = 15
@@ -36,10 +38,11 @@ _BODIES = 2 * ROBOT_WIDTH  # where the first item's numbers begin in the officia
 _RELATIONS = _MAP_SIZE + _PARTNER_WIDTH  # and in ours
 _LENGTH_UNIT = 4.0  # [u] brings way lengths to about 1
 
-LAYOUT_SIZES = {
+LAYOUT_SIZES: Mapping[str, int] = {
     **{name: layout.size for name, layout in LAYOUTS.items()},
-    "aware-v1": _RELATIONS + ITEM_SLOTS * _ITEM_WIDTH,
+    AWARE_LAYOUT: _RELATIONS + ITEM_SLOTS * _ITEM_WIDTH,
 }
+"""All observation layouts that a policy may have, with D, the size of their vectors."""
 
 ITEM_COLUMNS = tuple(
     (
@@ -60,7 +63,7 @@ class FeatureEncoder:
             raise AgentError(f"unknown observation layout {layout!r}; known: {', '.join(LAYOUT_SIZES)}")
         self.size = LAYOUT_SIZES[layout]
         self._map = map_spec
-        self._aware = layout == "aware-v1"
+        self._aware = layout == AWARE_LAYOUT
         self._base = encoder(map_spec, _MAP_LAYOUT if self._aware else layout)
         self._bulk = np.array([[item.scale, np.log1p(item.mass) / 4] for item in map_spec.items]).reshape(-1, 2)
 

@@ -8,7 +8,7 @@ import pytest
 from bench._roster import OF_A, OF_BOTH
 from movingout.agents.curriculum.recipe import Sizes, recipe
 from movingout.agents.curriculum.roster import AUGMENTED, DP, FIRST, LEARNER, PLAIN
-from movingout.agents.curriculum.steps import Step, run_stages, run_step
+from movingout.agents.curriculum.steps import TrainingStep, run_stages, run_step
 
 Commands = dict[str, list[tuple[str, ...]]]
 
@@ -61,14 +61,16 @@ def test_who_is_compared_learns_equally_long_from_the_same(commands: Commands) -
 
 
 def test_a_training_that_fails_ends_with_its_last_words(tmp_path: Path) -> None:
-    step = Step(("train", "mlp"), is_done=lambda: False, agent_id="mlp@all", log=tmp_path / "logs" / "mlp-all.log")
+    step = TrainingStep(
+        ("train", "mlp"), is_done=lambda: False, agent_id="mlp@all", log=tmp_path / "logs" / "mlp-all.log"
+    )
     with pytest.raises(SystemExit, match=r"mlp@all: training ended with 2: [^$]*name recordings to learn from"):
         run_step(step)
 
 
 def test_what_is_done_is_skipped_and_what_succeeds_is_marked(tmp_path: Path) -> None:
     marker = tmp_path / "done"
-    step = Step(("maps", "list", "--json"), marker.exists, marker=marker)
+    step = TrainingStep(("maps", "list", "--json"), marker.exists, marker=marker)
     run_stages([(step,)], at_once=1)
     assert marker.exists()
-    run_step(Step(("no-such-command",), marker.exists))
+    run_step(TrainingStep(("no-such-command",), marker.exists))
