@@ -24,7 +24,7 @@ check: .venv/dev .venv/node ## format, lint, types, import rules, JavaScript
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
-	node_modules/.bin/prettier --check --log-level warn 'web/**/*.js' 'tests/browser/*.js'
+	node_modules/.bin/prettier --check --log-level warn 'web/**/*.{js,css}' 'tests/browser/*.js'
 	node_modules/.bin/eslint web tests/browser
 	cd web && ../node_modules/.bin/tsc -p jsconfig.json
 	node --test $$(find web/tests -name '*.test.js')
@@ -38,7 +38,7 @@ agents: .venv/dev ## train the agents from nothing and write docs/results.md (ho
 format: .venv/dev .venv/node ## rewrite the sources in the house format
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
-	node_modules/.bin/prettier --write --log-level warn 'web/**/*.js' 'tests/browser/*.js'
+	node_modules/.bin/prettier --write --log-level warn 'web/**/*.{js,css}' 'tests/browser/*.js'
 
 clean: ## remove the environment and caches (never data/)
 	rm -rf .venv node_modules .mypy_cache .ruff_cache .pytest_cache .hypothesis
