@@ -5,7 +5,7 @@
  */
 
 import { ApiError } from "../core/api.js";
-import { badge, byId, el, notice } from "../core/dom.js";
+import { byId, el, notice } from "../core/dom.js";
 import { ticksOf } from "../core/ticks.js";
 import { eventTone, eventWords, tickTime, shownEvents } from "./event_words.js";
 import { offerGhosts } from "../play/ghost.js";
@@ -15,10 +15,9 @@ import { TICK_MS } from "../messages.js";
 import { ReplayError, linkedTick, tickAt } from "./data.js";
 import { Player, SPEEDS, nextEventTick } from "./player.js";
 import { Show } from "./show.js";
+import { seatState, showSummary } from "./summary.js";
 import { ReplaySource, save } from "./source.js";
-import { headline } from "../play/result_words.js";
-import { currentLanguage, say, sayError } from "../text/catalogue.js";
-import { mapTitle } from "../text/names.js";
+import { say, sayError } from "../text/catalogue.js";
 import { prepareTexts } from "../text/page.js";
 import { playingWords } from "../play/seat_phrases.js";
 
@@ -101,28 +100,7 @@ class ReplayPage {
   }
 
   showFacts() {
-    const { summary } = this.replay;
-    const title = mapTitle(summary.map);
-    document.title = say("replay.pageTitle", { map: title });
-    byId("title", HTMLElement).textContent = title;
-    byId("when", HTMLElement).textContent = new Date(summary.started).toLocaleString(currentLanguage(), {
-      dateStyle: "medium",
-      timeStyle: "short",
-    });
-    byId("state", HTMLElement).replaceChildren(...this.pills());
-    byId("id", HTMLElement).textContent = summary.id;
-    this.seatWords = summary.seats.map(() => el("p", { class: "replay-seat-words" }));
-    byId("seats", HTMLElement).replaceChildren(
-      ...summary.seats.map((seat, index) =>
-        el(
-          "div",
-          { class: "replay-seat" },
-          badge(index),
-          el("span", { class: "replay-seat-name" }, seat.name || seat.kind),
-          this.seatWords?.[index],
-        ),
-      ),
-    );
+    this.seatWords = showSummary(this.replay.summary);
     speedSelect.replaceChildren(...SPEEDS.map((speed) => el("option", { value: speed }, `${speed}×`)));
     speedSelect.value = "1";
     line.max = String(this.replay.ticks);
@@ -143,16 +121,6 @@ class ReplayPage {
         (error) => tell(sayError(error)),
       );
     });
-  }
-
-  pills() {
-    const { outcome, complete, exact, damage } = this.replay.summary;
-    const tone = outcome === "delivered" ? "pill-ok" : outcome === "error" ? "pill-bad" : "";
-    return [
-      el("span", { class: `pill ${tone}` }, headline({ outcome })),
-      complete ? null : el("span", { class: "pill pill-attention" }, say(damage ? "replay.damaged" : "replay.cutOff")),
-      exact === false ? el("span", { class: "pill pill-attention" }, say("replay.smoothed")) : null,
-    ].filter((pill) => pill !== null);
   }
 
   showEvents() {
@@ -309,19 +277,8 @@ class ReplayPage {
   drawWords(view) {
     const { map, seats } = this.replay.summary;
     for (const [index, seat] of seats.entries()) {
-      const kind = /** @type {"human"} */ (seat.kind);
-      const state = {
-        colour: seat.colour,
-        kind,
-        name: seat.name,
-        open: false,
-        present: true,
-        ready: true,
-        device: "",
-        rtt_ms: -1,
-      };
       const words = this.seatWords?.[index];
-      if (words) words.textContent = playingWords(state, index, map, view, []);
+      if (words) words.textContent = playingWords(seatState(seat), index, map, view, []);
     }
   }
 
