@@ -1,4 +1,4 @@
-"""The web application: pages, API and the websocket of one `Host`, put together in one place."""
+"""The web application of one `Host`: pages, API and websocket."""
 
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
@@ -14,7 +14,7 @@ from movingout.server.settings import Settings
 
 
 def create_app(settings: Settings) -> FastAPI:
-    """A whole server as an ASGI application; `app.state.host` is its Host."""
+    """The server as an ASGI application; `app.state.host` is its Host."""
     host = Host(settings)
 
     @asynccontextmanager
@@ -27,7 +27,7 @@ def create_app(settings: Settings) -> FastAPI:
 
 
 def assemble(host: Host, lifespan: Lifespan[FastAPI], *first: APIRouter) -> FastAPI:
-    """The application of a host; what `first` has to say to an address counts more than the usual pages."""
+    """The application of a host; routes in `first` take precedence over the usual pages."""
     app = FastAPI(title="Moving Out Live", lifespan=lifespan, docs_url=None, redoc_url=None, openapi_url=None)
     app.state.host = host
     for router in first:

@@ -39,7 +39,12 @@ def option(
     """
     repeatable = isinstance(default, tuple)
     shown = default if offered is None else offered
-    return field(default=default, metadata={_KEY: Option(flag, help, metavar, parse, repeatable, shown)})
+    return field(
+        default=default,
+        metadata={
+            _KEY: Option(flag=flag, help=help, metavar=metavar, parse=parse, repeatable=repeatable, default=shown)
+        },
+    )
 
 
 def add_options(parser: argparse.ArgumentParser, declared: type, without: Collection[str] = ()) -> None:

@@ -1,4 +1,4 @@
-"""Everything that can be set about a server, in one frozen value. The command-line options follow from it."""
+"""The settings of a server as one frozen value. The command-line options are made from it."""
 
 import argparse
 import os
@@ -9,8 +9,7 @@ from movingout.server.options import option
 from movingout.world.constants import TICK_SECONDS
 
 MOST_WORKERS = 64
-# Processes for agents that the commands start: twenty seats of BASS that decide in the same tick keep one busy for most
-# of it.
+# Default of the commands. Twenty BASS seats that decide in the same tick keep one process busy for most of it.
 AGENT_WORKERS = min(2, os.cpu_count() or 1)
 MOST_COUNTDOWN_S = 60.0
 DATA = Path("data")
@@ -33,7 +32,7 @@ def countdown(text: str) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """What one server process takes on before it refuses, in a sentence."""
+    """What one server process accepts before it refuses."""
 
     rooms: int = option(250, "rooms at the same time (%(default)s)", flag="--max-rooms", metavar="N", parse=int)
     sockets: int = 2000
@@ -44,15 +43,15 @@ class Limits:
     connections_per_address: int = 400  # TCP connections
     spectators_per_room: int = 30
     rooms_per_address_per_minute: int = 20
-    cpu_share: float = 0.7  # of one core, averaged over 5 s; beyond it no room is opened
-    join_s: float = 5.0  # a socket that has not joined by then is closed
-    header_s: float = 10.0  # a request whose header is not complete by then is closed
+    cpu_share: float = 0.7  # of one core, averaged over 5 s; above it no room is opened
+    join_s: float = 5.0  # for a socket to join
+    header_s: float = 10.0  # for a request to arrive
     frame_bytes: int = 4096
     body_bytes: int = 16 * 1024
     # Two seats at one screen: 2 x 20 inputs, acknowledgements with them, a ping and control messages now and then.
     messages_per_s: float = 60.0
     message_burst: float = 60.0
-    wrong_tokens_per_minute: int = 10  # by one address, then it has to wait
+    wrong_tokens_per_minute: int = 10  # by one address, then it is locked for a while
 
 
 @dataclass(frozen=True, slots=True)

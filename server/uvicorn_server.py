@@ -1,4 +1,4 @@
-"""The listening socket and Uvicorn around an application, with buffers small enough that old frames do not pile up."""
+"""The listening socket, and Uvicorn configured for the game: small buffers, so that old frames do not pile up."""
 
 import contextlib
 import errno
@@ -18,12 +18,12 @@ from movingout.server.security.certificate import Certificate
 from movingout.server.settings import Settings
 
 SEND_BUFFER = 32 * 1024
-RECEIVE_BUFFER = 8 * 1024  # a flood waits at its sender
+RECEIVE_BUFFER = 8 * 1024  # so that a flood is held back at its sender
 BACKLOG = 512
 
 
 class CannotListen(MovingOutError):
-    """The address cannot be served."""
+    """The server cannot listen on this address."""
 
 
 def listen(host: str, port: int) -> socket.socket:
@@ -55,7 +55,7 @@ def _why(host: str, port: int, error: Exception) -> str:
 
 
 class GameServer(uvicorn.Server):
-    """Uvicorn that lets the game say goodbye before the connections are closed, and tells when it is ready."""
+    """Uvicorn that ends the games before it closes the connections, and reports when it is ready."""
 
     def __init__(self, config: uvicorn.Config, host: Host, on_ready: Callable[[], None]) -> None:
         super().__init__(config)

@@ -1,1 +1,1 @@
-"""Worker processes in which agents decide, as the server sees them."""
+"""The server's side of the worker processes that run agents."""

@@ -1,6 +1,6 @@
-"""Seats taken by agents: ask a worker process, play its chunks, and stay neutral when it does not answer.
+"""Agent seats: ask a worker process for actions, play its chunks, and stay neutral while it does not answer.
 
-Nothing here blocks: `observe` hands a question to the worker, `answer` looks at what has come back.
+Nothing here blocks: `observe` sends a request to the worker, `answer` reads what has come back.
 """
 
 import asyncio
@@ -32,20 +32,20 @@ from movingout.server.agent_workers.process import AgentProcess
 from movingout.world.constants import TICK_SECONDS
 from movingout.world.state import Floats, WorldState
 
-MAX_LOAD = 0.8  # share of one core that the seats of a worker may need
-FIRST_GUESS_MS = 3.0  # a decision of an agent that was never measured
-STRIKES = 3  # a seat during whose turn the worker was lost this often is not asked again
+MAX_LOAD = 0.8  # share of one core that a worker's seats may use
+FIRST_GUESS_MS = 3.0  # assumed cost of a decision until one is measured
+STRIKES = 3  # after losing the worker this often, a seat is not asked again
 
 
 @dataclass(frozen=True, slots=True)
 class AgentAnswer:
-    """What an agent seat does in one tick."""
+    """What an agent does in one tick."""
 
     action: Floats  # (3,) for World.step: distance, heading [rad], toggle
-    missed: bool  # a decision was due and had not come
-    latency_ms: float  # from the question to its answer; -1 while the rest of a chunk is played
+    missed: bool  # a decision was due and had not arrived
+    latency_ms: float  # from request to answer; -1 while a chunk continues
     detail: Mapping[str, object] = field(default_factory=dict)
-    problem: str = ""  # why the agent failed since the last answer, in a sentence
+    problem: str = ""  # a sentence if the agent has failed since the last answer
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +57,7 @@ class _Question:
 
 
 class AgentSeat:
-    """One agent in one seat for one episode. Made by `AgentPool.open`."""
+    """One agent in one seat for one episode. Created by `AgentPool.open`."""
 
     def __init__(
         self, pool: "AgentPool", key: int, worker: AgentProcess, opening: Open, clock: Callable[[], float]
@@ -70,7 +70,7 @@ class AgentSeat:
         self.agent_id = opening.agent_id
         self.unseen = unseen_map(opening.agent_id, opening.map.name)
         self.ready = False  # loaded and warm
-        self.failed = ""  # why it will not be asked again; empty while it plays
+        self.failed = ""  # why it is no longer asked; empty while it plays
         self.decisions = 0
         self.missed = 0
         self.failures = 0
@@ -81,15 +81,15 @@ class AgentSeat:
         self._execute = 0
         self._detail: Mapping[str, object] = {}
         self._latency_ms = -1.0
-        self._due = -1  # the tick that the newest question was about
+        self._due = -1  # the tick of the newest request
         self._asked: _Question | None = None
         self._waiting: _Question | None = None
 
     def observe(self, state: WorldState, tick: int, deadline: float) -> None:
-        """Ask for the action of `tick`, which starts from `state`; the answer is of use until `deadline`.
+        """Request the action of `tick`, which starts from `state`; an answer after `deadline` is useless.
 
         `deadline` is in seconds of the machine's monotonic clock, which the worker reads too.
-        Nothing is asked while the last chunk still lasts.
+        No request is made while the last chunk is still being played.
         """
         if self.failed or 0 <= tick - self._chunk_tick < self._execute:
             return
@@ -98,7 +98,7 @@ class AgentSeat:
         self._ask()
 
     def answer(self, tick: int) -> AgentAnswer:
-        """The action for `tick`: the row of the chunk, what is left of an older chunk, or neutral."""
+        """The action for `tick`: a row of the new chunk, a later row of an older one, or neutral."""
         row = tick - self._chunk_tick
         missed = self._due == tick and self._chunk_tick != tick
         self.missed += missed
@@ -106,11 +106,17 @@ class AgentSeat:
         action = np.array(world_action(self._chunk[row]) if covered else NEUTRAL)
         fresh = self._chunk_tick == tick and covered
         problem, self._problem = self._problem, ""
-        return AgentAnswer(action, missed, self._latency_ms if fresh else -1.0, self._detail if fresh else {}, problem)
+        return AgentAnswer(
+            action=action,
+            missed=missed,
+            latency_ms=self._latency_ms if fresh else -1.0,
+            detail=self._detail if fresh else {},
+            problem=problem,
+        )
 
     @property
     def decision_trace(self) -> tuple[int, Mapping[str, object]]:
-        """The newest answer: its tick (-1 before the first), and what the agent says about the decision."""
+        """Tick of the newest answer (-1 before the first) and the agent's explanation of it."""
         return self._chunk_tick, self._detail
 
     def close(self) -> None:
@@ -120,14 +126,14 @@ class AgentSeat:
     # ---- called by the pool -----------------------------------------------------------------------------------
 
     def begin(self) -> None:
-        """Open the episode at a worker that has just begun to listen."""
+        """Open the episode at a worker that has just connected."""
         self.ready = False
         self._asked = None
         if not self.failed:
             self._worker.send(self._opening)
 
     def take(self, message: FromWorker) -> None:
-        """Take in what the worker says about this seat."""
+        """Handle a message from the worker about this seat."""
         match message:
             case Opened():
                 self.ready = True
@@ -140,7 +146,7 @@ class AgentSeat:
         self._ask()
 
     def worker_lost(self, guilty: bool) -> None:
-        """The worker is gone; `guilty` when it was lost in this seat's turn."""
+        """The worker is gone; `guilty` if it was deciding for this seat."""
         self.ready = False
         self._asked = None
         if guilty:
@@ -179,7 +185,7 @@ class AgentSeat:
 
 
 class AgentPool:
-    """Worker processes for agents and the seats they serve. Use inside a running event loop."""
+    """Worker processes for agents, and the seats they serve. Needs a running event loop."""
 
     def __init__(self, workers: int = 1, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
@@ -204,19 +210,19 @@ class AgentPool:
         return worker
 
     async def start(self) -> None:
-        """Spawn the workers; returns at once, they get ready by themselves."""
+        """Start the workers; returns at once, they become ready on their own."""
         for worker in self._workers:
             worker.start()
 
     async def close(self) -> None:
-        """End the workers."""
+        """Stop the workers."""
         await asyncio.gather(*(worker.close() for worker in self._workers))
 
     def open(self, agent_id: str, map: MapSpec, seat: int, seed: int, ticks: int) -> AgentSeat:
         """Seat an agent for one episode; it loads in the background (`AgentSeat.ready`).
 
-        Raises AgentError for an id that names nothing and AgentsBusyError when the workers have no time left. An agent
-        that cannot be made says so later, in `AgentSeat.failed`.
+        Raises AgentError for an unknown id and AgentsBusyError when the workers have no capacity left. An agent that
+        cannot be loaded reports it later, in `AgentSeat.failed`.
         """
         agent_card(agent_id)
         worker = min(self._workers, key=self.load)
@@ -227,7 +233,13 @@ class AgentPool:
                 "close a room or start the server with more agent workers"
             )
         key = next(self._keys)
-        taken = AgentSeat(self, key, worker, Open(key, agent_id, map, seat, seed, ticks), self._clock)
+        taken = AgentSeat(
+            pool=self,
+            key=key,
+            worker=worker,
+            opening=Open(key=key, agent_id=agent_id, map=map, seat=seat, seed=seed, ticks=ticks),
+            clock=self._clock,
+        )
         self._seats[key] = taken
         self._home[key] = worker
         if worker.connected:
@@ -235,7 +247,7 @@ class AgentPool:
         return taken
 
     def load(self, worker: AgentProcess) -> float:
-        """Share of a core that the seats of `worker` need, as measured so far."""
+        """Share of a core that the seats of `worker` use, as measured so far."""
         return sum(self._cost(seat.agent_id) for seat in self._seats_of(worker))
 
     def report(self) -> list[dict[str, float]]:
@@ -256,9 +268,10 @@ class AgentPool:
             self._home.pop(seat.key).send(Close(seat.key))
 
     def note_cost(self, agent_id: str, decision_ms: float, execute: int) -> None:
-        """Called by a seat with what a decision took and for how many ticks it lasts.
+        """Called by a seat with the cost of a decision and the number of ticks it covers.
 
-        It counts for a twentieth, the first one too: that one includes planning ahead, and must not close the door.
+        An exponential average with weight 1/20, for the first decision too: it includes one-off planning, and must not
+        make the pool refuse seats.
         """
         cost = decision_ms / 1e3 / (TICK_SECONDS * execute)
         self._costs[agent_id] = 0.95 * self._cost(agent_id) + 0.05 * cost

@@ -1,6 +1,6 @@
-"""One agent worker as the server sees it: spawned, watched, and replaced when it dies or hangs.
+"""An agent worker process: started, supervised, and replaced when it dies or hangs.
 
-Everything here runs on the event loop and waits for nothing that the worker could withhold.
+Runs on the event loop and never waits for the worker.
 """
 
 import asyncio
@@ -28,10 +28,10 @@ ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THRE
 
 
 class AgentProcess:
-    """A worker process that is always there again.
+    """A worker process that is restarted whenever it is lost.
 
-    `on_message` gets everything the worker says; `on_lost` is called each time a worker was lost, with what it was
-    doing, just before the next one is started; `on_ready` when the next one listens.
+    `on_message` receives every message of the worker; `on_lost` is called with the last activity of a lost worker, just
+    before the next one is started; `on_ready` is called when the next one has connected.
     """
 
     def __init__(
@@ -49,11 +49,11 @@ class AgentProcess:
         self.restarts = 0
 
     def start(self) -> None:
-        """Spawn the worker and keep it alive until `close`."""
+        """Start the worker and keep it running until `close`."""
         self._task = asyncio.get_running_loop().create_task(self._keep_alive())
 
     async def close(self) -> None:
-        """End the worker for good."""
+        """Stop the worker for good."""
         if self._task is not None:
             self._task.cancel()
             with contextlib.suppress(asyncio.CancelledError):
@@ -61,11 +61,11 @@ class AgentProcess:
 
     @property
     def connected(self) -> bool:
-        """Whether what is sent now reaches a worker."""
+        """Whether a worker is connected."""
         return self._link is not None
 
     def send(self, message: ToWorker) -> None:
-        """Hand a message over; without a worker it is dropped (`on_ready` says when to begin again)."""
+        """Send a message; it is dropped while no worker is connected (`on_ready` says when one is)."""
         if self._link is not None and not self._link.is_closing():
             self._link.write(frame(message))
 
@@ -80,7 +80,7 @@ class AgentProcess:
                 await asyncio.sleep(QUICK_DEATH_S)
 
     async def _one_life(self) -> Activity:
-        """Spawn a worker and stay with it until it is lost; return what it did last."""
+        """Run one worker until it is lost; return its last activity."""
         ours, theirs = socket.socketpair()
         with theirs, tempfile.TemporaryFile() as file:
             process = await _spawn(theirs, file)

@@ -1,6 +1,6 @@
-"""What agents weigh, for spectators who switch it on: every decision with candidates, as server-sent events.
+"""Decision traces for spectators who ask for them: every decision with its candidates, as server-sent events.
 
-Costs nothing while nobody looks: the stream reads what the worker's answers carry for the recording anyway.
+Costs nothing without viewers: the stream reads what the workers' answers carry for the recording anyway.
 """
 
 import asyncio
@@ -64,7 +64,7 @@ def routes(host: Host) -> APIRouter:
 
 
 def newest(room: Room, seen: dict[int, tuple[int, int]]) -> list[dict[str, Any]]:
-    """Decisions with candidates that are not in `seen` (by seat: player key and tick), which takes them up."""
+    """Decisions with candidates that are not in `seen` (seat to player key and tick) yet; adds them to it."""
     found = []
     for seat in room.seats:
         player = seat.player

@@ -1,4 +1,4 @@
-"""Who makes a request, and what it carries: address, secret, page of origin, body."""
+"""Who sends a request and what it contains: address, secret, origin, body."""
 
 from typing import Any, TypeVar
 
@@ -13,7 +13,7 @@ Body = TypeVar("Body")
 
 
 def admin(host: Host) -> Any:
-    """A dependency of routes that only the person who runs the server may ask for."""
+    """Dependency of routes that are reserved to the operator."""
 
     async def check(request: Request) -> None:
         address = address_of(request)
@@ -30,7 +30,7 @@ def admin(host: Host) -> Any:
 
 
 def own_page(host: Host) -> Any:
-    """A dependency of routes that pages of other servers may not use."""
+    """Dependency of routes that pages of other origins may not use."""
 
     async def check(request: Request) -> None:
         if not origin_allowed(request.scope["headers"], request.url.scheme, host.settings.origins):
@@ -40,7 +40,7 @@ def own_page(host: Host) -> Any:
 
 
 def bearer(request: Request) -> str:
-    """The secret that a request carries, empty for none."""
+    """The secret of a request, empty for none."""
     scheme, _, token = request.headers.get("authorization", "").partition(" ")
     return token.strip() if scheme.lower() == "bearer" else ""
 
@@ -50,7 +50,7 @@ def address_of(request: Request) -> str:
 
 
 async def body_of(request: Request, kind: type[Body]) -> Body:
-    """The body, checked. Raises ApiError."""
+    """The validated body. Raises ApiError."""
     try:
         body: Body = msgspec.json.decode(await request.body(), type=kind)
         return body

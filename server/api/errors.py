@@ -1,4 +1,4 @@
-"""How a request is refused over HTTP."""
+"""The error of a refused HTTP request."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Response headers that every page and answer gets, and the limit on what a request may carry."""
+"""Security headers of every response, and the limit on the size of request bodies."""
 
 import re
 from collections.abc import Awaitable, Callable, MutableMapping
@@ -25,7 +25,7 @@ FIXED = (
 
 
 def content_security_policy(host: str) -> str:
-    """Everything from this server alone; sockets are named because older browsers do not count them as 'self'."""
+    """Everything from this origin only; sockets are listed because older browsers do not count them as 'self'."""
     sockets = f" ws://{host} wss://{host}" if _HOST.fullmatch(host) else ""
     return (
         f"default-src 'self'; connect-src 'self'{sockets}; img-src 'self' data:; object-src 'none'; base-uri 'none'; "
@@ -58,7 +58,7 @@ class BodyTooLarge(Exception):
 
 
 class BodyLimit:
-    """ASGI middleware: refuses a request body beyond the limit, whether it is announced or just keeps coming."""
+    """ASGI middleware: refuses a body above the limit, whether declared in the header or streamed."""
 
     def __init__(self, app: App, limit: int) -> None:
         self._app = app

@@ -1,4 +1,4 @@
-"""The pages and their static files, straight from web/; always revalidated, so that a new version shows at once."""
+"""The pages and their static files, served from web/ and always revalidated, so that a new version shows at once."""
 
 from pathlib import Path
 
@@ -16,7 +16,7 @@ router = APIRouter(include_in_schema=False)
 
 
 class StaticModules(StaticFiles):
-    """Serves what a page is made of and nothing else that lies in the folder."""
+    """Serves the files that pages consist of, and nothing else in the folder."""
 
     async def get_response(self, path: str, scope: Scope) -> Response:
         words = path.startswith("words/") and path.endswith(".json")
@@ -32,7 +32,7 @@ def page(name: str) -> FileResponse:
 
 
 def missing() -> FileResponse:
-    """The page for an address that leads nowhere."""
+    """The page for an unknown address."""
     return FileResponse(WEB / "404.html", 404, headers=NO_CACHE)
 
 

@@ -1,4 +1,4 @@
-"""Opening a room as a page asks for it: which maps, which seats, who may sit there."""
+"""Opening a room on request of a page: maps, seats, and who may take them."""
 
 from typing import Any, Literal
 
@@ -22,7 +22,7 @@ MAX_ROUNDS = 36
 
 
 class SeatRequest(msgspec.Struct, forbid_unknown_fields=True):
-    """Who shall sit in a seat."""
+    """Who is to take a seat."""
 
     kind: Literal["here", "link", "agent", "remote", "ghost"]
     agent: str = ""
@@ -40,7 +40,7 @@ class RoomRequest(msgspec.Struct, forbid_unknown_fields=True):
 
 
 async def open_room(host: Host, wanted: RoomRequest) -> dict[str, Any]:
-    """Open the room and say how to get in. Raises ApiError with what would be possible."""
+    """Open the room and return how to join it. Raises ApiError with what would be possible."""
     refusal = host.refusal()
     if refusal:
         raise ApiError(503, "full", refusal)
@@ -68,7 +68,7 @@ async def open_room(host: Host, wanted: RoomRequest) -> dict[str, Any]:
 
 
 async def _ghosts(host: Host, seats: list[SeatRequest]) -> dict[int, GhostSeat]:
-    """The recorded seats among `seats`: of this server's own recordings, or the partner that the operator named."""
+    """The recorded seats among `seats`: from this server's recordings, or the partner that the operator named."""
     found = {}
     try:
         for index, seat in enumerate(seats[:2]):
@@ -120,7 +120,7 @@ def _seat(host: Host, index: int, wanted: SeatRequest, token: str | None, ghost:
 
 
 def _checked_agent(host: Host, agent_id: str) -> str:
-    """Only what is in the catalogue or what the operator named: an id can otherwise import any module."""
+    """Only agents of the catalogue and the operator's own: any other id could import any module."""
     known = [card.id for card in agent_cards()]
     if agent_id == host.settings.partner or agent_id.partition(":")[0] in known:
         return agent_id

@@ -1,4 +1,4 @@
-"""The HTTP API: maps, rooms, questionnaire, recordings, administration. Answers JSON; errors are one sentence."""
+"""The HTTP API: maps, rooms, questionnaire, recordings, administration. Responses are JSON."""
 
 import asyncio
 import contextlib
@@ -104,7 +104,7 @@ def _play_routes(host: Host) -> APIRouter:
 
 
 def _offer(card: AgentCard) -> dict[str, Any]:
-    """What the lobby says of an agent; the scores are null where none were measured."""
+    """What the lobby shows of an agent; scores that were not measured are null."""
     tcr = {"unseen": card.scores.get(UNSEEN_TCR), "alone": card.scores.get(ALONE_TCR)}
     return {
         "id": card.id,

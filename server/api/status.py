@@ -1,4 +1,4 @@
-"""The state of a server as the admin page and the load test read it."""
+"""The server's state for the admin page and the load test."""
 
 import os
 import shutil
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def report(host: "Host") -> dict[str, Any]:
-    """Everything in one JSON document; times in ms, sizes in bytes unless named."""
+    """One JSON document; times in ms, sizes in bytes unless the name says otherwise."""
     rooms = list(host.registry.rooms.values())
     lateness = host.scheduler.lateness
     disk = shutil.disk_usage(host.settings.data)

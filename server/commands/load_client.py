@@ -1,7 +1,7 @@
-"""Lean clients for measuring: they speak the real protocol and check that no tick is missing.
+"""Lightweight clients for load tests: they speak the real protocol and check that no tick is missing.
 
-A bot costs a fraction of what a full websocket library does, so that one process can play hundreds of them without
-being what is measured. They know the wire alone, like the browser.
+A client costs a fraction of a full websocket library, so that one process can run hundreds without becoming the
+bottleneck.
 """
 
 import asyncio
@@ -25,10 +25,10 @@ _TICK_AT, _TIME_AT = (Bundle.layout.offsets()[name] for name in ("tick", "time_m
 
 @dataclass
 class LoadCounts:
-    """What all bots together have seen."""
+    """What all clients together have counted."""
 
     bundles: int = 0
-    gaps: int = 0  # ticks that a client never got
+    gaps: int = 0  # ticks that a client never received
     closed: dict[int, int] = field(default_factory=dict)  # close codes
     playing: int = 0
     delays_ms: list[float] = field(default_factory=list)  # from the tick's due time to its arrival, same machine
@@ -74,12 +74,12 @@ class LoadClient(asyncio.Protocol):
         self._take_frames()
 
     def cancel(self) -> None:
-        """Hang up."""
+        """Close the connection."""
         if self._transport is not None:
             self._transport.close()
 
     def measure(self) -> None:
-        """From now on gaps and delays count."""
+        """Count gaps and delays from now on."""
         self._measured = True
 
     def _take_frames(self) -> None:
@@ -129,7 +129,7 @@ class LoadClient(asyncio.Protocol):
             self._tick = -1
 
     async def _play(self) -> None:
-        """Inputs at the chosen rate on an absolute schedule, a clock sample each second."""
+        """Send inputs at the chosen rate on an absolute schedule, and a ping each second."""
         period = 1.0 / self._inputs_per_s
         due = time.monotonic() + period * (id(self) % 97) / 97
         while True:
@@ -163,7 +163,7 @@ class LoadClient(asyncio.Protocol):
 
 
 def handshake(host: str) -> bytes:
-    """The request that opens a websocket of our subprotocol."""
+    """The HTTP request that opens a websocket with our subprotocol."""
     key = base64.b64encode(os.urandom(16)).decode()
     return (
         f"GET /ws HTTP/1.1\r\nHost: {host}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
@@ -172,7 +172,7 @@ def handshake(host: str) -> bytes:
 
 
 def masked(opcode: int, payload: bytes) -> bytes:
-    """A client's frame of up to 64 kB. It must be masked; a mask of zeros is one, and costs nothing."""
+    """A client frame of up to 64 kB. It must be masked; a mask of zeros is allowed and costs nothing."""
     size = len(payload)
     length = bytes((0x80 | size,)) if size < 126 else bytes((0x80 | 126,)) + size.to_bytes(2, "big")
     return bytes((0x80 | opcode,)) + length + b"\0\0\0\0" + payload

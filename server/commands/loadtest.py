@@ -1,7 +1,7 @@
-"""`movingout loadtest`: measure a server with bots that speak the real protocol from another process.
+"""`movingout loadtest`: measure a server with clients that speak the real protocol from another process.
 
-Lateness is what the server measured (how long after its due time each tick began); gaps and delays are what the
-bots saw. Figures are only worth something on a machine that does nothing else.
+Lateness is measured by the server (how long after its due time each tick began), gaps and delays by the clients.
+The figures are only meaningful on an otherwise idle machine.
 """
 
 import argparse
@@ -26,7 +26,7 @@ from movingout.server.rooms.lateness import Lateness
 from movingout.world.constants import MAX_TICKS
 
 WARM_UP_S = 2.0
-INPUTS_PER_S = 10.0  # of each client; a keyboard held down sends as much, a moving gamepad 20
+INPUTS_PER_S = 10.0  # of each client; a held key sends as many, a moving gamepad 20
 START_LIMIT_S = 60.0
 
 
@@ -88,7 +88,7 @@ def measure(
     beside: Beside | None = None,
     partner: str = "idle",
 ) -> dict[str, Any]:
-    """Play `rooms` rooms and give the fixed fields of the load test, with a few more.
+    """Play in `rooms` rooms and return the fields of the load test.
 
     `beside` runs during the measurement (an abusive client, say) and is then cancelled.
     """
@@ -100,7 +100,7 @@ def measure(
 
 @contextmanager
 def running_server(rooms: int, clients: int) -> Iterator[RunningServer]:
-    """A server of its own on a free port, with data that is thrown away."""
+    """A temporary server on a free port, with temporary data."""
     with tempfile.TemporaryDirectory(prefix="movingout-loadtest-") as folder:
         sockets = str(rooms * clients + 100)
         command = [sys.executable, "-P", "-m", "movingout.server.cli", "play", "--port", "0", "--data", folder]
@@ -173,18 +173,24 @@ async def _fill_rooms(
     tally: LoadCounts,
     bots: list[LoadClient],
 ) -> None:
-    """Let the clients in; they are added to `bots`."""
+    """Connect the clients and append them to `bots`."""
     host, port = target.host_and_port
     loop = asyncio.get_running_loop()
     for room in rooms:
         for client in range(clients):
-            bot = LoadClient(room, "play" if client < 2 else "watch", tally, f"{host}:{port}", inputs_per_s)
+            bot = LoadClient(
+                room=room,
+                mode="play" if client < 2 else "watch",
+                tally=tally,
+                host=f"{host}:{port}",
+                inputs_per_s=inputs_per_s,
+            )
             await loop.create_connection(lambda bot=bot: bot, host, port)  # type: ignore[misc]
             bots.append(bot)
 
 
 def open_room(target: RunningServer, name: str, clients: int, partner: str = "idle") -> str:
-    """A room for bots on a map; one client alone plays with the agent `partner`."""
+    """Open a room for load clients; a single client plays with the agent `partner`."""
     other = {"kind": "link"} if clients > 1 else {"kind": "agent", "agent": partner}
     body = {"maps": [name], "limit_ticks": MAX_TICKS, "seats": [{"kind": "link"}, other]}
     room: str = _call(target, "/api/rooms", body)["room"]

@@ -51,7 +51,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _settings(args: argparse.Namespace) -> Settings:
-    """Where more sockets of one address are let in, more of them may wait and connect."""
+    """More sockets per address also raise the limits on waiting sockets and connections per address."""
     given = Limits(**values_of(args, Limits))
     limits = replace(
         given,
@@ -62,7 +62,7 @@ def _settings(args: argparse.Namespace) -> Settings:
 
 
 def check_data(folder: Path) -> None:
-    """Make the folder and write a byte, so that a fault is told now and not after the first game."""
+    """Create the folder and write a byte, so that an error shows now and not after the first game."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder) as probe:
@@ -75,7 +75,7 @@ def check_data(folder: Path) -> None:
 
 
 def certificate_for(settings: Settings) -> Certificate:
-    """Made at the first start. Raises BadDataFolder."""
+    """The certificate, created at the first start. Raises BadDataFolder."""
     try:
         return certificate_in(settings.data / "tls", settings.host)
     except OSError as error:
@@ -83,7 +83,7 @@ def certificate_for(settings: Settings) -> Certificate:
 
 
 def with_kept_token(settings: Settings) -> Settings:
-    """With the admin token of the data folder. Raises BadDataFolder."""
+    """The settings with the admin token of the data folder. Raises BadDataFolder."""
     try:
         return replace(settings, admin_token=kept_token(settings.data))
     except OSError as error:
@@ -91,7 +91,7 @@ def with_kept_token(settings: Settings) -> Settings:
 
 
 def _links(settings: Settings, admin_token: str) -> str:
-    """What to open, for the person who has just started the server."""
+    """The links to print at the start."""
     bases = addresses(settings)
     lines = ["", "Moving Out Live is ready.", ""]
     lines += [f"  Play         {base}/" for base in bases]
@@ -103,14 +103,14 @@ def _links(settings: Settings, admin_token: str) -> str:
 
 
 def addresses(settings: Settings) -> list[str]:
-    """Where the server is found, this machine's own name first."""
+    """The server's addresses, this machine's own first."""
     scheme = "https" if settings.tls else "http"
     hosts = ["localhost", *lan_addresses()] if settings.host in EVERYWHERE else [settings.host]
     return [f"{scheme}://{_bracketed(host)}:{settings.port}" for host in hosts]
 
 
 def hints(settings: Settings, command: str) -> list[str]:
-    """What else whoever started it may want to know."""
+    """Hints to print after the links."""
     everywhere = settings.host in EVERYWHERE
     if not everywhere and not settings.tls:
         return [f"Only this machine can connect. For others in the network: {command} --host 0.0.0.0 --tls", ""]

@@ -1,1 +1,1 @@
-"""One client: the websocket from handshake to goodbye, what it may ask, and what waits to be sent to it."""
+"""Client connections: websocket endpoint, control messages, send queue, admission limits."""

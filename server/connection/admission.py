@@ -1,4 +1,4 @@
-"""How much one address, and everybody together, may ask of this server."""
+"""Limits on what one address, and all together, may use of this server."""
 
 from collections import defaultdict
 from collections.abc import Callable
@@ -7,7 +7,7 @@ from typing import Literal, TypeVar
 from movingout.server.connection.token_bucket import TokenBucket
 from movingout.server.settings import Limits
 
-FORGET_AFTER = 10_000  # addresses, then all are forgotten
+FORGET_AFTER = 10_000  # addresses; then all are cleared
 LOCK_S = 60.0
 FLOODS_PER_MINUTE = 10
 BAN_S = 10.0
@@ -17,7 +17,7 @@ Key = TypeVar("Key")
 
 
 class AdmissionControl:
-    """Counts sockets and wrong tokens by address. Every refusal is a sentence; empty means welcome."""
+    """Counts sockets and wrong tokens per address. A refusal is a sentence; empty means admitted."""
 
     def __init__(self, limits: Limits, clock: Callable[[], float]) -> None:
         self._limits = limits
@@ -35,7 +35,7 @@ class AdmissionControl:
         return sum(self._sockets.values())
 
     def enter(self, address: str) -> str:
-        """A socket wants in; when the answer is empty, `leave` must follow."""
+        """Admit a socket, or return why not; an admitted one must `leave`."""
         limits = self._limits
         if self._clock() < self._banned.get(address, 0.0):
             return "Connections from your address have flooded this server; wait a few seconds."
@@ -50,16 +50,16 @@ class AdmissionControl:
         return ""
 
     def joined(self, address: str) -> None:
-        """The socket has joined a room, or has given up waiting."""
+        """The socket has joined a room or stopped waiting."""
         _count_down(self._waiting, address)
 
     def leave(self, address: str) -> None:
         _count_down(self._sockets, address)
 
     def flooded(self, address: str) -> bool:
-        """A socket was cut off for flooding; True for the first of a series, which is worth a line in the log.
+        """A socket was cut off for flooding; True for the first of a series, which is worth logging.
 
-        Whoever comes back to flood again and again has to wait; games that run from the same address go on.
+        An address that keeps flooding is banned for a while; its running games continue.
         """
         strikes = self._bucket(self._floods, address, FLOODS_PER_MINUTE)
         first = strikes.full(self._clock())
@@ -68,11 +68,11 @@ class AdmissionControl:
         return first
 
     def locked(self, address: str, secret: Secret) -> bool:
-        """Whether this address has guessed too often and has to wait. Who guesses seats does not lock the admin out."""
+        """Whether this address is locked after too many wrong tokens. Guessing seats does not lock the admin out."""
         return self._clock() < self._locked.get((address, secret), 0.0)
 
     def wrong_token(self, address: str, secret: Secret) -> None:
-        """Each wrong token costs one of ten; they come back at ten a minute."""
+        """Count a wrong token; too many per minute lock the address."""
         per_minute = self._limits.wrong_tokens_per_minute
         if not self._bucket(self._guesses, (address, secret), per_minute).take(self._clock()):
             self._locked[address, secret] = self._clock() + LOCK_S

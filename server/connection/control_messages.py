@@ -1,4 +1,4 @@
-"""What a client may ask of its room, and when; everything else is answered with what would be possible."""
+"""Control messages of a client to its room. A request that is not possible now is answered with when it would be."""
 
 from movingout.server import messages as m
 from movingout.server.rooms.phases import ALLOWED, Request, names
@@ -8,7 +8,7 @@ from movingout.server.rooms.services import WrongRequest
 
 
 def handle(room: Room, client: ClientHandle, message: m.ClientMessage, now: float) -> None:
-    """A control message. Raises WrongRequest with what would work."""
+    """Carry out a control message. Raises WrongRequest with what would be possible."""
     match message:
         case m.Ready(seat, ready):
             room.set_ready(_own(room, client, seat, "ready"), ready, now)
@@ -29,7 +29,7 @@ def handle(room: Room, client: ClientHandle, message: m.ClientMessage, now: floa
 
 
 def _own(room: Room, client: ClientHandle, index: int, request: Request) -> Seat:
-    """The client's seat, if the request is possible now."""
+    """The client's seat, if it may make the request now. Raises WrongRequest."""
     if index not in (0, 1) or room.seats[index].client is not client:
         raise WrongRequest("not_your_seat", f"seat {index} is not yours; your welcome message lists your seats")
     if room.phase not in ALLOWED[request]:

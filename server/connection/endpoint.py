@@ -1,7 +1,7 @@
-"""The websocket endpoint: from handshake to goodbye for one client, between the wire and its room.
+"""The websocket endpoint: connects one client, from handshake to close, with its room.
 
-Written against ASGI itself, because the hot path is one decode and one call. On abuse the endpoint returns without a
-close frame: Uvicorn would otherwise keep parsing what the client still sends for ten seconds.
+Written against plain ASGI, because the hot path is one decode and one call. On abuse the connection is dropped without
+a close frame: otherwise Uvicorn would go on parsing what the client sends for ten seconds.
 """
 
 import asyncio
@@ -34,7 +34,7 @@ Said = TypeVar("Said")
 Message = MutableMapping[str, Any]
 Receive = Callable[[], Awaitable[Message]]
 Send = Callable[[Message], Awaitable[None]]
-OnBinary = Callable[[bytes], bool]  # False: nobody listens any more
+OnBinary = Callable[[bytes], bool]  # False: the connection is closing
 WIRE = "movingout.wire"  # where the scope's extensions hold the DirectSocket of a connection
 
 LOCKED = Notice("locked", "Too many wrong keys from your address; wait a minute.")
@@ -46,10 +46,10 @@ _decode_join = msgspec.json.Decoder(m.Join).decode
 
 
 class DirectSocket(Protocol):
-    """The short way to a connection (server.connection.uvicorn_protocols.GameWebSocketProtocol)."""
+    """A connection without ASGI's queues (server.connection.uvicorn_protocols.GameWebSocketProtocol)."""
 
     def listen(self, on_binary: OnBinary, on_writable: Callable[[], None]) -> None:
-        """From now on hand over every small binary message, and say when more can be written."""
+        """Pass every small binary message to `on_binary`; call `on_writable` when more can be written."""
 
     def stop_listening(self) -> None: ...
 
@@ -75,7 +75,7 @@ class SocketEndpoint:
         self._registry = registry
         self._admission = admission
         self.open: set[ClientConnection] = set()
-        self._bytes_sent = 0  # to clients who have gone
+        self._bytes_sent = 0  # to clients that have left
 
     def total_bytes_sent(self) -> int:
         return self._bytes_sent + sum(each.client.bytes_sent for each in self.open)
@@ -132,11 +132,11 @@ class ClientConnection:
         self._seats = 0
         self._confirmed = False
         self._bucket = TokenBucket(self._limits.messages_per_s, self._limits.message_burst, time.monotonic())
-        self._closing: CloseConnection | None = None  # from the short way, where nobody catches it
+        self._closing: CloseConnection | None = None  # raised in a callback, where nothing catches it
         self.client = Client(wire.write, self._wake.set)
 
     async def send_all(self, send: Send) -> None:
-        """Write what the client's queue gives until somebody says goodbye."""
+        """Send what the queue holds until the connection is to be closed."""
         client = self.client
         while True:
             await self._wake.wait()
@@ -154,7 +154,7 @@ class ClientConnection:
                 raise CloseConnection(*client.goodbye)
 
     async def listen(self, receive: Receive) -> None:
-        """The handshake, then one message after the other."""
+        """Receive the join, then one message after another."""
         try:
             await asyncio.wait_for(self._join(receive), self._limits.join_s)
         except TimeoutError:
@@ -172,7 +172,7 @@ class ClientConnection:
                 self._on_binary(message["bytes"])
 
     async def end(self, sender: "asyncio.Task[None]", listener: "asyncio.Task[None]", send: Send) -> None:
-        """Say goodbye as politely as the end deserves."""
+        """Close the connection: with a message where one is due and can be sent, else at once."""
         closing = _closing_of(listener) or _closing_of(sender) or CloseConnection(0)
         sender.cancel()
         listener.cancel()
@@ -226,7 +226,7 @@ class ClientConnection:
         self._bucket = TokenBucket(per_s, per_s, time.monotonic())
 
     def _on_binary(self, raw: bytes) -> bool:
-        """Called by the connection itself, so nothing is raised; False when nothing more is heard."""
+        """Called by the protocol, so nothing is raised; False when the connection is closing."""
         if self._closing is None:
             try:
                 self._take_frame(raw, time.monotonic())
@@ -265,7 +265,7 @@ class ClientConnection:
             self.client.tell(m.Problem(error.code, str(error)))
 
     def _confirm(self) -> None:
-        """Anything but a ping shows that the welcome and its tokens have arrived."""
+        """Any message but a ping proves that the welcome and its tokens have arrived."""
         if not self._confirmed and self._room is not None:
             self._confirmed = True
             self._room.seating.confirm(self.client)
@@ -289,7 +289,7 @@ def _parse(decode: Callable[[str], Parsed], text: str) -> Parsed:
 
 
 def _closing_of(task: "asyncio.Task[None]") -> CloseConnection | None:
-    """How a task ended; None while it runs. An unexpected error closes with a sentence and is logged."""
+    """How a task ended, None while it runs. An unexpected error is logged."""
     if not task.done() or task.cancelled():
         return None
     error = task.exception()

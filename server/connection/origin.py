@@ -1,7 +1,7 @@
-"""Which web pages may talk to this server: its own, and those that the settings name.
+"""Which web pages may connect: the server's own, and those that the settings list.
 
-Browsers send Origin with every websocket handshake and every POST; programs send none and are let in, because they
-carry no cookies of anybody (tokens travel in messages).
+Browsers send Origin with every websocket handshake and every POST; programs send none and are
+admitted, because they carry no one's cookies (tokens travel in messages).
 """
 
 from collections.abc import Iterable
@@ -16,7 +16,7 @@ def header(headers: Headers, name: bytes) -> str:
 
 
 def origin_allowed(headers: Headers, scheme: str, allowed: tuple[str, ...]) -> bool:
-    """Whether the Origin is absent, the host that was asked for (`scheme` http or https), or in the list."""
+    """Whether the Origin is absent, the requested host (`scheme` http or https), or listed."""
     origin = header(headers, b"origin")
     if not origin:
         return True

@@ -1,8 +1,8 @@
-"""What waits to be sent to one client, and how far it keeps up. Knows no socket.
+"""What waits to be sent to one client, and whether it keeps up. Knows no socket.
 
-Uvicorn would buffer minutes of old frames before it makes anybody wait, so a client counts as keeping up only by its
-own acknowledgements: with a second of bundles unacknowledged nothing more is sent, and when it has caught up it gets
-the whole state instead of what it missed.
+Uvicorn would buffer minutes of old frames before applying back pressure, so a client keeps up only if its
+acknowledgements say so: with a second of bundles unacknowledged nothing more is sent, and once it has caught up it
+gets the whole state instead of what it missed.
 """
 
 from collections import deque
@@ -13,7 +13,7 @@ import msgspec
 from movingout.server import messages as m
 from movingout.server.notices import Notice
 
-WINDOW = 10  # bundles under way before the client counts as stalled
+WINDOW = 10  # unacknowledged bundles before the client counts as stalled
 TOO_SLOW_S = 5.0
 CONTROL_LIMIT = 64
 RTT_SAMPLES = 16
@@ -21,15 +21,15 @@ TOO_SLOW = Notice("too_slow", "This connection is too slow for the game; check t
 
 
 class Client:
-    """One connection of a browser or a program.
+    """The send queue of one browser or program.
 
-    `write` sends a frame at once or answers False; `wake` is called when something waits to be sent.
+    `write` sends a frame at once or returns False; `wake` is called when something is queued.
     """
 
     def __init__(self, write: Callable[[str | bytes], bool], wake: Callable[[], None]) -> None:
         self.acknowledges = True  # spectators need not
         self.goodbye: tuple[int, Notice] | None = None
-        self.lost = False  # to be cut off without a word
+        self.lost = False  # to be dropped without a close frame
         self.blocked_since = 0.0  # when a frame was first refused by the connection, 0 while it takes them
         self.bytes_sent = 0
         # Round trip as the acknowledgements show it (an upper bound: they wait for the next input), -1 unknown.
@@ -65,7 +65,7 @@ class Client:
             self._wake()
 
     def beat(self, frame: bytes) -> None:
-        """Left out when the last bundle has been acknowledged already: it was not lost."""
+        """Not sent if the last bundle has been acknowledged: nothing was lost."""
         arrived = self.acknowledges and not self._under_way
         if not (arrived or self._stalled or self._bundle):
             self._send_now(frame, 0.0)
@@ -93,7 +93,7 @@ class Client:
             self.push(frame)
 
     def push(self, frame: str | bytes) -> None:
-        """Queue a frame that must not be lost; a client with too many of them waiting is cut off."""
+        """Queue a frame that must not be lost; a client with too many of them is dropped."""
         if len(self._control) >= CONTROL_LIMIT:
             self.lost = True
         else:

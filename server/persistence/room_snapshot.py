@@ -51,7 +51,7 @@ def restore_room(file: RoomFile, recordings: Path, services: Services, now: floa
         phase="lobby" if broken_off else file.phase,
         notice=RESTARTED if broken_off else Notice(message=file.reason),
     )
-    room = Room(file.id, file.config, seats, services, now, progress)
+    room = Room(room_id=file.id, config=file.config, seats=seats, services=services, now=now, progress=progress)
     if file.episode:
         _resume_round(room, recordings / f"{file.episode}{JOURNAL_SUFFIX}", now)
     return room
@@ -99,14 +99,14 @@ def _seat_file(seat: Seat) -> SeatFile:
 
 def _seat(index: int, kept: SeatFile, absent_since: float) -> Seat:
     return Seat(
-        index,
-        kept.kind,
-        kept.agent_id,
-        kept.shared,
-        kept.name,
-        kept.alias,
-        bytes.fromhex(kept.token) or None,
-        bytes.fromhex(kept.previous_token) or None,
+        index=index,
+        kind=kept.kind,
+        agent_id=kept.agent_id,
+        shared=kept.shared,
+        name=kept.name,
+        alias=kept.alias,
+        token=bytes.fromhex(kept.token) or None,
+        previous_token=bytes.fromhex(kept.previous_token) or None,
         ready=kept.ready,
         gone=kept.gone,
         absent_since=absent_since + RESTART_RESUME_S,

@@ -43,7 +43,9 @@ def ghost_seat(ghost: str) -> GhostSeat:
     """The seat of `FILE#red`, in a tenth of a second. RecordingError when it cannot be played on this server."""
     recorded = read_recorded_seat(ghost)
     seed, split = _origin(recorded.map, recorded.seed)
-    return GhostSeat(ghost, recorded.name, recorded.seat, recorded.map.name, seed, split)
+    return GhostSeat(
+        ghost=ghost, player=recorded.name, seat=recorded.seat, map=recorded.map.name, challenge2_seed=seed, split=split
+    )
 
 
 def ghost_config(wanted: RoomConfig, ghosts: list[GhostSeat]) -> RoomConfig:

@@ -11,7 +11,7 @@ from movingout.server.messages import Phase
 
 
 class PhaseError(MovingOutError):
-    """An event came in a phase in which it cannot happen: a fault of the server."""
+    """An event in a phase in which it cannot happen: a bug of the server."""
 
 
 class PhaseEvent(Enum):

@@ -1,4 +1,4 @@
-"""How well a round was played and served: what a study keeps of it besides the recording."""
+"""Quality of a round, as a study keeps it besides the recording: lateness, round trips, idle and hidden time."""
 
 from statistics import median
 

@@ -17,7 +17,7 @@ log = logging.getLogger(__name__)
 
 
 class Recorder:
-    """Passes everything to an EpisodeWriter until the disk refuses."""
+    """Passes everything to an EpisodeWriter until a write fails."""
 
     def __init__(self, writer: EpisodeWriter | None, problem: str = "") -> None:
         self._writer = writer
@@ -44,12 +44,12 @@ class Recorder:
             self._attempt(self._writer.agent, decision)
 
     def sync(self) -> None:
-        """fdatasync; for a thread. A failure shows itself at the next write."""
+        """fdatasync; blocks, so call it in a thread. A failure shows at the next write."""
         if self._writer is not None:
             self._writer.sync()
 
     def close(self, outcome: Outcome) -> Path | None:
-        """End the episode; the journal to finalise, None when there is no recording."""
+        """End the episode; returns the journal to finalise, None without a recording."""
         if self._writer is None:
             return None
         try:
@@ -61,7 +61,7 @@ class Recorder:
             self._writer = None
 
     def abandon(self) -> None:
-        """Let go of the journal as it is, to be resumed."""
+        """Close the journal as it is, to be resumed."""
         if self._writer is not None:
             self._writer.abandon()
             self._writer = None

@@ -1,4 +1,4 @@
-"""All rooms of this process: opening, finding, ticking and closing them; the `Services` they run on."""
+"""The rooms of this process: opens, finds, ticks and closes them, and provides their `Services`."""
 
 import logging
 import time
@@ -27,7 +27,7 @@ RoundWatcher = Callable[[str, str, m.Result], None]  # room, episode
 
 
 class RoomRegistry:
-    """The rooms by id. Calls `on_change(room)` when a restart would need to know and `on_journal` to finalise."""
+    """The rooms by id. `on_change(room)` reports what a restart needs, `on_journal` a journal to finalise."""
 
     def __init__(
         self,
@@ -53,7 +53,7 @@ class RoomRegistry:
 
     def open(self, config: RoomConfig, seats: list[Seat]) -> Room:
         """A new room that ticks from now on. Raises MapError and AgentError."""
-        room = Room(new_id(), config, seats, self, self._clock())
+        room = Room(room_id=new_id(), config=config, seats=seats, services=self, now=self._clock())
         self.add(room)
         return room
 
@@ -68,7 +68,7 @@ class RoomRegistry:
         return (name, seed, split) in self._variants
 
     def keep_variant(self, name: str, seed: int, split: Split, variant: MapSpec) -> None:
-        """A randomised map that was made ahead; the oldest make room."""
+        """Keep a randomised map that was made ahead; the oldest are dropped."""
         self._variants[name, seed, split] = variant
         while len(self._variants) > KEPT_VARIANTS:
             del self._variants[next(iter(self._variants))]
@@ -84,7 +84,7 @@ class RoomRegistry:
             self._on_closed(room.id)
 
     def deadline_misses(self) -> int:
-        """Decisions of agents that came too late, in the rounds being played."""
+        """Agent decisions that came too late, in the rounds being played."""
         return sum(room.round.deadline_misses for room in self.rooms.values())
 
     def _tick(self, room: Room, now: float, due: float, skipped: int) -> None:
@@ -103,7 +103,7 @@ class RoomRegistry:
         return self._agents
 
     def load_map(self, name: str, seed: int | None, split: Split) -> MapSpec:
-        """The map as designed, or its variant: from what was prepared, else made now (a third of a second)."""
+        """The map as designed, or its variant: prepared, or else made now (a third of a second)."""
         if seed is None:
             return load_map(name)
         variant = self._variants.get((name, seed, split))

@@ -30,9 +30,9 @@ from movingout.world.constants import TICK_SECONDS
 
 PRACTICE_COUNTDOWN_S = 1.0
 SHOW_RESULT_S = 6.0  # between two rounds that agents play among themselves
-EMPTY_S = 900.0  # a room without any client closes after this
-AGENTS_WAIT_S = 60.0  # and its agents wait so long for the first one
-AGENT_PATIENCE_S = 10.0  # the countdown waits so long for an agent that still loads
+EMPTY_S = 900.0  # a room without clients closes after this
+AGENTS_WAIT_S = 60.0  # agents are released if no client comes for so long
+AGENT_PATIENCE_S = 10.0  # the countdown waits so long for an agent to load
 ANNOUNCE_S = 1.0
 EARLY_S = 0.002  # a timer may fire this early
 BUILD = "0.1.0"
@@ -83,7 +83,7 @@ class Room:
     # ---- clients --------------------------------------------------------------------------------------------
 
     def join(self, client: ClientHandle, request: m.Join, now: float) -> m.Welcome:
-        """Let a client in, to seats or as a spectator, and tell it everything. Raises Refused."""
+        """Admit a client, to seats or as a spectator, and send it the state. Raises Refused."""
         taken, replaced = self.seating.join(client, request)
         if self.phase == "lobby":
             self._call_agents()
@@ -125,12 +125,12 @@ class Room:
         self.series.free_agents()
 
     def resume(self, episode: Episode, recorder: Recorder, until: float) -> None:
-        """The server was killed in this round and is back: wait until `until` for the people to come back too."""
+        """Resume a round that a crash interrupted; its players have until `until` to return."""
         self.round.resume(episode, recorder)
         self._move(PhaseEvent.INTERRUPTED, Notice("restarted", "The server was restarted. The game waits."), until)
 
     def suspend(self) -> None:
-        """The server stops in good order: the round ends, the room comes back after the restart."""
+        """The server shuts down: the round ends, the room returns after the restart."""
         if self.round.started and self.phase in IN_ROUND:
             self._end_round("stopped")
         if self.phase in IN_ROUND:
@@ -140,7 +140,7 @@ class Room:
         self.series.free_agents()
 
     def take_input(self, client: ClientHandle, frame: Input, now: float) -> None:
-        """An input for one seat of `client`, and its acknowledgement in any case. Raises WrongRequest."""
+        """Take an input for one seat of `client`, and its acknowledgement in any case. Raises WrongRequest."""
         if client.acknowledge(frame.ack_tick, now) and self.round.started:
             client.tell(self.full_state())
         seat = self.seats[frame.seat]
@@ -152,7 +152,7 @@ class Room:
     # ---- time -----------------------------------------------------------------------------------------------
 
     def tick(self, now: float, due: float, skipped: int = 0) -> None:
-        """Everything that time alone brings about; called every 100 ms, `skipped` when ticks were left out."""
+        """Everything that depends on time; called every 100 ms, `skipped` is the number of ticks left out."""
         self._due = due
         self._expire(now)
         self._try_start(now)
@@ -165,7 +165,7 @@ class Room:
             self._announce(now)
 
     def beat(self) -> None:
-        """50 ms after a tick: a few bytes, so that TCP notices a loss sooner."""
+        """Half a tick after a bundle: a few bytes, so that TCP notices a loss sooner."""
         if self.phase == "playing":
             frame = Beat(tick=self.round.state.tick).encode()
             for client in self.seating.clients:
@@ -186,7 +186,7 @@ class Room:
             self.close(m.CLOSE_ROOM_OVER, Notice("nobody_here", "Nobody was here for a while."))
 
     def _give_seat_up(self, seat: Seat) -> None:
-        """Somebody has been away too long while nothing was being played."""
+        """A player has been away too long between rounds."""
         if self.phase == "lobby" and seat.shared:
             seat.vacate()
             self._services.changed(self.id)
@@ -211,14 +211,14 @@ class Room:
     # ---- from phase to phase --------------------------------------------------------------------------------
 
     def _call_agents(self) -> None:
-        """Somebody is here: the agents are needed (again)."""
+        """A client has joined: the agents are needed."""
         try:
             self.series.seat_agents(self.round)
         except MovingOutError as error:  # other rooms have them all now
             self._enter(PhaseEvent.SERIES_ENDED, Notice("cannot_start", str(error)))
 
     def _try_start(self, now: float) -> None:
-        """Count down when everybody is ready for what comes next."""
+        """Start the countdown when everybody is ready."""
         if self.held or not possible(self.phase, PhaseEvent.ALL_READY) or not self.seating.clients:
             return
         if not all(seat.is_ready and not seat.gone for seat in self.seats):
@@ -261,7 +261,7 @@ class Room:
         return True
 
     def _may_play(self, due: float) -> bool:
-        """Whether the countdown is over and no agent is still loading (which is waited for, within reason)."""
+        """Whether the countdown is over and no agent is still loading (waits at most AGENT_PATIENCE_S for one)."""
         if due < self.until - EARLY_S:
             return False
         return due >= self.until + AGENT_PATIENCE_S or all(seat.is_ready for seat in self.seats)
@@ -276,7 +276,7 @@ class Room:
         self._enter(PhaseEvent.START, NOTHING)
 
     def _finish(self, outcome: Outcome, notice: Notice) -> None:
-        """The round is over: tell the result, hand the recording on."""
+        """The round is over: announce the result and finish the recording."""
         self._end_round(outcome)
         self._over_since = self._due
         for seat in self.seats:
@@ -290,11 +290,11 @@ class Room:
         self._services.ended(self.id, self.round.episode_id, result)
 
     def _move(self, event: PhaseEvent, notice: Notice, until: float = 0.0) -> None:
-        """To the phase that follows; raises PhaseError when the event cannot happen now."""
+        """Change to the phase that follows. Raises PhaseError when the event cannot happen now."""
         self.phase, self.notice, self.until = next_phase(self.phase, event), notice, until
 
     def _enter(self, event: PhaseEvent, notice: Notice, until: float = 0.0) -> None:
-        """The same, and let everybody know."""
+        """Change the phase and announce it."""
         self._move(event, notice, until)
         self._broadcast(self.state())
         self._services.changed(self.id)
@@ -319,7 +319,7 @@ class Room:
             self._enter(PhaseEvent.CALLED_OFF, about("lost", [seat], "lost the connection."))
 
     def _enter_pause(self, now: float) -> None:
-        """RoundPause, or stay paused, for whoever is absent or not ready."""
+        """Pause, or stay paused, until everybody is present and ready."""
         pause = (
             RoundPause.held(self.held, now)
             if self.held
@@ -328,7 +328,7 @@ class Room:
         self._enter(PhaseEvent.INTERRUPTED, pause.notice, pause.until)
 
     def set_ready(self, seat: Seat, ready: bool, now: float) -> None:
-        """A person is ready for the coming round, or to go on; or not yet."""
+        """A player is ready, or no longer ready, to play on."""
         seat.ready, seat.wants_again = ready, False
         if self.phase == "countdown" and not ready:
             if self.round.started:
@@ -339,19 +339,19 @@ class Room:
         self._try_start(now)
 
     def ask_again(self, seat: Seat, now: float) -> None:
-        """A person wants the same map once more."""
+        """A player wants to play the same map again."""
         seat.ready = seat.wants_again = True
         self._announce(now)
         self._try_start(now)
 
     def pause(self, seat: Seat, now: float) -> None:
-        """A person stops the clock, until ready again."""
+        """A player pauses the round until ready again."""
         seat.ready = False
         self.round.note("pause", seat.index)
         self._enter_pause(now)
 
     def hold(self, notice: Notice, now: float) -> None:
-        """Whoever runs a study stops the clock; it goes on with `release` alone."""
+        """The experimenter pauses the room; only `release` ends that."""
         self.held = notice
         if self.phase == "playing":
             self.round.note("pause")
@@ -361,14 +361,14 @@ class Room:
             self._enter(PhaseEvent.CALLED_OFF, notice)
 
     def release(self, now: float) -> None:
-        """The clock may go on: with a countdown as soon as everybody is here and ready."""
+        """The experimenter ends the pause: a countdown starts as soon as everybody is present and ready."""
         self.held = NOTHING
         if self.phase == "paused":
             self._enter_pause(now)
         self._try_start(now)
 
     def retire(self, seat: Seat, now: float) -> None:
-        """Somebody has practised enough: the seat stands still from now on, and the other may play on."""
+        """A player has practised enough: the seat stays idle, and the other may play on."""
         seat.vacate()
         seat.kind, seat.key = "idle", None
         if self.phase == "paused":
@@ -377,7 +377,7 @@ class Room:
         self._try_start(now)
 
     def focus(self, client: ClientHandle, visible: bool) -> None:
-        """A page was hidden, which lets its sticks go, or is back."""
+        """A page was hidden, which releases its controls, or is visible again."""
         for seat in self.seating.seats_of(client):
             if not visible:
                 seat.controls.release()
@@ -385,7 +385,7 @@ class Room:
                 self.round.note("focus", seat.index, detail="visible" if visible else "hidden")
 
     def leave(self, seat: Seat, now: float) -> None:
-        """A person goes for good."""
+        """A player leaves for good."""
         left = about("left", [seat], "left the game.")
         if not self.round.started and self.phase in ("lobby", "countdown") and seat.shared:
             free = about("seat_free", [seat], "left; the seat is free again.")
@@ -413,7 +413,7 @@ class Room:
 
     @property
     def recording(self) -> bool:
-        """Whether this round is being recorded, or will be."""
+        """Whether this round is or will be recorded."""
         return self.round.recorder.active if self.round.started else not self.config.practice
 
     def full_state(self) -> m.FullState:

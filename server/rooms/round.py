@@ -1,6 +1,6 @@
-"""One round: a world that is stepped ten times a second, what happens in it, and its recording.
+"""One round: a world that is stepped ten times a second, its events, and its recording.
 
-Knows no client, no clock and no phase: the room says when to step and passes the actions.
+Knows no clock and no phase: the room says when to step.
 """
 
 from collections.abc import Mapping, Sequence
@@ -27,11 +27,11 @@ LAST_POSE = m.POSES_PER_TICK - 1
 
 
 class TickTiming(NamedTuple):
-    """When a tick happens: its due time on the server's clock and how well that was kept."""
+    """When a tick is due on the server's clock, and how late it is."""
 
     due: float  # [s]
     late_ms: float
-    skipped: int  # ticks left out before this one
+    skipped: int  # ticks skipped before this one
 
 
 class Round:
@@ -60,7 +60,7 @@ class Round:
         self.recorder.event(Event(0, "start"))
 
     def resume(self, episode: Episode, recorder: Recorder) -> None:
-        """Be where an interrupted recording stopped, and go on with it."""
+        """Restore the state at the end of an interrupted recording, and go on recording."""
         self.episode_id = episode.header.episode_id
         for actions in episode.actions:
             self._advance(actions)
@@ -70,8 +70,8 @@ class Round:
         self.started = True
 
     def note(self, kind: EventKind, seat: int = -1, item: int = -1, detail: str = "", pose: int = 0) -> None:
-        """Record an event of the coming tick; what players should see travels with its bundle."""
-        self.recorder.event(Event(self.state.tick + 1, kind, seat, item, detail))
+        """Record an event of the coming tick; events that players see go out with its bundle."""
+        self.recorder.event(Event(tick=self.state.tick + 1, kind=kind, seat=seat, item=item, detail=detail))
         if kind == "focus":
             self.quality.focus(seat, detail == "visible")
         if kind in m.EVENT:
@@ -112,24 +112,24 @@ class Round:
         return self._bundle(poses, inputs, timing)
 
     def ask_agents(self, seats: Sequence[Seat], deadline: float) -> None:
-        """Hand the state to the agents; their answer is wanted at `deadline` (when the next tick starts)."""
+        """Give the state to the agents; they answer by `deadline`, when the next tick starts."""
         for seat in seats:
             if seat.player is not None:
                 seat.player.observe(self.state, self.state.tick, deadline)
 
     def outcome(self) -> Outcome | None:
-        """Why the round is over, None while it is not."""
+        """How the round has ended, None while it goes on."""
         if all(self.delivered):
             return "delivered"
         return "time" if self.limit_ticks and self.state.tick >= self.limit_ticks else None
 
     def finish(self, outcome: Outcome) -> None:
-        """Note the end; the recorder is closed by the room."""
+        """Record the end; RoundSeries closes the recorder."""
         if self.started:
             self.recorder.event(Event(self.state.tick, "end", detail=outcome))
 
     def result(self, index: int, outcome: Outcome) -> m.Result:
-        """For people; call before the recorder is closed."""
+        """The result to announce; call before the recorder is closed."""
         numbers = to_numbers(self._metrics.result().values())
         return m.Result(
             index=index,
@@ -147,19 +147,41 @@ class Round:
     def header(
         self, seats: tuple[SeatInfo, SeatInfo], started_ns: int, study: Mapping[str, str] | None = None
     ) -> EpisodeHeader:
-        """What the recording begins with."""
+        """The header of the recording."""
         return EpisodeHeader(
-            self.episode_id, self.map, self.seed, self.limit_ticks, seats, started_ns, "live", study or {}
+            episode_id=self.episode_id,
+            map=self.map,
+            seed=self.seed,
+            limit_ticks=self.limit_ticks,
+            seats=seats,
+            started_ns=started_ns,
+            source="live",
+            study=study or {},
         )
 
     def message(self, index: int, total: int, practice: bool) -> m.Round:
         """What clients need to draw this round."""
         the_map = map_to_json(self.map)
-        return m.Round(index, total, self.epoch, the_map, self.limit_ticks, practice, self.episode_id)
+        return m.Round(
+            index=index,
+            total=total,
+            epoch=self.epoch,
+            map=the_map,
+            limit_ticks=self.limit_ticks,
+            practice=practice,
+            episode=self.episode_id,
+        )
 
     def full_state(self, time_ms: float) -> m.FullState:
         poses = [*self.state.robot_poses.tolist(), *self.state.item_poses.tolist()]
-        return m.FullState(self.epoch, self.state.tick, time_ms, poses, self.state.held.tolist(), list(self.delivered))
+        return m.FullState(
+            epoch=self.epoch,
+            tick=self.state.tick,
+            time_ms=time_ms,
+            poses=poses,
+            held=self.state.held.tolist(),
+            delivered=list(self.delivered),
+        )
 
     def _tick_input(self, seat: Seat, now: float) -> TickInput:
         """What `seat` does in the tick that starts at `now`: the newest input of a client, the answer of an agent."""
@@ -170,7 +192,13 @@ class Round:
     def _agent_input(self, seat: int, player: AgentPlayer) -> TickInput:
         answer = player.answer(self.state.tick)
         if answer.missed or answer.latency_ms >= 0:
-            decision = AgentDecision(self.state.tick + 1, seat, answer.latency_ms, answer.missed, answer.detail)
+            decision = AgentDecision(
+                tick=self.state.tick + 1,
+                seat=seat,
+                latency_ms=answer.latency_ms,
+                missed=answer.missed,
+                detail=answer.detail,
+            )
             self.recorder.agent(decision)
         if answer.missed:
             self.deadline_misses += 1
@@ -214,7 +242,7 @@ class Round:
             self._show(kind, -1, item, pose)
 
     def _show(self, kind: EventKind, seat: int, item: int, pose: int) -> None:
-        """Let the bundle of this tick tell the players."""
+        """Add an event to the next bundle."""
         self._pending.append(BundleEvent(code=m.EVENT[kind], seat=seat, item=item, pose=pose))
 
     def _record(

@@ -1,4 +1,4 @@
-"""The rounds of a room, one after the other: which map comes, with which agents, and what was reached."""
+"""The rounds of a room in order: maps, agents, results."""
 
 from collections.abc import Iterable
 
@@ -11,7 +11,7 @@ from movingout.server.rooms.services import RoomConfig, Services
 
 
 class RoundSeries:
-    """Makes each round of a room and takes it to its end. Knows no client, no clock and no phase."""
+    """Prepares, begins and ends each round of a room. Knows no client, no clock and no phase."""
 
     def __init__(
         self,
@@ -35,18 +35,24 @@ class RoundSeries:
         return self.index + 1 < len(self._config.maps)
 
     def prepare(self) -> Round:
-        """The world of the round that comes, with agents warming up for it. Raises MapError and AgentError."""
+        """The next round, with its agents loading. Raises MapError and AgentError."""
         self.epoch += 1
         seed = self._config.challenge2_seed
         seed = None if seed is None else seed + self.index
         the_map = self._services.load_map(self._config.maps[self.index], seed, self._config.split)
-        the_round = Round(the_map, self._config.round_ticks, self.epoch, self._services.new_id(), seed or 0)
+        the_round = Round(
+            map_spec=the_map,
+            limit_ticks=self._config.round_ticks,
+            epoch=self.epoch,
+            episode_id=self._services.new_id(),
+            seed=seed or 0,
+        )
         self.free_agents()
         self.seat_agents(the_round)
         return the_round
 
     def seat_agents(self, the_round: Round) -> None:
-        """Every agent seat gets its player. Raises AgentError when no worker has time for another agent."""
+        """Give every agent seat its player. Raises AgentError when no worker has capacity for another agent."""
         for seat in self._seats:
             if seat.kind in ("agent", "ghost") and seat.player is None:
                 seat.player = self._services.agents.open(
@@ -58,7 +64,7 @@ class RoundSeries:
             seat.close_player()
 
     def begin(self, the_round: Round) -> None:
-        """Its first tick is next: record from here on."""
+        """Start a round, and record it unless it is practice."""
         if self._config.practice:
             the_round.begin(Recorder(None))
             return
@@ -70,7 +76,7 @@ class RoundSeries:
                 the_round.note("unseen_map", seat.index, detail=seat.agent_caution)
 
     def end(self, the_round: Round, outcome: Outcome) -> m.Result:
-        """The round is over; its recording goes to the archive."""
+        """End a round and hand its recording over to be finalised."""
         result = the_round.result(self.index, outcome)
         self.results.append(result)
         the_round.finish(outcome)

@@ -1,7 +1,7 @@
-"""When which room ticks: one schedule of absolute deadlines, rooms staggered within the 100 ms.
+"""When each room ticks: one schedule of absolute deadlines, with rooms staggered within a tick.
 
-A tick that comes late is run late; whole ticks that were missed are skipped and counted, never made up for in a
-burst. The clock is an argument, so tests step time by hand; `run` is the only part that waits.
+A late tick runs late; whole ticks that were missed are skipped and counted, never caught up in a burst. The clock is an
+argument, so tests step time by hand; only `run` waits.
 """
 
 import asyncio
@@ -14,9 +14,9 @@ from movingout.server.rooms.lateness import Lateness
 from movingout.world.constants import TICK_SECONDS
 
 SLOTS = 50  # of 2 ms
-SLOT_STRIDE = 31  # neighbours in time are filled last
+SLOT_STRIDE = 31  # neighbouring slots are filled last
 EARLY_S = 0.001  # uvloop's timers may fire up to 1 ms early
-MOST_PER_WAKE = 8  # then the sockets get their turn
+MOST_PER_WAKE = 8  # then sockets are served
 
 Tick = Callable[[float, float, int], None]  # now, due, skipped
 Beat = Callable[[], None]
@@ -60,7 +60,7 @@ class RoomScheduler:
             self._slots[entry.slot] -= 1
 
     def run_due(self) -> float | None:
-        """Run what is due, at most one tick per room and `MOST_PER_WAKE` in all; when to come back, None for never."""
+        """Run what is due, at most `MOST_PER_WAKE` ticks; returns when to call again, None for never."""
         for _ in range(MOST_PER_WAKE):
             if not self._queue or self._queue[0][0] > self._clock() + EARLY_S:
                 break

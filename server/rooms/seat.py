@@ -1,7 +1,7 @@
-"""The two seats of a room: who may sit there, who does, and what they do in a tick.
+"""The seats of a room: who may take them, and who plays in them.
 
-A seat belongs to whoever holds its token. The token changes at each join; the one before stays good until the client
-has shown that the new one arrived, so that a connection lost in between locks nobody out.
+A seat belongs to the holder of its token. The token changes at each join; the previous one stays valid until the client
+has proved that the new one arrived, so that a connection lost in between locks nobody out.
 """
 
 import unicodedata
@@ -25,23 +25,23 @@ NAME_LENGTH = 24
 
 
 class ClientHandle(Protocol):
-    """One connected client as a room sees it; nothing here waits."""
+    """A connected client, as rooms use it. No method waits."""
 
     rtt_ms: float  # -1 unknown
 
     def tell(self, message: ServerMessage, text: str = "") -> None:
-        """Queue a control message; `text` is its JSON when the caller has it already."""
+        """Queue a control message; `text` is its JSON if the caller has it already."""
 
     def show(self, tick: int, frame: bytes, now: float) -> None:
-        """Offer a bundle; a client that does not keep up gets the newest only."""
+        """Send a bundle; a client that does not keep up gets only the newest."""
 
     def beat(self, frame: bytes) -> None: ...
 
     def acknowledge(self, tick: int, now: float) -> bool:
-        """What the client says it has received; True when it has caught up and needs the whole state."""
+        """The newest tick that the client has received; True when it has caught up and needs the whole state."""
 
     def dismiss(self, code: int, notice: Notice) -> None:
-        """Say goodbye and close."""
+        """Close the connection with a message."""
 
 
 class AgentPlayer(Protocol):
@@ -49,7 +49,7 @@ class AgentPlayer(Protocol):
 
     ready: bool
     failed: str
-    unseen: str  # that it was not trained on this map, in a sentence; empty where it was
+    unseen: str  # a sentence if it was not trained on this map
 
     def observe(self, state: WorldState, tick: int, deadline: float) -> None: ...
 
@@ -66,7 +66,7 @@ class AgentSource(Protocol):
 
 @dataclass
 class Seat:
-    """One seat. `shared` seats may be taken by anybody with the link, others by token alone."""
+    """One seat. Anybody with the link may take a `shared` seat; the others need a token."""
 
     index: int
     kind: Kind
@@ -76,7 +76,7 @@ class Seat:
     alias: str = ""  # the pseudonym in recordings
     token: Hash | None = None
     previous_token: Hash | None = None
-    key: Hash | None = None  # always good: for whom a study lets in anew after a reload
+    key: Hash | None = None  # a token that stays valid: the page of a study sends it at each join
     client: ClientHandle | None = None
     ready: bool = False
     wants_again: bool = False
@@ -101,7 +101,7 @@ class Seat:
 
     @property
     def taken_by_client(self) -> bool:
-        """Whether somebody outside this process plays here: a person or an external program."""
+        """Whether a person or an external program plays here."""
         return self.kind in ("human", "remote")
 
     @property
@@ -120,13 +120,13 @@ class Seat:
 
     @property
     def agent_failure(self) -> str:
-        """Why the agent in this seat cannot play, empty when it can."""
+        """Why the agent cannot play, empty if it can."""
         failed = self.player.failed if self.player is not None else ""
         return f"{self.title} cannot play: {failed}." if failed else ""
 
     @property
     def agent_caution(self) -> str:
-        """Why the agent in this seat may play badly on this map, empty when there is no reason."""
+        """Why the agent may play badly on this map, empty if there is no reason."""
         return self.player.unseen if self.player is not None else ""
 
     # ---- tokens ---------------------------------------------------------------------------------------------
@@ -136,18 +136,18 @@ class Seat:
         return any([token_matches(token, each) for each in kept])
 
     def sit(self, client: ClientHandle, token: str, name: str) -> None:
-        """A client takes the seat (again); `token` is its new token."""
+        """A client takes the seat, or takes it again; `token` is its new token."""
         self.previous_token, self.token = self.token, hash_token(token)
         self.client = client
         self.controls = InputBuffer()
         self.name = clean_name(name) or self.name
 
     def confirm(self) -> None:
-        """The client has the new token: the one before is worth nothing any more."""
+        """The client has the new token: the previous one becomes invalid."""
         self.previous_token = None
 
     def vacate(self) -> None:
-        """Nobody sits here any more; a shared seat is free for the next one."""
+        """The player has left; a shared seat may be taken again."""
         self.client, self.ready, self.wants_again = None, False, False
         self.token = self.previous_token = None
         self.name = self.alias = ""
@@ -156,7 +156,7 @@ class Seat:
 
     @property
     def rtt_ms(self) -> float:
-        """The round trip of whoever plays here, -1 where it is unknown."""
+        """The round trip of this seat's client, -1 if unknown."""
         return self.client.rtt_ms if self.client is not None else -1.0
 
     def source(self, tick_input: TickInput) -> ActionSource:
@@ -184,7 +184,7 @@ class Seat:
         )
 
     def info(self) -> SeatInfo:
-        """For the recording's header: a pseudonym for people, the id for agents."""
+        """The seat in the recording's header: a pseudonym for people, the id for agents."""
         if self.kind == "ghost":
             return SeatInfo(self.kind, ghost_name(self.agent_id))
         if self.kind == "agent":
@@ -195,6 +195,6 @@ class Seat:
 
 
 def clean_name(name: str) -> str:
-    """A nickname without control characters, at most 24 letters."""
+    """A nickname without control characters, at most NAME_LENGTH letters."""
     printable = "".join(letter for letter in name if unicodedata.category(letter)[0] not in "CZ" or letter == " ")
     return " ".join(printable.split())[:NAME_LENGTH]

@@ -32,7 +32,7 @@ class SeatAssignment:
         return next((seat for seat in self._seats if seat.knows(token)), None)
 
     def join(self, client: ClientHandle, request: m.Join) -> tuple[list[m.SeatGrant], list[ClientHandle]]:
-        """The seats the client gets with their new tokens, and the clients who lose theirs. Raises Refused."""
+        """The client's seats with their new tokens, and the clients that lose theirs. Raises Refused."""
         if request.mode == "watch":
             self._admit_spectator(client)
             return [], []
@@ -50,7 +50,7 @@ class SeatAssignment:
         return grants, replaced
 
     def depart(self, client: ClientHandle, now: float) -> list[Seat]:
-        """Forget a client; gives the seats that are without a player now."""
+        """Remove a client; returns the seats that have lost their player."""
         if client in self.clients:
             self.clients.remove(client)
         dropped = self.seats_of(client)
@@ -59,7 +59,7 @@ class SeatAssignment:
         return dropped
 
     def confirm(self, client: ClientHandle) -> None:
-        """The client has spoken after its welcome: its new tokens have arrived."""
+        """The client has answered its welcome: its new tokens have arrived."""
         for seat in self.seats_of(client):
             seat.confirm()
 
@@ -88,7 +88,7 @@ class SeatAssignment:
         return free[: max(0, request.claim)]
 
     def _unseat(self, clients: list[ClientHandle], wanted: list[Seat]) -> list[ClientHandle]:
-        """Clients whose last seat is taken over are let go; one that keeps another seat stays."""
+        """The clients that lose their last seat; one that keeps another seat stays."""
         replaced = []
         for client in {id(each): each for each in clients}.values():
             if all(seat in wanted for seat in self.seats_of(client)):

@@ -1,4 +1,4 @@
-"""What a room is told to play and what it needs from the process around it."""
+"""The configuration of a room, and what it needs from the process around it."""
 
 from pathlib import Path
 from typing import Protocol
@@ -16,7 +16,7 @@ from movingout.server.rooms.seat import AgentSource
 from movingout.world import WorldState
 from movingout.world.constants import LIMIT_TICKS
 
-RESUME_S = 30.0  # a seat waits so long for its player to come back
+RESUME_S = 30.0  # how long a seat waits for its player to return
 
 
 class RoomConfig(msgspec.Struct, frozen=True, kw_only=True):
@@ -38,7 +38,7 @@ class RoomConfig(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Services(Protocol):
-    """The world outside a room; tests pass a small fake."""
+    """What a room needs from outside; tests pass a small fake."""
 
     @property
     def agents(self) -> AgentSource: ...
@@ -46,10 +46,10 @@ class Services(Protocol):
     def load_map(self, name: str, seed: int | None, split: Split) -> MapSpec: ...
 
     def open_recording(self, header: EpisodeHeader, initial: WorldState) -> Recorder:
-        """A recorder; one that is not active and says why when the disk refuses."""
+        """A recorder; if the disk refuses, an inactive one that says why."""
 
     def archive(self, journal: Path) -> None:
-        """Finalise a closed journal, elsewhere and later."""
+        """Finalise a closed journal in the background."""
 
     def ended(self, room_id: str, episode_id: str, result: m.Result) -> None:
         """A round is over and its recording is closed."""
@@ -61,11 +61,11 @@ class Services(Protocol):
     def wall_ns(self) -> int: ...
 
     def changed(self, room_id: str) -> None:
-        """What a restart needs to know of this room has changed."""
+        """The room has changed in a way that a restart must know."""
 
 
 class Refused(MovingOutError):
-    """A client may not join. `code` is the close code."""
+    """A client may not join. `code` is the websocket close code."""
 
     def __init__(self, code: int, error: ErrorCode, message: str) -> None:
         super().__init__(message)
@@ -74,7 +74,7 @@ class Refused(MovingOutError):
 
 
 class WrongRequest(MovingOutError):
-    """Something that a client may not ask for now; it is told so and stays."""
+    """A request that is not possible now; the client is told and stays connected."""
 
     def __init__(self, code: ErrorCode, message: str) -> None:
         super().__init__(message)

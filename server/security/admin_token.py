@@ -1,7 +1,7 @@
-"""The admin token of a data folder: made at the first start and kept, so that links and open pages outlive a restart.
+"""The admin token of a data folder: made at the first start and kept, so that links and open pages survive a restart.
 
-It lies beside the data in a file that only its owner may read, as the key of the certificate does. A file that others
-could read, or that holds no token, is replaced: what somebody else may have seen is no secret any more.
+It is stored beside the data in a file that only its owner may read, like the key of the certificate. A file that others
+can read, or that holds no token, is replaced: what others may have seen is not a secret.
 """
 
 import os
@@ -23,7 +23,7 @@ def kept_token(data: Path) -> str:
 
 
 def _read(path: Path) -> str:
-    """The token in the file; empty where there is none that is still a secret."""
+    """The token in the file; empty if there is none or it is no longer secret."""
     try:
         descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
     except OSError:
@@ -38,7 +38,7 @@ def _read(path: Path) -> str:
 
 
 def _keep(path: Path, token: str) -> str:
-    """Whole or not at all, and never readable by others, not even for a moment."""
+    """Write atomically, and never readable by others."""
     descriptor, part = tempfile.mkstemp(prefix=f".{NAME}-", dir=path.parent)  # mode 0600
     try:
         with open(descriptor, "w", encoding="ascii") as stream:

@@ -1,6 +1,6 @@
-"""A self-signed certificate for playing in the local network, kept so that browsers are asked only once.
+"""A self-signed certificate for play in the local network, kept so that browsers ask only once.
 
-Gamepads need a secure context, and a page served to another machine over plain HTTP is none.
+Gamepads need a secure context, which a page from another machine over plain HTTP is not.
 """
 
 import datetime
@@ -37,7 +37,7 @@ def certificate_in(folder: Path, host: str) -> Certificate:
 
 
 def host_names(host: str) -> list[str]:
-    """Everything that a browser may call this machine."""
+    """All host names of this machine."""
     names = {"localhost", "127.0.0.1", "::1", socket.gethostname(), *lan_addresses()}
     if host not in ("0.0.0.0", "::", ""):
         names.add(host)
@@ -45,7 +45,7 @@ def host_names(host: str) -> list[str]:
 
 
 def lan_addresses() -> list[str]:
-    """The address that other machines in the local network reach this one at; empty without a network.
+    """This machine's address in the local network; empty without a network.
 
     Connecting a datagram socket sends nothing: it only asks the routing table.
     """

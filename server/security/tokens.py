@@ -8,17 +8,17 @@ Hash = bytes
 
 
 def new_token() -> str:
-    """A fresh secret for a URL-safe place (never a URL: it travels in messages and headers)."""
+    """A new secret of URL-safe letters (it travels in messages and headers, never in a URL)."""
     return secrets.token_urlsafe(16)
 
 
 def new_id(length: int = 12) -> str:
-    """An unguessable name for a room or an episode: 5 bits per letter, none that people mix up."""
+    """An unguessable name of a room or episode: 5 bits per letter, without letters that look alike."""
     return "".join(secrets.choice("abcdefghijkmnpqrstuvwxyz23456789") for _ in range(length))
 
 
 def hash_token(token: str) -> Hash:
-    """What is kept of a token. Tokens are random, so a plain hash is enough."""
+    """The hash that is stored of a token. Tokens are random, so a plain hash is enough."""
     return hashlib.sha256(token.encode("utf-8", "surrogatepass")).digest()
 
 
