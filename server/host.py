@@ -79,7 +79,7 @@ class Host:
         return token_matches(token, self._admin_hash)
 
     async def start(self) -> None:
-        """Bring back what the last run left, then begin to tick."""
+        """Restore the rooms of the last run and start to tick."""
         for folder in (self.settings.recordings, self.settings.rooms, self.settings.answers):
             folder.mkdir(parents=True, exist_ok=True)
         self._recording_service = RecordingService(self.settings.recordings)
@@ -92,7 +92,7 @@ class Host:
         gc.set_threshold(*GC_THRESHOLDS)
 
     async def suspend(self) -> None:
-        """Stop playing: end the rounds, tell the clients, keep the rooms for the next run."""
+        """End the rounds, tell the clients, and keep the rooms for the next run."""
         if self.stopping:
             return
         self.stopping = True
@@ -133,7 +133,7 @@ class Host:
         return ""
 
     async def prepare_maps(self, config: RoomConfig) -> None:
-        """Make the randomised maps of a series elsewhere: the first one now, the others in their own time."""
+        """Make the randomised maps of a series in another process: wait for the first, the others follow."""
         if config.challenge2_seed is None:
             return
         wanted = [(name, config.challenge2_seed + index, config.split) for index, name in enumerate(config.maps)]

@@ -1,4 +1,4 @@
-"""Uvicorn's HTTP and websocket protocols with the two things they lack: deadlines and a way to hang up at once."""
+"""Uvicorn's HTTP and websocket protocols with two additions: deadlines, and dropping a connection at once."""
 
 import asyncio
 import struct
@@ -83,7 +83,7 @@ def http_protocol(limits: Limits) -> type[HttpToolsProtocol]:
 
 
 class GameWebSocketProtocol(WebSocketsSansIOProtocol):
-    """Uvicorn's websocket with a short way for the hot path, and no patience for floods of pings.
+    """Uvicorn's websocket with a direct path for small binary frames, and a limit on pings.
 
     After the handshake the stream is cut into whole frames here. A small binary frame goes straight to the listener,
     and `write` goes straight to the transport: no queue, no task switch, no pausing of the socket per message
@@ -109,7 +109,7 @@ class GameWebSocketProtocol(WebSocketsSansIOProtocol):
             self.handshake_complete = True  # refused, which is an answer: Uvicorn would log it as an error
 
     def listen(self, on_binary: OnBinary, on_writable: Callable[[], None]) -> None:
-        """Hand small binary frames to `on_binary`; False from it means that nobody listens any more."""
+        """Hand small binary frames to `on_binary`; it returns False once the connection is closing."""
         self._on_binary, self._on_writable = on_binary, on_writable
 
     def stop_listening(self) -> None:
@@ -158,7 +158,7 @@ class GameWebSocketProtocol(WebSocketsSansIOProtocol):
             self._on_writable()
 
     def abort(self) -> None:
-        """Drop the connection at once, whatever still waits to be sent."""
+        """Drop the connection at once, with whatever is still queued."""
         self.transport.abort()
 
     def handle_ping(self) -> None:

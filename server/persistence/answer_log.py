@@ -1,4 +1,4 @@
-"""AnswerLog to the questionnaire: one line of JSON per click, on the disk before the browser hears "saved"."""
+"""Answers to the questionnaire: one line of JSON per click, on the disk before the browser hears "saved"."""
 
 import json
 import os

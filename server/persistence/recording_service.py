@@ -1,7 +1,7 @@
 """Slow work in one other process, so that no tick is late: finalising, listing and replaying recordings, and
 randomising maps.
 
-Knows no room. Ids are unguessable, so one recording needs no token; a path is never made of anything but an id.
+Knows no room. Ids are unguessable, so one recording needs no token; a path is made of an id only.
 """
 
 import asyncio
@@ -57,7 +57,7 @@ class RecordingService:
         return len(self._pending)
 
     def finalise(self, journal: Path) -> None:
-        """Turn a closed journal into a recording, later."""
+        """Turn a closed journal into a recording, in the background."""
         self._begin(journal, finalise)
 
     def recover(self, journal: Path) -> None:
@@ -107,11 +107,11 @@ class RecordingService:
         return found
 
     async def settled(self) -> None:
-        """Wait until every journal that was handed in is a recording."""
+        """Wait until every journal is finalised."""
         await asyncio.gather(*self._pending.values(), return_exceptions=True)
 
     async def close(self) -> None:
-        """Finish what is pending and end the process."""
+        """Finish what is pending and stop the process."""
         await self.settled()
         await asyncio.to_thread(self._executor.shutdown)
 

@@ -1,4 +1,4 @@
-"""A room to a file and back: after kill -9 the same people play on where the journal ends."""
+"""Saving and restoring a room: after kill -9 the same people play on where the journal ends."""
 
 import logging
 from pathlib import Path

@@ -1,7 +1,7 @@
-"""What a restart must know of each room: one small JSON file per room, written on every change.
+"""What a restart needs of each room: one small JSON file per room, written on every change.
 
-Written by one thread, the newest state of a room first come first served, and replaced atomically: after kill -9 the
-file holds the state of at most a few milliseconds ago. Tokens are there as hashes only.
+One thread writes the newest state of each room and replaces its file atomically: after kill -9 the file is a few
+milliseconds old at most. Of tokens it holds hashes only.
 """
 
 import contextlib

@@ -18,11 +18,11 @@ from movingout.server.rooms.services import RoomConfig
 
 
 class GhostError(MovingOutError):
-    """The room that was asked for is not the one that its ghost was recorded in."""
+    """The requested room does not fit the map or seat of its ghost."""
 
 
 class GhostSeat(NamedTuple):
-    """One ghost, and what has to be played for its actions to mean anything."""
+    """One ghost, and the map on which its actions make sense."""
 
     ghost: str  # FILE#red
     player: str  # who played then
@@ -32,7 +32,7 @@ class GhostSeat(NamedTuple):
     split: Split
 
     def seat_at(self, index: int) -> Seat:
-        """The ghost in its seat. Raises GhostError in the other one."""
+        """The ghost's seat. Raises GhostError for the other one."""
         if index != self.seat:
             raise GhostError(f"This ghost was recorded in the {SEAT_COLOURS[self.seat]} seat; give it that seat.")
         agent_id = f"{GHOST}:{self.ghost}"
@@ -49,7 +49,7 @@ def ghost_seat(ghost: str) -> GhostSeat:
 
 
 def ghost_config(wanted: RoomConfig, ghosts: list[GhostSeat]) -> RoomConfig:
-    """The room as asked for, on exactly the map of its ghosts. Raises GhostError when they contradict each other."""
+    """The requested room on exactly the map of its ghosts. Raises GhostError when they contradict each other."""
     if not ghosts:
         return wanted
     first = ghosts[0]

@@ -1,7 +1,7 @@
-"""What one person holds in their hands: the newest stick and the presses of the grab button.
+"""The controls of one player: the newest stick position and the waiting presses of the grab button.
 
 The stick is a level, so the newest packet wins. Presses are edges and carry a counter, so that neither a lost nor a
-doubled packet changes how often the hand toggles. Knows no socket and no clock: times are arguments.
+duplicated packet changes how often the hand toggles. Knows no socket and no clock: times are arguments.
 """
 
 from typing import NamedTuple
@@ -12,7 +12,7 @@ from movingout.server.frames import Input
 from movingout.server.messages import DEVICES
 from movingout.world.state import Floats
 
-STALE_S = 0.5  # a stick not heard of for so long counts as released
+STALE_S = 0.5  # without an input for so long the stick counts as released
 MAX_PRESSES = 4  # presses waiting for their tick; more are a mistake
 
 
@@ -20,7 +20,7 @@ class TickInput(NamedTuple):
     """What a seat does in one tick, and which input that was."""
 
     action: tuple[float, float, float] | Floats  # distance, heading [rad], grasp toggle
-    seq: int  # -1: nobody said anything
+    seq: int  # -1: no input
     slack_ms: float  # how long before the tick the input came, -1 unknown
     fresh: bool  # False: neutral because the input was stale or there was none
 
@@ -37,7 +37,7 @@ class InputBuffer:
         self._presses = 0
 
     def submit(self, frame: Input, now: float) -> bool:
-        """Take in an input; False when it is older than what is known."""
+        """Store an input; False if it is not newer than the last one."""
         seen = 0 if self._newest is None else self._newest.grabs
         if self._newest is not None and frame.seq <= self._newest.seq:
             return False
@@ -56,7 +56,7 @@ class InputBuffer:
         return TickInput((newest.move, newest.heading, float(toggle)), newest.seq, slack_ms, True)
 
     def release(self) -> None:
-        """Nobody holds the stick: the page lost the focus, or play begins anew."""
+        """Let go of the stick: the page lost the focus, or play starts again."""
         self._presses = 0
         if self._newest is not None:
             self._newest = msgspec.structs.replace(self._newest, move=0.0)

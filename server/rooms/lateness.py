@@ -1,4 +1,4 @@
-"""How late ticks are: a histogram fine enough for percentiles, small enough to keep for ever."""
+"""How late ticks are: a histogram fine enough for percentiles, small enough to keep forever."""
 
 BUCKET_MS = 0.05
 BUCKETS = 10_000  # up to 500 ms; later ones share the last

@@ -22,12 +22,12 @@ class RoundPause(NamedTuple):
 
     @classmethod
     def held(cls, notice: Notice, now: float) -> "RoundPause":
-        """Whoever runs a study has stopped the clock."""
+        """The experimenter has stopped the clock."""
         return cls(notice, now + HOLD_LIMIT_S)
 
     @classmethod
     def waiting_for(cls, seats: list[Seat], resume_s: float, now: float) -> "RoundPause":
-        """For who is absent, `resume_s` from the first who went; then for who is not ready."""
+        """For absent players, `resume_s` from the first one's departure; then for those not ready."""
         absent = _absent(seats)
         if absent:
             notice = about("waiting", absent, "lost the connection. The game waits.")
@@ -38,7 +38,7 @@ class RoundPause(NamedTuple):
 
 
 def give_up(seats: list[Seat]) -> tuple[Outcome, Notice]:
-    """The pause was too long: who is absent is gone for good. How the round ends with that, and why."""
+    """The pause was too long: absent players are gone for good. How the round ends, and why."""
     absent = _absent(seats)
     for seat in absent:
         seat.gone = True
