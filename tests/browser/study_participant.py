@@ -25,7 +25,7 @@ class KeyboardParticipant:
             "input-check": self._input_check,
             "practice": self._practice,
             "round": self._round,
-            "break": lambda: self.press("Go on"),
+            "break": lambda: self.press("Continue"),
             "debrief": self._debrief,
         }
 
@@ -110,7 +110,7 @@ class KeyboardParticipant:
             self.page.keyboard.press(key)
         expect(self.page.get_by_text("Everything works.")).to_be_visible()
         expect(self.page.locator(".check-connection .pill")).to_contain_text("ms")
-        self.press("Go on")
+        self.press("Continue")
 
     def enter_game(self) -> None:
         self.press("I am ready")
@@ -126,11 +126,11 @@ class KeyboardParticipant:
         self.enter_game()
         self.press("I am ready")
         wait_for(self.page, "game.phase.endsWith('_over')", timeout_s=30)
-        self.press("Go on")
+        self.press("Continue")
         self.page.wait_for_url("**/study")
 
     def _debrief(self) -> None:
         if self.page.locator("input[name=keep]").count():
             self.tab_to("input[name=keep]")
             self.page.keyboard.press("Space")
-        self.press("Go on")
+        self.press("Continue")

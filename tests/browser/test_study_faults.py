@@ -53,10 +53,10 @@ def test_a_server_that_is_away_is_waited_for_and_one_that_refuses_is_quoted(brow
     study.refusals["/next"] = (507, "not_saved", "No space left on device: /srv/data")
     with complaining_page(browser, server, "/healthz") as page:
         study.open(page)
-        page.get_by_role("button", name="Go on").click()
+        page.get_by_role("button", name="Continue").click()
         expect(page.get_by_role("alert")).to_contain_text("This could not be saved. Nothing is lost")
         study.refusals["/next"] = (0, "", "")
-        page.get_by_role("button", name="Go on").click()
+        page.get_by_role("button", name="Continue").click()
         expect(page.locator("#study-banner")).to_be_visible()
         assert violations(page) == []
         study.refusals.clear()
@@ -79,4 +79,4 @@ def test_a_place_that_is_gone_and_a_view_that_fails_lead_to_a_page_that_says_so(
         heading(page, "Thank you")  # by itself
         study.people.clear()
         page.reload()
-        expect(page.get_by_role("alert")).to_contain_text("no open place in the study any more")
+        expect(page.get_by_role("alert")).to_contain_text("no longer has an open place in the study")

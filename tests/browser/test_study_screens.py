@@ -66,7 +66,7 @@ def test_a_typed_code_is_needed_and_a_wrong_one_is_explained(browser: Browser, s
         study.refusals["/arrive"] = (403, "code_unknown", "server words")
         page.keyboard.type("WRONG")
         press(page, "Enter")
-        expect(page.get_by_role("alert")).to_contain_text("This code is not known here")
+        expect(page.get_by_role("alert")).to_contain_text("This code is unknown")
         study.refusals.clear()
         press(page, "Enter")
         heading(page, "Taking part in a research study")
@@ -78,7 +78,7 @@ def test_consent_needs_its_boxes_and_no_is_an_answer(open_page: OpenPage) -> Non
     study.open(page)
     heading(page, "Taking part in a research study")
     page.get_by_role("button", name="I agree").click()
-    expect(page.get_by_role("alert")).to_contain_text("tick every box that is marked")
+    expect(page.get_by_role("alert")).to_contain_text("tick every required box")
     expect(page.get_by_label("I am 18 or older.")).to_be_focused()
     with page.expect_download() as download:
         page.get_by_role("button", name="Save a copy").click()
@@ -142,7 +142,7 @@ def test_the_waiting_room_counts_and_goes_on_by_itself_when_somebody_comes(open_
     study.open(page)
     expect(page.get_by_text(re.compile("You have waited 1:1"))).to_be_visible()
     study.people["token-of-person-1"].steps = [fake.waiting(since_s=301)]
-    expect(page.get_by_text("One moment, it is about to go on…")).to_be_visible()
+    expect(page.get_by_text("One moment, it is about to continue…")).to_be_visible()
     study.people["token-of-person-1"].steps = [fake.play()]
     heading(page, "Hand Off")
 
@@ -165,7 +165,7 @@ def test_a_round_is_played_on_the_game_page_which_leads_back(
     expect(page.get_by_role("button", name="Play it again")).to_have_count(0)
     page.screenshot(path=pictures / "study-game-over.png")
     study.people["token-of-person-1"].next()
-    page.get_by_role("button", name="Go on").click()
+    page.get_by_role("button", name="Continue").click()
     heading(page, "Thank you")
 
 
@@ -185,7 +185,7 @@ def test_practice_may_be_ended_and_stop_in_the_game_asks_about_the_data(
     assert violations(page) == []
     page.emulate_media(color_scheme="light")
     page.screenshot(path=pictures / "study-game-stop.png")
-    page.get_by_role("button", name="No, go on").click()
+    page.get_by_role("button", name="No, continue").click()
     page.get_by_role("button", name="Enough practice").click()
     heading(page, "Hand Off")
     assert study.sent("/next")[-1] == {"key": "practice/Simple", "done": True}
@@ -197,7 +197,7 @@ def test_stop_with_deletion_gives_a_code_and_says_what_becomes_of_the_data(open_
     page = open_page("/healthz")
     study.open(page)
     page.get_by_role("button", name="Stop the study").click()
-    expect(page.get_by_role("button", name="No, go on")).to_be_focused()
+    expect(page.get_by_role("button", name="No, continue")).to_be_focused()
     page.screenshot(path=pictures / "study-stop.png")
     press(page, "Escape")
     expect(page.get_by_role("dialog")).to_have_count(0)
@@ -213,16 +213,16 @@ def test_the_debrief_asks_and_the_code_can_be_copied(open_page: OpenPage) -> Non
     study = FakeStudy.at(fake.debrief(), fake.code())
     page = open_page("/healthz", permissions=["clipboard-read", "clipboard-write"])
     study.open(page)
-    page.get_by_role("button", name="Go on").click()
+    page.get_by_role("button", name="Continue").click()
     expect(page.get_by_role("alert")).to_contain_text("Please choose one of the two")
     press(page, "ArrowDown", "ArrowUp")
-    page.get_by_role("button", name="Go on").press("Enter")
+    page.get_by_role("button", name="Continue").press("Enter")
     expect(page.get_by_text("$20.67 for 62 min")).to_be_visible()
     page.get_by_role("button", name="Copy the code").click()
     expect(page.get_by_text("Copied.")).to_be_visible()
     assert page.evaluate("navigator.clipboard.readText()") == "K7QX4WPL2M"
     assert study.sent("/next") == [{"key": "debrief", "keep": True}]
-    page.get_by_role("button", name="Somebody else takes part").click()
+    page.get_by_role("button", name="Another person takes part").click()
     heading(page, fake.TITLE)
 
 
@@ -264,13 +264,15 @@ def test_two_at_one_screen_agree_one_after_the_other_and_play_together(
         page.get_by_role("button", name="I agree").click()
     expect(page.locator(".check-panel")).to_have_count(2)
     press(page, "KeyW", "KeyA", "KeyS", "KeyD", "Space")
-    expect(page.get_by_text("Still to try: up, left, down, right, Grab")).to_be_visible()  # the other person has not
+    expect(
+        page.get_by_text("Please also press: up, left, down, right, Grab")
+    ).to_be_visible()  # the other person has not
     press(page, "ArrowUp", "ArrowLeft", "ArrowDown", "ArrowRight", "Enter")
     expect(page.get_by_text("Everything works.")).to_be_visible()
     assert violations(page) == []
     page.emulate_media(color_scheme="light")
     page.screenshot(path=pictures / "study-two-check.png", full_page=True)
-    page.get_by_role("button", name="Go on").click()
+    page.get_by_role("button", name="Continue").click()
     expect(page.get_by_text("Person 2 is red")).to_be_visible()
     page.get_by_role("button", name="I am ready").click()
     wait_for(page, "game.phase === 'lobby' && game.status === 'open'")

@@ -153,7 +153,7 @@ def test_two_at_one_screen_answer_alone_and_play_together(browser: Browser, tmp_
             "Enter",
         ):
             page.keyboard.press(key)
-        together.press("Go on")
+        together.press("Continue")
         until(page, "practice")
         enter([together])
         together.press("Enough practice")

@@ -8,6 +8,7 @@ import { actionButton, heading, problemBox } from "../components/action.js";
 import { badge, el } from "../core/dom.js";
 import { mapPicture } from "../view/render.js";
 import { say } from "../text/catalogue.js";
+import { mapDescription, mapTitle } from "../text/names.js";
 import { card } from "./screen.js";
 
 /** @typedef {import("./screen.js").Context} Context */
@@ -22,6 +23,16 @@ export function roundScreen(context) {
   if (state === "playing") return runningScreen(context);
   if (state === "over") return overScreen(context);
   return cardScreen(context, state === "waiting");
+}
+
+/** @param {Step} step */
+function title({ map, title: otherwise = "" }) {
+  return map ? mapTitle({ name: map.name, title: otherwise }) : otherwise || undefined;
+}
+
+/** @param {Step} step */
+function description({ map, description: otherwise = "" }) {
+  return map ? mapDescription({ name: map.name, description: otherwise }) : otherwise;
 }
 
 /** "Round 3 of 12 · Partner A". @param {Step} step */
@@ -50,7 +61,7 @@ function cardScreen(context, waits) {
     { class: "stack" },
     el("ul", { class: "round-seats" }, ...seatLines(context)),
     step.kind === "practice" ? el("p", {}, say("study.round.practiceLead")) : null,
-    el("p", {}, step.description || say("study.round.goal")),
+    el("p", {}, description(step) || say("study.round.goal")),
     marks(step.map),
     step.limit_s
       ? el(
@@ -64,7 +75,7 @@ function cardScreen(context, waits) {
     action,
   );
   const root = card(
-    heading(step.title ?? say("study.round.practice"), roundName(step)),
+    heading(title(step) ?? say("study.round.practice"), roundName(step)),
     el("div", { class: "round-card" }, picture, facts),
   );
   const draw = () => step.map && picture.isConnected && mapPicture(picture, step.map);
