@@ -1,4 +1,4 @@
-"""What can be wrong with a study: its file, or the place where its data lie."""
+"""Errors of studies: in the study file, or in the place where the data are stored."""
 
 from collections.abc import Sequence
 
@@ -7,7 +7,7 @@ from movingout.maps.yaml_document import FileFault
 
 
 class StudyError(MovingOutError):
-    """A study cannot do what was asked."""
+    """A study cannot do what was asked for."""
 
 
 class StudyFileError(StudyError):

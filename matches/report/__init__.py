@@ -1,1 +1,1 @@
-"""Results for people: beside the paper, cross-play, Parquet."""
+"""Results for readers: compared with the paper, cross-play, Parquet."""

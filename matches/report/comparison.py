@@ -13,10 +13,10 @@ from movingout.world.estimates import Estimate, estimate_text
 
 CAUTION = (
     "Read with care. The paper's agents learned from people; ours learned from scripted people or are scripted "
-    "themselves, on other hardware, with their own training. So the columns answer the same question in two different "
-    "settings; equal numbers do not mean that a result was reproduced, and unequal ones do not mean that it was not. "
-    "In the rows of the paper called Play with Human its partners are humans, ours are scripted people. Its waiting "
-    "times lie between 0 and 1; they are laid beside the share of ticks that its code counts, not beside seconds."
+    "themselves, on other hardware, with their own training. The columns answer the same question in two different "
+    "settings: equal numbers do not mean that a result was reproduced, and different ones do not mean that it was not. "
+    "In the paper's rows called Play with Human the partners are humans; ours are scripted people. Its waiting times "
+    "are between 0 and 1; they are compared with the share of ticks that its code counts, not with seconds."
 )
 
 
@@ -42,7 +42,7 @@ class ComparisonLine(NamedTuple):
         return paper_figures(self.table, self.challenge, self.label).get(measure.key)
 
     def change(self, measure: Measure) -> tuple[float | None, float | None]:
-        """Our change in % from the condition this one is against, and Welch's p; None where there is none."""
+        """Our change in % from the condition compared with, and Welch's p; None where there is none."""
         if self.against is None:
             return None, None
         before, now = estimate_of(self.against, measure), self.ours(measure)
@@ -63,7 +63,7 @@ def _percent(before: Estimate | Figure | None, now: Estimate | Figure | None) ->
 
 
 def comparison_lines(run: GridRun) -> list[ComparisonLine]:
-    """A line per condition, challenge and label, in the order of the grid."""
+    """One line per condition, challenge and label, in the order of the grid."""
     pooled: dict[tuple[str, int, str], dict[str, MatchResult]] = defaultdict(dict)
     for entry in run.plan:
         result = run.results.get(entry.match)
@@ -88,7 +88,7 @@ def markdown_report(runs: Sequence[GridRun]) -> str:
 
 
 def json_report(runs: Sequence[GridRun]) -> dict[str, Any]:
-    """The same as one document."""
+    """The same as one JSON document."""
     return {"caution": CAUTION, "grids": [_grid_json(run) for run in runs]}
 
 
@@ -124,7 +124,7 @@ def _notes(run: GridRun) -> str:
     if run.missing:
         notes.append(f"**Incomplete: {run.missing} matches have not been played.**")
     if run.failures:
-        notes.append(f"{len(run.failures)} matches were lost by a fault and count as nothing delivered, for example: "
+        notes.append(f"{len(run.failures)} matches were lost to an error and count as nothing delivered, for example: "
                      f"{run.failures[0].failure}")  # fmt: skip
     return " ".join(notes)
 

@@ -1,4 +1,4 @@
-"""Cross-play: who does how well with whom, as matrices, and the worst matches with where to look in them."""
+"""Cross-play: how well agents do with each partner, as matrices, and the worst matches with where to look in them."""
 
 from collections import Counter
 from collections.abc import Iterable
@@ -38,7 +38,7 @@ class Matrix:
     cells: dict[tuple[str, str], Cell]
 
     def strength(self, found: Estimate | None) -> float:
-        """How good a value is among all of the matrix, in [0, 1]."""
+        """How good a value is among all cells of the matrix, in [0, 1]."""
         means = [cell.estimate.mean for cell in self.cells.values() if cell.estimate is not None]
         if found is None or max(means) == min(means):
             return 0.0
@@ -48,7 +48,7 @@ class Matrix:
 
 @dataclass(frozen=True, slots=True)
 class MatchMoment:
-    """A place in a match worth a look."""
+    """A tick of a match that is worth looking at."""
 
     tick: int
     text: str
@@ -67,7 +67,7 @@ def matrix(rows: Iterable[ResultRow], measure: Measure) -> Matrix:
 
 
 def _judged(column: dict[str, Estimate | None], measure: Measure) -> dict[str, Cell]:
-    """Each value of a column beside its best."""
+    """Each value of a column compared with the best."""
     sign = 1.0 if measure.more_is_better else -1.0
     means = {agent: sign * found.mean for agent, found in column.items() if found is not None}
     best = max(means, key=means.__getitem__) if len(set(means.values())) > 1 else ""
@@ -77,9 +77,9 @@ def _judged(column: dict[str, Estimate | None], measure: Measure) -> dict[str, C
 
 
 def worst_matches(run: GridRun) -> list[MatchResult]:
-    """The lost ones first; then the worst of each pairing, the second worst of each, and so on.
+    """Lost matches first; then the worst of each pairing, the second worst of each, and so on.
 
-    Matches with everything delivered are not among them.
+    Matches in which everything was delivered are left out.
     """
     pairings = {entry.match: (entry.condition, entry.agent, entry.partner) for entry in run.plan}
     ranks: Counter[tuple[str, str, str]] = Counter()

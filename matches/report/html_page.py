@@ -70,7 +70,7 @@ def _figures(run: GridRun) -> list[tuple[str, int, str]]:
     return [
         ("Matches", len(results), f"of {len(results) + run.missing} in the grid"),
         ("Everything delivered", sum(result.ending == "delivered" for result in results), "matches"),
-        ("Lost by a fault", len(run.failures), "count as nothing delivered"),
+        ("Lost to an error", len(run.failures), "count as nothing delivered"),
         ("Seeds", len(run.grid.seed_range), f"{len(run.grid.map_list)} maps, {seconds:g} s at most"),
     ]
 

@@ -1,1 +1,1 @@
-"""What came of it: the results folder, tables, estimates."""
+"""Results: the folder, tables, tests of significance."""

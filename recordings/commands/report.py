@@ -15,7 +15,7 @@ from movingout.recordings.progress import map_in_processes
 from movingout.recordings.report.facts import GROUPINGS, facts_of
 from movingout.recordings.report.measures import MEASURES
 from movingout.recordings.report.page import ReportPage
-from movingout.recordings.report.tally import Finding, Group, ReportTally
+from movingout.recordings.report.tally import FailureFinding, Group, ReportTally
 from movingout.recordings.storage.listing import recording_paths
 from movingout.world.estimates import Estimate
 
@@ -37,7 +37,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def report(args: argparse.Namespace) -> int:
     if urlsplit(args.server).scheme not in ("http", "https"):
-        raise RecordingError(f"{args.server!r} is no address of a server; it should look like {SERVER}")
+        raise RecordingError(f"{args.server!r} is not the address of a server; it should look like {SERVER}")
     check_name(args.out)
     paths = recording_paths(args.folder)
     if not paths:
@@ -80,7 +80,7 @@ def _estimate(found: Estimate | None) -> dict[str, float | int | None] | None:
     return None if found is None else found._asdict()
 
 
-def _found(one: Finding) -> dict[str, Any]:
+def _found(one: FailureFinding) -> dict[str, Any]:
     facts, failure = one
     return {
         "case": failure.case,

@@ -1,1 +1,1 @@
-"""A folder of recordings at a glance: one offline page of results, heat maps, waiting, and what went wrong where."""
+"""A folder of recordings at a glance: one offline page of results, heat maps, waiting and failure cases."""

@@ -1,4 +1,4 @@
-"""What a report needs to know of one recording: small and plain, so that it travels between processes."""
+"""What a report needs to know about one recording: small and plain, so that it can be sent between processes."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ Pair = tuple[str, str]  # blue, red
 
 
 def _agent(seat: SeatInfo) -> str:
-    """People together; agents by their id without its options."""
+    """All people as one; agents by id without options."""
     return "people" if seat.kind == "human" else (seat.name or seat.kind).partition(":")[0]
 
 
@@ -47,14 +47,13 @@ GROUPINGS: dict[str, Callable[[EpisodeHeader], Pair]] = {
     "kind": partial(_seats, lambda seat: seat.kind),
     "source": lambda header: (header.source, header.source),
 }
-"""How recordings are put together to populations: agents by their id without options and all people as one; every
-name by itself; kinds of seats (human, agent, remote, ghost, idle); where the recording comes from (live, match,
-scripted, import)."""
+"""How recordings are grouped into populations: by agent id without options, with all people as one; by full name; by
+kind of seat (human, agent, remote, ghost, idle); by origin of the recording (live, match, scripted, import)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EpisodeFacts:
-    """One recording, looked at."""
+    """The facts of one recording."""
 
     path: Path
     id: str
@@ -77,7 +76,7 @@ class EpisodeFacts:
 
 
 def facts_of(path: Path, grouping: str) -> EpisodeFacts | Unreadable:
-    """The facts of a recording, or why there are none."""
+    """The facts of a recording, or why it cannot be read."""
     try:
         return _facts(path, read_episode(path), GROUPINGS[grouping])
     except RecordingError as error:

@@ -1,10 +1,10 @@
-"""The paper's three failure cases, found in recorded states by rules; they say where to look, not whose fault it was.
+"""The paper's three failure cases, found in recorded states by rules: where to look, not whose fault it was.
 
 Source: the paper's "Failure case study (RQ5)", figure "Failure cases": 1) failing to release items during a
 hand-over, 2) not responding when assistance is needed, 3) inability to grasp large items upon approach. The paper
 counted by manual inspection and gives no rules; the rules and thresholds here are this project's.
 
-Every rule looks for a condition that holds over consecutive ticks; interruptions of up to `GAP` ticks do not end it.
+Every rule looks for a condition that holds over consecutive ticks; gaps of up to `GAP` ticks are bridged.
 """
 
 from collections.abc import Iterator
@@ -28,20 +28,20 @@ TITLES: dict[Case, str] = {
 
 GAP = 5  # ticks
 KEEPS_TICKS = 20  # 2 s
-KEEPS_REACH = ROBOT_RADIUS + 0.10  # from the partner's centre to the item: the item is within an arm's turn
-KEEPS_TOUCH = 2 * ROBOT_RADIUS + 0.05  # between the two centres: they push against each other
+KEEPS_REACH = ROBOT_RADIUS + 0.10  # from the partner's centre to the item: within reach after turning
+KEEPS_TOUCH = 2 * ROBOT_RADIUS + 0.05  # between the two centres: they touch
 KEEPS_LOOK_BACK = 10  # ticks over which progress is measured
 KEEPS_PROGRESS = 0.10  # arena units nearer to the goal in that time; a free robot carries 0.6 per second
 HELP_TICKS = 50  # 5 s
-HELP_APPROACH = 0.30  # arena units nearer in that time, along the way around walls; a robot drives 3.0
-HELP_THERE = ROBOT_RADIUS + 0.15  # from the partner's centre to the item: it has come
+HELP_APPROACH = 0.30  # arena units nearer in that time, around walls; a robot can drive 3.0
+HELP_THERE = ROBOT_RADIUS + 0.15  # from the partner's centre to the item: it has arrived
 GRASP_TICKS = 30  # 3 s
 GRASP_NEAR = 0.08  # from the grasp probe to the item; the world grasps within 0.04
 
 
 @dataclass(frozen=True, slots=True)
 class Failure:
-    """One finding."""
+    """One failure case in an episode."""
 
     case: Case
     seat: int  # who failed
@@ -56,7 +56,7 @@ class Failure:
 
 
 def failures(track: Track) -> list[Failure]:
-    """Everything found in an episode, by start."""
+    """All failure cases of an episode, by start."""
     found = [*keeps_at_hand_over(track), *stays_away(track), *fails_to_grasp(track)]
     return sorted(found, key=lambda failure: (failure.start, failure.seat))
 
@@ -64,11 +64,11 @@ def failures(track: Track) -> list[Failure]:
 def keeps_at_hand_over(track: Track) -> Iterator[Failure]:
     """Case 1, "frequently holds an item without passing it, resulting in frequent collisions".
 
-    For 2 s a seat holds a small item (one that a single robot carries) that is not delivered, while its partner
-    - has an empty hand, or a hand on that item,
-    - is nearer to the goal than the item is (both by the way around walls),
-    - is within 0.10 of the item with its rim, or touches the holder,
-    and the item comes less than 0.10 nearer to the goal in any one second of it. The holder fails.
+    For 2 s a seat holds an undelivered small item (one that a single robot carries), while its partner
+    - has an empty hand, or holds the same item,
+    - is nearer to the goal than the item is (both around walls),
+    - has its rim within 0.10 of the item, or touches the holder,
+    and the item gets less than 0.10 nearer to the goal in any second of it. The failure is the holder's.
     """
     for item in range(len(track.map.items)):
         if track.is_big(item):
@@ -86,9 +86,9 @@ def keeps_at_hand_over(track: Track) -> Iterator[Failure]:
 def stays_away(track: Track) -> Iterator[Failure]:
     """Case 2, a partner "was slowly pulling an item, but the AI agent instead went to grasp other smaller objects".
 
-    A seat alone holds a middle or large item that is not delivered; over 5 s of it the other seat comes less than
-    0.30 nearer to that item (by the way around walls, straight where there is none), and is not there already (within
-    0.15 of it with its rim). The other seat fails, from the start of the first such 5 s to the end of the last.
+    One seat alone holds an undelivered middle or large item; over 5 s of this the other seat gets less than 0.30 nearer
+    to that item (around walls, or in a straight line where the grid has no path) and is not there already (its rim
+    within 0.15). The failure is the other seat's, from the start of the first such 5 s to the end of the last.
     """
     for item in range(len(track.map.items)):
         if not track.is_big(item):
@@ -104,10 +104,9 @@ def stays_away(track: Track) -> Iterator[Failure]:
 def fails_to_grasp(track: Track) -> Iterator[Failure]:
     """Case 3, "the AI agent reached the target item but was unable to successfully grasp it".
 
-    For 3 s a seat has an empty hand and one undelivered item within 0.08 of the point in front of it from which the
-    world looks for something to grasp (the nearest item counts; a small item that the partner holds does not). It has
-    to have come there with that empty hand, or to try: a stay that begins with the episode, or with the release of
-    something, counts only when a grasp was commanded in it.
+    For 3 s a seat has an empty hand and one undelivered item within 0.08 of its grasp point (the nearest item counts; a
+    small item held by the partner does not). The seat must have arrived with that empty hand, or try to grasp: a stay
+    that begins with the episode, or with a release, counts only when a grasp was commanded in it.
     """
     for seat in (0, 1):
         target = _target(track, seat)
@@ -124,7 +123,7 @@ def fails_to_grasp(track: Track) -> Iterator[Failure]:
 
 
 def _partner_is_there(track: Track, seat: int, item: int) -> Mask:
-    """Near enough to take the item, and on the goal's side of it."""
+    """(T + 1,) whether the partner is near enough to take the item, and nearer to the goal than it."""
     partner, holder = track.robots[:, 1 - seat, :2], track.robots[:, seat, :2]
     reaches = track.clearance(item, partner) <= KEEPS_REACH
     touches = np.linalg.norm(partner - holder, axis=1) <= KEEPS_TOUCH
@@ -134,7 +133,7 @@ def _partner_is_there(track: Track, seat: int, item: int) -> Mask:
 
 
 def _is_stuck(track: Track, item: int) -> Mask:
-    """Whether the item made little way in the second before; unknown, so False, in the first one."""
+    """(T + 1,) whether the item moved little in the last second; False in the first second, where it is unknown."""
     way = track.to_goal(track.items[:, item, :2])
     stuck = np.zeros(len(way), dtype=np.bool_)
     stuck[KEEPS_LOOK_BACK:] = way[:-KEEPS_LOOK_BACK] - way[KEEPS_LOOK_BACK:] < KEEPS_PROGRESS
@@ -154,8 +153,7 @@ def _how_it_ended(track: Track, seat: int, item: int, span: Span) -> str:
 
 
 def _does_not_come(track: Track, helper: int, item: int, waiting: Span) -> Mask:
-    """Per tick of the waiting: whether it lies in a stretch of 5 s in which the helper neither came nearer nor was
-    there."""
+    """(ticks,) whether a tick of the wait is part of 5 s in which the helper neither got nearer nor was there."""
     ticks = slice(waiting.start, waiting.end)
     way = _ways(track, helper, item, ticks)
     there = track.clearance(item, track.robots[:, helper, :2])[ticks] <= HELP_THERE
@@ -168,7 +166,7 @@ def _does_not_come(track: Track, helper: int, item: int, waiting: Span) -> Mask:
 
 
 def _ways(track: Track, helper: int, item: int, ticks: slice) -> Floats:
-    """From the helper to the item's centre at each tick: around walls, or straight where the grid knows no way."""
+    """(ticks,) distance from the helper to the item: around walls, or straight where the grid has no path."""
     distances = paper_distances(track.map)
     robots, items = track.robots[ticks, helper, :2], track.items[ticks, item, :2]
     around = np.array([distances.between(robot, there) for robot, there in zip(robots, items, strict=True)])
@@ -190,7 +188,7 @@ def _instead(track: Track, helper: int, span: Span) -> str:
 
 
 def _target(track: Track, seat: int) -> Ints:
-    """(T + 1,) the item that an empty hand is at, -1 for none."""
+    """(T + 1,) the item within reach of an empty hand, -1 for none."""
     probe = track.probe(seat)
     gaps = np.stack([track.clearance(item, probe) for item in range(len(track.map.items))], axis=1)
     for item in range(len(track.map.items)):
@@ -202,7 +200,7 @@ def _target(track: Track, seat: int) -> Ints:
 
 
 def _attempts(track: Track, seat: int, span: Span) -> int:
-    """Commanded grasps that left the hand empty."""
+    """How many commanded grasps left the hand empty."""
     end = min(span.end, len(track.grasp))
     empty_after = track.held[span.start + 1 : end + 1, seat] == -1
     return int((track.grasp[span.start : end, seat] & empty_after).sum())

@@ -1,4 +1,4 @@
-"""The measures that a report shows: what they are called, their units, and how a mean of one is written."""
+"""The measures of a report: names, units, and how a mean is written."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ from movingout.world.metrics import METRICS, Metric
 
 @dataclass(frozen=True, slots=True)
 class MeasureDisplay:
-    """How a measure is shown; its scale is None where it follows from the values."""
+    """How a measure is shown; `scale` is None where it follows from the values."""
 
     name: str
     short: str

@@ -1,4 +1,4 @@
-"""The pictures of a report, as inline SVG coloured by the page's custom properties. Knows shapes, no statistics."""
+"""The figures of a report, as inline SVG coloured by custom properties of the page. Knows shapes, not statistics."""
 
 import base64
 import io
@@ -21,7 +21,7 @@ _LEFT = 36  # room for the scale
 
 
 class Dot(NamedTuple):
-    """A mean with its interval on a scale; `mark` picks the shape."""
+    """A mean with its interval on a scale; `mark` selects the shape."""
 
     mark: int  # the population's place
     mean: float
@@ -40,7 +40,7 @@ class Segment(NamedTuple):
 
 
 def arena(spec: MapSpec, presence: Floats, *, items: bool) -> Markup:
-    """A map with where blue and red spent their time, (2, cells, cells)."""
+    """A map with a heat map of where blue and red spent their time, (2, cells, cells) seconds."""
     title = f"Where blue and red were on {spec.title}"
     shapes = [
         f'<rect class="floor" width="{SIDE}" height="{SIDE}"/>',
@@ -53,8 +53,8 @@ def arena(spec: MapSpec, presence: Floats, *, items: bool) -> Markup:
 
 
 def dots(rows: Sequence[tuple[str, Sequence[Dot]]], low: float, high: float, title: str) -> Markup:
-    """One row per label, its dots on a common scale from `low` to `high`, each with its interval; a dot's mark is also
-    its lane."""
+    """One row per label, with dots and intervals on a common scale from `low` to `high`; the mark of a dot is also its
+    line within the row."""
     left, width, pitch = 150, 430, 12
     scale = (width - left - 16) / ((high - low) or 1.0)
     parts, y = [], 22.0
@@ -165,7 +165,7 @@ def _path(points: Sequence[tuple[float, float]]) -> str:
 
 
 def _heat(presence: Floats) -> str:
-    """The time spent as a picture in the page, a pixel per cell; the browser smooths it."""
+    """The heat map as a data URL, a pixel per cell; the browser smooths it."""
     grids = (smoothed(presence[0]), smoothed(presence[1]))
     picture = heat_picture(grids, (0, 1), pixels=1)
     file = io.BytesIO()

@@ -1,4 +1,4 @@
-"""Facts of many episodes, added up per map and population as they come in."""
+"""Facts of many episodes, added up per map and population."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
@@ -22,7 +22,7 @@ MEASURES = ("success", "seconds", *(metric.key for metric in METRICS))
 
 
 class Strip(NamedTuple):
-    """The waiting of one episode, to be drawn along its time."""
+    """The waits of one episode."""
 
     id: str
     ticks: int
@@ -44,7 +44,7 @@ class Group:
     variants: set[str] = field(default_factory=set)
 
     def add(self, facts: EpisodeFacts) -> None:
-        """Take in one episode that ran to its end."""
+        """Add a finished episode."""
         self.values["success"].append(float(facts.outcome == "delivered"))
         self.values["seconds"].append(facts.ticks * TICK_SECONDS)
         for metric in METRICS:
@@ -75,12 +75,12 @@ class Group:
         return share
 
     def longest_waits(self, count: int) -> list[Strip]:
-        """The episodes with the most waiting, the most first; those without any left out."""
+        """The episodes with the most waiting, longest first; none without waiting."""
         waited = [strip for strip in self.strips if strip.waits]
         return sorted(waited, key=lambda strip: -sum(wait.seconds for wait in strip.waits))[:count]
 
 
-class Finding(NamedTuple):
+class FailureFinding(NamedTuple):
     """A failure with the episode it happened in."""
 
     facts: EpisodeFacts
@@ -93,15 +93,15 @@ class Finding(NamedTuple):
 
 @dataclass(eq=False)
 class ReportTally:
-    """Everything a report tells."""
+    """Everything that a report shows."""
 
     groups: dict[tuple[str, Pair], Group] = field(default_factory=dict)
-    found: list[Finding] = field(default_factory=list)
+    found: list[FailureFinding] = field(default_factory=list)
     unreadable: list[Unreadable] = field(default_factory=list)
-    unfinished: int = 0  # episodes that did not run to their end
+    unfinished: int = 0  # episodes that were neither delivered nor ran out of time
     first: str = ""  # start of the earliest and of the latest recording
     last: str = ""
-    appearances: dict[str, int] = field(default_factory=dict)  # seats taken in episodes that ran to their end
+    appearances: dict[str, int] = field(default_factory=dict)  # seats taken in finished episodes
     _affected: dict[tuple[str, Case], int] = field(default_factory=dict)
 
     @classmethod
@@ -116,7 +116,7 @@ class ReportTally:
 
     @property
     def episodes(self) -> int:
-        """Those that enter means."""
+        """How many episodes enter averages."""
         return sum(group.n for group in self.groups.values())
 
     @property
@@ -135,24 +135,24 @@ class ReportTally:
     def overall(self, measure: str) -> Estimate | None:
         return estimate([value for group in self.groups.values() for value in group.values[measure]])
 
-    def failures_of(self, case: Case) -> list[Finding]:
+    def failures_of(self, case: Case) -> list[FailureFinding]:
         """The findings of a case, the longest first."""
         return sorted((one for one in self.found if one.failure.case == case), key=lambda one: -one.failure.seconds)
 
     @property
     def people(self) -> list[str]:
-        """The labels of those who sat in a seat."""
+        """The labels of all who took a seat."""
         return sorted(self.appearances)
 
     def rate(self, who: str, case: Case) -> Estimate | None:
-        """In which share of its appearances (an episode and a seat) it had such a failure."""
+        """The share of its appearances (an episode and a seat) with such a failure."""
         affected = self._affected.get((who, case), 0)
         return estimate([1.0] * affected + [0.0] * (self.appearances[who] - affected))
 
     def _add(self, facts: EpisodeFacts) -> None:
         self.first = min(self.first or facts.started, facts.started)
         self.last = max(self.last, facts.started)
-        self.found += [Finding(facts, failure) for failure in facts.failures]
+        self.found += [FailureFinding(facts, failure) for failure in facts.failures]
         if not facts.finished:
             self.unfinished += 1
             return

@@ -1,4 +1,4 @@
-"""An episode as arrays over time, which is how its waiting and its failures are looked for."""
+"""An episode as arrays over time, in which waiting and failure cases are found."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -58,28 +58,28 @@ class Track:
         )
 
     def is_big(self, item: int) -> bool:
-        """Whether it takes two, or is faster with two."""
+        """Whether an item needs two robots, or is faster with two: middle and large."""
         return self.map.items[item].size != "small"
 
     def alone(self, seat: int, item: int) -> Mask:
-        """(T + 1,) whether the seat holds an item that the other one does not, before it is delivered."""
+        """(T + 1,) whether this seat alone holds the item, before it is delivered."""
         mine, other = self.held[:, seat] == item, self.held[:, 1 - seat] == item
         alone: Mask = mine & ~other & ~self.delivered[:, item]
         return alone
 
     def probe(self, seat: int) -> Floats:
-        """(T + 1, 2) the point in front of a robot from which the world looks for something to grasp."""
+        """(T + 1, 2) the point in front of a robot at which it grasps."""
         angle = self.robots[:, seat, 2]
         ahead = np.stack([-np.sin(angle), np.cos(angle)], axis=1)
         point: Floats = self.robots[:, seat, :2] + REACH * ahead
         return point
 
     def clearance(self, item: int, points: Floats) -> Floats:
-        """(T + 1,) from points (T + 1, 2) to the surface of an item where it was then, 0 inside it."""
+        """(T + 1,) distance from points (T + 1, 2) to the surface of the item at that time, 0 inside."""
         return clearance(self.map.items[item], self.items[:, item], points)
 
     def to_goal(self, points: Floats) -> Floats:
-        """(...) the way of points (..., 2) to the nearest goal region, as NFD measures it."""
+        """(...) distance of points (..., 2) to the nearest goal region, as NFD measures it."""
         distances = paper_distances(self.map)
         way: Floats = np.minimum(distances.to_goal(points), distances.farthest)
         return way
@@ -95,7 +95,7 @@ def clearance(item: ItemSpec, poses: Floats, points: Floats) -> Floats:
 
 
 def spans(mask: Mask, at_least: int = 1, gap: int = 0) -> Iterator[Span]:
-    """The stretches of True in `mask`; those at most `gap` ticks apart are one, shorter ones than `at_least` none."""
+    """Runs of True in `mask`: runs at most `gap` ticks apart are joined, runs shorter than `at_least` are dropped."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
     joined: list[Span] = []
     for start, end in edges.reshape(-1, 2).tolist():

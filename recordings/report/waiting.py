@@ -1,4 +1,4 @@
-"""When somebody waited for help: the intervals behind the metric WT."""
+"""When a robot waited for help: the intervals behind the metric WT."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ from movingout.world.constants import TICK_SECONDS
 
 @dataclass(frozen=True, slots=True)
 class Wait:
-    """An interval in which a seat alone held a middle or large item that was not delivered."""
+    """An interval in which one seat alone held an undelivered middle or large item."""
 
     seat: int
     item: int  # index
@@ -21,12 +21,12 @@ class Wait:
 
 
 def waits(track: Track) -> list[Wait]:
-    """All waiting of an episode, by start; their lengths add up to WT (`world.metrics.EpisodeMetrics`)."""
+    """All waits of an episode, by start; their lengths add up to WT (`world.metrics.EpisodeMetrics`)."""
     found = [
         Wait(seat, item, *span)
         for seat in (0, 1)
         for item in range(len(track.map.items))
         if track.is_big(item)
-        for span in spans(track.alone(seat, item)[:-1])  # the state after the last tick is waited in no more
+        for span in spans(track.alone(seat, item)[:-1])  # the state after the last tick does not count
     ]
     return sorted(found, key=lambda wait: (wait.start, wait.seat))

@@ -1,1 +1,1 @@
-"""The results of a study: from its store to one offline page and tables."""
+"""The results of a study: one offline page and tables, made from its store."""

@@ -21,7 +21,7 @@ _Z = float(stats.norm.ppf(0.5 + CONFIDENCE / 2))
 
 
 @dataclass(frozen=True, slots=True)
-class Comparison:
+class PartnerComparison:
     """`one` against `other` in one measure, over participants."""
 
     measure: str
@@ -38,7 +38,9 @@ class Comparison:
     g_interval: tuple[float, float] | None  # 95 %
 
 
-def compare(measure: str, one: str, other: str, first: dict[str, float], second: dict[str, float]) -> Comparison | None:
+def compare(
+    measure: str, one: str, other: str, first: dict[str, float], second: dict[str, float]
+) -> PartnerComparison | None:
     """Two partners in one measure; the values are means per participant. None where one of them has no value."""
     a, b = list(first.values()), list(second.values())
     if not a or not b:
@@ -46,7 +48,7 @@ def compare(measure: str, one: str, other: str, first: dict[str, float], second:
     both = [pid for pid in first if pid in second]
     t, t_p = _independent(a, b)
     g, interval = _effect(a, b)
-    return Comparison(
+    return PartnerComparison(
         measure=measure,
         one=one,
         other=other,
@@ -62,7 +64,7 @@ def compare(measure: str, one: str, other: str, first: dict[str, float], second:
     )
 
 
-def corrected(comparisons: Sequence[Comparison]) -> list[Comparison]:
+def corrected(comparisons: Sequence[PartnerComparison]) -> list[PartnerComparison]:
     """With Holm's correction over those that were tested."""
     tested = [index for index, one in enumerate(comparisons) if one.w_p is not None]
     result = list(comparisons)

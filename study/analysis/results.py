@@ -1,4 +1,4 @@
-"""What a study's store says, arranged for analysis: rounds that count, newest answers, who came how far."""
+"""The contents of a study's store, arranged for analysis: valid rounds, newest answers, participant flow."""
 
 from collections import defaultdict
 from collections.abc import Iterable
@@ -13,6 +13,7 @@ from movingout.world.metrics import METRICS
 
 STORED = tuple(metric for metric in METRICS if metric.key in rounds.c)  # what the table of rounds has a column for
 FINISHED = ("delivered", "time")
+DELETED = "deleted on request or at the end of retention"
 AWAY_SHARE = 0.5  # of ticks without input
 HIDDEN_S = 2.0
 Row = dict[str, Any]
@@ -20,7 +21,7 @@ Row = dict[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class Flag:
-    """A reason to look at a round or a participant before trusting it."""
+    """A reason to check a round or a participant before trusting the data."""
 
     pid: str
     step: str
@@ -40,7 +41,7 @@ class Results:
 
     @property
     def partners(self) -> tuple[str, ...]:
-        """Partners that were met, in the order of the study file; "" stands for another participant."""
+        """The partners played with, in the order of the study file; "" stands for another participant."""
         met = {row["partner"] for row in self.rounds}
         return tuple(name for name in (*(one.id for one in self.study.partners), "") if name in met)
 
@@ -89,7 +90,7 @@ class Results:
 
 
 def collect(study: Study, store: Store) -> Results:
-    """Read a store. Rounds of those who did not want their data kept are left out, as are their answers."""
+    """Read a store. Rounds and answers of participants who did not want their data kept are left out."""
     people = store.rows(participants)
     refused = {row["pid"] for row in people if row["keep"] is False}
     left_out = {row["unit"] for row in people if row["pid"] in refused}
@@ -110,13 +111,13 @@ def collect(study: Study, store: Store) -> Results:
 
 
 def _flow(store: Store, people: list[Row], refused: int) -> Iterable[tuple[str, int]]:
-    """The participants' flow, as CONSORT reports it."""
+    """The flow of participants, as in a CONSORT diagram."""
     outcomes = [row["outcome"] for row in people]
     declined = next((row["number"] for row in store.rows(counts) if row["name"] == "declined"), 0)
     removed = len(store.rows(tombstones))
     yield "came", len(people) + declined + removed
     yield "did not agree", declined
-    yield "forgotten at their wish or after the time of keeping", removed
+    yield DELETED, removed
     yield "allocated to a slot", sum(row["unit"] is not None for row in people)
     for outcome in ("screened-out", "no-partner", "partner-left", "withdrew"):
         yield f"ended: {outcome.replace('-', ' ')}", outcomes.count(outcome)
@@ -132,7 +133,7 @@ def _round_flags(study: Study, store: Store, kept: list[Row]) -> Iterable[Flag]:
         if not row["valid"]:
             yield Flag("", row["step"], f"unit {row['unit']}: marked invalid by the experimenter")
         elif row["outcome"] not in FINISHED:
-            yield Flag("", row["step"], f"unit {row['unit']}: did not run to its end ({row['outcome'] or 'open'})")
+            yield Flag("", row["step"], f"unit {row['unit']}: unfinished ({row['outcome'] or 'open'})")
     for one in store.rows(players):
         step = by_number[one["round"]]["step"] if one["round"] in by_number else None
         if step is None:

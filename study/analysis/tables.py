@@ -1,4 +1,4 @@
-"""The tables of a report, as rows: they become a part of the page and a CSV file each."""
+"""The tables of a report; each is part of the page and a CSV file."""
 
 from collections import defaultdict
 from collections.abc import Callable, Sequence
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import combinations
 
-from movingout.study.analysis.comparisons import Comparison, compare, corrected, trend
+from movingout.study.analysis.comparisons import PartnerComparison, compare, corrected, trend
 from movingout.study.analysis.results import STORED, Results
 from movingout.world.estimates import estimate, estimate_text
 
@@ -64,7 +64,7 @@ def rating_comparisons(results: Results, name: Namer) -> ReportTable:
 
 
 def ratings(results: Results, name: Namer) -> ReportTable:
-    """Mean rating per item, a column per partner; items of the end, which are about nobody, stand under "all"."""
+    """Mean rating per item, a column per partner; questions at the end, about no partner, are under "all"."""
     about = (*results.partners, *([] if "" in results.partners else [""]))
     rows = []
     for form, item in results.scales():
@@ -76,7 +76,7 @@ def ratings(results: Results, name: Namer) -> ReportTable:
 
 
 def order_effects(results: Results) -> ReportTable:
-    """Whether people got better with time, whoever the partner was."""
+    """Whether people got better over time, whichever partner they had."""
     rows = []
     for metric in HEADS:
         series: dict[int, list[float]] = defaultdict(list)
@@ -98,7 +98,7 @@ def flow(results: Results) -> ReportTable:
 
 def flags(results: Results) -> ReportTable:
     rows = tuple((one.pid or "–", one.step, one.reason) for one in results.flags)
-    note = "Nothing is left out because of a flag; rounds marked invalid or broken off are not in the results."
+    note = "Flags exclude nothing. Invalid and unfinished rounds are not in the results."
     return ReportTable("flags", "Quality flags", ("Participant", "Step", "Reason"), rows, 3, note)
 
 
@@ -110,7 +110,7 @@ def _p(p: float | None) -> str:
     return "–" if p is None else "< 0.001" if p < 0.001 else f"{p:.3f}"
 
 
-def _pairs(results: Results, measures: Sequence[tuple[str, Callable[[str], Values]]]) -> list[Comparison]:
+def _pairs(results: Results, measures: Sequence[tuple[str, Callable[[str], Values]]]) -> list[PartnerComparison]:
     found = [
         compare(label, one, other, of(one), of(other))
         for label, of in measures
@@ -119,7 +119,7 @@ def _pairs(results: Results, measures: Sequence[tuple[str, Callable[[str], Value
     return corrected([one for one in found if one is not None])
 
 
-def _comparison_table(key: str, title: str, found: Sequence[Comparison], name: Namer) -> ReportTable:
+def _comparison_table(key: str, title: str, found: Sequence[PartnerComparison], name: Namer) -> ReportTable:
     rows = [
         (
             one.measure,

@@ -38,12 +38,14 @@ def configure(commands: Any) -> None:
     export.add_argument("--no-training", action="store_true", help="tables only")
     export.set_defaults(perform=_export)
 
-    forgetting = commands.add_parser("forget", help="remove a participant's answers, identity and recordings")
+    forgetting = commands.add_parser("forget", help="delete a participant's answers, identity and recordings")
     _add_place(forgetting)
     forgetting.add_argument("pid", metavar="PID", help="pseudonym, such as P7KXM2Q, or completion code")
     forgetting.set_defaults(perform=_forget)
 
-    purging = commands.add_parser("purge", help="remove what the study's retention says; only lists it without --apply")
+    purging = commands.add_parser(
+        "purge", help="delete what is past the study's retention period; without --apply only list it"
+    )
     _add_place(purging)
     purging.add_argument("--apply", action="store_true", help="really remove")
     purging.set_defaults(perform=_purge)
@@ -65,7 +67,7 @@ def as_frozen(folder: StudyFolder, store: Store, file: Path) -> StudyFolder:
     """With the study that the data were recorded with; says so where the file has changed since."""
     begun = folder.as_frozen(store, file.parent)
     if begun.study != folder.study:
-        print(f"warning: {file} has changed since the study began; it is read as it was then", file=sys.stderr)
+        print(f"warning: {file} has changed since the study began; the file from then is used", file=sys.stderr)
     return begun
 
 
@@ -101,7 +103,7 @@ def _forget(args: argparse.Namespace) -> int:
     sentence = f"forgot {done.pid}: {done.rows} rows, {done.recordings} recordings, identity: "
     _say(args, document, [
         sentence + ("removed" if done.identity else "none was kept"),
-        "exports that were made before still hold the participant; make them again",
+        "earlier exports still contain the participant; export again",
     ])  # fmt: skip
     return 0
 
@@ -114,7 +116,7 @@ def _purge(args: argparse.Namespace) -> int:
     verb = "removed" if args.apply else "due"
     _say(args, document, [
         f"{verb}: {len(found.identities)} identities, {len(found.trials)} participants with everything",
-        *([] if args.apply else ["nothing was removed; --apply does it"]),
+        *([] if args.apply else ["nothing was removed; add --apply to remove it"]),
     ])  # fmt: skip
     return 0
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.exports.target import new_target
 from movingout.study.analysis.page import all_tables, page
-from movingout.study.analysis.results import Results, collect
+from movingout.study.analysis.results import DELETED, Results, collect
 from movingout.study.analysis.tables import Namer, ReportTable
 from movingout.study.commands.data import as_frozen
 from movingout.study.data.study_folder import StudyFolder
@@ -17,6 +17,9 @@ from movingout.study.design.allocation import letters
 from movingout.study.design.definition import Study
 from movingout.study.errors import StudyError
 from movingout.study.store.store import Frozen
+
+FLOW_FIELDS = {DELETED: "forgotten at their wish or after the time of keeping"}
+"""Fields of --json whose name is not the text of the report."""
 
 
 def report(folder: StudyFolder, args: argparse.Namespace) -> int:
@@ -59,7 +62,7 @@ def _write(path: Path, table: ReportTable) -> None:
 
 def _say(target: Path, results: Results, *, as_json: bool) -> None:
     if as_json:
-        flow = dict(results.flow)
+        flow = {FLOW_FIELDS.get(text, text): number for text, number in results.flow}
         print(json.dumps({"report": str(target), "rounds": len(results.rounds), "flow": flow}, indent=2))
     else:
         print(f"wrote {target}/report.html: {len(results.rounds)} rounds, {len(results.flags)} quality flags")

@@ -1,4 +1,4 @@
-"""Forgetting a participant, at their wish or because the time is over: files, identity, rows; then no trace is left."""
+"""Deletes a participant, on request or at the end of retention: recordings, identity, then the rows."""
 
 from contextlib import closing
 from dataclasses import dataclass
@@ -32,14 +32,14 @@ class Erased:
 class DueForErasure:
     """Participants past the retention period."""
 
-    identities: tuple[str, ...]  # only who they are
+    identities: tuple[str, ...]  # only their identity
     trials: tuple[str, ...]  # everything
 
 
 def erase(folder: StudyFolder, store: Store, name: str) -> Erased:
-    """Remove a participant, named by pseudonym or completion code.
+    """Delete a participant, named by pseudonym or completion code.
 
-    What was killed half-way is finished by asking again: the row in the store goes last.
+    If this is interrupted, run it again: the row in the store is deleted last.
     """
     pid = resolve_participant(store, name)
     removed = remove_recordings(folder.recordings, pid, set(episodes_of(store, pid)))
@@ -50,7 +50,7 @@ def erase(folder: StudyFolder, store: Store, name: str) -> Erased:
 
 
 def due_for_erasure(study: Study, store: Store) -> DueForErasure:
-    """Who is past the time that the study keeps data; whoever has not finished is counted from arrival."""
+    """Who is past the retention period; it starts at arrival for participants who have not finished."""
     now = store.now()
     released = {row["pid"] for row in store.rows(consents) if '"release"' in row["boxes"]}
     identities, trials = [], []
@@ -82,7 +82,7 @@ def _expired(one: Participant, keep: str, now: int) -> bool:
 
 
 def remove_recordings(folder: Path, pid: str, episodes: set[str]) -> int:
-    """Delete the recordings of the rounds, and any other that names the participant (practice, a broken-off game)."""
+    """Delete the recordings of these rounds, and all others that name the participant (practice, unfinished games)."""
     if not folder.is_dir():
         return 0
     try:
@@ -98,14 +98,14 @@ def remove_recordings(folder: Path, pid: str, episodes: set[str]) -> int:
         }  # damaged ones
         for path in paths:
             path.unlink()
-        (folder / INDEX_NAME).unlink(missing_ok=True)  # it held the names; it is made again from the files
+        (folder / INDEX_NAME).unlink(missing_ok=True)  # it names the participant; it is rebuilt from the files
     except OSError as error:
         raise StudyError(f"cannot delete {error.filename}: {error.strerror or error}") from None
     return len(paths)
 
 
 def remove_rooms(folder: Path, pid: str) -> None:
-    """Delete what a stopped server keeps of the rooms that name the participant."""
+    """Delete the saved rooms of a stopped server that name the participant."""
     try:
         for path in folder.glob("*.json"):
             if pid.encode() in path.read_bytes():

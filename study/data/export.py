@@ -1,7 +1,7 @@
 """A finished study as files for analysis: tables as CSV, Parquet and JSON, a codebook, the recordings, a training set.
 
-Nothing in an export says who a participant is: pseudonyms only, no completion codes, no identities. Free text is what
-people typed; read it before publishing.
+An export contains pseudonyms only, no completion codes and no identities. Free text is as people typed it; read it
+before publishing.
 """
 
 import csv
@@ -31,13 +31,13 @@ from movingout.study.store.store import Store
 from movingout.study.store.tables import exported
 
 FORMATS = ("csv", "parquet", "json")
-FEW = 5  # a group of people smaller than this may be recognised
+FEW = 5  # members of a smaller group may be recognised
 Row = dict[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """What an export holds."""
+    """What to export."""
 
     formats: Sequence[str] = FORMATS
     test_share: float = 0.2  # of the training set, by participants
@@ -46,16 +46,16 @@ class Options:
 
 @dataclass(slots=True)
 class Exported:
-    """What was written, and what the experimenter should know about it."""
+    """What was written, and warnings for the experimenter."""
 
     rows: dict[str, int] = field(default_factory=dict)
     recordings: int = 0
-    missing: list[str] = field(default_factory=list)  # recordings that are not where they should be
+    missing: list[str] = field(default_factory=list)  # ids of recordings that are not in the recordings folder
     warnings: list[str] = field(default_factory=list)
 
 
 def export_study(folder: StudyFolder, store: Store, target: Path, options: Options) -> Exported:
-    """Write everything to a new folder; it appears whole or not at all."""
+    """Write everything to a new folder, which appears complete or not at all."""
     done = Exported()
     study, frozen = folder.study, store.frozen()
     tables = _tables(study, store)
@@ -95,14 +95,14 @@ def _tables(study: Study, store: Store) -> dict[str, list[Row]]:
 
 
 def _mark_newest(answers: list[Row]) -> None:
-    """Say of each answer whether it is the one that counts."""
+    """Mark the newest answer to each item, the one that counts."""
     newest = {(row["pid"], row["step"], row["item"]): row["id"] for row in answers}
     for row in answers:
         row["counts"] = newest[row["pid"], row["step"], row["item"]] == row["id"]
 
 
 def _allocation(study: Study, units: Iterable[Row]) -> Iterable[Row]:
-    """What each unit was to play, in its order."""
+    """The planned rounds of each unit, in order."""
     for unit in units:
         position = 0
         for visit in assign(study, unit["slot"]).visits:
@@ -121,7 +121,7 @@ def _allocation(study: Study, units: Iterable[Row]) -> Iterable[Row]:
 
 
 def _manifest(folder: Path, rounds: Iterable[Row], done: Exported) -> list[Row]:
-    """The recordings with where they are and their hash."""
+    """The file and the hash of each recording."""
     manifest = []
     for row in rounds:
         try:
@@ -138,7 +138,7 @@ def _manifest(folder: Path, rounds: Iterable[Row], done: Exported) -> list[Row]:
 
 
 def _columns(store: Store, name: str) -> dict[str, type]:
-    """The columns of a table with their types, also where it has no rows."""
+    """The columns of a table with their types, even where it has no rows."""
     table: Table | None = store.tables().get(name)
     kept = exported(table) if table is not None else []
     return {column.name: _type(column) for column in kept} | {
@@ -179,7 +179,7 @@ def _write_parquet(path: Path, rows: Sequence[Row], columns: dict[str, type]) ->
 
 
 def _training(folder: Path, target: Path, tables: dict[str, list[Row]], options: Options) -> None:
-    """The rounds that count, as the official data set, split so that no participant is in both parts."""
+    """The valid rounds in the official format, split so that no participant is in both parts."""
     refused = {row["unit"] for row in tables["participants"] if row["keep"] is False}
     counted = {
         row["episode"]
@@ -192,7 +192,7 @@ def _training(folder: Path, target: Path, tables: dict[str, list[Row]], options:
 
 
 def _small_groups(study: Study, answers: Iterable[Row]) -> list[str]:
-    """Answers of the demographic form that so few gave that they may be recognised."""
+    """A warning about demographic answers that so few people share that they may be recognised."""
     if not study.demographics:
         return []
     given = [row for row in answers if row["counts"] and row["step"] == "form" and row["value"] != NO_ANSWER]

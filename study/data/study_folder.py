@@ -1,4 +1,4 @@
-"""Where the data of a study lie: two databases of its own, and the recordings of all."""
+"""Where the data of a study are stored: its two databases, and the recordings that all studies share."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -17,7 +17,7 @@ from movingout.study.store.store import Store
 
 @dataclass(frozen=True, slots=True)
 class StudyFolder:
-    """The data folder of a study; `database` and `identities` are addresses of PostgreSQL where there is one."""
+    """The data folder of a study; `database` and `identities` are addresses of PostgreSQL databases, if used."""
 
     study: Study
     data: Path
@@ -34,15 +34,15 @@ class StudyFolder:
 
     @property
     def rooms(self) -> Path:
-        """What the server keeps of its rooms between two starts."""
+        """Where the server saves its rooms for a restart."""
         return self.data / "rooms"
 
     def output(self, what: str, simulated: bool) -> Path:
-        """Where a report or an export goes by itself; of a rehearsal under a name that says so."""
+        """The default folder of a report or an export; the name of a rehearsal's says so."""
         return Path(f"{self.study.id}-simulated-{what}" if simulated else f"{self.study.id}-{what}")
 
     def open(self, now: Callable[[], int] = now_ms) -> Store:
-        """The store; it is made when it is new."""
+        """The store; created if there is none."""
         return Store(self.database or self.own / "study.sqlite", now)
 
     def open_identities(self, now: Callable[[], int] = now_ms) -> IdentityStore:
@@ -50,10 +50,10 @@ class StudyFolder:
 
     @contextmanager
     def exclusive(self) -> Iterator[None]:
-        """Nobody else serves this study meanwhile, or removes anything of it.
+        """Hold the study for this process: nobody else serves it or deletes from it.
 
-        Two servers would hand out the same places, and a server remembers whom somebody removes behind its back.
-        Raises StudyError.
+        Two servers would assign the same slots, and a server would still remember participants deleted behind its back.
+        Raises StudyError when another process holds it.
         """
         lock = FileLock(self.own / "serving.lock", blocking=False, thread_local=False)
         try:
@@ -70,14 +70,14 @@ class StudyFolder:
             lock.release()
 
     def as_frozen(self, store: Store, beside: Path) -> "StudyFolder":
-        """With the study that the data were recorded with, whatever its file says by now.
+        """The folder with the study as it was when the data were recorded, whatever its file says now.
 
-        Texts that the study has in files of their own are read `beside` it. Raises StudyError.
+        Texts that the study keeps in files are read from the folder `beside`. Raises StudyError.
         """
         return replace(self, study=parse_study(store.frozen().file_text, "the study as it began", beside))
 
     def open_existing(self, now: Callable[[], int] = now_ms) -> Store:
-        """The store of a study that was run; StudyError when it never was."""
+        """The store of a study that was run. Raises StudyError when it never was."""
         if self.database is None and not (self.own / "study.sqlite").is_file():
             raise StudyError(
                 f"study {self.study.id} has no data in {self.data}; run it first, or name another folder with --data"

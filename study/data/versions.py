@@ -1,4 +1,4 @@
-"""What exactly a study was run with: its file, the software, the models."""
+"""What a study was run with: its file, the software, the models."""
 
 from functools import cache
 from hashlib import sha256

@@ -1,1 +1,1 @@
-"""The study file: what a study is, and who plays what with whom."""
+"""The study file: what a study consists of, and who plays what with whom."""

@@ -1,8 +1,8 @@
 """Who plays what with whom, when and in which seat: a function of the study and a slot.
 
-Slots are numbered from 0. Each person (or pair) has one; a slot whose holder drops out is given to the next who comes
-(`next_slot`), so that when as many as planned have finished, exactly the planned slots are done, and orders, roles
-and maps are balanced as designed. Nothing here is drawn: the same study and slot give the same assignment anywhere.
+Slots are numbered from 0. Each participant (or pair) has one; when they drop out, it goes to the next who comes
+(`next_slot`), so that a finished study has exactly the planned slots, and orders, roles and maps are balanced as
+designed. Everything is deterministic: the same study and slot always give the same assignment.
 """
 
 from collections.abc import Collection, Sequence
@@ -32,7 +32,7 @@ class Turn:
 
 @dataclass(frozen=True, slots=True)
 class Visit:
-    """All rounds with one partner, one after the other; `partner` is "" where two people play together."""
+    """All rounds with one partner in a row; `partner` is "" where two people play together."""
 
     block: str
     partner: str
@@ -41,14 +41,14 @@ class Visit:
 
 @dataclass(frozen=True, slots=True)
 class Assignment:
-    """Everything that a slot decides."""
+    """All rounds of a slot."""
 
     slot: int
     visits: tuple[Visit, ...]
 
 
 def next_slot(held: Collection[int]) -> int:
-    """The lowest slot that nobody holds; slots of those who dropped out are not held."""
+    """The lowest free slot; participants who dropped out hold none."""
     return next(slot for slot in range(len(held) + 1) if slot not in held)
 
 
@@ -72,7 +72,7 @@ def assign(study: Study, slot: int) -> Assignment:
 
 
 def letters(study: Study) -> dict[str, str]:
-    """The name that is shown for each partner: Partner A, Partner B, ..."""
+    """The displayed name of each partner: Partner A, Partner B, ..."""
     ids = [partner.id for partner in study.partners]
     if study.shuffle_letters:
         Random(f"letters {study.seed} {study.id}").shuffle(ids)
@@ -80,7 +80,7 @@ def letters(study: Study) -> dict[str, str]:
 
 
 def cells(study: Study) -> int:
-    """How many slots it takes until every order of every factor has come up equally often."""
+    """How many slots it takes until every order of every factor has occurred equally often."""
     return lcm(*(count for block in study.blocks for count in _levels(block)))
 
 

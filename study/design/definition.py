@@ -1,8 +1,8 @@
-"""What a study is: the fields of study.yaml, checked strictly, and nothing about how it is run.
+"""The fields of study.yaml, checked strictly; nothing about how a study is run.
 
-A study is a list of blocks. Each block lets every participant meet its partners one after the other on its maps; who
-meets whom when, and in which seat, follows from the participant's slot (`.allocation`). Lengths of play are
-counted in ticks of 100 ms: 500 ticks are 50 s.
+A study is a list of blocks. In each block every participant meets the block's partners one after another on its maps;
+the order and the seats follow from the participant's slot (`.allocation`). Time limits are in ticks of
+100 ms: 500 ticks are 50 s.
 """
 
 from typing import Annotated, Any, Literal, Self
@@ -29,13 +29,13 @@ Element = Literal[
 
 
 class StudyModel(BaseModel):
-    """Unknown fields are faults, and nothing changes once it is read."""
+    """Unknown fields are errors, and values never change after reading."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 class ChoiceBox(StudyModel):
-    """A box to tick beside the consent, such as public release of the recordings."""
+    """An optional or required box in the consent, such as public release of the recordings."""
 
     id: Name
     text: LocalizedText
@@ -48,11 +48,11 @@ class Consent(StudyModel):
     version: Annotated[str, Field(min_length=1, max_length=40)]
     text: LocalizedText  # Markdown, or {file: name.md} beside the study file
     boxes: tuple[ChoiceBox, ...] = ()
-    covers: tuple[Element, ...] = ()  # what the text speaks of, after 45 CFR 46.116; `check` names what is missing
+    covers: tuple[Element, ...] = ()  # what the text mentions, after 45 CFR 46.116; `check` names what is missing
 
 
 class Pay(StudyModel):
-    """What an hour is paid, pro-rated by minutes."""
+    """Pay per hour, pro-rated by minutes."""
 
     currency: Annotated[str, shaped(r"[A-Z]{3}", "three capital letters such as USD")] = "USD"
     per_hour: Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -60,7 +60,7 @@ class Pay(StudyModel):
 
 
 class Practice(StudyModel):
-    """Playing without being recorded as data, until it is over or everybody is ready."""
+    """A practice round, which is not data; it ends at its limit or when everybody is ready."""
 
     map: str = "Simple"
     limit_ticks: Annotated[int, Field(ge=1, le=MAX_TICKS)] = 1200
@@ -70,14 +70,14 @@ class Practice(StudyModel):
 
 
 class Partner(StudyModel):
-    """An agent; participants and the experimenter's screen know it as Partner A, B, ... alone."""
+    """An agent; participants and the experimenter's page only ever call it Partner A, B, ..."""
 
     id: Name
     agent: str
 
 
 class QuestionSpec(StudyModel):
-    """A question of one's own."""
+    """A question of the study's own."""
 
     id: Annotated[str, shaped(r"[a-z][a-z0-9_]{0,39}", "a small letter, then small letters, digits and _, at most 40")]
     kind: Kind
@@ -90,10 +90,12 @@ class QuestionSpec(StudyModel):
     @model_validator(mode="after")
     def _fits(self) -> Self:
         if (self.kind == "choice") != (len(self.options) >= 2):
-            raise ValueError(f"a choice has two or more options, and only a choice has any; kinds: {', '.join(KINDS)}")
+            raise ValueError(
+                f"a choice needs two or more options, and only a choice has any; kinds: {', '.join(KINDS)}"
+            )
         item = self.build(DEFAULT)
         if self.expected is not None and self.expected not in item.allowed():
-            raise ValueError(f"expected is a value of the scale, not {self.expected}")
+            raise ValueError(f"expected must be a value of the scale, not {self.expected}")
         return self
 
     def build(self, language: str) -> QuestionnaireItem:
@@ -104,7 +106,7 @@ class QuestionSpec(StudyModel):
 
 
 class QuestionnaireSpec(StudyModel):
-    """A questionnaire of one's own, or a ready-made one with items left out or added (an attention item, say)."""
+    """A questionnaire of the study's own, or a ready-made one with items left out or added (attention items, say)."""
 
     id: Name
     title: LocalizedText | None = None
@@ -125,7 +127,7 @@ class QuestionnaireSpec(StudyModel):
                 raise ValueError(f"cannot leave out {name!r}; {self.base or 'no base'} has: {', '.join(known)}")
         ids = [*(name for name in known if name not in self.without), *(item.id for item in self.items)]
         if not ids or len(set(ids)) < len(ids):
-            raise ValueError("a questionnaire has at least one item, and each item its own id")
+            raise ValueError("a questionnaire needs at least one item, and every item its own id")
         return self
 
     def build(self, language: str) -> Questionnaire:
@@ -168,28 +170,28 @@ class Block(StudyModel):
     @classmethod
     def _known(cls, maps: tuple[str, ...]) -> tuple[str, ...]:
         if not maps or len(set(maps)) < len(maps):
-            raise ValueError("a block has one or more maps, each once; say rounds: 3 to play each three times")
+            raise ValueError("a block needs one or more maps, each once; to play each three times, say rounds: 3")
         return tuple(known_map(name) for name in maps)
 
 
 class Pairing(StudyModel):
-    """How two people find each other, and what happens when one is missing."""
+    """How pairs are formed, and what happens when a partner is missing."""
 
     wait_s: Annotated[int, Field(ge=10, le=3600)] = 300
     otherwise: Literal["code", "agent"] = "code"
     agent: str = "scripted"
-    return_s: Annotated[int, Field(ge=5, le=600)] = 60  # how long a round waits for somebody who dropped out
+    return_s: Annotated[int, Field(ge=5, le=600)] = 60  # how long a round waits for a player who dropped out
 
 
 class Requirements(StudyModel):
-    """What a participant's machine must offer."""
+    """What a participant's machine must provide."""
 
     rtt_ms: Annotated[int, Field(ge=1, le=2000)] = 150  # median round trip
     gamepad: bool = False
 
 
 class Retention(StudyModel):
-    """How long each kind of data is kept after a participant has finished: 30d, 3y or forever."""
+    """How long each kind of data is kept once a participant has finished: 30d, 3y or forever."""
 
     identity: Period = "30d"
     trials: Period = "5y"
@@ -197,7 +199,7 @@ class Retention(StudyModel):
 
 
 class Debrief(StudyModel):
-    """What was not said before."""
+    """What participants are told at the end."""
 
     text: LocalizedText
     ask_to_keep: bool = True  # whether the data may still be kept, now that all is known
@@ -232,7 +234,7 @@ class Study(StudyModel):
 
     @property
     def units(self) -> int:
-        """How many people or pairs are wanted."""
+        """How many participants or pairs are wanted."""
         return -(-self.participants // self.group)
 
     def questionnaire(self, name: str, language: str = DEFAULT) -> Questionnaire:

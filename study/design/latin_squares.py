@@ -1,7 +1,7 @@
-"""Orders that balance: Williams squares, and a way through several of them at once.
+"""Balanced orders: Williams squares, and the crossing of several factors.
 
 A Williams square for n treatments has every treatment once in each position, and every treatment directly before every
-other equally often, so that carry-over falls on all alike (Williams 1949). Even n takes n rows; odd n takes 2n, the
+other equally often, so that carry-over affects all equally (Williams 1949). Even n takes n rows; odd n takes 2n, the
 square and its mirror.
 """
 

@@ -1,4 +1,4 @@
-"""What an experimenter should know before anybody is in the laboratory: timeline, pay, missing models, weaknesses."""
+"""What an experimenter should know before the first participant comes: timeline, pay, missing models, weaknesses."""
 
 import re
 from collections import defaultdict
@@ -45,7 +45,7 @@ class Review:
 
 
 def review(study: Study) -> Review:
-    """Everything that can be said about a study without running it."""
+    """All checks of a study that need no participants."""
     orders = tuple(assign(study, slot) for slot in range(study.units))
     step_order = steps(study, orders[0])
     minutes = planned_seconds(step_order) / 60
@@ -62,7 +62,7 @@ def review(study: Study) -> Review:
 
 
 def _timeline(step_order: tuple[Step, ...]) -> tuple[TimelineEntry, ...]:
-    """One line per screen; the rounds of a block are one line."""
+    """One line per screen, and one per block with its rounds."""
     stages: list[TimelineEntry] = []
     done: set[str] = set()
     for step in step_order:
@@ -91,7 +91,7 @@ def _pay(study: Study, minutes: float) -> float | None:
 
 
 def earned(study: Study, minutes: float) -> float:
-    """What so many minutes are paid, pro-rated and capped; 0 where the study pays nothing."""
+    """Pay for a number of minutes, pro-rated and capped; 0 where the study pays nothing."""
     if study.pay is None:
         return 0.0
     amount = study.pay.per_hour * minutes / 60
@@ -99,7 +99,7 @@ def earned(study: Study, minutes: float) -> float:
 
 
 def agent_ids(study: Study) -> tuple[str, ...]:
-    """Every agent that may be needed."""
+    """All agents that the study may need."""
     ids = [partner.agent for partner in study.partners]
     if study.practice and study.group == 1:
         ids.append(study.practice.agent)
@@ -125,20 +125,20 @@ def _warnings(study: Study, orders: tuple[Assignment, ...], step_order: tuple[St
     whole = cells(study)
     if study.units % whole:
         who = "pairs" if study.group == 2 else "participants"
-        yield f"{study.units} {who} do not fill the square: orders balance fully with a multiple of {whole}"
+        yield f"{study.units} {who} do not complete the square: orders are fully balanced with a multiple of {whole}"
     minutes = planned_seconds(step_order) / 60
     if minutes > study.minutes:
         yield f"participants were told {study.minutes} minutes, and it can take {minutes:.0f}"
     missing = [name for name in get_args(Element) if name not in study.consent.covers]
     if missing:
-        yield f"the consent does not say (in `covers`) that it speaks of: {', '.join(missing)}"
+        yield f"the consent does not mention (in `covers`): {', '.join(missing)}"
     blanks = sorted({blank for text in study.consent.text.root.values() for blank in _BLANK.findall(text)})
     if blanks:
         yield f"the consent still has blanks to fill in: {', '.join(' '.join(blank.split()) for blank in blanks)}"
     if not study.protocol:
-        yield "protocol is empty: the number that the review board gave is part of every export"
+        yield "protocol is empty: the number assigned by the review board is part of every export"
     if study.codes != "unique" and len(set(study.codes.values())) < len(study.codes):
-        yield "two outcomes have the same completion code, so that they cannot be told apart when paying"
+        yield "two outcomes have the same completion code and cannot be told apart when paying"
 
 
 def _role_confound(orders: tuple[Assignment, ...]) -> Iterator[str]:
@@ -153,7 +153,7 @@ def _role_confound(orders: tuple[Assignment, ...]) -> Iterator[str]:
     yield (
         "role and model are confounded: participants meet "
         + " and ".join(f"{', '.join(names)} only as {seat}" for names, seat in ((red, "red"), (blue, "blue")) if names)
-        + "; a difference between these models may be one between the seats (seats: alternate balances them)"
+        + "; a difference between these models may be a difference between the seats (seats: alternate balances them)"
     )
 
 
@@ -161,7 +161,7 @@ def _order_confounds(study: Study) -> Iterator[str]:
     for block in study.blocks:
         where = f"block {block.id}:"
         if len(block.partners) > 1 and block.partner_order == "fixed":
-            yield f"{where} everybody meets the partners in the same order, so learning adds to the later ones"
+            yield f"{where} everybody meets the partners in the same order, so learning favours the later ones"
         if len(block.partners) > 1 and block.partner_order == "random":
             yield f"{where} partner_order is random, so balance is left to chance; balanced guarantees it"
         if len(block.maps) > 1 and block.map_order == "fixed":

@@ -1,4 +1,4 @@
-"""From one step to the next: what is left out when the time of a block is over."""
+"""The next step of a participant, and what is skipped when the time of a block is up."""
 
 from collections.abc import Collection
 
@@ -12,7 +12,7 @@ LAST_SOLO_STEP = "input-check"  # after this step the unit is formed
 def next_step(order: tuple[Step, ...], key: str, over: Collection[str] = (), played: Collection[str] = ()) -> Step:
     """The step after `key`.
 
-    Of the blocks in `over`, the ones whose time is up, only questions about rounds in `played` (keys) are left.
+    Of the blocks in `over`, whose time is up, only the questions about rounds in `played` (keys) remain.
     """
     keys = [step.key for step in order]
     return next(
@@ -23,7 +23,7 @@ def next_step(order: tuple[Step, ...], key: str, over: Collection[str] = (), pla
 
 
 def blocks_over(study: Study, seconds: dict[str, float]) -> frozenset[str]:
-    """The blocks that have lasted as long as they may, from their first tick to the end of the newest round."""
+    """The blocks whose time is up, counted from their first tick to the end of the newest round."""
     limits = {block.id: block.limit_minutes for block in study.blocks}
     return frozenset(
         block for block, lasted in seconds.items() if (limit := limits[block]) is not None and lasted >= limit * 60
@@ -31,6 +31,6 @@ def blocks_over(study: Study, seconds: dict[str, float]) -> frozenset[str]:
 
 
 def _asks_about(key: str, played: Collection[str]) -> bool:
-    """Whether a questionnaire comes after one of these rounds, or after the partner of one."""
+    """Whether a questionnaire is about one of these rounds, or about the partner of one."""
     parent = key.rpartition("/")[0]
     return any(one == parent or one.startswith(f"{parent}/") for one in played)

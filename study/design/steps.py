@@ -1,7 +1,7 @@
 """The steps of a participant through a study, each with a key that never changes.
 
-The key is what the store keeps: whoever comes back, after a reload or a restart of the server, is at the step whose
-key was written last.
+The store keeps the key: after a reload or a restart of the server, a participant continues at the step whose key was
+written last.
 """
 
 from collections.abc import Iterator
@@ -19,7 +19,7 @@ StepKind = Literal[
 CONSENT_S, INPUT_CHECK_S, DEBRIEF_S, CODE_S, BREAK_S = 180.0, 60.0, 60.0, 15.0, 120.0
 CARD_S = 10.0  # map card, both ready, countdown
 SCALE_S, TEXT_S = 8.0, 45.0  # per question
-"""Lengths that nobody can fix: what `check` plans with, assumed, not measured."""
+"""Planned durations of steps that have no limit; assumed by `check`, not measured."""
 
 
 @dataclass(frozen=True, slots=True)

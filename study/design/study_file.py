@@ -1,4 +1,4 @@
-"""Reading study.yaml: every fault with its line and the path of its field."""
+"""Reads study.yaml; every fault is reported with its line and the path of its field."""
 
 import typing
 from collections.abc import Iterator
@@ -17,12 +17,12 @@ FILE_KEY = "file"
 
 
 def read_study(path: Path) -> Study:
-    """The study of a file. Raises StudyFileError with all faults."""
+    """The study in a file. Raises StudyFileError with all faults."""
     return parse_study(_text(path), path.name, path.parent)
 
 
 def parse_study(text: str, name: str = "study.yaml", folder: Path | None = None) -> Study:
-    """The study of a text; texts given as {file: NAME} are read from `folder` where there is one."""
+    """The study in a text; texts given as {file: NAME} are read from `folder`, if there is one."""
     try:
         document = YamlDocument(text)
     except YamlError as error:
@@ -53,7 +53,7 @@ def _text(path: Path) -> str:
 
 
 def _with_files(document: YamlDocument, value: Any, path: FieldPath, folder: Path | None) -> Any:
-    """The values with each {file: NAME} replaced by what the file beside the study says."""
+    """The values with each {file: NAME} replaced by the contents of that file next to the study."""
     if isinstance(value, list):
         return [_with_files(document, entry, (*path, index), folder) for index, entry in enumerate(value)]
     if not isinstance(value, dict):
@@ -62,7 +62,7 @@ def _with_files(document: YamlDocument, value: Any, path: FieldPath, folder: Pat
         return {key: _with_files(document, entry, (*path, key), folder) for key, entry in value.items()}
     file = Path(str(value[FILE_KEY]))
     if file.is_absolute() or ".." in file.parts:
-        raise document.error(path, "a file of a study lies beside it: a relative name without ..")
+        raise document.error(path, "the file must be next to the study: a relative name without ..")
     try:
         return (folder / file).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
@@ -73,7 +73,7 @@ def _with_files(document: YamlDocument, value: Any, path: FieldPath, folder: Pat
 
 
 def _follows(error: Any) -> bool:
-    """Whether it only says that a list is too short because its faulty entries were not counted."""
+    """Whether the error only follows from others: a list counts as too short because its entries are faulty."""
     return bool(error["type"] == "too_short" and len(error["input"]) >= error["ctx"]["min_length"])
 
 
@@ -119,7 +119,7 @@ def _inconsistencies(study: Study) -> Iterator[tuple[FieldPath, str]]:
         ids = [entry.id for entry in getattr(study, key)]
         for index, name in enumerate(ids):
             if name in ids[:index]:
-                yield (key, index, "id"), f"{name!r} is taken; every id is used once"
+                yield (key, index, "id"), f"{name!r} is taken; every id must be unique"
     for language in study.languages:
         if language not in study.consent.text.root:
             yield ("consent", "text"), f"the consent has no text in {language!r}, which `languages` promises"
@@ -132,9 +132,12 @@ def _partner_faults(study: Study) -> Iterator[tuple[FieldPath, str]]:
             if name not in known:
                 yield ("blocks", number, "partners", index), f"unknown partner {name!r}; known: {', '.join(known)}"
         if len(set(block.partners)) < len(block.partners):
-            yield ("blocks", number, "partners"), "each partner stands once in a block"
+            yield ("blocks", number, "partners"), "each partner appears once in a block"
         if study.group == 1 and not block.partners:
-            yield ("blocks", number), "partners is missing: name whom participants play with, or say group: 2"
+            yield (
+                ("blocks", number),
+                "partners is missing: name whom participants play with, or say group: 2",
+            )
         if study.group == 2 and block.partners:
             yield ("blocks", number, "partners"), "with group: 2 people play with each other; remove the partners"
 
@@ -156,4 +159,7 @@ def _group_faults(study: Study) -> Iterator[tuple[FieldPath, str]]:
     if study.participants % study.group:
         yield ("participants",), f"pairs need an even number of participants, not {study.participants}"
     if study.group == 1 and study.debrief is None:
-        yield (), "debrief is missing: partners are blinded, so participants must be told afterwards who they were"
+        yield (
+            (),
+            "debrief is missing: partners are blinded, so participants must be told afterwards which ones they were",
+        )

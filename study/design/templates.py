@@ -1,4 +1,4 @@
-"""The studies that come with the project, as commented files to start from."""
+"""The study files that come with the project, commented, to start from."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The audit: who did what to whom, and when. Rows are only ever added, inside the transaction that they tell of."""
+"""The audit: who did what, and when. Rows are only ever added, in the transaction that they describe."""
 
 import json
 from hashlib import sha256

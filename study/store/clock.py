@@ -1,4 +1,4 @@
-"""The time that is written down: one that does not jump while a study runs."""
+"""The clock for timestamps: it does not jump while a study runs."""
 
 import time
 
@@ -7,8 +7,8 @@ _BEGAN_NS = time.time_ns() - time.clock_gettime_ns(_STEADY)
 
 
 def now_ms() -> int:
-    """Milliseconds since the epoch, by the clock as it stood when this process began.
+    """Milliseconds since the epoch, from the system clock at the start of this process.
 
-    If the machine's clock is put right in the middle of a session, durations and pay are still what they were.
+    If the system clock is corrected in the middle of a session, durations and pay stay right.
     """
     return (_BEGAN_NS + time.clock_gettime_ns(_STEADY)) // 1_000_000

@@ -1,4 +1,4 @@
-"""Who the participants are, apart from everything that they did. Destroying this database makes the data anonymous."""
+"""The identities of participants, separate from all other data. Deleting this database makes the data anonymous."""
 
 import json
 import secrets
@@ -23,7 +23,7 @@ class IdentityStore:
         self._now = now
 
     def pid(self, source: str, external_id: str, parameters: Mapping[str, str] | None = None) -> tuple[str, bool]:
-        """The pseudonym of somebody, and whether it is new: who comes again is the same participant."""
+        """The pseudonym of a recruitment id, and whether it is new; returning participants keep theirs."""
         with self._database.write() as connection:
             known = select(identities.c.pid).where(
                 identities.c.source == source, identities.c.external_id == external_id
@@ -44,7 +44,7 @@ class IdentityStore:
             return (str(row.source), str(row.external_id)) if row else None
 
     def known(self, source: str, external_id: str) -> str | None:
-        """The pseudonym of somebody who was here before, or for whom a code was issued."""
+        """The pseudonym of a recruitment id that is already known, else None."""
         with self._database.read() as connection:
             query = select(identities.c.pid).where(
                 identities.c.source == source, identities.c.external_id == external_id
@@ -53,12 +53,12 @@ class IdentityStore:
             return None if found is None else str(found)
 
     def open_session(self, pid: str, token_hash: str) -> None:
-        """From now on the browser with this secret speaks for the participant, and no other."""
+        """From now on only the browser with this secret acts for the participant."""
         with self._database.write() as connection:
             connection.execute(update(identities).where(identities.c.pid == pid).values(token=token_hash))
 
     def of_session(self, token_hash: str) -> str | None:
-        """The participant for whom a secret speaks."""
+        """The participant that a secret belongs to."""
         with self._database.read() as connection:
             found = connection.execute(select(identities.c.pid).where(identities.c.token == token_hash)).scalar()
             return None if found is None else str(found)
@@ -70,7 +70,7 @@ class IdentityStore:
             return {str(row.pid): (str(row.source), str(row.external_id)) for row in rows}
 
     def forget(self, pid: str) -> int:
-        """Remove a participant; the number of rows."""
+        """Delete a participant; returns the number of rows."""
         with self._database.write() as connection:
             removed = connection.execute(delete(identities).where(identities.c.pid == pid)).rowcount
         self._database.scrub()

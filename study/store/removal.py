@@ -1,4 +1,4 @@
-"""Taking somebody out of a study: their rows go, a tombstone says how many there were."""
+"""Deletes the rows of a participant; a tombstone says how many there were."""
 
 from sqlalchemy import ColumnElement, Connection, Table, delete, insert, or_, select, update
 
@@ -9,7 +9,7 @@ from movingout.study.store.tables import answers, consents, notes, participants,
 
 
 def episodes_of(store: Store, pid: str) -> tuple[str, ...]:
-    """The recordings in which somebody plays; StudyError when there is nobody of this name."""
+    """The recordings in which a participant plays. Raises StudyError for an unknown one."""
     unit = store.participant(pid).unit
     if unit is None:
         return ()
@@ -18,9 +18,9 @@ def episodes_of(store: Store, pid: str) -> tuple[str, ...]:
 
 
 def remove_participant(store: Store, pid: str, recordings: int) -> int:
-    """Remove everything about a participant; the number of rows.
+    """Delete everything about a participant; returns the number of rows.
 
-    A game is played by two: the rounds of a pair go for both, as the consent says; the partner's answers stay.
+    The rounds of a pair are deleted for both, as the consent says; the partner's answers stay.
     """
     unit = store.participant(pid).unit
     with store.database.write() as connection:
@@ -34,7 +34,7 @@ def remove_participant(store: Store, pid: str, recordings: int) -> int:
 
 
 def has_data(store: Store, pid: str) -> bool:
-    """Whether there is still something that a participant did."""
+    """Whether there are still answers or rounds of a participant."""
     unit = store.participant(pid).unit
     mine = select(answers.c.id).where(answers.c.pid == pid)
     played = select(rounds.c.id).where(rounds.c.unit == unit)
@@ -43,9 +43,9 @@ def has_data(store: Store, pid: str) -> bool:
 
 
 def withdraw_data(store: Store, pid: str, recordings: int) -> int:
-    """Remove what a participant did, as they wished; the number of rows.
+    """Delete the data of a participant who asked for it; returns the number of rows.
 
-    That they consented, and their code, stay: they are paid for their time. Nothing happens where nothing is left.
+    Their consent and code stay, because they are paid for their time. Does nothing where no data are left.
     """
     unit = store.participant(pid).unit
     with store.database.write() as connection:
@@ -58,7 +58,7 @@ def withdraw_data(store: Store, pid: str, recordings: int) -> int:
 
 
 def is_erased(store: Store, pid: str) -> bool:
-    """Whether there is a tombstone for somebody."""
+    """Whether there is a tombstone for a participant."""
     with store.database.read() as connection:
         query = select(tombstones.c.subject).where(tombstones.c.subject == subject_of(connection, pid))
         return connection.execute(query).first() is not None
@@ -87,9 +87,9 @@ def _remove(connection: Connection, table: Table, condition: ColumnElement[bool]
 
 
 def resolve_participant(store: Store, name: str) -> str:
-    """The pseudonym of whom a pseudonym or a completion code means. StudyError unless that is exactly one.
+    """The pseudonym that belongs to a pseudonym or a completion code. Raises StudyError unless there is exactly one.
 
-    Participants know their code alone.
+    Participants know only their code.
     """
     if is_erased(store, name):
         raise StudyError(f"{name} was deleted already; the tombstone says so")

@@ -44,7 +44,7 @@ class Rounds:
         self._store = store
 
     def begin(self, unit: Unit, step: Step, episode: str, seated: Sequence[PlayerOutcome]) -> int:
-        """Open a round; the attempt's number. StudyError, and so no tick, where a consent is missing."""
+        """Open a round; returns the number of the attempt. Raises StudyError where a consent is missing."""
         if step.turn is None:
             raise StudyError(f"step {step.key} is no round")
         with self._store.database.write() as connection:
@@ -62,7 +62,7 @@ class Rounds:
             return int(attempt)
 
     def end(self, episode: str, played: RoundOutcome, seated: Sequence[PlayerOutcome] = ()) -> None:
-        """Close a round with what came of it."""
+        """Close a round with its outcome."""
         with self._store.database.write() as connection:
             number = connection.execute(select(rounds.c.id).where(rounds.c.episode == episode)).scalar()
             if number is None:
@@ -75,13 +75,13 @@ class Rounds:
                 connection.execute(here.values(**known))
 
     def finished_steps(self, unit: int) -> frozenset[str]:
-        """The keys of rounds that ran to their end and count."""
+        """The keys of finished, valid rounds."""
         query = select(rounds.c.step).where(rounds.c.unit == unit, rounds.c.valid)
         with self._store.database.read() as connection:
             return frozenset(connection.execute(query.where(rounds.c.outcome.in_(("delivered", "time")))).scalars())
 
     def block_seconds(self, unit: int) -> dict[str, float]:
-        """How long each block has lasted so far: from its first round's begin to its newest round's end."""
+        """Seconds that each block has lasted: from the start of its first round to the end of its newest."""
         lasted = func.max(rounds.c.ended_ms) - func.min(rounds.c.started_ms)
         query = select(rounds.c.block, lasted.label("ms")).where(rounds.c.unit == unit, rounds.c.ended_ms.is_not(None))
         with self._store.database.read() as connection:
@@ -94,13 +94,13 @@ class Rounds:
             return {row.unit: row.episode for row in connection.execute(query)}
 
     def open_episodes(self) -> Mapping[str, int]:
-        """Recordings that were never closed, with their units: what a killed server leaves."""
+        """Rounds that a killed server left open: recordings with their units."""
         query = select(rounds.c.episode, rounds.c.unit).where(rounds.c.ended_ms.is_(None))
         with self._store.database.read() as connection:
             return {row.episode: row.unit for row in connection.execute(query)}
 
     def mark(self, episode: str, valid: bool, reason: str) -> None:
-        """The experimenter says whether a round counts."""
+        """Mark a round as valid or invalid for the experimenter."""
         with self._store.database.write() as connection:
             changed = connection.execute(update(rounds).where(rounds.c.episode == episode).values(valid=valid))
             if not changed.rowcount:

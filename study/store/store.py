@@ -1,7 +1,7 @@
 """Everything that happens in a study, written before anybody is told that it is saved.
 
-Every method is one transaction. They block for the disk: a server calls them in a thread. Raises StoreError when the
-database refuses, StudyError when what is asked for may not be (a round without consent, a changed study file).
+Every method is one transaction and waits for the disk, so a server calls it in a thread. Raises StoreError when the
+database refuses, StudyError for what is not allowed (a round without consent, a changed study file).
 """
 
 import json
@@ -48,7 +48,7 @@ class Unit:
 
 @dataclass(frozen=True, slots=True)
 class Participant:
-    """Where somebody is."""
+    """A participant and the step they are at."""
 
     pid: str
     unit: int | None
@@ -78,10 +78,10 @@ class Store:
     def freeze(
         self, id: str, file_text: str, code: Mapping[str, str], models: Mapping[str, str], simulated: bool = False
     ) -> None:
-        """Keep what the study is run with. Nothing may change once somebody has come; until then the newest counts.
+        """Store what the study is run with. It may not change once a participant has come; before, the newest counts.
 
-        A newer code is allowed, because a fault may have to be mended in the middle of a study, and is audited.
-        What `simulated` participants do is never mixed with what people do.
+        Newer software is allowed, since a bug may have to be fixed in the middle of a study, and is audited.
+        Data of `simulated` participants are never mixed with data of people.
         """
         digest = sha256(file_text.encode()).hexdigest()
         row: dict[str, Any] = {
@@ -130,7 +130,7 @@ class Store:
         )
 
     def pause(self, paused: bool, unit: int | None = None) -> None:
-        """The experimenter stops the clock of a unit, or of everybody, or lets it go on."""
+        """Stop or resume the clock of a unit, or of everybody."""
         change = update(study) if unit is None else update(units).where(units.c.id == unit)
         with self.database.write() as connection:
             connection.execute(change.values(paused=paused))
@@ -143,7 +143,7 @@ class Store:
     # ---- participants -----------------------------------------------------------------------------------------------
 
     def arrive(self, pid: str, language: str, step: str = "consent") -> Participant:
-        """Somebody opens the link, for the first time or again; they are where they were."""
+        """A participant opens the link, for the first time or again; returns where they are."""
         with self.database.write() as connection:
             known = connection.execute(select(participants.c.pid).where(participants.c.pid == pid)).first()
             if known is None:
@@ -153,12 +153,12 @@ class Store:
             return _participant(connection, pid)
 
     def participant(self, pid: str) -> Participant:
-        """StudyError when there is nobody of this name."""
+        """Raises StudyError for an unknown pseudonym."""
         with self.database.read() as connection:
             return _participant(connection, pid)
 
     def everybody(self) -> tuple[Participant, ...]:
-        """All participants in the order in which they came."""
+        """All participants in order of arrival."""
         with self.database.read() as connection:
             rows = connection.execute(select(participants).order_by(participants.c.arrived_ms, participants.c.pid))
             return tuple(_of_row(row) for row in rows)
@@ -172,12 +172,12 @@ class Store:
         self._change(pid, language=language)
 
     def sit_together(self, pids: Sequence[str], screen: str) -> None:
-        """These share one screen, and will play with each other."""
+        """Note that these share one screen and will play with each other."""
         with self.database.write() as connection:
             connection.execute(update(participants).where(participants.c.pid.in_(pids)).values(screen=screen))
 
     def consent(self, pid: str, version: str, language: str, shown: str, boxes: Sequence[str]) -> None:
-        """Keep a consent with the hash of exactly the text that was shown."""
+        """Store a consent with the hash of the exact text that was shown."""
         digest = sha256(shown.encode()).hexdigest()
         with self.database.write() as connection:
             _participant(connection, pid)
@@ -186,7 +186,7 @@ class Store:
             record(connection, self.now(), "participant", "consent", pid, version=version, sha256=digest)
 
     def decline(self, pid: str) -> None:
-        """Somebody does not agree: nothing is kept but their number."""
+        """A participant does not consent: only the count of such people is kept."""
         with self.database.write() as connection:
             if connection.execute(select(consents.c.id).where(consents.c.pid == pid)).first():
                 raise StudyError("consent was given already; the way out is now to stop, with or without the data")
@@ -203,7 +203,7 @@ class Store:
             return connection.execute(query).first() is not None
 
     def finish(self, pid: str, outcome: Outcome, code: str) -> str:
-        """The participant's only code: the first outcome stands, and asking again gives the same code."""
+        """Finish a participant and return their code. The first outcome stands; asking again gives the same code."""
         with self.database.write() as connection:
             known = _participant(connection, pid)
             if known.code is not None:
@@ -227,7 +227,7 @@ class Store:
     # ---- units ------------------------------------------------------------------------------------------------------
 
     def form_unit(self, pids: Sequence[str]) -> Unit:
-        """Give a participant or a pair the lowest free slot; who has one keeps it."""
+        """Give a participant or a pair the lowest free slot; those who have one keep it."""
         with self.database.write() as connection:
             known = [_participant(connection, pid) for pid in pids]
             if known[0].unit is not None and len({one.unit for one in known}) == 1:
@@ -247,7 +247,7 @@ class Store:
             return _unit(connection, number)
 
     def units_on_their_way(self) -> tuple[Unit, ...]:
-        """Those in which somebody has not finished, also where a partner has left."""
+        """Units with a member who has not finished, even where the partner has left."""
         on_their_way = participants.c.unit.is_not(None) & participants.c.code.is_(None)
         with self.database.read() as connection:
             numbers = connection.execute(select(participants.c.unit).where(on_their_way).distinct()).scalars().all()
@@ -267,7 +267,7 @@ class Store:
         elapsed_ms: float,
         hidden_ms: float = 0.0,
     ) -> None:
-        """Keep one click. A changed mind is another row; the newest counts."""
+        """Store one click. A changed answer is another row; the newest counts."""
         row: dict[str, Any] = {
             "pid": pid,
             "step": step,
@@ -288,17 +288,17 @@ class Store:
             return {row.item: (row.value, row.text) for row in connection.execute(query)}
 
     def note(self, text: str, unit: int | None = None) -> None:
-        """What the experimenter wants to remember."""
+        """Store a note of the experimenter."""
         with self.database.write() as connection:
             connection.execute(insert(notes).values(unit=unit, text=text, at_ms=self.now()))
 
     def audit(self, actor: Actor, action: str, pid: str = "", **detail: object) -> None:
-        """Add a row to the audit for something that happened elsewhere: a kick, an export."""
+        """Add a row to the audit for something that happened elsewhere, such as an export."""
         with self.database.write() as connection:
             record(connection, self.now(), actor, action, pid, **detail)
 
     def rows(self, table: Table) -> list[dict[str, Any]]:
-        """A whole table, in the order of its key."""
+        """All rows of a table, ordered by key."""
         with self.database.read() as connection:
             found = connection.execute(select(table).order_by(*table.primary_key.columns))
             return [dict(row) for row in found.mappings()]
@@ -331,7 +331,7 @@ def _unit(connection: Connection, number: int) -> Unit:
 
 
 def _settle(connection: Connection, number: int) -> None:
-    """A unit is done when all of it is, and dropped when one of it left for another reason."""
+    """A unit is done when all its members are, and dropped when one left for another reason."""
     outcomes = connection.execute(select(participants.c.outcome).where(participants.c.unit == number)).scalars().all()
     left = any(outcome not in (None, "done") for outcome in outcomes)
     state = "dropped" if left else "done" if all(outcomes) else "active"

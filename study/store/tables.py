@@ -1,7 +1,7 @@
 """The tables of a study. Times are milliseconds of the wall clock since the epoch; participants are pseudonyms.
 
-`audit` only ever grows (the database itself refuses changes), and names participants by a hash, so that forgetting
-somebody leaves nothing to remove there.
+`audit` only ever grows (the database itself refuses changes), and names participants by a hash, so that deleting a
+participant leaves nothing to remove there.
 """
 
 from typing import Any

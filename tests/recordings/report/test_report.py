@@ -202,7 +202,7 @@ def test_a_recording_gives_its_facts(folder: Path) -> None:
     [
         (["nowhere"], "there is no such file or folder"),
         (["."], "there are no recordings in"),
-        ([".", "--server", "lab:8000"], "is no address of a server"),
+        ([".", "--server", "lab:8000"], "is not the address of a server"),
         ([".", "-o", "episode.mcap"], "should end in .html"),
     ],
 )

@@ -2,19 +2,19 @@
 
 import pytest
 
-from movingout.study.analysis.comparisons import Comparison, compare, corrected, signed_rank, trend
+from movingout.study.analysis.comparisons import PartnerComparison, compare, corrected, signed_rank, trend
 
 # Student's sleep data (1908): extra hours of sleep of ten patients under two drugs.
 FIRST = dict(zip("abcdefghij", (0.7, -1.6, -0.2, -1.2, -0.1, 3.4, 3.7, 0.8, 0.0, 2.0), strict=True))
 SECOND = dict(zip("abcdefghij", (1.9, 0.8, 1.1, 0.1, -0.1, 4.4, 5.5, 1.6, 4.6, 3.4), strict=True))
 
 
-def comparison(**changes: object) -> Comparison:
+def comparison(**changes: object) -> PartnerComparison:
     values: dict[str, object] = {
         "measure": "m", "one": "a", "other": "b", "n": (2, 2), "pairs": 2, "difference": 0.0,
         "t": None, "t_p": None, "w_p": None, "holm_p": None, "g": None, "g_interval": None,
     }  # fmt: skip
-    return Comparison(**(values | changes))  # type: ignore[arg-type]
+    return PartnerComparison(**(values | changes))  # type: ignore[arg-type]
 
 
 def test_the_independent_t_test_is_that_of_students_sleep_data() -> None:

@@ -109,7 +109,7 @@ def test_what_was_recorded_is_read_with_the_study_as_it_began(
     assert "has changed" not in capsys.readouterr().err
     file.write_text(text.replace("[HandOff]", "[FourCorners, HandOff]"), encoding="utf-8")
     assert main([*command, str(tmp_path / "changed")]) == 0
-    assert "has changed since the study began; it is read as it was then" in capsys.readouterr().err
+    assert "has changed since the study began; the file from then is used" in capsys.readouterr().err
     assert {row["map"] for row in read_csv(tmp_path / "changed" / "allocation.csv")} == {"HandOff"}
 
 
