@@ -15,8 +15,9 @@ from typing import Any
 import httpx
 
 from bench.server import canary
-from movingout.server.study_bots.cohort import Cohort, SimulationPlan
+from movingout.server.study_bots.cohort import Cohort
 from movingout.server.study_bots.rehearsal_server import RehearsalServer, ServerAddress
+from movingout.server.study_bots.simulation_plan import SimulationPlan
 from movingout.study.design.templates import template_text
 
 PAIRS = 8

@@ -12,24 +12,11 @@ from movingout.agents.scripted.populations import PEOPLE, POPULATIONS
 from movingout.server.study_bots.faults import FaultInjection, chaos
 from movingout.server.study_bots.policies import CirclingPolicy, ScriptedPolicy, SeatPolicy
 from movingout.server.study_bots.simulated_participant import ActivityLog, SimulatedParticipant
+from movingout.server.study_bots.simulation_plan import SimulationPlan
 from movingout.server.study_bots.study_client import RequestRefused, SimulationError, StudyClient
 
 TIMEOUT = httpx.Timeout(30.0)
 STAGGER_S = 0.1  # between two arrivals
-
-
-@dataclass(frozen=True)
-class SimulationPlan:
-    """How many participants there are and how they behave."""
-
-    participants: int
-    speed: float = 1.0  # times as fast as people
-    seed: int = 0
-    at_once: int = 16  # participants at the same time
-    chaos: bool = False  # inject faults
-    scripted: bool = True  # seats are played by scripted people, else by robots that drive in circles
-    run: str = ""  # part of the names, so that two rehearsals have different participants
-    group: int = 1  # participants per unit
 
 
 @dataclass

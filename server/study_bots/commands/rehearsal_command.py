@@ -5,6 +5,7 @@ import asyncio
 import json
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -13,10 +14,12 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from movingout.server.study_bots.cohort import Cohort, SimulationPlan, progress, with_kills
+from movingout.server.options import values_of
+from movingout.server.study_bots.cohort import Cohort, progress, with_kills
 from movingout.server.study_bots.data_check import StoredData, find_losses, read_stored
 from movingout.server.study_bots.rehearsal_server import RehearsalServer
 from movingout.server.study_bots.simulated_participant import ActivityLog
+from movingout.server.study_bots.simulation_plan import SimulationPlan
 from movingout.server.study_bots.study_client import SimulationError
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.definition import Study
@@ -65,16 +68,9 @@ def _plan(args: argparse.Namespace, study: Study) -> SimulationPlan:
     people: int = study.participants if args.participants is None else args.participants
     if people < 1 or people % study.group:
         raise SimulationError(f"--participants must be {'even' if study.group == 2 else 'at least 1'}, not {people}")
-    at_once = max(args.at_once, study.group)
-    return SimulationPlan(
-        participants=people,
-        speed=args.speed,
-        seed=args.seed,
-        at_once=at_once,
-        chaos=args.chaos,
-        run=f"{datetime.now():%H%M%S}",
-        group=study.group,
-    )
+    known = {"participants": people, "run": f"{datetime.now():%H%M%S}", "group": study.group}
+    plan = SimulationPlan(**{**values_of(args, SimulationPlan), **known})
+    return replace(plan, at_once=max(plan.at_once, study.group))
 
 
 def _watched(cohort: Cohort, kills: int = 0, server: RehearsalServer | None = None) -> Sequence[ActivityLog]:

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from movingout.maps.extras import needs_extra
-
-MAX_SPEED = 20.0  # a tick of 5 ms; the server cannot keep up with less
+from movingout.server.options import add_options
+from movingout.server.study_bots.simulation_plan import SimulationPlan
 
 
 def configure(commands: Any) -> None:
@@ -19,15 +19,8 @@ def configure(commands: Any) -> None:
     add = simulate.add_argument
     add("file", type=Path, metavar="FILE", help="the study file")
     add("--participants", type=int, metavar="N", help="how many (default: as many as the study plans)")
-    add("--speed", type=_speed, default=1.0, metavar="N|max", help="how many times as fast as people (default: 1)")
+    add_options(simulate, SimulationPlan)
     add("--data", type=Path, metavar="DIR", help="a new folder (default: data/simulated/ID-TIME)")
-    add("--seed", type=int, default=0, help="seed of answers, players and faults (default: 0)")
-    add("--at-once", type=int, default=16, metavar="N", help="participants at the same time (%(default)s)")
-    add(
-        "--chaos",
-        action="store_true",
-        help="add reloads, broken connections, double clicks, absences and participants who stop",
-    )
     add("--kills", type=int, default=0, metavar="N", help="kill (kill -9) and restart the server N times")
     add("--url", default="", help="use this server, started with `serve --rehearse` (default: start one)")
     add("--json", action="store_true", help="print one JSON document")
@@ -39,10 +32,3 @@ def _simulate(args: argparse.Namespace) -> int:
         command = importlib.import_module("movingout.server.study_bots.commands.rehearsal_command")
     code: int = command.simulate(args)
     return code
-
-
-def _speed(text: str) -> float:
-    speed = MAX_SPEED if text == "max" else float(text)
-    if not 0.1 <= speed <= MAX_SPEED:
-        raise argparse.ArgumentTypeError(f"the speed must be from 0.1 to {MAX_SPEED:g}, or max")
-    return speed

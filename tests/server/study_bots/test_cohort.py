@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from movingout.server.study_bots.cohort import Cohort, SimulationPlan
+from movingout.server.study_bots.cohort import Cohort
+from movingout.server.study_bots.simulation_plan import SimulationPlan
 from movingout.server.study_bots.study_client import SimulationError
 from tests.server.study.support import served
 

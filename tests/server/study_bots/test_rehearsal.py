@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from movingout.server.study_bots.cohort import SimulationPlan
 from movingout.server.study_bots.commands.rehearsal_command import RehearsalResult, rehearse
 from movingout.server.study_bots.data_check import find_losses, read_stored
 from movingout.server.study_bots.simulated_participant import SavedAnswer
+from movingout.server.study_bots.simulation_plan import SimulationPlan
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.study_file import read_study
 from tests.server.study_bots.support import agents_text, pairs_text
