@@ -26,7 +26,7 @@ def report(tree: SourceTree) -> str:
     circles = import_circles(import_graph())
     recurring = tree.recurring_classes
     rows = [*_sizes(tree), ("import circles", str(len(circles)), "0"), *_rules(tree)]
-    rows.append(("class names in more than one module", str(len(recurring)), ""))
+    rows.append(("class names in more than one module", str(len(recurring)), "0"))
     rows += [(f"files on the walk of {walk.title}", str(len(walk.files)), walk.target) for walk in walks(tree.root)]
     lines = ["| figure | now | target |", "|---|---|---|", *(f"| {' | '.join(row)} |" for row in rows)]
     lines += _listed("Import circles", [" ↔ ".join(circle) for circle in circles])

@@ -53,7 +53,7 @@ class Wire(NamedTuple):
         return self.scale != 1.0
 
 
-class Layout:
+class FrameLayout:
     """The struct of a class: its type byte if it has one, its fields in order, then counts of what follows."""
 
     def __init__(self, type_byte: int | None, fields: dict[str, Wire], counts: dict[str, str]) -> None:
@@ -68,7 +68,7 @@ class Layout:
         self._places = _places(len(self._head), fields, counts)
 
     @classmethod
-    def of(cls, declared: type, type_byte: int | None, counts: dict[str, str]) -> "Layout":
+    def of(cls, declared: type, type_byte: int | None, counts: dict[str, str]) -> "FrameLayout":
         """From the annotations of a class; fields without a `Wire` are left to the class."""
         hints = get_type_hints(declared, include_extras=True)
         wires = {name: _wire(hint) for name, hint in hints.items()}
@@ -116,11 +116,11 @@ class Packed(msgspec.Struct, frozen=True, kw_only=True):
 
     TYPE: ClassVar[int | None] = None  # the first byte
     COUNTS: ClassVar[dict[str, str]] = {}  # of the parts that follow the fields: name to meaning
-    layout: ClassVar[Layout]
+    layout: ClassVar[FrameLayout]
 
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)
-        cls.layout = Layout.of(cls, cls.TYPE, cls.COUNTS)
+        cls.layout = FrameLayout.of(cls, cls.TYPE, cls.COUNTS)
 
     def encode(self) -> bytes:
         return self.layout.pack(self)

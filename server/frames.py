@@ -25,7 +25,7 @@ ANGLE = partial(Wire, "h", scale=m.ANGLE_SCALE, wraps=True)
 SEATS = Form.EACH_SEAT
 
 
-class Pose(Packed, frozen=True, kw_only=True):
+class WirePose(Packed, frozen=True, kw_only=True):
     """Where one body is. Sent in bulk: see `encode_poses`."""
 
     x: Annotated[float, POSITION]
@@ -79,7 +79,7 @@ class Bundle(Packed, frozen=True, kw_only=True):
         fields = cls.layout.unpack(frame)
         bodies, count, events = (fields.pop(name) for name in cls.COUNTS)
         first_pose, event_size = cls.layout.size, BundleEvent.layout.size
-        first_event = first_pose + count * bodies * Pose.layout.size
+        first_event = first_pose + count * bodies * WirePose.layout.size
         if len(frame) != first_event + events * event_size:
             raise FrameError(f"a bundle of {bodies} bodies and {events} events does not have {len(frame)} bytes")
         fields["delivered"] = flags_of(fields["delivered"], bodies - 2)

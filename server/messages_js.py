@@ -12,8 +12,8 @@ from typing import get_args, get_origin
 import msgspec
 
 from movingout.server import messages as m
-from movingout.server.frame_layout import SIZES, Form, Layout, Packed, Wire
-from movingout.server.frames import Beat, Bundle, BundleEvent, Input, Ping, Pong, Pose
+from movingout.server.frame_layout import SIZES, Form, FrameLayout, Packed, Wire
+from movingout.server.frames import Beat, Bundle, BundleEvent, Input, Ping, Pong, WirePose
 
 TARGET = Path(__file__).parent.parent / "web" / "messages.js"
 
@@ -89,7 +89,7 @@ export function decode{name}(buffer) {{
 
 
 def _bundle() -> str:
-    head, pose, event = Bundle.layout, Pose.layout, BundleEvent.layout
+    head, pose, event = Bundle.layout, WirePose.layout, BundleEvent.layout
     offsets = head.offsets()
     counts = "\n".join(f"  const {_camel(name)} = view.getUint8({offsets[name]});" for name in head.counts)
     reads = "\n".join(f"    {_camel(name)}: {_read(offsets[name], wire)}," for name, wire in head.fields.items())
@@ -127,14 +127,14 @@ function flagsOf(bits, length) {{
 }}"""
 
 
-def _pose_reads(pose: Layout) -> str:
+def _pose_reads(pose: FrameLayout) -> str:
     return "\n".join(
         f"    poses[index + {place}] = {_read(f'at + {offset}', wire)};"
         for place, (wire, offset) in enumerate(zip(pose.fields.values(), pose.offsets().values(), strict=True))
     )
 
 
-def _event_reads(event: Layout) -> str:
+def _event_reads(event: FrameLayout) -> str:
     offsets = event.offsets()
     return ", ".join(f"{_camel(name)}: {_read(f'at + {offsets[name]}', wire)}" for name, wire in event.fields.items())
 

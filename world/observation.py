@@ -40,7 +40,7 @@ _ITEMS_START = 2 * ROBOT_WIDTH
 
 
 @dataclass(frozen=True, slots=True)
-class Layout:
+class ObservationLayout:
     """How many slots a vector has behind its 121 official numbers."""
 
     name: str
@@ -53,7 +53,9 @@ class Layout:
         return _ITEMS_START + ITEM_SLOTS * ITEM_WIDTH + 4 * (self.wall_slots + self.goal_slots)
 
 
-LAYOUTS = {layout.name: layout for layout in (Layout("official-v1", 0, 0), Layout("map-v1", 8, 4))}
+LAYOUTS = {
+    layout.name: layout for layout in (ObservationLayout("official-v1", 0, 0), ObservationLayout("map-v1", 8, 4))
+}
 
 
 class Encoder:
@@ -135,7 +137,7 @@ def _sources(items: int, size: int, seat: int) -> Ints:
     return sources
 
 
-def _template(map_spec: MapSpec, layout: Layout) -> Floats:
+def _template(map_spec: MapSpec, layout: ObservationLayout) -> Floats:
     """A vector (D,) with everything of the map that does not move."""
     vector = np.zeros(layout.size)
     for what, count, slots in (

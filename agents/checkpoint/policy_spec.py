@@ -12,7 +12,7 @@ ACTION_WIDTH = 5
 KindName = Annotated[str, Field(pattern=r"^[a-z][a-z0-9-]{0,23}$")]
 """The name of an agent kind (`agents.kinds.registry`)."""
 Grasp = Literal["hold", "toggle"]
-Layout = Literal["official-v1", "map-v1", "aware-v1"]
+LayoutName = Literal["official-v1", "map-v1", "aware-v1"]
 Denoiser = Literal["resmlp", "items", "unet"]
 Process = Literal["flow", "ddim", "ddpm"]
 
@@ -23,7 +23,7 @@ class PolicySpec(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     kind: KindName
-    layout: Layout
+    layout: LayoutName
     obs_horizon: Annotated[int, Field(ge=1, le=8)]
     horizon: Annotated[int, Field(ge=1, le=32)]
     execute: Annotated[int, Field(ge=1, le=32)]

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from movingout.agents.bass.recombination import Matching
-from movingout.agents.checkpoint.policy_spec import Denoiser, Grasp, Layout, PolicySpec, Process
+from movingout.agents.checkpoint.policy_spec import Denoiser, Grasp, LayoutName, PolicySpec, Process
 from movingout.agents.errors import DataError
 from movingout.agents.training.optimisation import AtLeastOne, NotNegativeFloat, Optimisation, described, documented
 
@@ -12,7 +12,7 @@ from movingout.agents.training.optimisation import AtLeastOne, NotNegativeFloat,
 class PolicyConfig(Optimisation):
     """A policy and its training; the fields that shape the network are those of its card."""
 
-    layout: Layout = documented(
+    layout: LayoutName = documented(
         "aware-v1", "observation layout: official-v1, map-v1 (adds walls and goals), aware-v1 (adds ways)", "never"
     )
     obs_horizon: int = documented(

@@ -21,7 +21,7 @@ from movingout.recordings.exports.feature_statistics import RunningStatistics, f
 from movingout.recordings.exports.plan import ExportPlan
 from movingout.recordings.exports.split import TEST, TRAIN
 from movingout.recordings.exports.target import new_target
-from movingout.recordings.exports.trajectories import Trajectory, action_names, trajectories
+from movingout.recordings.exports.trajectories import ExportedTrajectory, action_names, trajectories
 from movingout.world.constants import TICKS_PER_SECOND
 from movingout.world.observation import LAYOUTS
 
@@ -62,7 +62,7 @@ class _Dataset(contextlib.ExitStack):
         self._rows: list[dict[str, Any]] = []  # of `_about`, waiting to be written
         self.callback(self._write_rows)
 
-    def add(self, trajectory: Trajectory) -> None:
+    def add(self, trajectory: ExportedTrajectory) -> None:
         frames = self._frames_of(trajectory)
         chunk, file = self._data.write(_data(frames, self._features))
         length = len(trajectory.actions)
@@ -99,7 +99,7 @@ class _Dataset(contextlib.ExitStack):
                 for batch in file.iter_batches(FRAMES_AT_ONCE):
                     yield {name: _array(batch.column(name), batch.num_rows) for name in self._features}
 
-    def _frames_of(self, trajectory: Trajectory) -> dict[str, Any]:
+    def _frames_of(self, trajectory: ExportedTrajectory) -> dict[str, Any]:
         """Every feature as one array over the frames of an episode."""
         steps = np.arange(len(trajectory.actions))
         task = self.tasks.setdefault(trajectory.task, len(self.tasks))

@@ -10,7 +10,7 @@ from movingout.recordings.errors import RecordingError
 from movingout.recordings.exports.plan import ExportPlan
 from movingout.recordings.exports.split import TRAIN
 from movingout.recordings.exports.target import new_target
-from movingout.recordings.exports.trajectories import Trajectory, action_names, trajectories
+from movingout.recordings.exports.trajectories import ExportedTrajectory, action_names, trajectories
 
 SUFFIXES = ("", ".hdf5", ".h5")
 OBSERVATION = "state"  # the one low-dimensional modality
@@ -39,7 +39,7 @@ def write(plan: ExportPlan) -> None:
                 file.create_dataset(f"mask/{mask}", data=np.array(demos, dtype="S"))
 
 
-def _write_demo(group: Any, trajectory: Trajectory) -> None:
+def _write_demo(group: Any, trajectory: ExportedTrajectory) -> None:
     group.attrs["num_samples"] = len(trajectory.actions)
     group.attrs["recording"] = trajectory.episode_id
     group.attrs["seat"] = trajectory.seat

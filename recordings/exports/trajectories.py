@@ -23,7 +23,7 @@ VIEWS = ("ego", "joint")
 
 
 @dataclass(frozen=True, slots=True)
-class Trajectory:
+class ExportedTrajectory:
     """T steps as one seat saw them, or as blue saw them with both actions (`seat` is -1)."""
 
     episode_id: str
@@ -36,7 +36,7 @@ class Trajectory:
     dones: npt.NDArray[np.bool_]  # (T,) everything delivered
 
 
-def trajectories(episode: Episode, split: str, view: str, layout: str) -> Iterator[Trajectory]:
+def trajectories(episode: Episode, split: str, view: str, layout: str) -> Iterator[ExportedTrajectory]:
     """One trajectory per seat (`ego`) or one for both (`joint`); none for an episode without ticks."""
     if view not in VIEWS:
         raise RecordingError(f"unknown view {view!r}; known: {', '.join(VIEWS)}")
@@ -53,10 +53,10 @@ def trajectories(episode: Episode, split: str, view: str, layout: str) -> Iterat
     episode_id = episode.header.episode_id
     if view == "joint":
         both = actions.reshape(len(actions), 8)
-        yield Trajectory(episode_id, -1, *common, seen[0], both, rewards.sum(axis=1), dones)
+        yield ExportedTrajectory(episode_id, -1, *common, seen[0], both, rewards.sum(axis=1), dones)
         return
     for seat in (0, 1):
-        yield Trajectory(episode_id, seat, *common, seen[seat], actions[:, seat], rewards[:, seat], dones)
+        yield ExportedTrajectory(episode_id, seat, *common, seen[seat], actions[:, seat], rewards[:, seat], dones)
 
 
 def action_names(view: str) -> list[str]:

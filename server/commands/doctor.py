@@ -25,7 +25,7 @@ TICK_BUDGET_MS = 2.0
 NOTICEABLE = 1e-3  # units of the world
 
 
-class Finding(NamedTuple):
+class DoctorFinding(NamedTuple):
     """One line of the report. `grade` is ok, note (works, but) or fault."""
 
     question: str
@@ -50,66 +50,66 @@ def run(args: argparse.Namespace) -> int:
     return 1 if faults else 0
 
 
-def examine(port: int, data: Path) -> list[Finding]:
+def examine(port: int, data: Path) -> list[DoctorFinding]:
     """All findings, in the order of a set-up."""
-    checks: list[Callable[[], Finding]] = [
+    checks: list[Callable[[], DoctorFinding]] = [
         _python, _pymunk, _exactness, _speed, lambda: _data(data), lambda: _port(port), _gamepad,
     ]  # fmt: skip
     return [check() for check in checks]
 
 
-def _python() -> Finding:
-    return Finding("Python", "ok", platform.python_version())
+def _python() -> DoctorFinding:
+    return DoctorFinding("Python", "ok", platform.python_version())
 
 
-def _pymunk() -> Finding:
+def _pymunk() -> DoctorFinding:
     inexact = inexact_engine()
-    return Finding("pymunk", "note" if inexact else "ok", inexact or importlib.metadata.version("pymunk"))
+    return DoctorFinding("pymunk", "note" if inexact else "ok", inexact or importlib.metadata.version("pymunk"))
 
 
-def _exactness() -> Finding:
+def _exactness() -> DoctorFinding:
     """Bit equality with the official benchmark, by simulation, whatever the version of the engine promises."""
     away = {probe.what: deviation(probe) for probe in PROBES}
     differing = [f"{what} ends {distance:.1e} away" for what, distance in away.items() if distance]
     if not differing:
-        return Finding("exactness", "ok", f"carrying {' and '.join(away)} is bit-equal to the reference")
+        return DoctorFinding("exactness", "ok", f"carrying {' and '.join(away)} is bit-equal to the reference")
     say = f"the physics are not exact here: {', '.join(differing)}; recordings from elsewhere may play differently"
-    return Finding("exactness", "note" if max(away.values()) < NOTICEABLE else "fault", say)
+    return DoctorFinding("exactness", "note" if max(away.values()) < NOTICEABLE else "fault", say)
 
 
-def _speed() -> Finding:
+def _speed() -> DoctorFinding:
     world = World(load_map("HandOff"))
     started = time.perf_counter()
     for tick in range(200):
         world.step([[1.0, tick / 9.0, 0.0], [0.7, -tick / 7.0, 0.0]])
     tick_ms = (time.perf_counter() - started) / 200 * 1e3
     grade = "ok" if tick_ms < TICK_BUDGET_MS else "note"
-    return Finding("speed", grade, f"{tick_ms:.2f} ms per tick of the world; a room has {TICK_MS} ms")
+    return DoctorFinding("speed", grade, f"{tick_ms:.2f} ms per tick of the world; a room has {TICK_MS} ms")
 
 
-def _data(folder: Path) -> Finding:
+def _data(folder: Path) -> DoctorFinding:
     existing = next(parent for parent in (folder.resolve(), *folder.resolve().parents) if parent.exists())
     try:
         with tempfile.TemporaryFile(dir=existing) as probe:
             probe.write(b"x")
     except OSError as error:
         say = f"cannot write to {existing} ({error.strerror}); choose another one: --data DIR"
-        return Finding("data folder", "fault", say)
+        return DoctorFinding("data folder", "fault", say)
     free = shutil.disk_usage(existing).free
     if free < FREE_BYTES:
         say = f"only {free / 1e6:.0f} MB are free at {existing}; games go on without recording when it is full"
-        return Finding("data folder", "note", say)
-    return Finding("data folder", "ok", f"{existing} can be written, {free / 1e9:.1f} GB free")
+        return DoctorFinding("data folder", "note", say)
+    return DoctorFinding("data folder", "ok", f"{existing} can be written, {free / 1e9:.1f} GB free")
 
 
-def _port(port: int) -> Finding:
+def _port(port: int) -> DoctorFinding:
     try:
         listen(DEFAULTS.host, port).close()
     except CannotListen as error:
-        return Finding("port", "note", str(error))
-    return Finding("port", "ok", f"{port} is free")
+        return DoctorFinding("port", "note", str(error))
+    return DoctorFinding("port", "ok", f"{port} is free")
 
 
-def _gamepad() -> Finding:
+def _gamepad() -> DoctorFinding:
     say = "work at http://localhost; on other machines browsers want https: movingout play --host 0.0.0.0 --tls"
-    return Finding("gamepads", "ok", say)
+    return DoctorFinding("gamepads", "ok", say)

@@ -18,12 +18,15 @@ from contextlib import contextmanager
 from typing import Any, NamedTuple
 from urllib.parse import urlsplit
 
-import uvloop
-
 from movingout.maps import MovingOutError, map_names
 from movingout.server.commands.load_client import LoadClient, LoadCounts
 from movingout.server.rooms.lateness import Lateness
 from movingout.world.constants import MAX_TICKS
+
+if sys.platform == "win32":  # uvloop is not available there
+    from asyncio import run as run_loop
+else:
+    from uvloop import run as run_loop
 
 WARM_UP_S = 2.0
 INPUTS_PER_S = 10.0  # of each client; a held key sends as many, a moving gamepad 20
@@ -93,7 +96,7 @@ def measure(
     `beside` runs during the measurement (an abusive client, say) and is then cancelled.
     """
     try:
-        return uvloop.run(_measure(target, rooms, clients, seconds, inputs_per_s, beside, partner))
+        return run_loop(_measure(target, rooms, clients, seconds, inputs_per_s, beside, partner))
     except OSError as error:
         raise LoadTestError(f"the server at {target.base} does not answer as expected: {error}") from error
 

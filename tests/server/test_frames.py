@@ -20,7 +20,7 @@ from movingout.server.frames import (
     Input,
     Ping,
     Pong,
-    Pose,
+    WirePose,
     decode_client_frame,
     decode_poses,
     encode_poses,
@@ -33,8 +33,8 @@ MESSAGES = json.loads((Path(__file__).parent / "golden_messages.json").read_text
 PROTOCOL_PAGE = (Path(__file__).parents[2] / "docs" / "protocol.md").read_text()
 FRAMES: dict[str, type[Packed]] = {"Beat": Beat, "Bundle": Bundle, "Input": Input, "Ping": Ping, "Pong": Pong}
 LAYOUTS: dict[str, type[Packed]] = {
-    "BUNDLE_HEAD": Bundle, "BUNDLE_POSE": Pose, "BUNDLE_EVENT": BundleEvent, "BEAT_FRAME": Beat, "INPUT_FRAME": Input,
-    "PING_FRAME": Ping, "PONG_FRAME": Pong,
+    "BUNDLE_HEAD": Bundle, "BUNDLE_POSE": WirePose, "BUNDLE_EVENT": BundleEvent, "BEAT_FRAME": Beat,
+    "INPUT_FRAME": Input, "PING_FRAME": Ping, "PONG_FRAME": Pong,
 }  # fmt: skip
 
 
@@ -91,10 +91,10 @@ def test_a_declared_field_reaches_the_bytes_the_value_and_the_javascript() -> No
 
 def test_poses_are_packed_in_bulk_as_they_are_declared() -> None:
     poses = np.random.default_rng(0).uniform(-4, 4, (2, 3, 3))
-    rows = [Pose(x=x, y=y, angle=angle).encode() for x, y, angle in poses.reshape(-1, 3).tolist()]
+    rows = [WirePose(x=x, y=y, angle=angle).encode() for x, y, angle in poses.reshape(-1, 3).tolist()]
     assert encode_poses(poses) == b"".join(rows)
     first = decode_poses(rows[0], 1, 1)[0, 0]
-    assert Pose.decode(rows[0]) == Pose(x=first[0], y=first[1], angle=first[2])
+    assert WirePose.decode(rows[0]) == WirePose(x=first[0], y=first[1], angle=first[2])
 
 
 def test_positions_beyond_the_wire_are_clipped_and_angles_wrap() -> None:

@@ -15,7 +15,7 @@ from movingout.recordings import finalise
 from movingout.recordings.exports import export, lerobot
 from movingout.recordings.exports.feature_statistics import feature_statistics
 from movingout.recordings.exports.plan import ExportPlan
-from movingout.recordings.exports.trajectories import Trajectory, trajectories
+from movingout.recordings.exports.trajectories import ExportedTrajectory, trajectories
 from tests.recordings.support import record
 
 EPISODES, TICKS = 7, 5
@@ -41,7 +41,7 @@ def test_no_more_than_the_episode_at_hand_and_the_one_before_are_in_memory(
     seen: list[weakref.ref[Any]] = []
     alive: list[int] = []
 
-    def watched(*arguments: Any) -> Iterator[Trajectory]:
+    def watched(*arguments: Any) -> Iterator[ExportedTrajectory]:
         for trajectory in trajectories(*arguments):
             gc.collect()
             alive.append(sum(one() is not None for one in seen))
