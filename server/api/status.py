@@ -43,7 +43,7 @@ def _room(room: Room) -> dict[str, Any]:
     return {
         "room": room.id,
         "phase": room.phase,
-        "reason": room.reason,
+        "reason": room.notice.message,
         "map": room.round.map.name,
         "round": room.series.index + 1,
         "rounds": len(room.config.maps),

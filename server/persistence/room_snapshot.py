@@ -10,12 +10,14 @@ from movingout.recordings.episode import Episode
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.server.notices import Notice
 from movingout.server.persistence.room_store import VERSION, RoomFile, SeatFile
-from movingout.server.rooms.pause import RESTART_RESUME_S
 from movingout.server.rooms.phases import IN_ROUND
 from movingout.server.rooms.recorder import Recorder
-from movingout.server.rooms.room import RESTARTED, Room, RoomProgress
+from movingout.server.rooms.room import Room
+from movingout.server.rooms.room_notices import RESTARTED
+from movingout.server.rooms.round_series import RoomProgress
 from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import Services
+from movingout.server.rooms.time_limits import RESTART_RESUME_S
 from movingout.world import World
 from movingout.world.state import WorldState
 
@@ -32,7 +34,7 @@ def room_file(room: Room, saved: float) -> RoomFile:
         config=room.config,
         seats=[_seat_file(seat) for seat in room.seats],
         phase=room.phase,
-        reason=room.reason,
+        reason=room.notice.message,
         index=room.series.index,
         epoch=room.series.epoch,
         episode=room.round.episode_id if in_round else "",

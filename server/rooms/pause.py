@@ -6,12 +6,10 @@ Knows no room and no clock: times (seconds of the server's monotonic clock) are 
 from typing import NamedTuple
 
 from movingout.recordings.episode import Outcome
-from movingout.server.notices import Notice, ReasonCode
+from movingout.server.notices import Notice
+from movingout.server.rooms.room_notices import about
 from movingout.server.rooms.seat import Seat
-
-PAUSE_LIMIT_S = 600.0
-HOLD_LIMIT_S = 24 * 3600.0  # for whoever runs a study
-RESTART_RESUME_S = 120.0  # for people to come back after the server was started again
+from movingout.server.rooms.time_limits import HOLD_LIMIT_S, PAUSE_LIMIT_S
 
 
 class RoundPause(NamedTuple):
@@ -49,9 +47,3 @@ def give_up(seats: list[Seat]) -> tuple[Outcome, Notice]:
 
 def _absent(seats: list[Seat]) -> list[Seat]:
     return [seat for seat in seats if not seat.present]
-
-
-def about(code: ReasonCode, seats: list[Seat], predicate: str) -> Notice:
-    """A sentence with these seats as its subject."""
-    subject = " and ".join(seat.title for seat in seats)
-    return Notice(code, f"{subject} {predicate}", {"players": [seat.player_name for seat in seats]})

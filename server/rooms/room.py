@@ -8,47 +8,27 @@ The phases and what leads from one to the next are the table of server/rooms/pha
 """
 
 import math
-from dataclasses import dataclass
 
 import msgspec
 
+from movingout import __version__
 from movingout.maps.errors import MovingOutError
 from movingout.recordings.episode import Episode, Outcome
 from movingout.server import messages as m
 from movingout.server.frames import Beat, Input
 from movingout.server.notices import NOTHING, Notice
-from movingout.server.rooms.pause import RoundPause, about, give_up
+from movingout.server.rooms import room_notices as notices
+from movingout.server.rooms import time_limits as limits
+from movingout.server.rooms.pause import RoundPause, give_up
 from movingout.server.rooms.phases import BETWEEN_ROUNDS, IN_ROUND, PhaseEvent, next_phase, possible
 from movingout.server.rooms.recorder import Recorder
 from movingout.server.rooms.round import TickTiming
-from movingout.server.rooms.round_series import RoundSeries
+from movingout.server.rooms.round_series import AT_THE_START, RoomProgress, RoundSeries
 from movingout.server.rooms.seat import ClientHandle, Seat
 from movingout.server.rooms.seat_assignment import SeatAssignment
 from movingout.server.rooms.services import RoomConfig, Services, WrongRequest
 from movingout.world import WorldError
 from movingout.world.constants import TICK_SECONDS
-
-PRACTICE_COUNTDOWN_S = 1.0
-SHOW_RESULT_S = 6.0  # between two rounds that agents play among themselves
-EMPTY_S = 900.0  # a room without clients closes after this
-AGENTS_WAIT_S = 60.0  # agents are released if no client comes for so long
-AGENT_PATIENCE_S = 10.0  # the countdown waits so long for an agent to load
-ANNOUNCE_S = 1.0
-EARLY_S = 0.002  # a timer may fire this early
-BUILD = "0.1.0"
-RESTARTED = Notice("restarted_anew", "The server was restarted; this round starts again.")
-RESTARTING = Notice("restarting", "The server is being restarted; this page comes back by itself.")
-
-
-@dataclass(frozen=True)
-class RoomProgress:
-    """Where a room is in its series: at the beginning, or where a restart found it."""
-
-    index: int = 0  # of the round in the series
-    epoch: int = 0  # rounds so far, replays included
-    results: tuple[m.Result, ...] = ()
-    phase: m.Phase = "lobby"
-    notice: Notice = NOTHING  # why it is where it is
 
 
 class Room:
@@ -61,13 +41,13 @@ class Room:
         seats: list[Seat],
         services: Services,
         now: float,
-        progress: RoomProgress = RoomProgress(),
+        progress: RoomProgress = AT_THE_START,
     ) -> None:
         self.id = room_id
         self.config = config
         self.seats = seats
         self.phase: m.Phase = progress.phase
-        self.notice = progress.notice
+        self.notice = progress.notice  # why the room is in its phase
         self.until = 0.0  # when the countdown or the pause ends
         self.missed_ticks = 0
         self.held = NOTHING  # why the person who runs a study has stopped the clock
@@ -77,7 +57,7 @@ class Room:
         self._announced = now
         self._empty_since = now
         self._over_since = now
-        self.series = RoundSeries(config, seats, services, progress.index, progress.epoch, progress.results)
+        self.series = RoundSeries(config, seats, services, progress)
         self.round = self.series.prepare()
 
     # ---- clients --------------------------------------------------------------------------------------------
@@ -88,10 +68,11 @@ class Room:
         if self.phase == "lobby":
             self._call_agents()
         for old in replaced:
-            old.dismiss(m.CLOSE_REPLACED, Notice("replaced", "This seat is now played from another window."))
+            old.dismiss(m.CLOSE_REPLACED, notices.REPLACED)
         welcome = m.Welcome(
-            m.PROTOCOL, BUILD, self.id, request.mode, taken, m.TICK_MS, m.POSES_PER_TICK, self.config.resume_s,
-            f"/play/{self.id}", f"/watch/{self.id}", bool(self.config.study),
+            protocol=m.PROTOCOL, build=__version__, room=self.id, mode=request.mode, seats=taken, tick_ms=m.TICK_MS,
+            poses_per_tick=m.POSES_PER_TICK, resume_s=self.config.resume_s, join_path=f"/play/{self.id}",
+            watch_path=f"/watch/{self.id}", study=bool(self.config.study),
         )  # fmt: skip
         client.tell(welcome)
         client.tell(self.series.message(self.round))
@@ -127,16 +108,16 @@ class Room:
     def resume(self, episode: Episode, recorder: Recorder, until: float) -> None:
         """Resume a round that a crash interrupted; its players have until `until` to return."""
         self.round.resume(episode, recorder)
-        self._move(PhaseEvent.INTERRUPTED, Notice("restarted", "The server was restarted. The game waits."), until)
+        self._move(PhaseEvent.INTERRUPTED, notices.RESUMED, until)
 
     def suspend(self) -> None:
         """The server shuts down: the round ends, the room returns after the restart."""
         if self.round.started and self.phase in IN_ROUND:
             self._end_round("stopped")
         if self.phase in IN_ROUND:
-            self._move(PhaseEvent.SUSPENDED, RESTARTED)
+            self._move(PhaseEvent.SUSPENDED, notices.RESTARTED)
         for client in list(self.seating.clients):
-            client.dismiss(m.CLOSE_SHUTDOWN, RESTARTING)
+            client.dismiss(m.CLOSE_SHUTDOWN, notices.RESTARTING)
         self.series.free_agents()
 
     def take_input(self, client: ClientHandle, frame: Input, now: float) -> None:
@@ -161,7 +142,7 @@ class Room:
         if self.phase == "playing":
             self.missed_ticks += skipped
             self._step(TickTiming(due, max(0.0, now - due) * 1e3, skipped), now)
-        if now - self._announced >= ANNOUNCE_S:
+        if now - self._announced >= limits.ANNOUNCE_S:
             self._announce(now)
 
     def beat(self) -> None:
@@ -180,10 +161,10 @@ class Room:
                     self._give_seat_up(seat)
         if self.seating.clients:
             return
-        if self.phase == "lobby" and now - self._empty_since >= AGENTS_WAIT_S:
+        if self.phase == "lobby" and now - self._empty_since >= limits.AGENTS_WAIT_S:
             self.series.free_agents()  # others may need them; they come back with the first client
-        if now - self._empty_since >= EMPTY_S:
-            self.close(m.CLOSE_ROOM_OVER, Notice("nobody_here", "Nobody was here for a while."))
+        if now - self._empty_since >= limits.EMPTY_S:
+            self.close(m.CLOSE_ROOM_OVER, notices.NOBODY_HERE)
 
     def _give_seat_up(self, seat: Seat) -> None:
         """A player has been away too long between rounds."""
@@ -192,7 +173,7 @@ class Room:
             self._services.changed(self.id)
         elif self.phase == "round_over":
             seat.gone = True
-            self._enter(PhaseEvent.SERIES_ENDED, about("not_back", [seat], "did not come back."))
+            self._enter(PhaseEvent.SERIES_ENDED, notices.about("not_back", [seat], "did not come back."))
 
     def _step(self, timing: TickTiming, now: float) -> None:
         try:
@@ -225,25 +206,15 @@ class Room:
             return
         if self.phase in BETWEEN_ROUNDS and not self._next_round(now):
             return
-        countdown_s = min(self.config.countdown_s, PRACTICE_COUNTDOWN_S if self.config.practice else math.inf)
-        self._enter(PhaseEvent.ALL_READY, self._agent_notice(), self._due + TICK_SECONDS + countdown_s)
+        countdown_s = min(self.config.countdown_s, limits.PRACTICE_COUNTDOWN_S if self.config.practice else math.inf)
+        notice = notices.agent_notice(self.seats, with_cautions=not self.round.started and not self.config.study)
+        self._enter(PhaseEvent.ALL_READY, notice, self._due + TICK_SECONDS + countdown_s)
         self.round.ask_agents(self.seats, self.until)
-
-    def _agent_notice(self) -> Notice:
-        """Which agents cannot play, or may play badly."""
-        failed = [seat for seat in self.seats if seat.agent_failure]
-        told = not self.round.started and not self.config.study
-        unseen = [seat for seat in self.seats if seat.agent_caution and told]
-        message = " ".join([seat.agent_failure for seat in failed] + [seat.agent_caution for seat in unseen])
-        players = [seat.player_name for seat in failed or unseen]
-        return (
-            Notice("agent_failed" if failed else "agent_unseen", message, {"players": players}) if players else NOTHING
-        )
 
     def _next_round(self, now: float) -> bool:
         """Prepare the map that follows, or the same one when somebody asked for it; False to wait."""
         people = [seat for seat in self.seats if seat.taken_by_client]
-        if not people and now - self._over_since < SHOW_RESULT_S:
+        if not people and now - self._over_since < limits.SHOW_RESULT_S:
             return False
         again = any(seat.wants_again for seat in people)
         if self.phase == "series_over" and not again:
@@ -262,9 +233,9 @@ class Room:
 
     def _may_play(self, due: float) -> bool:
         """Whether the countdown is over and no agent is still loading (waits at most AGENT_PATIENCE_S for one)."""
-        if due < self.until - EARLY_S:
+        if due < self.until - limits.EARLY_S:
             return False
-        return due >= self.until + AGENT_PATIENCE_S or all(seat.is_ready for seat in self.seats)
+        return due >= self.until + limits.AGENT_PATIENCE_S or all(seat.is_ready for seat in self.seats)
 
     def _play(self) -> None:
         if self.round.started:
@@ -316,15 +287,12 @@ class Room:
             self._enter_pause(now)
         else:
             seat.ready = False
-            self._enter(PhaseEvent.CALLED_OFF, about("lost", [seat], "lost the connection."))
+            self._enter(PhaseEvent.CALLED_OFF, notices.about("lost", [seat], "lost the connection."))
 
     def _enter_pause(self, now: float) -> None:
         """Pause, or stay paused, until everybody is present and ready."""
-        pause = (
-            RoundPause.held(self.held, now)
-            if self.held
-            else RoundPause.waiting_for(self.seats, self.config.resume_s, now)
-        )
+        waiting = RoundPause.waiting_for(self.seats, self.config.resume_s, now)
+        pause = RoundPause.held(self.held, now) if self.held else waiting
         self._enter(PhaseEvent.INTERRUPTED, pause.notice, pause.until)
 
     def set_ready(self, seat: Seat, ready: bool, now: float) -> None:
@@ -386,9 +354,9 @@ class Room:
 
     def leave(self, seat: Seat, now: float) -> None:
         """A player leaves for good."""
-        left = about("left", [seat], "left the game.")
+        left = notices.about("left", [seat], "left the game.")
         if not self.round.started and self.phase in ("lobby", "countdown") and seat.shared:
-            free = about("seat_free", [seat], "left; the seat is free again.")
+            free = notices.about("seat_free", [seat], "left; the seat is free again.")
             seat.vacate()
             self._enter(PhaseEvent.CALLED_OFF, free)
             return
@@ -402,14 +370,10 @@ class Room:
 
     def state(self) -> m.RoomState:
         return m.RoomState(
-            self.phase, self.reason, self.until * 1e3, [seat.view() for seat in self.seats], self.seating.spectators,
-            self.recording, self.notice.code, self.notice.values,
+            phase=self.phase, reason=self.notice.message, until_ms=self.until * 1e3,
+            seats=[seat.view() for seat in self.seats], spectators=self.seating.spectators, recording=self.recording,
+            reason_code=self.notice.code, reason_values=self.notice.values,
         )  # fmt: skip
-
-    @property
-    def reason(self) -> str:
-        """Why the room is in its phase, one English sentence, empty where nothing is to be said."""
-        return self.notice.message
 
     @property
     def recording(self) -> bool:

@@ -1,13 +1,28 @@
 """The rounds of a room in order: maps, agents, results."""
 
-from collections.abc import Iterable
+from dataclasses import dataclass
 
 from movingout.recordings.episode import Outcome
 from movingout.server import messages as m
+from movingout.server.notices import NOTHING, Notice
 from movingout.server.rooms.recorder import Recorder
 from movingout.server.rooms.round import Round
 from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RoomConfig, Services
+
+
+@dataclass(frozen=True)
+class RoomProgress:
+    """Where a room is in its series: at the beginning, or where a restart found it."""
+
+    index: int = 0  # of the round in the series
+    epoch: int = 0  # rounds so far, replays included
+    results: tuple[m.Result, ...] = ()
+    phase: m.Phase = "lobby"
+    notice: Notice = NOTHING  # why it is where it is
+
+
+AT_THE_START = RoomProgress()
 
 
 class RoundSeries:
@@ -18,13 +33,11 @@ class RoundSeries:
         config: RoomConfig,
         seats: list[Seat],
         services: Services,
-        index: int,
-        epoch: int,
-        results: Iterable[m.Result],
+        progress: RoomProgress,
     ) -> None:
-        self.index = index  # of the round in the series
-        self.epoch = epoch  # counts rounds, replays included
-        self.results = list(results)
+        self.index = progress.index  # of the round in the series
+        self.epoch = progress.epoch  # counts rounds, replays included
+        self.results = list(progress.results)
         self._config = config
         self._seats = seats
         self._services = services

@@ -18,6 +18,7 @@ from movingout.server import messages as m
 from movingout.server.host import Host
 from movingout.server.notices import Notice
 from movingout.server.rooms.room import Room
+from movingout.server.rooms.room_notices import RESTARTED
 from movingout.server.security.tokens import hash_token, new_token
 from movingout.server.study.alerts import Alerts
 from movingout.server.study.databases import StudyDatabases
@@ -41,7 +42,6 @@ log = logging.getLogger(__name__)
 
 CANNOT_START = Notice("cannot_start", "This round cannot begin.")
 ROUND_OVER = Notice("round_over", "This round is over.")
-RESTARTED = Notice("restarted_anew", "The server was restarted; this round starts again.")
 LEAVE_S = 60.0  # how long somebody may look at the end of a round before its room is closed
 OnSaved = Callable[[Transaction, StudyUnit, FinishedRound], Awaitable[None]]
 

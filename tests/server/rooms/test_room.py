@@ -192,14 +192,14 @@ def test_a_player_who_does_not_come_back_ends_the_round_cleanly() -> None:
     result = blue.last(m.Result)
     assert isinstance(result, m.Result)
     assert result.outcome == "left"
-    assert (table.phase, table.room.reason) == ("series_over", "Red did not come back.")
+    assert (table.phase, table.room.notice.message) == ("series_over", "Red did not come back.")
 
 
 def test_a_pause_needs_the_one_who_paused_to_go_on() -> None:
     table = Table()
     blue, red = table.play()
     table.say(red, m.Pause(1))
-    assert (table.phase, table.room.reason) == ("paused", "Red paused the game.")
+    assert (table.phase, table.room.notice.message) == ("paused", "Red paused the game.")
     table.say(blue, m.Ready(0))
     assert table.phase == "paused"
     table.say(red, m.Ready(1))

@@ -76,7 +76,7 @@ def test_nobody_but_who_held_the_clock_lets_it_go_on() -> None:
     blue, red = seated(table)
     table.ready(blue, red)
     table.room.hold(Notice("study_paused", "The experimenter has paused the study."), table.now)
-    assert (table.phase, table.room.reason) == ("paused", "The experimenter has paused the study.")
+    assert (table.phase, table.room.notice.message) == ("paused", "The experimenter has paused the study.")
     tick = table.room.round.state.tick
     table.say(blue, m.Ready(0))
     table.seconds(700)

@@ -1,0 +1,32 @@
+"""What a room tells its people about itself, as codes and values."""
+
+from collections.abc import Sequence
+
+from movingout.server.notices import NOTHING, Notice, ReasonCode
+from movingout.server.rooms.seat import Seat
+
+RESTARTED = Notice("restarted_anew", "The server was restarted; this round starts again.")
+RESTARTING = Notice("restarting", "The server is being restarted; this page comes back by itself.")
+RESUMED = Notice("restarted", "The server was restarted. The game waits.")
+REPLACED = Notice("replaced", "This seat is now played from another window.")
+NOBODY_HERE = Notice("nobody_here", "Nobody was here for a while.")
+
+
+def about(code: ReasonCode, seats: Sequence[Seat], predicate: str) -> Notice:
+    """A sentence with these seats as its subject."""
+    subject = " and ".join(seat.title for seat in seats)
+    return Notice(code, f"{subject} {predicate}", {"players": _names(seats)})
+
+
+def agent_notice(seats: Sequence[Seat], with_cautions: bool) -> Notice:
+    """Which agents cannot play and, where people may be told, which may play badly."""
+    failed = [seat for seat in seats if seat.agent_failure]
+    unseen = [seat for seat in seats if seat.agent_caution and with_cautions]
+    message = " ".join([seat.agent_failure for seat in failed] + [seat.agent_caution for seat in unseen])
+    if failed:
+        return Notice("agent_failed", message, {"players": _names(failed)})
+    return Notice("agent_unseen", message, {"players": _names(unseen)}) if unseen else NOTHING
+
+
+def _names(seats: Sequence[Seat]) -> list[str]:
+    return [seat.player_name for seat in seats]
