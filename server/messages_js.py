@@ -1,7 +1,8 @@
-"""Writes web/messages.js from `server.messages` and `server.frames`: `python -m movingout.server.messages_js`.
+"""Writes web/messages.js from `server.messages`, `server.frames` and `world.metrics`.
 
-Constants, an encode and a decode function per binary frame, and a JSDoc type per control message. Nothing in the
-browser client restates a byte offset, a code or a field.
+Run `python -m movingout.server.messages_js`. The file has constants, the table of metrics, an encode and a decode
+function per binary frame, and a JSDoc type per control message. Nothing in the browser client restates a byte offset, a
+code, a field or a metric.
 """
 
 import re
@@ -14,6 +15,7 @@ import msgspec
 from movingout.server import messages as m
 from movingout.server.frame_layout import SIZES, Form, FrameLayout, Packed, Wire
 from movingout.server.frames import Beat, Bundle, BundleEvent, Input, Ping, Pong, WirePose
+from movingout.world.metrics import METRICS, NO_VALUE
 
 TARGET = Path(__file__).parent.parent / "web" / "messages.js"
 
@@ -31,9 +33,11 @@ FIXED_FRAMES: tuple[type[Packed], ...] = (Beat, Input, Ping, Pong)
 def generate() -> str:
     """The whole text of web/messages.js."""
     parts = [
-        "// Generated from server/messages.py and server/frames.py by `python -m movingout.server.messages_js`.\n"
+        "// Generated from server/messages.py, server/frames.py and world/metrics.py by\n"
+        "// `python -m movingout.server.messages_js`.\n"
         "// Do not edit. The conversation is explained in docs/protocol.md.",
         _constants(),
+        _metrics(),
         *(_fixed_frame(frame) for frame in FIXED_FRAMES),
         _bundle(),
         _control_types(),
@@ -50,6 +54,42 @@ def _constants() -> str:
     lines += [_frozen_list("DEVICES", m.DEVICES), f"export const EVENT = Object.freeze({_js(m.EVENT)});"]
     lines += [_frozen_list("PHASES", get_args(m.Phase))]
     return "\n".join(lines)
+
+
+def _metrics() -> str:
+    """The table of metrics, in the order of `METRICS`; what they are called is in the catalogue of texts."""
+    rows = [
+        {
+            "key": metric.key,
+            "symbol": metric.symbol,
+            "unit": metric.unit,
+            "low": metric.low,
+            "high": metric.high,
+            "digits": metric.digits,
+            "optional": bool(metric.none_when),
+        }
+        for metric in METRICS
+    ]
+    keys = " | ".join(_js(metric.key) for metric in METRICS)
+    table = "\n".join(f"  {_js(row)}," for row in rows)
+    return f"""/** @typedef {{{keys}}} MetricKey */
+/**
+ * `low` and `high` bound the values, null where there is no bound; an `optional` metric may have no value.
+ * @typedef {{{{
+ *   key: MetricKey,
+ *   symbol: string,
+ *   unit: string,
+ *   low: number | null,
+ *   high: number | null,
+ *   digits: number,
+ *   optional: boolean
+ * }}}} Metric
+ */
+export const NO_METRIC_VALUE = {_js(NO_VALUE)};
+/** @type {{readonly Metric[]}} */
+export const METRICS = Object.freeze([
+{table}
+]);"""
 
 
 def _frozen_list(name: str, values: Iterable[str]) -> str:

@@ -1,4 +1,5 @@
-// Generated from server/messages.py and server/frames.py by `python -m movingout.server.messages_js`.
+// Generated from server/messages.py, server/frames.py and world/metrics.py by
+// `python -m movingout.server.messages_js`.
 // Do not edit. The conversation is explained in docs/protocol.md.
 
 export const SUBPROTOCOL = "movingout.v1";
@@ -31,6 +32,29 @@ export const CLOSE_NOT_FOUND = 4404;
 export const DEVICES = Object.freeze(/** @type {const} */ (["keyboard","gamepad","touch","program"]));
 export const EVENT = Object.freeze({"grab":0,"grab_failed":1,"release":2,"delivered":3,"undelivered":4,"deadline_missed":5,"agent_error":6});
 export const PHASES = Object.freeze(/** @type {const} */ (["lobby","countdown","playing","paused","round_over","series_over","closed"]));
+
+/** @typedef {"tcr" | "nfd" | "wt_s" | "ac" | "interdependence"} MetricKey */
+/**
+ * `low` and `high` bound the values, null where there is no bound; an `optional` metric may have no value.
+ * @typedef {{
+ *   key: MetricKey,
+ *   symbol: string,
+ *   unit: string,
+ *   low: number | null,
+ *   high: number | null,
+ *   digits: number,
+ *   optional: boolean
+ * }} Metric
+ */
+export const NO_METRIC_VALUE = -1.0;
+/** @type {readonly Metric[]} */
+export const METRICS = Object.freeze([
+  {"key":"tcr","symbol":"TCR","unit":"","low":0.0,"high":1.0,"digits":2,"optional":false},
+  {"key":"nfd","symbol":"NFD","unit":"","low":null,"high":1.0,"digits":2,"optional":false},
+  {"key":"wt_s","symbol":"WT","unit":"s","low":0.0,"high":null,"digits":1,"optional":false},
+  {"key":"ac","symbol":"AC","unit":"","low":0.0,"high":1.0,"digits":2,"optional":true},
+  {"key":"interdependence","symbol":"INT","unit":"","low":0.0,"high":1.0,"digits":2,"optional":true},
+]);
 
 /**
  * Sent 50 ms after a bundle, so that TCP notices a lost packet sooner.

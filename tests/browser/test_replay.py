@@ -10,7 +10,7 @@ import pytest
 from playwright.sync_api import Browser, Page, Route, expect
 
 from movingout.recordings import Episode, finalise, read_episode
-from movingout.world.metrics import EpisodeMetrics
+from movingout.world.metrics import METRICS, EpisodeMetrics
 from tests.browser.pages import admin_token, complaining_page, overflow, violations
 from tests.browser.support import PHONE, Server
 from tests.recordings.support import record
@@ -126,8 +126,9 @@ def test_the_measures_have_curves_with_their_values_at_the_tick(open_page: OpenP
     running.update_episode(list(episode.states[:31]), episode.actions[:30])
     now = running.result()
     rows = page.locator(".replay-curve-row")
-    expect(rows).to_have_count(4)
-    expect(rows.nth(0)).to_contain_text("TCR")
+    expect(rows).to_have_count(len(METRICS))
+    for row, metric in enumerate(METRICS):
+        expect(rows.nth(row)).to_contain_text(metric.symbol)
     expect(rows.nth(2).locator(".replay-curve-value")).to_have_text(f"{now.wt_s:.1f} s")
     page.keyboard.press("Home")
     expect(rows.nth(2).locator(".replay-curve-value")).to_have_text("–")

@@ -38,14 +38,52 @@ export const DEFAULTS = Object.freeze({
   deadZone: DEAD_ZONES[0],
 });
 
-/** @param {Pick<Storage, "getItem">} storage @returns {Mapping} the defaults where nothing usable is kept */
+/** @param {Pick<Storage, "getItem">} storage @returns {Mapping} with defaults for what is not kept */
 export function loadMapping(storage) {
   try {
-    const kept = JSON.parse(storage.getItem(STORAGE_KEY) ?? "null");
-    return isMapping(kept) ? kept : structuredClone(DEFAULTS);
+    return completed(JSON.parse(storage.getItem(STORAGE_KEY) ?? "{}") ?? {});
   } catch {
     return structuredClone(DEFAULTS); // no storage, or not ours
   }
+}
+
+/** Fills in what a mapping lacks, such as an action newer than it. @param {any} kept @returns {Mapping} */
+function completed(kept) {
+  const slots = DEFAULTS.keys.flatMap((_, set) => KEY_ACTIONS.map((action) => ({ set, action })));
+  const codes = filledIn(
+    slots.map(({ set, action }) => DEFAULTS.keys[set][action]),
+    slots.map(({ set, action }) => kept.keys?.[set]?.[action]),
+    (code) => typeof code === "string",
+  );
+  const indices = filledIn(
+    BUTTON_ACTIONS.map((action) => BUTTONS[action]),
+    BUTTON_ACTIONS.map((action) => kept.buttons?.[action]),
+    (index) => Number.isInteger(index) && Number(index) >= 0,
+  );
+  /** @type {Mapping} */
+  const mapping = structuredClone(DEFAULTS);
+  slots.forEach(({ set, action }, slot) => (mapping.keys[set][action] = codes[slot]));
+  BUTTON_ACTIONS.forEach((action, slot) => (mapping.buttons[action] = indices[slot]));
+  mapping.deadZone = DEAD_ZONES.find((zone) => zone === kept.deadZone) ?? DEFAULTS.deadZone;
+  return mapping;
+}
+
+/**
+ * What was kept, else the default; where that is in use already, a default that is not.
+ * @template T
+ * @param {readonly T[]} defaults
+ * @param {readonly any[]} kept
+ * @param {(value: unknown) => boolean} isUsable
+ * @returns {T[]}
+ */
+function filledIn(defaults, kept, isUsable) {
+  const used = new Set(kept.filter(isUsable));
+  return defaults.map((standard, slot) => {
+    if (isUsable(kept[slot])) return kept[slot];
+    const value = [standard, ...defaults].find((one) => !used.has(one)) ?? standard;
+    used.add(value);
+    return value;
+  });
 }
 
 /** @param {Pick<Storage, "setItem">} storage @param {Mapping} mapping */
@@ -78,16 +116,6 @@ export function withButton(mapping, action, button) {
   for (const other of BUTTON_ACTIONS) if (changed.buttons[other] === button) changed.buttons[other] = freed;
   changed.buttons[action] = button;
   return changed;
-}
-
-/** @param {unknown} value @returns {value is Mapping} */
-function isMapping(value) {
-  if (typeof value !== "object" || value === null) return false;
-  const { keys, buttons, deadZone } = /** @type {Partial<Mapping>} */ (value);
-  if (!Array.isArray(keys) || keys.length !== 2 || typeof buttons !== "object" || buttons === null) return false;
-  const keysFit = keys.every((set) => KEY_ACTIONS.every((action) => typeof set?.[action] === "string"));
-  const buttonsFit = BUTTON_ACTIONS.every((action) => Number.isInteger(buttons[action]) && buttons[action] >= 0);
-  return keysFit && buttonsFit && DEAD_ZONES.some((zone) => zone === deadZone);
 }
 
 /** What is printed on keys, the same in every language; the names of others are in the catalogue. */

@@ -1,6 +1,7 @@
 // What this page knows of its room, and the instant it shows. Messages go in with their time of arrival; `show`
 // gives what to draw now. Knows no page, no canvas and no socket.
 
+import { decodeValues } from "../core/metric_values.js";
 import { ServerClock } from "../wire/clock.js";
 import { EXTRAPOLATE_MS, PlayHead, Timeline } from "../view/interpolate.js";
 import { FLAG_NOT_RECORDING } from "../messages.js";
@@ -12,6 +13,8 @@ import { startView } from "../view/render.js";
 /** @typedef {import("../view/render.js").GameMap} GameMap */
 /** @typedef {import("../view/render.js").View} View */
 /** @typedef {import("../messages.js").Round & {map: GameMap}} Round */
+/** @typedef {import("../core/metric_values.js").MetricValues} MetricValues */
+/** @typedef {import("../messages.js").Result & {metrics: MetricValues}} RoundResult */
 /**
  * @typedef {object} Scene  one instant to show
  * @property {View} view
@@ -30,7 +33,7 @@ export class Game {
   round = null;
   /** @type {import("../messages.js").RoomState | null} */
   room = null;
-  /** @type {import("../messages.js").Result | null} */
+  /** @type {RoundResult | null} */
   result = null;
   recording = true;
   #timeline = new Timeline();
@@ -88,7 +91,7 @@ export class Game {
       this.#rejoined = false;
       this.#timeline.reset(message);
     }
-    if (message.type === "result") this.result = message;
+    if (message.type === "result") this.result = { ...message, metrics: decodeValues(message) };
   }
 
   /** @param {Round} round */

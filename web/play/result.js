@@ -1,6 +1,6 @@
 // @ts-check
 /*
- * The view after a round: what was delivered, the four measures in plain words, and how to go on.
+ * The view after a round: what was delivered, the metrics in plain words, and how to go on.
  */
 
 import { el } from "../core/dom.js";
@@ -10,7 +10,7 @@ import { context2d, drawScene, fitCanvas } from "../view/render.js";
 import { duration, headline, measures } from "./result_words.js";
 import { roundText } from "./seat_phrases.js";
 
-/** @typedef {import("./result_words.js").Result} Result */
+/** @typedef {import("./game.js").RoundResult} Result */
 /** @typedef {import("./result_words.js").Measure} Measure */
 /**
  * The server's `round` message.
@@ -38,7 +38,7 @@ export function showResult(container, options) {
   const card = el(
     "div",
     { class: "card card-roomy stack result-card" },
-    el("dl", { class: "metrics" }, ...measures(options.result).map(measureEntry)),
+    el("dl", { class: "metrics" }, ...measures(options.result.metrics).map(measureEntry)),
   );
   const parts = [
     header(heading, options),
@@ -82,11 +82,11 @@ function deliveredRow({ delivered, items }) {
 }
 
 /** @param {Measure} measure */
-function measureEntry({ id, name, short, value, help }) {
+function measureEntry({ metric, name, value, help }) {
   return el(
     "div",
-    { class: "metric", "data-measure": id },
-    el("dt", {}, name, " ", el("span", { class: "metric-short" }, short)),
+    { class: "metric", "data-measure": metric.key },
+    el("dt", {}, name, " ", el("span", { class: "metric-short" }, metric.symbol)),
     el("dd", { class: "metric-value" }, value),
     el("dd", { class: "metric-help" }, help),
   );

@@ -1,31 +1,21 @@
 // @ts-check
 /*
- * How a round ended, in words for people. The four measures are the paper's (appendix "Details of Evaluation
- * Metrics"): TCR and NFD are shares of 0 to 1, WT is in seconds, AC in 0 to 1 or -1 when nobody carried together.
+ * How a round ended, in words for people. A metric is shown by its row in METRICS and its texts play.measure.<key>:
+ * its name, what it means (.help), and for some what it means below zero (.negative) or without a value (.none).
  */
 
+import { METRICS } from "../messages.js";
 import { secondsOf } from "../core/ticks.js";
-import { say, sayNumber } from "../text/catalogue.js";
+import { has, say, sayNumber } from "../text/catalogue.js";
 
 const OUTCOMES = ["delivered", "time", "left", "stopped"];
 
-/**
- * @typedef {object} Result the server's `result` message
- * @property {number} index
- * @property {string} outcome delivered | time | left | stopped | error
- * @property {number} ticks
- * @property {number} delivered
- * @property {number} items
- * @property {number} tcr
- * @property {number} nfd
- * @property {number} wt_s
- * @property {number} ac
- * @property {string} recording
- */
-/** @typedef {{id: string, name: string, short: string, value: string, help: string}} Measure */
+/** @typedef {import("../messages.js").Metric} Metric */
+/** @typedef {import("../core/metric_values.js").MetricValues} MetricValues */
+/** @typedef {{metric: Metric, name: string, value: string, help: string}} Measure a metric in words */
 
 /**
- * @param {Pick<Result, "outcome">} result
+ * @param {{outcome: string}} result
  * @param {boolean} [byYou] the reader has stopped the round
  */
 export function headline({ outcome }, byYou = false) {
@@ -41,20 +31,27 @@ export function duration(ticks) {
   return say("play.result.minutes", { minutes: Math.floor(whole / 60), seconds: whole % 60 });
 }
 
-/** @param {Pick<Result, "tcr" | "nfd" | "wt_s" | "ac">} result @returns {Measure[]} */
-export function measures({ tcr, nfd, wt_s, ac }) {
-  return [
-    measure("tcr", percent(tcr)),
-    measure("nfd", percent(nfd), nfd < 0 ? "farther" : "help"),
-    measure("wt", say("play.result.seconds", { seconds: sayNumber(wt_s, 1) })),
-    measure("ac", ac < 0 ? "–" : percent(ac), ac < 0 ? "none" : "help"),
-  ];
+/** The metrics that have been sent. @param {MetricValues} values @returns {Measure[]} */
+export function measures(values) {
+  return METRICS.flatMap((metric) => {
+    const value = values[metric.key];
+    return value === undefined ? [] : [measure(metric, value)];
+  });
 }
 
-/** @param {string} id @param {string} value @param {string} [help] which explanation */
-function measure(id, value, help = "help") {
-  const name = say(`play.measure.${id}`);
-  return { id, name, short: id.toUpperCase(), value, help: say(`play.measure.${id}.${help}`) };
+/** @param {Metric} metric @param {number | null} value @returns {Measure} */
+function measure(metric, value) {
+  const name = `play.measure.${metric.key}`;
+  const negative = value !== null && value < 0 && has(`${name}.negative`);
+  const variant = value === null ? "none" : negative ? "negative" : "help";
+  return { metric, name: say(name), value: valueText(metric, value), help: say(`${name}.${variant}`) };
+}
+
+/** A share as a percentage, anything else with its unit. @param {Metric} metric @param {number | null} value */
+export function valueText({ unit, high, digits }, value) {
+  if (value === null) return "–";
+  if (unit === "" && high === 1) return percent(value);
+  return `${sayNumber(value, digits)} ${unit}`.trimEnd();
 }
 
 /** @param {number} share usually 0 to 1 */

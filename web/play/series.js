@@ -24,7 +24,7 @@ export class Series {
   #arena = byId("arena-box", HTMLElement);
   #box = byId("result", HTMLElement);
   #after = byId("after", HTMLElement);
-  /** @type {import("../messages.js").Result | null} */
+  /** @type {import("./game.js").RoundResult | null} */
   #shown = null;
   #stoppedHere = false;
 

@@ -27,8 +27,8 @@ import { ANGLE_SCALE, POSES_PER_TICK, POSITION_SCALE, TICK_MS } from "../message
  * @property {number[][]} held per state, from 0 to `ticks`: item of blue and red, -1 none
  * @property {boolean[][]} delivered per tick, from 1 to `ticks`
  * @property {ReplayEvent[]} events
- * @property {{tcr: number, nfd: number, wt_s: number, ac: number}} metrics
- * @property {import("./metric_curves.js").Curves} curves
+ * @property {import("../core/metric_values.js").MetricValues} metrics
+ * @property {import("../core/metric_values.js").MetricCurves} curves
  */
 
 const VALUES_PER_BODY = 3;

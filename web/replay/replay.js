@@ -9,7 +9,7 @@ import { byId, el, notice } from "../core/dom.js";
 import { ticksOf } from "../core/ticks.js";
 import { eventTone, eventWords, tickTime, shownEvents } from "./event_words.js";
 import { offerGhosts } from "../play/ghost.js";
-import { MetricCurves } from "./metric_curves.js";
+import { MetricCharts } from "./metric_curves.js";
 import { context2d, drawScene, fitCanvas } from "../view/render.js";
 import { TICK_MS } from "../messages.js";
 import { ReplayError, linkedTick, tickAt } from "./data.js";
@@ -71,7 +71,9 @@ class ReplayPage {
     /** @type {ShownEvent | undefined} */
     this.current = undefined;
     const { curves, metrics } = replay.summary;
-    this.curves = new MetricCurves(byId("curves", HTMLElement), curves, metrics, (tick) => this.seekTick(tick));
+    this.charts = new MetricCharts(byId("curves", HTMLElement), curves, metrics, replay.ticks, (tick) =>
+      this.seekTick(tick),
+    );
     this.show = new Show(
       replay,
       () => source.decisions(),
@@ -257,7 +259,7 @@ class ReplayPage {
     this.show.draw(context2d(canvas), this.player.timeMs);
     this.drawLine(tick);
     this.drawWords(view);
-    this.curves.show(tick);
+    this.charts.show(tick);
     this.markEvent(tick);
     playButton.setAttribute("aria-label", say(this.player.playing ? "replay.pause" : "replay.play"));
     document.getElementById("play-icon")?.setAttribute("d", this.player.playing ? PAUSE_ICON : PLAY_ICON);

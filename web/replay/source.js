@@ -6,6 +6,7 @@
 
 import { openWithToken } from "../components/admin_token.js";
 import { ApiError, request, requestJson } from "../core/api.js";
+import { decodeCurves, decodeValues } from "../core/metric_values.js";
 import { Replay } from "./data.js";
 
 /** @typedef {import("./overlay.js").DecisionTrace} DecisionTrace */
@@ -31,7 +32,9 @@ export class ReplaySource {
     const summary = await this.#summary(ask);
     // The server has computed and kept the poses with the summary.
     const poses = await request(`${this.path}/poses`, { token: this.#token });
-    return new Replay(summary, await poses.arrayBuffer());
+    const { metrics, curves } = summary;
+    const decoded = { ...summary, metrics: decodeValues(metrics), curves: decodeCurves(curves) };
+    return new Replay(decoded, await poses.arrayBuffer());
   }
 
   /** @returns {Promise<DecisionTrace[]>} in order of ticks */

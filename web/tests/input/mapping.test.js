@@ -40,6 +40,23 @@ test("nothing usable in storage means the defaults", () => {
   assert.deepEqual(loadMapping(forbidden), DEFAULTS);
 });
 
+test("an action that the kept mapping lacks gets its default, and the kept choices stay", () => {
+  const mapping = withButton(withKey(structuredClone(DEFAULTS), 0, "grab", "KeyE"), "grab", 3);
+  const kept = JSON.parse(JSON.stringify({ ...mapping, deadZone: 0.15 }));
+  delete kept.keys[0].backward;
+  delete kept.keys[1].backward;
+  delete kept.buttons.pause;
+  assert.deepEqual(loadMapping(storage(JSON.stringify(kept))), { ...mapping, deadZone: 0.15 });
+});
+
+test("a default that a kept choice uses gives way to a free key", () => {
+  const kept = structuredClone(DEFAULTS);
+  kept.keys[0].grab = "ShiftLeft";
+  const { backward, ...others } = kept.keys[0];
+  const loaded = loadMapping(storage(JSON.stringify({ ...kept, keys: [others, kept.keys[1]] })));
+  assert.deepEqual([backward, loaded.keys[0].grab, loaded.keys[0].backward], ["ShiftLeft", "ShiftLeft", "Space"]);
+});
+
 test("a key does one thing only: its old action gets the key that became free", () => {
   const changed = withKey(structuredClone(DEFAULTS), 0, "grab", "Enter");
   assert.equal(changed.keys[0].grab, "Enter");

@@ -200,3 +200,9 @@ test("the countdown runs by the server's clock", () => {
   assert.equal(game.secondsLeft(2000), 3);
   assert.equal(game.secondsLeft(9000), 0);
 });
+
+test("a result has its metrics decoded: what has no value is null", () => {
+  const game = new Game();
+  game.receive(result, 0);
+  assert.deepEqual(game.result?.metrics, { tcr: 0, nfd: 0, wt_s: 0, ac: null });
+});

@@ -3,27 +3,18 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { duration, headline, measures, percent } from "../../play/result_words.js";
-import { speak } from "../text/support.js";
+import { METRICS } from "../../messages.js";
+import { LANGUAGES } from "../../text/language.js";
+import { speak, textsOf } from "../text/support.js";
 
 speak("en");
 
-const RESULT = {
-  index: 0,
-  outcome: "time",
-  ticks: 500,
-  delivered: 3,
-  items: 6,
-  tcr: 0.571,
-  nfd: 0.684,
-  wt_s: 3.42,
-  ac: 0.91,
-  recording: "",
-};
+const VALUES = { tcr: 0.571, nfd: 0.684, wt_s: 3.42, ac: 0.91 };
 
 test("every outcome has a headline for people", () => {
   const outcomes = ["delivered", "time", "left", "stopped", "error"];
   assert.deepEqual(
-    outcomes.map((outcome) => headline({ ...RESULT, outcome })),
+    outcomes.map((outcome) => headline({ outcome })),
     [
       "Everything is delivered!",
       "Time is up",
@@ -42,9 +33,19 @@ test("minutes never show sixty seconds", () => {
   assert.equal(duration(1197), "2 min 0 s");
 });
 
-test("the four measures carry the paper's short names", () => {
+test("every metric has its texts in every language", () => {
+  for (const language of Object.keys(LANGUAGES)) {
+    const texts = textsOf(language);
+    for (const { key, low, optional } of METRICS) {
+      const variants = ["", ".help", ...(low === null ? [".negative"] : []), ...(optional ? [".none"] : [])];
+      for (const variant of variants) assert.ok(texts[`play.measure.${key}${variant}`], `${language} ${key}${variant}`);
+    }
+  }
+});
+
+test("the metrics that were sent are shown under their short names, in the order of the table", () => {
   assert.deepEqual(
-    measures(RESULT).map(({ short, value }) => [short, value]),
+    measures(VALUES).map(({ metric, value }) => [metric.symbol, value]),
     [
       ["TCR", "57 %"],
       ["NFD", "68 %"],
@@ -54,13 +55,13 @@ test("the four measures carry the paper's short names", () => {
   );
 });
 
-test("nobody carried together is a dash, not minus one hundred per cent", () => {
-  const consistency = measures({ ...RESULT, ac: -1 })[3];
+test("a metric without a value is a dash", () => {
+  const consistency = measures({ ...VALUES, ac: null })[3];
   assert.deepEqual([consistency.value, consistency.help], ["–", "nothing was carried together"]);
 });
 
 test("items that ended farther away are said so", () => {
-  const closer = measures({ ...RESULT, nfd: -0.126 })[1];
+  const closer = measures({ ...VALUES, nfd: -0.126 })[1];
   assert.deepEqual([closer.value, closer.help], ["\u221213 %", "items ended farther from the goal"]);
   assert.equal(percent(-0.001), "0 %");
 });

@@ -43,8 +43,8 @@ function oneTick(turn = 0, from = 0) {
     ],
     delivered: [[true]],
     events: [],
-    metrics: { tcr: 0, nfd: 0, wt_s: 0, ac: -1 },
-    curves: { tcr: [0], nfd: [0], wt_s: [0], ac: [-1] },
+    metrics: { tcr: 0, nfd: 0, wt_s: 0, ac: null },
+    curves: { tcr: [0], nfd: [0], wt_s: [0], ac: [null] },
   };
   return new Replay(summary, poses.buffer);
 }
