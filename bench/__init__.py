@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 
 def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """A plain table, first column to the left, the others to the right."""
+    """Print a plain table: first column left-aligned, the others right-aligned."""
     widths = [max(len(line[i]) for line in (columns, *rows)) for i in range(len(columns))]
     print(f"\n{title}")
     for line in (columns, ["-" * width for width in widths], *rows):

@@ -1,7 +1,7 @@
-"""`python -m bench [name ...]`, `python -m bench name --option ...`: run benchmarks, after naming the machine.
+"""`python -m bench [name ...]`, `python -m bench name --option ...`: print the machine, then run benchmarks.
 
-Without a name: those of MINUTES. The others train, or need trained agents and data; each says what it takes, and its
-options with --help.
+Without a name, those in MINUTES run. The others train, or need trained agents and data; `--help` lists the options of
+each.
 """
 
 import importlib
@@ -17,11 +17,11 @@ from movingout.maps.suggestion import known_names
 
 _FOLDER = Path(__file__).parent
 MINUTES = ("world", "recordings", "server", "study", "browser", "scripted", "matches")
-"""What `make bench` runs: about a quarter of an hour altogether."""
+"""What `make bench` runs; about 15 minutes."""
 
 
 def main(words: list[str]) -> int:
-    """Exit code 0, or 2 for a name that is no benchmark and for options that nobody takes."""
+    """Return the exit code: 0, or 2 for an unknown benchmark or for options without a benchmark that takes them."""
     known = sorted(path.stem for path in _FOLDER.glob("*.py") if not path.stem.startswith("_"))
     names = list(itertools.takewhile(lambda word: not word.startswith("-"), words))
     options = words[len(names) :]
@@ -30,7 +30,7 @@ def main(words: list[str]) -> int:
             print(f"unknown benchmark {name!r}; {known_names(name, known)}", file=sys.stderr)
             return 2
     if options and (len(names) != 1 or not _takes_options(names[0])):
-        print(f"{options[0]}: name first the one benchmark that it is for, if it takes options", file=sys.stderr)
+        print(f"{options[0]}: put options after the one benchmark they are for, if it takes any", file=sys.stderr)
         return 2
     print(machine())
     for name in names or MINUTES:
@@ -44,7 +44,7 @@ def _takes_options(name: str) -> bool:
 
 
 def machine() -> str:
-    """One line that names the processor, the system and the versions that matter."""
+    """One line with the processor, the load, the system and the versions that matter."""
     versions = ", ".join(f"{name} {importlib.metadata.version(name)}" for name in ("pymunk", "numpy"))
     load = os.getloadavg()[0]
     return (

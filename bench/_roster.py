@@ -1,4 +1,4 @@
-"""Who is in the tables of docs/results.md, what the paper calls them and what it measured of them."""
+"""The agents in the tables of docs/results.md, their names in the paper and where it gives their scores."""
 
 from typing import NamedTuple
 
@@ -18,21 +18,21 @@ from movingout.agents.curriculum.roster import (
 )
 
 PAPER_CHOICE = "score=nfd,sampling=4x4"
-"""Options with which a BASS agent chooses as in the paper, by NFD, instead of by a value."""
+"""Options that make a BASS agent choose by NFD, as in the paper, instead of by a value."""
 PAPER_BASS, SIMULATED = f"{BASS}:{PAPER_CHOICE}", f"{PLAIN}:{PAPER_CHOICE}"
 CHOOSING_BY_NFD = (PAPER_BASS, SIMULATED)
 SCRIPTED, CONTROL = "scripted", "idle"
 
 
 class Comparison(NamedTuple):
-    """Agents that learned from the same people, and with whom they play."""
+    """Agents trained with the same people, and the partners they are evaluated with."""
 
     learners: dict[str, str]
-    """Agent ids, and what the paper calls such agents."""
+    """Names in the paper, by agent id."""
     partners: dict[str, str]
-    """Populations, taken in turn, and what they are to these agents; those never trained with are called C."""
+    """What each population is to these agents, by name; C is never trained with."""
     compared: tuple[tuple[str, str], ...]
-    """Whose lead over whom is told."""
+    """Pairs (agent, baseline) whose difference is reported."""
 
 
 OF_BOTH = Comparison(
@@ -93,5 +93,5 @@ PAPER_COLUMNS = {
         for partners, rows in (("seen AI", "Seen"), ("unseen AI", "Unseen"), ("people", "Play with Human"))
     },
 }
-"""Where the paper has figures of such agents in Challenge 1, by the columns of our table: table and row of
+"""Where the paper reports such agents in Challenge 1, by column of our table and agent: table and row in
 `matches.experiment.paper_reference`."""

@@ -1,16 +1,16 @@
-"""How good the parts of BASS are, beside the paper's tables ("BASS Analysis"), on episodes it was not trained on.
+"""How accurate the parts of BASS are, beside the paper's tables ("BASS Analysis"), on episodes not used for training.
 
     python -m bench.bass --agents bass@all:score=nfd,sampling=4x4 bass@all --challenge 1
 
-1. next state: L2 distance between predicted and true moving state, one tick ahead, and in how many of all hands that
-   take or let go in these episodes this is predicted;
-2. partner prediction: share of the partner's actions predicted within 10 % and 20 % (relative error of distance, cos
-   and sin together, of the mean of the guesses, first action);
-3. selection: how often the same candidate is chosen by the learned simulator and by the engine, which is given the
-   policy's guesses of the partner.
+1. next state: L2 distance between the predicted and the true moving state one tick ahead, and the share of all grasps
+   and releases in these episodes that are predicted;
+2. partner prediction: share of the partner's actions predicted within 10 % and 20 % (relative error over distance, cos
+   and sin of the mean prediction, first action only);
+3. selection: how often the learned simulator and the engine, given the same predictions of the partner, choose the
+   same candidate.
 
-Without --data pairs of population C play an episode on each map, in Challenge 2 on a variant with items as in no
-training map.
+Without --data, pairs from population C play one episode on each map; in Challenge 2, on variants whose items occur in
+no training map.
 """
 
 import argparse
@@ -48,24 +48,24 @@ from movingout.world.state import Floats, WorldState
 
 @dataclass(frozen=True, slots=True)
 class Numbers:
-    """Means over the sampled moments; `n` of them."""
+    """Means over `n` sampled moments."""
 
     next_state_l2: float
     nothing_moves_l2: float
-    random_state_l2: float  # of another moment of the same episode
-    poses_l2: float  # the same over poses alone
+    random_state_l2: float  # distance to another moment of the same episode
+    poses_l2: float  # as next_state_l2, over poses alone
     nothing_moves_poses_l2: float
     partner_10: float
     partner_20: float
     selection: float
-    hands: float  # share, over every hand that changes in an episode, whether it is a sampled moment or not
-    selection_told_apart: float  # the same, over moments in which the engine's scores differ at all
+    hands: float  # share of all grasps and releases of the episodes, sampled or not
+    selection_told_apart: float  # over moments in which the engine's scores differ
     selection_chance: float
     n: int
 
 
 def measure(agent: BassAgent, trajectories: list[Trajectory], moments: int, seed: int) -> Numbers:
-    """Sample moments of episodes and compare."""
+    """Compare predictions with what happened at `moments` random ticks of each episode."""
     random, elsewhere = np.random.default_rng(seed), np.random.default_rng([seed, 1])
     rows: list[list[float]] = []
     hands: list[bool] = []
@@ -92,7 +92,7 @@ def measure(agent: BassAgent, trajectories: list[Trajectory], moments: int, seed
 
 
 def _hands(agent: BassAgent, trajectory: Trajectory, world: World) -> list[bool]:
-    """Of each hand that changes in the coming tick, whether the simulator says so."""
+    """For each hand that changes in the next tick, whether the simulator predicts it."""
     state = world.state()
     if isinstance(agent, OracleBassAgent):
         agent.watch(world)
@@ -103,7 +103,7 @@ def _hands(agent: BassAgent, trajectory: Trajectory, world: World) -> list[bool]
 
 
 def _next_state(agent: BassAgent, trajectory: Trajectory, world: World, other: Floats) -> list[float]:
-    """L2 errors: predicted, nothing moves, `other` state; of poses alone: predicted, nothing moves."""
+    """L2 errors of the prediction, of no motion and of the `other` state; over poses alone, of the first two."""
     state = world.state()
     if isinstance(agent, OracleBassAgent):
         agent.watch(world)
@@ -117,8 +117,8 @@ def _next_state(agent: BassAgent, trajectory: Trajectory, world: World, other: F
 
 
 def _choices(agent: BassAgent, trajectory: Trajectory, world: World) -> list[float]:
-    """Partner within 10 %, within 20 %, whether both simulators choose the same, and how far the engine's scores lie
-    apart.
+    """Whether the partner is predicted within 10 % and within 20 %, whether both simulators choose the same candidate,
+    and the range of the engine's scores.
     """
     state, spec = world.state(), agent.selection
     sampled = _samples(agent, trajectory, state, 1, spec.partner)
@@ -133,7 +133,7 @@ def _choices(agent: BassAgent, trajectory: Trajectory, world: World) -> list[flo
 
 
 def _played(agent: BassAgent, trajectory: Trajectory, state: WorldState) -> Floats:
-    """(1, depth, 2, 4) what both did from a state of an episode on, as the simulator takes it."""
+    """Actions (1, depth, 2, 4) of both seats from a state of an episode on, as input of the simulator."""
     joint = np.zeros((1, agent.selection.depth, 2, 4))
     rows = slice(state.tick, state.tick + agent.selection.depth)
     for seat in (0, 1):
@@ -146,7 +146,7 @@ def _played(agent: BassAgent, trajectory: Trajectory, state: WorldState) -> Floa
 
 
 def _samples(agent: BassAgent, trajectory: Trajectory, state: WorldState, seat: int, count: int) -> Singles:
-    """Chunks (count, H, 5) from a seat's view, as at play; with a history, the present repeated."""
+    """Chunks (count, H, 5) from a seat's view, as in play; the present observation fills the history."""
     seen = feature_encoder(trajectory.map, agent.spec.layout).encode(state, seat).astype(np.float32)
     noise = agent.network.noise(count, agent.random)
     chunks = agent.network.run(np.tile(seen, (count, agent.spec.obs_horizon, 1)), noise)
@@ -164,13 +164,13 @@ def _state(trajectory: Trajectory, tick: int) -> WorldState:
 
 
 def _poses(row: Floats, items: int) -> Floats:
-    """(2 + items, 4): x, y, cos and sin of the angle of both robots and of all items, out of a moving row (58,)."""
+    """Poses (2 + items, 4) of robots and items (x, y, cos and sin of the angle) from a moving state (58,)."""
     robots = row[:HELD_START].reshape(2, ROBOT_WIDTH)[:, :4]
     return np.concatenate((robots, row[ITEMS_START:].reshape(ITEM_SLOTS, 4)[:items]))
 
 
 def held_out_episodes(challenge: int, ticks: int, workers: int) -> list[Trajectory]:
-    """One episode on each map, of ten pairs of C in turn; in Challenge 2, on variants nobody is trained on."""
+    """One episode per map by ten pairs of C in turn; in Challenge 2, on variants that nobody is trained on."""
     maps = [load_map(name) for name in map_names()]
     if challenge == 2:
         maps = [randomize(the_map, 0, "evaluation") for the_map in maps]
@@ -178,7 +178,7 @@ def held_out_episodes(challenge: int, ticks: int, workers: int) -> list[Trajecto
     todo = []
     for number, the_map in enumerate(maps):
         pair = [people[(2 * number + k) % len(people)] for k in (0, 1)]
-        if number // 2 % 2:  # of a pair the first is a follower, so that leaders too are who acts and who is guessed
+        if number // 2 % 2:  # the first of a pair follows; swapping puts leaders in both seats
             pair.reverse()
         todo += episode_jobs(pair, [the_map], 1, ticks, seed=0, prefix="parts")
     with tempfile.TemporaryDirectory() as folder:
@@ -187,39 +187,41 @@ def held_out_episodes(challenge: int, ticks: int, workers: int) -> list[Trajecto
 
 
 def recorded_episodes(places: Sequence[Path], challenge: int) -> list[Trajectory]:
-    """Recordings and files of labels. Raises DataError, and MovingOutError for maps of the other challenge."""
+    """Read recordings and label files. Raises DataError; MovingOutError for maps of the other challenge."""
     files = recording_files(places, (".mcap", SUFFIX))
     labelled = [load_correction(file).trajectory for file in files if file.name.endswith(SUFFIX)]
     trajectories = labelled + read_trajectories([file for file in files if not file.name.endswith(SUFFIX)])
     for trajectory in trajectories:
         if bool(trajectory.map.variant) != (challenge == 2):
             kind = "a variant" if trajectory.map.variant else "as designed"
-            raise MovingOutError(f"{trajectory.map.name} of a recording is {kind}, which is not Challenge {challenge}")
+            raise MovingOutError(f"a recording has {trajectory.map.name} {kind}, which is not Challenge {challenge}")
     return trajectories
 
 
 def bass_agent_of(agent_id: str) -> BassAgent:
-    """An agent of kind bass. Raises AgentError for an unknown one, MovingOutError for one of another kind."""
+    """Load a BASS agent. Raises AgentError if it is unknown, MovingOutError if it is of another kind."""
     agent = load_agent(agent_id)
     if not isinstance(agent, BassAgent):
-        raise MovingOutError(f"{agent_id} is no agent of kind bass: it simulates nothing and chooses among nothing")
+        raise MovingOutError(f"{agent_id} is not a BASS agent: it has no simulator and no candidates")
     return agent
 
 
 def main(words: Sequence[str] | None = None) -> None:
-    """Parse, measure, print; what cannot be done is said in a sentence."""
+    """Parse, measure and print; exit with a message if that is impossible."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--agents", nargs="+", default=["bass@all"], metavar="ID")
-    parser.add_argument("--challenge", type=int, choices=(1, 2), default=1, help="whose figures of the paper")
-    parser.add_argument("--data", type=Path, nargs="+", help="recordings not used for training; default: played now")
-    parser.add_argument("--moments", type=int, default=10, help="per episode")
-    parser.add_argument("--ticks", type=int, default=LIMIT_TICKS, help="limit of an episode that is played now")
+    parser.add_argument("--challenge", type=int, choices=(1, 2), default=1, help="which figures of the paper to show")
+    parser.add_argument(
+        "--data", type=Path, nargs="+", help="recordings not used for training (default: play new episodes)"
+    )
+    parser.add_argument("--moments", type=int, default=10, help="sampled moments per episode")
+    parser.add_argument("--ticks", type=int, default=LIMIT_TICKS, help="length limit of new episodes")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--json", action="store_true")
     args = parser.parse_args(words)
     if min(args.moments, args.ticks, args.workers) < 1 or args.seed < 0:
-        parser.error("--moments, --ticks and --workers are 1 or more, --seed is 0 or more")
+        parser.error("--moments, --ticks and --workers must be at least 1, --seed at least 0")
     try:
         agents = {agent_id: bass_agent_of(agent_id) for agent_id in args.agents}
         if args.data:

@@ -1,7 +1,7 @@
-"""How smoothly a real Chromium draws the game, and how far the picture is behind the server.
+"""How smoothly Chromium draws the game, and how far the picture lags behind the server.
 
-Two pages in one browser: a person who drives about with keys, and somebody who watches. Target: the gap between two
-drawn frames has p99 < 25 ms at 60 Hz without a graphics processor.
+Two pages in one browser: a player who drives around with keys, and a spectator. Target: p99 of the gap between two
+frames < 25 ms at 60 Hz without a GPU.
 """
 
 import itertools
@@ -48,7 +48,7 @@ def main() -> None:
             )
         times = player.evaluate(DRAW_TIMES)
         middle, slowest = times[len(times) // 2], times[int(0.99 * (len(times) - 1))]
-        print(f"browser, player: drawing and words p50 {middle:.1f} ms, p99 {slowest:.1f} ms")
+        print(f"browser, player: drawing and text p50 {middle:.1f} ms, p99 {slowest:.1f} ms")
         browser.close()
 
 

@@ -1,9 +1,9 @@
-"""How different the scripted people play: the paper's four measures of diversity for A, B, C and all, beside its own.
+"""How differently the scripted people play: the paper's four diversity measures for A, B, C and all together.
 
     python -m bench.diversity --maps HandOff,SingleRotation --people 10
 
-Mean over maps. The paper has the same measures of its own people; neither its units nor its kernels are given, so
-only the order of rows can be compared.
+Means over maps, beside the paper's figures for its own people. The paper gives neither units nor kernels, so only the
+order of rows can be compared.
 """
 
 import argparse
@@ -31,7 +31,7 @@ PAPER = {  # `table:task_1_diversity`, "Dataset diversity across different data 
 
 
 def episodes_of(name: str, maps: list[MapSpec], people: int, ticks: int, workers: int) -> dict[str, list[Trajectory]]:
-    """One episode of each pair of neighbours in a population, by map."""
+    """By map, one episode of each pair of neighbours in a population."""
     with tempfile.TemporaryDirectory() as folder:
         todo = episode_jobs(population(name)[:people], maps, 1, ticks, seed=0, prefix=name)
         list(write_all(todo, Path(folder), workers))
@@ -40,19 +40,19 @@ def episodes_of(name: str, maps: list[MapSpec], people: int, ticks: int, workers
 
 
 def mean_diversity(by_map: dict[str, list[Trajectory]]) -> Diversity:
-    """The measures of each map, averaged."""
+    """The measures, averaged over maps."""
     return Diversity(*np.mean([astuple(diversity(trajectories)) for trajectories in by_map.values()], axis=0).tolist())
 
 
 def measured(maps: list[MapSpec], people: int, ticks: int, workers: int) -> dict[str, Diversity]:
-    """The rows of each population and of all."""
+    """Diversity of each population and of all together."""
     found = {name: episodes_of(name, maps, people, ticks, workers) for name in POPULATIONS}
     everybody = {one.name: [trajectory for by_map in found.values() for trajectory in by_map[one.name]] for one in maps}
     return {**{name: mean_diversity(by_map) for name, by_map in found.items()}, "all": mean_diversity(everybody)}
 
 
 def table(rows: Mapping[str, Diversity]) -> str:
-    """One row per set of episodes."""
+    """A Markdown table with a row per set of episodes."""
     lines = ["| people | DTW mean | DTW variance | entropy | coverage |", "|---|---|---|---|---|"]
     for name, numbers in rows.items():
         lines.append(f"| {name} | " + " | ".join(f"{value:.3f}" for value in astuple(numbers)) + " |")
@@ -60,17 +60,17 @@ def table(rows: Mapping[str, Diversity]) -> str:
 
 
 def main(words: Sequence[str] | None = None) -> None:
-    """Parse, play, print; what cannot be played is said in a sentence."""
+    """Parse, play and print; exit with a message if that is impossible."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--maps", default="all")
-    parser.add_argument("--people", type=int, default=10, help=f"of each population, an even number from 4 to {PEOPLE}")
+    parser.add_argument("--people", type=int, default=10, help=f"per population; an even number from 4 to {PEOPLE}")
     parser.add_argument("--ticks", type=int, default=LIMIT_TICKS)
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     args = parser.parse_args(words)
     if args.people not in range(4, PEOPLE + 1, 2):
-        parser.error(f"--people is an even number from 4 to {PEOPLE}: with one pair there is nothing to compare")
+        parser.error(f"--people must be an even number from 4 to {PEOPLE}: one pair alone cannot be compared")
     if min(args.ticks, args.workers) < 1:
-        parser.error("--ticks and --workers are 1 or more")
+        parser.error("--ticks and --workers must be at least 1")
     try:
         maps = [load_map(name) for name in (map_names() if args.maps == "all" else args.maps.split(","))]
         rows = measured(maps, args.people, args.ticks, args.workers)
@@ -78,9 +78,7 @@ def main(words: Sequence[str] | None = None) -> None:
         parser.error(str(error))
     print(table({**rows, **PAPER}))
     pairs = args.people // 2
-    print(
-        f"\nMaps: {len(maps)}. Of each population {pairs} pairs, one episode of up to {args.ticks} ticks on each map."
-    )
+    print(f"\nMaps: {len(maps)}. Per population {pairs} pairs, one episode of up to {args.ticks} ticks on each map.")
 
 
 if __name__ == "__main__":

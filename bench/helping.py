@@ -1,10 +1,10 @@
-"""Whether an agent comes when it is needed: a patient partner goes to one heavy item, takes an end, and waits.
+"""Whether an agent comes to help: a patient partner takes one end of a heavy item and waits.
 
     python -m bench.helping --agents bass@all dp@all scripted idle --maps all --episodes 3
 
-Each item that needs two is held once per seat and episode. Counted is how often the partner got to hold it (other
-things may lie in the way, and who clears them away helps too), how often the agent took the other end, how soon, and
-how often both brought it home within 500 ticks.
+Each item that needs two is held once per seat and episode. The table counts how often the partner got hold of it (other
+items may be in the way, and clearing them helps too), how often the agent took the other end, how soon, and how often
+they delivered it within 500 ticks.
 """
 
 import argparse
@@ -33,7 +33,7 @@ PATIENCE = TICKS = LIMIT_TICKS
 
 
 class Holder(ScriptedAgent):
-    """A partner who wants to bring home one heavy item and nothing else."""
+    """A partner who delivers one heavy item and nothing else."""
 
     def __init__(self, item: int, seed: int) -> None:
         super().__init__(seed, patience=PATIENCE)
@@ -56,7 +56,7 @@ class _OneItem(TaskSelector):
 
 
 class Held(NamedTuple):
-    """One heavy item, one seat, one episode."""
+    """One episode: a heavy item that the partner holds, and the seat of the agent."""
 
     agent: str
     map: str
@@ -66,7 +66,7 @@ class Held(NamedTuple):
 
 
 class Seen(NamedTuple):
-    """Ticks at which it happened first, -1 for never."""
+    """The first tick of each event, -1 if it never happened."""
 
     held: int
     came: int
@@ -74,7 +74,7 @@ class Seen(NamedTuple):
 
 
 def play(run: Held) -> Seen:
-    """One episode, up to when the item is home."""
+    """Play one episode until the item is delivered."""
     the_map, agent = load_map(run.map), load_agent(run.agent)
     holder = Holder(run.item, run.seed)
     seats = (agent, holder) if run.seat == 0 else (holder, agent)
@@ -89,7 +89,7 @@ def play(run: Held) -> Seen:
 
 
 def main(words: Sequence[str] | None = None) -> None:
-    """Play and print one row per agent and map, and one per agent."""
+    """Play and print a row per agent and map, and a total per agent."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--agents", nargs="+", default=["bass@all", "dp@all", "scripted", "idle"], metavar="ID")
     parser.add_argument("--maps", default="all", help="a map's name, several joined by commas, or all")
@@ -97,7 +97,7 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("--workers", type=int, default=2)
     args = parser.parse_args(words)
     if min(args.episodes, args.workers) < 1:
-        parser.error("--episodes and --workers are 1 or more")
+        parser.error("--episodes and --workers must be at least 1")
     try:
         for agent in args.agents:
             load_agent(agent)
@@ -123,7 +123,7 @@ def main(words: Sequence[str] | None = None) -> None:
 
 
 def rows(runs: Sequence[Held], seen: Sequence[Seen]) -> list[list[str]]:
-    """Per agent and map, and over all maps."""
+    """A row per agent and map, and per agent over all maps."""
     groups: dict[tuple[str, str], list[Seen]] = defaultdict(list)
     for run, outcome in zip(runs, seen, strict=True):
         groups[run.agent, run.map].append(outcome)

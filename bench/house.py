@@ -1,8 +1,8 @@
-"""Figures about our own source code: sizes, import circles, annotations, and how many files a reader walks through.
+"""Figures about our own source code: sizes, import circles, annotations, and the length of two walks through it.
 
     python -m bench house
 
-Functions are counted over all Python packages, folders and files over these and `web/`. The two walks are those of
+Functions are counted in all Python packages; files and folders also in `web/`. The two walks are those of
 docs/architecture.md: the files that a key press and an agent's decision pass through, in order.
 """
 
@@ -22,7 +22,7 @@ def main() -> None:
 
 
 def report(tree: SourceTree) -> str:
-    """A Markdown table of the figures, and below it what stands behind those that are not as they should be."""
+    """A Markdown table of the figures, followed by the places that break a rule."""
     circles = import_circles(import_graph())
     recurring = tree.recurring_classes
     rows = [*_sizes(tree), ("import circles", str(len(circles)), "0"), *_rules(tree)]

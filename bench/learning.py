@@ -1,9 +1,9 @@
-"""How good and how fast learned agents are: plays them with partners and prints the paper's metrics.
+"""The paper's metrics for learned agents, played with given partners.
 
     python -m bench.learning --agents dp@all bass@all:score=nfd,sampling=4x4 idle --partners C --episodes 2
 
-`idle` among the agents is the control condition: what the partner reaches alone. Errors are standard errors over
-episodes. With `--log FILE` every finished episode is kept, and the same command goes on where it was stopped.
+The agent `idle` is the control: what the partner reaches alone. Errors are standard errors over episodes. With
+`--log FILE` finished episodes are kept, and the same command resumes where it stopped.
 """
 
 import argparse
@@ -24,13 +24,13 @@ from movingout.matches import MatchError, MatchResult, play_matches
 from movingout.world.constants import LIMIT_TICKS
 from movingout.world.estimates import estimate, estimate_text
 
-PARTNER_STRIDE = 7  # from map to map, so that different people come first
+PARTNER_STRIDE = 7  # between maps, so that each starts with other people
 
 
 def runs(agents: list[str], partners: list[str], maps: list[str], episodes: int, ticks: int) -> list[Run]:
-    """The same partners, seats and seeds for every agent, episode by episode: fewer episodes are the first of more.
+    """Runs with the same partners, seats and seeds for every agent; fewer episodes are a prefix of more.
 
-    Seats change every second episode, because every second person of C plays the other way round.
+    Seats change every second episode, because leaders and followers alternate in C.
     """
     made = []
     for number in range(episodes):
@@ -41,11 +41,10 @@ def runs(agents: list[str], partners: list[str], maps: list[str], episodes: int,
 
 
 def play_all(todo: list[Run], workers: int, log: Path | None = None) -> list[Outcome]:
-    """Play all episodes in worker processes, with a progress bar; what `log` knows already is not played again.
+    """Play all episodes in worker processes, with a progress bar; those in `log` are not played again.
 
-    Every agent plays its first episodes before any plays its second, the maps together, so that it is asked in batches
-    (`matches.execution.lockstep`). Raises MatchError when an agent lost a match: counted as nothing, it would say
-    little of it.
+    Episodes are ordered by seed, then by agent, so that an agent decides for many maps in one batch
+    (`matches.execution.lockstep`). Raises MatchError if any match failed, because a failure has no score.
     """
     kept = EpisodeLog(log) if log is not None else None
     done = kept.known(todo) if kept is not None else {}
@@ -67,12 +66,12 @@ def play_all(todo: list[Run], workers: int, log: Path | None = None) -> list[Out
         bar = progress.add_task("episodes", total=len(todo), completed=len(done))
         play_matches(list(rest), workers=workers, on_result=on_result)
     if failed:
-        raise MatchError(f"{len(failed)} of {len(rest)} matches were lost: {failed[0]}")
+        raise MatchError(f"{len(failed)} of {len(rest)} matches failed: {failed[0]}")
     return [done[run] for run in todo]
 
 
 def table(outcomes: list[Outcome], agents: list[str], maps: list[str]) -> str:
-    """Rows of agents that played: TCR and NFD over all maps, then TCR by map."""
+    """A Markdown table with a row per agent that played: metrics over all maps, then TCR by map."""
     lines = ["| agent | TCR | NFD | WT [s] | AC | n | " + " | ".join(maps) + " |", "|---" * (6 + len(maps)) + "|"]
     for agent in agents:
         mine = [one for one in outcomes if one.run.agent == agent]
@@ -92,7 +91,7 @@ def _mean_text(values: list[float]) -> str:
 
 
 def main(words: Sequence[str] | None = None) -> None:
-    """Parse, play, print; what cannot be played is said in a sentence."""
+    """Parse, play and print; exit with a message if that is impossible."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     agents = ["dp@all", "bass@all", "scripted", "idle"]
     parser.add_argument("--agents", nargs="+", default=agents, metavar="ID", help="agent ids")
@@ -101,15 +100,15 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("--episodes", type=int, default=2, help="per map")
     parser.add_argument("--ticks", type=int, default=LIMIT_TICKS)
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
-    parser.add_argument("--log", type=Path, help="file of finished episodes, to go on from")
+    parser.add_argument("--log", type=Path, help="file of finished episodes to resume from")
     parser.add_argument("--json", action="store_true")
     args = parser.parse_args(words)
     if min(args.episodes, args.ticks, args.workers) < 1:
-        parser.error("--episodes, --ticks and --workers are 1 or more")
+        parser.error("--episodes, --ticks and --workers must be at least 1")
     try:
         maps, partners = _maps(args.maps), _partners(args.partners)
         for agent_id in {*args.agents, *partners}:
-            load_agent(agent_id)  # before hours of play, not amid them
+            load_agent(agent_id)  # fail now rather than after hours of play
         outcomes = play_all(runs(args.agents, partners, maps, args.episodes, args.ticks), args.workers, args.log)
     except MovingOutError as error:
         parser.error(str(error))
@@ -121,7 +120,7 @@ def main(words: Sequence[str] | None = None) -> None:
 
 
 def _maps(said: str) -> list[str]:
-    """Names of maps. Raises MapError for an unknown one."""
+    """Map names. Raises MapError if one is unknown."""
     names = list(map_names()) if said == "all" else said.split(",")
     for name in names:
         load_map(name)
@@ -129,12 +128,12 @@ def _maps(said: str) -> list[str]:
 
 
 def _partners(said: str) -> list[str]:
-    """Agent ids: the people of a population, or the one that was said."""
+    """Agent ids: the people of a population, or the one given."""
     return [person.agent_id for person in population(said)] if said in POPULATIONS else [said]
 
 
 def _scores(outcomes: Sequence[Outcome], agents: Sequence[str]) -> dict[str, dict[str, tuple[float, float] | None]]:
-    """Mean and standard error (0 of one episode) of each metric, by agent; None of none."""
+    """Mean and standard error (0 for one episode) of each metric by agent; None without episodes."""
     return {
         agent: {
             name: _mean_and_error([getattr(one, name) for one in outcomes if one.run.agent == agent])

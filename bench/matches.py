@@ -22,7 +22,7 @@ from movingout.world import World
 from movingout.world.constants import LIMIT_TICKS
 
 MAP = "DistancePriority"
-ROUNDS = 20  # short ones, so that other load affects both sides alike
+ROUNDS = 20  # short, so that other load affects both sides equally
 TICKS = 200
 BASS_TICKS, BASS_BATCH_SIZE = 40, 8
 SPEC = {
@@ -85,7 +85,7 @@ def random_network() -> PolicyNetwork:
 
 
 def policy_rates(network: PolicyNetwork) -> dict[str, float]:
-    """Ticks per second one match at a time, and in lockstep."""
+    """Ticks per second, one match at a time and in lockstep."""
 
     def load(agent_id: str) -> Agent:
         return PolicyAgent(network.spec, network) if agent_id == "dp" else load_agent(agent_id)
@@ -98,7 +98,7 @@ def policy_rates(network: PolicyNetwork) -> dict[str, float]:
 
 
 def bass_rates() -> dict[str, float]:
-    """The same for pairs of the shipped BASS agent, whose every decision is a batch of candidates."""
+    """The same for pairs of the shipped BASS agent, which scores a batch of candidates per decision."""
     matches = [Match(MAP, "bass@all", "bass@all", seed, ticks=BASS_TICKS) for seed in range(BASS_BATCH_SIZE)]
     ticks = len(matches) * BASS_TICKS
     alone = lockstep_seconds(Lockstep(batch_size=1), matches)
@@ -110,7 +110,7 @@ def bass_rates() -> dict[str, float]:
 
 
 def network_seconds(network: PolicyNetwork) -> tuple[float, float]:
-    """CPU seconds for equally many samples one by one, and in batches of both seats of all matches."""
+    """CPU seconds for the same number of samples one by one, and in batches of both seats of all matches."""
     import numpy as np
 
     spec, random, count = network.spec, np.random.default_rng(0), 2 * BATCH_SIZE

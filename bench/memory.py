@@ -1,5 +1,5 @@
-"""What stays in memory of matches that are over: one process plays very many short ones, on all maps, as designed and
-with other items, between agents that drive to items, grab them and let them go."""
+"""Memory kept after matches end: one process plays many short matches on all maps and their variants, between agents
+that drive to items, grab them and let go."""
 
 import ctypes
 import gc
@@ -18,18 +18,18 @@ from movingout.matches.match import Match
 
 MATCHES = 100_000
 PAGE = 4096  # bytes
-TICKS = 8  # starting and ending is what may leave something behind, so matches are short
+TICKS = 8  # short matches: leaks would come from starting and ending
 GRABBER = "bench.memory:Grabber"
 
 
 class Grabber:
-    """Drives to an item and presses the hand every third tick."""
+    """Drives to an item and toggles its grasp every third tick."""
 
     def reset(self, episode: EpisodeInfo) -> None:
         self.item = episode.seed % len(episode.map.items)
 
     def act(self, observation: Observation) -> ActionChunk:
-        """Return (3, 4): towards the item."""
+        """Return three actions (3, 4) towards the item."""
         state, seat = observation.state, observation.seat
         x, y = (state.item_poses[self.item, :2] - state.robot_poses[seat, :2]).tolist()
         length = max((x * x + y * y) ** 0.5, 1e-3)
@@ -40,8 +40,8 @@ class Grabber:
 def main() -> None:
     begun = time.process_time()
     readings = [[f"{number:,}", f"{megabytes:.1f}"] for number, megabytes in sizes(MATCHES, MATCHES // 10)]
-    print_table("Memory of one process after so many matches", ["matches", "MB"], readings)
-    print(f"{MATCHES:,} matches of up to {TICKS} ticks in {time.process_time() - begun:.0f} s of processor time")
+    print_table("Memory of one process by matches played", ["matches", "MB"], readings)
+    print(f"{MATCHES:,} matches of up to {TICKS} ticks in {time.process_time() - begun:.0f} s of CPU time")
 
 
 def sizes(matches: int, every: int) -> Iterator[tuple[int, float]]:
@@ -54,14 +54,14 @@ def sizes(matches: int, every: int) -> Iterator[tuple[int, float]]:
 
 
 def short_matches() -> Iterator[Match]:
-    """Every map, each tenth time as a variant, with seeds that never come again."""
+    """Endless matches on all maps, with new seeds; every tenth seed plays the variants."""
     for seed in count():
         for name in map_names():
             yield Match(name, GRABBER, GRABBER, seed, 1 if seed % 10 else 2, TICKS)
 
 
 def resident_mb() -> float:
-    """Resident size of this process, after what is free has been given back."""
+    """Resident size of this process [MB], after free memory was returned to the system."""
     gc.collect()
     ctypes.CDLL(None).malloc_trim(0)
     return int(Path("/proc/self/statm").read_text().split()[1]) * PAGE / 2**20

@@ -1,4 +1,4 @@
-"""What recording costs: per tick while playing, in bytes per episode, and afterwards.
+"""The cost of recording: CPU per tick during play, bytes per episode, and processing afterwards.
 
 One episode is 500 ticks of two driving people, each sending inputs at 20 Hz; the red seat also reports ten
 candidate paths twice a second, as a planning agent does. CPU times of this process; real time is 50 s an episode.
@@ -71,7 +71,7 @@ def main() -> None:
 
 
 def measure(folder: Path, map_name: str, number: int) -> list[float]:
-    """One episode, written and used: the columns of the table."""
+    """Write and use one episode; returns the columns of the table."""
     header, initial, ticks = played(map_name, f"{map_name}-{number}")
     writer = EpisodeWriter.create(folder, header, initial)
     writing = cpu_seconds(lambda: write(writer, ticks))
@@ -91,7 +91,7 @@ def measure(folder: Path, map_name: str, number: int) -> list[float]:
 
 
 def measure_exports(folder: Path, recordings: list[Path]) -> list[list[str]]:
-    """Seconds to export some episodes in each format that is no picture; imports of libraries included."""
+    """Seconds to export episodes in each data format, library imports included."""
     rows = []
     for name in FORMATS:
         plan = ExportPlan(recordings, folder / f"export-{name}")
@@ -115,7 +115,7 @@ def measure_listing(folder: Path, recording: Path) -> list[list[str]]:
 
 
 def write(writer: EpisodeWriter, ticks: list[TickRecord]) -> None:
-    """What a room does in 500 ticks, without the room."""
+    """Write what a room would write during these ticks."""
     for tick in ticks:
         number = tick.state.tick
         for k in range(4):
@@ -129,7 +129,7 @@ def write(writer: EpisodeWriter, ticks: list[TickRecord]) -> None:
 
 
 def played(map_name: str, episode_id: str) -> tuple[EpisodeHeader, WorldState, list[TickRecord]]:
-    """An episode of smooth random driving: headings wander, a grasp now and then."""
+    """An episode of smooth random driving with occasional grasps."""
     spec = load_map(map_name)
     world = World(spec)
     random = np.random.default_rng(5)

@@ -1,4 +1,4 @@
-"""What a pair of scripted agents delivers within 500 ticks on each map, beside one of them with an idle partner."""
+"""What two scripted agents deliver within 500 ticks on each map, and what one delivers beside an idle partner."""
 
 from bench import print_table
 from movingout.maps import map_names
@@ -9,7 +9,7 @@ TICKS = LIMIT_TICKS
 
 
 def main() -> None:
-    """Both tables in one; about a minute."""
+    """Play both and print one table; about a minute."""
     names = map_names()
     pairs = {result.match.map: result for result in played("scripted", names)}
     alone = {result.match.map: result for result in played("idle", names)}
@@ -24,7 +24,7 @@ def main() -> None:
 
 
 def played(partner: str, names: tuple[str, ...]) -> list[MatchResult]:
-    """One match per map of a scripted agent in blue."""
+    """One match per map, a scripted agent in blue beside `partner`."""
     return list(play_matches([Match(name, "scripted", partner, 0, ticks=TICKS) for name in names]))
 
 

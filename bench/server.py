@@ -1,7 +1,7 @@
-"""Rooms per server: 100 and 200 rooms of two clients, and one abusive client beside 50 rooms.
+"""Rooms per server: 100 and 200 rooms with two clients each, and 50 rooms beside a client that floods.
 
-Lateness is the server's own measure, over SECONDS of steady play; bots play from this process. The figures mean
-something only when nothing else runs: `canary` is how late a loop that does nothing wakes up on this machine.
+Lateness is measured by the server over SECONDS of steady play; bots play from this process. Run nothing else:
+`canary` shows how late an idle loop wakes up on this machine.
 """
 
 import asyncio
@@ -34,7 +34,7 @@ def main() -> None:
 
 
 def canary() -> dict[str, float]:
-    """How late a sleeping loop wakes up, for 3 s: what the machine adds by itself."""
+    """How late a sleeping loop wakes up, over 3 s: the lateness of the machine itself."""
     lateness = Lateness()
 
     async def wake() -> None:
@@ -49,7 +49,7 @@ def canary() -> dict[str, float]:
 
 
 async def abuse(target: RunningServer) -> None:
-    """Join a room to look on, send as much as the line takes, be cut off, come back; until cancelled."""
+    """Watch a room, flood the socket until cut off, and reconnect; until cancelled."""
     room = await asyncio.to_thread(open_room, target, "Simple", 1)
     flood = masked(BINARY, Input(0, 1, 0, 0, 1.0, 0.0, 0, 0, 0.0).encode()) * 200
     host, port = target.host_and_port

@@ -1,8 +1,8 @@
-"""A study in its busiest hour: 16 participants at once in 8 rooms, the dashboard open.
+"""A study under full load: 16 participants at once in 8 rooms, with the dashboard open.
 
-Lateness is the server's own measure, over SECONDS in which all rooms play. The participants are browsers' stand-ins
-in this process: each with its stream of news, its requests and its game; the dashboard reads its stream as the page
-does. The figures mean something only when nothing else runs: `canary` is how late a loop that does nothing wakes up.
+Lateness is measured by the server over SECONDS in which all rooms play. Participants are simulated in this process,
+each with its event stream, requests and game; the dashboard reads its stream as the page does. Run nothing else:
+`canary` shows how late an idle loop wakes up.
 """
 
 import asyncio
@@ -72,7 +72,7 @@ async def _measure(address: ServerAddress) -> dict[str, Any]:
 
 
 async def _watch(http: httpx.AsyncClient) -> None:
-    """The dashboard, as long as it is open."""
+    """Read the dashboard's event stream until cancelled."""
     async with http.stream("GET", "/api/experimenter/live", timeout=None) as stream:
         async for _ in stream.aiter_lines():
             pass

@@ -1,22 +1,22 @@
-"""From nothing to trained agents and their tables, by one command; each step that is done already is skipped.
+"""Train all agents from scratch, evaluate them and write their tables; finished steps are skipped.
 
     python -m bench.train_agents --report docs/results.md
 
-1. an expert plays with the people of populations A and B, its hand slipping now and then;
-2. a Diffusion Policy (flow, fast denoiser) learns from them;
-3. it takes turns with the expert beside the same people (DAgger), and learns on; `--rounds` times;
-4. from all labels MLP, GRU and Diffusion Policy, with augmentation and without, learn from the beginning;
-5. Diffusion Policy plays with the same people, no expert helping; from all these episodes the simulator of BASS and a
-   value to choose by are learned;
-6. BASS plays with them, choosing by that value, and the value is learned again with these episodes too: a value knows
-   little of where choosing by it leads before that was seen;
-7. the policies and the paper's BASS, choosing by NFD, are trained again from people of A alone;
-8. everybody plays with the people of population C, with whom nobody was trained, beside an idle partner and the
-   scripted expert; those trained with A alone play with A and B as well. The scores with C go into the cards and the
-   tables into the report.
+1. an expert plays with the people of populations A and B, with occasional slips of its hand;
+2. a Diffusion Policy (flow, fast denoiser) is trained on these episodes;
+3. it takes turns with the expert beside the same people (DAgger) and is trained further; `--rounds` times;
+4. MLP, GRU and Diffusion Policy, with and without augmentation, are trained from scratch on all labels;
+5. Diffusion Policy plays with the same people, without the expert; BASS's simulator and a value function are trained on
+   all these episodes;
+6. BASS plays with them, choosing by that value, and the value is trained again with these episodes added: it cannot
+   judge states that choosing by it leads to before it has seen them;
+7. the policies and the paper's BASS, choosing by NFD, are trained again with people of A alone;
+8. all agents, an idle partner and the scripted expert play with people of population C, with whom no agent was trained;
+   those trained with A alone also play with A and B. The scores with C go into the model cards, the tables into the
+   report.
 
-Steps 1 to 7 are `agents.curriculum.recipe`; `--dry-run` prints their commands.
-Stopped and started again it goes on where it was; finished evaluation episodes are in data/evaluation.jsonl.
+Steps 1 to 7 are `agents.curriculum.recipe`; `--dry-run` prints their commands. A restarted command resumes where it
+stopped; finished evaluation episodes are in data/evaluation.jsonl.
 """
 
 import argparse
@@ -44,7 +44,7 @@ from movingout.world.estimates import estimate
 
 
 def main(words: Sequence[str] | None = None) -> None:
-    """Parse and go through the steps; what cannot be done is said in a sentence."""
+    """Parse and run the steps; exit with a message if that is impossible."""
     try:
         _run(_parsed(words))
     except MovingOutError as error:
@@ -65,10 +65,8 @@ def _run(args: argparse.Namespace) -> None:
     )
     played, played_of_a = _played(args, (both, of_a))
     if not played["C"]:
-        raise MovingOutError(
-            "nobody has played with people of C yet, so there is nothing to tell; leave out --finished"
-        )
-    unseen = list(dict.fromkeys(played["C"] + played_of_a["C"]))  # the controls are in both
+        raise MovingOutError("no agent has played with people of C yet, so there are no tables; leave out --finished")
+    unseen = list(dict.fromkeys(played["C"] + played_of_a["C"]))  # the controls occur in both
     cards = _rescored(args, [*both.learners, *of_a.learners], unseen)
     numbers = None if args.no_parts else _parts_of_bass(args)
     command = "python -m bench.train_agents" + " --by-nfd" * (PAPER_BASS in both.learners)
@@ -77,14 +75,14 @@ def _run(args: argparse.Namespace) -> None:
 
 
 def _left_out(args: argparse.Namespace) -> set[str]:
-    """Who does not come into the tables: of what is there already all do, by NFD or not."""
+    """Agents left out of the tables; with --finished, only those excluded or not trained."""
     if args.finished:
         return {*args.without, *_not_trained(args.data)}
     return {*args.without, *(() if args.by_nfd else CHOOSING_BY_NFD)}
 
 
 def _not_trained(data: Path) -> list[str]:
-    """Agents of the tables that are not there yet; says which."""
+    """Agents of the tables that have no checkpoint yet; prints them."""
     missing = []
     for agent_id in [*OF_BOTH.learners, *OF_A.learners]:
         try:
@@ -96,7 +94,7 @@ def _not_trained(data: Path) -> list[str]:
 
 
 def _played(args: argparse.Namespace, fields: Sequence[Comparison]) -> list[dict[str, list[Outcome]]]:
-    """For each field all episodes by partners."""
+    """Outcomes by population, for each comparison."""
     maps, log = list(map_names()), args.data / "evaluation.jsonl"
     todo = [
         {
@@ -114,7 +112,7 @@ def _played(args: argparse.Namespace, fields: Sequence[Comparison]) -> list[dict
 
 
 def _rescored(args: argparse.Namespace, agents: Sequence[str], unseen: Sequence[Outcome]) -> dict[str, Card]:
-    """The cards of those who have played, with what they reached beside people never trained with."""
+    """The cards of agents that have played, with their scores beside people never trained with."""
     cards, have_played = {}, {one.run.agent for one in unseen}
     for agent_id in agents:
         if ":" not in agent_id and agent_id in have_played:
@@ -124,7 +122,7 @@ def _rescored(args: argparse.Namespace, agents: Sequence[str], unseen: Sequence[
 
 
 def _news(checkpoint: Checkpoint, measured: Mapping[str, Score]) -> bool:
-    """Whether scores belong into a card: not into those that come with the project, and not in place of more runs."""
+    """Whether to write scores to a card: never to shipped ones, nor over scores from more episodes."""
     if checkpoint.folder.parent == SHIPPED:
         return False
     before, now = checkpoint.card.scores.get(UNSEEN_TCR), measured[UNSEEN_TCR]
@@ -135,7 +133,7 @@ def _news(checkpoint: Checkpoint, measured: Mapping[str, Score]) -> bool:
 
 
 def _people(group: str) -> list[str]:
-    """The agent ids of the people of some populations, taken in turn."""
+    """Agent ids of the people of the populations named by the letters of `group`, in turn."""
     populations = [population(name) for name in group]
     return [person.agent_id for people in zip(*populations, strict=True) for person in people]
 
@@ -143,54 +141,56 @@ def _people(group: str) -> list[str]:
 def _parsed(words: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     positive = _at_least(1)
-    parser.set_defaults(data=Path("data"))  # where the processes that play look for models
+    parser.set_defaults(data=Path("data"))  # where the worker processes look for models
     for entry in dataclasses.fields(Sizes):
         if "least" in entry.metadata:
             kind, text = _at_least(entry.metadata["least"]), f"{entry.metadata['help']} (%(default)s)"
             parser.add_argument(f"--{entry.name.replace('_', '-')}", type=kind, default=entry.default, help=text)
-    parser.add_argument("--dry-run", action="store_true", help="print the commands of the training, and do nothing")
+    parser.add_argument("--dry-run", action="store_true", help="print the training commands and exit")
     parser.add_argument(
         "--without", action="append", default=[], metavar="ID", choices=[*OF_BOTH.learners, *OF_A.learners],
-        help="an agent to leave out of the tables; may be said several times",
+        help="leave this agent out of the tables; repeatable",
     )  # fmt: skip
     parser.add_argument(
         "--by-nfd", action="store_true",
-        help="BASS of A and B plays once more, choosing by NFD (7 minutes); that of A alone does so anyway",
+        help="also evaluate BASS of A and B choosing by NFD (7 minutes); that of A alone always does",
     )  # fmt: skip
     parser.add_argument("--no-parts", action="store_true", help="leave out the section on the parts of BASS")
-    parser.add_argument("--only-evaluate", action="store_true", help="what is trained is good enough")
-    parser.add_argument("--finished", action="store_true", help="tables of what was played so far; plays no more")
+    parser.add_argument("--only-evaluate", action="store_true", help="train nothing")
+    parser.add_argument(
+        "--finished", action="store_true", help="make tables from the episodes played so far; play no more"
+    )
     parser.add_argument("--runs", type=positive, default=20, help="evaluation episodes per map and agent")
     parser.add_argument("--ticks", type=positive, default=LIMIT_TICKS)
     parser.add_argument("--workers", type=positive, default=os.cpu_count() or 1)
     parser.add_argument("--report", type=Path, default=Path("docs/results.md"))
     args = parser.parse_args(words)
-    if not args.report.parent.is_dir():  # now, and not after two hours
+    if not args.report.parent.is_dir():  # fail now rather than after two hours
         parser.error(f"argument --report: there is no folder {args.report.parent}")
     return args
 
 
 def _at_least(least: int) -> Callable[[str], int]:
-    """A number of an option."""
+    """A parser for integer options of at least `least`."""
 
     def number(text: str) -> int:
         value = int(text)
         if value < least:
-            raise argparse.ArgumentTypeError(f"{least} is the least")
+            raise argparse.ArgumentTypeError(f"must be at least {least}")
         return value
 
-    number.__name__ = "number"  # for argparse's own words about what is none
+    number.__name__ = "number"  # shown in argparse's error messages
     return number
 
 
 def _parts_of_bass(args: argparse.Namespace) -> Numbers:
-    """Next state, partner prediction and selection on one episode of C per map."""
+    """Accuracy of next state, partner prediction and selection on one episode of C per map."""
     trajectories = held_out_episodes(challenge=1, ticks=args.ticks, workers=args.workers)
     return measure(bass_agent_of(PAPER_BASS), trajectories, moments=20, seed=0)
 
 
 def scores(outcomes: Sequence[Outcome], agent: str) -> dict[str, Score]:
-    """TCR and NFD with unseen people for a card, and the TCR of these people with the control."""
+    """Scores for a card: TCR and NFD with unseen people, and the TCR of these people with the control."""
     mine = [one for one in outcomes if one.run.agent == agent]
     control = [one for one in outcomes if one.run.agent == CONTROL]
     measured = {

@@ -2,9 +2,9 @@
 
     python -m bench.windows --data data/demos
 
-CPU time of this process on one thread. Without --data, random driving on all maps. Rows are repeated until there are
-as many as in a usual training set, so that they do not fit into a cache. Episodes are encoded once, before training;
-what a map needs once (0.2 s) is made before.
+CPU time of one thread. Without --data, episodes are random driving on all maps. Rows are repeated up to the size of a
+usual training set, so that they do not fit into a cache. Episodes are encoded once, before training; tables computed
+once per map (0.2 s) are not counted.
 """
 
 import argparse
@@ -60,7 +60,7 @@ def driven(map_name: str, seed: int) -> Trajectory:
 
 
 def encoded(trajectories: Sequence[Trajectory], config: PolicyConfig) -> tuple[Windows, float]:
-    """About ROWS windows, or all, and how many a second were encoded."""
+    """Return at least ROWS windows, or all if there are more, and the encoding rate [1/s]."""
     for the_map in {trajectory.map for trajectory in trajectories}:
         feature_encoder(the_map, config.layout).encode(start_state(the_map), seat=0)
     begun = time.process_time()
@@ -71,7 +71,7 @@ def encoded(trajectories: Sequence[Trajectory], config: PolicyConfig) -> tuple[W
 
 
 def drawn(windows: Windows, config: PolicyConfig, batches: int) -> float:
-    """Windows that become tensors in a second: observations and chunks of random rows, in batches."""
+    """Rate [1/s] at which random windows become tensors (observations and chunks), in batches."""
     random, rows = np.random.default_rng(0), np.arange(len(windows))
     begun = time.process_time()
     for _ in range(batches):
@@ -97,7 +97,7 @@ def main(words: Sequence[str] | None = None) -> None:
 
 
 def recorded(places: Sequence[Path]) -> list[Trajectory]:
-    """Recordings and files of labels."""
+    """Read recordings and label files."""
     files = recording_files(places, (".mcap", SUFFIX))
     labelled = [load_correction(file).trajectory for file in files if file.name.endswith(SUFFIX)]
     return labelled + read_trajectories([file for file in files if not file.name.endswith(SUFFIX)])

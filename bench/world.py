@@ -1,7 +1,7 @@
-"""What the world costs beside its engine: `World.step` against 20 `space.step` over the same states.
+"""The overhead of the world over its engine: `World.step` against 20 `space.step` over the same states.
 
-All figures are ticks per second of CPU time of this process, on one core. Ratios compare runs that follow
-each other, so that they hold on a busy machine too, where the absolute figures do not.
+Rates are ticks per second of CPU time on one core. Ratios compare consecutive runs, so that they hold on a busy
+machine too; absolute figures do not.
 """
 
 import statistics
@@ -24,7 +24,7 @@ TARGETS = {"bare": 0.90, "with sub-poses": 0.65, "everything": 0.45}
 
 
 class EngineTimedWorld(World):
-    """The same world, but it steps by pymunk's `space.step` and sums the CPU time spent in there."""
+    """The same world, stepped by pymunk's `space.step`, with the CPU time spent in it summed."""
 
     engine_seconds = 0.0
 
@@ -81,7 +81,7 @@ def with_sub_poses(spec: MapSpec, actions: list[Floats]) -> float:
 
 
 def everything(spec: MapSpec, actions: list[Floats]) -> float:
-    """Sub-poses, state, both observations, metrics and deliveries brought up to date in each tick."""
+    """Sub-poses, state, both observations, metrics and deliveries in each tick."""
     world, metrics, observations = World(spec), EpisodeMetrics(spec), encoder(spec)
     before = world.state()
     start = time.process_time()
@@ -97,7 +97,7 @@ def everything(spec: MapSpec, actions: list[Floats]) -> float:
 
 
 def driving(seed: int) -> list[Floats]:
-    """Smooth random driving with a grasp now and then: a list of (2, 3) actions."""
+    """Smooth random driving with occasional grasps: joint actions (2, 3), one per tick."""
     generator = np.random.default_rng(seed)
     headings = np.cumsum(generator.normal(0.0, 0.3, (TICKS, 2)), axis=0)
     grasps = generator.random((TICKS, 2)) < 0.1
@@ -105,7 +105,7 @@ def driving(seed: int) -> list[Floats]:
 
 
 def _clock_seconds() -> float:
-    """What one reading of the CPU clock costs, so that it is not counted as the engine's."""
+    """CPU seconds of reading the CPU clock, to subtract from the engine's."""
     samples = []
     for _ in range(2000):
         start = time.process_time()

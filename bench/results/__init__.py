@@ -1,1 +1,1 @@
-"""What docs/results.md is made of: the log of evaluation episodes, tables, a chart, and the page itself."""
+"""How docs/results.md is made: the log of evaluation episodes, tables, the chart and the page."""

@@ -1,4 +1,4 @@
-"""The paper's tables of "BASS Analysis", with a column of ours for each agent."""
+"""The paper's tables of "BASS Analysis", with a column for each of our agents."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -14,10 +14,10 @@ EVERYBODY = (BASS, GRU, RANDOM, ORACLE)
 class Row(NamedTuple):
     """One row of a table."""
 
-    label: str  # the paper's; where it has no such row, ours
+    label: str  # as in the paper, where it has such a row
     paper: tuple[float, float] | None  # in Challenge 1 and 2
-    field: str  # of `bench.bass.Numbers`; empty where we have nothing of the kind
-    roles: tuple[str, ...] = EVERYBODY  # the agents that the row is about
+    field: str  # of `bench.bass.Numbers`; empty where we measure nothing like it
+    roles: tuple[str, ...] = EVERYBODY  # the agents that the row applies to
 
 
 TABLES = {
@@ -56,7 +56,7 @@ FOOT = (
 
 
 def role(agent_id: str, agent: BassAgent) -> str:
-    """What the paper calls such an agent in these tables."""
+    """The name of such an agent in these tables of the paper."""
     if isinstance(agent, RandomPartnerBassAgent):
         return RANDOM
     if isinstance(agent, OracleBassAgent):
@@ -66,7 +66,7 @@ def role(agent_id: str, agent: BassAgent) -> str:
 
 
 def tables(measured: Mapping[str, Mapping[str, float]], roles: Mapping[str, str], challenge: int) -> str:
-    """Markdown: the paper's figures for a challenge, and what was `measured` of each agent in the rows of its role."""
+    """Markdown tables of the paper's figures and of those `measured` for each agent, in the rows of its role."""
     parts = []
     for title, rows in TABLES.items():
         lines = [f"**{title}**\n", f"| Challenge {challenge} | paper | " + " | ".join(measured) + " |"]

@@ -1,6 +1,6 @@
-"""The picture of docs/results.md: what people never trained with reach beside each agent, as an SVG of its own.
+"""The chart of docs/results.md as an SVG: TCR of each agent beside people never trained with.
 
-Its colours follow the reader's light or dark theme; nothing is said by colour alone.
+Colours follow the reader's light or dark theme; no information is in colour alone.
 """
 
 from collections.abc import Mapping, Sequence
@@ -24,7 +24,7 @@ STYLE = (
 
 
 def chart(outcomes: Sequence[Outcome], names: Mapping[str, str]) -> str:
-    """A bar of TCR with its standard error for each agent, the best first; `names` says what they are."""
+    """TCR of each agent as a bar with its standard error, best first; `names` are shown below the ids."""
     by_agent = {agent: estimate([one.tcr for one in outcomes if one.run.agent == agent]) for agent in _agents(outcomes)}
     scores = {agent: found for agent, found in by_agent.items() if found is not None}
     ranked = sorted(scores, key=lambda agent: -scores[agent].mean)
@@ -62,7 +62,7 @@ def _scale(bottom: float) -> str:
 
 
 def _row(top: float, agent: str, name: str, found: Estimate) -> str:
-    """Names on the left, the bar, its error and its value; the expert and the control are outlined."""
+    """One agent: names, bar, error and value; the expert and the control are outlined."""
     middle, kind = top + BAR / 2, "reference" if agent in NOTES else "bar"
     mean, error = found.mean, found.stderr or 0.0
     low, high = _x(max(mean - error, 0.0)), _x(min(mean + error, 1.0))

@@ -1,4 +1,4 @@
-"""Evaluation episodes: who plays with whom, what came of it, and the file in which finished ones are kept."""
+"""Evaluation episodes: who plays with whom, the outcome, and the file that keeps finished ones."""
 
 import ast
 import contextlib
@@ -32,14 +32,14 @@ class Run:
 
     @property
     def match(self) -> Match:
-        """The same as who sits where; seat 0 is blue."""
+        """The match to play; seat 0 is blue."""
         blue, red = (self.agent, self.partner) if self.seat == 0 else (self.partner, self.agent)
         return Match(self.map, blue, red, self.seed, ticks=self.ticks)
 
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What came of it, and the processor time of everybody in it."""
+    """The metrics of an episode, and its CPU time."""
 
     run: Run
     tcr: float
@@ -50,22 +50,22 @@ class Outcome:
 
 
 class EpisodeLog:
-    """A file of finished episodes. They count while those who play, the map, and what plays them are what they were.
+    """A file of finished episodes. Each is valid as long as its agents, its map and the code that plays are unchanged.
 
-    Several processes may append to one file. What a kill or a full disk left of a line is passed over.
+    Several processes may append to one file. Incomplete lines, left by a kill or a full disk, are skipped.
     """
 
     def __init__(self, path: Path) -> None:
-        """Reads what is there. Raises MovingOutError for a file that is no log."""
+        """Read the file if it exists. Raises MovingOutError if it is not a log."""
         self._path = path
         self._known = _read(path) if path.exists() else {}
 
     def known(self, todo: Sequence[Run]) -> dict[Run, Outcome]:
-        """The outcomes of those episodes that have been played."""
+        """Outcomes of the runs that have been played."""
         return {run: self._known[key] for run in todo if (key := _key(run)) in self._known}
 
     def append(self, outcome: Outcome) -> None:
-        """Keep the outcome of an episode that was played just now."""
+        """Add the outcome of an episode."""
         key = _key(outcome.run)
         self._known[key] = outcome
         self._path.parent.mkdir(parents=True, exist_ok=True)
@@ -86,7 +86,7 @@ def _read(path: Path) -> dict[str, Outcome]:
             entry = json.loads(line)
             found[entry["key"]] = Outcome(**{**entry["outcome"], "run": Run(**entry["outcome"]["run"])})
     if lines and not found:
-        raise MovingOutError(f"{path} is no log of finished episodes")
+        raise MovingOutError(f"{path} is not a log of finished episodes")
     return found
 
 
@@ -98,7 +98,7 @@ def _key(run: Run) -> str:
 
 @lru_cache
 def _version(agent_id: str) -> str:
-    """What an agent has beside our code: its checkpoint, or the module of somebody else that makes it."""
+    """A hash of what an agent has besides our code: its checkpoint, or the module it is loaded from."""
     reference = agent_id.partition(":")[0]
     if "@" in reference:
         card = find_checkpoint(reference, *MODEL_ROOTS).card
@@ -113,7 +113,7 @@ def _version(agent_id: str) -> str:
 
 @lru_cache
 def _code() -> str:
-    """Of all our code that plays: after a change of it an episode may go otherwise."""
+    """A hash of all code that takes part in play, because a change of it may change the outcome."""
     root = Path(str(movingout.__file__)).parent
     folders = [root / package for package in ("agents", "maps", "matches", "world")]
     files = [
@@ -130,7 +130,7 @@ def _hash(text: str) -> str:
 
 
 def meaning(source: bytes) -> str:
-    """The syntax tree of a source: the same whatever comments and docstrings say."""
+    """The syntax tree of a source without comments and docstrings."""
     tree = ast.parse(source)
     for node in ast.walk(tree):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and ast.get_docstring(node, clean=False):

@@ -1,6 +1,6 @@
 """The measured part of docs/results.md: tables made from outcomes, beside the paper's.
 
-The page has words around it that people write; what is between the two marks is replaced.
+Text around it is written by hand; everything between the two marks is replaced.
 """
 
 import datetime
@@ -26,9 +26,9 @@ BEGIN, END = "<!-- measured: begin -->", "<!-- measured: end -->"
 
 
 def write_report(path: Path, measured: str, picture: str) -> None:
-    """Put `measured` between the marks of the page; a page without them gets them at its end.
+    """Put `measured` between the marks of the page; a page without marks gets them at its end.
 
-    Above it stands the `picture`, an SVG that is kept beside the page.
+    The `picture`, an SVG kept beside the page, goes above it.
     """
     beside = path.with_suffix(".svg")
     beside.write_text(picture, encoding="utf-8")
@@ -40,7 +40,7 @@ def write_report(path: Path, measured: str, picture: str) -> None:
 
 
 Played = Mapping[str, Sequence[Outcome]]
-"""Outcomes by the partners' populations."""
+"""Outcomes by population of the partners."""
 
 
 def measured_part(
@@ -50,9 +50,9 @@ def measured_part(
     numbers: Numbers | None,
     command: str,
 ) -> str:
-    """Everything between the marks: what those trained with A and B reached, and those trained with A alone.
+    """Everything between the marks: results of agents trained with A and B, and of those trained with A alone.
 
-    `cards` are the learned agents', `command` is what makes these tables.
+    `cards` are those of the learned agents; `command` makes these tables.
     """
     today = datetime.datetime.now(datetime.UTC).date().isoformat()
     field, played = both
@@ -84,7 +84,7 @@ def measured_part(
 def _tables(field: Comparison, played: Played, level: str) -> Iterator[str]:
     for group, partners in field.partners.items():
         if not played[group]:
-            continue  # nobody has played with them yet
+            continue  # no agent has played with them yet
         yield f"{level} With {partners}"
         yield table(list(played[group]), _agents(played[group]), list(map_names()))
 
@@ -94,7 +94,7 @@ def _agents(outcomes: Sequence[Outcome]) -> list[str]:
 
 
 def _apart(field: Comparison, played: Played) -> Iterator[str]:
-    """The section on agents trained with one population alone; nothing where none has played."""
+    """The section on agents trained with one population alone; empty if none has played."""
     if not any(one.run.agent in field.learners for outcomes in played.values() for one in outcomes):
         return
     yield "## Trained with people of A alone"
@@ -106,7 +106,7 @@ def _apart(field: Comparison, played: Played) -> Iterator[str]:
 
 
 def _generalisation(field: Comparison, played: Played) -> str:
-    """Agents by kinds of partners."""
+    """A table of agents by kind of partner."""
     heads = " | ".join(f"{partners}: TCR | NFD | n" for partners in field.partners.values())
     lines = [f"| agent | as in the paper | {heads} |", "|---" * (2 + 3 * len(field.partners)) + "|"]
     for agent in dict.fromkeys(agent for outcomes in played.values() for agent in _agents(outcomes)):

@@ -1,4 +1,4 @@
-"""Who is ahead of whom, over the episodes that both played."""
+"""Paired differences between agents over the episodes that both played."""
 
 from collections.abc import Mapping, Sequence
 
@@ -15,16 +15,16 @@ LEGEND = (
 
 
 def against_aim(outcomes: Sequence[Outcome]) -> str:
-    """What was aimed at, and by how much it was reached or missed."""
+    """A sentence on the aim and whether it was reached."""
     found = estimate([one.tcr for one in outcomes if one.run.agent == BASS])
     if found is None:
-        return f"`{BASS}` is not among those who have played; aimed at is a TCR of {TARGET_TCR}."
+        return f"`{BASS}` has not played; the aim is a TCR of {TARGET_TCR}."
     reached = "reached" if found.mean >= TARGET_TCR else f"missed by {TARGET_TCR - found.mean:.3f}"
     return f"`{BASS}` TCR {estimate_text(found)}; aimed at {TARGET_TCR}: {reached}."
 
 
 def leads(field: Comparison, played: Mapping[str, Sequence[Outcome]]) -> str:
-    """A table of the pairs that a field compares, of those who played, by the partners' populations."""
+    """A Markdown table of the compared pairs that have played, with columns per population."""
     groups = [group for group in field.partners if played[group]]
     heads = [f"{field.partners[group]}: " if len(groups) > 1 else "" for group in groups]
     lines = ["| | " + " | ".join(f"{head}TCR | NFD | n" for head in heads) + " |", "|---" * (1 + 3 * len(groups)) + "|"]
@@ -36,13 +36,13 @@ def leads(field: Comparison, played: Mapping[str, Sequence[Outcome]]) -> str:
 
 
 def _cells(outcomes: Sequence[Outcome], one: str, other: str) -> list[str]:
-    """TCR, NFD and n; empty where the two have not played the same episodes."""
+    """TCR, NFD and n; empty if the two share no episodes."""
     count = len(gains(outcomes, one, other, "tcr"))
     return [*(lead(outcomes, one, other, metric) for metric in ("tcr", "nfd")), str(count)] if count else [""] * 3
 
 
 def lead(outcomes: Sequence[Outcome], one: str, other: str, metric: str) -> str:
-    """The mean difference with its standard error, bold where the means' own standard errors do not overlap."""
+    """The mean difference with its standard error, bold if the means differ by more than their summed errors."""
     gain = estimate(gains(outcomes, one, other, metric))
     mine, theirs = (estimate(values) for values in shared(outcomes, one, other, metric))
     if gain is None or mine is None or theirs is None:

@@ -1,4 +1,4 @@
-"""The source files of the project and what can be counted in them."""
+"""The source files of the project and figures about them."""
 
 import ast
 from collections import Counter, defaultdict
@@ -36,7 +36,7 @@ class SourceTree:
 
     @property
     def folder_sizes(self) -> Counter[Path]:
-        """Files that lie directly in each folder; `__init__.py` is not counted."""
+        """Files directly in each folder, without `__init__.py`."""
         return Counter(path.parent for path in self.line_counts if path.name != "__init__.py")
 
     @property
@@ -50,13 +50,13 @@ class SourceTree:
 
     @property
     def annotated_share(self) -> float:
-        """Share of functions with a type for every argument (but self and cls) and for the result."""
+        """Share of functions whose arguments (except self and cls) and result all have types."""
         functions = self.functions
         return sum(map(_is_annotated, functions)) / len(functions) if functions else 1.0
 
     @property
     def handlers(self) -> tuple[int, int]:
-        """How many `except` clauses catch everything, and how many there are."""
+        """Number of `except` clauses that catch everything, and of all."""
         found = [node for node in self._nodes() if isinstance(node, ast.ExceptHandler)]
         return sum(map(_is_broad, found)), len(found)
 

@@ -1,4 +1,4 @@
-"""Which module imports which, at any depth: at the top of a file, inside a function, or for type checking only."""
+"""Which module imports which: at the top of a file, inside a function, or for type checking only."""
 
 from collections.abc import Mapping
 from functools import lru_cache
@@ -6,7 +6,7 @@ from functools import lru_cache
 import grimp
 
 ImportGraph = Mapping[str, frozenset[str]]
-"""By module: the modules that it imports."""
+"""The imported modules, by module."""
 
 
 @lru_cache(maxsize=1)
@@ -27,7 +27,7 @@ def import_circles(graph: ImportGraph) -> list[list[str]]:
 
 
 def _reached(graph: ImportGraph, start: str) -> set[str]:
-    """What importing a module leads to; the module itself only by a circle."""
+    """All modules imported directly or indirectly; the module itself only if it is in a circle."""
     found: set[str] = set()
     pending = list(graph[start])
     while pending:

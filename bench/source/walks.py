@@ -6,8 +6,8 @@ A walk is a numbered list below a heading that contains its title; each item beg
     1. `web/input/keyboard.js`: …
     6. `server/connection/endpoint.py` (wire): …
 
-Each file must exist and be linked by an import, in either direction, with one that stands before it in the walk. Where
-the way goes over a socket or a pipe instead, the item says so: "(wire)" behind the path.
+Each file must exist and be linked by an import, in either direction, with one that stands before it in the walk. If it
+is reached over a socket or a pipe instead, "(wire)" follows the path.
 """
 
 import ast
@@ -18,7 +18,7 @@ from pathlib import Path
 
 PAGE = Path("docs/architecture.md")
 TARGETS = {"key press": "14", "decision": "9"}
-"""By the title of each walk: the files it should have at most."""
+"""The most files each walk should have, by title."""
 
 _ITEM = re.compile(r"\s*\d+\.\s+`([^`]+)`\s*(\(wire\))?")
 _JS_IMPORT = re.compile(r"""(?:from|import)\s*\(?\s*["'](\.[^"']+)["']""")
@@ -35,7 +35,7 @@ class Walk:
 
 
 def walks(root: Path) -> list[Walk]:
-    """The two walks; one that is not on the page has no files and a fault that says so."""
+    """The two walks; one missing from the page has no files and a fault."""
     page = root / PAGE
     text = page.read_text(encoding="utf-8") if page.exists() else ""
     return [_walk(root, text, title) for title in TARGETS]
@@ -80,7 +80,7 @@ def _imports(root: Path, path: str) -> set[str]:
 
 
 def _python_imports(root: Path, tree: ast.AST) -> Iterator[str]:
-    """Also through a package: a name from its `__init__.py` counts as one from the module that defines it."""
+    """Imported files; a name imported from a package counts as imported from the module that defines it."""
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("movingout."):
             folder = Path(*node.module.split(".")[1:])

@@ -130,9 +130,9 @@ def test_the_command_prints_a_column_for_each_agent(tmp_path: Path, capsys: pyte
     ("words", "said"),
     [
         (["--agents", "bass@nowhere"], "no checkpoint"),
-        (["--agents", "dp@all"], "dp@all is no agent of kind bass"),
+        (["--agents", "dp@all"], "dp@all is not a BASS agent"),
         (["--agents", "bass@all:sampling=9"], "sampling is one of"),
-        (["--moments", "0"], "--moments, --ticks and --workers are 1 or more"),
+        (["--moments", "0"], "--moments, --ticks and --workers must be at least 1"),
         (["--seed", "-1"], "--seed is 0 or more"),
         (["--data", "nowhere"], "there is no recording at nowhere"),
         (["--challenge", "2"], "HandOff of a recording is as designed, which is not Challenge 2"),

@@ -35,7 +35,7 @@ def test_the_words_of_the_command_are_not_taken_for_options(monkeypatch: pytest.
 @pytest.mark.parametrize("words", [["--people", "4"], ["world", "--people", "4"], ["diversity", "bass", "--help"]])
 def test_options_that_nobody_takes_are_refused(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert main(words) == 2
-    assert "name first the one benchmark that it is for" in capsys.readouterr().err
+    assert "put options after the one benchmark they are for" in capsys.readouterr().err
 
 
 def test_the_engine_is_timed_over_the_same_states_as_the_world() -> None:

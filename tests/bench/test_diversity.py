@@ -22,7 +22,7 @@ def test_ours_stand_beside_the_papers(capsys: pytest.CaptureFixture[str]) -> Non
         (["--maps", "HandOf"], "unknown map 'HandOf'"),
         (["--people", "2"], "--people is an even number from 4 to 20"),
         (["--people", "22"], "--people is an even number from 4 to 20"),
-        (["--ticks", "0"], "--ticks and --workers are 1 or more"),
+        (["--ticks", "0"], "--ticks and --workers must be at least 1"),
     ],
 )
 def test_what_cannot_be_played_is_refused_in_a_sentence(

@@ -47,7 +47,7 @@ def test_the_table_and_the_cards_scores_come_from_the_same_outcomes() -> None:
 def test_a_lost_match_is_no_score(tmp_path: Path) -> None:
     log, runs = tmp_path / "log.jsonl", [Run(who, "idle", "HandOff", 0, 1, 6) for who in ("idle", f"{HERE}:Crashing")]
     with pytest.raises(
-        MatchError, match=r"1 of 2 matches were lost: .*Crashing with idle on HandOff, seed 1: lost its worker"
+        MatchError, match=r"1 of 2 matches failed: .*Crashing with idle on HandOff, seed 1: lost its worker"
     ):
         play_all(runs, 1, log)
     assert len(EpisodeLog(log).known(runs)) == 1
@@ -78,7 +78,7 @@ def test_agents_whose_ids_have_commas_are_played(capsys: pytest.CaptureFixture[s
         (["--agents", "scriptet"], "unknown agent 'scriptet'"),
         (["--partners", "D"], "unknown agent 'D'"),
         (["--maps", "HandOf"], "unknown map 'HandOf'"),
-        (["--episodes", "0"], "--episodes, --ticks and --workers are 1 or more"),
+        (["--episodes", "0"], "--episodes, --ticks and --workers must be at least 1"),
     ],
 )
 def test_what_cannot_be_played_is_refused_in_a_sentence(

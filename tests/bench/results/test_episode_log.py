@@ -66,7 +66,7 @@ def test_what_is_left_of_a_line_is_passed_over_and_other_files_are_refused(tmp_p
     assert set(EpisodeLog(log).known([RUN, other])) == {RUN, other}
     for text in ("torn", "{}\n", "[1]\n"):
         log.write_text(text)
-        with pytest.raises(MovingOutError, match="is no log of finished episodes"):
+        with pytest.raises(MovingOutError, match="is not a log of finished episodes"):
             EpisodeLog(log)
         assert log.read_text() == text
 

@@ -64,7 +64,7 @@ def test_a_missed_target_is_said_by_how_much() -> None:
 
 def test_an_agent_that_has_not_played_missed_nothing() -> None:
     said = against_aim([_outcome("dp@all", 0.25)])
-    assert said == "`bass@all` is not among those who have played; aimed at is a TCR of 0.65."
+    assert said == "`bass@all` has not played; the aim is a TCR of 0.65."
 
 
 def _both(bass: tuple[float, float], dp: tuple[float, float]) -> list[Outcome]:
@@ -137,11 +137,11 @@ def test_scores_go_into_a_card_but_not_in_place_of_more_and_not_into_what_is_shi
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--runs", "0"], "argument --runs: 1 is the least"),
+        (["--runs", "0"], "argument --runs: must be at least 1"),
         (["--plays", "few"], "argument --plays: invalid number value: 'few'"),
         (["--report", "nowhere/results.md"], "argument --report: there is no folder nowhere"),
         (["--without", "dp@al"], "argument --without: invalid choice: 'dp@al'"),
-        (["--without", "bass@all:score=nfd,sampling=4x4"], "train_agents: nobody has played with people of C yet"),
+        (["--without", "bass@all:score=nfd,sampling=4x4"], "train_agents: no agent has played with people of C yet"),
         ([], "mlp@a: not trained yet, left out of the tables"),  # most agents of the tables are not shipped
     ],
 )
