@@ -34,7 +34,7 @@ class TickTiming(NamedTuple):
     skipped: int  # ticks skipped before this one
 
 
-class Round:
+class LiveRound:
     """A map being played for at most `limit_ticks` (0: for ever)."""
 
     def __init__(self, map_spec: MapSpec, limit_ticks: int, epoch: int, episode_id: str, seed: int) -> None:

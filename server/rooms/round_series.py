@@ -6,7 +6,7 @@ from movingout.recordings.episode import Outcome
 from movingout.server import messages as m
 from movingout.server.notices import NOTHING, Notice
 from movingout.server.rooms.recorder import Recorder
-from movingout.server.rooms.round import Round
+from movingout.server.rooms.round import LiveRound
 from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RoomConfig, Services
 
@@ -47,13 +47,13 @@ class RoundSeries:
         """Whether another map follows."""
         return self.index + 1 < len(self._config.maps)
 
-    def prepare(self) -> Round:
+    def prepare(self) -> LiveRound:
         """The next round, with its agents loading. Raises MapError and AgentError."""
         self.epoch += 1
         seed = self._config.challenge2_seed
         seed = None if seed is None else seed + self.index
         the_map = self._services.load_map(self._config.maps[self.index], seed, self._config.split)
-        the_round = Round(
+        the_round = LiveRound(
             map_spec=the_map,
             limit_ticks=self._config.round_ticks,
             epoch=self.epoch,
@@ -64,7 +64,7 @@ class RoundSeries:
         self.seat_agents(the_round)
         return the_round
 
-    def seat_agents(self, the_round: Round) -> None:
+    def seat_agents(self, the_round: LiveRound) -> None:
         """Give every agent seat its player. Raises AgentError when no worker has capacity for another agent."""
         for seat in self._seats:
             if seat.kind in ("agent", "ghost") and seat.player is None:
@@ -76,7 +76,7 @@ class RoundSeries:
         for seat in self._seats:
             seat.close_player()
 
-    def begin(self, the_round: Round) -> None:
+    def begin(self, the_round: LiveRound) -> None:
         """Start a round, and record it unless it is practice."""
         if self._config.practice:
             the_round.begin(Recorder(None))
@@ -88,7 +88,7 @@ class RoundSeries:
             if seat.agent_caution:
                 the_round.note("unseen_map", seat.index, detail=seat.agent_caution)
 
-    def end(self, the_round: Round, outcome: Outcome) -> m.Result:
+    def end(self, the_round: LiveRound, outcome: Outcome) -> m.Result:
         """End a round and hand its recording over to be finalised."""
         result = the_round.result(self.index, outcome)
         self.results.append(result)
@@ -99,6 +99,6 @@ class RoundSeries:
         self.free_agents()
         return result
 
-    def message(self, the_round: Round) -> m.Round:
+    def message(self, the_round: LiveRound) -> m.Round:
         """What clients need to draw a round."""
         return the_round.message(self.index, len(self._config.maps), self._config.practice)

@@ -21,6 +21,10 @@ def test_no_file_is_too_long() -> None:
     assert {file: lines for file, lines in TREE.line_counts.items() if lines > LONGEST_FILE} == {}
 
 
+def test_no_class_name_has_two_meanings() -> None:
+    assert TREE.recurring_classes == {}
+
+
 def test_every_function_is_annotated_and_no_javascript_line_is_too_long() -> None:
     assert TREE.annotated_share == 1.0
     assert TREE.long_js_lines == []
