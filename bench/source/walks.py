@@ -7,7 +7,8 @@ A walk is a numbered list below a heading that contains its title; each item beg
     6. `server/connection/endpoint.py` (wire): …
 
 Each file must exist and be linked by an import, in either direction, with one that stands before it in the walk. If it
-is reached over a socket or a pipe instead, "(wire)" follows the path.
+is reached over a socket or a pipe instead, "(wire)" follows the path; if its caller knows only a protocol that it
+implements, "(protocol)".
 """
 
 import ast
@@ -20,7 +21,7 @@ PAGE = Path("docs/architecture.md")
 TARGETS = {"key press": "14", "decision": "9"}
 """The most files each walk should have, by title."""
 
-_ITEM = re.compile(r"\s*\d+\.\s+`([^`]+)`\s*(\(wire\))?")
+_ITEM = re.compile(r"\s*\d+\.\s+`([^`]+)`\s*(\((?:wire|protocol)\))?")
 _JS_IMPORT = re.compile(r"""(?:from|import)\s*\(?\s*["'](\.[^"']+)["']""")
 
 
@@ -45,17 +46,17 @@ def _walk(root: Path, text: str, title: str) -> Walk:
     items = list(_items(text, title))
     faults = [] if items else [f"{PAGE} has no numbered list below a heading with {title!r}"]
     before: list[str] = []
-    for path, by_wire in items:
+    for path, not_imported in items:
         if not (root / path).is_file():
             faults.append(f"{title}: {path} does not exist")
-        elif before and not by_wire and not any(_linked(root, path, other) for other in before):
+        elif before and not not_imported and not any(_linked(root, path, other) for other in before):
             faults.append(f"{title}: no import links {path} with a file before it")
         before.append(path)
     return Walk(title, TARGETS[title], before, faults)
 
 
 def _items(text: str, title: str) -> Iterator[tuple[str, bool]]:
-    """(path, whether it is reached over a wire) of each numbered item below the heading."""
+    """(path, whether no import leads to it) of each numbered item below the heading."""
     inside = False
     for line in text.splitlines():
         if line.startswith("#"):
