@@ -133,9 +133,9 @@ def test_the_command_prints_a_column_for_each_agent(tmp_path: Path, capsys: pyte
         (["--agents", "dp@all"], "dp@all is not a BASS agent"),
         (["--agents", "bass@all:sampling=9"], "sampling is one of"),
         (["--moments", "0"], "--moments, --ticks and --workers must be at least 1"),
-        (["--seed", "-1"], "--seed is 0 or more"),
+        (["--seed", "-1"], "--seed at least 0"),
         (["--data", "nowhere"], "there is no recording at nowhere"),
-        (["--challenge", "2"], "HandOff of a recording is as designed, which is not Challenge 2"),
+        (["--challenge", "2"], "a recording has HandOff as designed, which is not Challenge 2"),
     ],
 )
 def test_what_cannot_be_measured_is_refused_in_a_sentence(

@@ -13,15 +13,15 @@ def test_ours_stand_beside_the_papers(capsys: pytest.CaptureFixture[str]) -> Non
         *("| paper: Moving Out Challenge 1", "| paper: Expert dataset", "| paper: RL agent collected data"),
     ]
     assert rows[6] == "| paper: Moving Out Challenge 1 | 7.013 | 6.065 | 0.888 | 0.899 |"
-    assert rows[-1] == "Maps: 1. Of each population 2 pairs, one episode of up to 4 ticks on each map."
+    assert rows[-1] == "Maps: 1. Per population 2 pairs, one episode of up to 4 ticks on each map."
 
 
 @pytest.mark.parametrize(
     ("words", "said"),
     [
         (["--maps", "HandOf"], "unknown map 'HandOf'"),
-        (["--people", "2"], "--people is an even number from 4 to 20"),
-        (["--people", "22"], "--people is an even number from 4 to 20"),
+        (["--people", "2"], "--people must be an even number from 4 to 20"),
+        (["--people", "22"], "--people must be an even number from 4 to 20"),
         (["--ticks", "0"], "--ticks and --workers must be at least 1"),
     ],
 )

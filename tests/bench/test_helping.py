@@ -26,7 +26,7 @@ def test_the_table_counts_per_map_and_over_all() -> None:
     [
         (["--agents", "nobody"], "nobody"),
         (["--maps", "Nowhere"], "Nowhere"),
-        (["--episodes", "0"], "1 or more"),
+        (["--episodes", "0"], "must be at least 1"),
     ],
 )
 def test_what_there_is_not_is_refused_in_a_sentence(
