@@ -1,8 +1,8 @@
-"""A program in a seat: fetches one item and brings it home. Needs only `pip install websockets`.
+"""A program that takes a seat, fetches one item and delivers it. Needs only `pip install websockets`.
 
     python examples/remote_agent.py ws://127.0.0.1:8000/ws ROOM
 
-Make the room with a seat for a program, on the map Simple; docs/protocol.md explains every message.
+Create a room with a seat for a program, on the map Simple. docs/protocol.md explains every message.
 """
 
 import asyncio
@@ -18,7 +18,7 @@ BUNDLE = struct.Struct("<BBHIdIIHHbbIBBB")  # type 1, flags, epoch, tick, ..., b
 
 
 def newest(frame: bytes) -> tuple[int, tuple[int, int], list[tuple[float, float, float]]]:
-    """Tick, held item of blue and red, and x, y, angle of each body at the end of a bundle."""
+    """Tick, items held by blue and red, and the last pose (x, y, angle) of each body in a bundle."""
     head = BUNDLE.unpack_from(frame)
     tick, held, bodies = head[3], head[9:11], head[12]
     rows = struct.iter_unpack("<hhh", frame[BUNDLE.size : BUNDLE.size + head[13] * bodies * 6])
