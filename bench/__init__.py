@@ -1,4 +1,4 @@
-"""Benchmarks: each module measures one part and prints a table with ratios. `python -m bench [name ...]`."""
+"""Benchmarks: each module measures one part and prints a table with ratios. `python -m bench [NAME ...]`."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""`python -m bench [name ...]`, `python -m bench name --option ...`: print the machine, then run benchmarks.
+"""`python -m bench [NAME ...]`, `python -m bench NAME --option ...`: print the machine, then run benchmarks.
 
 Without a name, those in MINUTES run. The others train, or need trained agents and data; `--help` lists the options of
 each.

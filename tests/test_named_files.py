@@ -15,7 +15,7 @@ FOLDERS = "maps|world|recordings|agents|matches|study|server|web|tests|bench|doc
 FILE = re.compile(rf"(?<![\w/.:<>{{}}-])((?:{FOLDERS})/[\w./-]*\w\.(?:py|js|css|json|md|svg|html|toml))\b")
 MODULE = re.compile(r"(?<![\w./-])((?:movingout|bench|tests)(?:\.[A-Za-z_]\w*)+)")
 BENCHMARK = re.compile(r"python -m bench ([a-z_]+)")
-PROTOCOL = "movingout.v1"
+OTHER_NAMES = ("movingout.v1", "movingout.admin")  # the protocol, a key of the browser storage
 
 
 def files_of(text: str) -> set[str]:
@@ -24,7 +24,7 @@ def files_of(text: str) -> set[str]:
 
 
 def modules_of(text: str) -> set[str]:
-    named = {name for name in MODULE.findall(text) if not name.startswith(PROTOCOL)}
+    named = {name for name in MODULE.findall(text) if not name.startswith(OTHER_NAMES)}
     return named | {f"bench.{name}" for name in BENCHMARK.findall(text)}
 
 
