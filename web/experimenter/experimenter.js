@@ -8,6 +8,7 @@ import { openWithToken } from "../components/admin_token.js";
 import { pill, remark, showFacts } from "../components/dashboard.js";
 import { ApiError, requestJson } from "../core/api.js";
 import { badge, byId, el, notice } from "../core/dom.js";
+import { Alerts } from "./alerts.js";
 import { actor, askForAction, downloadPayments, openNext } from "./dialogs.js";
 import {
   atWords,
@@ -47,7 +48,7 @@ class Dashboard {
   /** @type {Map<string, Shown>} by pid */
   #shown = new Map();
   #newsAtMs = 0;
-  #hidden = new Set(dismissedAlerts());
+  #alerts = new Alerts(byId("alerts", HTMLElement));
   /** @type {StudyState | null} */
   #state = null;
 
@@ -136,42 +137,9 @@ class Dashboard {
     );
     replaceText(byId("paused", HTMLElement), state.paused ? say("experimenter.allPaused") : "");
     showFacts(byId("facts", HTMLElement), facts(state));
-    this.#showAlerts(state);
+    this.#alerts.show(state.alerts);
     this.#showParticipants(state);
     showNotes(state);
-  }
-
-  /** The newest three that were not dismissed. @param {StudyState} state */
-  #showAlerts({ alerts }) {
-    const box = byId("alerts", HTMLElement);
-    const open = alerts.filter(({ id, at }) => !this.#hidden.has(`${id}-${at}`)).slice(0, 3);
-    const key = open.map(({ id }) => id).join();
-    if (box.dataset.key === key) return;
-    box.dataset.key = key;
-    box.replaceChildren(
-      ...open.map(({ id, at, text }) => {
-        const away = el(
-          "button",
-          { type: "button", class: "button button-small", "aria-label": say("experimenter.dismissThis", { text }) },
-          say("experimenter.dismiss"),
-        );
-        away.addEventListener("click", () => this.#dismiss(`${id}-${at}`));
-        return el(
-          "div",
-          { class: "notice notice-attention alert" },
-          el("span", { class: "nowrap" }, atWords(at)),
-          el("span", {}, text),
-          away,
-        );
-      }),
-    );
-  }
-
-  /** @param {string} alert */
-  #dismiss(alert) {
-    this.#hidden.add(alert);
-    keepDismissed([...this.#hidden]);
-    if (this.#state) this.#showAlerts(this.#state);
   }
 
   /** @param {StudyState} state */
@@ -283,27 +251,6 @@ function showNotes({ notes }) {
 /** @param {HTMLElement} box @param {string} text */
 function replaceText(box, text) {
   if (box.textContent !== text) box.replaceChildren(...(text ? [notice("attention", text)] : []));
-}
-
-const DISMISSED = "movingout.experimenter.alerts";
-
-/** @returns {string[]} */
-function dismissedAlerts() {
-  try {
-    const kept = JSON.parse(sessionStorage.getItem(DISMISSED) ?? "[]");
-    return Array.isArray(kept) ? kept : [];
-  } catch {
-    return [];
-  }
-}
-
-/** @param {string[]} alerts */
-function keepDismissed(alerts) {
-  try {
-    sessionStorage.setItem(DISMISSED, JSON.stringify(alerts));
-  } catch {
-    // dismissed alerts come back after a reload
-  }
 }
 
 await prepareTexts();

@@ -1,4 +1,4 @@
-// The polite live region: at most one sentence a second, the newest wins. The clock is never read out each second.
+// The polite live region: at most one sentence per second, the newest. The clock is not read out.
 
 import { byId } from "../core/dom.js";
 import { ticksOf } from "../core/ticks.js";

@@ -1,18 +1,18 @@
-// What agents weigh, over the arena and beside it, for spectators who switch it on: the ways of all candidates, where
-// the chosen one is expected to bring items and robots, what the partner is expected to do, and the scores. Asks the
-// server only while it is on.
+// The decisions of agents, over the arena and beside it, for spectators who switch it on: the paths of all candidates,
+// where the chosen one is expected to bring items and robots, what the partner is expected to do, and the scores. Asks
+// the server only while it is on.
 
 import { currentTheme } from "../core/colours.js";
 import { el } from "../core/dom.js";
 import { ArenaContext } from "../view/arena_context.js";
-import { ROBOT_RADIUS } from "../view/render.js";
+import { ROBOT_RADIUS } from "../view/robot.js";
 import { outline } from "../shapes.js";
 import { say, sayNumber } from "../text/catalogue.js";
 import { colourName } from "../text/names.js";
 
 const STEP = 0.06; // arena units that a robot drives in a tick at full stick
 const MOVED = 0.03; // arena units; an item expected to move less is not drawn
-const STALE_MS = 1500; // of play; an agent that has said nothing for so long is not shown
+const STALE_MS = 1500; // of play; an older decision is not shown
 
 /** @typedef {import("../view/render.js").GameMap} GameMap */
 /** @typedef {import("../view/render.js").View} View */
@@ -48,7 +48,7 @@ export class DecisionPanel {
     this.#button = el("button", { type: "button", class: "button button-wide", onclick: () => this.#toggle() });
   }
 
-  /** Shows the switch, above the scores: what comes and goes must not move it away under the pointer. */
+  /** Shows the switch, above the scores, so that a change of them does not move it under the pointer. */
   offer() {
     this.box.hidden = false;
     this.box.replaceChildren(
@@ -119,7 +119,7 @@ export function letterOf(index) {
 }
 
 /**
- * The way of a candidate for a robot that nothing hinders, its start included.
+ * The path of a candidate for an unhindered robot, its start included.
  * @param {readonly (readonly [number, number, number])[]} rows distance, cos, sin per tick @param {Triple} start
  * @returns {Point[]}
  */
@@ -208,7 +208,7 @@ export function drawGuess(arena, seat, way) {
 }
 
 /**
- * Both robots from moment to moment, a ring where they are expected in the end.
+ * Both robots' expected paths, with a ring at the end.
  * @param {ArenaContext} arena
  * @param {[Point, Point][]} moments
  */

@@ -1,5 +1,5 @@
-// What this page knows of its room, and the instant it shows. Messages go in with their time of arrival; `show`
-// gives what to draw now. Knows no page, no canvas and no socket.
+// The state of the room as received, and the instant to show. Messages go in with their time of arrival; `show` returns
+// what to draw now. No access to page, canvas or socket.
 
 import { decodeValues } from "../core/metric_values.js";
 import { ServerClock } from "../wire/clock.js";
@@ -19,11 +19,11 @@ import { startView } from "../view/render.js";
  * @typedef {object} Scene  one instant to show
  * @property {View} view
  * @property {number} tick  the newest tick whose end was shown
- * @property {boolean} stalled  play goes on but nothing arrives: the picture stands still
- * @property {TimedEvent[]} events  what happened since the scene before
+ * @property {boolean} stalled  the round is running but nothing arrives: the picture stands still
+ * @property {TimedEvent[]} events  those since the previous scene
  */
 
-const HOLD_MS = 400; // news that would overtake the picture waits at most so long
+const HOLD_MS = 400; // longest wait of a message that is ahead of the picture
 
 export class Game {
   clock = new ServerClock();
@@ -39,7 +39,7 @@ export class Game {
   #timeline = new Timeline();
   #head = new PlayHead();
   #timeMs = -Infinity;
-  /** @type {{message: ServerMessage, atMs: number}[]} news that the play head has not reached */
+  /** @type {{message: ServerMessage, atMs: number}[]} messages that the play head has not reached */
   #held = [];
   #rejoined = false;
 
@@ -67,7 +67,7 @@ export class Game {
     else this.#apply(message);
   }
 
-  /** The end of a round is known up to 100 ms before it is seen. @param {ServerMessage} message */
+  /** The end of a round arrives up to 100 ms before it is shown. @param {ServerMessage} message */
   #overtakes(message) {
     const ends = message.type === "result" || (message.type === "room" && message.phase.endsWith("_over"));
     return ends && this.phase === "playing" && this.#timeMs < this.#timeline.endMs;
@@ -77,7 +77,7 @@ export class Game {
   #apply(message) {
     if (message.type === "welcome") {
       this.welcome = message;
-      this.clock.reset(); // perhaps another server: its clock and its newest tick are what counts
+      this.clock.reset(); // perhaps another server, with another clock and another newest tick
       this.#head.reset();
       this.#rejoined = true;
     }
@@ -97,7 +97,7 @@ export class Game {
   /** @param {Round} round */
   #begin(round) {
     const same = round.epoch === this.round?.epoch && round.map.name === this.round.map.name;
-    this.round = same && this.round !== null ? { ...round, map: this.round.map } : round; // the drawing is kept by map
+    this.round = same && this.round !== null ? { ...round, map: this.round.map } : round; // drawings are cached by map
     if (same) return;
     this.result = null;
     this.#timeline.clear();
@@ -127,7 +127,7 @@ export class Game {
     return { view: frame ?? startView(this.round.map), tick: frame?.tick ?? 0, stalled, events };
   }
 
-  /** Lets the news through that the picture has caught up with. @param {number} nowMs */
+  /** Applies the messages that the picture has caught up with. @param {number} nowMs */
   #release(nowMs) {
     while (this.#held.length > 0) {
       const { message, atMs } = this.#held[0];
@@ -143,7 +143,7 @@ export class Game {
     return Math.max(0, (this.room.until_ms - this.clock.now(nowMs)) / 1000);
   }
 
-  /** After a hidden tab: the past is not played again. */
+  /** After a hidden tab: what was missed is not played back. */
   skipToNow() {
     this.#head.reset();
   }

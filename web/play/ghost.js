@@ -1,5 +1,5 @@
 // @ts-check
-// Playing with a recording: a person takes one seat, the other seat plays again as it was recorded (a ghost).
+// Playing with a recording: a person takes one seat, the other repeats its recorded actions (a ghost).
 
 import { requestJson } from "../core/api.js";
 import { badge, el, notice } from "../core/dom.js";

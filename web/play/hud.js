@@ -1,4 +1,4 @@
-// The words and bars beside the arena. Writes to the page only what changed; knows no socket and no device.
+// The texts and bars beside the arena. Writes only what changed; no access to socket or devices.
 
 import { badge, byId, el } from "../core/dom.js";
 import { clockText, secondsOf } from "../core/ticks.js";
@@ -62,7 +62,7 @@ export class Hud {
   }
 
   /**
-   * Something that was asked for cannot be done, or may go badly: a sentence, for a while.
+   * Shows for a while why something cannot be done or may fail.
    * @param {string} sentence @param {number} nowMs @param {"bad" | "attention"} [tone]
    */
   showProblem(sentence, nowMs, tone = "bad") {

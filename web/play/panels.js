@@ -1,5 +1,5 @@
-// What is said before, between and after play: the ready card beside the arena, and over the arena the 3-2-1, the
-// pause and the goodbye. Built anew only when what it says changes. Knows no socket: clicks go to `actions`.
+// The panels before, between and after rounds: the ready card beside the arena, and over the arena the countdown, the
+// pause and the end. Rebuilt only when their content changes. No access to the socket: clicks go to `actions`.
 
 import { badge, byId, el } from "../core/dom.js";
 import { grabName } from "./hud.js";
@@ -42,20 +42,20 @@ export class Panels {
     else this.#updateOverlay(game, nowMs, cards, mapping);
   }
 
-  /** The person wants to stop: ask once more. */
+  /** Asks for confirmation before stopping. */
   askStop() {
     if (this.actions.askStop) return this.actions.askStop();
     this.#stopping = true;
     this.#overlayKey = "";
   }
 
-  /** Play goes on: nobody thinks of stopping any more. */
+  /** Play goes on: the question is withdrawn. */
   forgetStop() {
     this.#stopping = false;
   }
 
   /**
-   * The end of this page's game, with a sentence and where to go.
+   * Shows that the game is over for this page, why, and where to go.
    * @param {import("../wire/connection.js").Ending} ending
    * @param {string} watchPath empty: no such offer
    */
@@ -117,37 +117,7 @@ export class Panels {
       ];
     if (open.every(({ kind }) => kind === "remote"))
       return [el("h2", {}, say("play.waiting.program")), ...programFacts(welcome.room)];
-    const link = new URL(welcome.join_path, location.href).href;
-    const field = el("input", {
-      class: "input share-link",
-      readonly: true,
-      value: link,
-      "aria-label": say("play.waiting.copy"),
-    });
-    field.addEventListener("focus", () => field.select());
-    const copy = el("button", { type: "button", class: "button button-primary button-wide" }, say("play.waiting.copy"));
-    copy.addEventListener("click", async () => {
-      const copied = await navigator.clipboard?.writeText(link).then(
-        () => true,
-        () => false,
-      );
-      if (copied) copy.textContent = say("play.waiting.copied");
-      else field.focus(); // selected, ready for the reader's own copy
-    });
-    const qr = el("img", {
-      class: "qr",
-      src: `/api/rooms/${welcome.room}/qr.svg`,
-      alt: say("play.waiting.qr"),
-      width: 144,
-      height: 144,
-    });
-    return [
-      el("h2", {}, say("play.waiting.title")),
-      el("p", { class: "muted small" }, say("play.waiting.sentence")),
-      field,
-      copy,
-      qr,
-    ];
+    return shareLink(new URL(welcome.join_path, location.href).href, welcome.room);
   }
 
   /** @param {Game} game @param {readonly SeatCard[]} cards @param {Mapping} mapping */
@@ -178,7 +148,7 @@ export class Panels {
     );
     if (seat?.ready)
       return el("div", { class: "row row-apart" }, who, el("span", { class: "pill pill-ok" }, say("play.state.ready")));
-    // The touch button is not there yet: the button below is all there is to press.
+    // The touch button is not shown yet: only the button below can be pressed.
     const press =
       card.device === "touch"
         ? null
@@ -290,4 +260,42 @@ function panel(title, ...parts) {
 /** @param {number} seconds */
 function count(seconds) {
   return el("p", { class: "count" }, String(Math.max(1, seconds)));
+}
+
+/**
+ * Invites the other player: the link, a button that copies it, a QR code.
+ * @param {string} link
+ * @param {string} room
+ */
+function shareLink(link, room) {
+  const field = el("input", {
+    class: "input share-link",
+    readonly: true,
+    value: link,
+    "aria-label": say("play.waiting.copy"),
+  });
+  field.addEventListener("focus", () => field.select());
+  const copy = el("button", { type: "button", class: "button button-primary button-wide" }, say("play.waiting.copy"));
+  copy.addEventListener("click", async () => {
+    const copied = await navigator.clipboard?.writeText(link).then(
+      () => true,
+      () => false,
+    );
+    if (copied) copy.textContent = say("play.waiting.copied");
+    else field.focus(); // selects the link, to be copied by hand
+  });
+  const qr = el("img", {
+    class: "qr",
+    src: `/api/rooms/${room}/qr.svg`,
+    alt: say("play.waiting.qr"),
+    width: 144,
+    height: 144,
+  });
+  return [
+    el("h2", {}, say("play.waiting.title")),
+    el("p", { class: "muted small" }, say("play.waiting.sentence")),
+    field,
+    copy,
+    qr,
+  ];
 }

@@ -1,4 +1,4 @@
-// The game page: puts socket, devices, model and views together and runs them once per displayed frame.
+// The game page: connects socket, devices, model and views, and runs them once per displayed frame.
 
 import { Announcer } from "./announcer.js";
 import { Connection } from "../wire/connection.js";
@@ -9,8 +9,8 @@ import { Gamepads } from "../input/gamepad.js";
 import { Keyboard } from "../input/keyboard.js";
 import { loadMapping } from "../input/mapping.js";
 import { LocalSeats } from "../input/seats.js";
-import { InputSender } from "../input/sender.js";
 import { Touch } from "../input/touch.js";
+import { OwnInputs } from "./own_inputs.js";
 import { Panels } from "./panels.js";
 import { Probe } from "./probe.js";
 import { context2d, drawScene, fitCanvas } from "../view/render.js";
@@ -18,22 +18,20 @@ import { Series } from "./series.js";
 import { Settings } from "./settings.js";
 import { StudyGame } from "../study/game.js";
 import { studyMarkOf } from "../text/study_mark.js";
-import { refusalText } from "./seat_phrases.js";
+import { lostText, refusalText } from "./seat_phrases.js";
 import { prepareTexts } from "../text/page.js";
 import { say } from "../text/catalogue.js";
 import { DecisionPanel } from "./decision_trace.js";
 
 /** @typedef {import("../wire/connection.js").Status} Status */
-/** @typedef {import("../input/seats.js").SeatReading} SeatReading */
 
 const [, page, room] = location.pathname.split("/");
 const mode = page === "watch" ? "watch" : "play";
 const studyMark = mode === "play" ? studyMarkOf(room) : null;
 const PAUSE_KEYS = ["Escape", "KeyP"];
-const HUD_MS = 90; // words and bars need no 60 Hz
-const DEAF_MS = 800; // after a round the last presses of the game must not skip its result
+const HUD_MS = 90; // texts and bars do not need 60 Hz
+const DEAF_MS = 800; // the last presses of a round must not skip its result
 const PULSE_MS = 1200;
-const PATIENCE_MS = 1000; // a connection may be gone so long before it is a subject
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
 const coarse = matchMedia("(pointer: coarse)");
 
@@ -53,7 +51,7 @@ class Play {
     () => this.#mapping.keys,
     () => this.#readDevices(performance.now()),
   );
-  #touch = new Touch(touchParts(), () => this.#readDevices(performance.now()));
+  #touch = new Touch(touchControls(), () => this.#readDevices(performance.now()));
   #seats = new LocalSeats(
     { keyboard: this.#keyboard, gamepads: this.#gamepads, touch: this.#touch },
     coarse.matches ? "touch" : "keyboard",
@@ -72,8 +70,10 @@ class Play {
       leave: () => this.#connection.close(),
     });
   #decisions = new DecisionPanel(byId("decisions", HTMLElement), `/api/rooms/${room}/thoughts`);
-  /** @type {Map<number, InputSender>} */
-  #senders = new Map();
+  #inputs = new OwnInputs(this.#connection, () => ({
+    ackTick: this.#game.newestTick,
+    seenTick: this.#probe.tick,
+  }));
   /** @type {(import("../view/render.js").Intent | null)[]} */
   #intents = [null, null];
   /** @type {Status} */
@@ -84,8 +84,6 @@ class Play {
   #hudAtMs = 0;
 
   start() {
-    byId("touch-grab", HTMLElement).textContent = say("play.touch.grab");
-    byId("touch-backward", HTMLElement).textContent = say("play.touch.backward");
     byId("stop", HTMLButtonElement).addEventListener("click", () => this.#pauseOrStop());
     addEventListener("keydown", (event) => this.#pauseKey(event));
     addEventListener("pointerdown", (event) => event.pointerType === "touch" && this.#touch.wake());
@@ -101,7 +99,7 @@ class Play {
     return this.#settings.mapping;
   }
 
-  // ---- what the connection tells ----------------------------------------------------------------------------
+  // ---- from the connection ----------------------------------------------------------------------------------
 
   /** @param {import("../messages.js").ServerMessage} message @param {number} atMs */
   onMessage(message, atMs) {
@@ -109,15 +107,15 @@ class Play {
     if (message.type === "error") this.#hud.showProblem(refusalText(message), atMs);
     if (message.type !== "welcome") return;
     this.#seats.hold(this.#game.own);
-    this.#senders = new Map(this.#game.own.map((seat) => [seat, new InputSender(seat)]));
+    this.#inputs.hold(this.#game.own);
     this.#root.toggleAttribute("data-watch", message.mode === "watch");
   }
 
   /** @param {import("../messages.js").Bundle} bundle @param {number} atMs */
   onBundle(bundle, atMs) {
     this.#game.addBundle(bundle, atMs);
-    // No frames are drawn in a hidden tab, but the server still wants to know that we keep up.
-    if (document.hidden) this.#sendNeutral(atMs);
+    // A hidden tab draws no frames, but the server still needs to know that the page keeps up.
+    if (document.hidden) this.#inputs.sendNeutral(atMs);
   }
 
   /** @param {number} sentMs @param {number} serverMs @param {number} atMs */
@@ -125,7 +123,7 @@ class Play {
     this.#game.clock.add(sentMs, serverMs, atMs);
   }
 
-  /** @param {Status} status @param {import("../wire/connection.js").Ending} [ending] why it is over */
+  /** @param {Status} status @param {import("../wire/connection.js").Ending} [ending] why the connection ended */
   onStatus(status, ending) {
     if (status !== this.#status) this.#statusSinceMs = performance.now();
     this.#status = status;
@@ -175,7 +173,7 @@ class Play {
     this.#panels.update(
       this.#game,
       nowMs,
-      { busy: this.#series.showsResult, lost: this.#lost(nowMs) },
+      { busy: this.#series.showsResult, lost: lostText(this.#status, nowMs - this.#statusSinceMs) },
       cards,
       this.#mapping,
     );
@@ -185,15 +183,7 @@ class Play {
     byId("touch", HTMLElement).hidden = !touch || !["countdown", "playing"].includes(this.#game.phase);
   }
 
-  /** What to say about the connection when it has been gone for a while. @param {number} nowMs */
-  #lost(nowMs) {
-    if (nowMs - this.#statusSinceMs < PATIENCE_MS) return "";
-    return { connecting: say("play.connecting"), reconnecting: say("play.reconnecting"), open: "", over: "" }[
-      this.#status
-    ];
-  }
-
-  /** What a new phase brings with it. @param {number} nowMs */
+  /** Reacts to a change of phase. @param {number} nowMs */
   #follow(nowMs) {
     if (this.#game.phase === this.#phase) return;
     this.#phase = this.#game.phase;
@@ -209,33 +199,18 @@ class Play {
 
   /** @param {number} nowMs */
   #readDevices(nowMs) {
-    if (this.#settings.isOpen || this.#study?.isAsking) return; // presses there choose keys, or answer
+    if (this.#settings.isOpen || this.#study?.isAsking) return; // presses belong to the dialog
     const playing = this.#game.phase === "playing";
     for (const [seat, reading] of this.#seats.read(this.#mapping)) {
       this.#intents[seat] = reading.stick;
       if (!playing && reading.grabs > 0) this.#pressedBetween(seat, nowMs);
-      this.#send(seat, playing ? reading : { ...reading, grabs: 0 }, nowMs);
+      if (this.#status === "open" && !document.hidden)
+        this.#inputs.send(seat, playing ? reading : { ...reading, grabs: 0 }, nowMs);
     }
     if (this.#seats.pauses > 0) this.#togglePause();
   }
 
-  /** @param {number} seat @param {SeatReading} reading @param {number} nowMs */
-  #send(seat, reading, nowMs) {
-    if (this.#status !== "open" || document.hidden) return;
-    const input = this.#senders.get(seat)?.next(nowMs, reading, this.#seen());
-    if (input) this.#connection.sendInput(input);
-  }
-
-  /** @param {number} nowMs */
-  #sendNeutral(nowMs) {
-    for (const sender of this.#senders.values()) this.#connection.sendInput(sender.neutral(nowMs, this.#seen()));
-  }
-
-  #seen() {
-    return { ackTick: this.#game.newestTick, seenTick: this.#probe.tick };
-  }
-
-  /** The grab button also says "ready", where that is asked. @param {number} seat @param {number} nowMs */
+  /** Between rounds the grab button means "ready". @param {number} seat @param {number} nowMs */
   #pressedBetween(seat, nowMs) {
     const { phase, room: state } = this.#game;
     if (!["lobby", "paused", "round_over"].includes(phase) || this.#series.showsResult) return;
@@ -247,7 +222,7 @@ class Play {
   #letGo(visible) {
     this.#keyboard.release();
     this.#touch.release();
-    this.#sendNeutral(performance.now());
+    this.#inputs.sendNeutral(performance.now());
     this.#connection.send({ type: "focus", visible });
   }
 
@@ -257,7 +232,7 @@ class Play {
     this.#probe.hidden();
   }
 
-  // ---- what a person asks for -------------------------------------------------------------------------------
+  // ---- actions of the person --------------------------------------------------------------------------------
 
   /** @param {(seat: number) => void} action */
   #each(action) {
@@ -269,11 +244,11 @@ class Play {
     this.#connection.send({ type: "ready", seat, ready: true });
   }
 
-  /** For good. What a round came to is still shown; outside a round there is nothing more to see here. */
+  /** Leaves for good. After a stopped round its result is still shown. */
   #leave() {
     const inRound = ["playing", "paused"].includes(this.#game.phase);
     this.#each((seat) => this.#connection.send({ type: "leave", seat }));
-    this.#senders.clear(); // the seats are not ours any more
+    this.#inputs.hold([]); // the seats are not ours any more
     if (inRound) return this.#series.stopHere();
     this.#connection.close();
     location.assign("/");
@@ -305,14 +280,13 @@ class Play {
   }
 }
 
-function touchParts() {
-  return {
-    zone: byId("stick", HTMLElement),
-    knob: byId("knob", HTMLElement),
-    grab: byId("touch-grab", HTMLElement),
-    backward: byId("touch-backward", HTMLElement),
-  };
+/** The parts of the page that touch uses, labelled. */
+function touchControls() {
+  const [grab, backward] = [byId("touch-grab", HTMLElement), byId("touch-backward", HTMLElement)];
+  grab.textContent = say("play.touch.grab");
+  backward.textContent = say("play.touch.backward");
+  return { zone: byId("stick", HTMLElement), knob: byId("knob", HTMLElement), grab, backward };
 }
 
-await prepareTexts(studyMark?.language); // a round of a study speaks the language of the study
+await prepareTexts(studyMark?.language); // a round of a study is in the study's language
 new Play().start();

@@ -1,4 +1,4 @@
-// What tests and curious people can ask the page: window.__movingout. Reads only.
+// Read access to the page for tests and debugging: window.__movingout.
 
 /** @typedef {import("./game.js").Game} Game */
 /** @typedef {import("./game.js").Scene} Scene */
@@ -39,7 +39,7 @@ export class Probe {
     this.intents = intents;
   }
 
-  /** The page was hidden: the time until the next frame is no gap. */
+  /** The page was hidden: the time until the next frame does not count as a gap. */
   hidden() {
     this.#lastMs = NaN;
   }
@@ -88,7 +88,7 @@ export class Probe {
     return this.#scene?.stalled ?? false;
   }
 
-  /** The robots and items as drawn in the newest frame, arena units and radians. */
+  /** The robots and items as last drawn, in arena units and radians. */
   entities() {
     const map = this.map;
     const view = this.#scene?.view;

@@ -23,7 +23,7 @@ import { roundText } from "./seat_phrases.js";
  * @property {boolean} isLast no further round follows
  * @property {() => void} [onNext] go on; absent for spectators
  * @property {() => void} [onAgain] play this map once more; absent for spectators
- * @property {boolean} [stoppedHere] somebody on this page has stopped the round
+ * @property {boolean} [stoppedHere] somebody on this page stopped the round
  * @property {string} nextLabel what `onNext` leads to
  * @property {string} [replayPath]
  * @property {import("../view/render.js").View} [view] how the arena looked at the end

@@ -16,7 +16,7 @@ const OUTCOMES = ["delivered", "time", "left", "stopped"];
 
 /**
  * @param {{outcome: string}} result
- * @param {boolean} [byYou] the reader has stopped the round
+ * @param {boolean} [byYou] the reader stopped the round
  */
 export function headline({ outcome }, byYou = false) {
   if (byYou && outcome !== "delivered") return say("play.result.headline.byYou");

@@ -1,6 +1,6 @@
 // @ts-check
 /*
- * The questions at the end of a game from the lobby, for one seat. Whoever does not want to answer may skip them.
+ * The questions at the end of a game from the lobby, for one seat. They can be skipped.
  */
 
 import { ApiError, requestJson } from "../core/api.js";

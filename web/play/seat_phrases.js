@@ -1,4 +1,4 @@
-// What the seats are doing, in words for people. Pure: from the room and the view to short phrases.
+// Short phrases about seats and the connection, from the state of the room and the view. Pure.
 
 import { has, say } from "../text/catalogue.js";
 import { agentName, shapeObject } from "../text/names.js";
@@ -6,10 +6,13 @@ import { agentName, shapeObject } from "../text/names.js";
 /** @typedef {import("../messages.js").SeatState} SeatState */
 /** @typedef {import("./game.js").GameMap} GameMap */
 /** @typedef {import("../view/render.js").View} View */
+/** @typedef {import("../wire/connection.js").Status} Status */
+
+const PATIENCE_MS = 1000; // a shorter interruption is not mentioned
 
 /**
  * What to call a seat.
- * @param {SeatState} seat @param {boolean} own @param {boolean} [watching] who reads this plays with nobody
+ * @param {SeatState} seat @param {boolean} own @param {boolean} [watching] the reader is a spectator
  */
 export function seatName(seat, own, watching = false) {
   if (own) return seat.name || say("play.you");
@@ -17,7 +20,7 @@ export function seatName(seat, own, watching = false) {
   return seat.name || (seat.kind === "human" && !watching ? say("play.partner") : say(`play.kind.${seat.kind}`));
 }
 
-/** What a seat does before and between rounds. @param {SeatState} seat */
+/** What a seat is doing before and between rounds. @param {SeatState} seat */
 export function waitingWords(seat) {
   if (seat.open || (!seat.present && seat.kind !== "idle")) return say("play.state.notHere");
   if (seat.kind === "idle") return say("play.state.idle");
@@ -25,7 +28,7 @@ export function waitingWords(seat) {
 }
 
 /**
- * What a seat does in the game.
+ * What a seat is doing in the game.
  * @param {SeatState} seat @param {number} index 0 blue, 1 red @param {GameMap} map @param {View} view
  * @param {readonly number[]} own seats of this page
  */
@@ -94,4 +97,15 @@ function withNames(values) {
   const named = (/** @type {string} */ player) =>
     has(`colour.${player}`) ? say(`colour.${player}`) : agentName(player);
   return { ...values, players: values.players.map(named) };
+}
+
+/**
+ * What to say about a lost connection; empty during a short interruption.
+ * @param {Status} status
+ * @param {number} forMs how long it has had this status
+ */
+export function lostText(status, forMs) {
+  if (forMs < PATIENCE_MS) return "";
+  if (status === "connecting") return say("play.connecting");
+  return status === "reconnecting" ? say("play.reconnecting") : "";
 }

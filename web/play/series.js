@@ -1,5 +1,5 @@
-// What comes after a round on this page: its result, after the last one the questions for each person here, then
-// thanks. Knows the order of these views and nothing of how they look.
+// What follows a round on this page: its result, and after the last round the questions for each person here and the
+// thanks. Has the order of these views, not their look.
 
 import { badge, byId, el } from "../core/dom.js";
 import { showQuestionnaire } from "./room_questionnaire.js";
@@ -12,7 +12,7 @@ import { seatName } from "./seat_phrases.js";
 /** @typedef {import("../view/render.js").View} View */
 /**
  * @typedef {object} Actions
- * @property {() => void} next  every person here is ready for the next round
+ * @property {() => void} next  everybody here is ready for the next round
  * @property {() => void} again  the same map once more
  * @property {() => void} leave  the series is over for this page
  */
@@ -33,7 +33,7 @@ export class Series {
     this.actions = actions;
   }
 
-  /** Somebody on this page has stopped the round. */
+  /** Somebody on this page stopped the round. */
   stopHere() {
     this.#stoppedHere = true;
   }

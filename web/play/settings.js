@@ -1,4 +1,4 @@
-// The dialog for keys and buttons: choose an action, press the new key. Every change is kept at once.
+// The dialog for keys and buttons: choose an action, press the new key. Every change is saved at once.
 
 import { byId, el } from "../core/dom.js";
 import {
@@ -135,7 +135,7 @@ export class Settings {
   #askButton(button, action) {
     this.#cancel();
     button.textContent = say("play.settings.pressButton");
-    this.gamepads.read(this.mapping); // what is down already does not count
+    this.gamepads.read(this.mapping); // buttons already down do not count
     const timer = setInterval(() => {
       const pressed = this.gamepads.pressedButton(this.mapping);
       if (pressed !== null) this.#change(withButton(this.mapping, action, pressed));

@@ -6,7 +6,7 @@
 
 import { currentTheme } from "../core/colours.js";
 import { ArenaContext } from "../view/arena_context.js";
-import { ROBOT_RADIUS } from "../view/render.js";
+import { ROBOT_RADIUS } from "../view/robot.js";
 import { drawGuess, drawRobots, letterOf } from "../play/decision_trace.js";
 
 /** @typedef {import("./data.js").Replay} Replay */

@@ -1,6 +1,6 @@
 // @ts-check
 /*
- * The first screen: nobody knows yet who sits here. Asks for a code where the study wants one.
+ * The first screen, before anyone is known. Asks for a code where the study requires one.
  */
 
 import { heading, problemBox, runAction, showProblem } from "../components/action.js";
@@ -22,7 +22,7 @@ const PARAMETERS = [
 ];
 
 /**
- * What a recruitment platform put into the link.
+ * The parameters that a recruitment platform put into the link.
  * @param {string} query "?PROLIFIC_PID=…"
  * @returns {Record<string, string>}
  */
@@ -32,19 +32,49 @@ export function recruitmentParameters(query) {
 }
 
 /**
- * @param {object} options
- * @param {string} options.title of the study
- * @param {boolean} options.asksCode
- * @param {boolean} options.second the second person at this screen
- * @param {string} options.problem why we are here again
- * @param {Record<string, string>} options.given what the link says already
- * @param {(parameters: Record<string, string>) => Promise<void>} options.arrive
- * @param {(() => void) | null} options.cancel
- * @returns {Screen}
+ * @typedef {object} ArrivalOptions
+ * @property {string} title of the study
+ * @property {boolean} asksCode
+ * @property {boolean} second the second person at this screen
+ * @property {string} problem why the screen is shown again, empty the first time
+ * @property {Record<string, string>} given parameters of the link
+ * @property {(parameters: Record<string, string>) => Promise<void>} arrive
+ * @property {(() => void) | null} cancel
  */
-export function arrivalScreen({ title, asksCode, second, problem, given, arrive, cancel }) {
+
+/** @param {ArrivalOptions} options @returns {Screen} */
+export function arrivalScreen(options) {
+  const { title, second } = options;
+  const lead = el("p", { class: "lead" }, say(second ? "study.arrival.secondLead" : "study.arrival.lead"));
+  const head = heading(
+    second ? say("study.arrival.secondTitle") : title || say("study.arrival.title"),
+    second ? title : say("study.arrival.title"),
+  );
+  return { root: card(head, lead, arrivalForm(options)) };
+}
+
+/** @param {ArrivalOptions} options */
+function arrivalForm({ asksCode, problem, given, arrive, cancel }) {
   const box = problemBox();
   showProblem(box, problem);
+  const { input, field } = codeField(given.code);
+  const begin = el("button", { type: "submit", class: "button button-primary" }, say("study.arrival.begin"));
+  const back = cancel && el("button", { type: "button", class: "button", onclick: cancel }, say("study.page.cancel"));
+  const row = el("div", { class: "row" }, begin, back);
+  const form = el("form", { class: "stack", novalidate: true }, box, asksCode ? field : null, row);
+  form.addEventListener("submit", (event) => {
+    event.preventDefault();
+    const code = input.value.trim();
+    if (!asksCode) return void runAction(begin, box, () => arrive(given));
+    if (code) return void runAction(begin, box, () => arrive({ ...given, code }));
+    showProblem(box, say("study.arrival.codeMissing"));
+    input.focus();
+  });
+  return form;
+}
+
+/** @param {string | undefined} code from the link */
+function codeField(code) {
   const input = el("input", {
     id: "code",
     class: "input code-input",
@@ -52,7 +82,7 @@ export function arrivalScreen({ title, asksCode, second, problem, given, arrive,
     autocapitalize: "characters",
     spellcheck: "false",
     maxlength: 64,
-    value: given.code,
+    value: code,
     "aria-describedby": "code-help",
   });
   const field = el(
@@ -62,27 +92,5 @@ export function arrivalScreen({ title, asksCode, second, problem, given, arrive,
     input,
     el("p", { id: "code-help", class: "field-help" }, say("study.arrival.codeHelp")),
   );
-  const begin = el("button", { type: "submit", class: "button button-primary" }, say("study.arrival.begin"));
-  const back = cancel && el("button", { type: "button", class: "button", onclick: cancel }, say("study.page.cancel"));
-  const form = el(
-    "form",
-    { class: "stack", novalidate: true },
-    box,
-    asksCode ? field : null,
-    el("div", { class: "row" }, begin, back),
-  );
-  form.addEventListener("submit", (event) => {
-    event.preventDefault();
-    const code = input.value.trim();
-    if (!asksCode) return void runAction(begin, box, () => arrive(given));
-    if (code) return void runAction(begin, box, () => arrive({ ...given, code }));
-    showProblem(box, say("study.arrival.codeMissing"));
-    input.focus();
-  });
-  const lead = el("p", { class: "lead" }, say(second ? "study.arrival.secondLead" : "study.arrival.lead"));
-  const head = heading(
-    second ? say("study.arrival.secondTitle") : title || say("study.arrival.title"),
-    second ? title : say("study.arrival.title"),
-  );
-  return { root: card(head, lead, form) };
+  return { input, field };
 }

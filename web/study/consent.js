@@ -1,6 +1,6 @@
 // @ts-check
 /*
- * The consent: its text, the boxes to tick, a copy to keep, yes and no.
+ * The consent screen: its text, the boxes to tick, a copy to keep, agree and decline.
  */
 
 import { actionButton, heading, problemBox, showProblem } from "../components/action.js";
@@ -18,14 +18,10 @@ export function consentScreen({ step, next, decline, addPerson }) {
   const problem = problemBox();
   const boxes = (step.boxes ?? []).map((box) => ({ box, ...checkBox(box) }));
   const agree = actionButton(say("study.consent.agree"), problem, async () => {
-    const open = boxes.filter(({ box, input }) => box.required && !input.checked);
-    for (const { input } of boxes) input.removeAttribute("aria-invalid");
-    for (const { input } of open) input.setAttribute("aria-invalid", "true");
-    if (open.length > 0) {
-      showProblem(problem, say("study.consent.missing"));
-      return open[0].input.focus();
-    }
-    await next({ boxes: boxes.filter(({ input }) => input.checked).map(({ box }) => box.id) });
+    const missing = markMissing(boxes);
+    if (!missing) return next({ boxes: boxes.filter(({ input }) => input.checked).map(({ box }) => box.id) });
+    showProblem(problem, say("study.consent.missing"));
+    missing.focus();
   });
   const no = actionButton(say("study.consent.decline"), problem, decline, "");
   const copy = el(
@@ -33,14 +29,6 @@ export function consentScreen({ step, next, decline, addPerson }) {
     { type: "button", class: "button-link small", onclick: () => saveCopy(text) },
     say("study.consent.copy"),
   );
-  const second =
-    addPerson &&
-    el(
-      "p",
-      { class: "muted small" },
-      `${say("study.consent.second")} `,
-      el("button", { type: "button", class: "button-link", onclick: addPerson }, say("study.consent.secondButton")),
-    );
   const ticks = boxes.length > 0 ? el("div", { class: "consent-boxes" }, ...boxes.map(({ row }) => row)) : null;
   const title = text.querySelector("h1") ? null : heading(step.title ?? say("study.page.title"));
   return {
@@ -50,9 +38,31 @@ export function consentScreen({ step, next, decline, addPerson }) {
       ticks,
       problem,
       el("div", { class: "row" }, agree, no),
-      el("div", { class: "row row-apart" }, copy, second),
+      el("div", { class: "row row-apart" }, copy, addPerson && secondPerson(addPerson)),
     ),
   };
+}
+
+/**
+ * Marks the required boxes that are not ticked.
+ * @param {{box: Box, input: HTMLInputElement}[]} boxes
+ * @returns {HTMLInputElement | undefined} the first of them
+ */
+function markMissing(boxes) {
+  const missing = boxes.filter(({ box, input }) => box.required && !input.checked).map(({ input }) => input);
+  for (const { input } of boxes) input.removeAttribute("aria-invalid");
+  for (const input of missing) input.setAttribute("aria-invalid", "true");
+  return missing[0];
+}
+
+/** Offers a second person to join at this screen. @param {() => void} addPerson */
+function secondPerson(addPerson) {
+  const button = el(
+    "button",
+    { type: "button", class: "button-link", onclick: addPerson },
+    say("study.consent.secondButton"),
+  );
+  return el("p", { class: "muted small" }, `${say("study.consent.second")} `, button);
 }
 
 /** @param {Box} box */
@@ -62,7 +72,7 @@ function checkBox(box) {
   return { input, row: el("label", { class: "check" }, input, el("span", {}, box.text, needed)) };
 }
 
-/** Puts what was read into a file of its own. @param {HTMLElement} text */
+/** Saves the text as an HTML file. @param {HTMLElement} text */
 function saveCopy(text) {
   const head = `<meta charset="utf-8"><title>${say("study.page.title")}</title>`;
   const page = `<!doctype html><html lang="${currentLanguage()}">${head}${text.innerHTML}</html>`;

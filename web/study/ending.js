@@ -1,6 +1,6 @@
 // @ts-check
 /*
- * The last screens: what was not said before with the question whether the data may be kept, and the completion code.
+ * The last screens: the debriefing, which may ask whether to keep the data, and the completion code.
  */
 
 import { actionButton, heading, problemBox, showProblem } from "../components/action.js";

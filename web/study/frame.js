@@ -1,7 +1,7 @@
 // @ts-check
 /*
- * What stands around each screen of a study: title and progress, who is asked, the connection, language and Stop.
- * Replaces a screen only when it is another one, so that news of the same step disturb nobody.
+ * The frame around each screen of a study: title, progress, who is asked, the connection, language and Stop. A screen
+ * is replaced only by another one, so that an update of the same step does not interrupt anybody.
  */
 
 import { heading } from "../components/action.js";
@@ -14,7 +14,7 @@ import { card } from "./screen.js";
 /** @typedef {import("./service.js").View} View */
 /** @typedef {import("./service.js").Study} Study */
 
-const NO_STOP = ["consent", "code", "ended-elsewhere"]; // "I do not agree" is the consent's own; the others are over
+const NO_STOP = ["consent", "code", "ended-elsewhere"]; // the consent screen has "I do not agree"
 
 export class StudyFrame {
   #screen = byId("study-screen", HTMLElement);
@@ -28,7 +28,7 @@ export class StudyFrame {
   /** @type {Screen | null} */
   #shown = null;
   #id = "";
-  #unseen = false; // the screen came while nobody could see it
+  #unseen = false; // the screen changed while the tab was hidden
 
   /** @param {{language: (language: string) => void, stop: () => void}} actions */
   constructor(actions) {
@@ -66,7 +66,7 @@ export class StudyFrame {
   /**
    * @param {View | null} view
    * @param {readonly number[]} people whose screen it is
-   * @param {boolean} several two sit here
+   * @param {boolean} several two people sit here
    */
   setPlace(view, people, several) {
     if (view) this.#title.textContent = view.study.title;
@@ -92,9 +92,9 @@ export class StudyFrame {
   }
 
   /**
-   * @param {string} id what makes this screen another one
+   * @param {string} id two screens with the same id are the same screen
    * @param {() => Screen} make
-   * @param {import("./service.js").Step} [step] news for a screen that stays
+   * @param {import("./service.js").Step} [step] update for a screen that stays
    */
   show(id, make, step) {
     if (id === this.#id) {
@@ -113,7 +113,7 @@ export class StudyFrame {
     this.#screen.querySelector("h1")?.focus({ preventScroll: true });
   }
 
-  /** In the tab's title a dot says that something new is there for who looks elsewhere. */
+  /** A dot in the tab's title marks a screen that has not been seen yet. */
   #showTitle() {
     if (!document.hidden) this.#unseen = false;
     const h1 = this.#screen.querySelector("h1");

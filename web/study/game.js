@@ -1,7 +1,7 @@
 // @ts-check
 /*
- * What the game page does differently in a round of a study: Stop asks about the data, practice may be ended, and
- * after the last tick it leads back to the study, which knows what comes next.
+ * What the game page does differently in a round of a study: Stop asks about the data, practice may be ended early, and
+ * after the last tick the page goes back to the study.
  */
 
 import { problemBox, showProblem } from "../components/action.js";
@@ -27,23 +27,23 @@ export class StudyGame {
   constructor(mark) {
     this.mark = mark;
     byId("arena-box", HTMLElement).append(this.#end);
-    const round = byId("round", HTMLElement); // it counts rounds of the room, and a room of a study has but one
+    const round = byId("round", HTMLElement); // it counts the room's rounds, and a room of a study has one
     round.before(el("p", { class: "muted" }, mark.name));
     round.hidden = true;
     if (mark.practice) this.#offerEnough();
   }
 
-  /** Whether the keys belong to a dialog now. */
+  /** Whether a dialog is open, which then has the keys. */
   get isAsking() {
     return this.#asking;
   }
 
-  /** Whether the round is over, and the arena stands still behind the words that say so. */
+  /** Whether the end of the round covers the arena. */
   get showsResult() {
     return !this.#end.hidden;
   }
 
-  /** Whoever stops a round of a study leaves the page. */
+  /** Nothing to show: whoever stops a round of a study leaves the page. */
   stopHere() {}
 
   /** Back to the study. */
@@ -103,7 +103,7 @@ export class StudyGame {
     heading.focus({ preventScroll: true });
   }
 
-  /** Who has practised enough says so. */
+  /** Adds the button that ends the practice. */
   #offerEnough() {
     const problem = problemBox();
     const button = el("button", { type: "button", class: "button button-wide" }, say("study.play.enough"));

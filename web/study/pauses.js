@@ -1,7 +1,7 @@
 // @ts-check
 /*
- * Screens on which nothing is asked: the waiting room, a break, a pause by the experimenter, the study open elsewhere.
- * Times run on by themselves between news from the server.
+ * Screens that ask nothing: the waiting room, a break, a pause by the experimenter, the study open in another tab.
+ * Times count on between updates from the server.
  */
 
 import { actionButton, heading, problemBox } from "../components/action.js";
@@ -11,11 +11,12 @@ import { card } from "./screen.js";
 
 /** @typedef {import("./screen.js").Context} Context */
 /** @typedef {import("./screen.js").Screen} Screen */
+/** @typedef {import("./screen.js").Step} Step */
 
 const SECOND_MS = 1000;
 
 /**
- * Calls `show` with the seconds since `since_s` was true, now and each second.
+ * Calls `show` with the seconds since this call, now and every second.
  * @param {(seconds: number) => void} show
  */
 function everySecond(show) {
@@ -45,53 +46,46 @@ export function waitingScreen({ step, addPerson, refresh }) {
     bar.value = Math.min(waited, most);
     const over = most > 0 && waited > most;
     since.textContent = over ? say("study.waiting.soon") : say("study.waiting.since", { time: clock(waited) });
-    if (over) refresh(); // what follows is known by now
+    if (over) refresh(); // the server knows by now what follows
   };
-  const tell = (/** @type {import("./screen.js").Step} */ news) => {
-    const alone = (news.people ?? 1) <= 1;
-    const text = alone ? say("study.waiting.alone") : say("study.waiting.others", { people: news.people ?? 1 });
-    if (others.textContent !== text) others.textContent = text;
+  const tell = (/** @type {Step} */ news) => {
+    const text = othersText(news.people ?? 1);
+    if (others.textContent !== text) others.textContent = text; // a status is read out when it is set
   };
   let stop = everySecond(show);
   tell(step);
-  const second =
-    addPerson &&
-    el(
-      "p",
-      {},
-      `${say("study.consent.second")} `,
-      el(
-        "button",
-        { type: "button", class: "button button-small", onclick: addPerson },
-        say("study.consent.secondButton"),
-      ),
-    );
+  const limit = el("span", { class: "muted" }, say("study.waiting.most", { time: clock(most) }));
   const root = card(
     heading(say("study.waiting.title")),
     el("p", { class: "lead" }, say("study.waiting.lead")),
-    el(
-      "div",
-      { class: "stack stack-tight" },
-      el(
-        "div",
-        { class: "row row-apart" },
-        since,
-        el("span", { class: "muted" }, say("study.waiting.most", { time: clock(most) })),
-      ),
-      bar,
-    ),
+    el("div", { class: "stack stack-tight" }, el("div", { class: "row row-apart" }, since, limit), bar),
     el("p", {}, then),
     others,
     el("p", { class: "muted small" }, say("study.waiting.keepOpen")),
-    second,
+    addPerson && secondPerson(addPerson),
   );
-  const update = (/** @type {import("./screen.js").Step} */ news) => {
+  const update = (/** @type {Step} */ news) => {
     base = news.since_s ?? base;
     tell(news);
     stop();
     stop = everySecond(show);
   };
   return { root, update, close: () => stop() };
+}
+
+/** @param {number} people who wait, with the reader */
+function othersText(people) {
+  return people <= 1 ? say("study.waiting.alone") : say("study.waiting.others", { people });
+}
+
+/** Offers a second person to join at this screen. @param {() => void} addPerson */
+function secondPerson(addPerson) {
+  const button = el(
+    "button",
+    { type: "button", class: "button button-small", onclick: addPerson },
+    say("study.consent.secondButton"),
+  );
+  return el("p", {}, `${say("study.consent.second")} `, button);
 }
 
 /** @param {Context} context @returns {Screen} */

@@ -1,7 +1,7 @@
 // @ts-check
 /*
- * Who sits at this screen: one person or two, each with a place in the study, and whose turn it is. The tokens are
- * kept in localStorage, so that a reload or another tab comes back to the same places.
+ * The people at this screen, one or two, each with a place in the study, and whose turn it is. The tokens are kept in
+ * localStorage, so that a reload or another tab returns to the same places.
  */
 
 /** @typedef {import("./service.js").View} View */
@@ -19,20 +19,20 @@ export function loadPeople() {
   }
 }
 
-/** @param {readonly string[]} tokens none: nobody sits here any more */
+/** @param {readonly string[]} tokens empty when nobody sits here any more */
 export function savePeople(tokens) {
   try {
     KEYS.forEach((key, person) =>
       tokens[person] ? localStorage.setItem(key, tokens[person]) : localStorage.removeItem(key),
     );
   } catch {
-    // without storage the places last for this page; the link leads back to them
+    // without storage the places last until the page is closed; the link leads back to them
   }
 }
 
 /**
- * Whose screen is shown: the numbers of one person, or of both where they do the step together. Whoever has
- * something to do alone comes first, then whoever is behind; who has finished comes last.
+ * Whose screen is shown: the number of one person, or of both where they do the step together. A person with a step of
+ * their own comes first, then the one who is behind; a person who has finished comes last.
  * @param {readonly View[]} views one per person
  * @returns {number[]}
  */
@@ -48,8 +48,8 @@ export function whoseTurn(views) {
 }
 
 /**
- * The seats that this screen takes in a round: one entry per seat, its token or null where somebody else sits.
- * Null as long as a seat of somebody here is not known yet.
+ * The room of a round with one entry per seat: its token, or null where somebody else sits. Null until the seats of
+ * everybody here are known.
  * @param {readonly Step[]} steps of the people who play
  * @returns {{id: string, path: string, tokens: (string | null)[]} | null}
  */

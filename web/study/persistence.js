@@ -1,13 +1,13 @@
 // @ts-check
 /*
- * Asks again, ever later, until the server has answered: it may be starting again, or the network is away. Only what
- * may safely be asked twice goes through here. A refusal is an answer.
+ * Repeats a request, with growing pauses, until the server answers: it may be restarting, or the network may be down.
+ * Only for requests that are safe to repeat. A refusal is an answer.
  */
 
 import { ApiError } from "../core/api.js";
 
 const WAITS_MS = [500, 1000, 2000, 4000];
-const AWAY = [0, 502, 503, 504]; // nobody answers, or a proxy says so
+const AWAY = [0, 502, 503, 504]; // no answer, or a proxy that got none
 
 export class Persistence {
   /**

@@ -1,7 +1,7 @@
 // @ts-check
 /*
- * Before, during and after a round, as seen from outside the game: the map card with who sits where, the wait for the
- * partner, the way back into a running round, the way on after it.
+ * The screens around a round: before it the map and who plays which robot, the wait for the partner, the link back into
+ * a running round, and what follows.
  */
 
 import { actionButton, heading, problemBox } from "../components/action.js";
@@ -46,9 +46,19 @@ export function roundName(step) {
 
 /** @param {Context} context @param {boolean} waits @returns {Screen} */
 function cardScreen(context, waits) {
+  const { step } = context;
+  const { picture, close } = mapCanvas(step.map);
+  const root = card(
+    heading(title(step) ?? say("study.round.practice"), roundName(step)),
+    el("div", { class: "round-card" }, picture, roundFacts(context, waits)),
+  );
+  return { root, close };
+}
+
+/** @param {Context} context @param {boolean} waits */
+function roundFacts(context, waits) {
   const { step, next } = context;
   const problem = problemBox();
-  const picture = el("canvas", { class: "map-picture", role: "img", "aria-label": say("study.round.map") });
   const action = waits
     ? el("p", { class: "notice", role: "status" }, say("study.round.waiting"))
     : el(
@@ -56,37 +66,36 @@ function cardScreen(context, waits) {
         { class: "row" },
         actionButton(say("study.round.ready"), problem, () => next()),
       );
-  const facts = el(
+  return el(
     "div",
     { class: "stack" },
     el("ul", { class: "round-seats" }, ...seatLines(context)),
     step.kind === "practice" ? el("p", {}, say("study.round.practiceLead")) : null,
     el("p", {}, description(step) || say("study.round.goal")),
     marks(step.map),
-    step.limit_s
-      ? el(
-          "p",
-          {},
-          el("span", { class: "muted" }, `${say("study.round.limit")} `),
-          el("strong", {}, length(step.limit_s)),
-        )
-      : null,
+    step.limit_s ? limitLine(step.limit_s) : null,
     problem,
     action,
   );
-  const root = card(
-    heading(title(step) ?? say("study.round.practice"), roundName(step)),
-    el("div", { class: "round-card" }, picture, facts),
-  );
-  const draw = () => step.map && picture.isConnected && mapPicture(picture, step.map);
-  const observer = new ResizeObserver(draw); // draws once it has a size, and again when that changes
+}
+
+/** @param {number} limitS seconds */
+function limitLine(limitS) {
+  return el("p", {}, el("span", { class: "muted" }, `${say("study.round.limit")} `), el("strong", {}, length(limitS)));
+}
+
+/** A picture of the map that follows its size on the page and the theme. @param {Step["map"]} map */
+function mapCanvas(map) {
+  const picture = el("canvas", { class: "map-picture", role: "img", "aria-label": say("study.round.map") });
+  const draw = () => map && picture.isConnected && mapPicture(picture, map);
+  const observer = new ResizeObserver(draw); // draws once the canvas has a size, and when that changes
   observer.observe(picture);
   window.addEventListener("movingout-theme", draw);
   const close = () => {
     observer.disconnect();
     window.removeEventListener("movingout-theme", draw);
   };
-  return { root, close };
+  return { picture, close };
 }
 
 /** @param {number} seconds */

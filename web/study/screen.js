@@ -1,6 +1,6 @@
 // @ts-check
 /*
- * What the screens of a study have in common: what they may ask for, their card, and text that the server has rendered.
+ * Common parts of the screens of a study: their context, their card, and text rendered by the server.
  */
 
 import { el } from "../core/dom.js";
@@ -8,35 +8,35 @@ import { el } from "../core/dom.js";
 /** @typedef {import("./service.js").Step} Step */
 /** @typedef {import("./service.js").Place} Place */
 /**
- * What a screen may use and ask for.
+ * What a screen can read and do.
  * @typedef {object} Context
  * @property {Step} step of the person, or of the first of both
  * @property {Step[]} steps of everybody whose screen this is
  * @property {number[]} people whose screen this is
- * @property {boolean} several two people sit here
+ * @property {boolean} several whether two people sit here
  * @property {Place} place of the person, or of the first of both
- * @property {(given?: Record<string, unknown>) => Promise<void>} next on to the next step; rejects with an ApiError
+ * @property {(given?: Record<string, unknown>) => Promise<void>} next goes to the next step; rejects with an ApiError
  * @property {() => Promise<void>} decline
- * @property {() => void} play go to the room of this round
- * @property {(() => void) | null} addPerson asks the second person in, where that is offered
- * @property {() => void} leaveScreen nobody sits here any more
+ * @property {() => void} play goes to the room of this round
+ * @property {(() => void) | null} addPerson lets a second person join, where that is offered
+ * @property {() => void} leaveScreen forgets everybody at this screen
  * @property {(() => void) | null} nextCode shows the other person's code
  * @property {() => void} refresh asks the server at once
  */
 /**
  * @typedef {object} Screen
  * @property {HTMLElement} root with an h1
- * @property {(step: Step) => void} [update] news of the same step
- * @property {() => void} [close] it is replaced
+ * @property {(step: Step) => void} [update] takes an update of the same step
+ * @property {() => void} [close] called when the screen is replaced
  */
 
-/** A card with everything of a screen, one below the other. @param {...(Node | null | undefined)} parts */
+/** The card of a screen, its parts one below the other. @param {...(Node | null | undefined)} parts */
 export function card(...parts) {
   return el("section", { class: "card card-roomy study-card" }, ...parts);
 }
 
 /**
- * Markdown that the server rendered to safe HTML; the content security policy forbids scripts besides.
+ * Markdown rendered by the server to safe HTML; the content security policy forbids scripts as well.
  * @param {string} html
  */
 export function prose(html) {

@@ -1,6 +1,6 @@
 // @ts-check
 /*
- * The study's HTTP API for one participant, and what it answers. Knows no page.
+ * The study's HTTP API for one participant, and the types of its answers. No access to the page.
  */
 
 import { requestJson } from "../core/api.js";
@@ -10,7 +10,7 @@ import { requestJson } from "../core/api.js";
 /** @typedef {{id: string, token: string, seat: number, path: string}} RoomSeat */
 /** @typedef {{minutes: number, amount: number, currency: string}} Earned */
 /**
- * What the server says of the step: `key` and `kind`, the rest as the kind has it.
+ * A step as the server sends it: `key` and `kind`, the other fields depending on the kind.
  * @typedef {object} Step
  * @property {string} key
  * @property {string} kind
@@ -22,7 +22,7 @@ import { requestJson } from "../core/api.js";
  * @property {Record<string, {value: number, text: string}>} [answers]
  * @property {string | null} [partner_letter]
  * @property {boolean} [gamepad_required]
- * @property {number} [rtt_ms] the most that is allowed
+ * @property {number} [rtt_ms] the longest round trip allowed
  * @property {GameMap | null} [map]
  * @property {string} [description]
  * @property {number} [seat]

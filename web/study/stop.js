@@ -1,7 +1,7 @@
 // @ts-check
 /*
- * "Stop", on every screen and in the game: asks once, keeps or deletes what was done so far, and says who stops where
- * two people sit at one screen.
+ * The Stop dialog, on every screen and in the game: asks whether to keep or delete the data so far and, where two
+ * people share the screen, who stops.
  */
 
 import { problemBox, runAction } from "../components/action.js";
@@ -12,7 +12,7 @@ import { say } from "../text/catalogue.js";
 /** @typedef {(person: number, keep: boolean) => Promise<void>} Stop */
 
 /**
- * @param {readonly number[]} people who could stop here: numbers of one or two
+ * @param {readonly number[]} people numbers of the one or two who can stop here
  * @param {Stop} stop rejects with an ApiError
  * @returns {Promise<boolean>} whether somebody has stopped
  */
@@ -21,21 +21,10 @@ export function askToStop(people, stop) {
   const problem = problemBox();
   const who = whoField(people);
   let stopped = false;
-  const choice = (/** @type {boolean} */ keep) => {
-    const name = keep ? "keep" : "delete";
-    const button = el(
-      "button",
-      { type: "button", class: keep ? "button button-wide" : "button button-wide button-danger" },
-      say(`study.stop.${name}`),
-    );
-    button.addEventListener("click", () =>
-      runAction(button, problem, async () => {
-        for (const person of who.chosen()) await stop(person, keep);
-        stopped = true;
-        dialog.close();
-      }),
-    );
-    return el("div", {}, button, el("p", { class: "muted small dialog-help" }, say(`study.stop.${name}Help`)));
+  const stopThem = async (/** @type {boolean} */ keep) => {
+    for (const person of who.chosen()) await stop(person, keep);
+    stopped = true;
+    dialog.close();
   };
   const no = el(
     "button",
@@ -50,8 +39,8 @@ export function askToStop(people, stop) {
       el("p", {}, say("study.stop.lead")),
       who.field,
       problem,
-      choice(true),
-      choice(false),
+      choice(true, problem, stopThem),
+      choice(false, problem, stopThem),
       no,
     ),
   );
@@ -63,6 +52,23 @@ export function askToStop(people, stop) {
       done(stopped);
     });
   });
+}
+
+/**
+ * A way to stop, with what it does to the data.
+ * @param {boolean} keep
+ * @param {HTMLElement} problem
+ * @param {(keep: boolean) => Promise<void>} stop
+ */
+function choice(keep, problem, stop) {
+  const name = keep ? "keep" : "delete";
+  const button = el(
+    "button",
+    { type: "button", class: keep ? "button button-wide" : "button button-wide button-danger" },
+    say(`study.stop.${name}`),
+  );
+  button.addEventListener("click", () => runAction(button, problem, () => stop(keep)));
+  return el("div", {}, button, el("p", { class: "muted small dialog-help" }, say(`study.stop.${name}Help`)));
 }
 
 /** @param {readonly number[]} people */

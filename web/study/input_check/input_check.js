@@ -1,7 +1,7 @@
 // @ts-check
 /*
- * Trying the controls before the first round: whatever is pressed lights up, and the connection is measured. Reads the
- * same devices through the same modules as the game. What has been tried is in tried_controls.js.
+ * The check of controls and connection before the first round: what is pressed lights up, and the round trip is
+ * measured. Reads the devices through the same modules as the game.
  */
 
 import { actionButton, heading, problemBox, runAction, showProblem } from "../../components/action.js";
@@ -22,7 +22,7 @@ import { TriedControls } from "./tried_controls.js";
 /** @typedef {import("../../input/seats.js").SeatCard} SeatCard */
 
 const FAIR_MS = 80; // as the game page has it
-const LIT_MS = 180; // a short press is seen so long
+const LIT_MS = 180; // how long a short press stays lit
 
 /** @param {Context} context @returns {Screen} */
 export function inputCheckScreen(context) {
@@ -62,7 +62,7 @@ class InputCheck {
   }
 
   close() {
-    this.#open = false; // the keyboard listens on, but no key is ours any more
+    this.#open = false; // the keyboard stays attached, but its keys no longer count
   }
 
   #build() {
@@ -102,7 +102,7 @@ class InputCheck {
     this.#read(nowMs);
   }
 
-  /** Each frame, and at each key: the shortest press counts. @param {number} nowMs */
+  /** On every frame and every key event, so that the shortest press counts. @param {number} nowMs */
   #read(nowMs) {
     const cards = this.seats.cards();
     for (const [seat, reading] of this.seats.read(this.#mapping)) {
@@ -120,7 +120,7 @@ class InputCheck {
     this.panels.forEach((panel, seat) => panel.showDone(this.tried[seat].done));
   }
 
-  /** Whoever asks while it is being measured waits for that: going on early must not lead nowhere. */
+  /** Going on during a measurement waits for its result. */
   #measure() {
     this.#measuring ??= this.#measureOnce().finally(() => {
       this.#measuring = null;
@@ -156,7 +156,7 @@ class InputCheck {
     }
     if (Number.isNaN(this.#rtt)) await this.#measure();
     if (Number.isNaN(this.#rtt)) return;
-    // The server hears of a slow connection too: whoever stops then is screened out, and paid as such.
+    // The server is told of a slow connection too: a participant who then stops is screened out, and paid as such.
     await this.context.next({ rtt_ms: Math.round(this.#rtt * 10) / 10, device: this.seats.cards()[0].device });
   }
 }

@@ -1,6 +1,6 @@
 // @ts-check
 /*
- * How long a request takes there and back: the median of several, one after the other, in milliseconds.
+ * The round trip time of a request in milliseconds: the median of several, one after the other.
  */
 
 import { request } from "../../core/api.js";

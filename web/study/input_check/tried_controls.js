@@ -1,13 +1,13 @@
 // @ts-check
 /*
- * Which controls one person has tried: each direction once, and grab. Pure.
+ * The controls that one person has tried: each direction, and grab. Pure.
  */
 
 /** @typedef {import("../../input/seats.js").SeatReading} SeatReading */
 /** @typedef {"up" | "left" | "down" | "right" | "grab"} Control */
 
 export const CONTROLS = /** @type {const} */ (["up", "left", "down", "right", "grab"]);
-const FAR = 0.4; // of the way that a stick goes
+const FAR = 0.4; // share of a stick's full deflection
 
 export class TriedControls {
   /** @type {Set<Control>} */

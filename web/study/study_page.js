@@ -1,0 +1,287 @@
+// @ts-check
+/*
+ * The study page: the participants at this screen, the screen of their step, and the change to the game and back. The
+ * server decides what comes next. Only the tokens are kept here, so a reload loses nothing.
+ */
+
+import { ApiError } from "../core/api.js";
+import { LiveStream } from "../core/live_stream.js";
+import { saveTokens } from "../wire/seat_tokens.js";
+import { arrivalScreen, recruitmentParameters } from "./arrival.js";
+import { StudyFrame } from "./frame.js";
+import { markStudyRound } from "../text/study_mark.js";
+import { loadPeople, savePeople, seatsToTake, whoseTurn } from "./people.js";
+import { Persistence } from "./persistence.js";
+import { roundName } from "./round.js";
+import { SCREENS } from "./screens.js";
+import { Place, arrive } from "./service.js";
+import { askToStop } from "./stop.js";
+import { LANGUAGES, keepLanguage, pickLanguage } from "../text/language.js";
+import { currentLanguage, say, sayError, useLanguage } from "../text/catalogue.js";
+
+/** @typedef {import("./service.js").View} View */
+/** @typedef {import("./screen.js").Context} Context */
+
+const POLL_MS = 10_000;
+const POLL_PLAYING_MS = 2000; // somebody may be coming back from the game
+const CLOCK_MS = 1000;
+
+export class StudyPage {
+  #persistence = new Persistence((offline) => this.#frame.setOffline(offline));
+  /** @type {Place[]} */
+  #places = [];
+  /** @type {View[]} */
+  #views = [];
+  /** @type {LiveStream[]} */
+  #streams = [];
+  #newsAtMs = 0;
+  #asking = false;
+  #readyFor = ""; // key of the round that somebody here is ready for
+  #codeOf = 0;
+  #frame = new StudyFrame({ language: (language) => void this.#setLanguage(language), stop: () => void this.#stop() });
+
+  /** @param {import("./service.js").Study} study */
+  constructor(study) {
+    this.study = study;
+  }
+
+  async start() {
+    this.#frame.setTexts(this.study);
+    setInterval(() => this.#tick(), CLOCK_MS);
+    addEventListener("pageshow", (event) => event.persisted && location.reload()); // back from the game: stale
+    const parameters = recruitmentParameters(location.search);
+    if (Object.keys(parameters).length > 0) return this.#arriveByLink(parameters);
+    const tokens = loadPeople();
+    if (tokens.length === 0) return this.#askWho("");
+    this.#places = tokens.map((token) => new Place(token));
+    await this.#refresh();
+    this.#listen();
+  }
+
+  // ---- arriving ---------------------------------------------------------------------------------------------
+
+  /** @param {Record<string, string>} parameters */
+  async #arriveByLink(parameters) {
+    try {
+      await this.#arrive(parameters);
+    } catch (error) {
+      this.#askWho(sayError(error), parameters);
+    }
+  }
+
+  /** @param {Record<string, string>} parameters @param {boolean} [second] beside the first person */
+  async #arrive(parameters, second = false) {
+    const beside = second ? this.#places[0]?.token : undefined;
+    const { token, view } = await this.#persistence.until(() => arrive(parameters, currentLanguage(), beside));
+    this.#places = second ? [this.#places[0], new Place(token)] : [new Place(token)];
+    this.#views = second ? [this.#views[0], view] : [view];
+    savePeople(this.#places.map((place) => place.token));
+    history.replaceState(null, "", location.pathname); // ids must not stay in the address bar
+    await this.#follow(view.language);
+    this.#listen();
+    this.#show();
+  }
+
+  /**
+   * @param {string} problem why the page asks again; empty the first time
+   * @param {Record<string, string>} [given] parameters of the link
+   */
+  #askWho(problem, given = {}) {
+    this.#forget();
+    this.#showArrival(`arrival ${problem} ${currentLanguage()}`, { second: false, problem, given, cancel: null });
+  }
+
+  #askSecond() {
+    this.#showArrival("arrival-2", { second: true, problem: "", given: {}, cancel: () => this.#show() });
+  }
+
+  /**
+   * @param {string} id of the screen
+   * @param {Pick<import("./arrival.js").ArrivalOptions, "second" | "problem" | "given" | "cancel">} options
+   */
+  #showArrival(id, options) {
+    const { title, asks_code: asksCode } = this.study;
+    const arrive = (/** @type {Record<string, string>} */ parameters) => this.#arrive(parameters, options.second);
+    this.#frame.show(id, () => arrivalScreen({ ...options, title, asksCode, arrive }));
+  }
+
+  #forget() {
+    for (const stream of this.#streams) stream.close();
+    this.#streams = [];
+    this.#places = [];
+    this.#views = [];
+    this.#codeOf = 0;
+    savePeople([]);
+    this.#frame.setPlace(null, [], false);
+  }
+
+  // ---- news -------------------------------------------------------------------------------------------------
+
+  #listen() {
+    for (const stream of this.#streams) stream.close();
+    this.#streams = this.#places.map((place, person) =>
+      new LiveStream("/api/study/events", place.token, {
+        onNews: (news) => void (news.view ? this.#take(person, news.view) : this.#refresh()),
+      }).open(),
+    );
+  }
+
+  #tick() {
+    const playing = this.#views.some(({ step }) => step.state === "playing");
+    if (performance.now() - this.#newsAtMs > (playing ? POLL_PLAYING_MS : POLL_MS)) void this.#refresh();
+  }
+
+  async #refresh() {
+    if (this.#asking || this.#places.length === 0) return;
+    this.#asking = true;
+    this.#newsAtMs = performance.now();
+    try {
+      const places = this.#places;
+      const views = await this.#persistence.until(() => Promise.all(places.map((place) => place.view())));
+      if (places === this.#places) await this.#takeAll(views);
+    } catch (error) {
+      this.#lost(error);
+    } finally {
+      this.#asking = false;
+    }
+  }
+
+  /** @param {unknown} error */
+  #lost(error) {
+    const sentence = sayError(error);
+    if (error instanceof ApiError && (error.status === 401 || error.status === 404)) this.#askWho(sentence);
+    else this.#frame.showProblem(sentence, () => void this.#refresh());
+  }
+
+  /** @param {number} person @param {View} view */
+  async #take(person, view) {
+    await this.#takeAll(this.#places.map((_, index) => (index === person ? view : this.#views[index])).filter(Boolean));
+  }
+
+  /** @param {View[]} views */
+  async #takeAll(views) {
+    if (views.length < this.#places.length) return; // the other person's view is still to come
+    this.#views = views;
+    this.#newsAtMs = performance.now();
+    await this.#follow(views[0].language);
+    this.#show();
+  }
+
+  // ---- what is shown ----------------------------------------------------------------------------------------
+
+  #show() {
+    const people = this.#turn();
+    const steps = people.map((person) => this.#views[person].step);
+    const [step] = steps;
+    this.#frame.setPlace(this.#views[people[0]], people, this.#places.length > 1);
+    if (this.#frame.shows("arrival-2") && step.kind !== "ended-elsewhere" && this.#places.length < 2) return;
+    if (step.state === "card" || step.state === "waiting") this.#readyFor = step.key;
+    if (step.state === "playing" && step.key === this.#readyFor && this.#play(steps)) return;
+    const make = SCREENS[step.kind];
+    const id = JSON.stringify([
+      people,
+      step.key,
+      step.kind,
+      step.state,
+      Boolean(step.room),
+      step.version,
+      currentLanguage(),
+    ]);
+    if (make) this.#frame.show(id, () => make(this.#context(people)), step);
+    else this.#frame.showProblem(say("error.http"), () => location.reload());
+  }
+
+  #turn() {
+    const people = whoseTurn(this.#views);
+    const finished = this.#views.every(({ step }) => step.kind === "code");
+    return finished && this.#views.length > 1 ? [this.#codeOf] : people;
+  }
+
+  /** @param {number[]} people @returns {Context} */
+  #context(people) {
+    const steps = people.map((person) => this.#views[person].step);
+    const place = this.#places[people[0]];
+    const two = this.#places.length > 1;
+    const bothDone = two && this.#views.every(({ step }) => step.kind === "code");
+    const key = steps[0].key;
+    return {
+      step: steps[0],
+      steps,
+      people,
+      place,
+      several: two,
+      next: (given) => this.#each(people, (one) => one.next(key, given)),
+      decline: () => this.#each(people, (one) => one.decline()),
+      play: () => void this.#play(this.#turn().map((person) => this.#views[person].step)),
+      addPerson: this.study.group === 2 && !two ? () => this.#askSecond() : null,
+      leaveScreen: () => this.#askWho(""),
+      nextCode: bothDone ? () => this.#otherCode() : null,
+      refresh: () => performance.now() - this.#newsAtMs > POLL_PLAYING_MS && void this.#refresh(),
+    };
+  }
+
+  #otherCode() {
+    this.#codeOf = 1 - this.#codeOf;
+    this.#show();
+  }
+
+  /**
+   * Asks for one person after the other, until each has an answer.
+   * @param {number[]} people
+   * @param {(place: Place) => Promise<View>} ask
+   */
+  async #each(people, ask) {
+    const views = [...this.#views];
+    for (const person of people) views[person] = await this.#persistence.until(() => ask(this.#places[person]));
+    await this.#takeAll(views);
+  }
+
+  /** Goes to the room, once every seat of this screen is known. @param {import("./service.js").Step[]} steps */
+  #play(steps) {
+    const seats = seatsToTake(steps);
+    if (seats === null) return false;
+    saveTokens(seats.id, seats.tokens);
+    const [{ key, kind }] = steps;
+    const language = currentLanguage();
+    markStudyRound({
+      room: seats.id,
+      key,
+      practice: kind === "practice",
+      language,
+      name: roundName(steps[0]),
+    });
+    location.assign(seats.path);
+    return true;
+  }
+
+  async #stop() {
+    const people = this.#turn();
+    const stopped = await askToStop(people, async (person, keep) => {
+      this.#views[person] = await this.#persistence.until(() => this.#places[person].stop(keep));
+    });
+    if (stopped) await this.#takeAll([...this.#views]);
+  }
+
+  // ---- language ---------------------------------------------------------------------------------------------
+
+  /** @param {string} language */
+  async #setLanguage(language) {
+    keepLanguage(language);
+    if (this.#places.length === 0) {
+      await this.#follow(language);
+      this.#askWho("");
+      return;
+    }
+    await this.#takeAll(
+      await this.#persistence.until(() => Promise.all(this.#places.map((place) => place.view(language)))),
+    );
+  }
+
+  /** Switches to the language of the study's texts, or to the nearest one offered. @param {string} language */
+  async #follow(language) {
+    const wanted = pickLanguage(Object.keys(LANGUAGES), [language]);
+    if (wanted === currentLanguage()) return;
+    await this.#persistence.until(() => useLanguage(wanted));
+    this.#frame.setTexts(this.study);
+  }
+}
