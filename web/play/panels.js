@@ -3,7 +3,7 @@
 
 import { badge, byId, el } from "../core/dom.js";
 import { grabName } from "./hud.js";
-import { programFacts } from "../components/share.js";
+import { invitation } from "./invitation.js";
 import { say } from "../text/catalogue.js";
 import { colourName, colourWord } from "../text/names.js";
 import { reasonText, seatName } from "./seat_phrases.js";
@@ -100,24 +100,9 @@ export class Panels {
     const open = room.seats.filter((seat) => seat.open);
     const parts =
       open.length > 0 && game.welcome
-        ? this.#invitation(game.welcome, open, game.own.length === 0)
+        ? invitation(game.welcome, open, game.own.length === 0)
         : this.#askReady(game, cards, mapping);
     this.#ready.replaceChildren(el("div", { class: "stack" }, ...parts));
-  }
-
-  /**
-   * @param {import("../messages.js").Welcome} welcome @param {readonly import("../messages.js").SeatState[]} open
-   * @param {boolean} watching
-   */
-  #invitation(welcome, open, watching) {
-    if (watching)
-      return [
-        el("h2", {}, say("play.ready.soon")),
-        el("p", { class: "muted small" }, say("play.waiting.seats", { count: open.length })),
-      ];
-    if (open.every(({ kind }) => kind === "remote"))
-      return [el("h2", {}, say("play.waiting.program")), ...programFacts(welcome.room)];
-    return shareLink(new URL(welcome.join_path, location.href).href, welcome.room);
   }
 
   /** @param {Game} game @param {readonly SeatCard[]} cards @param {Mapping} mapping */
@@ -260,42 +245,4 @@ function panel(title, ...parts) {
 /** @param {number} seconds */
 function count(seconds) {
   return el("p", { class: "count" }, String(Math.max(1, seconds)));
-}
-
-/**
- * Invites the other player: the link, a button that copies it, a QR code.
- * @param {string} link
- * @param {string} room
- */
-function shareLink(link, room) {
-  const field = el("input", {
-    class: "input share-link",
-    readonly: true,
-    value: link,
-    "aria-label": say("play.waiting.copy"),
-  });
-  field.addEventListener("focus", () => field.select());
-  const copy = el("button", { type: "button", class: "button button-primary button-wide" }, say("play.waiting.copy"));
-  copy.addEventListener("click", async () => {
-    const copied = await navigator.clipboard?.writeText(link).then(
-      () => true,
-      () => false,
-    );
-    if (copied) copy.textContent = say("play.waiting.copied");
-    else field.focus(); // selects the link, to be copied by hand
-  });
-  const qr = el("img", {
-    class: "qr",
-    src: `/api/rooms/${room}/qr.svg`,
-    alt: say("play.waiting.qr"),
-    width: 144,
-    height: 144,
-  });
-  return [
-    el("h2", {}, say("play.waiting.title")),
-    el("p", { class: "muted small" }, say("play.waiting.sentence")),
-    field,
-    copy,
-    qr,
-  ];
 }

@@ -8,8 +8,6 @@ import { el } from "../core/dom.js";
 import { measures, valueText } from "../play/result_words.js";
 
 /** @typedef {import("../messages.js").Metric} Metric */
-/** @typedef {import("../core/metric_values.js").MetricValues} MetricValues */
-/** @typedef {import("../core/metric_values.js").MetricCurves} MetricCurves */
 /** @typedef {{low: number, high: number}} Scale */
 
 const NAMESPACE = "http://www.w3.org/2000/svg";
@@ -60,16 +58,14 @@ export class MetricCharts {
 
   /**
    * @param {HTMLElement} box
-   * @param {MetricCurves} curves
-   * @param {MetricValues} end how the episode ended
-   * @param {number} ticks
+   * @param {Pick<import("./data.js").Summary, "curves" | "metrics" | "ticks">} summary
    * @param {(tick: number) => void} onSeek
    */
-  constructor(box, curves, end, ticks, onSeek) {
+  constructor(box, { curves, metrics, ticks }, onSeek) {
     this.curves = curves;
     this.ticks = ticks;
     this.onSeek = onSeek;
-    box.replaceChildren(...measures(end).map((measure) => this.#row(measure)));
+    box.replaceChildren(...measures(metrics).map((measure) => this.#row(measure)));
   }
 
   /** The values after `tick` and the place of the cursor. @param {number} tick */

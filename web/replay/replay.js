@@ -70,10 +70,7 @@ class ReplayPage {
     this.rows = new Map();
     /** @type {ShownEvent | undefined} */
     this.current = undefined;
-    const { curves, metrics } = replay.summary;
-    this.charts = new MetricCharts(byId("curves", HTMLElement), curves, metrics, replay.ticks, (tick) =>
-      this.seekTick(tick),
-    );
+    this.charts = new MetricCharts(byId("curves", HTMLElement), replay.summary, (tick) => this.seekTick(tick));
     this.show = new Show(
       replay,
       () => source.decisions(),

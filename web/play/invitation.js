@@ -1,0 +1,58 @@
+// Shown while a seat is open: how the other player, or a program, can take it.
+
+import { el } from "../core/dom.js";
+import { programFacts } from "../components/share.js";
+import { say } from "../text/catalogue.js";
+
+/**
+ * @param {import("../messages.js").Welcome} welcome @param {readonly import("../messages.js").SeatState[]} open
+ * @param {boolean} watching
+ */
+export function invitation(welcome, open, watching) {
+  if (watching)
+    return [
+      el("h2", {}, say("play.ready.soon")),
+      el("p", { class: "muted small" }, say("play.waiting.seats", { count: open.length })),
+    ];
+  if (open.every(({ kind }) => kind === "remote"))
+    return [el("h2", {}, say("play.waiting.program")), ...programFacts(welcome.room)];
+  return shareLink(new URL(welcome.join_path, location.href).href, welcome.room);
+}
+
+/**
+ * Invites the other player: the link, a button that copies it, a QR code.
+ * @param {string} link
+ * @param {string} room
+ */
+function shareLink(link, room) {
+  const field = el("input", {
+    class: "input share-link",
+    readonly: true,
+    value: link,
+    "aria-label": say("play.waiting.copy"),
+  });
+  field.addEventListener("focus", () => field.select());
+  const copy = el("button", { type: "button", class: "button button-primary button-wide" }, say("play.waiting.copy"));
+  copy.addEventListener("click", async () => {
+    const copied = await navigator.clipboard?.writeText(link).then(
+      () => true,
+      () => false,
+    );
+    if (copied) copy.textContent = say("play.waiting.copied");
+    else field.focus(); // selects the link, to be copied by hand
+  });
+  const qr = el("img", {
+    class: "qr",
+    src: `/api/rooms/${room}/qr.svg`,
+    alt: say("play.waiting.qr"),
+    width: 144,
+    height: 144,
+  });
+  return [
+    el("h2", {}, say("play.waiting.title")),
+    el("p", { class: "muted small" }, say("play.waiting.sentence")),
+    field,
+    copy,
+    qr,
+  ];
+}
