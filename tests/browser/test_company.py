@@ -80,7 +80,7 @@ def test_a_spectator_sees_the_game_and_has_nothing_to_press(server: Server, open
 def test_somebody_without_a_free_seat_is_told_and_may_watch(server: Server, open_page: OpenPage) -> None:
     room = server.practice()
     page = open_page(room["join_path"])
-    expect(page.locator("#overlay")).to_contain_text("No seat is free")
+    expect(page.locator("#overlay")).to_contain_text("This room is full")
     page.get_by_role("link", name="Watch").click()
     wait_for(page, "game.status === 'open'")
 

@@ -37,7 +37,9 @@ def catalogue(language: str) -> dict[str, str]:
 def english_on(page: Page) -> list[str]:
     """What a German page says in the words of the English catalogue."""
     german = set(catalogue("de").values())
-    only_english = [text for text in catalogue("en").values() if text not in german]
+    with_words = re.compile(r"[A-Za-z]{2}")  # beside the places in braces
+    texts = [text for text in catalogue("en").values() if with_words.search(re.sub(r"\{\w+\}", "", text))]
+    only_english = [text for text in texts if text not in german]
     shapes = [re.compile(re.sub(r"\\\{\w+\\\}", ".+", re.escape(text))) for text in only_english]
     seen: list[str] = page.evaluate(SEEN)
     assert len(seen) > 10

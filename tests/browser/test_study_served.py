@@ -197,7 +197,7 @@ def pause_and_restart(experimenter: Page, people: list[KeyboardParticipant], pic
     wait_for(people[0].page, "game.phase === 'paused'")
     people[0].page.screenshot(path=pictures / "served-paused.png")
     expect(experimenter.get_by_text("Everything is paused")).to_be_visible()
-    experimenter.get_by_role("button", name="Go on", exact=True).click()
+    experimenter.get_by_role("button", name="Resume all", exact=True).click()
     wait_for(people[0].page, "game.phase !== 'paused'")
     expect(row(experimenter, 0).get_by_role("link", name="Watch")).to_be_visible()
     act(experimenter, row(experimenter, 0), "Restart the round", "the cable fell out")
