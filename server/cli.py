@@ -28,7 +28,7 @@ COMMANDS = {
     "match": Command("movingout.matches.commands.match", "play agent-vs-agent matches without a screen"),
     "demos": Command("movingout.agents.commands.demos", "let scripted people play and record them"),
     "train": Command("movingout.agents.commands.train", "train a policy from recordings"),
-    "agents": Command("movingout.agents.commands.agents", "list, show and probe agents"),
+    "agents": Command("movingout.agents.commands.agents", "list, show, probe and check agents"),
     "maps": Command("movingout.maps.commands.maps", "list, show, check, render and randomize maps"),
     "recordings": Command(
         "movingout.recordings.commands.recordings", "list, verify, view, report, export and import recordings"

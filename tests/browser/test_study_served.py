@@ -202,7 +202,7 @@ def pause_and_restart(experimenter: Page, people: list[KeyboardParticipant], pic
     expect(row(experimenter, 0).get_by_role("link", name="Watch")).to_be_visible()
     act(experimenter, row(experimenter, 0), "Restart the round", "the cable fell out")
     experimenter.get_by_label("What happened").fill("A fire drill.")
-    experimenter.get_by_role("button", name="Add note").click()
+    experimenter.get_by_role("button", name="Add a note").click()
     expect(experimenter.locator("#notes li")).to_have_count(2)
     assert violations(experimenter) == []
 

@@ -82,3 +82,36 @@ export class InputSender {
     return analogue ? ANALOGUE_MS : 0;
   }
 }
+
+/** The input frames of all seats of a page: what their devices say, or neutral input. */
+export class InputSenders {
+  /** @type {Map<number, InputSender>} */
+  #senders = new Map();
+  #send;
+  #seen;
+
+  /**
+   * @param {(input: Input) => void} send
+   * @param {() => Seen} seen the newest tick received and the newest shown
+   */
+  constructor(send, seen) {
+    this.#send = send;
+    this.#seen = seen;
+  }
+
+  /** @param {readonly number[]} seats those of this page from now on */
+  hold(seats) {
+    this.#senders = new Map(seats.map((seat) => [seat, new InputSender(seat)]));
+  }
+
+  /** @param {number} seat @param {SeatReading} reading @param {number} nowMs */
+  send(seat, reading, nowMs) {
+    const input = this.#senders.get(seat)?.next(nowMs, reading, this.#seen());
+    if (input) this.#send(input);
+  }
+
+  /** @param {number} nowMs */
+  sendNeutral(nowMs) {
+    for (const sender of this.#senders.values()) this.#send(sender.neutral(nowMs, this.#seen()));
+  }
+}

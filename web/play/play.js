@@ -9,8 +9,8 @@ import { Gamepads } from "../input/gamepad.js";
 import { Keyboard } from "../input/keyboard.js";
 import { loadMapping } from "../input/mapping.js";
 import { LocalSeats } from "../input/seats.js";
+import { InputSenders } from "../input/sender.js";
 import { Touch } from "../input/touch.js";
-import { OwnInputs } from "./own_inputs.js";
 import { Panels } from "./panels.js";
 import { Probe } from "./probe.js";
 import { context2d, drawScene, fitCanvas } from "../view/render.js";
@@ -70,10 +70,13 @@ class Play {
       leave: () => this.#connection.close(),
     });
   #decisions = new DecisionPanel(byId("decisions", HTMLElement), `/api/rooms/${room}/thoughts`);
-  #inputs = new OwnInputs(this.#connection, () => ({
-    ackTick: this.#game.newestTick,
-    seenTick: this.#probe.tick,
-  }));
+  #inputs = new InputSenders(
+    (input) => this.#connection.sendInput(input),
+    () => ({
+      ackTick: this.#game.newestTick,
+      seenTick: this.#probe.tick,
+    }),
+  );
   /** @type {(import("../view/render.js").Intent | null)[]} */
   #intents = [null, null];
   /** @type {Status} */
