@@ -113,7 +113,7 @@ def damaged_cards() -> list[str]:
 
 def _trained_card(card: Card) -> AgentCard:
     scores = {name: score.mean for name, score in card.scores.items()}
-    maps = "all" if len(card.maps) == len(map_names()) else ", ".join(card.maps)
+    maps = "all" if set(card.maps) >= set(map_names()) else ", ".join(card.maps)
     learned = card.policy.kind, card.training.population
     return AgentCard(card.id, card.name, card.kind, maps, card.description, scores, *learned)
 

@@ -2,7 +2,7 @@
 
 from movingout.maps.errors import MapError, MovingOutError
 from movingout.maps.json_format import map_from_json, map_to_json
-from movingout.maps.library import PRACTICE, load_map, map_names
+from movingout.maps.library import PRACTICE, load_map, map_names, shipped_map_names
 from movingout.maps.spec import ItemSpec, MapSpec, Pose, Rect
 
 __all__ = [
@@ -17,4 +17,5 @@ __all__ = [
     "map_from_json",
     "map_names",
     "map_to_json",
+    "shipped_map_names",
 ]

@@ -14,7 +14,7 @@ from movingout.maps.suggestion import known_names
 PRACTICE = "Simple"
 
 _FOLDER = Path(__file__).parent
-_NAMES = (
+_PAPER = (
     "HandOff",
     "PassOrSplit",
     "EfficientRoutes",
@@ -31,8 +31,14 @@ _NAMES = (
 
 
 def map_names() -> tuple[str, ...]:
-    """The paper's twelve maps in their order; the practice map `Simple` loads by name too."""
-    return _NAMES
+    """The paper's twelve maps in their order: what `all` means in matches, studies and training."""
+    return _PAPER
+
+
+def shipped_map_names() -> tuple[str, ...]:
+    """Every map that loads by name: the paper's, then further files of this folder, then the practice map."""
+    files = {path.stem for path in _FOLDER.glob("*.json") if not path.name.endswith(".schema.json")}
+    return (*_PAPER, *sorted(files - {*_PAPER, PRACTICE}), PRACTICE)
 
 
 def load_map(name_or_path: str | os.PathLike[str]) -> MapSpec:
@@ -41,7 +47,7 @@ def load_map(name_or_path: str | os.PathLike[str]) -> MapSpec:
     Raises MapError with what would work when there is no such map, or with the JSON path of the fault.
     """
     text = os.fspath(name_or_path)
-    if text in _NAMES or text == PRACTICE:
+    if text in shipped_map_names():
         return _shipped(text)
     path = Path(text)
     if path.suffix == ".json" or len(path.parts) > 1 or path.is_file():
@@ -49,7 +55,7 @@ def load_map(name_or_path: str | os.PathLike[str]) -> MapSpec:
     raise MapError(_unknown(text))
 
 
-@lru_cache(maxsize=len(_NAMES) + 1)
+@lru_cache(maxsize=64)
 def _shipped(name: str) -> MapSpec:
     return _read(_FOLDER / f"{name}.json")
 
@@ -68,4 +74,4 @@ def _read(path: Path) -> MapSpec:
 
 
 def _unknown(name: str) -> str:
-    return f"unknown map {name!r}; {known_names(name, (*_NAMES, PRACTICE))}"
+    return f"unknown map {name!r}; {known_names(name, shipped_map_names())}"

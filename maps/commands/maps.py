@@ -15,7 +15,7 @@ from rich.text import Text
 from movingout.maps.check import MapFault, check_document, check_map
 from movingout.maps.errors import MapError
 from movingout.maps.json_format import map_to_json
-from movingout.maps.library import PRACTICE, load_map, map_names
+from movingout.maps.library import load_map, shipped_map_names
 from movingout.maps.official import is_official
 from movingout.maps.picture import paint_scene
 from movingout.maps.randomize import SPLITS, randomize
@@ -85,7 +85,7 @@ def _print_json(document: dict[str, Any]) -> None:
 
 
 def _list(args: argparse.Namespace) -> int:
-    specs = [load_map(name) for name in (*map_names(), PRACTICE)]
+    specs = [load_map(name) for name in shipped_map_names()]
     if args.json:
         _print_json({"maps": [_summary(spec) for spec in specs]})
         return 0

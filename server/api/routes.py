@@ -12,7 +12,7 @@ from fastapi.responses import FileResponse, JSONResponse, Response
 
 from movingout.agents.catalogue import ALONE_TCR, UNSEEN_TCR, AgentCard, agent_card, agent_cards
 from movingout.agents.errors import CheckpointError
-from movingout.maps import PRACTICE, load_map, map_names, map_to_json
+from movingout.maps import PRACTICE, load_map, map_to_json, shipped_map_names
 from movingout.recordings import RecordingError
 from movingout.server import messages as m
 from movingout.server.api import pages
@@ -69,7 +69,7 @@ def _play_routes(host: Host) -> APIRouter:
     @router.get("/api/maps")
     async def maps() -> dict[str, Any]:
         return {
-            "maps": [map_to_json(load_map(name)) for name in map_names()],
+            "maps": [map_to_json(load_map(name)) for name in shipped_map_names() if name != PRACTICE],
             "practice": map_to_json(load_map(PRACTICE)),
         }
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from movingout.maps import MapError, MapSpec, load_map, map_names, map_to_json
+from movingout.maps import MapError, MapSpec, library, load_map, map_names, map_to_json, shipped_map_names
 from tests.support import reference
 
 MODES = ("coordination", "awareness", "action consistency")
@@ -26,6 +26,16 @@ def test_the_twelve_maps_are_numbered_and_grouped_as_in_the_paper() -> None:
 def test_the_practice_map_is_not_one_of_the_twelve() -> None:
     assert "Simple" not in map_names()
     assert (load_map("Simple").mode, load_map("Simple").number) == ("practice", 0)
+
+
+def test_a_further_map_is_a_file_beside_the_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    further = map_to_json(load_map("HandOff")) | {"name": "WideHandOff", "number": 0}
+    (tmp_path / "WideHandOff.json").write_text(json.dumps(further), encoding="utf-8")
+    (tmp_path / "map.schema.json").write_text("{}", encoding="utf-8")
+    monkeypatch.setattr(library, "_FOLDER", tmp_path)
+    assert shipped_map_names() == (*map_names(), "WideHandOff", "Simple")
+    assert load_map("WideHandOff").name == "WideHandOff"
+    assert "WideHandOff" not in map_names()  # so that "all" stays the paper's
 
 
 @pytest.mark.parametrize("name", (*map_names(), "Simple"))
