@@ -177,9 +177,10 @@ class Host:
         """Once a second, make what was recorded survive a power failure; in a thread, because disks are slow."""
         while True:
             await asyncio.sleep(SYNC_S)
-            recorders = [room.round.recorder for room in self.registry.rooms.values() if room.round.recorder.active]
-            if recorders:
-                await asyncio.to_thread(sync_recordings, self.settings.recordings, recorders)
+            rounds = [room.round for room in self.registry.rooms.values()]
+            writers = [each.writer for each in rounds if each.writer is not None]
+            if writers:
+                await asyncio.to_thread(sync_recordings, self.settings.recordings, writers)
 
     async def _watch_cpu(self) -> None:
         process = psutil.Process()

@@ -6,7 +6,9 @@ process. The derived topics (metrics, scene, transforms) are made when the journ
 
 import time
 from collections.abc import Callable, Mapping
+from functools import wraps
 from pathlib import Path
+from typing import TypeVar
 
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.recordings.episode import AgentDecision, Episode, EpisodeHeader, Event, InputSample, Outcome, TickRecord
@@ -22,12 +24,26 @@ from movingout.world.scoring import delivered_items
 from movingout.world.state import WorldState
 
 _AT_ONCE = frozenset({"pause", "resume", "drop", "return", "end"})  # no tick may follow that would carry them
+Sample = TypeVar("Sample")
+
+
+def _may_fail(write: "Callable[[EpisodeWriter, Sample], None]") -> "Callable[[EpisodeWriter, Sample], None]":
+    """Where an error goes: to the caller, or to whom `tolerate_errors` named."""
+
+    @wraps(write)
+    def attempt(writer: "EpisodeWriter", sample: Sample) -> None:
+        try:
+            write(writer, sample)
+        except RecordingError as error:
+            writer.fail(error)
+
+    return attempt
 
 
 class EpisodeWriter:
     """One episode's journal. Every method raises RecordingError on a disk error; the file stays recoverable.
 
-    After such an error call `abandon` and go on without recording.
+    After such an error call `abandon` and go on without recording; or say so beforehand with `tolerate_errors`.
     """
 
     def __init__(
@@ -47,6 +63,7 @@ class EpisodeWriter:
         self._sequence = sequence
         self._clock = clock
         self._pending: list[bytes] = []
+        self._on_error: Callable[[RecordingError], None] | None = None
 
     @classmethod
     def create(
@@ -95,20 +112,35 @@ class EpisodeWriter:
         """The journal."""
         return self._journal.path
 
+    def tolerate_errors(self, on_error: Callable[[RecordingError], None]) -> None:
+        """From now on a write that fails ends the recording and calls `on_error` instead of raising."""
+        self._on_error = on_error
+
+    def fail(self, error: RecordingError) -> None:
+        """A write has failed: raises `error`, unless errors are tolerated."""
+        if self._on_error is None:
+            raise error
+        self.abandon()
+        self._on_error(error)
+
+    @_may_fail
     def input(self, sample: InputSample) -> None:
         """A raw input; written with the next tick."""
         self._add("/inputs", sample.tick, payloads.finite(payloads.write_input(sample)))
 
+    @_may_fail
     def agent(self, decision: AgentDecision) -> None:
         """An agent's answer; written with the next tick."""
         self._add(f"/agent/{SEAT_COLOURS[decision.seat]}", decision.tick, payloads.write_agent(decision))
 
+    @_may_fail
     def event(self, event: Event) -> None:
         """An event; written with the next tick, or at once when it stops the clock."""
         self._add("/events", event.tick, payloads.write_event(event))
         if event.kind in _AT_ONCE:
             self.flush()
 
+    @_may_fail
     def tick(self, record: TickRecord) -> None:
         """One tick and all that came before it, with the collision that the states show. Ticks are consecutive."""
         number = record.state.tick
@@ -140,6 +172,8 @@ class EpisodeWriter:
         self._pending.append(metadata_record(END, {"outcome": outcome, "ended_ns": str(self._clock())}))
         try:
             self.flush()
+        except RecordingError as error:
+            self.fail(error)
         finally:
             self._journal.close()
         return self.path

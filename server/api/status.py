@@ -54,7 +54,7 @@ def _room(room: Room) -> dict[str, Any]:
         "seats": msgspec.to_builtins(room.state().seats),
         "spectators": room.seating.spectators,
         "recording": room.recording,
-        "recording_problem": room.round.recorder.problem,
+        "recording_problem": room.round.recording_problem,
         "episode": room.round.episode_id,
         "missed_ticks": room.missed_ticks,
         "deadline_misses": room.round.deadline_misses,

@@ -11,7 +11,6 @@ from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.server.notices import Notice
 from movingout.server.persistence.room_store import VERSION, RoomFile, SeatFile
 from movingout.server.rooms.phases import IN_ROUND
-from movingout.server.rooms.recorder import Recorder
 from movingout.server.rooms.room import Room
 from movingout.server.rooms.room_notices import RESTARTED
 from movingout.server.rooms.round_series import RoomProgress
@@ -26,7 +25,7 @@ log = logging.getLogger(__name__)
 
 def room_file(room: Room, saved: float) -> RoomFile:
     """What is kept of a room; `saved` is the wall clock in seconds."""
-    in_round = room.phase in IN_ROUND and room.round.started and room.round.recorder.active
+    in_round = room.phase in IN_ROUND and room.round.started and room.round.is_recorded
     return RoomFile(
         version=VERSION,
         id=room.id,
@@ -70,7 +69,7 @@ def _resume_round(room: Room, journal: Path, now: float) -> None:
         log.warning("room %s: the recorded actions lead elsewhere on this machine; the round is not resumed", room.id)
         writer.abandon()
         return
-    room.resume(episode, Recorder(writer), now + RESTART_RESUME_S)
+    room.resume(episode, writer, now + RESTART_RESUME_S)
 
 
 def _reproduces(episode: Episode) -> bool:

@@ -8,10 +8,9 @@ from pathlib import Path
 from movingout.agents.recording_metadata import cards
 from movingout.maps import MapSpec, load_map
 from movingout.maps.randomize import Split, randomize
-from movingout.recordings import EpisodeHeader, EpisodeWriter, RecordingError
+from movingout.recordings import EpisodeHeader, EpisodeWriter
 from movingout.server import messages as m
 from movingout.server.notices import Notice
-from movingout.server.rooms.recorder import Recorder
 from movingout.server.rooms.room import Room
 from movingout.server.rooms.scheduler import RoomScheduler, ScheduledRoom
 from movingout.server.rooms.seat import AgentSource, Seat
@@ -109,12 +108,8 @@ class RoomRegistry:
         variant = self._variants.get((name, seed, split))
         return randomize(load_map(name), seed, split) if variant is None else variant
 
-    def open_recording(self, header: EpisodeHeader, initial: WorldState) -> Recorder:
-        try:
-            return Recorder(EpisodeWriter.create(self._recordings, header, initial, cards(header.seats)))
-        except RecordingError as error:
-            log.error("not recording: %s", error)
-            return Recorder(None, str(error))
+    def open_recording(self, header: EpisodeHeader, initial: WorldState) -> EpisodeWriter:
+        return EpisodeWriter.create(self._recordings, header, initial, cards(header.seats))
 
     def archive(self, journal: Path) -> None:
         self._on_journal(journal)

@@ -13,6 +13,7 @@ import msgspec
 
 from movingout import __version__
 from movingout.maps.errors import MovingOutError
+from movingout.recordings import EpisodeWriter
 from movingout.recordings.episode import Episode, Outcome
 from movingout.server import messages as m
 from movingout.server.frames import Beat, Input
@@ -21,7 +22,6 @@ from movingout.server.rooms import room_notices as notices
 from movingout.server.rooms import time_limits as limits
 from movingout.server.rooms.pause import RoundPause, give_up
 from movingout.server.rooms.phases import BETWEEN_ROUNDS, IN_ROUND, PhaseEvent, next_phase, possible
-from movingout.server.rooms.recorder import Recorder
 from movingout.server.rooms.round import TickTiming
 from movingout.server.rooms.round_series import AT_THE_START, RoomProgress, RoundSeries
 from movingout.server.rooms.seat import ClientHandle, Seat
@@ -105,9 +105,9 @@ class Room:
             client.dismiss(code, notice)
         self.series.free_agents()
 
-    def resume(self, episode: Episode, recorder: Recorder, until: float) -> None:
+    def resume(self, episode: Episode, writer: EpisodeWriter, until: float) -> None:
         """Resume a round that a crash interrupted; its players have until `until` to return."""
-        self.round.resume(episode, recorder)
+        self.round.resume(episode, writer)
         self._move(PhaseEvent.INTERRUPTED, notices.RESUMED, until)
 
     def suspend(self) -> None:
@@ -378,7 +378,7 @@ class Room:
     @property
     def recording(self) -> bool:
         """Whether this round is or will be recorded."""
-        return self.round.recorder.active if self.round.started else not self.config.practice
+        return self.round.is_recorded if self.round.started else not self.config.practice
 
     def full_state(self) -> m.FullState:
         shown_until = self._due + TICK_SECONDS if self.phase == "playing" else self._due

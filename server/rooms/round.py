@@ -3,24 +3,36 @@
 Knows no clock and no phase: the room says when to step.
 """
 
+import logging
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from movingout.maps import MapSpec, map_to_json
-from movingout.recordings import AgentDecision, EpisodeHeader, Event, InputSample, SeatInfo, TickRecord
+from movingout.recordings import (
+    AgentDecision,
+    EpisodeHeader,
+    EpisodeWriter,
+    Event,
+    InputSample,
+    RecordingError,
+    SeatInfo,
+    TickRecord,
+)
 from movingout.recordings.episode import Episode, EventKind, Outcome
 from movingout.server import messages as m
 from movingout.server.frames import Bundle, BundleEvent, Input
 from movingout.server.rooms.input_buffer import NEUTRAL, TickInput
 from movingout.server.rooms.quality import RoundQuality
-from movingout.server.rooms.recorder import Recorder
 from movingout.server.rooms.seat import AgentPlayer, Seat
 from movingout.world import World
 from movingout.world.metrics import EpisodeMetrics, to_numbers
 from movingout.world.scoring import delivered_items
 from movingout.world.state import Floats, WorldState
+
+log = logging.getLogger(__name__)
 
 GRASP_POSE = (0, 2)  # blue's hand moves before the first sub-step, red's after half of them
 LAST_POSE = m.POSES_PER_TICK - 1
@@ -35,7 +47,11 @@ class TickTiming(NamedTuple):
 
 
 class LiveRound:
-    """A map being played for at most `limit_ticks` (0: for ever)."""
+    """A map being played for at most `limit_ticks` (0: for ever).
+
+    A full disk or a lost folder ends the recording, never the round: `writer` becomes None, `recording_problem` says
+    why, and everybody in the room sees "not recording".
+    """
 
     def __init__(self, map_spec: MapSpec, limit_ticks: int, epoch: int, episode_id: str, seed: int) -> None:
         self.map = map_spec
@@ -43,7 +59,8 @@ class LiveRound:
         self.epoch = epoch
         self.episode_id = episode_id
         self.seed = seed
-        self.recorder = Recorder(None)
+        self.writer: EpisodeWriter | None = None  # while the round is recorded
+        self.recording_problem = ""
         self.started = False
         self.deadline_misses = 0
         self.quality = RoundQuality()
@@ -53,25 +70,26 @@ class LiveRound:
         self._metrics = EpisodeMetrics(map_spec)
         self._pending: list[BundleEvent] = []  # to be shown with the next tick
 
-    def begin(self, recorder: Recorder) -> None:
-        """The countdown is over."""
-        self.recorder = recorder
+    def begin(self, writer: EpisodeWriter | None, problem: str = "") -> None:
+        """The countdown is over; `problem` is why the round is not recorded though it should be."""
+        self._record_to(writer)
+        self.recording_problem = problem
         self.started = True
-        self.recorder.event(Event(0, "start"))
+        self._write_event(Event(0, "start"))
 
-    def resume(self, episode: Episode, recorder: Recorder) -> None:
+    def resume(self, episode: Episode, writer: EpisodeWriter) -> None:
         """Restore the state at the end of an interrupted recording, and go on recording."""
         self.episode_id = episode.header.episode_id
         for actions in episode.actions:
             self._advance(actions)
         for tick in episode.ticks:
             self.quality.tick(tick.actions, tick.rtt_ms, tick.late_ms)
-        self.recorder = recorder
+        self._record_to(writer)
         self.started = True
 
     def note(self, kind: EventKind, seat: int = -1, item: int = -1, detail: str = "", pose: int = 0) -> None:
         """Record an event of the coming tick; events that players see go out with its bundle."""
-        self.recorder.event(Event(tick=self.state.tick + 1, kind=kind, seat=seat, item=item, detail=detail))
+        self._write_event(Event(tick=self.state.tick + 1, kind=kind, seat=seat, item=item, detail=detail))
         if kind == "focus":
             self.quality.focus(seat, detail == "visible")
         if kind in m.EVENT:
@@ -79,6 +97,8 @@ class LiveRound:
 
     def record_input(self, frame: Input, rtt_ms: float) -> None:
         """Record a raw input for the coming tick."""
+        if self.writer is None:
+            return
         sample = InputSample(
             tick=self.state.tick + 1,
             seat=frame.seat,
@@ -90,7 +110,7 @@ class LiveRound:
             device=m.DEVICES[frame.device],
             rtt_ms=rtt_ms,
         )
-        self.recorder.input(sample)
+        self.writer.input(sample)
 
     def step(self, seats: Sequence[Seat], now: float, timing: TickTiming) -> bytes:
         """Take the input of each seat, advance by one tick, record it, and return its bundle. Never waits.
@@ -123,13 +143,22 @@ class LiveRound:
             return "delivered"
         return "time" if self.limit_ticks and self.state.tick >= self.limit_ticks else None
 
-    def finish(self, outcome: Outcome) -> None:
-        """Record the end; RoundSeries closes the recorder."""
-        if self.started:
-            self.recorder.event(Event(self.state.tick, "end", detail=outcome))
+    def finish(self, outcome: Outcome) -> Path | None:
+        """Record the end; returns the journal to finalise, None without a recording."""
+        self._write_event(Event(self.state.tick, "end", detail=outcome))
+        if self.writer is None:
+            return None
+        journal = self.writer.close(outcome)
+        is_whole, self.writer = self.is_recorded, None
+        return journal if is_whole else None
+
+    @property
+    def is_recorded(self) -> bool:
+        """Whether a recording is being written."""
+        return self.writer is not None
 
     def result(self, index: int, outcome: Outcome) -> m.Result:
-        """The result to announce; call before the recorder is closed."""
+        """The result to announce; call before `finish`."""
         numbers = to_numbers(self._metrics.result().values())
         return m.Result(
             index=index,
@@ -141,7 +170,7 @@ class LiveRound:
             nfd=numbers["nfd"],
             wt_s=numbers["wt_s"],
             ac=numbers["ac"],
-            recording=self.episode_id if self.recorder.active else "",
+            recording=self.episode_id if self.is_recorded else "",
         )
 
     def header(
@@ -183,6 +212,19 @@ class LiveRound:
             delivered=list(self.delivered),
         )
 
+    def _record_to(self, writer: EpisodeWriter | None) -> None:
+        self.writer = writer
+        if writer is not None:
+            writer.tolerate_errors(self._stop_recording)
+
+    def _stop_recording(self, error: RecordingError) -> None:
+        log.error("recording stopped: %s", error)
+        self.writer, self.recording_problem = None, str(error)
+
+    def _write_event(self, event: Event) -> None:
+        if self.writer is not None:
+            self.writer.event(event)
+
     def _tick_input(self, seat: Seat, now: float) -> TickInput:
         """What `seat` does in the tick that starts at `now`: the newest input of a client, the answer of an agent."""
         if seat.player is not None:
@@ -191,7 +233,7 @@ class LiveRound:
 
     def _agent_input(self, seat: int, player: AgentPlayer) -> TickInput:
         answer = player.answer(self.state.tick)
-        if answer.missed or answer.latency_ms >= 0:
+        if self.writer is not None and (answer.missed or answer.latency_ms >= 0):
             decision = AgentDecision(
                 tick=self.state.tick + 1,
                 seat=seat,
@@ -199,7 +241,7 @@ class LiveRound:
                 missed=answer.missed,
                 detail=answer.detail,
             )
-            self.recorder.agent(decision)
+            self.writer.agent(decision)
         if answer.missed:
             self.deadline_misses += 1
             self.note("deadline_missed", seat)
@@ -226,7 +268,7 @@ class LiveRound:
                 kind = "grab_failed"
             else:
                 continue
-            self.recorder.event(Event(tick, kind, seat, item))
+            self._write_event(Event(tick, kind, seat, item))
             self._show(kind, seat, item, GRASP_POSE[seat])
 
     def _note_deliveries(self, before: tuple[bool, ...], poses: Floats) -> None:
@@ -238,7 +280,7 @@ class LiveRound:
                 continue
             kind: EventKind = "delivered" if now else "undelivered"
             pose = next((index for index, flag in enumerate(flags) if bool(flag[item]) == now), LAST_POSE)
-            self.recorder.event(Event(self.state.tick, kind, -1, item))
+            self._write_event(Event(self.state.tick, kind, -1, item))
             self._show(kind, -1, item, pose)
 
     def _show(self, kind: EventKind, seat: int, item: int, pose: int) -> None:
@@ -252,7 +294,7 @@ class LiveRound:
         seats: Sequence[Seat],
         timing: TickTiming,
     ) -> None:
-        if not self.recorder.active:
+        if self.writer is None:
             return
         (blue, red), (blue_seat, red_seat) = inputs, seats
         record = TickRecord(
@@ -265,11 +307,11 @@ class LiveRound:
             slack_ms=(blue.slack_ms, red.slack_ms),
             rtt_ms=(blue_seat.rtt_ms, red_seat.rtt_ms),
         )
-        self.recorder.tick(record)
+        self.writer.tick(record)
 
     def _bundle(self, poses: Floats, inputs: Sequence[TickInput], timing: TickTiming) -> bytes:
         blue, red = inputs
-        flags = (0 if self.recorder.active else m.FLAG_NOT_RECORDING) | (m.FLAG_LATE if timing.skipped else 0)
+        flags = (0 if self.is_recorded else m.FLAG_NOT_RECORDING) | (m.FLAG_LATE if timing.skipped else 0)
         held_blue, held_red = self.state.held.tolist()
         events, self._pending = tuple(self._pending), []
         return Bundle(

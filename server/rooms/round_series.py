@@ -1,14 +1,17 @@
 """The rounds of a room in order: maps, agents, results."""
 
+import logging
 from dataclasses import dataclass
 
+from movingout.recordings import RecordingError
 from movingout.recordings.episode import Outcome
 from movingout.server import messages as m
 from movingout.server.notices import NOTHING, Notice
-from movingout.server.rooms.recorder import Recorder
 from movingout.server.rooms.round import LiveRound
 from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RoomConfig, Services
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -79,11 +82,15 @@ class RoundSeries:
     def begin(self, the_round: LiveRound) -> None:
         """Start a round, and record it unless it is practice."""
         if self._config.practice:
-            the_round.begin(Recorder(None))
+            the_round.begin(None)
             return
         blue, red = self._seats
         header = the_round.header((blue.info(), red.info()), self._services.wall_ns(), self._config.study)
-        the_round.begin(self._services.open_recording(header, the_round.state))
+        try:
+            the_round.begin(self._services.open_recording(header, the_round.state))
+        except RecordingError as error:
+            log.error("not recording: %s", error)
+            the_round.begin(None, problem=str(error))
         for seat in self._seats:
             if seat.agent_caution:
                 the_round.note("unseen_map", seat.index, detail=seat.agent_caution)
@@ -92,8 +99,7 @@ class RoundSeries:
         """End a round and hand its recording over to be finalised."""
         result = the_round.result(self.index, outcome)
         self.results.append(result)
-        the_round.finish(outcome)
-        journal = the_round.recorder.close(outcome)
+        journal = the_round.finish(outcome)
         if journal is not None:
             self._services.archive(journal)
         self.free_agents()

@@ -8,10 +8,9 @@ import msgspec
 from movingout.maps import MapSpec
 from movingout.maps.errors import MovingOutError
 from movingout.maps.randomize import Split
-from movingout.recordings import EpisodeHeader
+from movingout.recordings import EpisodeHeader, EpisodeWriter
 from movingout.server import messages as m
 from movingout.server.notices import ErrorCode, Notice
-from movingout.server.rooms.recorder import Recorder
 from movingout.server.rooms.seat import AgentSource
 from movingout.world import WorldState
 from movingout.world.constants import LIMIT_TICKS
@@ -45,8 +44,8 @@ class Services(Protocol):
 
     def load_map(self, name: str, seed: int | None, split: Split) -> MapSpec: ...
 
-    def open_recording(self, header: EpisodeHeader, initial: WorldState) -> Recorder:
-        """A recorder; if the disk refuses, an inactive one that says why."""
+    def open_recording(self, header: EpisodeHeader, initial: WorldState) -> EpisodeWriter:
+        """Begin the recording of a round. Raises RecordingError when the disk refuses."""
 
     def archive(self, journal: Path) -> None:
         """Finalise a closed journal in the background."""

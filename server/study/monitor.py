@@ -103,5 +103,5 @@ class StudyMonitor:
             if seat.agent_caution:
                 alerts.add("agent", f"Unit {unit}: {seat.agent_caution}")
         if room.phase == "playing" and not room.recording and not room.config.practice:
-            problem = room.round.recorder.problem
+            problem = room.round.recording_problem
             alerts.add("recording", f"A round of unit {unit} is not recorded: {problem}")

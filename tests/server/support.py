@@ -10,13 +10,12 @@ import numpy as np
 
 from movingout.maps import MapSpec, load_map
 from movingout.maps.randomize import Split
-from movingout.recordings import EpisodeHeader, EpisodeWriter
+from movingout.recordings import EpisodeHeader, EpisodeWriter, RecordingError
 from movingout.server import messages as m
 from movingout.server.agent_workers.pool import AgentAnswer
 from movingout.server.connection import control_messages
 from movingout.server.frames import Bundle, Input
 from movingout.server.notices import Notice
-from movingout.server.rooms.recorder import Recorder
 from movingout.server.rooms.room import Room
 from movingout.server.rooms.seat import AgentPlayer, Seat
 from movingout.server.rooms.services import RoomConfig
@@ -136,8 +135,10 @@ class FakeServices:
     def load_map(self, name: str, seed: int | None, split: Split) -> MapSpec:
         return self.maps(name)
 
-    def open_recording(self, header: EpisodeHeader, initial: WorldState) -> Recorder:
-        return Recorder(None if self.folder is None else EpisodeWriter.create(self.folder, header, initial))
+    def open_recording(self, header: EpisodeHeader, initial: WorldState) -> EpisodeWriter:
+        if self.folder is None:
+            raise RecordingError("there is no folder for recordings")
+        return EpisodeWriter.create(self.folder, header, initial)
 
     def archive(self, journal: Path) -> None:
         self.archived.append(journal)

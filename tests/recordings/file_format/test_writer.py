@@ -186,3 +186,32 @@ def test_syncing_after_closing_does_nothing(tmp_path: Path) -> None:
     writer.sync()
     writer.close("time")
     writer.sync()
+
+
+def no_space(*_: object) -> int:
+    raise OSError(28, os.strerror(28))
+
+
+def test_a_write_that_fails_raises(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    writer, played = begin(tmp_path)
+    play(writer, played, 2)
+    with monkeypatch.context() as full:
+        full.setattr(os, "write", no_space)
+        with pytest.raises(RecordingError, match="No space left"):
+            play_tick(writer, played)
+    writer.abandon()
+    assert len(read_episode(writer.path).ticks) == 2, "what was written is kept"
+
+
+def test_a_writer_that_tolerates_errors_tells_of_one_and_ends_the_recording(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    writer, played = begin(tmp_path)
+    told: list[str] = []
+    writer.tolerate_errors(lambda error: told.append(str(error)))
+    play(writer, played, 2)
+    with monkeypatch.context() as full:
+        full.setattr(os, "write", no_space)
+        play_tick(writer, played)
+    assert len(told) == 1 and "No space left" in told[0]
+    assert len(read_episode(writer.path).ticks) == 2, "what was written is kept"

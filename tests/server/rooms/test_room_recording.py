@@ -90,7 +90,7 @@ def test_a_full_disk_stops_the_recording_and_not_the_game(tmp_path: Path, monkey
     monkeypatch.undo()
     table.step(2)
     assert [bundle.flags & m.FLAG_NOT_RECORDING for bundle in blue.bundles[-4:]] == [1, 1, 1, 1]
-    assert "No space left" in table.room.round.recorder.problem
+    assert "No space left" in table.room.round.recording_problem
     state = blue.last(m.RoomState)
     assert isinstance(state, m.RoomState)
     (journal,) = tmp_path.iterdir()
@@ -120,3 +120,28 @@ def test_an_orderly_stop_ends_the_round_and_keeps_the_room(tmp_path: Path) -> No
     assert table.phase == "lobby"
     episode = read_episode(table.services.archived[0])
     assert (episode.outcome, len(episode.ticks)) == ("stopped", 5)
+
+
+def test_a_disk_that_is_full_at_the_start_or_at_the_end_leaves_a_round_without_a_recording(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def no_space(*_: object) -> int:
+        raise OSError(28, os.strerror(28))
+
+    full = Table(services=FakeServices(folder=tmp_path / "start"), limit_ticks=5)
+    monkeypatch.setattr(os, "write", no_space)
+    blue, _ = full.play()
+    full.step(2)
+    assert full.phase == "playing" and not full.room.recording
+    assert "No space left" in full.room.round.recording_problem
+    monkeypatch.undo()
+
+    late = Table(services=FakeServices(folder=tmp_path / "end"), limit_ticks=5)
+    blue, _ = late.play()
+    late.step(3)
+    assert late.room.recording
+    monkeypatch.setattr(os, "write", no_space)
+    late.step(3)
+    assert isinstance(blue.last(m.Result), m.Result)
+    assert late.services.archived == []
+    assert "No space left" in late.room.round.recording_problem
