@@ -15,6 +15,7 @@ from movingout.study.design.steps import Step
 from movingout.study.errors import StudyError
 
 MAX_DEVICE_LENGTH = 16  # letters
+CONTROLS = ("up", "left", "down", "right", "grab")  # of the input check
 PRACTICE_OVER = Notice("practice_over", "The practice is over.")
 
 
@@ -33,6 +34,7 @@ class StepRequest(msgspec.Struct):
     boxes: list[str] = []
     rtt_ms: float = 0.0
     device: str = ""
+    untried: list[str] = []  # controls that the input check was passed without
     keep: bool | None = None
     done: bool = False  # enough practice
 
@@ -68,7 +70,7 @@ class ParticipantActions:
             if step.kind == "consent":
                 await self._consent(tx, session, request.boxes)
             elif step.kind == "input-check":
-                await self._check_input(tx, session, request.rtt_ms, request.device)
+                await self._check_input(tx, session, request)
             elif step.kind in ("practice", "round"):
                 await self._ready(tx, session, step, request.done)
             elif step.kind == "debrief":
@@ -87,16 +89,20 @@ class ParticipantActions:
             await tx.run(self._store.consent, session.pid, consent.version, language, shown, ticked)
         await self._running.progress.advance(tx, session)
 
-    async def _check_input(self, tx: Transaction, session: ParticipantSession, rtt_ms: float, device: str) -> None:
-        running, required = self._running, self._study.gate
-        session.rtt_ms, session.device, session.refused = rtt_ms, device[:MAX_DEVICE_LENGTH], ""
+    async def _check_input(self, tx: Transaction, session: ParticipantSession, request: StepRequest) -> None:
+        running, required, rtt_ms = self._running, self._study.gate, request.rtt_ms
+        session.rtt_ms, session.device, session.refused = rtt_ms, request.device[:MAX_DEVICE_LENGTH], ""
         if rtt_ms > required.rtt_ms:
             session.refused = "slow"
             most = f"{rtt_ms:.0f} ms, at most {required.rtt_ms}"
             raise StepRefused("slow", f"This connection is too slow for the game: {most}.")
-        if required.gamepad and device != "gamepad":
+        if required.gamepad and request.device != "gamepad":
             session.refused = "gamepad"
             raise StepRefused("gamepad", "This study needs a gamepad. Please connect one and move its stick.")
+        untried = [control for control in CONTROLS if control in request.untried]
+        if untried:
+            await tx.run(self._store.audit, "participant", "input-check", session.pid, untried=untried)
+            running.alerts.add("controls", f"{session.pid} went on without trying: {', '.join(untried)}")
         if self._study.group == 1:
             await running.units.form(tx, [session])
         else:

@@ -1,5 +1,6 @@
 """The screen on which controls are tried and the connection is measured, on every device."""
 
+import pytest
 from playwright.sync_api import Browser, Route, expect
 
 from tests.browser import study_fake as fake
@@ -16,18 +17,50 @@ def test_the_controls_are_tried_and_the_connection_is_measured(open_page: OpenPa
     study.open(page)
     heading(page, "Try your controls")
     expect(page.locator(".check-connection .pill")).to_contain_text("ms")
-    page.get_by_role("button", name="Continue").click()
-    expect(page.get_by_role("alert")).to_contain_text("Please also press: up, left, down, right, Grab")
-    page.locator("h1").focus()
+    on = page.get_by_role("button", name="Continue", exact=True)
+    expect(on).to_be_disabled()
+    expect(page.get_by_text("Please also press: up, left, down, right, and Grab.")).to_have_count(1)
     page.keyboard.down("KeyW")
     expect(page.locator("[data-lit]")).to_have_text("up")
     page.keyboard.up("KeyW")
     press(page, "ArrowLeft", "KeyS", "KeyD", "Space")
     expect(page.get_by_text("Everything works.")).to_be_visible()
-    page.get_by_role("button", name="Continue").press("Enter")
+    expect(page.get_by_role("alert").filter(has_text="Please")).to_have_count(0)
+    on.press("Enter")
     heading(page, "Thank you")
     (sent,) = study.sent("/next")
-    assert sent["device"] == "keyboard" and 0 < sent["rtt_ms"] < 2000
+    assert sent["device"] == "keyboard" and 0 < sent["rtt_ms"] < 2000 and sent["untried"] == []
+
+
+@pytest.mark.parametrize("key", ["Space", "Enter"])
+def test_a_button_with_the_focus_does_not_take_the_first_grab(open_page: OpenPage, key: str) -> None:
+    study = FakeStudy.at(fake.input_check(), fake.code())
+    page = open_page("/healthz")
+    study.open(page)
+    expect(page.locator(".check-connection .pill")).to_contain_text("ms")
+    press(page, "KeyW", "KeyA", "KeyS", "KeyD")
+    again = page.get_by_role("button", name="Measure again")
+    again.click()
+    expect(again).to_be_focused()
+    expect(page.get_by_text("Please also press: Grab.")).to_be_visible()
+    press(page, key)
+    expect(page.get_by_text("Everything works.")).to_be_visible()
+    expect(again).to_be_focused()
+    expect(page.get_by_text("Does a control not work?")).to_be_hidden()
+
+
+def test_whose_device_lacks_a_control_goes_on_and_the_server_is_told(open_page: OpenPage) -> None:
+    study = FakeStudy.at(fake.input_check(), fake.code())
+    page = open_page("/healthz")
+    study.open(page)
+    heading(page, "Try your controls")
+    press(page, "KeyW", "KeyA", "KeyS", "Space")
+    expect(page.get_by_text("Please also press: right.")).to_be_visible()
+    page.get_by_role("button", name="Does a control not work?").press("Enter")
+    assert violations(page) == []
+    page.get_by_role("button", name="Continue without trying it").press("Enter")
+    heading(page, "Thank you")
+    assert study.sent("/next")[0]["untried"] == ["right"]
 
 
 def test_going_on_while_the_connection_is_still_measured_waits_for_it(open_page: OpenPage) -> None:
@@ -38,7 +71,7 @@ def test_going_on_while_the_connection_is_still_measured_waits_for_it(open_page:
     heading(page, "Try your controls")
     press(page, "KeyW", "KeyA", "KeyS", "KeyD", "Space")
     expect(page.get_by_text("Everything works.")).to_be_visible()
-    on = page.get_by_role("button", name="Continue")
+    on = page.get_by_role("button", name="Continue", exact=True)
     on.click()
     expect(on).to_have_attribute("aria-disabled", "true")
     expect(page.locator(".check-connection .pill")).to_have_text("measuring…")
@@ -56,7 +89,7 @@ def test_where_a_gamepad_is_needed_it_is_tried_and_keys_do_not_count(open_page: 
     study.open(page)
     expect(page.get_by_text("This study is played with a gamepad.")).to_be_visible()
     press(page, "KeyW", "KeyA", "KeyS", "KeyD", "Space")
-    expect(page.get_by_text("Please also press: up, left, down, right, Grab")).to_be_visible()
+    expect(page.get_by_text("Please also press: up, left, down, right, and Grab.")).to_be_visible()
     for x, y in ((0, -1), (0, 1), (-1, 0), (1, 0)):
         set_pad(page, x, y)
         expect(page.locator(".check-arrow[data-lit]")).to_have_count(1)

@@ -265,7 +265,7 @@ def test_two_at_one_screen_agree_one_after_the_other_and_play_together(
     expect(page.locator(".check-panel")).to_have_count(2)
     press(page, "KeyW", "KeyA", "KeyS", "KeyD", "Space")
     expect(
-        page.get_by_text("Please also press: up, left, down, right, Grab")
+        page.get_by_text("Please also press: up, left, down, right, and Grab.")
     ).to_be_visible()  # the other person has not
     press(page, "ArrowUp", "ArrowLeft", "ArrowDown", "ArrowRight", "Enter")
     expect(page.get_by_text("Everything works.")).to_be_visible()

@@ -18,15 +18,19 @@ export class Keyboard {
   #keySets;
   /** @type {() => void} */
   #onChange;
+  /** @type {(code: string) => boolean} */
+  #claims;
 
   /**
    * @param {EventTarget} target  usually window
    * @param {() => readonly KeySet[]} keySets  asked at each event, so that a remapping holds at once
    * @param {() => void} onChange  called inside the event: the quickest way to the wire
+   * @param {(code: string) => boolean} [claims]  keys that are read even where a focused button would take them
    */
-  constructor(target, keySets, onChange) {
+  constructor(target, keySets, onChange, claims = () => false) {
     this.#keySets = keySets;
     this.#onChange = onChange;
+    this.#claims = claims;
     target.addEventListener("keydown", (event) => this.#keydown(/** @type {KeyboardEvent} */ (event)));
     target.addEventListener("keyup", (event) => this.#keyup(/** @type {KeyboardEvent} */ (event)));
   }
@@ -40,7 +44,7 @@ export class Keyboard {
   /** @param {KeyboardEvent} event */
   #keydown(event) {
     const bound = this.#keySets().some((keys) => KEY_ACTIONS.some((action) => keys[action] === event.code));
-    if (!bound || event.ctrlKey || event.metaKey || event.altKey || belongsToPage(event)) return;
+    if (!bound || event.ctrlKey || event.metaKey || event.altKey || this.#belongsToPage(event)) return;
     event.preventDefault(); // arrows and space would scroll
     if (event.repeat || this.#down.has(event.code)) return;
     this.#down.add(event.code);
@@ -68,12 +72,13 @@ export class Keyboard {
     this.#pressed = this.#pressed.filter((code) => !KEY_ACTIONS.some((action) => keys[action] === code));
     return { stick: { x: x / length, y: y / length }, backward: this.#down.has(keys.backward), grabs };
   }
-}
 
-/** Whether a key is meant for a field or a focused button. @param {KeyboardEvent} event */
-function belongsToPage(event) {
-  const target = event.target;
-  if (typeof Element === "undefined" || !(target instanceof Element)) return false;
-  if (target.closest(TYPING) !== null) return true;
-  return (event.code === "Space" || event.code === "Enter") && target.closest(CLICKING) !== null;
+  /** Whether a key is meant for a field or a focused button. @param {KeyboardEvent} event */
+  #belongsToPage(event) {
+    const target = event.target;
+    if (typeof Element === "undefined" || !(target instanceof Element)) return false;
+    if (target.closest(TYPING) !== null) return true;
+    if (event.code !== "Space" && event.code !== "Enter") return false;
+    return target.closest(CLICKING) !== null && !this.#claims(event.code);
+  }
 }

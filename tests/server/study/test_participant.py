@@ -1,5 +1,6 @@
 """A participant in a served study: nothing is kept before consent, there is one code, and reloads keep the place."""
 
+import json
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
@@ -10,7 +11,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 
 from movingout.recordings.storage.index import list_recordings
-from movingout.study.store.tables import answers, consents, counts, identities, participants, rounds
+from movingout.study.store.tables import answers, audit, consents, counts, identities, participants, rounds
 from tests.server.live import Person
 from tests.server.study.support import SOLO, Served, Visitor, events_of, served
 
@@ -108,6 +109,16 @@ def test_who_declines_is_a_number_and_nothing_else(tmp_path: Path) -> None:
 
 
 # ---- exits --------------------------------------------------------------------------------------------------------
+
+
+def test_controls_that_could_not_be_tried_are_kept_and_the_experimenter_is_told(solo: Served) -> None:
+    visitor = solo.visitor().go_to("input-check")
+    visitor.next(rtt_ms=8.0, device="keyboard", untried=["grab", "up", "anything else"])
+    assert visitor.kind == "practice"
+    kept = [row for row in solo.running.databases.store.rows(audit) if row["action"] == "input-check"]
+    assert [(row["actor"], json.loads(row["detail"])) for row in kept] == [("participant", {"untried": ["up", "grab"]})]
+    (alert,) = [one for one in solo.running.alerts.to_json() if one["about"] == "controls"]
+    assert alert["text"] == f"{visitor.pid} went on without trying: up, grab"
 
 
 def screened_out(visitor: Visitor) -> None:

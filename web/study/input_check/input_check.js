@@ -35,10 +35,12 @@ class InputCheck {
     window,
     () => (this.#open ? this.#mapping.keys : []),
     () => this.#read(performance.now()),
+    (code) => this.#isAwaited(code),
   );
   #gamepads = new Gamepads(() => navigator.getGamepads?.() ?? []);
   #problem = problemBox();
   #said = el("p", { role: "status" });
+  #lacking = el("div", { class: "stack stack-tight" });
   #pill = el("span", { class: "pill", role: "status" });
   #rtt = NaN;
   /** @type {Promise<void> | null} */
@@ -75,6 +77,7 @@ class InputCheck {
           : "study.check.lead",
     );
     this.goOn = actionButton(say("study.page.goOn"), this.#problem, () => this.#next());
+    this.#lacking.append(...this.#wayOut());
     this.again = el("button", { type: "button", class: "button button-small" }, say("study.check.again"));
     this.again.addEventListener("click", () => void this.#measure());
     const connection = el(
@@ -88,7 +91,7 @@ class InputCheck {
       heading(say("study.check.title")),
       el("p", { class: "lead" }, lead),
       panels,
-      this.#said,
+      el("div", { class: "stack stack-tight" }, this.#said, this.#lacking),
       connection,
       this.#problem,
       el("div", { class: "row" }, this.goOn),
@@ -111,13 +114,47 @@ class InputCheck {
     }
   }
 
+  /** What nobody here, or only one of two, has tried. */
+  get #todo() {
+    return [...new Set(this.tried.flatMap((one) => one.todo))];
+  }
+
   #showTodo() {
-    const open = new Set(this.tried.flatMap((one) => one.todo));
-    const names = [...open].map((what) => say(`study.check.${what}`));
-    this.#said.textContent =
-      names.length > 0 ? say("study.check.todo", { list: names.join(", ") }) : say("study.check.done");
-    this.#said.className = names.length > 0 ? "muted" : "check-done";
+    const names = this.#todo.map((what) => say(`study.check.${what}`));
+    const all = names.length === 0;
+    this.#said.textContent = all ? say("study.check.done") : say("study.check.todo", { list: names });
+    this.#said.className = all ? "check-done" : "";
+    this.#lacking.hidden = all;
+    if (this.goOn) this.goOn.disabled = !all;
     this.panels.forEach((panel, seat) => panel.showDone(this.tried[seat].done));
+  }
+
+  /** For whom a control does not work: the check is passed without it, and what was not tried is kept. */
+  #wayOut() {
+    const ask = el("button", { type: "button", class: "button-link small" }, say("study.check.lacking"));
+    const without = actionButton(say("study.check.without"), this.#problem, () => this.#next(), "");
+    const box = el(
+      "div",
+      { class: "stack stack-tight", hidden: true },
+      el("p", { class: "muted small" }, say("study.check.lackingHelp")),
+      el("div", { class: "row" }, without),
+    );
+    ask.setAttribute("aria-expanded", "false");
+    ask.addEventListener("click", () => {
+      box.hidden = !box.hidden;
+      ask.setAttribute("aria-expanded", String(!box.hidden));
+    });
+    return [el("div", { class: "row" }, ask), box];
+  }
+
+  /** Whether a key is a grab key that somebody still has to try: no button takes it until then. @param {string} code */
+  #isAwaited(code) {
+    return this.seats
+      .cards()
+      .some(
+        ({ seat, keySets }) =>
+          this.tried[seat].awaits("grab") && keySets.some((set) => this.#mapping.keys[set].grab === code),
+      );
   }
 
   /** Going on during a measurement waits for its result. */
@@ -149,15 +186,11 @@ class InputCheck {
   }
 
   async #next() {
-    const todo = this.tried.flatMap((one) => one.todo);
-    if (todo.length > 0) {
-      const list = [...new Set(todo)].map((what) => say(`study.check.${what}`)).join(", ");
-      return showProblem(this.#problem, say("study.check.todo", { list }));
-    }
     if (Number.isNaN(this.#rtt)) await this.#measure();
     if (Number.isNaN(this.#rtt)) return;
     // The server is told of a slow connection too: a participant who then stops is screened out, and paid as such.
-    await this.context.next({ rtt_ms: Math.round(this.#rtt * 10) / 10, device: this.seats.cards()[0].device });
+    const device = this.seats.cards()[0].device;
+    await this.context.next({ rtt_ms: Math.round(this.#rtt * 10) / 10, device, untried: this.#todo });
   }
 }
 

@@ -23,6 +23,11 @@ export class TriedControls {
     return CONTROLS.filter((control) => !this.done.has(control));
   }
 
+  /** Whether a press of a key would be the first that counts for this control. @param {Control} control */
+  awaits(control) {
+    return !this.gamepadOnly && !this.done.has(control);
+  }
+
   /** @param {SeatReading} reading @returns {boolean} whether it showed something new */
   add({ stick, grabs, device }) {
     if (this.gamepadOnly && device !== "gamepad") return false;
