@@ -56,6 +56,7 @@ class InputSample(NamedTuple):
     grabs: int  # presses so far, modulo 256
     device: str
     rtt_ms: float
+    connection: int = 0  # how often the seat had returned before; not stored, counted when a file is read
 
 
 class TickRecord(NamedTuple):

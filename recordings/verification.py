@@ -1,5 +1,6 @@
 """Verification: the actions must follow from the raw inputs, and re-simulating them must give equal bits."""
 
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -53,17 +54,20 @@ def verify(path: Path) -> Verification:
 def first_unexplained(episode: Episode) -> Divergence | None:
     """The first action that differs from the raw input that it names, if any.
 
-    A stick that was released is at rest; so is one whose last input came before the start and is not recorded.
+    A stick that was released is at rest; so is one whose last input came before play began or went on and is not
+    recorded. Sequence numbers begin anew on each connection, so inputs of an earlier one explain nothing.
     """
     inputs = iter(episode.inputs)
     waiting = next(inputs, None)
-    known: dict[tuple[int, int], InputSample] = {}  # by seat and sequence number, which begins anew after a reload
+    returns = [event for event in episode.events if event.kind == "return"]
+    known: dict[tuple[int, int, int], InputSample] = {}  # by seat, connection and sequence number
     for tick in episode.ticks:
         while waiting is not None and waiting.tick <= tick.state.tick:
-            known[waiting.seat, waiting.seq] = waiting
+            known[waiting.seat, waiting.connection, waiting.seq] = waiting
             waiting = next(inputs, None)
+        connections = Counter(event.seat for event in returns if event.tick <= tick.state.tick)
         for seat, (seq, action) in enumerate(zip(tick.input_seqs, tick.actions.tolist(), strict=True)):
-            said = known.get((seat, seq))
+            said = known.get((seat, connections[seat], seq))
             found = None if seq < 0 else _unexplained(f"actions[{seat}]", tick.state.tick, action, said)
             if found is not None:
                 return found

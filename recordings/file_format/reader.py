@@ -2,6 +2,7 @@
 
 import struct
 import zlib
+from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -94,6 +95,7 @@ class _Collected:
     inputs: list[InputSample] = field(default_factory=list)
     events: list[Event] = field(default_factory=list)
     decisions: list[AgentDecision] = field(default_factory=list)
+    returns: Counter[int] = field(default_factory=Counter)  # of each seat, so far
 
     def take(self, record: Record) -> None:
         match record:
@@ -115,14 +117,24 @@ class _Collected:
             "/state": self.states.append,
             "/actions": self.actions.append,
             "/timing": self.timing.append,
-            "/inputs": lambda payload: self.inputs.append(payloads.read_input(payload)),
-            "/events": lambda payload: self.events.append(payloads.read_event(payload)),
+            "/inputs": self._keep_input,
+            "/events": self._keep_event,
             "/agent/blue": lambda payload: self.decisions.append(payloads.read_agent(payload, 0)),
             "/agent/red": lambda payload: self.decisions.append(payloads.read_agent(payload, 1)),
         }
 
     def _keep_map(self, payload: Any) -> None:
         self.the_map = payload
+
+    def _keep_input(self, payload: Any) -> None:
+        sample = payloads.read_input(payload)
+        self.inputs.append(sample._replace(connection=self.returns[sample.seat]))
+
+    def _keep_event(self, payload: Any) -> None:
+        event = payloads.read_event(payload)
+        self.events.append(event)
+        if event.kind == "return":
+            self.returns[event.seat] += 1
 
 
 def _episode(records: Iterable[Record], name: str, damage: str = "") -> Episode:

@@ -32,22 +32,22 @@ class InputBuffer:
     """One seat's controls, from the `Welcome` of one socket on."""
 
     def __init__(self) -> None:
-        self._newest: Input | None = None
+        self.newest: Input | None = None  # with the stick at rest after a release
         self._arrived = 0.0
         self._presses = 0
 
     def submit(self, frame: Input, now: float) -> bool:
         """Store an input; False if it is not newer than the last one."""
-        seen = 0 if self._newest is None else self._newest.grabs
-        if self._newest is not None and frame.seq <= self._newest.seq:
+        seen = 0 if self.newest is None else self.newest.grabs
+        if self.newest is not None and frame.seq <= self.newest.seq:
             return False
         self._presses = min(MAX_PRESSES, self._presses + (frame.grabs - seen) % 256)
-        self._newest, self._arrived = frame, now
+        self.newest, self._arrived = frame, now
         return True
 
     def tick_input(self, now: float) -> TickInput:
         """The input for the tick that starts now; one waiting press toggles the hand."""
-        newest = self._newest
+        newest = self.newest
         if newest is None or now - self._arrived > STALE_S:
             return NEUTRAL
         toggle = self._presses > 0
@@ -58,10 +58,10 @@ class InputBuffer:
     def release(self) -> None:
         """Let go of the stick: the page lost the focus, or play starts again."""
         self._presses = 0
-        if self._newest is not None:
-            self._newest = msgspec.structs.replace(self._newest, move=0.0)
+        if self.newest is not None:
+            self.newest = msgspec.structs.replace(self.newest, move=0.0)
 
     @property
     def device(self) -> str:
         """Empty before the first input."""
-        return "" if self._newest is None else DEVICES[self._newest.device]
+        return "" if self.newest is None else DEVICES[self.newest.device]

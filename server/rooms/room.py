@@ -244,6 +244,8 @@ class Room:
             self.series.begin(self.round)
         for seat in self.seats:
             seat.controls.release()
+            if seat.client is not None and seat.controls.newest is not None:  # it came while nothing was recorded
+                self.round.record_input(seat.controls.newest, seat.rtt_ms)
         self._enter(PhaseEvent.START, NOTHING)
 
     def _finish(self, outcome: Outcome, notice: Notice) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from movingout.recordings import Episode, EpisodeWriter, TickRecord, finalise, read_episode, verify
+from movingout.recordings import Episode, EpisodeWriter, Event, InputSample, TickRecord, finalise, read_episode, verify
 from movingout.recordings.verification import first_divergence, first_unexplained
 from movingout.recordings.versions import versions, why_not_exact
 from movingout.world import World
@@ -80,6 +80,30 @@ def test_a_stick_let_go_or_last_heard_of_before_play_began_is_at_rest(episode: E
     found = first_unexplained(unheard)
     assert found is not None
     assert (found.tick, found.field, found.simulated) == (1, "actions[0].distance", 0.0)
+
+
+def test_inputs_of_an_earlier_connection_explain_nothing(tmp_path: Path) -> None:
+    """Recordings used to leave out what a seat sent before play went on; their numbers repeat after a return."""
+    _, played = record(tmp_path / "like", ticks=3, map_name="LeftRight")
+    world = World(played.header.map)
+    writer = EpisodeWriter.create(tmp_path, replace(played.header, episode_id="returned"), world.state())
+    sample = InputSample(1, 0, 5, 0.0, 1.0, 0.25, 0, "keyboard", 20.0)
+
+    def step(distance: float, heading: float) -> None:
+        actions = np.array([[distance, heading, 0.0], [0.0, 0.0, 0.0]])
+        world.step(actions)
+        delivered = tuple(world.delivered().tolist())
+        writer.tick(TickRecord(actions, ("human", "idle"), (5, -1), world.state(), delivered, 0.0))
+
+    writer.input(sample)
+    step(1.0, 0.25)
+    writer.event(Event(2, "drop", 0))
+    writer.event(Event(2, "return", 0))
+    writer.event(Event(2, "resume"))
+    step(0.0, -1.5)  # the fifth input of the new connection, sent during the countdown
+    writer.input(sample._replace(tick=3, heading=-1.0))
+    step(1.0, -1.0)
+    assert verify(writer.close("time")).first_divergence is None
 
 
 def test_a_changed_hold_is_named(episode: Episode) -> None:

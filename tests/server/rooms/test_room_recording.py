@@ -49,6 +49,27 @@ def test_pauses_drops_and_skipped_ticks_are_in_the_recording(tmp_path: Path) -> 
     assert max(tick.late_ms for tick in episode.ticks) == pytest.approx(10.0)
 
 
+def test_a_round_with_two_returns_verifies_though_each_connection_counts_from_one(tmp_path: Path) -> None:
+    table = Table(services=FakeServices(folder=tmp_path), limit_ticks=30)
+    blue, red = table.play()
+    for turn in range(3):
+        for seq in range(1, 6):
+            table.push(red, 1, heading=turn + seq / 10, seq=10 + seq)
+            table.step()
+        table.room.depart(red, table.now)
+        red = table.join(tokens=red.tokens)
+        table.push(red, 1, heading=-2.0 - turn, seq=11)  # while nothing is recorded: a number that was used before
+        table.ready(red)
+        table.step(2)
+    table.step(30)
+    episode = read_episode(table.services.archived[0])
+    assert [event.kind for event in episode.events].count("return") == 3
+    assert {sample.connection for sample in episode.inputs if sample.seat == 1} == {0, 1, 2, 3}
+    assert verify(table.services.archived[0]).first_divergence is None
+    first = next(sample for sample in episode.inputs if sample.connection == 1)
+    assert (first.seq, first.heading) == (11, pytest.approx(-2.0)), "what a seat holds when play goes on is recorded"
+
+
 def test_a_hidden_page_lets_the_stick_go_and_is_recorded(tmp_path: Path) -> None:
     table = Table(services=FakeServices(folder=tmp_path), limit_ticks=10)
     blue, _ = table.play()
