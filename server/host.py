@@ -92,7 +92,7 @@ class Host:
         gc.set_threshold(*GC_THRESHOLDS)
 
     async def suspend(self) -> None:
-        """End the rounds, tell the clients, and keep the rooms for the next run."""
+        """Keep rooms and rounds as they are for the next run, and tell the clients."""
         if self.stopping:
             return
         self.stopping = True
@@ -100,8 +100,8 @@ class Host:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
         for room in self.registry.rooms.values():
+            self._keep(room)
             room.suspend()
-            self.save(room)
         deadline = time.monotonic() + 2.0
         while self.endpoint.open and time.monotonic() < deadline:
             await asyncio.sleep(0.02)
@@ -151,7 +151,12 @@ class Host:
     # ---- restart --------------------------------------------------------------------------------------------
 
     def save(self, room: Room) -> None:
-        """Keep what a restart needs; nobody comes back to a closed room, nor to a finished round of a study."""
+        """Keep what a restart needs, until the server stops: what happens then is no change of a room."""
+        if not self.stopping:
+            self._keep(room)
+
+    def _keep(self, room: Room) -> None:
+        """Nobody comes back to a closed room, nor to a finished round of a study."""
         if room.phase == "closed" or (room.config.study and room.phase == "series_over"):
             self.store.delete(room.id)
         else:

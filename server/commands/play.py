@@ -3,15 +3,18 @@
 import argparse
 import logging
 import sys
-import tempfile
 from dataclasses import replace
-from pathlib import Path
 
 from movingout.agents.catalogue import agent_card
-from movingout.maps.errors import MovingOutError
 from movingout.recordings.recorded_seat import GHOST, is_ghost
 from movingout.server.app import create_app
 from movingout.server.options import add_options, values_of
+from movingout.server.persistence.data_folder import (
+    BadDataFolder,
+    exclusive_data_folder,
+    refuse_study_folder,
+    told_interrupted,
+)
 from movingout.server.rooms.ghost_partner import ghost_seat
 from movingout.server.security.admin_token import NAME, kept_token
 from movingout.server.security.certificate import Certificate, certificate_in, lan_addresses
@@ -20,10 +23,6 @@ from movingout.server.uvicorn_server import game_server, listen
 from movingout.world.exactness import inexact_engine
 
 EVERYWHERE = ("0.0.0.0", "::")
-
-
-class BadDataFolder(MovingOutError):
-    """The data folder cannot be used."""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -36,17 +35,20 @@ def run(args: argparse.Namespace) -> int:
     agent_card(settings.partner)
     if is_ghost(settings.partner):
         ghost_seat(settings.partner.removeprefix(f"{GHOST}:"))
-    check_data(settings.data)
+    refuse_study_folder(settings.data)
     if caution := inexact_engine():
         print(f"movingout: {caution}", file=sys.stderr)
-    listening = listen(settings.host, settings.port)
-    settings = replace(with_kept_token(settings), port=listening.getsockname()[1])
-    certificate = certificate_for(settings) if settings.tls else None
-    logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s", stream=sys.stderr)
-    app = create_app(settings)
-    links = _links(settings, app.state.host.admin_token)
-    server = game_server(app, settings, certificate, on_ready=lambda: print(links, flush=True))
-    server.run([listening])
+    with exclusive_data_folder(settings.data):
+        listening = listen(settings.host, settings.port)
+        settings = replace(with_kept_token(settings), port=listening.getsockname()[1])
+        certificate = certificate_for(settings) if settings.tls else None
+        logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s", stream=sys.stderr)
+        app = create_app(settings)
+        links = _links(settings, app.state.host.admin_token)
+        server = game_server(app, settings, certificate, on_ready=lambda: print(links, flush=True))
+        server.run([listening])
+    if told := told_interrupted(settings.data):
+        print(told)
     return 0 if server.started else 1
 
 
@@ -59,19 +61,6 @@ def _settings(args: argparse.Namespace) -> Settings:
         connections_per_address=max(given.connections_per_address, 2 * given.sockets_per_address),
     )
     return Settings(**values_of(args, Settings), limits=limits)
-
-
-def check_data(folder: Path) -> None:
-    """Create the folder and write a byte, so that an error shows now and not after the first game."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder) as probe:
-            probe.write(b"x")
-            probe.flush()
-    except OSError as error:
-        raise BadDataFolder(
-            f"cannot write to the data folder {folder} ({error.strerror}); choose another one: --data DIR"
-        ) from None
 
 
 def certificate_for(settings: Settings) -> Certificate:

@@ -23,7 +23,6 @@ class PhaseEvent(Enum):
     INTERRUPTED = "somebody is absent or not ready in a round, or the clock is held"
     ROUND_ENDED = "the round is over and another one follows"
     SERIES_ENDED = "nothing more is played"
-    SUSPENDED = "the server stops and keeps the room"
     CLOSED = "the room closes"
 
 
@@ -49,7 +48,6 @@ _EVENTS: dict[PhaseEvent, tuple[frozenset[Phase], Phase]] = {
     PhaseEvent.INTERRUPTED: (frozenset({"lobby", *IN_ROUND}), "paused"),  # lobby: a round goes on after a restart
     PhaseEvent.ROUND_ENDED: (IN_ROUND, "round_over"),
     PhaseEvent.SERIES_ENDED: (OPEN, "series_over"),
-    PhaseEvent.SUSPENDED: (IN_ROUND, "lobby"),
     PhaseEvent.CLOSED: (PHASES, "closed"),
 }
 TRANSITIONS: dict[tuple[Phase, PhaseEvent], Phase] = {

@@ -111,11 +111,8 @@ class Room:
         self._move(PhaseEvent.INTERRUPTED, notices.RESUMED, until)
 
     def suspend(self) -> None:
-        """The server shuts down: the round ends, the room returns after the restart."""
-        if self.round.started and self.phase in IN_ROUND:
-            self._end_round("stopped")
-        if self.phase in IN_ROUND:
-            self._move(PhaseEvent.SUSPENDED, notices.RESTARTED)
+        """The server shuts down: a round stays as recorded so far, to be resumed after the restart."""
+        self.round.suspend()
         for client in list(self.seating.clients):
             client.dismiss(m.CLOSE_SHUTDOWN, notices.RESTARTING)
         self.series.free_agents()

@@ -143,6 +143,12 @@ class LiveRound:
             return "delivered"
         return "time" if self.limit_ticks and self.state.tick >= self.limit_ticks else None
 
+    def suspend(self) -> None:
+        """Leave the recording as it is, to be resumed."""
+        if self.writer is not None:
+            self.writer.abandon()
+            self.writer = None
+
     def finish(self, outcome: Outcome) -> Path | None:
         """Record the end; returns the journal to finalise, None without a recording."""
         self._write_event(Event(self.state.tick, "end", detail=outcome))

@@ -10,8 +10,9 @@ from pathlib import Path
 
 from fastapi import FastAPI
 
-from movingout.server.commands.play import addresses, certificate_for, check_data, hints, with_kept_token
+from movingout.server.commands.play import addresses, certificate_for, hints, with_kept_token
 from movingout.server.options import values_of
+from movingout.server.persistence.data_folder import exclusive_data_folder, told_interrupted
 from movingout.server.settings import Limits, Settings
 from movingout.server.study.api.app import create_study_app
 from movingout.server.uvicorn_server import game_server, listen
@@ -31,9 +32,12 @@ def serve(args: argparse.Namespace) -> int:
     study = read_study(args.file)
     _refuse_missing(study, args.file)
     settings = _settings(args)
-    check_data(settings.data)
     folder = StudyFolder(study, settings.data, args.database, args.identities)
-    with folder.exclusive(), closing(listen(settings.host, settings.port)) as listening:
+    with (
+        exclusive_data_folder(settings.data),
+        folder.exclusive(),
+        closing(listen(settings.host, settings.port)) as listening,
+    ):
         settings = replace(with_kept_token(settings), port=listening.getsockname()[1])
         certificate = certificate_for(settings) if settings.tls else None
         logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s", stream=sys.stderr)
@@ -45,6 +49,8 @@ def serve(args: argparse.Namespace) -> int:
         sys.setswitchinterval(SWITCH_S)
         server = game_server(app, settings, certificate, on_ready=lambda: print(links, flush=True))
         server.run([listening])
+    if told := told_interrupted(settings.data):
+        print(told)
     return 0 if server.started else 1
 
 

@@ -138,19 +138,48 @@ def test_ten_kills_at_random_ticks_lose_nothing_but_the_tick_in_flight(tmp_path:
     kill_and_return(tmp_path, kills, limit_ticks=sum(kills) + 60)
 
 
-def test_sigterm_says_goodbye_finalises_and_exits_with_0(tmp_path: Path) -> None:
-    with program(tmp_path, free_port()) as running:
-        _, blue, red = start_game(running.live, 500)
+def test_sigterm_says_goodbye_exits_with_0_and_the_round_goes_on_after_it(tmp_path: Path) -> None:
+    port = free_port()
+    with program(tmp_path, port) as running:
+        room, blue, red = start_game(running.live, 30)
         tick = play_on(blue, red, 4)
         running.process.terminate()
         code, told = blue.end()
         assert (code, told[-1]["type"]) == (m.CLOSE_SHUTDOWN, "bye")
         assert running.process.wait(30) == 0
+        assert running.process.stdout is not None
+        assert "1 round was interrupted; it goes on when the server is started again" in running.process.stdout.read()
+        running.live.hang_up()
+        tokens = blue.tokens + red.tokens
+    with program(tmp_path, port) as running:
+        blue, red = (running.live.person(room, tokens=[token]) for token in tokens)
+        blue.say(type="ready", seat=0)
+        red.say(type="ready", seat=1)
+        assert blue.next_tick(0) > tick - 2, "no tick that was seen is played again"
+        blue.wait_for("result")
+        running.process.terminate()
+        assert running.process.wait(30) == 0
         running.live.hang_up()
     (recording,) = (tmp_path / "recordings").iterdir()
     episode = read_episode(recording)
-    assert (recording.suffix, episode.outcome, episode.complete) == (".mcap", "stopped", True)
-    assert len(episode.ticks) >= tick
+    assert (recording.suffix, episode.outcome, len(episode.ticks)) == (".mcap", "time", 30)
+    assert verify(recording).identical
+
+
+def test_a_second_server_on_the_same_data_folder_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with program(tmp_path, free_port()) as running:
+        start_game(running.live, 500)
+        rooms = sorted((tmp_path / "rooms").iterdir())
+        assert main(["play", "--port", "0", "--data", str(tmp_path)]) == 2
+        assert "in use by another server; stop that one or choose another: --data DIR" in capsys.readouterr().err
+        assert sorted((tmp_path / "rooms").iterdir()) == rooms
+        running.live.hang_up()
+
+
+def test_games_are_not_served_from_the_folder_of_a_study(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "studies" / "tower").mkdir(parents=True)
+    assert main(["play", "--port", "0", "--data", str(tmp_path)]) == 2
+    assert "holds a study (tower)" in capsys.readouterr().err
 
 
 def test_the_links_are_printed_and_work(tmp_path: Path) -> None:

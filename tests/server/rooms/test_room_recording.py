@@ -51,7 +51,7 @@ def test_pauses_drops_and_skipped_ticks_are_in_the_recording(tmp_path: Path) -> 
 
 def test_a_round_with_two_returns_verifies_though_each_connection_counts_from_one(tmp_path: Path) -> None:
     table = Table(services=FakeServices(folder=tmp_path), limit_ticks=30)
-    blue, red = table.play()
+    _, red = table.play()
     for turn in range(3):
         for seq in range(1, 6):
             table.push(red, 1, heading=turn + seq / 10, seq=10 + seq)
@@ -67,7 +67,7 @@ def test_a_round_with_two_returns_verifies_though_each_connection_counts_from_on
     assert {sample.connection for sample in episode.inputs if sample.seat == 1} == {0, 1, 2, 3}
     assert verify(table.services.archived[0]).first_divergence is None
     first = next(sample for sample in episode.inputs if sample.connection == 1)
-    assert (first.seq, first.heading) == (11, pytest.approx(-2.0)), "what a seat holds when play goes on is recorded"
+    assert first.seq == 11 and first.heading == pytest.approx(-2.0), "what a seat holds when play goes on is recorded"
 
 
 def test_a_hidden_page_lets_the_stick_go_and_is_recorded(tmp_path: Path) -> None:
@@ -132,15 +132,16 @@ def test_a_world_that_loses_its_numbers_ends_the_round_with_an_error() -> None:
     assert table.phase == "series_over"
 
 
-def test_an_orderly_stop_ends_the_round_and_keeps_the_room(tmp_path: Path) -> None:
+def test_an_orderly_stop_leaves_the_round_to_be_resumed(tmp_path: Path) -> None:
     table = Table(services=FakeServices(folder=tmp_path))
     blue, _ = table.play()
     table.step(4)
     table.room.suspend()
     assert blue.goodbye is not None and blue.goodbye[0] == m.CLOSE_SHUTDOWN
-    assert table.phase == "lobby"
-    episode = read_episode(table.services.archived[0])
-    assert (episode.outcome, len(episode.ticks)) == ("stopped", 5)
+    assert (table.phase, table.services.archived) == ("playing", [])
+    (journal,) = tmp_path.iterdir()
+    episode = read_episode(journal)
+    assert (episode.outcome, len(episode.ticks)) == ("interrupted", 5)
 
 
 def test_a_disk_that_is_full_at_the_start_or_at_the_end_leaves_a_round_without_a_recording(

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from movingout.server.commands.play import BadDataFolder, with_kept_token
+from movingout.server.commands.play import with_kept_token
+from movingout.server.persistence.data_folder import BadDataFolder
 from movingout.server.security.admin_token import NAME, kept_token
 from movingout.server.settings import Settings
 

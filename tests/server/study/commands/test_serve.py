@@ -28,7 +28,7 @@ def test_links_are_printed_and_what_cannot_work_is_refused(tmp_path: Path, capsy
         assert status == 200
         token = re.search(r"Token\s+(\S+)", running.printed)
         assert token and running.live.call("/api/experimenter/state", token=token[1])[0] == 200
-        assert "is being served from" in refused(capsys, file, tmp_path)
+        assert "in use by another server" in refused(capsys, file, tmp_path)
         in_use = refused(capsys, file, tmp_path / "other", "--port", str(port))
         assert f"port {port} is in use already" in in_use
     file.write_text(SOLO.replace("id: solo", "id: solo\nseed: 9"), encoding="utf-8")

@@ -1,0 +1,64 @@
+"""The data folder of a server: that it can be written to, and that one server alone uses it."""
+
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from filelock import FileLock, Timeout
+
+from movingout.maps.errors import MovingOutError
+from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
+
+LOCK = "serving.lock"
+
+
+class BadDataFolder(MovingOutError):
+    """The data folder cannot be used."""
+
+
+@contextmanager
+def exclusive_data_folder(folder: Path) -> Iterator[None]:
+    """Create the folder and hold it for this process: a second server would restore the rooms of the first one.
+
+    Writes a byte, so that an error shows now and not after the first game. Raises BadDataFolder.
+    """
+    lock = FileLock(folder / LOCK, blocking=False, thread_local=False)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder) as probe:
+            probe.write(b"x")
+            probe.flush()
+        lock.acquire()
+    except Timeout:
+        problem = f"the data folder {folder} is in use by another server; stop that one or choose another: --data DIR"
+        raise BadDataFolder(problem) from None
+    except OSError as error:
+        problem = f"cannot write to the data folder {folder} ({error.strerror}); choose another one: --data DIR"
+        raise BadDataFolder(problem) from None
+    try:
+        yield
+    finally:
+        lock.release()
+
+
+def refuse_study_folder(folder: Path) -> None:
+    """Raise BadDataFolder where a study keeps its data: a server for games would show its recordings."""
+    studies = sorted(path.name for path in folder.glob("studies/*") if path.is_dir())
+    if studies:
+        raise BadDataFolder(
+            f"the data folder {folder} holds a study ({', '.join(studies)}), whose recordings are not for players; "
+            "choose another one for games: --data DIR"
+        )
+
+
+def told_interrupted(folder: Path) -> str:
+    """What to say at the end about rounds that were being played, empty for none."""
+    count = len(list((folder / "recordings").glob(f"*{JOURNAL_SUFFIX}")))
+    if count == 0:
+        return ""
+    rounds = "1 round was interrupted; it goes" if count == 1 else f"{count} rounds were interrupted; they go"
+    return (
+        f"{rounds} on when the server is started again. "
+        f"To end now: movingout recordings recover {folder / 'recordings'}"
+    )
