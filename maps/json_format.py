@@ -17,7 +17,7 @@ UNITS = {
     "angle": "radians, 0 looks along +y, counter-clockwise",
     "mass": "engine units, a robot has 1",
 }
-NAME_PATTERN = r"^[A-Za-z][A-Za-z0-9_-]{0,39}$"
+NAME_PATTERN = r"^[A-Za-z][A-Za-z0-9_-]{0,39}(:mirror)?(:rot(90|180|270))?$"
 MAX_ITEMS = 7  # the observation has seven item slots
 MAX_RECTS = 64
 
@@ -62,7 +62,7 @@ def map_from_json(document: object) -> MapSpec:
     items = _list(fields["items"], "items", _item, 1, MAX_ITEMS)
     if len({item.id for item in items}) < len(items):
         raise _fault("items", "two items have the same id; give each its own")
-    if not isinstance(fields["name"], str) or not re.match(NAME_PATTERN, fields["name"]):
+    if not isinstance(fields["name"], str) or not re.fullmatch(NAME_PATTERN, fields["name"]):
         raise _fault("name", "1 to 40 letters, digits, '-' or '_' are needed, a letter first")
     return MapSpec(
         name=fields["name"],

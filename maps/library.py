@@ -1,4 +1,4 @@
-"""Maps by name (those that are shipped) or by path (your own)."""
+"""Maps by name (those that are shipped) or by path (your own), as designed or in one of their symmetries."""
 
 import json
 import os
@@ -10,6 +10,7 @@ from movingout.maps.json_format import map_from_json
 from movingout.maps.official import is_official, map_from_official
 from movingout.maps.spec import MapSpec
 from movingout.maps.suggestion import known_names
+from movingout.maps.symmetry import SEPARATOR, SYMMETRY_NAMES, Symmetry, read_symmetry, transformed
 
 PRACTICE = "Simple"
 
@@ -44,9 +45,35 @@ def shipped_map_names() -> tuple[str, ...]:
 def load_map(name_or_path: str | os.PathLike[str]) -> MapSpec:
     """The map of a name, or of a path to a map file in our JSON or in the official format.
 
+    After either may stand symmetries of the square, such as `:mirror` or `:rot90` (`maps.symmetry`).
     Raises MapError with what would work when there is no such map, or with the JSON path of the fault.
     """
-    text = os.fspath(name_or_path)
+    base, symmetry = _split(os.fspath(name_or_path))
+    the_map = _designed(base)
+    return transformed(the_map, symmetry) if symmetry.names else the_map
+
+
+def is_shipped(name: str) -> bool:
+    """Whether a name, with a symmetry or without, is that of a shipped map; a path never is."""
+    base, *names = name.split(SEPARATOR)
+    return base in shipped_map_names() and all(name in SYMMETRY_NAMES for name in names)
+
+
+def _split(text: str) -> tuple[str, Symmetry]:
+    """`HandOff:mirror:rot90` as the map's name or path and the symmetry. Raises MapError for an unknown symmetry."""
+    base, *names = text.split(SEPARATOR)
+    if base not in shipped_map_names():  # a path may have such a sign in itself
+        names = []
+        while (parts := text.rpartition(SEPARATOR))[2] in SYMMETRY_NAMES:
+            text, names = parts[0], [parts[2], *names]
+        base = text
+    try:
+        return base, read_symmetry(names)
+    except KeyError as error:
+        raise MapError(f"unknown symmetry {error} of {base}; {known_names(error.args[0], SYMMETRY_NAMES)}") from None
+
+
+def _designed(text: str) -> MapSpec:
     if text in shipped_map_names():
         return _shipped(text)
     path = Path(text)

@@ -73,6 +73,7 @@ class ItemSpec:
 class MapSpec:
     """A whole map. Hashable, so that what is derived from it can be cached.
 
+    `name` ends with the symmetry when the map is mirrored or turned (`HandOff:mirror:rot90`).
     `variant` is empty for a map as designed and names the randomisation otherwise.
     """
 
@@ -86,3 +87,8 @@ class MapSpec:
     goals: tuple[Rect, ...]
     items: tuple[ItemSpec, ...]
     variant: str = ""
+
+    @property
+    def file_name(self) -> str:
+        """The name as it can be part of the name of a file or of an episode: `HandOff-mirror` of `HandOff:mirror`."""
+        return self.name.replace(":", "-")

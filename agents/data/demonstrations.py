@@ -60,7 +60,7 @@ def episode_jobs(
 
 def _map_name(the_map: MapSpec) -> str:
     """A map's name in episode names, with the variant of Challenge 2."""
-    return f"{the_map.name}-{the_map.variant}" if the_map.variant else the_map.name
+    return f"{the_map.file_name}-{the_map.variant}" if the_map.variant else the_map.file_name
 
 
 def write_episode(job: EpisodeJob, folder: Path) -> WrittenEpisode:

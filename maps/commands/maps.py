@@ -70,7 +70,9 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _add_map(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("map", metavar="NAME", help="a map's name, or the path of a map file")
+    parser.add_argument(
+        "map", metavar="NAME", help="a map's name, or the path of a map file; :mirror, :rot90, … after it"
+    )
 
 
 def _add_json(parser: argparse.ArgumentParser) -> None:
@@ -207,7 +209,7 @@ def _render(args: argparse.Namespace) -> int:
     spec = load_map(args.map)
     if not 16 <= args.side <= MAX_SIDE:
         raise MapError(f"a picture has 16 to {MAX_SIDE} pixels on a side, not {args.side}")
-    output = args.output or Path(f"{spec.name}.png")
+    output = args.output or Path(f"{spec.file_name}.png")
     if output.suffix not in (".png", ".svg"):
         raise MapError(f"cannot tell the format of {output}; let the name end in .png or .svg")
     _write(output, _file_content(spec, output.suffix, args.side, args.theme))

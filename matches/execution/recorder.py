@@ -22,7 +22,7 @@ class MatchRecorder:
 
     def __init__(self, folder: Path, match: Match, initial: WorldState) -> None:
         the_map = match.world_map()
-        name = f"{the_map.name[:40]}-{match.id}"
+        name = f"{the_map.file_name[:40]}-{match.id}"
         for suffix in (SUFFIX, JOURNAL_SUFFIX):  # left by a run that was killed before it wrote the result
             (folder / f"{name}{suffix}").unlink(missing_ok=True)
         blue, red = (seat_info(agent_id) for agent_id in match.seats)

@@ -19,7 +19,7 @@ def write(plan: ExportPlan) -> None:
         with (folder / "dataset.jsonl").open("w", encoding="utf-8") as rows:
             for episode, part in plan.episodes("exporting"):
                 header = episode.header
-                path = folder / "recorder" / f"{header.map.name}_{header.episode_id}.json"
+                path = folder / "recorder" / f"{header.map.file_name}_{header.episode_id}.json"
                 path.write_text(json.dumps([recorder_steps(episode)]), encoding="utf-8")
                 row = dataset_row(episode, numbers[header.map.name])
                 numbers[header.map.name] += 1

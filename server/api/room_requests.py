@@ -6,7 +6,7 @@ import msgspec
 
 from movingout.agents.catalogue import agent_card, agent_cards
 from movingout.agents.errors import AgentError, CheckpointError
-from movingout.maps import MovingOutError, shipped_map_names
+from movingout.maps import MovingOutError, is_shipped, shipped_map_names
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.recordings import RecordingError
 from movingout.recordings.recorded_seat import GHOST, is_ghost
@@ -83,10 +83,10 @@ async def _ghosts(host: Host, seats: list[SeatRequest]) -> dict[int, GhostSeat]:
 
 
 def _checked_config(wanted: RoomRequest, countdown_s: float) -> RoomConfig:
-    known = shipped_map_names()
-    unknown = [name for name in wanted.maps if name not in known]
+    unknown = [name for name in wanted.maps if not is_shipped(name)]
     if unknown:
-        raise ApiError(422, "unknown_map", f"unknown map {unknown[0]!r}; known: {', '.join(known)}", map=unknown[0])
+        known = ", ".join(shipped_map_names())
+        raise ApiError(422, "unknown_map", f"unknown map {unknown[0]!r}; known: {known}", map=unknown[0])
     if not 1 <= len(wanted.maps) <= MAX_ROUNDS:
         raise ApiError(422, "maps", f"a series has 1 to {MAX_ROUNDS} maps, not {len(wanted.maps)}", most=MAX_ROUNDS)
     if len(wanted.seats) != 2:

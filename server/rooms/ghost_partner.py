@@ -7,7 +7,7 @@ from typing import NamedTuple, get_args
 
 import msgspec
 
-from movingout.maps import MapSpec, load_map, shipped_map_names
+from movingout.maps import MapSpec, is_shipped, load_map
 from movingout.maps.errors import MovingOutError
 from movingout.maps.randomize import Split, randomize
 from movingout.maps.spec import SEAT_COLOURS
@@ -62,7 +62,7 @@ def ghost_config(wanted: RoomConfig, ghosts: list[GhostSeat]) -> RoomConfig:
 
 def _origin(recorded: MapSpec, seed: int) -> tuple[int | None, Split]:
     """How this server makes the recorded map: as designed (None), or randomised with the seed."""
-    if recorded.name in shipped_map_names():
+    if is_shipped(recorded.name):
         designed = load_map(recorded.name)
         if recorded == designed:
             return None, "train"

@@ -24,16 +24,28 @@ export function shapeObject(shape) {
 }
 
 /**
- * The title of a map; of an unknown one without a title its name, in words: "HandOff" -> "Hand Off".
+ * The title of a map; of an unknown one without a title its name, in words: "HandOff" -> "Hand Off". A map that is
+ * mirrored or turned says so: "HandOff:mirror:rot90".
  * @param {{name: string, title?: string}} map
  */
-export function mapTitle({ name, title = name.replace(/([a-z])([A-Z])/g, "$1 $2") }) {
-  return has(`map.${name}.title`) ? say(`map.${name}.title`) : title;
+export function mapTitle({ name, title: given }) {
+  const [base, ...symmetries] = name.split(":");
+  const title = has(`map.${base}.title`)
+    ? say(`map.${base}.title`)
+    : (given ?? base.replace(/([a-z])([A-Z])/g, "$1 $2"));
+  return symmetries.reduce(moved, title);
+}
+
+/** @param {string} title @param {string} symmetry "mirror" or "rot90" */
+function moved(title, symmetry) {
+  if (symmetry === "mirror") return say("map.mirrored", { title });
+  return say("map.turned", { title, degrees: Number(symmetry.replace("rot", "")) });
 }
 
 /** @param {{name: string, description: string}} map */
 export function mapDescription({ name, description }) {
-  return has(`map.${name}.description`) ? say(`map.${name}.description`) : description;
+  const key = `map.${name.split(":")[0]}.description`;
+  return has(key) ? say(key) : description;
 }
 
 /** The name of an agent by its id, "bass@all" or "scripted:seed=3". @param {string} id @param {string} [otherwise] */

@@ -3,6 +3,7 @@ from pathlib import Path
 
 import pytest
 
+from movingout.maps import load_map
 from movingout.recordings import finalise, read_episode
 from movingout.server.cli import main
 from tests.matches.support import HERE, written
@@ -58,6 +59,19 @@ def test_a_match_on_a_map_that_an_agent_never_saw_is_played_and_says_so_once_and
     first, _ = json.loads(captured.out)["recordings"]
     told = [event for event in read_episode(Path(first)).events if event.kind == "unseen_map"]
     assert [(event.tick, event.seat) for event in told] == [(0, 0)]
+
+
+def test_a_match_on_a_mirrored_map_is_recorded_under_its_own_name_and_can_be_simulated_again(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    arguments = ["match", "--blue", "idle", "--red", "idle", "--map", "HandOff:mirror", "--ticks", "5"]
+    assert main([*arguments, "--workers", "1", "--record", str(tmp_path), "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["results"][0]["map"] == "HandOff:mirror"
+    (path,) = document["recordings"]
+    assert ":" not in Path(path).name, "some file systems have no such names"
+    assert read_episode(Path(path)).header.map == load_map("HandOff:mirror")
+    assert main(["recordings", "verify", path]) == 0
 
 
 def test_a_match_that_an_agent_could_not_play_is_told_in_a_sentence_and_by_the_exit_code(

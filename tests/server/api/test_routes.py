@@ -46,9 +46,18 @@ def test_a_room_has_tokens_for_the_seats_at_this_screen_only(live: Live) -> None
     assert [seat["colour"] for seat in view["seats"]] == ["blue", "red"]
 
 
+def test_a_room_plays_a_map_mirrored_or_turned(live: Live) -> None:
+    seats = [{"kind": "here"}, {"kind": "link"}]
+    status, room = live.call("/api/rooms", {"maps": ["HandOff:mirror:rot90"], "seats": seats})
+    assert status == 200
+    _, view = live.call(f"/api/rooms/{room['room']}")
+    assert view["map"] == "HandOff:mirror:rot90"
+
+
 @pytest.mark.parametrize(
     ("change", "code", "said"),
     [
+        ({"maps": ["HandOff:mirored"]}, "unknown_map", "unknown map 'HandOff:mirored'"),
         ({"maps": ["HandOf"]}, "unknown_map", "unknown map 'HandOf'; known: HandOff"),
         ({"maps": ["../maps/HandOff.json"]}, "unknown_map", "known: HandOff"),
         ({"maps": []}, "maps", "1 to 36 maps"),
