@@ -15,6 +15,7 @@ from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.server.agent_workers.pool import AgentPool
 from movingout.server.connection.admission import AdmissionControl
 from movingout.server.connection.endpoint import SocketEndpoint
+from movingout.server.notices import NOTHING, Notice
 from movingout.server.persistence.answer_log import AnswerLog
 from movingout.server.persistence.fsync import sync_recordings
 from movingout.server.persistence.recording_service import RecordingService
@@ -115,22 +116,25 @@ class Host:
         gc.unfreeze()
         gc.set_threshold(*self._gc_thresholds)
 
-    def refusal(self) -> str:
-        """Why no room can be opened now, empty when one can."""
+    def refusal(self) -> Notice:
+        """Why no room can be opened now, NOTHING when one can."""
         limits = self.settings.limits
         if self.stopping:
-            return "The server is being restarted; try again in a minute."
+            return Notice("restarting", "The server is being restarted; try again in a minute.")
         if len(self.registry.rooms) >= limits.rooms:
-            return f"All {limits.rooms} rooms of this server are in use; close one or try again later."
+            text = f"All {limits.rooms} rooms are in use; close one or try again later."
+            return Notice("rooms_in_use", text, {"rooms": limits.rooms})
         if self.cpu_share > limits.cpu_share:
-            return f"The server is busy ({self.cpu_share:.0%} of a core); running games come first. Try again later."
+            percent = round(100 * self.cpu_share)
+            text = f"The server is busy ({percent} % of a core), and running games come first; try again later."
+            return Notice("busy", text, {"percent": percent})
         return self.full_disk()
 
-    def full_disk(self) -> str:
-        """Why nothing more can be recorded, empty while there is room."""
+    def full_disk(self) -> Notice:
+        """Why nothing more can be recorded, NOTHING while there is room."""
         if shutil.disk_usage(self.settings.data).free < 50e6:
-            return "The server's disk is almost full; somebody has to make room before new games are opened."
-        return ""
+            return Notice("disk_full", "The server's disk is almost full; free some space.")
+        return NOTHING
 
     async def prepare_maps(self, config: RoomConfig) -> None:
         """Make the randomised maps of a series in another process: wait for the first, the others follow."""

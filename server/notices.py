@@ -1,7 +1,8 @@
 """What the server tells people: a code, by which a page finds the text in its reader's language, and values for it.
 
-Every code has a text in each web/words/<language>.json, as `error.<code>` or `reason.<code>`. The English
-message beside it is for programs and logs, and for pages that do not know the code.
+Every code has a text in each web/words/<language>.json, as `error.<code>`, `reason.<code>`, `refusal.<code>`,
+`alert.<code>` or `unrecorded.<code>`. The English message beside it is for programs and logs, and for pages that do
+not know the code.
 """
 
 from typing import Any, Literal
@@ -29,12 +30,18 @@ ReasonCode = Literal[
     "restarted", "restarted_anew", "lost", "waiting", "paused", "all_back", "not_back", "paused_too_long", "left",
     "seat_free", "simulation_failed", "agent_failed", "agent_unseen", "cannot_start", "study_paused",
 ]  # fmt: skip
+RefusalCode = Literal["restarting", "rooms_in_use", "busy", "disk_full"]  # why no room can be opened now
+UnrecordedCode = Literal["disk_full", "not_writable", "failed"]  # why a round is not recorded
+AlertCode = Literal[
+    "fault", "disk", "database", "deletion", "recovery", "not_closed", "recording", "room", "agent_failed",
+    "agent_unseen", "gone", "slow", "duplicate", "controls", "full",
+]  # fmt: skip
 
 
 class Notice(msgspec.Struct, frozen=True):
     """One sentence to people. In `values`, `players` is a list of names, or of colours where nobody has a name."""
 
-    code: ErrorCode | ReasonCode | Literal[""] = ""
+    code: ErrorCode | ReasonCode | RefusalCode | UnrecordedCode | Literal[""] = ""
     message: str = ""  # in English
     values: dict[str, Any] = {}
 

@@ -43,7 +43,7 @@ async def open_room(host: Host, wanted: RoomRequest) -> dict[str, Any]:
     """Open the room and return how to join it. Raises ApiError with what would be possible."""
     refusal = host.refusal()
     if refusal:
-        raise ApiError(503, "full", refusal)
+        raise ApiError(503, "full", refusal.message)
     ghosts = await _ghosts(host, wanted.seats)
     if ghosts and not wanted.maps:
         wanted.maps = [next(iter(ghosts.values())).map]

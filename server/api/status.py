@@ -18,6 +18,7 @@ def report(host: "Host") -> dict[str, Any]:
     """One JSON document; times in ms, sizes in bytes unless the name says otherwise."""
     rooms = list(host.registry.rooms.values())
     lateness = host.scheduler.lateness
+    refusal = host.refusal()
     disk = shutil.disk_usage(host.settings.data)
     return {
         "uptime_s": round(time.time() - host.started_at, 1),
@@ -33,7 +34,9 @@ def report(host: "Host") -> dict[str, Any]:
         "cpu_seconds": round(time.process_time(), 3),
         "disk_free_mb": round(disk.free / 1e6),
         "finalising": host.recording_service.pending,
-        "refusal": host.refusal(),
+        "refusal": refusal.message,
+        "refusal_code": refusal.code,
+        "refusal_values": refusal.values,
         "agents": host.agents.report(),
         "rooms": [_room(room) for room in rooms],
     }
@@ -44,6 +47,8 @@ def _room(room: Room) -> dict[str, Any]:
         "room": room.id,
         "phase": room.phase,
         "reason": room.notice.message,
+        "reason_code": room.notice.code,
+        "reason_values": room.notice.values,
         "map": room.round.map.name,
         "round": room.series.index + 1,
         "rounds": len(room.config.maps),
@@ -54,7 +59,8 @@ def _room(room: Room) -> dict[str, Any]:
         "seats": msgspec.to_builtins(room.state().seats),
         "spectators": room.seating.spectators,
         "recording": room.recording,
-        "recording_problem": room.round.recording_problem,
+        "recording_problem": room.round.recording_problem.message,
+        "recording_problem_code": room.round.recording_problem.code,
         "episode": room.round.episode_id,
         "missed_ticks": room.missed_ticks,
         "deadline_misses": room.round.deadline_misses,

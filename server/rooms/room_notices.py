@@ -1,7 +1,9 @@
 """What a room tells its people about itself, as codes and values."""
 
+import errno
 from collections.abc import Sequence
 
+from movingout.recordings import RecordingError
 from movingout.server.notices import NOTHING, Notice, ReasonCode
 from movingout.server.rooms.seat import Seat
 
@@ -10,6 +12,7 @@ RESTARTING = Notice("restarting", "The server is being restarted; this page come
 RESUMED = Notice("restarted", "The server was restarted. The game waits.")
 REPLACED = Notice("replaced", "This seat is now played from another window.")
 NOBODY_HERE = Notice("nobody_here", "Nobody was here for a while.")
+NO_SPACE = (errno.ENOSPC, errno.EDQUOT)
 
 
 def about(code: ReasonCode, seats: Sequence[Seat], predicate: str) -> Notice:
@@ -26,6 +29,14 @@ def agent_notice(seats: Sequence[Seat], with_cautions: bool) -> Notice:
     if failed:
         return Notice("agent_failed", message, {"players": _names(failed)})
     return Notice("agent_unseen", message, {"players": _names(unseen)}) if unseen else NOTHING
+
+
+def recording_problem(error: RecordingError) -> Notice:
+    """Why a round is not recorded; the message names the file and what would help."""
+    cause = error.__cause__
+    if isinstance(cause, OSError):
+        return Notice("disk_full" if cause.errno in NO_SPACE else "not_writable", str(error))
+    return Notice("failed", str(error))
 
 
 def _names(seats: Sequence[Seat]) -> list[str]:

@@ -24,8 +24,10 @@ from movingout.recordings import (
 from movingout.recordings.episode import Episode, EventKind, Outcome
 from movingout.server import messages as m
 from movingout.server.frames import Bundle, BundleEvent, Input
+from movingout.server.notices import NOTHING, Notice
 from movingout.server.rooms.input_buffer import NEUTRAL, TickInput
 from movingout.server.rooms.quality import RoundQuality
+from movingout.server.rooms.room_notices import recording_problem
 from movingout.server.rooms.seat import AgentPlayer, Seat
 from movingout.world import World
 from movingout.world.metrics import EpisodeMetrics, to_numbers
@@ -60,7 +62,7 @@ class LiveRound:
         self.episode_id = episode_id
         self.seed = seed
         self.writer: EpisodeWriter | None = None  # while the round is recorded
-        self.recording_problem = ""
+        self.recording_problem = NOTHING
         self.started = False
         self.deadline_misses = 0
         self.quality = RoundQuality()
@@ -70,7 +72,7 @@ class LiveRound:
         self._metrics = EpisodeMetrics(map_spec)
         self._pending: list[BundleEvent] = []  # to be shown with the next tick
 
-    def begin(self, writer: EpisodeWriter | None, problem: str = "") -> None:
+    def begin(self, writer: EpisodeWriter | None, problem: Notice = NOTHING) -> None:
         """The countdown is over; `problem` is why the round is not recorded though it should be."""
         self._record_to(writer)
         self.recording_problem = problem
@@ -225,7 +227,7 @@ class LiveRound:
 
     def _stop_recording(self, error: RecordingError) -> None:
         log.error("recording stopped: %s", error)
-        self.writer, self.recording_problem = None, str(error)
+        self.writer, self.recording_problem = None, recording_problem(error)
 
     def _write_event(self, event: Event) -> None:
         if self.writer is not None:

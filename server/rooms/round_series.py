@@ -7,6 +7,7 @@ from movingout.recordings import RecordingError
 from movingout.recordings.episode import Outcome
 from movingout.server import messages as m
 from movingout.server.notices import NOTHING, Notice
+from movingout.server.rooms.room_notices import recording_problem
 from movingout.server.rooms.round import LiveRound
 from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RoomConfig, Services
@@ -90,7 +91,7 @@ class RoundSeries:
             the_round.begin(self._services.open_recording(header, the_round.state))
         except RecordingError as error:
             log.error("not recording: %s", error)
-            the_round.begin(None, problem=str(error))
+            the_round.begin(None, recording_problem(error))
         for seat in self._seats:
             if seat.agent_caution:
                 the_round.note("unseen_map", seat.index, detail=seat.agent_caution)

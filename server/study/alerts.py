@@ -1,9 +1,14 @@
-"""Alerts for the experimenter."""
+"""Alerts for the experimenter: a code and values for the page, a sentence in English for logs and programs."""
 
+import logging
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any
+
+from movingout.server.notices import AlertCode
+
+log = logging.getLogger(__name__)
 
 MAX_ALERTS = 100  # older ones are dropped
 REPEAT_S = 60.0  # the same alert is not added again within this time
@@ -11,12 +16,14 @@ REPEAT_S = 60.0  # the same alert is not added again within this time
 
 @dataclass(frozen=True, slots=True)
 class Alert:
-    """One alert; `about` is its kind."""
+    """One alert; `about` is its code. `detail` is technical, for whoever runs the server, and not translated."""
 
     id: int
     at: float  # wall clock, seconds since the epoch
-    about: str
-    text: str
+    about: AlertCode
+    text: str  # in English, with the detail
+    values: dict[str, Any]
+    detail: str
 
 
 class Alerts:
@@ -27,12 +34,15 @@ class Alerts:
         self._alerts: list[Alert] = []
         self._number = 0
 
-    def add(self, about: str, text: str) -> None:
+    def add(self, about: AlertCode, text: str, /, detail: str = "", **values: Any) -> None:
+        """Add an alert, and log it; a repeated one is ignored. `text` is in English and says the same as `values`."""
+        text = f"{text} ({detail})" if detail else text
         now = self._now()
         if any(one.about == about and one.text == text and now - one.at < REPEAT_S for one in self._alerts):
             return
+        log.warning("alert: %s", text)
         self._number += 1
-        self._alerts = [*self._alerts, Alert(self._number, now, about, text)][-MAX_ALERTS:]
+        self._alerts = [*self._alerts, Alert(self._number, now, about, text, values, detail)][-MAX_ALERTS:]
 
     def to_json(self) -> list[dict[str, Any]]:
         """The newest first."""

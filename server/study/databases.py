@@ -37,7 +37,7 @@ class StudyDatabases:
         try:
             return await loop.run_in_executor(self._thread, lambda: work(*args, **kwargs))
         except StoreError as error:
-            self._alerts.add("database", str(error))
+            self._alerts.add("database", "The database could not be read or written.", str(error))
             raise
 
     def close(self) -> None:

@@ -84,7 +84,7 @@ class Departures:
                 removed = await asyncio.to_thread(remove_recordings, self._recordings, pid, episodes)
                 await run(withdraw_data, store, pid, removed)
         except StudyError as error:
-            self._alerts.add("deletion", f"The data of {pid} could not be deleted: {error}")
+            self._alerts.add("deletion", f"The data of {pid} could not be deleted.", str(error), pid=pid)
 
     async def deleted(self) -> None:
         """Wait until every deletion that has begun is done."""

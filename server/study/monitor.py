@@ -3,6 +3,7 @@
 import asyncio
 import logging
 import time
+from typing import Any
 
 from movingout.server.rooms.room import Room
 from movingout.server.study.participant_session import ParticipantSession
@@ -42,7 +43,7 @@ class StudyMonitor:
                 log.warning("%s", error)  # the experimenter was alerted; nobody moves until the database works again
             except Exception:  # the study goes on, whatever went wrong with one unit
                 log.exception("checking the study failed")
-                self._running.alerts.add("fault", "Something in the server failed; its log says what.")
+                self._running.alerts.add("fault", "Something went wrong on the server; its log has the details.")
 
     async def check(self, tx: Transaction) -> None:
         """All checks, once."""
@@ -57,7 +58,7 @@ class StudyMonitor:
             await running.units.match(tx)
         full = running.host.full_disk()
         if full:
-            running.alerts.add("disk", full)
+            running.alerts.add("disk", full.message)
 
     async def _check_unit(self, tx: Transaction, unit: StudyUnit, now: float) -> None:
         await self._running.units.move_to_first_step(tx, unit)
@@ -83,7 +84,10 @@ class StudyMonitor:
         absent = [one for one in unit.members if not one.finished and self._gone(one, now)]
         waiting = [one for one in unit.members if not one.finished and one.has_rounds_left() and one.present(now)]
         if absent and waiting:
-            self._running.alerts.add("gone", f"{absent[0].pid} did not come back; {waiting[0].pid} was given a code.")
+            pid, partner = absent[0].pid, waiting[0].pid
+            self._running.alerts.add(
+                "gone", f"{pid} did not come back; {partner} was given a code.", pid=pid, partner=partner
+            )
             await departures.dismiss(tx, absent[0], "withdrew")
 
     def _gone(self, session: ParticipantSession, now: float) -> bool:
@@ -91,17 +95,19 @@ class StudyMonitor:
 
     def _notice_slow_partner(self, unit: StudyUnit, now: float) -> None:
         if unit.ready and now - unit.ready_at > SLOW_PARTNER_S and not unit.problem:
-            waiting = ", ".join(sorted(unit.ready))
-            self._running.alerts.add("slow", f"{waiting} waits for a partner who is there, but does not come.")
+            pid = ", ".join(sorted(unit.ready))
+            self._running.alerts.add("slow", f"{pid} is waiting: the partner is there but not ready.", pid=pid)
 
     def _notice_room(self, unit: int, room: Room) -> None:
-        """Alert the experimenter to problems of a room."""
+        """Alert the experimenter, who does not know which partner is which agent, to problems of a room."""
         alerts = self._running.alerts
         for seat in room.seats:
+            who: dict[str, Any] = {"unit": unit, "partner": seat.player_name}
             if seat.agent_failure:
-                alerts.add("agent", f"Unit {unit}: {seat.agent_failure}")
+                alerts.add("agent_failed", f"{seat.title} of unit {unit} cannot play.", **who)
             if seat.agent_caution:
-                alerts.add("agent", f"Unit {unit}: {seat.agent_caution}")
+                text = f"{seat.title} of unit {unit} was not trained on this map and may play badly."
+                alerts.add("agent_unseen", text, **who)
         if room.phase == "playing" and not room.recording and not room.config.practice:
-            problem = room.round.recording_problem
-            alerts.add("recording", f"A round of unit {unit} is not recorded: {problem}")
+            problem = room.round.recording_problem.message
+            alerts.add("recording", f"The round of unit {unit} is not being recorded.", problem, unit=unit)

@@ -102,7 +102,8 @@ class ParticipantActions:
         untried = [control for control in CONTROLS if control in request.untried]
         if untried:
             await tx.run(self._store.audit, "participant", "input-check", session.pid, untried=untried)
-            running.alerts.add("controls", f"{session.pid} went on without trying: {', '.join(untried)}")
+            text = f"{session.pid} continued without trying: {', '.join(untried)}."
+            running.alerts.add("controls", text, pid=session.pid, controls=untried)
         if self._study.group == 1:
             await running.units.form(tx, [session])
         else:

@@ -35,7 +35,7 @@ class SessionService:
             if arrival.source == CODE and session.finished:
                 raise ArrivalRefused("code_used", "This code was used already, by somebody who has finished.")
             if session.listeners:
-                running.alerts.add("duplicate", f"{pid} was opened in a second window; the first one was closed.")
+                running.alerts.add("duplicate", f"{pid} opened a second window; the first one was closed.", pid=pid)
             if isinstance(first, ParticipantSession):
                 await self._seat_beside(tx, first, session)
             token = new_token()

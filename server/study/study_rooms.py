@@ -40,7 +40,7 @@ from movingout.study.store.tables import rounds
 
 log = logging.getLogger(__name__)
 
-CANNOT_START = Notice("cannot_start", "This round cannot begin.")
+CANNOT_START = Notice("cannot_start", "This round cannot start.")
 ROUND_OVER = Notice("round_over", "This round is over.")
 LEAVE_S = 60.0  # how long somebody may look at the end of a round before its room is closed
 OnSaved = Callable[[Transaction, StudyUnit, FinishedRound], Awaitable[None]]
@@ -84,14 +84,14 @@ class StudyRooms:
     async def open(self, tx: Transaction, unit: StudyUnit, step: Step) -> None:
         """Open a room for the unit. If that fails, the reason is in `unit.problem`, and the monitor tries again."""
         tx.check()
-        unit.problem = self._host.full_disk()
+        unit.problem = self._host.full_disk().message
         if not unit.problem:
             try:
                 await self._open(tx, unit, step)
             except MovingOutError as error:
                 unit.problem = str(error)
         if unit.problem:
-            self._alerts.add("room", f"Unit {unit.record.id} cannot play yet: {unit.problem}")
+            self._alerts.add("room", f"Unit {unit.record.id} cannot play yet.", unit.problem, unit=unit.record.id)
 
     async def _open(self, tx: Transaction, unit: StudyUnit, step: Step) -> None:
         members = unit.members_at(step)
@@ -234,11 +234,15 @@ class StudyRooms:
         except RecordingError as error:
             log.warning("the round %s has no recording: %s", episode, error)
             if (self._host.settings.recordings / f"{episode}{JOURNAL_SUFFIX}").exists():
-                self._alerts.add("recovery", f"The recording of the round {episode} cannot be finished: {error}")
+                self._alerts.add(
+                    "recovery", f"The recording {episode} cannot be finished.", str(error), episode=episode
+                )
                 return  # the row stays open, and the next start tries again
         try:
             await tx.run(self._databases.rounds.end, episode, outcome, players)
             self.recorded += outcome.ticks > 0
             self.partial += outcome.ticks > 0 and outcome.outcome == "interrupted"
         except StudyError as error:
-            self._alerts.add("recovery", f"The round {episode} stays open in the database: {error}")
+            self._alerts.add(
+                "not_closed", f"The round {episode} stays open in the database.", str(error), episode=episode
+            )

@@ -58,7 +58,8 @@ class Units:
             await self._participants.refresh(tx, session)
         await self.move_to_first_step(tx, self._units[record.id])
         if record.slot >= self._study.units:
-            self._alerts.add("full", f"There are more participants than planned: slot {record.slot + 1} was given.")
+            slot = record.slot + 1
+            self._alerts.add("full", f"More participants than planned: slot {slot} was given.", slot=slot)
         notify(members)
 
     async def move_to_first_step(self, tx: Transaction, unit: StudyUnit) -> None:

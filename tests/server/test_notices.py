@@ -9,19 +9,26 @@ import pytest
 
 from movingout.server import messages as m
 from movingout.server.api.errors import ApiError
-from movingout.server.notices import NOTHING, ErrorCode, Notice, ReasonCode
+from movingout.server.notices import NOTHING, AlertCode, ErrorCode, Notice, ReasonCode, RefusalCode, UnrecordedCode
 from tests.server.support import Table
 
 CATALOGUES = sorted((Path(__file__).parents[2] / "web" / "words").glob("*.json"))
+CODES = {
+    "error": ErrorCode,
+    "reason": ReasonCode,
+    "refusal": RefusalCode,
+    "unrecorded": UnrecordedCode,
+    "alert": AlertCode,
+}
 OF_PAGES = {"title", "offline", "http"}  # errors that a page finds by itself
 
 
 @pytest.mark.parametrize("catalogue", CATALOGUES, ids=lambda path: path.stem)
 def test_every_code_has_a_text_and_every_text_a_code(catalogue: Path) -> None:
     texts: dict[str, str] = json.loads(catalogue.read_text(encoding="utf-8"))
-    told = {kind: {key.split(".")[1] for key in texts if key.startswith(f"{kind}.")} for kind in ("error", "reason")}
-    assert told["error"] - OF_PAGES == set(get_args(ErrorCode))
-    assert told["reason"] == set(get_args(ReasonCode))
+    for kind, codes in CODES.items():
+        told = {key.split(".")[1] for key in texts if key.startswith(f"{kind}.")}
+        assert told - (OF_PAGES if kind == "error" else set()) == set(get_args(codes)), kind
 
 
 def test_a_refusal_over_http_carries_its_values() -> None:

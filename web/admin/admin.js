@@ -6,7 +6,17 @@
 
 import { openWithToken } from "../components/admin_token.js";
 import { pill, remark, showFacts } from "../components/dashboard.js";
-import { facts, linkPill, phaseWords, recordingPill, seatWords, summaryWords, timeWords } from "./words.js";
+import {
+  facts,
+  linkPill,
+  phaseWords,
+  recordingPill,
+  refusalWords,
+  remarkWords,
+  seatWords,
+  summaryWords,
+  timeWords,
+} from "./words.js";
 import { ApiError, requestJson } from "../core/api.js";
 import { badge, byId, el, notice } from "../core/dom.js";
 import { say, sayError } from "../text/catalogue.js";
@@ -57,9 +67,7 @@ function setLost(reason) {
 /** @param {AdminState} state */
 function show(state) {
   byId("summary", HTMLElement).textContent = summaryWords(state);
-  byId("refusal", HTMLElement).replaceChildren(
-    ...(state.refusal ? [notice("attention", say("admin.noNewGames", { reason: state.refusal }))] : []),
-  );
+  byId("refusal", HTMLElement).replaceChildren(...(state.refusal ? [notice("attention", refusalWords(state))] : []));
   showFacts(byId("facts", HTMLElement), facts(state));
   const present = new Set(state.rooms.map(({ room }) => room));
   for (const [room, { row }] of shown) {
@@ -77,7 +85,7 @@ function showRoom(room) {
   /** @type {Record<string, (Node | string)[]>} */
   const texts = {
     room: [room.room],
-    phase: [phaseWords(room), ...remark(room.reason || room.recording_problem)],
+    phase: [phaseWords(room), ...remark(remarkWords(room))],
     seats: [seats(room)],
     map: [mapTitle({ name: room.map }), ...remark(delivered(room))],
     time: [timeWords(room)],

@@ -5,6 +5,7 @@
 
 import { freeDisk, isLate, milliseconds, NO_PILL, roundTripPill } from "../components/dashboard.js";
 import { clockText, secondsOf } from "../core/ticks.js";
+import { reasonText } from "../play/seat_phrases.js";
 import { has, say } from "../text/catalogue.js";
 
 /** @typedef {import("../components/dashboard.js").Pill} Pill */
@@ -14,7 +15,9 @@ import { has, say } from "../text/catalogue.js";
  * @typedef {object} RoomRow
  * @property {string} room
  * @property {string} phase
- * @property {string} [reason]
+ * @property {string} reason in English
+ * @property {string} reason_code
+ * @property {Record<string, any>} reason_values
  * @property {string} map
  * @property {number} round from 1
  * @property {number} rounds
@@ -23,7 +26,8 @@ import { has, say } from "../text/catalogue.js";
  * @property {number} delivered
  * @property {number} items
  * @property {boolean} recording
- * @property {string} recording_problem
+ * @property {string} recording_problem in English
+ * @property {string} recording_problem_code
  * @property {number} spectators
  * @property {Seat[]} seats
  */
@@ -39,7 +43,9 @@ import { has, say } from "../text/catalogue.js";
  * @property {number} sockets
  * @property {number} disk_free_mb
  * @property {number} finalising recordings that are being finished
- * @property {string} refusal why no room can be opened now; empty: one can
+ * @property {string} refusal why no room can be opened now, in English; empty: one can
+ * @property {string} refusal_code
+ * @property {Record<string, unknown>} refusal_values
  * @property {RoomRow[]} rooms
  */
 
@@ -49,6 +55,18 @@ const CPU_PERCENT = 80; // of one core, above which it is too much
 export function phaseWords({ phase, round, rounds }) {
   const words = has(`admin.phase.${phase}`) ? say(`admin.phase.${phase}`) : phase;
   return rounds > 1 ? say("admin.phaseInRound", { phase: words, round, rounds }) : words;
+}
+
+/** Why a room waits, or why its round is not recorded. @param {RoomRow} room */
+export function remarkWords(room) {
+  const { recording_problem: problem, recording_problem_code: code } = room;
+  return reasonText(room) || (has(`unrecorded.${code}`) ? say(`unrecorded.${code}`) : problem);
+}
+
+/** Why no room can be opened now; empty: one can. @param {AdminState} state */
+export function refusalWords({ refusal, refusal_code: code, refusal_values: values }) {
+  if (!refusal) return "";
+  return say("admin.noNewGames", { reason: has(`refusal.${code}`) ? say(`refusal.${code}`, values) : refusal });
 }
 
 /** Time played of the limit: "0:19 / 0:50". @param {Pick<RoomRow, "tick" | "limit_ticks" | "phase">} room */

@@ -5,7 +5,7 @@
 
 import { el } from "../core/dom.js";
 import { say } from "../text/catalogue.js";
-import { atWords } from "./words.js";
+import { alertWords, atWords } from "./words.js";
 
 /** @typedef {import("./words.js").Alert} Alert */
 
@@ -34,7 +34,7 @@ export class Alerts {
 
   /** @param {Alert} alert */
   #notice(alert) {
-    const { at, text } = alert;
+    const text = alertWords(alert);
     const dismiss = el(
       "button",
       { type: "button", class: "button button-small", "aria-label": say("experimenter.dismissThis", { text }) },
@@ -44,8 +44,8 @@ export class Alerts {
     return el(
       "div",
       { class: "notice notice-attention alert" },
-      el("span", { class: "nowrap" }, atWords(at)),
-      el("span", {}, text),
+      el("span", { class: "nowrap" }, atWords(alert.at)),
+      el("span", {}, text, ...(alert.detail ? [" ", el("code", { class: "small" }, alert.detail)] : [])),
       dismiss,
     );
   }

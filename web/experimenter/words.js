@@ -31,13 +31,21 @@ import { currentLanguage, has, say } from "../text/catalogue.js";
  * @property {number | null} [limit_ticks]
  * @property {number | null} late_ms
  * @property {number | null} missed
- * @property {string} recording "recording", "", or what is wrong
+ * @property {string} recording "recording", "", or what is wrong, in English
  * @property {string | null} outcome
  * @property {boolean} code_given
  * @property {string} [episode] of the newest round
  * @property {boolean} [paused]
  */
-/** @typedef {{id: number, at: number, text: string}} Alert at: seconds since the epoch */
+/**
+ * @typedef {object} Alert
+ * @property {number} id
+ * @property {number} at seconds since the epoch
+ * @property {string} about its code
+ * @property {string} text in English
+ * @property {Record<string, unknown>} values
+ * @property {string} detail technical, not translated
+ */
 /** @typedef {{at: number, text: string, pid?: string | null}} Note */
 /**
  * @typedef {object} StudyState
@@ -71,6 +79,19 @@ export function summaryWords({ counts: { finished, planned, active, waiting } })
 function nameOf(group, name) {
   const key = `experimenter.${group}.${name}`;
   return has(key) ? say(key) : name;
+}
+
+/** An alert in the reader's language; the server's own words where this page does not know it. @param {Alert} alert */
+export function alertWords({ about, text, values }) {
+  const key = `alert.${about}`;
+  if (!has(key)) return text;
+  const { controls } = values;
+  return say(key, Array.isArray(controls) ? { ...values, controls: controls.map(controlName) } : values);
+}
+
+/** @param {string} control */
+function controlName(control) {
+  return has(`study.check.${control}`) ? say(`study.check.${control}`) : control;
 }
 
 /** Where somebody is: "Round 8 of 12", "Questions, Partner B". @param {ParticipantRow} row */
@@ -125,7 +146,7 @@ export function recordingPill({ recording }) {
   if (!recording) return NO_PILL;
   return recording === "recording"
     ? { words: say("dashboard.recording"), tone: "ok" }
-    : { words: recording, tone: "bad" };
+    : { words: say("admin.notRecording"), tone: "bad" };
 }
 
 /** The cards above the table. @param {StudyState} state @returns {Fact[]} */

@@ -107,5 +107,5 @@ def _add_error_handlers(app: FastAPI, running: RunningStudy) -> None:
 
     @app.exception_handler(Exception)
     async def fault(request: Request, error: Exception) -> JSONResponse:
-        running.alerts.add("fault", f"A request to {request.url.path} failed; the server's log says why.")
+        running.alerts.add("fault", "Something went wrong on the server; its log has the details.", request.url.path)
         return error_response(500, "fault", FAULT)

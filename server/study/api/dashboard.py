@@ -108,7 +108,7 @@ def _round_state(session: ParticipantSession, unit: StudyUnit | None) -> State:
     room = running_round.room
     client = room.seats[running_round.seats[session.pid]].client
     late_ms = room.round.quality.late_p99_ms() if room.round.started else None
-    problem = room.round.recording_problem or "not recording"
+    problem = room.round.recording_problem.message or "not recording"
     recording = "recording" if room.recording else "" if room.config.practice else problem
     return {
         "room": room.id,

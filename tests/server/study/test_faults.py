@@ -6,6 +6,8 @@ from typing import Any
 
 import pytest
 
+from movingout.server.notices import Notice
+from movingout.server.rooms.seat import Seat
 from movingout.study.store.tables import answers, rounds
 from tests.server.study.support import SOLO, Served, Visitor, served
 
@@ -111,7 +113,7 @@ def test_a_full_database_keeps_what_was_confirmed(study: Served) -> None:
 
 def test_a_full_disk_lets_no_round_begin_and_says_so(study: Served, monkeypatch: pytest.MonkeyPatch) -> None:
     visitor = study.visitor().go_to("round")
-    monkeypatch.setattr(study.live.host, "full_disk", lambda: "The disk is full.")
+    monkeypatch.setattr(study.live.host, "full_disk", lambda: Notice("disk_full", "The disk is full."))
     visitor.next()
     assert visitor.step["state"] == "waiting"
     study.look()
@@ -155,3 +157,18 @@ def test_what_is_no_request_is_told_what_is_wrong(solo: Served) -> None:
         assert (status, answer["error"]["code"]) == (422, "bad_request"), path
     status, answer = solo.arrive(PROLIFIC_PID="x" * 300)
     assert (status, answer["error"]["code"]) == (403, "link")
+
+
+def test_an_alert_about_a_partner_names_the_letter_and_not_the_agent(
+    study: Served, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told = property(lambda seat: "" if seat.alias else "bass@all cannot play on this map.")
+    monkeypatch.setattr(Seat, "agent_failure", told)
+    monkeypatch.setattr(Seat, "agent_caution", told)
+    visitor = study.visitor().go_to("round")
+    visitor.next()
+    study.look()
+    alerts = [one for one in study.state()["alerts"] if one["about"].startswith("agent_")]
+    assert {one["about"] for one in alerts} == {"agent_failed", "agent_unseen"}
+    assert {one["values"]["partner"] for one in alerts} <= {"Partner A", "Partner B"}
+    assert "bass" not in str(alerts)

@@ -7,6 +7,8 @@ import {
   linkPill,
   phaseWords,
   recordingPill,
+  refusalWords,
+  remarkWords,
   seatWords,
   summaryWords,
   timeWords,
@@ -42,7 +44,29 @@ const STATE = {
   disk_free_mb: 38_123,
   finalising: 0,
   refusal: "",
+  refusal_code: "",
+  refusal_values: {},
   rooms: [],
+};
+
+const ROOM = {
+  room: "a",
+  phase: "playing",
+  reason: "",
+  reason_code: "",
+  reason_values: {},
+  map: "HandOff",
+  round: 1,
+  rounds: 1,
+  tick: 1,
+  limit_ticks: 500,
+  delivered: 0,
+  items: 4,
+  recording: true,
+  recording_problem: "",
+  recording_problem_code: "",
+  spectators: 0,
+  seats: [],
 };
 
 test("phases are words, with the round where there are several", () => {
@@ -79,6 +103,19 @@ test("a game that should be recorded and is not stands out", () => {
   assert.equal(recordingPill({ phase: "playing", recording: false, recording_problem: "" }).words, "–");
 });
 
+test("what the server refuses or cannot record is said in the reader's language, else in the server's words", () => {
+  const busy = { ...STATE, refusal: "Busy.", refusal_code: "busy", refusal_values: { percent: 91 } };
+  const row = { ...ROOM, recording_problem: "cannot write /x", recording_problem_code: "disk_full" };
+  speak("de");
+  assert.match(refusalWords(busy), /91 % eines Kerns/);
+  assert.equal(refusalWords(STATE), "");
+  assert.match(refusalWords({ ...busy, refusal_code: "new" }), /Busy\.$/);
+  assert.equal(remarkWords(row), "Nicht aufgezeichnet: Der Speicherplatz ist voll.");
+  const lost = { ...row, reason: "Red lost.", reason_code: "lost", reason_values: { players: ["red"] } };
+  assert.equal(remarkWords(lost), "Verbindung verloren: Rot.");
+  speak("en");
+});
+
 test("seats say who sits there", () => {
   assert.equal(seatWords(seat({ open: true, present: false })), "free seat");
   assert.equal(seatWords(seat({ name: "P7", device: "gamepad" })), "P7 · gamepad");
@@ -92,22 +129,7 @@ test("uptime is minutes, then hours", () => {
 });
 
 test("the summary counts rooms and people who are there", () => {
-  const room = {
-    room: "a",
-    phase: "playing",
-    reason: "",
-    map: "HandOff",
-    round: 1,
-    rounds: 1,
-    tick: 1,
-    limit_ticks: 500,
-    delivered: 0,
-    items: 4,
-    recording: true,
-    recording_problem: "",
-    spectators: 0,
-  };
-  const rooms = [{ ...room, seats: [seat({}), seat({ kind: "agent" })] }];
+  const rooms = [{ ...ROOM, seats: [seat({}), seat({ kind: "agent" })] }];
   assert.equal(summaryWords({ ...STATE, rooms }), "1 room · 1 player · up for 2 h 5 min");
 });
 

@@ -6,6 +6,7 @@ import {
   actionsFor,
   facts,
   linkPill,
+  alertWords,
   recordingPill,
   seatNames,
   sorted,
@@ -75,7 +76,7 @@ test("pills are coloured by what needs attention", () => {
   assert.deepEqual(tickPill(row({ late_ms: 9 })), { words: "9.0 ms late", tone: "attention" });
   assert.deepEqual(tickPill(row({ missed: 2 })), { words: "2 missed", tone: "bad" });
   assert.deepEqual(tickPill(row({ late_ms: null })), { words: "–", tone: "" });
-  assert.deepEqual(recordingPill(row({ recording: "the disk is full" })), { words: "the disk is full", tone: "bad" });
+  assert.deepEqual(recordingPill(row({ recording: "the disk is full" })), { words: "not recording", tone: "bad" });
 });
 
 test("who is away comes first, who has finished last, else in the order of their coming", () => {
@@ -125,4 +126,14 @@ test("the head counts people, the cards say when something is wrong", () => {
     bad.map(({ tone }) => tone),
     ["", "bad", "", "bad"],
   );
+});
+
+test("an alert is said in the reader's language, an unknown one in the server's words", () => {
+  const alert = { id: 1, at: 0, about: "gone", text: "English.", values: { pid: "P1", partner: "P2" }, detail: "" };
+  speak("de");
+  assert.equal(alertWords(alert), "P1 ist nicht zurückgekommen; P2 hat einen Code bekommen.");
+  assert.equal(alertWords({ ...alert, about: "new" }), "English.");
+  const untried = { ...alert, about: "controls", values: { pid: "P1", controls: ["grab", "left"] } };
+  assert.equal(alertWords(untried), "P1 hat ohne Probe weitergemacht: Greifen und links.");
+  speak("en");
 });
