@@ -49,12 +49,12 @@ def english_on(page: Page) -> list[str]:
 def test_the_check_sees_english(open_page: OpenPage) -> None:
     page = open_page("/?lang=en")
     expect(page.locator("#play")).to_be_enabled()
-    assert {"Time limit", "The game", "Play Hand Off"} <= set(english_on(page))
+    assert {"Time limit", "The game", "Play Distance Priority"} <= set(english_on(page))
 
 
 def test_the_start_page_speaks_the_language_of_its_address(open_page: OpenPage) -> None:
     page = open_page("/?lang=de")
-    expect(page.locator("#play")).to_have_text("Übergabe spielen")
+    expect(page.locator("#play")).to_have_text("Nah oder fern spielen")
     page.locator("#more summary").click()
     page.get_by_text("Steuerung", exact=True).click()
     assert english_on(page) == []

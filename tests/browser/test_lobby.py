@@ -11,6 +11,8 @@ from playwright.sync_api import Browser, Page, Route, expect
 from tests.browser.pages import complaining_page, overflow, sent_body, violations
 from tests.browser.support import PHONE, Server
 
+SMALL_PHONE = {"width": 375, "height": 553}
+
 OpenPage = Callable[..., Page]
 
 
@@ -51,8 +53,11 @@ def test_a_trained_agent_has_a_card_of_one_line_at_the_desk_and_on_a_phone(open_
     page = ready(open_page("/"))
     page.get_by_label("Red").select_option("agent:bass@all")
     card = page.locator("#seat-help-1")
-    expect(card).to_contain_text("Diffusion Policy with BASS, learned from")
-    expect(card).to_contain_text(re.compile(r"TCR 0\.\d\d with scripted people it never met"))
+    expect(card).to_contain_text(re.compile(r"Gets \d\d % of the work done with partners it never met"))
+    page.locator("#more summary").click()
+    research = page.locator("#research")
+    expect(research).to_contain_text("Diffusion Policy with BASS, learned from")
+    expect(research).to_contain_text(re.compile(r"TCR 0\.\d\d with scripted people it never met"))
     card.scroll_into_view_if_needed()
     page.screenshot(path=pictures / "lobby-card.png")
     page.set_viewport_size({"width": PHONE["width"], "height": PHONE["height"]})
@@ -60,7 +65,7 @@ def test_a_trained_agent_has_a_card_of_one_line_at_the_desk_and_on_a_phone(open_
     card.scroll_into_view_if_needed()
     page.screenshot(path=pictures / "lobby-card-phone.png")
     page.get_by_label("Red").select_option("agent:idle")
-    expect(card).to_have_text("Stands still: the control condition.")
+    expect(card).to_have_text("Does nothing: you play alone.")
 
 
 def test_a_chosen_map_opens_a_room_and_its_seat_is_kept_in_the_tab(open_page: OpenPage, server: Server) -> None:
@@ -107,7 +112,7 @@ def test_without_a_seat_of_ones_own_the_link_and_its_code_are_shown(open_page: O
     page = ready(open_page("/"))
     page.get_by_label("Blue").select_option("link")
     page.get_by_label("Red").select_option("remote")
-    page.get_by_role("button", name="Open Hand Off").click()
+    page.get_by_role("button", name="Open Distance Priority").click()
     heading = page.get_by_role("heading", name="The room is open")
     expect(heading).to_be_focused()
     room = page.locator(".share-address").inner_text().rsplit("/", 1)[1]
@@ -132,14 +137,14 @@ def test_two_agents_are_watched(open_page: OpenPage) -> None:
     page = ready(open_page("/"))
     page.get_by_label("Blue").select_option("agent:idle")
     page.get_by_label("Red").select_option("agent:idle")
-    page.get_by_role("button", name="Watch Hand Off").click()
+    page.get_by_role("button", name="Watch Distance Priority").click()
     page.wait_for_url("**/watch/*")
 
 
 def test_practice_opens_the_practice_room_without_a_limit(open_page: OpenPage) -> None:
     page = ready(open_page("/"))
     with page.expect_request("**/api/rooms") as sent:
-        page.get_by_role("button", name="Practise").click()
+        page.get_by_role("button", name="Practise alone").click()
     body = sent_body(sent.value)
     assert (body["maps"], body["practice"]) == (["Simple"], True)
     page.wait_for_url("**/play/*")
@@ -219,9 +224,87 @@ def test_the_theme_button_overrides_the_system_and_is_kept(open_page: OpenPage) 
 def test_on_a_phone_nothing_is_cut_off_and_play_stays_at_hand(open_page: OpenPage) -> None:
     page = ready(open_page("/", viewport=PHONE))
     assert overflow(page) == 0
-    expect(page.locator("#play")).to_be_in_viewport()
+    expect(page.locator("#play")).not_to_be_visible()  # the two ways to start at once are in view
     page.mouse.wheel(0, 900)
-    expect(page.locator("#play")).to_be_in_viewport()
+    expect(page.locator("#play")).to_be_in_viewport(ratio=1)
+
+
+@pytest.mark.parametrize("language", ["en", "de"])
+@pytest.mark.parametrize("size", [(1440, 900), (375, 553), (390, 664), (360, 640), (720, 450)])
+def test_learning_and_playing_at_once_come_first_and_need_no_scrolling(
+    open_page: OpenPage, size: tuple[int, int], language: str
+) -> None:
+    page = ready(open_page(f"/?lang={language}", viewport={"width": size[0], "height": size[1]}))
+    for button in ("#learn", "#play-now"):
+        expect(page.locator(button)).to_be_in_viewport(ratio=1)
+    assert overflow(page) <= 0
+    focusable = page.locator("main :is(a, button, input, select)").evaluate_all("all => all.map(one => one.id)")
+    assert focusable[:2] == ["learn", "play-now"]
+
+
+def test_play_now_starts_an_easy_map_beside_a_partner_who_helps(open_page: OpenPage) -> None:
+    page = ready(open_page("/"))
+    with page.expect_request("**/api/rooms") as sent:
+        page.get_by_role("button", name="Play now").click()
+    body = sent_body(sent.value)
+    assert body["maps"] == ["DistancePriority"]
+    assert body["seats"] == [{"kind": "here"}, {"kind": "agent", "agent": "scripted"}]
+    page.wait_for_url("**/play/*")
+    expect(page.locator("#seats")).to_contain_text("Computer partner")
+
+
+def test_whoever_comes_first_finds_an_easy_map_chosen_and_every_map_says_how_hard_it_is(open_page: OpenPage) -> None:
+    page = ready(open_page("/"))
+    expect(page.locator("#chosen h2")).to_have_text("Distance Priority")
+    levels = page.locator(".map-difficulty").evaluate_all(
+        "all => all.map(one => [one.textContent, one.querySelectorAll('.dot-full').length])"
+    )
+    assert len(levels) == 12
+    assert {tuple(level) for level in levels} == {("easy", 1), ("medium", 2), ("hard", 3)}
+
+
+def test_no_id_and_no_abbreviation_meets_whoever_only_wants_to_play(open_page: OpenPage) -> None:
+    page = ready(open_page("/"))
+    seen = page.locator("body").inner_text() + "".join(page.locator("option").all_inner_texts())
+    assert not re.search(r"\w@\w|DP/BASS|\bTCR\b|\bidle\b|control condition", seen)
+
+
+def test_the_operators_pages_are_folded_away_and_say_what_they_ask_for(open_page: OpenPage) -> None:
+    page = ready(open_page("/"))
+    for name in ("Recordings", "Running games"):
+        expect(page.get_by_role("link", name=name)).to_be_hidden()
+    page.get_by_text("For the person who runs this server").click()
+    expect(page.get_by_text("ask for the admin token")).to_be_visible()
+    page.get_by_role("link", name="Running games").click()
+    expect(page.get_by_role("link", name="Start page")).to_be_visible()
+
+
+def test_a_link_that_only_this_machine_opens_says_so_with_the_command(open_page: OpenPage) -> None:
+    page = ready(open_page("/"))
+    page.get_by_label("Red").select_option("link")
+    page.locator("#play").click()
+    page.wait_for_url("**/play/*")
+    warning = page.locator("#ready .loopback")
+    expect(warning).to_contain_text("Only this device can open this link.")
+    expect(warning).to_contain_text("movingout play --host 0.0.0.0 --tls")
+
+
+def test_a_phone_sends_the_link_its_own_way(open_page: OpenPage) -> None:
+    script = "navigator.share = async (what) => { window.shared = what; };"
+    page = ready(open_page("/", script=script, viewport=SMALL_PHONE, has_touch=True, is_mobile=True))
+    page.get_by_label("Blue").select_option("link")
+    page.get_by_label("Red").select_option("agent:idle")
+    page.get_by_label("Red").scroll_into_view_if_needed()
+    page.locator("#play").tap()
+    page.get_by_role("button", name="Send the link…").tap()
+    assert page.evaluate("window.shared.url") == page.locator(".share-address").inner_text()
+    assert overflow(page) <= 0
+
+
+def test_the_address_can_name_the_map_and_lead_to_the_choice_of_a_partner(open_page: OpenPage) -> None:
+    page = ready(open_page("/?map=LeftRight#partner"))
+    expect(page.locator("#chosen h2")).to_have_text("Left Right")
+    expect(page.get_by_label("Red")).to_be_focused()
 
 
 def test_an_address_that_leads_nowhere_has_a_page_with_the_way_back(browser: Browser, server: Server) -> None:

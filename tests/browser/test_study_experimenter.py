@@ -159,6 +159,7 @@ def test_the_next_participants_link_is_a_code_to_scan_and_notes_and_payments_are
     expect(page.get_by_role("link", name="/study?code=K7QX4WPL2M")).to_have_attribute(
         "href", f"{server.url}/study?code=K7QX4WPL2M"
     )
+    expect(page.locator(".loopback")).to_contain_text("movingout study serve FILE --host 0.0.0.0 --tls")
     page.wait_for_function("() => document.querySelector('.qr')?.naturalWidth > 0")
     assert violations(page) == []
     page.screenshot(path=pictures / "study-experimenter-next.png")

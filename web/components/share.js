@@ -6,6 +6,7 @@
 
 import { el } from "../core/dom.js";
 import { say } from "../text/catalogue.js";
+import { PLAY_EVERYWHERE, linkButtons, loopbackWarning } from "./link.js";
 
 /** @typedef {{room: string, join_path: string, watch_path: string}} Room */
 
@@ -35,15 +36,6 @@ export function showShare(container, before, room, seats) {
 /** @param {Room} room */
 function linkCard(room) {
   const address = new URL(room.join_path, location.href).href;
-  const copy = el("button", { type: "button", class: "button" }, say("lobby.share.copy"));
-  const said = el("span", { class: "muted small", role: "status" });
-  copy.addEventListener("click", async () => {
-    const done = await navigator.clipboard?.writeText(address).then(
-      () => true,
-      () => false,
-    );
-    said.textContent = say(done ? "lobby.share.copied" : "lobby.share.copyNot");
-  });
   return el(
     "div",
     { class: "card card-roomy share-link" },
@@ -53,7 +45,8 @@ function linkCard(room) {
       el("h3", {}, say("lobby.share.person")),
       el("p", {}, say("lobby.share.person.help")),
       el("a", { class: "share-address", href: address }, address),
-      el("div", { class: "row" }, copy, said),
+      linkButtons(address, document.title),
+      loopbackWarning(address, PLAY_EVERYWHERE),
     ),
     el("img", {
       src: `/api/rooms/${encodeURIComponent(room.room)}/qr.svg`,

@@ -3,6 +3,7 @@
  * The dialogs of the experimenter: reasons for an action, and the link for the next participant.
  */
 
+import { SERVE_EVERYWHERE, linkButtons, loopbackWarning } from "../components/link.js";
 import { request, requestJson } from "../core/api.js";
 import { el, notice } from "../core/dom.js";
 import { say, sayError } from "../text/catalogue.js";
@@ -118,26 +119,13 @@ export async function openNext(token, act) {
       el("img", { class: "qr", src: picture, alt: say("experimenter.qr"), width: 200, height: 200 }),
       el("p", { class: "next-code" }, code),
       el("a", { class: "next-link", href: address, target: "_blank", rel: "noopener" }, address),
-      copyRow(address),
+      linkButtons(address, document.title),
       el("p", { class: "muted small" }, say("experimenter.next.help")),
+      ...[loopbackWarning(address, SERVE_EVERYWHERE)].filter((part) => part !== null),
     );
   } catch (error) {
     box.replaceChildren(sentence(error));
   }
-}
-
-/** @param {string} address */
-function copyRow(address) {
-  const said = el("span", { class: "muted small", role: "status" });
-  const copy = el("button", { type: "button", class: "button" }, say("experimenter.copy"));
-  copy.addEventListener("click", async () => {
-    const done = await navigator.clipboard?.writeText(address).then(
-      () => true,
-      () => false,
-    );
-    said.textContent = say(done ? "experimenter.copied" : "experimenter.notCopied");
-  });
-  return el("div", { class: "row" }, copy, said);
 }
 
 /** Downloads what everybody is to be paid. @param {string} token @param {HTMLElement} said */

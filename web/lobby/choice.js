@@ -5,8 +5,8 @@
 
 import { secondsOf, ticksOf } from "../core/ticks.js";
 import { LIMIT_TICKS } from "../messages.js";
-import { has, say, sayNumber } from "../text/catalogue.js";
-import { agentName } from "../text/names.js";
+import { say } from "../text/catalogue.js";
+import { partnerLine, partnerName } from "./partners.js";
 
 /**
  * @typedef {object} AgentCard what the server says of an agent
@@ -31,6 +31,9 @@ import { agentName } from "../text/names.js";
 
 /** Limits to choose from, in ticks; 50 s is the paper's (section "Human Study Procedure"). */
 export const LIMITS = [ticksOf(30), LIMIT_TICKS, ticksOf(90), ticksOf(180), ticksOf(300)];
+
+/** Where whoever comes for the first time starts: nothing in the way, light and middle items. */
+export const FIRST_MAP = "DistancePriority";
 
 /** The modes of maps in the paper's order. */
 export const MODES = /** @type {const} */ (["coordination", "awareness", "action consistency"]);
@@ -58,8 +61,8 @@ export function seatOptions(agents) {
     { value: "link", label: say("lobby.seat.link"), help: say("lobby.seat.link.help"), group: people },
     ...agents.map((agent) => ({
       value: `agent:${agent.id}`,
-      label: agentLabel(agent),
-      help: agentLine(agent),
+      label: partnerName(agent),
+      help: partnerLine(agent),
       group: say("lobby.group.agents"),
     })),
     {
@@ -69,46 +72,6 @@ export function seatOptions(agents) {
       group: say("lobby.group.other"),
     },
   ];
-}
-
-/** What trained policies are called. @type {Record<string, string>} */
-const POLICIES = { mlp: "MLP", gru: "GRU", dp: "Diffusion Policy" };
-
-/** @param {AgentCard} agent */
-function agentLabel({ id, name }) {
-  return agentName(id, name || id);
-}
-
-/**
- * An agent in one line: of a trained one what it is, whom it has learned from and how much it delivers with people it
- * never met; of another what the catalogue says of it, else the first sentence of its own description.
- * @param {AgentCard} agent
- */
-export function agentLine({ id, kind, policy: trained, population, tcr, description }) {
-  const name = POLICIES[trained ?? ""];
-  const help = `agent.${id.split(/[@:]/)[0]}.help`;
-  if (!name || !population) return has(help) ? say(help) : firstSentence(description);
-  const policy = kind === "bass" ? say("lobby.policy.bass", { policy: name }) : name;
-  const what = say("lobby.trained", { policy, population: populationText(population) });
-  return typeof tcr?.unseen === "number" ? `${what} ${tcrText(tcr.unseen, tcr.alone)}` : what;
-}
-
-/** "scripted people of A and B; none of C": whose play it has learned from. @param {string} population */
-function populationText(population) {
-  const learned = population.split(";")[0];
-  const key = `lobby.population.${learned.replaceAll(" ", "-")}`;
-  return has(key) ? say(key) : learned;
-}
-
-/** @param {number} unseen @param {number | null} alone */
-function tcrText(unseen, alone) {
-  const values = { unseen: sayNumber(unseen, 2) };
-  return alone === null ? say("lobby.tcr", values) : say("lobby.tcr.alone", { ...values, alone: sayNumber(alone, 2) });
-}
-
-/** A lobby has room for one line. @param {string} text */
-function firstSentence(text) {
-  return text.split(/(?<=[.!?]) /)[0];
 }
 
 /**

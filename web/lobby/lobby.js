@@ -1,7 +1,7 @@
 // @ts-check
 /*
- * The lobby: choose a map, who sits where and the time limit; make the room; go to it. What a choice means is in
- * choice.js, the pictures are the game's own renderer.
+ * The lobby: learn, play at once, or choose a map, who sits where and the time limit; make the room; go to it. What a
+ * choice means is in choice.js, the pictures are the game's own renderer.
  */
 
 import { ApiError, requestJson } from "../core/api.js";
@@ -11,11 +11,13 @@ import { colourName, mapDescription, mapTitle } from "../text/names.js";
 import { prepareTexts } from "../text/page.js";
 import { controlsCard } from "./controls.js";
 import { badge, byId, el, notice } from "../core/dom.js";
-import { LIMIT_TICKS } from "../messages.js";
-import { LIMITS, MODES, defaultPartner, isOpen, parseSeed } from "./choice.js";
+import { LIMITS, defaultPartner, isOpen, parseSeed } from "./choice.js";
 import { limitText, modeKey, roomRequest, seatOptions, seatsNote } from "./choice.js";
+import { mapGroups } from "./map_cards.js";
+import { drawFirstPictures, firstChoice, firstRequest, showFirstGame } from "./newcomer.js";
+import { researchLine } from "./partners.js";
 import { mapPicture } from "../view/render.js";
-import { saveTokens } from "../wire/seat_tokens.js";
+import { openRoom } from "../wire/open_room.js";
 import { showShare } from "../components/share.js";
 
 /** @typedef {import("../view/render.js").GameMap} GameMap */
@@ -36,6 +38,9 @@ const seedInput = byId("seed", HTMLInputElement);
 const playButton = byId("play", HTMLButtonElement);
 const playAllButton = byId("play-all", HTMLButtonElement);
 const practiceButton = byId("practice", HTMLButtonElement);
+const nowButton = byId("play-now", HTMLButtonElement);
+const learnButton = byId("learn", HTMLButtonElement);
+const BUTTONS = [learnButton, nowButton, playButton, playAllButton, practiceButton];
 
 /** @type {GameMap[]} */
 let maps = [];
@@ -55,6 +60,7 @@ async function load() {
     partner = defaultPartner(agents, agentList.default);
     showChoices(remembered());
     if (location.pathname === "/practice") await practise();
+    if (location.hash === "#partner") offerPartner();
   } catch (error) {
     if (!(error instanceof ApiError)) throw error;
     mapsBox.replaceChildren(notice("bad", `${sayError(error)} ${say("lobby.retry")}`));
@@ -66,7 +72,7 @@ async function load() {
 
 /** @param {Choice} choice */
 function showChoices(choice) {
-  mapsBox.replaceChildren(...MODES.map((mode) => mapGroup(mode, choice.map)));
+  mapsBox.replaceChildren(...mapGroups(maps, choice.map));
   seatsBox.replaceChildren(
     seatField(0, choice.seats[0]),
     seatField(1, choice.seats[1]),
@@ -74,42 +80,21 @@ function showChoices(choice) {
   );
   limitSelect.replaceChildren(...LIMITS.map((ticks) => el("option", { value: ticks }, limitText(ticks))));
   limitSelect.value = String(choice.limitTicks);
+  showFirstGame(maps);
   drawPictures();
   refresh();
-  for (const button of [playButton, playAllButton, practiceButton]) button.disabled = false;
+  for (const button of BUTTONS) button.disabled = false;
 }
 
-/** @param {string} mode @param {string} selected */
-function mapGroup(mode, selected) {
-  const key = modeKey(mode);
-  const cards = maps.filter((map) => map.mode === mode).map((map) => mapCard(map, map.name === selected));
-  return el(
-    "fieldset",
-    { class: "map-group" },
-    el("legend", {}, el("h2", {}, say(key)), el("span", { class: "muted small" }, say(`${key}.help`))),
-    ...cards,
-  );
-}
-
-/** @param {GameMap} map @param {boolean} selected */
-function mapCard(map, selected) {
-  return el(
-    "label",
-    { class: "map" },
-    el("input", {
-      type: "radio",
-      name: "map",
-      value: map.name,
-      checked: selected,
-      "aria-describedby": `about-${map.name}`,
-    }),
-    el("canvas", { "aria-hidden": "true", "data-map": map.name }),
-    el("span", { class: "map-title" }, mapTitle(map)),
-    el("span", { class: "sr-only", id: `about-${map.name}` }, mapDescription(map)),
-  );
+/** The reader came to choose somebody else to play with. */
+function offerPartner() {
+  const select = byId("seat-1", HTMLSelectElement);
+  select.scrollIntoView({ block: "center" });
+  select.focus();
 }
 
 function drawPictures() {
+  drawFirstPictures(maps, practiceMap);
   for (const canvas of mapsBox.querySelectorAll("canvas")) {
     const map = maps.find(({ name }) => name === canvas.dataset.map);
     if (map) mapPicture(canvas, map);
@@ -164,6 +149,7 @@ function refresh() {
     const option = seatOptions(agents).find(({ value }) => value === seats[seat]);
     byId(`seat-help-${seat}`, HTMLElement).textContent = option?.help ?? "";
   }
+  showResearch(seats);
   byId("seats-note", HTMLElement).textContent = seatsNote(seats);
   byId("hint", HTMLElement).hidden = seats.some(isOpen);
   const verb = seats.includes("here") ? "play" : seats.some(isOpen) ? "open" : "watch";
@@ -172,14 +158,25 @@ function refresh() {
   byId("seed-field", HTMLElement).hidden = !randomisedBox.checked;
 }
 
-/** @returns {Choice} the last visit's, else a first visitor's */
+/** What researchers want to know of the chosen agents. @param {readonly string[]} seats */
+function showResearch(seats) {
+  const lines = seats.flatMap((value, seat) => {
+    const agent = agents.find(({ id }) => value === `agent:${id}`);
+    const line = agent ? researchLine(agent) : "";
+    return line ? [el("li", {}, badge(seat), el("span", {}, line))] : [];
+  });
+  byId("research", HTMLElement).replaceChildren(...lines);
+}
+
+/** @returns {Choice} the address's map (?map=) and the last visit's choice, else a first visitor's */
 function remembered() {
-  const first = {
-    map: maps[0].name,
-    seats: /** @type {[string, string]} */ (["here", partner]),
-    limitTicks: LIMIT_TICKS,
-    seed: null,
-  };
+  const wanted = new URLSearchParams(location.search).get("map");
+  const kept = lastChoice(firstChoice(maps, partner));
+  return maps.some(({ name }) => name === wanted) ? { ...kept, map: wanted ?? kept.map } : kept;
+}
+
+/** @param {Choice} first @returns {Choice} */
+function lastChoice(first) {
   try {
     const kept = JSON.parse(localStorage.getItem(MEMORY) ?? "{}");
     return {
@@ -207,32 +204,40 @@ async function play(names) {
   problemBox.replaceChildren(); // here and not on a change: the button must not move under the finger
   const chosen = choice();
   if (randomisedBox.checked && chosen.seed === null) {
-    showProblem(say("lobby.seed.wrong"));
+    problemBox.replaceChildren(notice("bad", say("lobby.seed.wrong")));
     byId("more", HTMLDetailsElement).open = true;
     return seedInput.focus();
   }
   remember(chosen);
-  await openRoom(roomRequest(chosen, names), chosen.seats);
+  await enter(roomRequest(chosen, names), chosen.seats, problemBox);
 }
 
 async function practise() {
   if (!practiceMap) return;
   const seats = /** @type {[string, string]} */ (["here", "agent:idle"]); // nobody hurries whoever learns
-  await openRoom(roomRequest({ ...choice(), seats }, [practiceMap.name], true), seats);
+  await enter(roomRequest({ ...choice(), seats }, [practiceMap.name], true), seats, byId("first-problem", HTMLElement));
 }
 
-/** @param {ReturnType<typeof roomRequest>} body @param {readonly [string, string]} seats */
-async function openRoom(body, seats) {
+async function playNow() {
+  await enter(firstRequest(maps, partner), ["here", partner], byId("first-problem", HTMLElement));
+}
+
+/**
+ * Opens a room and goes there.
+ * @param {ReturnType<typeof roomRequest>} body @param {readonly string[]} seats
+ * @param {HTMLElement} problems where a refusal is shown
+ */
+async function enter(body, seats, problems) {
   setBusy(true);
+  problems.replaceChildren();
   try {
-    const room = await requestJson("/api/rooms", { body });
-    saveTokens(room.room, room.tokens);
+    const room = await openRoom(body);
     if (seats.includes("here")) location.assign(room.join_path);
-    else if (seats.some(isOpen)) showShare(byId("share", HTMLElement), form, room, seats);
+    else if (seats.some(isOpen)) showShare(byId("share", HTMLElement), byId("choose", HTMLElement), room, seats);
     else location.assign(room.watch_path);
   } catch (error) {
     if (!(error instanceof ApiError)) throw error;
-    showProblem(sayError(error));
+    problems.replaceChildren(notice("bad", sayError(error)));
   } finally {
     setBusy(false);
   }
@@ -240,12 +245,7 @@ async function openRoom(body, seats) {
 
 /** @param {boolean} busy */
 function setBusy(busy) {
-  for (const button of [playButton, playAllButton, practiceButton]) button.disabled = busy;
-}
-
-/** @param {string} message */
-function showProblem(message) {
-  problemBox.replaceChildren(notice("bad", message));
+  for (const button of BUTTONS) button.disabled = busy;
 }
 
 function newSeed() {
@@ -275,7 +275,12 @@ form.addEventListener("submit", (event) => {
 });
 playAllButton.addEventListener("click", () => void play(maps.map(({ name }) => name)));
 practiceButton.addEventListener("click", () => void practise());
+learnButton.addEventListener("click", () => void practise());
+nowButton.addEventListener("click", () => void playNow());
 byId("new-seed", HTMLButtonElement).addEventListener("click", newSeed);
 new ResizeObserver(drawPictures).observe(mapsBox);
+new IntersectionObserver(([{ isIntersecting }]) =>
+  document.body.classList.toggle("first-in-view", isIntersecting),
+).observe(byId("first", HTMLElement));
 window.addEventListener("movingout-theme", drawPictures);
 void load();

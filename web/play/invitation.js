@@ -1,6 +1,7 @@
 // Shown while a seat is open: how the other player, or a program, can take it.
 
 import { el } from "../core/dom.js";
+import { PLAY_EVERYWHERE, linkButtons, loopbackWarning } from "../components/link.js";
 import { programFacts } from "../components/share.js";
 import { say } from "../text/catalogue.js";
 
@@ -29,18 +30,9 @@ function shareLink(link, room) {
     class: "input share-link",
     readonly: true,
     value: link,
-    "aria-label": say("play.waiting.copy"),
+    "aria-label": say("play.waiting.link"),
   });
   field.addEventListener("focus", () => field.select());
-  const copy = el("button", { type: "button", class: "button button-primary button-wide" }, say("play.waiting.copy"));
-  copy.addEventListener("click", async () => {
-    const copied = await navigator.clipboard?.writeText(link).then(
-      () => true,
-      () => false,
-    );
-    if (copied) copy.textContent = say("play.waiting.copied");
-    else field.focus(); // selects the link, to be copied by hand
-  });
   const qr = el("img", {
     class: "qr",
     src: `/api/rooms/${room}/qr.svg`,
@@ -52,7 +44,8 @@ function shareLink(link, room) {
     el("h2", {}, say("play.waiting.title")),
     el("p", { class: "muted small" }, say("play.waiting.sentence")),
     field,
-    copy,
+    linkButtons(link, document.title, true),
+    loopbackWarning(link, PLAY_EVERYWHERE),
     qr,
-  ];
+  ].filter((part) => part !== null);
 }

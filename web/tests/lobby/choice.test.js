@@ -2,15 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import {
-  agentLine,
-  defaultPartner,
-  parseSeed,
-  roomRequest,
-  seatOptions,
-  seatRequest,
-  seatsNote,
-} from "../../lobby/choice.js";
+import { defaultPartner, parseSeed, roomRequest, seatOptions, seatRequest, seatsNote } from "../../lobby/choice.js";
 import { speak } from "../text/support.js";
 
 speak("en");
@@ -45,50 +37,9 @@ test("every seat option is a request", () => {
 
 test("an agent is described in one sentence", () => {
   const [agent] = seatOptions([{ id: "a", name: "A", description: "Helps, e.g.\u00a0here. Has options." }]).filter(
-    ({ group }) => group === "Agents",
+    ({ group }) => group === "Computer partners",
   );
   assert.equal(agent.help, "Helps, e.g.\u00a0here.");
-});
-
-test("a trained agent is described by what it is, whom it learned from and its score with people it never met", () => {
-  const card = {
-    id: "bass@all",
-    name: "DP/BASS",
-    description: "Chooses. Well.",
-    kind: "bass",
-    policy: "dp",
-    population: "scripted people of A and B; none of population C",
-    tcr: { unseen: 0.7252, alone: 0.2676 },
-  };
-  assert.equal(
-    agentLine(card),
-    "Diffusion Policy with BASS, learned from scripted people of A and B. " +
-      "TCR 0.73 with scripted people it never met (0.27 without help).",
-  );
-  assert.equal(
-    agentLine({ ...card, kind: "gru", policy: "gru", tcr: { unseen: null, alone: null } }),
-    "GRU, learned from scripted people of A and B.",
-  );
-  assert.equal(
-    agentLine({ ...card, tcr: { unseen: 0.7, alone: null } }).split(". ")[1],
-    "TCR 0.70 with scripted people it never met.",
-  );
-});
-
-test("of an agent that was not trained nothing is invented", () => {
-  const tcr = { unseen: null, alone: null };
-  assert.equal(
-    agentLine({
-      id: "idle",
-      name: "Idle",
-      description: "Stands still: the control condition.",
-      kind: "idle",
-      policy: "",
-      population: "",
-      tcr,
-    }),
-    "Stands still: the control condition.",
-  );
 });
 
 test("the first partner is the server's, else scripted, else whoever moves, else a person", () => {

@@ -64,8 +64,8 @@ test("a seat before the round", () => {
 test("names: mine, the partner's, an agent's", () => {
   assert.deepEqual([seatName(seat(), true), seatName(seat(), false)], ["You", "Partner"]);
   assert.equal(seatName(seat(), false, true), "A person", "whoever watches has no partner");
-  assert.equal(seatName(seat({ kind: "agent", name: "scripted" }), false), "Scripted partner");
-  assert.equal(seatName(seat({ kind: "agent", name: "bass@all" }), false), "BASS");
+  assert.equal(seatName(seat({ kind: "agent", name: "scripted" }), false), "Computer partner");
+  assert.equal(seatName(seat({ kind: "agent", name: "bass@all" }), false), "Trained partner (BASS)");
   assert.equal(seatName(seat({ name: "Ada" }), false), "Ada");
 });
 

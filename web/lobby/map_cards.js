@@ -1,0 +1,65 @@
+// @ts-check
+/*
+ * The maps to choose from: by mode, each with its picture, its title and how hard it is.
+ */
+
+import { el } from "../core/dom.js";
+import { say } from "../text/catalogue.js";
+import { mapDescription, mapTitle } from "../text/names.js";
+import { MODES, modeKey } from "./choice.js";
+import { difficulty } from "./difficulty.js";
+
+/** @typedef {import("../view/render.js").GameMap} GameMap */
+
+/** The maps by mode, one of them chosen. @param {readonly GameMap[]} maps @param {string} selected */
+export function mapGroups(maps, selected) {
+  return MODES.map((mode) =>
+    mapGroup(
+      mode,
+      maps.filter((map) => map.mode === mode),
+      selected,
+    ),
+  );
+}
+
+/** @param {string} mode @param {readonly GameMap[]} maps @param {string} selected */
+function mapGroup(mode, maps, selected) {
+  const key = modeKey(mode);
+  const cards = maps.map((map) => mapCard(map, map.name === selected));
+  return el(
+    "fieldset",
+    { class: "map-group" },
+    el("legend", {}, el("h2", {}, say(key)), el("span", { class: "muted small" }, say(`${key}.help`))),
+    ...cards,
+  );
+}
+
+/** @param {GameMap} map @param {boolean} selected */
+function mapCard(map, selected) {
+  return el(
+    "label",
+    { class: "map" },
+    el("input", {
+      type: "radio",
+      name: "map",
+      value: map.name,
+      checked: selected,
+      "aria-describedby": `about-${map.name}`,
+    }),
+    el("canvas", { "aria-hidden": "true", "data-map": map.name }),
+    el("span", { class: "map-title" }, mapTitle(map)),
+    dots(difficulty(map)),
+    el("span", { class: "sr-only", id: `about-${map.name}` }, mapDescription(map)),
+  );
+}
+
+/** How hard a map is, as a word and as dots. @param {number} level 1 to 3 */
+function dots(level) {
+  const marks = [1, 2, 3].map((place) => el("span", { class: place <= level ? "dot dot-full" : "dot" }));
+  return el(
+    "span",
+    { class: "map-difficulty" },
+    el("span", { class: "dots", "aria-hidden": "true" }, ...marks),
+    say(`lobby.difficulty.${level}`),
+  );
+}
