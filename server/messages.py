@@ -195,6 +195,7 @@ class Result(msgspec.Struct, tag="result", tag_field="type"):
     wt_s: float
     ac: float  # NaN never: -1 when nobody carried together
     recording: str  # episode id, empty when not recorded
+    metrics: dict[str, float] = {}  # all of world/metrics.py by key, those above included; -1 for none
 
 
 class Problem(msgspec.Struct, tag="error", tag_field="type"):

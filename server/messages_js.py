@@ -270,7 +270,8 @@ def _type(annotation: object) -> str:
         (member,) = get_args(annotation)
         return f"{_type(member)}[]"
     if origin is dict:
-        return "Record<string, any>"
+        _, value = get_args(annotation)
+        return f"Record<string, {_type(value)}>"
     if not isinstance(annotation, type):
         raise TypeError(f"no JavaScript type for {annotation}")
     return _SCALARS.get(annotation, annotation.__name__)

@@ -401,7 +401,8 @@ function flagsOf(bits, length) {
  *   nfd: number,
  *   wt_s: number,
  *   ac: number,
- *   recording: string
+ *   recording: string,
+ *   metrics: Record<string, number>
  * }} Result
  */
 

@@ -179,6 +179,7 @@ class LiveRound:
             wt_s=numbers["wt_s"],
             ac=numbers["ac"],
             recording=self.episode_id if self.is_recorded else "",
+            metrics=numbers,
         )
 
     def header(

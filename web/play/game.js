@@ -14,7 +14,7 @@ import { startView } from "../view/render.js";
 /** @typedef {import("../view/render.js").View} View */
 /** @typedef {import("../messages.js").Round & {map: GameMap}} Round */
 /** @typedef {import("../core/metric_values.js").MetricValues} MetricValues */
-/** @typedef {import("../messages.js").Result & {metrics: MetricValues}} RoundResult */
+/** @typedef {Omit<import("../messages.js").Result, "metrics"> & {metrics: MetricValues}} RoundResult */
 /**
  * @typedef {object} Scene  one instant to show
  * @property {View} view
@@ -91,7 +91,9 @@ export class Game {
       this.#rejoined = false;
       this.#timeline.reset(message);
     }
-    if (message.type === "result") this.result = { ...message, metrics: decodeValues(message) };
+    // A result from before a restart may have the paper's metrics alone, as fields of the message.
+    if (message.type === "result")
+      this.result = { ...message, metrics: decodeValues({ ...message, ...message.metrics }) };
   }
 
   /** @param {Round} round */

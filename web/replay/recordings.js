@@ -5,6 +5,7 @@
 
 import { openWithToken } from "../components/admin_token.js";
 import { request } from "../core/api.js";
+import { decodeValues } from "../core/metric_values.js";
 import { badge, byId, el, notice } from "../core/dom.js";
 import { filterChoices, filterRecordings, playerName } from "./recordings_filter.js";
 import { save } from "./source.js";
@@ -76,6 +77,12 @@ function countWords(found, all) {
 }
 
 /** @param {Row} row */
+function workDone({ metrics = {} }) {
+  const { tcr } = decodeValues(metrics);
+  return typeof tcr === "number" ? percent(tcr) : "–";
+}
+
+/** @param {Row} row */
 function tableRow(row) {
   if (row.map === undefined) return damagedRow(row);
   const outcome = row.outcome ?? "";
@@ -92,7 +99,7 @@ function tableRow(row) {
       row.complete ? null : el("span", { class: "pill pill-attention" }, say("replay.cutOff")),
     ),
     cell("time", { class: "number nowrap" }, duration(row.ticks ?? 0)),
-    cell("tcr", { class: "number nowrap" }, row.metrics ? percent(row.metrics.tcr) : "–"),
+    cell("tcr", { class: "number nowrap" }, workDone(row)),
     el("td", { class: "actions" }, ...rowActions(row)),
   );
 }

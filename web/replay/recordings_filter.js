@@ -12,7 +12,7 @@
  * @property {string} [outcome]
  * @property {string} [blue] kind and name
  * @property {string} [red]
- * @property {{tcr: number, nfd: number, wt_s: number, ac: number}} [metrics]
+ * @property {Partial<Record<import("../messages.js").MetricKey, number>>} [metrics] as the wire has them
  * @property {boolean} complete
  * @property {string} [damage]
  */

@@ -75,7 +75,7 @@ export class StudyGame {
     this.#showEnd(game.result);
   }
 
-  /** @param {import("../messages.js").Result | null} result */
+  /** @param {import("../play/game.js").RoundResult | null} result */
   #showEnd(result) {
     const title =
       { delivered: "study.play.overDelivered", time: "study.play.overTime" }[result?.outcome ?? ""] ??

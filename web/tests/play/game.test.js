@@ -86,6 +86,7 @@ const result = {
   wt_s: 0,
   ac: -1,
   recording: "",
+  metrics: { tcr: 0, nfd: 0, wt_s: 0, ac: -1, interdependence: 0.5, of_a_newer_server: 1 },
 };
 
 /**
@@ -204,5 +205,7 @@ test("the countdown runs by the server's clock", () => {
 test("a result has its metrics decoded: what has no value is null", () => {
   const game = new Game();
   game.receive(result, 0);
+  assert.deepEqual(game.result?.metrics, { tcr: 0, nfd: 0, wt_s: 0, ac: null, interdependence: 0.5 });
+  game.receive({ ...result, metrics: {} }, 0);
   assert.deepEqual(game.result?.metrics, { tcr: 0, nfd: 0, wt_s: 0, ac: null });
 });
