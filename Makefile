@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 PIP := $(BIN)/pip --disable-pip-version-check install -c constraints.txt
 
-.PHONY: help play venv test test-slow check bench agents format clean
+.PHONY: help play venv test test-slow check bench agents format generate clean
 
 help: ## list these commands
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -39,6 +39,11 @@ format: .venv/dev .venv/node ## rewrite the sources in the house format
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 	node_modules/.bin/prettier --write --log-level warn 'web/**/*.{js,css}' 'tests/browser/*.js'
+
+generate: .venv/dev ## write what is made from the sources: web/messages.js, tables and lists in docs/
+	$(BIN)/python -m movingout.server.messages_js
+	$(BIN)/python -m bench.source.metric_pages
+	$(BIN)/python -m bench.source.phrases
 
 clean: ## remove the environment and caches (never data/)
 	rm -rf .venv node_modules .mypy_cache .ruff_cache .pytest_cache .hypothesis

@@ -1,8 +1,8 @@
 """The metrics of an episode: one table that names them, their values during and after play, and the official variants.
 
-`METRICS` is the one list of metrics: tables, reports, file schemas and exports are made from it. To add a metric, add
-a row there, a field of `Metrics` and its computation. A metric without a value is None; only files and the wire, where
-a number must stand, write it as `NO_VALUE`.
+`METRICS` is the one list of metrics: tables, reports, file schemas, exports and the table in docs/metrics.md are made
+from it. To add a metric, add a row there, a field of `Metrics` and its computation. A metric without a value is None;
+only files and the wire, where a number must stand, write it as `NO_VALUE`.
 
 Source of the four of the paper: its section "Details of Evaluation Metrics". A tick is judged by the state *before* it,
 in which its actions were chosen. Where the official code computes something else under the same name, `OfficialMetrics`
@@ -49,6 +49,8 @@ class Metric:
     meaning: str
     none_when: str = ""  # why it may have no value; empty when it always has one
     from_paper: bool = True
+    definition: str = ""  # for docs/metrics.md, where it says more than `meaning`
+    official: str = "–"  # for docs/metrics.md: what the official code computes under the same name
 
     @property
     def heading(self) -> str:
@@ -89,6 +91,7 @@ METRICS = (
         higher_is_better=True,
         digits=2,
         meaning="delivered items / items, middle and large ones counting twice",
+        official="counts every item once (`score`)",
     ),
     Metric(
         key="nfd",
@@ -100,6 +103,9 @@ METRICS = (
         higher_is_better=True,
         digits=2,
         meaning="share of the items' way to a goal that was covered; negative when they went farther away",
+        definition="1 - (sum of the items' distances to a goal) / (the same at the start), breadth-first on 48 x 48 "
+        "cells around the walls, 8 directions; negative when items went farther away",
+        official="straight lines on maps without walls, a 49 x 49 grid on others",
     ),
     Metric(
         key="wt_s",
@@ -111,6 +117,9 @@ METRICS = (
         higher_is_better=False,
         digits=1,
         meaning="time in which an agent alone held a middle or large item, both agents added",
+        definition="seconds in which an agent alone holds a middle or large item that is not delivered, both agents "
+        "added",
+        official="fraction of ticks; not while the partner carries a small item; delivered items too",
     ),
     Metric(
         key="ac",
@@ -123,6 +132,10 @@ METRICS = (
         digits=2,
         meaning="share of the pushing that agreed while both held one item",
         none_when="nothing was carried together",
+        definition="mean over ticks with both hands on one item of |(f1 + f2) · d| / (|f1| + |f2|): f what each agent "
+        "commands, d the direction from one to the other; ticks in which neither pushes are left out",
+        official="1 - wasted / total, where only pushes against each other along d are wasted, with headings a quarter "
+        "turn off",
     ),
     Metric(
         key="interdependence",
@@ -136,6 +149,7 @@ METRICS = (
         meaning="share of deliveries that the partner enabled by carrying the item a part of the way",
         none_when="nothing that was held is delivered",
         from_paper=False,
+        definition="share of the deliveries that the deliverer's partner enabled (below)",
     ),
 )
 
