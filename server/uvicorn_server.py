@@ -1,11 +1,13 @@
 """The listening socket, and Uvicorn configured for the game: small buffers, so that old frames do not pile up."""
 
+import asyncio
 import contextlib
 import errno
 import signal
 import socket
 import threading
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 import uvicorn
@@ -20,6 +22,7 @@ from movingout.server.settings import Settings
 SEND_BUFFER = 32 * 1024
 RECEIVE_BUFFER = 8 * 1024  # so that a flood is held back at its sender
 BACKLOG = 512
+TLS_HANDSHAKE_S = 5.0
 
 
 class CannotListen(MovingOutError):
@@ -76,6 +79,11 @@ class GameServer(uvicorn.Server):
                 signal.signal(number, handler)
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        loop = asyncio.get_running_loop()
+        if self.config.is_ssl:  # Uvicorn has no option for it, and asyncio waits 60 s for clients that say nothing
+            loop.create_server = partial(  # type: ignore[method-assign]
+                loop.create_server, ssl_handshake_timeout=TLS_HANDSHAKE_S
+            )
         await super().startup(sockets)
         if self.started:
             self._on_ready()

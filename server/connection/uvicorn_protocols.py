@@ -1,4 +1,4 @@
-"""Uvicorn's HTTP and websocket protocols with two additions: deadlines, and dropping a connection at once."""
+"""Uvicorn's HTTP and websocket protocols with deadlines, limits on sizes and counts, and dropping a connection."""
 
 import asyncio
 import struct
@@ -17,8 +17,9 @@ try:
 except ImportError:  # a platform without the compiled part
     from websockets.utils import apply_mask
 
-PINGS_PER_S = 5.0
-PING_BURST = 50.0
+CONTROLS_PER_S = 5.0  # pings and pongs, which no message counts
+CONTROL_BURST = 50.0
+MOST_FRAGMENTS = 8  # of one message; ours are never cut
 AFTER_CLOSE_BYTES = 16 * 1024
 FINAL_TEXT = 0x81
 FINAL_BINARY = 0x82
@@ -26,6 +27,17 @@ MASKED = 0x80
 LONG = 126  # from here on the length field says that the real one follows, in two (126) or in eight bytes (127)
 _LONG_HEAD = struct.Struct(">BBH")
 LONGEST = 0xFFFF  # that it can say
+CONTINUATION, PING, PONG = 0x0, 0x9, 0xA
+URL_BYTES = 4 * 1024
+HEAD_BYTES = 16 * 1024  # of a request, without its body
+TOO_LARGE = (
+    b"HTTP/1.1 431 Request Header Fields Too Large\r\ncontent-type: text/plain; charset=utf-8\r\n"
+    b"connection: close\r\n\r\nThe address or the headers of this request are too long.\n"
+)
+
+
+class HeadTooLarge(Exception):
+    """Raised in the parser's callbacks; ends as `send_400_response`."""
 
 
 def http_protocol(limits: Limits) -> type[HttpToolsProtocol]:
@@ -33,10 +45,17 @@ def http_protocol(limits: Limits) -> type[HttpToolsProtocol]:
     connections: defaultdict[str, int] = defaultdict(int)
 
     class DeadlineHttpProtocol(HttpToolsProtocol):
-        """Drops a connection that trickles its request (slowloris): Uvicorn alone would wait for ever."""
+        """Drops a connection that trickles its request (slowloris) or sends a head without end.
+
+        Uvicorn alone would wait for ever, and keep every byte.
+        """
 
         _deadline: asyncio.TimerHandle | None = None
         _address = ""
+        _head_bytes = 0  # received since the request began, while its head is not whole
+        _head_is_whole = True
+        _named_bytes = 0  # of the headers received so far
+        url = b""  # before the first request too
 
         def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
             super().connection_made(transport)
@@ -52,9 +71,44 @@ def http_protocol(limits: Limits) -> type[HttpToolsProtocol]:
             self._count_down()
             super().connection_lost(exc)
 
+        def data_received(self, data: bytes) -> None:
+            super().data_received(data)
+            if not self._head_is_whole and not self.transport.is_closing():
+                self._head_bytes += len(data)
+                if self._head_bytes > HEAD_BYTES:
+                    self._refuse_head()
+
         def on_message_begin(self) -> None:
             self._set_deadline()
+            self._head_is_whole, self._head_bytes, self._named_bytes = False, 0, 0
             super().on_message_begin()
+
+        def on_url(self, url: bytes) -> None:
+            super().on_url(url)
+            if len(self.url) > URL_BYTES:
+                raise HeadTooLarge
+
+        def on_header(self, name: bytes, value: bytes) -> None:
+            """A whole header, of the head or (after a chunked body) of the trailer."""
+            self._named_bytes += len(name) + len(value)
+            if self._named_bytes > HEAD_BYTES:
+                raise HeadTooLarge
+            super().on_header(name, value)
+
+        def on_headers_complete(self) -> None:
+            self._head_is_whole = True
+            super().on_headers_complete()
+
+        def send_400_response(self, msg: str) -> None:
+            """Uvicorn's answer to what cannot be parsed, which includes what a callback above refused."""
+            if len(self.url) > URL_BYTES or self._named_bytes > HEAD_BYTES:
+                self._refuse_head()
+            else:
+                super().send_400_response(msg)
+
+        def _refuse_head(self) -> None:
+            self.transport.write(TOO_LARGE)
+            self.transport.close()
 
         def on_message_complete(self) -> None:
             self._clear_deadline()
@@ -94,8 +148,9 @@ class GameWebSocketProtocol(WebSocketsSansIOProtocol):
     _on_writable: Callable[[], None] | None = None
     _rest = b""
     _after_close = 0
-    _pings = 0.0
-    _pings_at = 0.0
+    _controls = 0.0
+    _controls_at = 0.0
+    _fragments = 0
 
     def handle_connect(self, event: Any) -> None:
         super().handle_connect(event)
@@ -132,6 +187,8 @@ class GameWebSocketProtocol(WebSocketsSansIOProtocol):
                 heard = self._on_binary(apply_mask(buffer[at + 6 : end], buffer[at + 2 : at + 6]))
                 if not heard and len(buffer) - end > AFTER_CLOSE_BYTES:
                     self.transport.abort()
+            elif self._is_flood(buffer[at]):
+                self.transport.abort()
             else:
                 super().data_received(buffer[at:end])
             at = end
@@ -161,14 +218,16 @@ class GameWebSocketProtocol(WebSocketsSansIOProtocol):
         """Drop the connection at once, with whatever is still queued."""
         self.transport.abort()
 
-    def handle_ping(self) -> None:
-        now = self.loop.time()
-        self._pings = max(0.0, self._pings - (now - self._pings_at) * PINGS_PER_S) + 1.0
-        self._pings_at = now
-        if self._pings > PING_BURST:
-            self.transport.abort()
-            return
-        super().handle_ping()
+    def _is_flood(self, head: int) -> bool:
+        """Whether frames that are no message of their own, of which this is one by its first byte, are too many."""
+        opcode = head & 0x0F
+        if opcode in (PING, PONG):
+            now = self.loop.time()
+            self._controls = max(0.0, self._controls - (now - self._controls_at) * CONTROLS_PER_S) + 1.0
+            self._controls_at = now
+            return self._controls > CONTROL_BURST
+        self._fragments = self._fragments + 1 if opcode == CONTINUATION else 0
+        return self._fragments > MOST_FRAGMENTS
 
 
 def _is_small_binary(data: bytes) -> bool:

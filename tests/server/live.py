@@ -22,6 +22,7 @@ from movingout.server.app import create_app
 from movingout.server.frames import Bundle
 from movingout.server.host import Host
 from movingout.server.rooms.room import Room
+from movingout.server.security.certificate import Certificate
 from movingout.server.settings import Limits, Settings
 from movingout.server.uvicorn_server import game_server, listen
 from tests.server.support import make_input
@@ -201,6 +202,7 @@ def serve(
     limits: Limits | None = None,
     app_of: Callable[[Settings], FastAPI] = create_app,
     port: int = 0,
+    certificate: Certificate | None = None,
     **settings: Any,
 ) -> Iterator[Live]:
     """A server for one `with` block."""
@@ -210,7 +212,7 @@ def serve(
     chosen = Settings(port=port, data=data, admin_token=ADMIN, limits=limits or Limits(cpu_share=9.0), **settings)
     started = threading.Event()
     app = app_of(chosen)
-    server = game_server(app, chosen, None, on_ready=started.set)
+    server = game_server(app, chosen, certificate, on_ready=started.set)
     loops: list[asyncio.AbstractEventLoop] = []
 
     async def serve_until_told() -> None:

@@ -92,6 +92,28 @@ def test_5_a_flood_that_goes_on_after_a_close_is_cut_off_too(live: Live) -> None
     assert time.monotonic() - started < 8
 
 
+EMPTY_PONG, UNFINISHED_TEXT, EMPTY_CONTINUATION = (bytes((first, 0x80)) + bytes(4) for first in (0x8A, 0x01, 0x00))
+
+
+@pytest.mark.parametrize(
+    ("first", "flood"), [(b"", EMPTY_PONG), (UNFINISHED_TEXT, EMPTY_CONTINUATION)], ids=["pongs", "continuations"]
+)
+def test_5_frames_that_are_no_messages_are_counted_too(live: Live, first: bytes, flood: bytes) -> None:
+    person = player(live)
+    with pytest.raises(OSError):
+        person.connection.socket.sendall(first)
+        for _ in range(20_000):
+            person.connection.socket.sendall(flood * 100)
+    assert person.end()[0] == 1006
+    assert live.call("/healthz")[0] == 200
+
+
+def test_5_a_message_in_a_few_fragments_is_read(live: Live) -> None:
+    connection = live.connect()
+    connection.send(iter(['{"type":"join",', '"room":', '"nowhere"}']))
+    assert close_code(connection) == m.CLOSE_NOT_FOUND
+
+
 def test_5_whoever_floods_again_and_again_has_to_wait_and_fills_no_log(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -8,12 +8,15 @@ import time
 import urllib.request
 from pathlib import Path
 
+import psutil
 import pytest
 from websockets.exceptions import InvalidStatus
 
 from movingout.server import messages as m
+from movingout.server import uvicorn_server
 from movingout.server.api.middleware import content_security_policy
 from movingout.server.api.pages import WEB
+from movingout.server.security.certificate import certificate_in
 from tests.server.live import Live, limits, raw_socket, serve
 from tests.server.threats import close_code, player
 
@@ -46,6 +49,44 @@ def test_9_an_idle_connection_that_was_served_before_does_not_stay_for_ever(tmp_
         client.sendall(b"GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n")
         assert client.recv(2000).startswith(b"HTTP/1.1 200")
         client.sendall(b"GET /hea")
+        client.settimeout(10)
+        assert _ends(client)
+
+
+@pytest.mark.parametrize(
+    "head",
+    [b"GET /" + b"a" * 5_000 + b" HTTP/1.1\r\nHost: x\r\n\r\n",
+     b"GET / HTTP/1.1\r\nHost: " + b"x" * 20_000 + b"\r\n\r\n",
+     b"GET / HTTP/1.1\r\n" + b"".join(b"X-%d: %s\r\n" % (count, b"y" * 90) for count in range(200)) + b"\r\n"],
+    ids=["address", "one header", "many headers"],
+)  # fmt: skip
+def test_9_a_head_that_is_too_long_is_refused(live: Live, head: bytes) -> None:
+    with raw_socket(live) as client:
+        client.sendall(head)
+        client.settimeout(10)
+        assert client.recv(2000).startswith(b"HTTP/1.1 431")
+    assert live.call("/healthz")[0] == 200
+
+
+def test_9_headers_without_end_fill_no_memory(live: Live) -> None:
+    before = psutil.Process().memory_info().rss
+    for head in (b"GET / HTTP/1.1\r\nHost: x\r\nX-Long: ", b"GET /"):
+        with raw_socket(live) as client, pytest.raises(OSError):
+            client.sendall(head)
+            for _ in range(2_000):
+                client.sendall(b"z" * 100_000)
+    with raw_socket(live) as client, pytest.raises(OSError):  # after a body, where headers may come again
+        client.sendall(b"POST /api/rooms HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n")
+        for count in range(200_000):
+            client.sendall(b"X-%d: %s\r\n" % (count, b"y" * 1_000))
+    assert psutil.Process().memory_info().rss - before < 50e6
+    assert live.call("/healthz")[0] == 200
+
+
+def test_9_a_tls_client_that_says_nothing_is_dropped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(uvicorn_server, "TLS_HANDSHAKE_S", 0.5)
+    certificate = certificate_in(tmp_path / "tls", "127.0.0.1")
+    with serve(tmp_path, certificate=certificate) as live, raw_socket(live) as client:
         client.settimeout(10)
         assert _ends(client)
 

@@ -156,7 +156,7 @@ def test_a_partner_from_the_catalogue_plays(live: Live) -> None:
     assert moved > 0.05, "red has moved"
 
 
-def test_a_stop_says_goodbye_and_finalises_everything(tmp_path: Path) -> None:
+def test_a_stop_says_goodbye_and_keeps_the_round_to_go_on_with(tmp_path: Path) -> None:
     with serve(tmp_path) as live:
         _, blue, red = two_people(live)
         start((blue, 0), (red, 1))
@@ -166,7 +166,7 @@ def test_a_stop_says_goodbye_and_finalises_everything(tmp_path: Path) -> None:
     assert told[-1]["type"] == "bye"
     (recording,) = (tmp_path / "recordings").iterdir()
     episode = read_episode(recording)
-    assert (recording.suffix, episode.outcome, episode.complete) == (".mcap", "stopped", True)
+    assert (recording.suffix, episode.outcome, episode.complete) == (".journal", "interrupted", False)
     with serve(tmp_path) as live:
         back = live.person(json.loads(next((tmp_path / "rooms").glob("*.json")).read_text())["id"], tokens=blue.tokens)
         assert back.wait_for("room")["phase"] == "lobby"
