@@ -113,9 +113,10 @@ class KeyboardParticipant:
         self.press("Continue")
 
     def enter_game(self) -> None:
+        """The map card asks whether they are ready; the game does not ask again."""
         self.press("I am ready")
         self.page.wait_for_url("**/play/*")
-        wait_for(self.page, "game.phase === 'lobby' && game.status === 'open'")
+        wait_for(self.page, "game.status === 'open' && game.phase !== 'lobby'")
 
     def _practice(self) -> None:
         self.enter_game()
@@ -124,7 +125,6 @@ class KeyboardParticipant:
 
     def _round(self) -> None:
         self.enter_game()
-        self.press("I am ready")
         wait_for(self.page, "game.phase.endsWith('_over')", timeout_s=30)
         self.press("Continue")
         self.page.wait_for_url("**/study")

@@ -33,7 +33,6 @@ def test_a_gamepad_gets_ready_drives_and_lets_go_when_unplugged(server: Server, 
     page = open_page(room["join_path"], room, script=PAD_STUB)
     wait_for(page, "game.phase === 'lobby'")
     expect(page.get_by_role("button", name="I am ready")).to_be_visible()
-    page.wait_for_timeout(1000)  # presses right after a change of view are not taken for an answer
     set_pad(page, 0, 0, 0)
     wait_for(page, "game.phase === 'playing'")
     set_pad(page, 0, -1)
@@ -44,6 +43,12 @@ def test_a_gamepad_gets_ready_drives_and_lets_go_when_unplugged(server: Server, 
     wait_for(page, "game.entities().robots[0].y < -0.85")
     assert abs(robot(page, 0)["angle"]) < 0.3
     set_pad(page, plugged=False)
+    wait_for(page, "game.phase === 'paused'")
+    expect(page.locator("#overlay")).to_contain_text("Your gamepad is gone. Plug it in again, or continue with the")
+    expect(page.locator("#seats")).to_contain_text("You · keyboard")
+    expect(page.locator("#overlay")).to_contain_text("Press Space or Enter to continue.")
+    page.keyboard.press("Space")
+    wait_for(page, "game.phase === 'playing'")
     stands_still(page, 0)
 
 
@@ -81,7 +86,6 @@ def test_two_people_at_one_screen_have_their_own_keys(server: Server, open_page:
     page = open_page(room["join_path"], room)
     wait_for(page, "game.phase === 'lobby' && game.seats.length === 2")
     expect(page.locator("#controls")).to_contain_text("W A S D")
-    page.wait_for_timeout(1000)
     page.keyboard.press("Space")
     expect(page.locator("#ready .pill-ok")).to_have_count(1)
     page.keyboard.press("Enter")
@@ -133,11 +137,44 @@ def test_a_key_of_ones_own_choice_is_kept_in_the_browser(server: Server, open_pa
     page.keyboard.press("KeyE")
     page.get_by_role("button", name="Done").click()
     expect(page.locator("#controls kbd", has_text="E").first).to_be_visible()
+    expect(page.locator("#overlay")).to_contain_text("Press E or Enter to continue")
+    expect(page.get_by_role("button", name="Continue")).to_be_focused()
+    page.keyboard.press("Space")  # no grab key any more, but it presses the button that has the focus
+    wait_for(page, "game.phase === 'playing'")
+    page.keyboard.press("Escape")
+    wait_for(page, "game.phase === 'paused'")
     page.reload()
     wait_for(page, "game.phase === 'paused'")
     expect(page.locator("#overlay")).to_contain_text("Press E or Enter to continue")
-    page.wait_for_timeout(1000)
     page.keyboard.press("KeyE")
+    wait_for(page, "game.phase === 'playing'")
+
+
+def test_a_key_that_is_in_use_is_exchanged_only_when_asked(server: Server, open_page: OpenPage) -> None:
+    room = server.practice()
+    page = open_page(room["join_path"], room)
+    start(page)
+    page.get_by_role("button", name="Change…").click()
+    page.get_by_role("button", name="grab: Space").click()
+    page.keyboard.press("KeyW")
+    expect(page.get_by_role("alert")).to_contain_text("W is already used for: up (First keys). Swap the two?")
+    page.get_by_role("button", name="Leave as it is").click()
+    expect(page.get_by_role("button", name="grab: Space")).to_be_visible()
+    page.get_by_role("button", name="grab: Space").click()
+    page.keyboard.press("KeyP")
+    expect(page.locator("#settings")).to_contain_text("P pauses the game. Please choose another key.")
+    page.get_by_role("button", name="grab: Space").click()
+    page.keyboard.press("KeyW")
+    page.get_by_role("button", name="Swap them").click()
+    expect(page.get_by_role("button", name="grab: W")).to_be_visible()
+    expect(page.get_by_role("button", name="up: Space")).to_be_visible()
+
+
+def test_a_press_right_after_the_page_opened_counts(server: Server, open_page: OpenPage) -> None:
+    room = server.practice()
+    page = open_page(room["join_path"], room)
+    expect(page.get_by_text("Press Space or Enter when you are ready.")).to_be_visible()
+    page.keyboard.press("Space")
     wait_for(page, "game.phase === 'playing'")
 
 

@@ -105,13 +105,11 @@ def test_a_pair_and_the_experimenter_who_pauses_restarts_and_kills_the_server(
         for person in people:
             until(person.page, "round")
         enter(people)
-        begin(people)
         experimenter.screenshot(path=pictures / "served-dashboard.png", full_page=True)
         pause_and_restart(experimenter, people, pictures)
         for person in people:
             until(person.page, "round")
         enter(people)
-        begin(people)
         wait_for(people[0].page, "game.tick > 15")
         study.kill()
         study.start()
@@ -159,9 +157,6 @@ def test_two_at_one_screen_answer_alone_and_play_together(browser: Browser, tmp_
         together.press("Enough practice")
         until(page, "round")
         enter([together])
-        for still in (2, 1):
-            expect(page.get_by_role("button", name="I am ready")).to_have_count(still)
-            page.get_by_role("button", name="I am ready").first.click()
         wait_for(page, "game.phase === 'playing'")
         assert page.evaluate("window.__movingout.seats") == [0, 1]
         page.screenshot(path=pictures / "served-two.png")
@@ -181,12 +176,6 @@ def enter(people: list[KeyboardParticipant]) -> None:
         person.press("I am ready")
     for person in people:
         person.page.wait_for_url("**/play/*")
-        wait_for(person.page, "game.phase === 'lobby' && game.status === 'open'")
-
-
-def begin(people: list[KeyboardParticipant]) -> None:
-    for person in people:
-        person.press("I am ready")
     for person in people:
         wait_for(person.page, "game.phase === 'playing'")
 

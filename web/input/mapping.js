@@ -24,6 +24,8 @@ const BUTTONS = { grab: 0, backward: 6, pause: 9 };
 export const KEY_ACTIONS = /** @type {KeyAction[]} */ (Object.keys(KEYS));
 export const BUTTON_ACTIONS = /** @type {ButtonAction[]} */ (Object.keys(BUTTONS));
 export const DEAD_ZONES = /** @type {const} */ ([0.3, 0.15]); // 0.3 is the official collector's
+/** Keys that pause the game, whatever else is chosen. */
+export const PAUSE_KEYS = Object.freeze(["Escape", "KeyP"]);
 const STORAGE_KEY = "movingout.mapping";
 
 /** @param {0 | 1} set @returns {KeySet} */
@@ -116,6 +118,27 @@ export function withButton(mapping, action, button) {
   for (const other of BUTTON_ACTIONS) if (changed.buttons[other] === button) changed.buttons[other] = freed;
   changed.buttons[action] = button;
   return changed;
+}
+
+/**
+ * What a key does now in either set, other than the action that asks; null: nothing.
+ * @param {Mapping} mapping @param {string} code @param {number} askingSet @param {KeyAction} askingAction
+ * @returns {{set: number, action: KeyAction} | null}
+ */
+export function useOfKey(mapping, code, askingSet, askingAction) {
+  for (const [set, keys] of mapping.keys.entries()) {
+    const action = KEY_ACTIONS.find((one) => keys[one] === code && (set !== askingSet || one !== askingAction));
+    if (action) return { set, action };
+  }
+  return null;
+}
+
+/**
+ * What else a button does now; null: nothing.
+ * @param {Mapping} mapping @param {number} button @param {ButtonAction} asking
+ */
+export function useOfButton(mapping, button, asking) {
+  return BUTTON_ACTIONS.find((action) => mapping.buttons[action] === button && action !== asking) ?? null;
 }
 
 /** What is printed on keys, the same in every language; the names of others are in the catalogue. */

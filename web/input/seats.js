@@ -28,6 +28,8 @@ export class LocalSeats {
   #seats = [];
   /** @type {Map<number, PadName>} seat -> pad, when two people sit here */
   #pads = new Map();
+  /** @type {Map<number, number>} seat -> index of the pad that drove it last */
+  #padOf = new Map();
   /** @type {Map<number, Device>} */
   #device = new Map();
   #swapped = false;
@@ -37,6 +39,8 @@ export class LocalSeats {
   #firstDevice;
   /** Presses of the pause button since the last reading. */
   pauses = 0;
+  /** Gamepads in use at the reading before that are gone. */
+  padsLost = 0;
 
   /** @param {Devices} devices @param {Device} firstDevice  what is shown before anything was used */
   constructor(devices, firstDevice) {
@@ -63,13 +67,14 @@ export class LocalSeats {
   read(mapping) {
     const pads = this.#devices.gamepads.read(mapping);
     this.pauses = pads.reduce((sum, pad) => sum + pad.pauses, 0);
+    this.padsLost = this.#forgetLost(pads);
     if (this.#seats.length > 1) this.#assign(pads);
     const touchSeat = this.#seats[0];
     return new Map(
       this.#seats.map((seat) => {
         const sources = [
           ...this.#readKeys(seat, mapping),
-          ...pads.filter((pad) => this.#drives(pad, seat)).map((pad) => source("gamepad", pad, pad.active)),
+          ...this.#readPads(seat, pads),
           ...(seat === touchSeat ? [this.#readTouch()] : []),
         ];
         return [seat, this.#combine(seat, sources)];
@@ -87,11 +92,18 @@ export class LocalSeats {
     }));
   }
 
+  /** Seats whose gamepad was unplugged have none. @param {readonly PadReading[]} pads @returns {number} how many */
+  #forgetLost(pads) {
+    const driven = this.#seats.filter((seat) => this.#deviceOf(seat) === "gamepad");
+    const lost = driven.filter((seat) => !pads.some((pad) => pad.index === this.#padOf.get(seat)));
+    for (const seat of lost) {
+      for (const known of [this.#pads, this.#padOf, this.#device]) known.delete(seat);
+    }
+    return lost.length;
+  }
+
   /** @param {readonly PadReading[]} pads */
   #assign(pads) {
-    for (const [seat, pad] of this.#pads) {
-      if (!pads.some((one) => one.index === pad.index)) this.#pads.delete(seat); // unplugged
-    }
     for (const pad of pads) {
       if (!pad.active || [...this.#pads.values()].some((known) => known.index === pad.index)) continue;
       const free = this.#seats.find((seat) => !this.#pads.has(seat));
@@ -119,6 +131,14 @@ export class LocalSeats {
       const used = this.#devices.keyboard.isUsed(mapping.keys[set]);
       return source("keyboard", this.#devices.keyboard.read(mapping.keys[set]), used);
     });
+  }
+
+  /** @param {number} seat @param {readonly PadReading[]} pads */
+  #readPads(seat, pads) {
+    const mine = pads.filter((pad) => this.#drives(pad, seat));
+    const used = mine.find(({ active }) => active);
+    if (used) this.#padOf.set(seat, used.index);
+    return mine.map((pad) => source("gamepad", pad, pad.active));
   }
 
   #readTouch() {

@@ -16,7 +16,18 @@ import { reasonText, seatName } from "./seat_phrases.js";
  * @property {(seat: number) => void} ready
  * @property {() => void} stop  for good
  * @property {(() => void) | null} askStop  asks in its own way whether to stop; null: asked here
+ * @property {boolean} asksReady  false in a study, whose map card has asked already
  */
+
+/**
+ * @typedef {object} News
+ * @property {boolean} busy  another view asks for attention
+ * @property {string} lost  what is wrong with the connection
+ * @property {boolean} deaf  the grab key does not count yet
+ * @property {string} hint  what else a pause is to say
+ */
+
+const ACTION = ".button-primary";
 
 export class Panels {
   #ready = byId("ready", HTMLElement);
@@ -32,14 +43,22 @@ export class Panels {
 
   /**
    * @param {Game} game @param {number} nowMs
-   * @param {{busy: boolean, lost: string}} news  another view asks for attention; what is wrong with the connection
+   * @param {News} news
    * @param {readonly SeatCard[]} cards @param {Mapping} mapping
    */
   update(game, nowMs, news, cards, mapping) {
     if (this.#overlayKey === "over") return;
     this.#updateReady(game, news.busy, cards, mapping);
     if (news.lost) this.#say(news.lost, () => this.#show("lost", panel("", el("p", { role: "status" }, news.lost))));
-    else this.#updateOverlay(game, nowMs, cards, mapping);
+    else this.#updateOverlay(game, nowMs, news, cards, mapping);
+  }
+
+  /** Gives the keyboard to what goes on from here: the button to be ready, or to continue after a pause. */
+  focusAction() {
+    const buttons = [this.#overlay, this.#ready].filter((box) => !box.hidden).map((box) => box.querySelector(ACTION));
+    const button = buttons.find((one) => one !== null);
+    if (button instanceof HTMLElement) button.focus();
+    else if (document.activeElement instanceof HTMLElement) document.activeElement.blur();
   }
 
   /** Asks for confirmation before stopping. */
@@ -113,6 +132,7 @@ export class Panels {
     );
     const waiting = waitingFor.map((name) => el("p", { class: "muted small" }, say("play.ready.waitingFor", { name })));
     if (game.own.length === 0) return [el("h2", {}, say("play.ready.soon")), ...waiting];
+    if (!this.actions.asksReady) return [el("h2", {}, say("study.play.starts")), ...waiting];
     const rows = cards.map((card) => this.#readyRow(card, seats[card.seat], mapping, cards.length > 1));
     const mineReady = game.own.every((seat) => seats[seat]?.ready);
     return [el("h2", {}, say("play.ready.title")), ...rows, ...(mineReady ? waiting : [])];
@@ -150,44 +170,58 @@ export class Panels {
 
   // ---- over the arena --------------------------------------------------------------------------------------
 
-  /** @param {Game} game @param {number} nowMs @param {readonly SeatCard[]} cards @param {Mapping} mapping */
-  #updateOverlay(game, nowMs, cards, mapping) {
+  /**
+   * @param {Game} game @param {number} nowMs @param {News} news
+   * @param {readonly SeatCard[]} cards @param {Mapping} mapping
+   */
+  #updateOverlay(game, nowMs, news, cards, mapping) {
     const seconds = Math.ceil(game.secondsLeft(nowMs) - 0.05);
-    if (game.phase === "paused") this.#updatePause(game, seconds, cards, mapping);
+    if (game.phase === "paused") this.#updatePause(game, seconds, news, cards, mapping);
     else if (this.#stopping) this.#say("stop", () => this.#show("stop", this.#sure(game)));
     else if (game.phase === "countdown") this.#say(`count ${seconds}`, () => this.#show("count", count(seconds)));
     else this.#say("", () => this.#hide());
   }
 
-  /** @param {Game} game @param {number} seconds @param {readonly SeatCard[]} cards @param {Mapping} mapping */
-  #updatePause(game, seconds, cards, mapping) {
+  /**
+   * @param {Game} game @param {number} seconds @param {News} news
+   * @param {readonly SeatCard[]} cards @param {Mapping} mapping
+   */
+  #updatePause(game, seconds, { deaf, hint }, cards, mapping) {
     const seats = game.room?.seats ?? [];
     const absent = seats.some((seat) => !seat.present);
     const shown = absent ? seconds : -1;
-    const key = JSON.stringify([game.room?.reason, shown, this.#stopping, seats.map((seat) => seat.ready), cards]);
-    this.#say(key, () =>
-      this.#show("pause", this.#stopping ? this.#sure(game) : this.#pause(game, shown, cards, mapping)),
-    );
+    const asks = deaf ? [] : cards.filter((card) => card.device !== "touch" && !seats[card.seat]?.ready);
+    const presses = asks.map((card) => {
+      const who = cards.length > 1 ? `${colourName(card.seat)}: ` : "";
+      return who + say("play.pause.goOn", { key: grabName(card, mapping) });
+    });
+    const unready = cards.map(({ seat }) => seat).filter((seat) => !seats[seat]?.ready);
+    const key = JSON.stringify([game.room?.reason, shown, this.#stopping, unready, hint, presses]);
+    this.#say(key, () => {
+      const focused = this.#overlay.contains(document.activeElement);
+      const pause = () => this.#pause(game, shown, hint, presses, unready);
+      this.#show("pause", this.#stopping ? this.#sure(game) : pause());
+      if (focused) this.focusAction();
+    });
   }
 
-  /** @param {Game} game @param {number} seconds @param {readonly SeatCard[]} cards @param {Mapping} mapping */
-  #pause(game, seconds, cards, mapping) {
-    const seats = game.room?.seats ?? [];
-    const unready = cards.filter((card) => !seats[card.seat]?.ready);
+  /**
+   * @param {Game} game @param {number} seconds @param {string} hint @param {readonly string[]} presses
+   * @param {readonly number[]} unready seats of this page
+   */
+  #pause(game, seconds, hint, presses, unready) {
     const parts = [el("p", {}, reasonText(game.room))];
+    if (hint) parts.push(el("p", { role: "alert" }, hint));
     if (seconds >= 0) parts.push(el("p", { class: "muted" }, say("play.pause.back", { count: seconds })));
-    for (const card of unready.filter(({ device }) => device !== "touch")) {
-      const who = cards.length > 1 ? `${colourName(card.seat)}: ` : "";
-      parts.push(el("p", { class: "muted" }, who + say("play.pause.goOn", { key: grabName(card, mapping) })));
-    }
+    for (const press of presses) parts.push(el("p", { class: "muted" }, press));
     const buttons = [];
     if (unready.length > 0) {
-      const goOn = () => unready.forEach((card) => this.actions.ready(card.seat));
+      const goOn = () => unready.forEach((seat) => this.actions.ready(seat));
       buttons.push(
         el("button", { type: "button", class: "button button-primary", onclick: goOn }, say("play.pause.button")),
       );
     }
-    if (cards.length > 0)
+    if (game.own.length > 0)
       buttons.push(
         el("button", { type: "button", class: "button", onclick: () => this.askStop() }, say("play.pause.stop")),
       );

@@ -7,7 +7,7 @@ import { Game } from "./game.js";
 import { Hud } from "./hud.js";
 import { Gamepads } from "../input/gamepad.js";
 import { Keyboard } from "../input/keyboard.js";
-import { loadMapping } from "../input/mapping.js";
+import { loadMapping, PAUSE_KEYS } from "../input/mapping.js";
 import { LocalSeats } from "../input/seats.js";
 import { InputSenders } from "../input/sender.js";
 import { Touch } from "../input/touch.js";
@@ -28,9 +28,8 @@ import { DecisionPanel } from "./decision_trace.js";
 const [, page, room] = location.pathname.split("/");
 const mode = page === "watch" ? "watch" : "play";
 const studyMark = mode === "play" ? studyMarkOf(room) : null;
-const PAUSE_KEYS = ["Escape", "KeyP"];
 const HUD_MS = 90; // texts and bars do not need 60 Hz
-const DEAF_MS = 800; // the last presses of a round must not skip its result
+const DEAF_MS = 800; // the last presses before a pause or the end must not skip it
 const PULSE_MS = 1200;
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
 const coarse = matchMedia("(pointer: coarse)");
@@ -45,7 +44,7 @@ class Play {
   #announcer = new Announcer();
   #connection = new Connection(room, mode, this);
   #gamepads = new Gamepads(() => navigator.getGamepads?.() ?? []);
-  #settings = new Settings(loadMapping(localStorage), this.#gamepads, () => {});
+  #settings = new Settings(loadMapping(localStorage), this.#gamepads, () => this.#panels.focusAction());
   #keyboard = new Keyboard(
     window,
     () => this.#mapping.keys,
@@ -61,6 +60,7 @@ class Play {
     ready: (seat) => this.#ready(seat),
     stop: () => this.#leave(),
     askStop: this.#study ? () => void this.#study?.askToStop() : null,
+    asksReady: this.#study === null,
   });
   #series =
     this.#study ??
@@ -85,6 +85,7 @@ class Play {
   #phase = "";
   #phaseSinceMs = 0;
   #hudAtMs = 0;
+  #padLost = false; // the pause that is on began with a gamepad that is gone
 
   start() {
     byId("stop", HTMLButtonElement).addEventListener("click", () => this.#pauseOrStop());
@@ -144,6 +145,7 @@ class Play {
     this.#readDevices(nowMs);
     const scene = this.#game.show(nowMs);
     this.#follow(nowMs);
+    if (this.#status === "open" && this.#study?.startsNow(this.#game)) this.#each((seat) => this.#ready(seat));
     if (scene !== null && this.#game.round !== null) {
       if (!this.#series.showsResult) this.#draw(scene.view, nowMs);
       this.#announcer.update(this.#game, scene, nowMs);
@@ -176,7 +178,12 @@ class Play {
     this.#panels.update(
       this.#game,
       nowMs,
-      { busy: this.#series.showsResult, lost: lostText(this.#status, nowMs - this.#statusSinceMs) },
+      {
+        busy: this.#series.showsResult,
+        lost: lostText(this.#status, nowMs - this.#statusSinceMs),
+        deaf: this.#isDeaf(nowMs),
+        hint: this.#padLost ? say("play.pause.padLost") : "",
+      },
       cards,
       this.#mapping,
     );
@@ -195,7 +202,9 @@ class Play {
     // The button that was clicked to get here must not take the key that grabs.
     if (mode === "play" && ["countdown", "playing"].includes(this.#phase) && focused instanceof HTMLElement)
       focused.blur();
-    if (this.#phase === "playing") this.#panels.forgetStop();
+    if (this.#phase !== "playing") return;
+    this.#panels.forgetStop();
+    this.#padLost = false;
   }
 
   // ---- devices ----------------------------------------------------------------------------------------------
@@ -211,14 +220,26 @@ class Play {
         this.#inputs.send(seat, playing ? reading : { ...reading, grabs: 0 }, nowMs);
     }
     if (this.#seats.pauses > 0) this.#togglePause();
+    if (playing && this.#seats.padsLost > 0) {
+      this.#padLost = true;
+      this.#togglePause();
+    }
   }
 
   /** Between rounds the grab button means "ready". @param {number} seat @param {number} nowMs */
   #pressedBetween(seat, nowMs) {
     const { phase, room: state } = this.#game;
     if (!["lobby", "paused", "round_over"].includes(phase) || this.#series.showsResult) return;
-    if (nowMs - this.#phaseSinceMs < DEAF_MS || state?.seats.some((one) => one.open)) return;
+    if (this.#isDeaf(nowMs) || state?.seats.some((one) => one.open)) return;
     if (state?.seats[seat]?.ready === false) this.#ready(seat);
+  }
+
+  /**
+   * A press that was meant for the round that just stopped does not count; until then the panel asks for none.
+   * @param {number} nowMs
+   */
+  #isDeaf(nowMs) {
+    return this.#phase !== "lobby" && nowMs - this.#phaseSinceMs < DEAF_MS;
   }
 
   /** @param {boolean} visible */

@@ -1,6 +1,6 @@
 // The dialog for keys and buttons: choose an action, press the new key. Every change is saved at once.
 
-import { byId, el } from "../core/dom.js";
+import { byId, el, notice } from "../core/dom.js";
 import {
   BUTTON_ACTIONS,
   buttonName,
@@ -8,7 +8,10 @@ import {
   DEFAULTS,
   KEY_ACTIONS,
   keyName,
+  PAUSE_KEYS,
   saveMapping,
+  useOfButton,
+  useOfKey,
   withButton,
   withKey,
 } from "../input/mapping.js";
@@ -24,12 +27,14 @@ export class Settings {
   /** @type {() => void} stops waiting for a key or button */
   #cancel = () => {};
 
-  /** @param {Mapping} mapping @param {Gamepads} gamepads @param {(mapping: Mapping) => void} onChange */
-  constructor(mapping, gamepads, onChange) {
+  /** @param {Mapping} mapping @param {Gamepads} gamepads @param {() => void} onClose */
+  constructor(mapping, gamepads, onClose) {
     this.mapping = mapping;
     this.gamepads = gamepads;
-    this.onChange = onChange;
-    this.#dialog.addEventListener("close", () => this.#cancel());
+    this.#dialog.addEventListener("close", () => {
+      this.#cancel();
+      onClose();
+    });
   }
 
   get isOpen() {
@@ -45,11 +50,11 @@ export class Settings {
   #change(mapping) {
     this.mapping = mapping;
     saveMapping(localStorage, mapping);
-    this.onChange(mapping);
     this.#draw();
   }
 
-  #draw() {
+  /** @param {HTMLElement} [question] about the key that was pressed just now */
+  #draw(question) {
     this.#cancel();
     const sets = this.mapping.keys.map((_, set) => this.#keySet(set));
     this.#dialog.replaceChildren(
@@ -58,6 +63,7 @@ export class Settings {
         { class: "stack" },
         el("h2", { id: "settings-title" }, say("play.settings.title")),
         el("p", { class: "muted" }, say("play.settings.intro")),
+        question,
         el("div", { class: "binding-sets" }, ...sets, this.#pad()),
         el(
           "div",
@@ -121,14 +127,53 @@ export class Settings {
       event.preventDefault();
       event.stopImmediatePropagation();
       this.#cancel();
-      if (event.code === "Escape") this.#draw();
-      else this.#change(withKey(this.mapping, set, action, event.code));
+      this.#chooseKey(set, action, event.code);
     };
     addEventListener("keydown", listen, { capture: true });
     this.#cancel = () => {
       removeEventListener("keydown", listen, { capture: true });
       this.#cancel = () => {};
     };
+  }
+
+  /** @param {number} set @param {import("../input/mapping.js").KeyAction} action @param {string} code */
+  #chooseKey(set, action, code) {
+    const name = keyName(code);
+    if (code === "Escape") return this.#draw();
+    if (PAUSE_KEYS.includes(code)) return this.#draw(notice("bad", say("play.settings.pauses", { name })));
+    const use = useOfKey(this.mapping, code, set, action);
+    const changed = withKey(this.mapping, set, action, code);
+    if (use === null) return this.#change(changed);
+    const other = `${say(`play.settings.action.${use.action}`)} (${say(`play.settings.keySet.${use.set + 1}`)})`;
+    this.#askSwap(name, other, changed);
+  }
+
+  /** @param {import("../input/mapping.js").ButtonAction} action @param {number} button */
+  #chooseButton(action, button) {
+    const use = useOfButton(this.mapping, button, action);
+    const changed = withButton(this.mapping, action, button);
+    if (use === null) this.#change(changed);
+    else this.#askSwap(buttonName(button), say(`play.settings.action.${use}`), changed);
+  }
+
+  /**
+   * A key does one thing: asks before two actions exchange theirs.
+   * @param {string} name of the key @param {string} other what it does now @param {Mapping} changed
+   */
+  #askSwap(name, other, changed) {
+    const swap = el("button", { type: "button", class: "button button-small" }, say("play.settings.swap"));
+    const keep = el("button", { type: "button", class: "button button-small" }, say("play.settings.keep"));
+    swap.addEventListener("click", () => this.#change(changed));
+    keep.addEventListener("click", () => this.#draw());
+    const sentence = el("p", {}, say("play.settings.used", { name, other }));
+    const box = el(
+      "div",
+      { class: "notice notice-attention stack stack-tight", role: "alert" },
+      sentence,
+      el("div", { class: "row" }, swap, keep),
+    );
+    this.#draw(box);
+    keep.focus();
   }
 
   /** @param {HTMLElement} button @param {import("../input/mapping.js").ButtonAction} action */
@@ -138,7 +183,7 @@ export class Settings {
     this.gamepads.read(this.mapping); // buttons already down do not count
     const timer = setInterval(() => {
       const pressed = this.gamepads.pressedButton(this.mapping);
-      if (pressed !== null) this.#change(withButton(this.mapping, action, pressed));
+      if (pressed !== null) this.#chooseButton(action, pressed);
     }, POLL_MS);
     this.#cancel = () => {
       clearInterval(timer);

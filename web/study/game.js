@@ -22,6 +22,8 @@ export class StudyGame {
   #places = loadPeople().map((token) => new Place(token));
   #left = false;
   #asking = false;
+  /** @type {import("../messages.js").Welcome | null} that the seats of this page were made ready after */
+  #readyAfter = null;
 
   /** @param {StudyMark} mark */
   constructor(mark) {
@@ -41,6 +43,17 @@ export class StudyGame {
   /** Whether the end of the round covers the arena. */
   get showsResult() {
     return !this.#end.hidden;
+  }
+
+  /**
+   * Whether to say now that everybody here is ready: the study's map card has asked already. Once per connection, and
+   * not while the page is hidden: nobody shall miss the start.
+   * @param {Game} game
+   */
+  startsNow({ welcome, phase }) {
+    if (phase !== "lobby" || document.hidden || welcome === null || welcome === this.#readyAfter) return false;
+    this.#readyAfter = welcome;
+    return true;
   }
 
   /** Nothing to show: whoever stops a round of a study leaves the page. */

@@ -11,6 +11,8 @@ import {
   loadMapping,
   moveName,
   saveMapping,
+  useOfButton,
+  useOfKey,
   withButton,
   withKey,
 } from "../../input/mapping.js";
@@ -81,4 +83,14 @@ test("every action has a name, and no default key or button does two things", ()
   const keys = DEFAULTS.keys.flatMap((set) => Object.values(set));
   const buttons = Object.values(DEFAULTS.buttons);
   assert.deepEqual([new Set(keys).size, new Set(buttons).size], [keys.length, buttons.length]);
+});
+
+test("what a key does already is known before it is given to another action", () => {
+  const mapping = structuredClone(DEFAULTS);
+  assert.deepEqual(useOfKey(mapping, "Enter", 0, "grab"), { set: 1, action: "grab" });
+  assert.deepEqual(useOfKey(mapping, "KeyW", 0, "grab"), { set: 0, action: "up" });
+  assert.equal(useOfKey(mapping, "Space", 0, "grab"), null);
+  assert.equal(useOfKey(mapping, "KeyE", 0, "grab"), null);
+  assert.equal(useOfButton(mapping, 9, "grab"), "pause");
+  assert.equal(useOfButton(mapping, 0, "grab"), null);
 });
