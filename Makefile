@@ -43,6 +43,8 @@ format: .venv/dev .venv/node ## rewrite the sources in the house format
 generate: .venv/dev ## write what is made from the sources: web/messages.js, tables and lists in docs/
 	$(BIN)/python -m movingout.server.messages_js
 	$(BIN)/python -m bench.source.metric_pages
+	$(BIN)/python -m bench.source.frame_tables
+	$(BIN)/python -m tests.server.golden_frames
 	$(BIN)/python -m bench.source.phrases
 
 clean: ## remove the environment and caches (never data/)

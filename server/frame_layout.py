@@ -13,6 +13,7 @@ from typing import Any, ClassVar, NamedTuple, Self, get_type_hints
 import msgspec
 
 from movingout.maps.errors import MovingOutError
+from movingout.maps.spec import SEAT_COLOURS
 
 SIZES = {"B": 1, "b": 1, "H": 2, "h": 2, "I": 4, "d": 8}  # bytes per struct letter
 
@@ -81,6 +82,13 @@ class FrameLayout:
     @property
     def size(self) -> int:
         return self._struct.size
+
+    def names(self) -> list[str]:
+        """What the numbers of the struct are called, in order: a field of both seats is NAME_blue and NAME_red."""
+        names = ["type"] * len(self._head)
+        for name, wire in self.fields.items():
+            names += [f"{name}_{colour}" for colour in SEAT_COLOURS] if wire.form is Form.EACH_SEAT else [name]
+        return names + list(self.counts)
 
     def offsets(self) -> dict[str, int]:
         """Where each field and each count begins, in bytes."""

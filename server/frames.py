@@ -26,7 +26,10 @@ SEATS = Form.EACH_SEAT
 
 
 class WirePose(Packed, frozen=True, kw_only=True):
-    """Where one body is. Sent in bulk: see `encode_poses`."""
+    """Where one body is.
+
+    Sent in bulk: see `encode_poses`.
+    """
 
     x: Annotated[float, POSITION]
     y: Annotated[float, POSITION]
@@ -36,7 +39,7 @@ class WirePose(Packed, frozen=True, kw_only=True):
 class BundleEvent(Packed, frozen=True, kw_only=True):
     """Something that happened inside a tick."""
 
-    code: Annotated[int, U8("a value of EVENT")]
+    code: Annotated[int, U8("what happened: a value of EVENT")]
     seat: Annotated[int, I8("-1 for none")]
     item: Annotated[int, I8("-1 for none")]
     pose: Annotated[int, U8("which pose of the tick (0-4) to show it with")]
@@ -56,16 +59,16 @@ class Bundle(Packed, frozen=True, kw_only=True):
         "event_count": "events",
     }
 
-    flags: Annotated[int, U8("FLAG_NOT_RECORDING, FLAG_LATE")]
-    epoch: Annotated[int, U16("of the round, modulo 65536")]
-    tick: Annotated[int, U32("number of the state after it, from 1")]
-    time_ms: Annotated[float, F64("server time at which the tick starts")]
+    flags: Annotated[int, U8("1: this tick is not recorded, 2: ticks were skipped before it")]
+    epoch: Annotated[int, U16("number of the round, as in `round`, modulo 65536")]
+    tick: Annotated[int, U32("number of the state after it, from 1 in each round")]
+    time_ms: Annotated[float, F64("server time at which the tick starts [ms]")]
     seqs: Annotated[tuple[int, int], U32("newest input applied, 0 for none", form=SEATS)]
     slack_ms: Annotated[
-        tuple[float, float], U16("how long before the tick that input came", scale=m.SLACK_SCALE, form=SEATS)
+        tuple[float, float], U16("how long before the tick that input came [ms]", scale=m.SLACK_SCALE, form=SEATS)
     ]
     held: Annotated[tuple[int, int], I8("item in the hand, -1 for none", form=SEATS)]
-    delivered: Annotated[tuple[bool, ...], U32("one per item", form=Form.FLAGS)]
+    delivered: Annotated[tuple[bool, ...], U32("one bit per item", form=Form.FLAGS)]
     poses: Floats  # (5, 2 + N, 3) x, y, angle
     events: tuple[BundleEvent, ...] = ()
 
@@ -106,13 +109,13 @@ class Input(Packed, frozen=True, kw_only=True):
 
     seat: Annotated[int, U8("0 blue, 1 red")]
     seq: Annotated[int, U32("counts the inputs of this seat; older ones are ignored")]
-    ack_tick: Annotated[int, U32("newest bundle received")]
+    ack_tick: Annotated[int, U32("newest tick received: the acknowledgement")]
     seen_tick: Annotated[int, U32("newest tick shown")]
     move: Annotated[float, Wire("h", "speed, from -1 (backward) to 1 (forward)", m.AXIS_SCALE)]
     heading: Annotated[float, ANGLE("[rad], 0 is up, counter-clockwise")]
-    grabs: Annotated[int, U8("presses of the grab button so far, modulo 256")]
-    device: Annotated[int, U8("place in DEVICES")]
-    client_ms: Annotated[float, F64("the client's clock")]
+    grabs: Annotated[int, U8("presses of the grab button since `welcome`, modulo 256")]
+    device: Annotated[int, U8("0: keyboard, 1: gamepad, 2: touch, 3: program")]
+    client_ms: Annotated[float, F64("the client's clock [ms], only recorded")]
 
     @classmethod
     def decode(cls, frame: bytes) -> Self:
@@ -127,7 +130,7 @@ class Ping(Packed, frozen=True, kw_only=True):
 
     TYPE: ClassVar[int | None] = m.PING
 
-    client_ms: Annotated[float, F64("the client's clock")]
+    client_ms: Annotated[float, F64("the client's clock [ms]")]
 
     @classmethod
     def decode(cls, frame: bytes) -> Self:
@@ -143,8 +146,16 @@ class Pong(Packed, frozen=True, kw_only=True):
     TYPE: ClassVar[int | None] = m.PONG
 
     client_ms: Annotated[float, F64("as in the ping")]
-    server_ms: Annotated[float, F64("the server's clock")]
+    server_ms: Annotated[float, F64("the server's clock [ms]")]
 
+
+FRAMES: dict[str, type[Packed]] = {
+    "bundle": Bundle, "pose": WirePose, "event": BundleEvent, "beat": Beat, "input": Input, "ping": Ping, "pong": Pong,
+}  # fmt: skip
+FRAME_FIELDS = {
+    name: m.FrameFields(format=frame.layout.format, names=frame.layout.names()) for name, frame in FRAMES.items()
+}
+"""For the welcome: programs read and write frames by these names."""
 
 ClientFrame = Input | Ping
 

@@ -130,6 +130,13 @@ class SeatGrant(msgspec.Struct):
     token: str
 
 
+class FrameFields(msgspec.Struct):
+    """A binary frame, so that a program can read and write it by name."""
+
+    format: str  # of Python's struct
+    names: list[str]  # of its numbers; `docs/protocol.md` says what they mean
+
+
 class Welcome(msgspec.Struct, tag="welcome", tag_field="type"):
     """The answer to `Join`."""
 
@@ -144,6 +151,7 @@ class Welcome(msgspec.Struct, tag="welcome", tag_field="type"):
     join_path: str
     watch_path: str
     study: bool = False  # a round of a study: the page goes back to /study when it is over
+    frames: dict[str, FrameFields] = {}
 
 
 class Round(msgspec.Struct, tag="round", tag_field="type"):

@@ -231,7 +231,7 @@ def _camel(name: str) -> str:
 def _control_types() -> str:
     """A JSDoc type per control message; what has a default may be left out by the client."""
     aliases = [f"/** @typedef {{{_literals(alias)}}} {name} */" for name, alias in _ALIASES.items()]
-    parts = [_typedef(struct_type, optional=False) for struct_type in (m.SeatState, m.SeatGrant)]
+    parts = [_typedef(struct_type, optional=False) for struct_type in (m.SeatState, m.SeatGrant, m.FrameFields)]
     to_server, to_client = get_args(m.ClientMessage), get_args(m.ServerMessage)
     parts += [_typedef(struct_type, optional=True) for struct_type in to_server]
     parts += [_typedef(struct_type, optional=False) for struct_type in to_client]

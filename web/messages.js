@@ -84,13 +84,13 @@ export function decodeBeat(buffer) {
  * @typedef {object} Input
  * @property {number} seat  0 blue, 1 red
  * @property {number} seq  counts the inputs of this seat; older ones are ignored
- * @property {number} ackTick  newest bundle received
+ * @property {number} ackTick  newest tick received: the acknowledgement
  * @property {number} seenTick  newest tick shown
  * @property {number} move  speed, from -1 (backward) to 1 (forward)
  * @property {number} heading  [rad], 0 is up, counter-clockwise
- * @property {number} grabs  presses of the grab button so far, modulo 256
- * @property {number} device  place in DEVICES
- * @property {number} clientMs  the client's clock
+ * @property {number} grabs  presses of the grab button since `welcome`, modulo 256
+ * @property {number} device  0: keyboard, 1: gamepad, 2: touch, 3: program
+ * @property {number} clientMs  the client's clock [ms], only recorded
  */
 
 /** @param {Input} frame @returns {ArrayBuffer} */
@@ -129,7 +129,7 @@ export function decodeInput(buffer) {
 /**
  * The client asks for a sample of the server's clock.
  * @typedef {object} Ping
- * @property {number} clientMs  the client's clock
+ * @property {number} clientMs  the client's clock [ms]
  */
 
 /** @param {Ping} frame @returns {ArrayBuffer} */
@@ -153,7 +153,7 @@ export function decodePing(buffer) {
  * The answer to a ping.
  * @typedef {object} Pong
  * @property {number} clientMs  as in the ping
- * @property {number} serverMs  the server's clock
+ * @property {number} serverMs  the server's clock [ms]
  */
 
 /** @param {Pong} frame @returns {ArrayBuffer} */
@@ -178,7 +178,7 @@ export function decodePong(buffer) {
 /**
  * Something that happened inside a tick.
  * @typedef {object} BundleEvent
- * @property {number} code  a value of EVENT
+ * @property {number} code  what happened: a value of EVENT
  * @property {number} seat  -1 for none
  * @property {number} item  -1 for none
  * @property {number} pose  which pose of the tick (0-4) to show it with
@@ -187,14 +187,14 @@ export function decodePong(buffer) {
 /**
  * One tick for the client to play back: five poses of every body, and what happened.
  * @typedef {object} Bundle
- * @property {number} flags  FLAG_NOT_RECORDING, FLAG_LATE
- * @property {number} epoch  of the round, modulo 65536
- * @property {number} tick  number of the state after it, from 1
- * @property {number} timeMs  server time at which the tick starts
+ * @property {number} flags  1: this tick is not recorded, 2: ticks were skipped before it
+ * @property {number} epoch  number of the round, as in `round`, modulo 65536
+ * @property {number} tick  number of the state after it, from 1 in each round
+ * @property {number} timeMs  server time at which the tick starts [ms]
  * @property {[number, number]} seqs  newest input applied, 0 for none
- * @property {[number, number]} slackMs  how long before the tick that input came
+ * @property {[number, number]} slackMs  how long before the tick that input came [ms]
  * @property {[number, number]} held  item in the hand, -1 for none
- * @property {boolean[]} delivered  one per item
+ * @property {boolean[]} delivered  one bit per item
  * @property {number} bodies  two robots, then the items
  * @property {number} poseCount  poses of each body
  * @property {Float64Array} poses  poseCount x bodies x (x, y, angle)
@@ -265,6 +265,14 @@ function flagsOf(bits, length) {
  *   seat: number,
  *   token: string
  * }} SeatGrant
+ */
+
+/**
+ * A binary frame, so that a program can read and write it by name.
+ * @typedef {{
+ *   format: string,
+ *   names: string[]
+ * }} FrameFields
  */
 
 /**
@@ -342,7 +350,8 @@ function flagsOf(bits, length) {
  *   resume_s: number,
  *   join_path: string,
  *   watch_path: string,
- *   study: boolean
+ *   study: boolean,
+ *   frames: Record<string, FrameFields>
  * }} Welcome
  */
 

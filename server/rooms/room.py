@@ -16,7 +16,7 @@ from movingout.maps.errors import MovingOutError
 from movingout.recordings import EpisodeWriter
 from movingout.recordings.episode import Episode, Outcome
 from movingout.server import messages as m
-from movingout.server.frames import Beat, Input
+from movingout.server.frames import FRAME_FIELDS, Beat, Input
 from movingout.server.notices import NOTHING, Notice
 from movingout.server.rooms import room_notices as notices
 from movingout.server.rooms import time_limits as limits
@@ -72,7 +72,7 @@ class Room:
         welcome = m.Welcome(
             protocol=m.PROTOCOL, build=__version__, room=self.id, mode=request.mode, seats=taken, tick_ms=m.TICK_MS,
             poses_per_tick=m.POSES_PER_TICK, resume_s=self.config.resume_s, join_path=f"/play/{self.id}",
-            watch_path=f"/watch/{self.id}", study=bool(self.config.study),
+            watch_path=f"/watch/{self.id}", study=bool(self.config.study), frames=FRAME_FIELDS,
         )  # fmt: skip
         client.tell(welcome)
         client.tell(self.series.message(self.round))

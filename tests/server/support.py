@@ -14,6 +14,7 @@ from movingout.recordings import EpisodeHeader, EpisodeWriter, RecordingError
 from movingout.server import messages as m
 from movingout.server.agent_workers.pool import AgentAnswer
 from movingout.server.connection import control_messages
+from movingout.server.frame_layout import Form, Packed
 from movingout.server.frames import Bundle, Input
 from movingout.server.notices import Notice
 from movingout.server.rooms.room import Room
@@ -24,22 +25,22 @@ from movingout.world.state import Floats, WorldState
 TICK = 0.1
 
 
+ZERO: dict[Form, Any] = {Form.ONE: 0, Form.EACH_SEAT: (0, 0), Form.FLAGS: ()}
+
+
+def zeros(frame: type[Packed]) -> dict[str, Any]:
+    """Every declared field of a frame as zero."""
+    return {name: ZERO[wire.form] for name, wire in frame.layout.fields.items()}
+
+
 def make_input(**fields: Any) -> Input:
     """Blue's first input, nothing pressed, but for `fields`."""
-    nothing = {
-        "seat": 0, "seq": 1, "ack_tick": 0, "seen_tick": 0, "move": 0.0, "heading": 0.0, "grabs": 0, "device": 0,
-        "client_ms": 0.0,
-    }  # fmt: skip
-    return Input(**(nothing | fields))
+    return Input(**(zeros(Input) | {"seq": 1} | fields))
 
 
 def make_bundle(**fields: Any) -> Bundle:
     """The first tick of a round in which nobody has done anything, but for `fields`."""
-    nothing: dict[str, Any] = {
-        "flags": 0, "epoch": 0, "tick": 1, "time_ms": 0.0, "seqs": (0, 0), "slack_ms": (0.0, 0.0), "held": (-1, -1),
-        "delivered": (),
-    }  # fmt: skip
-    return Bundle(**(nothing | fields))
+    return Bundle(**(zeros(Bundle) | {"tick": 1, "held": (-1, -1)} | fields))
 
 
 class Ear:

@@ -6,15 +6,17 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 
 from movingout.server import messages as m
-from movingout.server.frames import Input
+from movingout.server.frames import FRAME_FIELDS, Input
 from tests.server.live import Live
 from tests.server.support import make_bundle
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "remote_agent.py"
+FRAMES = msgspec.to_builtins(FRAME_FIELDS)  # as the welcome has them
 
 
 def _example() -> Any:
@@ -23,13 +25,13 @@ def _example() -> Any:
 
 def test_the_example_reads_the_bundles_that_the_server_declares() -> None:
     poses = np.arange(5 * 4 * 3).reshape(5, 4, 3) / 100
-    tick, held, last = _example()["newest"](make_bundle(tick=17, held=(1, -1), poses=poses).encode())
+    tick, held, last = _example()["newest"](FRAMES, make_bundle(tick=17, held=(1, -1), poses=poses).encode())
     assert (tick, held) == (17, (1, -1))
     assert np.array(last) == pytest.approx(poses[-1], abs=1e-3)
 
 
 def test_the_example_writes_the_inputs_that_the_server_declares() -> None:
-    sent = Input.decode(_example()["steering"](1, 7, 12, -0.5, 1.25, 258))
+    sent = Input.decode(_example()["steering"](FRAMES, 12, -0.5, 1.25, seat=1, seq=7, grabs=2))
     assert (sent.seat, sent.seq, sent.ack_tick, sent.seen_tick, sent.grabs) == (1, 7, 12, 12, 2)
     assert m.DEVICES[sent.device] == "program"
     assert (sent.move, sent.heading) == pytest.approx((-0.5, 1.25), abs=1e-3)

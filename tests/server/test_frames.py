@@ -2,8 +2,7 @@
 
 import json
 import math
-import re
-from pathlib import Path
+import struct
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
@@ -11,41 +10,25 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bench.source import frame_tables
 from movingout.server import messages as m
 from movingout.server.frame_layout import Form, FrameError, Packed, Wire
 from movingout.server.frames import (
-    Beat,
+    FRAME_FIELDS,
+    FRAMES,
     Bundle,
-    BundleEvent,
     Input,
     Ping,
-    Pong,
     WirePose,
     decode_client_frame,
     decode_poses,
     encode_poses,
 )
 from movingout.server.messages_js import TARGET, frame_type, generate
+from tests.server import golden_frames
 from tests.server.support import make_bundle, make_input
 
-GOLDEN = json.loads((Path(__file__).parent / "golden_frames.json").read_text())
-MESSAGES = json.loads((Path(__file__).parent / "golden_messages.json").read_text())
-PROTOCOL_PAGE = (Path(__file__).parents[2] / "docs" / "protocol.md").read_text()
-FRAMES: dict[str, type[Packed]] = {"Beat": Beat, "Bundle": Bundle, "Input": Input, "Ping": Ping, "Pong": Pong}
-LAYOUTS: dict[str, type[Packed]] = {
-    "BUNDLE_HEAD": Bundle, "BUNDLE_POSE": WirePose, "BUNDLE_EVENT": BundleEvent, "BEAT_FRAME": Beat,
-    "INPUT_FRAME": Input, "PING_FRAME": Ping, "PONG_FRAME": Pong,
-}  # fmt: skip
-
-
-def from_javascript_names(kind: str, value: dict[str, Any]) -> Packed:
-    fields = {re.sub(r"([A-Z])", lambda hit: "_" + hit[1].lower(), name): part for name, part in value.items()}
-    if kind == "Bundle":
-        poses = np.array(fields.pop("poses")).reshape(fields.pop("pose_count"), fields.pop("bodies"), 3)
-        fields = {name: tuple(part) if isinstance(part, list) else part for name, part in fields.items()}
-        fields["events"] = tuple(BundleEvent(**event) for event in fields["events"])
-        return Bundle(**fields, poses=poses)
-    return FRAMES[kind](**fields)
+GOLDEN = json.loads(golden_frames.FILE.read_text(encoding="utf-8"))
 
 
 def plain(frame: Packed) -> dict[str, Any]:
@@ -56,7 +39,7 @@ def plain(frame: Packed) -> dict[str, Any]:
 
 @pytest.mark.parametrize("golden", GOLDEN, ids=lambda golden: str(golden["name"]))
 def test_frames_have_the_golden_bytes_and_come_back_from_them(golden: dict[str, Any]) -> None:
-    frame = from_javascript_names(golden["frame"], golden["value"])
+    frame = golden_frames.from_javascript_names(golden["frame"], golden["value"])
     assert frame.encode().hex() == golden["hex"]
     assert plain(type(frame).decode(bytes.fromhex(golden["hex"]))) == plain(frame)
 
@@ -65,11 +48,30 @@ def test_the_generated_javascript_is_current() -> None:
     assert TARGET.read_text(encoding="utf-8") == generate(), "run: python -m movingout.server.messages_js"
 
 
-@pytest.mark.parametrize("name", LAYOUTS)
-def test_the_layouts_are_those_of_the_first_version_and_of_the_protocol_page(name: str) -> None:
-    layout = LAYOUTS[name].layout
-    assert layout.format == MESSAGES["binary_layouts"][name]
-    assert f"`{layout.format}`" in PROTOCOL_PAGE
+def test_the_golden_frames_are_current() -> None:
+    text = golden_frames.FILE.read_text(encoding="utf-8")
+    assert text == golden_frames.written(text), "run: make generate"
+
+
+def test_a_field_that_is_new_is_zero_in_the_golden_frames() -> None:
+    without = [golden | {"value": {**golden["value"]}} for golden in GOLDEN]
+    del without[-1]["value"]["flags"], without[4]["value"]["seenTick"]
+    assert golden_frames.written(json.dumps(without)) == golden_frames.FILE.read_text(encoding="utf-8")
+
+
+def test_the_tables_of_the_protocol_page_are_current() -> None:
+    text = frame_tables.PAGE.read_text(encoding="utf-8")
+    assert text == frame_tables.page(text), "run: make generate"
+
+
+def test_the_welcome_names_every_number_of_every_frame() -> None:
+    for name, frame in FRAMES.items():
+        fields = FRAME_FIELDS[name]
+        numbers = struct.unpack(fields.format, bytes(frame.layout.size))
+        assert len(fields.names) == len(set(fields.names)) == len(numbers)
+    sent = make_bundle(tick=7, held=(2, -1), poses=np.zeros((5, 3, 3))).encode()
+    head = dict(zip(FRAME_FIELDS["bundle"].names, struct.unpack_from(FRAME_FIELDS["bundle"].format, sent), strict=True))
+    assert [head[name] for name in ("type", "tick", "held_blue", "held_red", "bodies")] == [m.BUNDLE, 7, 2, -1, 3]
 
 
 def test_a_declared_field_reaches_the_bytes_the_value_and_the_javascript() -> None:

@@ -1,6 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
+import { makeBundle } from "../bundles.js";
 import { Game } from "../../play/game.js";
 
 /** @typedef {import("../../messages.js").ServerMessage} ServerMessage */
@@ -70,6 +71,7 @@ const welcome = {
   resume_s: 30,
   join_path: "",
   watch_path: "",
+  frames: {},
   study: false,
 };
 
@@ -97,22 +99,7 @@ const result = {
  * @returns {import("../../messages.js").Bundle}
  */
 function bundle(tick, timeMs, x, epoch = 1) {
-  const poses = new Float64Array(45);
-  for (let index = 0; index < 5; index += 1) poses[9 * index] = x;
-  return {
-    flags: 0,
-    epoch,
-    tick,
-    timeMs,
-    seqs: [0, 0],
-    slackMs: [0, 0],
-    held: [-1, -1],
-    delivered: [false],
-    bodies: 3,
-    poseCount: 5,
-    poses,
-    events: [],
-  };
+  return makeBundle(() => x, { tick, timeMs, epoch });
 }
 
 /** @param {Game} game */

@@ -1,6 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
+import { makeBundle } from "../bundles.js";
 import { between, PlayHead, Timeline } from "../../view/interpolate.js";
 
 /**
@@ -12,23 +13,7 @@ import { between, PlayHead, Timeline } from "../../view/interpolate.js";
  * @returns {import("../../messages.js").Bundle}
  */
 function bundle(tick, timeMs, x0, more = {}) {
-  const poses = new Float64Array(5 * 3 * 3);
-  for (let index = 0; index < 5; index += 1) poses[9 * index] = x0 + 0.01 * (index + 1);
-  return {
-    flags: 0,
-    epoch: 1,
-    tick,
-    timeMs,
-    seqs: [0, 0],
-    slackMs: [0, 0],
-    held: [-1, -1],
-    delivered: [false],
-    bodies: 3,
-    poseCount: 5,
-    poses,
-    events: [],
-    ...more,
-  };
+  return makeBundle((pose) => x0 + 0.01 * (pose + 1), { tick, timeMs, ...more });
 }
 
 /** @param {Timeline} timeline @param {number} timeMs */
