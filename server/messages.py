@@ -204,6 +204,7 @@ class Result(msgspec.Struct, tag="result", tag_field="type"):
     ac: float  # NaN never: -1 when nobody carried together
     recording: str  # episode id, empty when not recorded
     metrics: dict[str, float] = {}  # all of world/metrics.py by key, those above included; -1 for none
+    delivered_by: list[list[int]] = []  # per item the seats that brought it home; empty lists for the others
 
 
 class Problem(msgspec.Struct, tag="error", tag_field="type"):

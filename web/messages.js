@@ -411,7 +411,8 @@ function flagsOf(bits, length) {
  *   wt_s: number,
  *   ac: number,
  *   recording: string,
- *   metrics: Record<string, number>
+ *   metrics: Record<string, number>,
+ *   delivered_by: number[][]
  * }} Result
  */
 

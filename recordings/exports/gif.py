@@ -1,6 +1,7 @@
 """GIF: an endless animation by Pillow, small enough for a README."""
 
 from pathlib import Path
+from typing import BinaryIO
 
 from PIL import Image
 
@@ -16,8 +17,8 @@ def write(plan: ExportPlan) -> None:
     write_videos(plan, ".gif", draw)
 
 
-def draw(path: Path, video: EpisodeVideo) -> None:
+def draw(target: Path | BinaryIO, video: EpisodeVideo) -> None:
     first, *rest = video.frames(FPS)
     palette = first.quantize(COLOURS)
     pictures = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in (first, *rest)]
-    pictures[0].save(path, "GIF", save_all=True, append_images=pictures[1:], duration=1000 // FPS, loop=0)
+    pictures[0].save(target, "GIF", save_all=True, append_images=pictures[1:], duration=1000 // FPS, loop=0)

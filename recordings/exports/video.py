@@ -35,6 +35,7 @@ class EpisodeVideo:
     speed: float
     every_s: float
     overlay: bool
+    named: bool = True  # the players' names on the overlay
 
     @property
     def seconds(self) -> float:
@@ -69,8 +70,9 @@ class EpisodeVideo:
         middle, gap = self.side + bar / 2, bar * 0.3
         text = f"{header.map.title}  {time_s:4.1f} s  {delivered}/{len(header.map.items)}"
         draw.text((self.side / 2, middle), text, LIGHT.ink, font, anchor="mm")
-        draw.text((gap, middle), _short(header.seats[0].name), LIGHT.blue, font, anchor="lm")
-        draw.text((self.side - gap, middle), _short(header.seats[1].name), LIGHT.red, font, anchor="rm")
+        if self.named:
+            draw.text((gap, middle), _short(header.seats[0].name), LIGHT.blue, font, anchor="lm")
+            draw.text((self.side - gap, middle), _short(header.seats[1].name), LIGHT.red, font, anchor="rm")
         return canvas
 
 

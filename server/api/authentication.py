@@ -1,4 +1,4 @@
-"""Who sends a request and what it contains: address, secret, origin, body."""
+"""Who sends a request and what it contains: address, secret, origin, room, seat, body."""
 
 from typing import Any, TypeVar
 
@@ -8,6 +8,8 @@ from fastapi import Request
 from movingout.server.api.errors import ApiError
 from movingout.server.connection.origin import origin_allowed
 from movingout.server.host import Host
+from movingout.server.rooms.room import Room
+from movingout.server.rooms.seat import Seat
 
 Body = TypeVar("Body")
 
@@ -47,6 +49,27 @@ def bearer(request: Request) -> str:
 
 def address_of(request: Request) -> str:
     return request.client.host if request.client else ""
+
+
+def room_of(host: Host, room_id: str) -> Room:
+    """The room that a path names. Raises ApiError."""
+    room = host.registry.rooms.get(room_id)
+    if room is None:
+        raise ApiError(404, "no_room", "There is no such room (any more); open a new one from the start page.")
+    return room
+
+
+def seat_of_token(host: Host, room_id: str, request: Request) -> Seat:
+    """The seat whose token came with the request; wrong ones are counted. Raises ApiError."""
+    room = room_of(host, room_id)
+    address = address_of(request)
+    if host.admission.locked(address, "seat"):
+        raise ApiError(429, "locked", "Too many wrong keys from your address; wait a minute.")
+    seat = room.seating.seat_of_token(bearer(request))
+    if seat is None:
+        host.admission.wrong_token(address, "seat")
+        raise ApiError(401, "wrong_token", "This seat's key is not valid; reload the page of the game.")
+    return seat
 
 
 async def body_of(request: Request, kind: type[Body]) -> Body:

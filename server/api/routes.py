@@ -15,8 +15,16 @@ from movingout.agents.errors import CheckpointError
 from movingout.maps import PRACTICE, load_map, map_to_json, shipped_map_names
 from movingout.recordings import RecordingError
 from movingout.server import messages as m
-from movingout.server.api import pages
-from movingout.server.api.authentication import address_of, admin, bearer, body_of, own_page
+from movingout.server.api import pages, share
+from movingout.server.api.authentication import (
+    address_of,
+    admin,
+    bearer,
+    body_of,
+    own_page,
+    room_of,
+    seat_of_token,
+)
 from movingout.server.api.errors import ApiError, error_json
 from movingout.server.api.room_requests import RoomRequest, open_room
 from movingout.server.api.status import report
@@ -24,7 +32,6 @@ from movingout.server.host import Host
 from movingout.server.notices import Notice
 from movingout.server.persistence.recording_service import ReplayFiles
 from movingout.server.rooms.room import Room
-from movingout.server.rooms.seat import Seat
 from movingout.study.questionnaire import PAPER, AnswerError
 
 
@@ -53,6 +60,7 @@ def install(app: FastAPI, host: Host) -> None:
     app.include_router(_play_routes(host))
     app.include_router(_answer_routes(host))
     app.include_router(_recording_routes(host))
+    app.include_router(share.routes(host))
     app.include_router(_admin_routes(host))
 
 
@@ -91,11 +99,11 @@ def _play_routes(host: Host) -> APIRouter:
 
     @router.get("/api/rooms/{room_id}")
     async def room(room_id: str) -> dict[str, Any]:
-        return _room_view(_room(host, room_id))
+        return _room_view(room_of(host, room_id))
 
     @router.get("/api/rooms/{room_id}/qr.svg")
     async def qr(room_id: str, request: Request) -> Response:
-        address = str(request.base_url).rstrip("/") + f"/play/{_room(host, room_id).id}"
+        address = str(request.base_url).rstrip("/") + f"/play/{room_of(host, room_id).id}"
         picture = io.BytesIO()  # with its namespace: the page shows it in an <img>
         segno.make(address, error="m").save(picture, kind="svg", border=2, scale=4, dark="#000", light="#fff")
         return Response(picture.getvalue(), media_type="image/svg+xml", headers={"cache-control": "no-store"})
@@ -141,7 +149,7 @@ def _answer_routes(host: Host) -> APIRouter:
 
     @router.post("/api/rooms/{room_id}/answers")
     async def save_answer(room_id: str, request: Request) -> dict[str, bool]:
-        seat = _seat_of_token(host, room_id, request)
+        seat = seat_of_token(host, room_id, request)
         answer = await body_of(request, AnswerRequest)
         try:
             PAPER.check_answer(answer.question, answer.value, answer.text)
@@ -157,22 +165,10 @@ def _answer_routes(host: Host) -> APIRouter:
 
     @router.get("/api/rooms/{room_id}/answers")
     async def answers(room_id: str, request: Request) -> dict[str, Any]:
-        seat = _seat_of_token(host, room_id, request)
+        seat = seat_of_token(host, room_id, request)
         return {"answers": await asyncio.to_thread(host.answer_log.of, room_id, seat.index)}
 
     return router
-
-
-def _seat_of_token(host: Host, room_id: str, request: Request) -> Seat:
-    room = _room(host, room_id)
-    address = address_of(request)
-    if host.admission.locked(address, "seat"):
-        raise ApiError(429, "locked", "Too many wrong keys from your address; wait a minute.")
-    seat = room.seating.seat_of_token(bearer(request))
-    if seat is None:
-        host.admission.wrong_token(address, "seat")
-        raise ApiError(401, "wrong_token", "This seat's key is not valid; reload the page of the game.")
-    return seat
 
 
 # ---- recordings -----------------------------------------------------------------------------------------------
@@ -231,7 +227,7 @@ def _admin_routes(host: Host) -> APIRouter:
 
     @router.post("/rooms/{room_id}/close")
     async def close(room_id: str) -> dict[str, bool]:
-        room = _room(host, room_id)
+        room = room_of(host, room_id)
         room.close(
             m.CLOSE_KICKED, Notice("closed_by_operator", "This room was closed by the person who runs the server.")
         )
@@ -244,13 +240,3 @@ def _admin_routes(host: Host) -> APIRouter:
         return {"reset": True}
 
     return router
-
-
-# ---- shared ---------------------------------------------------------------------------------------------------
-
-
-def _room(host: Host, room_id: str) -> Room:
-    room = host.registry.rooms.get(room_id)
-    if room is None:
-        raise ApiError(404, "no_room", "There is no such room (any more); open a new one from the start page.")
-    return room

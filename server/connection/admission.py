@@ -11,6 +11,7 @@ FORGET_AFTER = 10_000  # addresses; then all are cleared
 LOCK_S = 60.0
 FLOODS_PER_MINUTE = 10
 BAN_S = 10.0
+PICTURES_PER_MINUTE = 12
 
 Secret = Literal["seat", "admin"]
 Key = TypeVar("Key")
@@ -27,6 +28,7 @@ class AdmissionControl:
         self._guesses: dict[tuple[str, Secret], TokenBucket] = {}
         self._openings: dict[str, TokenBucket] = {}
         self._floods: dict[str, TokenBucket] = {}
+        self._drawings: dict[str, TokenBucket] = {}
         self._banned: dict[str, float] = {}  # until
         self._locked: dict[tuple[str, Secret], float] = {}  # until
 
@@ -80,6 +82,10 @@ class AdmissionControl:
     def may_open_room(self, address: str) -> bool:
         per_minute = self._limits.rooms_per_address_per_minute
         return self._bucket(self._openings, address, per_minute).take(self._clock())
+
+    def may_draw(self, address: str) -> bool:
+        """Whether a picture of a round may be drawn for this address now."""
+        return self._bucket(self._drawings, address, PICTURES_PER_MINUTE).take(self._clock())
 
     def _bucket(self, buckets: dict[Key, TokenBucket], key: Key, per_minute: int) -> TokenBucket:
         if len(buckets) > FORGET_AFTER:

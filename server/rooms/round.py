@@ -25,6 +25,7 @@ from movingout.recordings.episode import Episode, EventKind, Outcome
 from movingout.server import messages as m
 from movingout.server.frames import Bundle, BundleEvent, Input
 from movingout.server.notices import NOTHING, Notice
+from movingout.server.rooms.deliverers import Deliverers
 from movingout.server.rooms.input_buffer import NEUTRAL, TickInput
 from movingout.server.rooms.quality import RoundQuality
 from movingout.server.rooms.room_notices import recording_problem
@@ -70,6 +71,7 @@ class LiveRound:
         self.state: WorldState = self._world.state()
         self.delivered: tuple[bool, ...] = tuple(self._world.delivered().tolist())
         self._metrics = EpisodeMetrics(map_spec)
+        self._deliverers = Deliverers(len(map_spec.items))
         self._pending: list[BundleEvent] = []  # to be shown with the next tick
 
     def begin(self, writer: EpisodeWriter | None, problem: Notice = NOTHING) -> None:
@@ -180,6 +182,7 @@ class LiveRound:
             ac=numbers["ac"],
             recording=self.episode_id if self.is_recorded else "",
             metrics=numbers,
+            delivered_by=self._deliverers.of(self.delivered),
         )
 
     def header(
@@ -264,6 +267,7 @@ class LiveRound:
         self.state = self._world.state()
         self.delivered = tuple(self._world.delivered().tolist())
         self._metrics.update(before, actions, self.state)
+        self._deliverers.see(self.state.tick, self.state.held.tolist())
 
     def _note_hands(self, actions: Floats, held: list[int]) -> None:
         tick = self.state.tick

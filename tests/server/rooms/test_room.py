@@ -6,7 +6,7 @@ import pytest
 from movingout.server import messages as m
 from movingout.server.rooms.services import RESUME_S, Refused
 from movingout.world.metrics import METRICS
-from tests.server.script import deliver_simple
+from tests.server.script import ERRANDS, deliver_simple
 from tests.server.support import TICK, Table
 
 
@@ -114,6 +114,8 @@ def test_delivering_everything_ends_the_round_with_a_result() -> None:
     assert (result.outcome, result.delivered, result.items, result.tcr) == ("delivered", 3, 3, 1.0)
     assert list(result.metrics) == [metric.key for metric in METRICS]
     assert result.metrics["tcr"] == 1.0 and result.metrics["interdependence"] == 0.0
+    brought = {item: [seat] for seat, errands in ERRANDS.items() for item, *_ in errands}
+    assert result.delivered_by == [brought[item] for item in range(3)]
     assert table.phase == "series_over"
     delivered = [event for bundle in blue.bundles for event in bundle.events if event.kind == "delivered"]
     assert sorted(event.item for event in delivered) == [0, 1, 2]
