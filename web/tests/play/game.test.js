@@ -88,6 +88,7 @@ const result = {
   wt_s: 0,
   ac: -1,
   recording: "",
+  delivered_by: [[]],
   metrics: { tcr: 0, nfd: 0, wt_s: 0, ac: -1, interdependence: 0.5, of_a_newer_server: 1 },
 };
 
