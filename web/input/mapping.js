@@ -55,7 +55,7 @@ function completed(kept) {
   const codes = filledIn(
     slots.map(({ set, action }) => DEFAULTS.keys[set][action]),
     slots.map(({ set, action }) => kept.keys?.[set]?.[action]),
-    (code) => typeof code === "string",
+    (code) => typeof code === "string" && !PAUSE_KEYS.includes(code),
   );
   const indices = filledIn(
     BUTTON_ACTIONS.map((action) => BUTTONS[action]),

@@ -30,6 +30,13 @@ test("a mapping comes back as it was kept", () => {
   assert.deepEqual(loadMapping(storage(kept)), mapping);
 });
 
+test("a kept key that pauses the game gives way to the default", () => {
+  const kept = structuredClone(DEFAULTS);
+  kept.keys[0].grab = "KeyP";
+  kept.keys[1].up = "Escape";
+  assert.deepEqual(loadMapping(storage(JSON.stringify(kept))), DEFAULTS);
+});
+
 test("nothing usable in storage means the defaults", () => {
   for (const value of [null, "", "{", "[]", "{}", '{"keys":[{},{}],"buttons":{},"deadZone":0.3}', '"x"']) {
     assert.deepEqual(loadMapping(storage(value)), DEFAULTS, String(value));
