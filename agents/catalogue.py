@@ -114,8 +114,8 @@ def damaged_cards() -> list[str]:
 def _trained_card(card: Card) -> AgentCard:
     scores = {name: score.mean for name, score in card.scores.items()}
     maps = "all" if set(card.maps) >= set(map_names()) else ", ".join(card.maps)
-    learned = card.policy.kind, card.training.population
-    return AgentCard(card.id, card.name, card.kind, maps, card.description, scores, *learned)
+    policy = card.policy.kind if card.policy else card.kind
+    return AgentCard(card.id, card.name, card.kind, maps, card.description, scores, policy, card.training.population)
 
 
 def agent_card(agent_id: str) -> AgentCard:

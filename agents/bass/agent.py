@@ -267,10 +267,10 @@ def bass_agent(
     card = checkpoint.card
     if card.dynamics is None or card.selection is None:
         raise CheckpointError(f"checkpoint {card.id} is of kind bass but has no dynamics or selection")
-    if card.selection.depth > card.policy.horizon:
+    if card.selection.depth > card.network.horizon:
         raise CheckpointError(
             f"checkpoint {card.id} simulates {card.selection.depth} ticks, "
-            f"but its policy predicts {card.policy.horizon}"
+            f"but its policy predicts {card.network.horizon}"
         )
     variants = {
         ("learned", "policy"): BassAgent,
@@ -289,7 +289,7 @@ def bass_agent(
         raise AgentError(f"{card.id} has no value network; train it with --score value, or use score=nfd")
     changes = {**SAMPLINGS.get(sampling, {}), **({"score": score} if score else {})}
     selection = card.selection.model_copy(update=changes)
-    network = shared_policy_network(card.policy, checkpoint.read("policy.onnx"))
+    network = shared_policy_network(card.network, checkpoint.read("policy.onnx"))
     dynamics = shared_network(checkpoint.read("dynamics.onnx"))
     value = Value(card.value, shared_network(checkpoint.read("value.onnx"))) if card.value else None
-    return variants[simulator, partner](card.policy, network, dynamics, selection, execute, value)
+    return variants[simulator, partner](card.network, network, dynamics, selection, execute, value)

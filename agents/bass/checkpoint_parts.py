@@ -65,9 +65,9 @@ def simulator_of(checkpoint: Checkpoint, depth: int, grasp: Grasp) -> TrainedSim
     card = checkpoint.card
     if card.dynamics is None or card.selection is None:
         raise CheckpointError(f"{card.id} has no simulator; name an agent of kind bass")
-    if (card.selection.depth, card.policy.grasp) != (depth, grasp):
+    if (card.selection.depth, card.network.grasp) != (depth, grasp):
         raise CheckpointError(
-            f"the simulator of {card.id} is for {card.selection.depth} ticks and grasp {card.policy.grasp}, "
+            f"the simulator of {card.id} is for {card.selection.depth} ticks and grasp {card.network.grasp}, "
             f"not for {depth} and {grasp}"
         )
     onnx, weights = checkpoint.read("dynamics.onnx"), checkpoint.read("dynamics.safetensors")

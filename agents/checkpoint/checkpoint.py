@@ -120,7 +120,7 @@ class Card(_StrictModel):
     description: _Line
     kind: KindName
     maps: Annotated[tuple[_Line, ...], Field(min_length=1, max_length=64)]
-    policy: PolicySpec
+    policy: PolicySpec | None = None  # of kinds that play by a policy network
     dynamics: DynamicsSpec | None = None
     selection: SelectionSpec | None = None
     value: ValueSpec | None = None
@@ -129,6 +129,13 @@ class Card(_StrictModel):
     value_training: Training | None = None
     scores: dict[Annotated[str, Field(max_length=60)], Score] = {}
     files: Annotated[tuple[FileEntry, ...], Field(min_length=1, max_length=8)]
+
+    @property
+    def network(self) -> PolicySpec:
+        """The shape of the policy network. Raises CheckpointError for an agent without one."""
+        if self.policy is None:
+            raise CheckpointError(f"{self.id} has no policy network")
+        return self.policy
 
     @field_validator("scores")
     @classmethod

@@ -44,7 +44,7 @@ def _train(run: TrainingRun[BassConfig]) -> Trained:
     config, options = run.config, run.options
     base = run.find(options.base)
     _check(config, base, options)
-    grasp = base.card.policy.grasp
+    grasp = base.card.network.grasp
     simulator = simulator_of(run.find(options.simulator), config.depth, grasp) if options.simulator else None
     value = value_of(run.find(options.value)) if options.value else None
     trained = []
@@ -68,7 +68,7 @@ def _train(run: TrainingRun[BassConfig]) -> Trained:
 
 def _check(config: BassConfig, base: Checkpoint, options: argparse.Namespace) -> None:
     """Raises DataError for options that do not go together."""
-    horizon = base.card.policy.horizon
+    horizon = base.card.network.horizon
     if config.depth > horizon:
         raise DataError(
             f"{options.base} predicts {horizon} ticks, so --depth {config.depth} is too far; --depth {horizon}"
@@ -95,7 +95,7 @@ def _train_simulator(
     fitted = train_dynamics(config, transitions, run.folder)
     run.check_learned(data, before, fitted, "--updates")
     training = run.training(data, data.people, len(transitions), fitted.updates)
-    return packed_simulator(fitted.network, config.depth, base.card.policy.grasp, training)
+    return packed_simulator(fitted.network, config.depth, base.card.network.grasp, training)
 
 
 def _train_value(run: TrainingRun[BassConfig], config: BassConfig, data: TrainingData, before: str) -> "TrainedValue":

@@ -51,7 +51,7 @@ def load_policy(checkpoint: Checkpoint, execute: int = 0) -> Agent:
     from movingout.agents.inference.network import shared_policy_network
     from movingout.agents.inference.policy_agent import PolicyAgent
 
-    spec = checkpoint.card.policy
+    spec = checkpoint.card.network
     return PolicyAgent(spec, shared_policy_network(spec, checkpoint.read("policy.onnx")), execute)
 
 

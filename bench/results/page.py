@@ -143,5 +143,7 @@ def _trained(cards: Mapping[str, Card]) -> str:
     for agent, card in cards.items():
         size = sum(entry.bytes for entry in card.files) / 1e6
         of = card.training
-        lines.append(f"| {agent} | {of.episodes} | {of.windows} | {of.updates} | {card.policy.width} | {size:.1f} MB |")
+        lines.append(
+            f"| {agent} | {of.episodes} | {of.windows} | {of.updates} | {card.network.width} | {size:.1f} MB |"
+        )
     return "\n".join(lines)

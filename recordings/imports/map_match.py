@@ -10,8 +10,8 @@ from movingout.maps.spec import ItemSpec, Shape, Size
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.imports.steps import OfficialItem, OfficialSteps
 
-# The official environment's old numbers: 1000-1003 are maps 1-4, 2000-2007 are maps 5-12.
-OLD_NUMBERS = {number: name for number, name in zip([*range(1000, 1004), *range(2000, 2008)], map_names(), strict=True)}
+# The official environment's old numbers: 1000-1003 are the paper's maps 1-4, 2000-2007 its maps 5-12.
+OLD_NUMBERS = dict(zip([*range(1000, 1004), *range(2000, 2008)], map_names(), strict=False))
 SAME = 1e-9  # arena units; below it a pose is as designed
 _MASSES: dict[str, float] = {"small": 0.1, "middle": 0.5, "large": 0.5}  # of the official maps
 

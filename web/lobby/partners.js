@@ -8,9 +8,6 @@ import { agentName } from "../text/names.js";
 
 /** @typedef {import("./choice.js").AgentCard} AgentCard */
 
-/** What trained policies are called. @type {Record<string, string>} */
-const POLICIES = { mlp: "MLP", gru: "GRU", dp: "Diffusion Policy" };
-
 /** @param {AgentCard} agent */
 export function partnerName({ id, name }) {
   return agentName(id, name || id);
@@ -37,15 +34,21 @@ export function partnerLine(agent) {
 export function researchLine(agent) {
   if (!isTrained(agent)) return "";
   const { kind, policy: trained, population, tcr } = agent;
-  const name = POLICIES[trained ?? ""];
-  const policy = kind === "bass" ? say("lobby.policy.bass", { policy: name }) : name;
+  const name = kindName(trained || kind || "");
+  const wrapped = `lobby.policy.with.${kind}`;
+  const policy = kind !== trained && has(wrapped) ? say(wrapped, { policy: name }) : name;
   const what = say("lobby.trained", { policy, population: populationText(population ?? "") });
   return typeof tcr?.unseen === "number" ? `${what} ${tcrText(tcr.unseen, tcr.alone)}` : what;
 }
 
 /** @param {AgentCard} agent */
-function isTrained({ policy, population }) {
-  return Boolean(POLICIES[policy ?? ""] && population);
+function isTrained({ population }) {
+  return Boolean(population);
+}
+
+/** A trained kind as researchers call it; one without a text is called by its own word. @param {string} kind */
+function kindName(kind) {
+  return has(`lobby.policy.${kind}`) ? say(`lobby.policy.${kind}`) : kind;
 }
 
 /** "scripted people of A and B; none of C": whose play it has learned from. @param {string} population */

@@ -39,7 +39,7 @@ def test_training_writes_an_agent_that_plays(
     assert main(["train", "dp", str(recordings), "--id", "dp@tiny", "--data", str(tmp_path), "--json", *TINY]) == 0
     assert json.loads(capsys.readouterr().out)["windows"] == 3 * 2 * 30
     card = find_checkpoint("dp@tiny", tmp_path / "models").card
-    assert (card.training.episodes, card.maps, card.policy.width) == (3, ("HandOff",), 16)
+    assert (card.training.episodes, card.maps, card.network.width) == (3, ("HandOff",), 16)
     run = tmp_path / "runs" / "dp-tiny"
     assert json.loads((run / "config.json").read_text())["batch"] == 32
     assert list(run.glob("events.*"))

@@ -52,6 +52,11 @@ test("researchers read what it is, whom it learned from and its score with peopl
   );
 });
 
+test("a kind that the catalogue of texts does not know is called by its own word", () => {
+  const mean = { ...BASS, kind: "mean", policy: "mean", tcr: { unseen: null, alone: null } };
+  assert.equal(researchLine(mean), "mean, learned from scripted people of A and B.");
+});
+
 test("of an agent that was not trained nothing is invented", () => {
   assert.equal(partnerLine(IDLE), "Does nothing: you play alone.");
   assert.equal(researchLine(IDLE), "");
