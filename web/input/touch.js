@@ -6,7 +6,6 @@ import { CENTRED, lengthOf } from "./stick.js";
 /** @typedef {import("./keyboard.js").Reading} Reading */
 /** @typedef {import("./stick.js").Stick} Stick */
 
-const REACH_PX = 56; // from the centre to full speed
 const SLACK = 0.12; // dead zone: a resting thumb trembles
 
 export class Touch {
@@ -16,6 +15,7 @@ export class Touch {
   #grabs = 0;
   #backward = false;
   #used = false;
+  #reachPx = 1; // from the centre to full speed: as far as the ring that is drawn
   /** @type {() => void} */
   #onChange;
   /** @type {HTMLElement} */
@@ -54,6 +54,7 @@ export class Touch {
       zone.setPointerCapture(event.pointerId);
       this.#finger = event.pointerId;
       centre = { x: event.clientX, y: event.clientY };
+      this.#reachPx = Math.max(1, this.#knob.offsetWidth / 2);
       const box = zone.getBoundingClientRect();
       this.#knob.style.setProperty("--stick-x", `${event.clientX - box.left}px`);
       this.#knob.style.setProperty("--stick-y", `${event.clientY - box.top}px`);
@@ -62,7 +63,7 @@ export class Touch {
     });
     zone.addEventListener("pointermove", (event) => {
       if (event.pointerId !== this.#finger) return;
-      this.#move({ x: (event.clientX - centre.x) / REACH_PX, y: (centre.y - event.clientY) / REACH_PX });
+      this.#move({ x: (event.clientX - centre.x) / this.#reachPx, y: (centre.y - event.clientY) / this.#reachPx });
     });
     for (const kind of ["pointerup", "pointercancel"]) {
       zone.addEventListener(kind, (event) => {
@@ -76,8 +77,8 @@ export class Touch {
     const length = lengthOf(stick);
     const scale = length < SLACK ? 0 : 1 / Math.max(1, length);
     this.#stick = { x: stick.x * scale, y: stick.y * scale };
-    this.#knob.style.setProperty("--knob-x", `${this.#stick.x * REACH_PX}px`);
-    this.#knob.style.setProperty("--knob-y", `${-this.#stick.y * REACH_PX}px`);
+    this.#knob.style.setProperty("--knob-x", `${this.#stick.x * this.#reachPx}px`);
+    this.#knob.style.setProperty("--knob-y", `${-this.#stick.y * this.#reachPx}px`);
     this.#touched();
   }
 

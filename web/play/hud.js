@@ -45,6 +45,7 @@ export class Hud {
     arena: byId("arena", HTMLCanvasElement),
     stalled: /** @type {Element} */ (document.querySelector("#stalled")),
     stop: byId("stop", HTMLButtonElement),
+    stopWords: byId("stop-words", HTMLElement),
   };
   /** @type {Map<Element, string>} what was last written where */
   #written = new Map();
@@ -80,13 +81,13 @@ export class Hud {
     if (phase === "countdown" && room?.reason && !welcome?.study)
       this.showProblem(reasonText(room), nowMs, "attention");
     if (nowMs > this.#problemUntilMs) this.#parts.problem.hidden = true;
-    const { play, connection, stalled, stop } = this.#parts;
+    const { play, connection, stalled, stop, stopWords } = this.#parts;
     play.dataset.phase = game.phase;
     const line = connectionWords(status, scene?.stalled ?? false, game.clock.rttMs);
     this.#text(connection, line.words);
     this.#attribute(connection, "class", line.state ? `pill pill-${line.state}` : "pill");
     stalled.toggleAttribute("hidden", !(scene?.stalled || status === "reconnecting"));
-    this.#text(stop, stopWords(game));
+    this.#text(stopWords, stopSentence(game));
     stop.hidden = game.phase.endsWith("_over") && game.welcome?.mode !== "watch";
     if (game.round === null || scene === null) return;
     this.#heading(game.round);
@@ -136,6 +137,7 @@ export class Hud {
       this.#text(this.#seatRows[index].name, mine && device ? `${name} · ${device}` : name);
       this.#text(this.#seatRows[index].words, words);
       this.#attribute(this.#seatRows[index].words, "data-state", urgent ? "attention" : "");
+      this.#seatRows[index].box.toggleAttribute("data-own", mine);
     });
   }
 
@@ -196,7 +198,7 @@ export class Hud {
 }
 
 /** What the button below the cards does now. @param {Game} game */
-function stopWords(game) {
+function stopSentence(game) {
   if (game.welcome?.mode === "watch") return say("play.stopWatching");
   return game.phase === "lobby" ? say("play.leave") : say("play.pauseOrStop");
 }

@@ -162,7 +162,7 @@ class Play {
     fitCanvas(this.#canvas);
     const pulse = calm.matches ? 1 : 0.5 + 0.5 * Math.sin((2 * Math.PI * nowMs) / PULSE_MS);
     const intents = phase === "playing" ? this.#intents : [];
-    drawScene(this.#context, round.map, view, { intents, own: own.length === 1 ? own : [], pulse });
+    drawScene(this.#context, round.map, view, { intents, own: own.length === 1 ? own : [], pulse, rounded: true });
     if (phase === "playing") this.#decisions.draw(this.#context, round.map, view);
   }
 

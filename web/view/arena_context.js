@@ -11,12 +11,14 @@ export class ArenaContext {
    * @param {CanvasRenderingContext2D | OffscreenCanvasRenderingContext2D} ctx
    * @param {Theme} theme
    * @param {number} side canvas side in pixels
+   * @param {number} [density] pixels of the canvas per CSS pixel
    */
-  constructor(ctx, theme, side) {
+  constructor(ctx, theme, side, density = 1) {
     this.ctx = ctx;
     this.theme = theme;
+    this.density = density;
     this.unit = side / (2 * ARENA_HALF); // pixels per arena unit
-    this.hair = Math.max(side / 640, 0.75); // the thinnest line, pixels
+    this.hair = Math.max(side / 640, 0.75 * density); // the thinnest line, pixels
   }
 
   /** @param {number} x @param {number} y @returns {[number, number]} */

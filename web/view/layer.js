@@ -11,20 +11,21 @@ const WALL_MARGIN = 0.01; // a wall is this much thicker than its rectangle, as 
 /** @type {WeakMap<HTMLCanvasElement, Layer>} */
 const layers = new WeakMap();
 
-/** @param {HTMLCanvasElement} canvas @param {GameMap} map @param {Theme} theme @returns {OffscreenCanvas} */
-export function staticLayer(canvas, map, theme) {
-  const known = layers.get(canvas);
-  const side = canvas.width;
+/** @param {ArenaContext} page  of the canvas that it is for @param {GameMap} map @returns {OffscreenCanvas} */
+export function staticLayer({ ctx: { canvas }, theme, density }, map) {
+  const page = /** @type {HTMLCanvasElement} */ (canvas);
+  const known = layers.get(page);
+  const side = page.width;
   if (known?.map === map && known.theme === theme && known.side === side) return known.canvas;
   const layer = new OffscreenCanvas(side, side);
   const ctx = layer.getContext("2d");
   if (ctx === null) throw new Error("this browser cannot draw on a canvas");
-  const arena = new ArenaContext(ctx, theme, side);
+  const arena = new ArenaContext(ctx, theme, side, density);
   ctx.fillStyle = theme.surface;
   ctx.fillRect(0, 0, side, side);
   for (const goal of map.goals) drawGoal(arena, goal);
   for (const wall of map.walls) drawWall(arena, wall);
-  layers.set(canvas, { map, theme, side, canvas: layer });
+  layers.set(page, { map, theme, side, canvas: layer });
   return layer;
 }
 
