@@ -12,7 +12,7 @@ from movingout.maps.errors import MovingOutError
 from movingout.maps.randomize import Split, randomize
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.recordings import RecordingError
-from movingout.recordings.recorded_seat import GHOST, ghost_name, read_recorded_seat
+from movingout.recordings.recorded_seat import GHOST, read_recorded_seat
 from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RoomConfig
 
@@ -25,7 +25,7 @@ class GhostSeat(NamedTuple):
     """One ghost, and the map on which its actions make sense."""
 
     ghost: str  # FILE#red
-    player: str  # who played then
+    player: str  # who played then, empty if nobody knows
     seat: int
     map: str
     challenge2_seed: int | None  # None for the map as designed
@@ -36,7 +36,7 @@ class GhostSeat(NamedTuple):
         if index != self.seat:
             raise GhostError(f"This ghost was recorded in the {SEAT_COLOURS[self.seat]} seat; give it that seat.")
         agent_id = f"{GHOST}:{self.ghost}"
-        return Seat(index, GHOST, agent_id, name=f"Ghost of {self.player}" if self.player else ghost_name(agent_id))
+        return Seat(index, GHOST, agent_id, name=self.player)
 
 
 def ghost_seat(ghost: str) -> GhostSeat:

@@ -16,6 +16,7 @@ class SeatAssignment:
         self, room_id: str, seats: list[Seat], new_token: Callable[[], str], new_id: Callable[[], str]
     ) -> None:
         self.clients: list[ClientHandle] = []
+        self._spectators: list[ClientHandle] = []  # of the clients, those who joined to watch
         self._room_id = room_id
         self._seats = seats
         self._new_token = new_token
@@ -23,7 +24,8 @@ class SeatAssignment:
 
     @property
     def spectators(self) -> int:
-        return sum(not self.seats_of(client) for client in self.clients)
+        """How many watch; who has left their seat and reads the result is none of them."""
+        return len(self._spectators)
 
     def seats_of(self, client: ClientHandle) -> list[Seat]:
         return [seat for seat in self._seats if seat.client is client]
@@ -53,6 +55,8 @@ class SeatAssignment:
         """Remove a client; returns the seats that have lost their player."""
         if client in self.clients:
             self.clients.remove(client)
+        if client in self._spectators:
+            self._spectators.remove(client)
         dropped = self.seats_of(client)
         for seat in dropped:
             seat.client, seat.absent_since = None, now
@@ -71,6 +75,7 @@ class SeatAssignment:
                 f"{MAX_SPECTATORS} people are watching this room already; try again later.",
             )
         self.clients.append(client)
+        self._spectators.append(client)
 
     def _by_token(self, tokens: list[str]) -> list[Seat]:
         found = [self.seat_of_token(token) for token in tokens[: len(self._seats)]]

@@ -176,7 +176,7 @@ def test_a_person_plays_with_the_recording(open_page: OpenPage, episode: Episode
     page = replay(open_page(f"/replay/{EPISODE}"))
     page.get_by_role("button", name="Take blue").click()
     expect(page).to_have_url(re.compile("/play/"))
-    expect(page.get_by_text(f"Ghost of {episode.header.seats[1].name}").first).to_be_visible()
+    expect(page.get_by_text("Recording of Computer partner").first).to_be_visible()
     expect(page.get_by_text("Hand Off").first).to_be_visible()
 
 

@@ -7,6 +7,7 @@ import { freeDisk, isLate, milliseconds, NO_PILL, roundTripPill } from "../compo
 import { clockText, secondsOf } from "../core/ticks.js";
 import { reasonText } from "../play/seat_phrases.js";
 import { has, say } from "../text/catalogue.js";
+import { playerName } from "../text/names.js";
 
 /** @typedef {import("../components/dashboard.js").Pill} Pill */
 /** @typedef {import("../components/dashboard.js").Fact} Fact */
@@ -101,7 +102,7 @@ export function recordingPill({ phase, recording, recording_problem }) {
 /** @param {Seat} seat */
 export function seatWords({ kind, name, open, present, device }) {
   if (open) return say("admin.seat.free");
-  const who = name || say(`admin.seat.${kind}`);
+  const who = name ? playerName(kind, name) : say(`admin.seat.${kind}`);
   if (!present && (kind === "human" || kind === "remote")) return say("admin.seat.away", { who });
   return device && kind === "human" ? `${who} · ${say(`play.device.${device}`)}` : who;
 }

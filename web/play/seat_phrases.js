@@ -17,6 +17,7 @@ const PATIENCE_MS = 1000; // a shorter interruption is not mentioned
 export function seatName(seat, own, watching = false) {
   if (own) return seat.name || say("play.you");
   if (["agent", "idle"].includes(seat.kind)) return agentName(seat.name || seat.kind);
+  if (seat.kind === "ghost" && seat.name) return say("play.ghost.of", { player: agentName(seat.name) });
   return seat.name || (seat.kind === "human" && !watching ? say("play.partner") : say(`play.kind.${seat.kind}`));
 }
 

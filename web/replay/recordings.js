@@ -7,7 +7,7 @@ import { openWithToken } from "../components/admin_token.js";
 import { request } from "../core/api.js";
 import { decodeValues } from "../core/metric_values.js";
 import { badge, byId, el, notice } from "../core/dom.js";
-import { filterChoices, filterRecordings, playerName } from "./recordings_filter.js";
+import { filterChoices, filterRecordings, playerWords } from "./recordings_filter.js";
 import { save } from "./source.js";
 import { duration, percent } from "../play/result_words.js";
 import { currentLanguage, has, say, sayError } from "../text/catalogue.js";
@@ -26,7 +26,7 @@ const TONES = /** @type {Record<string, string>} */ ({
 });
 const FILTERS = /** @type {const} */ ([
   { key: "map", words: titleOf },
-  { key: "player", words: playerName },
+  { key: "player", words: playerWords },
   { key: "outcome", words: outcomeWords },
 ]);
 
@@ -164,7 +164,7 @@ function damagedRow({ id, damage }) {
 /** @param {Row} row */
 function players({ blue, red }) {
   const side = (/** @type {number} */ seat, /** @type {string | undefined} */ player) =>
-    el("span", { class: "agent" }, badge(seat), playerName(player));
+    el("span", { class: "agent" }, badge(seat), playerWords(player));
   return el(
     "span",
     { class: "players" },

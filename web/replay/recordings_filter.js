@@ -3,6 +3,8 @@
  * Filters of the list of recordings. Pure.
  */
 
+import { playerName } from "../text/names.js";
+
 /**
  * @typedef {object} Row one line of GET /api/recordings; an unreadable file has `damage` and little else
  * @property {string} id
@@ -42,8 +44,8 @@ function distinct(values) {
   return [...new Set(values.filter((value) => value !== undefined && value !== ""))].sort().map(String);
 }
 
-/** "human P1" as people read it. @param {string} [player] */
-export function playerName(player = "") {
+/** "human P1" or "agent bass@all" as people read it. @param {string} [player] */
+export function playerWords(player = "") {
   const [kind, ...name] = player.split(" ");
-  return name.join(" ").trim() || kind || "–";
+  return playerName(kind, name.join(" ").trim());
 }

@@ -6,7 +6,7 @@
 import { badge, byId, el } from "../core/dom.js";
 import { headline } from "../play/result_words.js";
 import { currentLanguage, say } from "../text/catalogue.js";
-import { mapTitle } from "../text/names.js";
+import { mapTitle, playerName } from "../text/names.js";
 
 /** @typedef {import("./data.js").Summary} Summary */
 
@@ -27,7 +27,7 @@ export function showSummary(summary) {
       "div",
       { class: "replay-seat" },
       badge(index),
-      el("span", { class: "replay-seat-name" }, name || kind),
+      el("span", { class: "replay-seat-name" }, playerName(kind, name)),
       words[index],
     ),
   );

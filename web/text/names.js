@@ -48,8 +48,34 @@ export function mapDescription({ name, description }) {
   return has(key) ? say(key) : description;
 }
 
-/** The name of an agent by its id, "bass@all" or "scripted:seed=3". @param {string} id @param {string} [otherwise] */
+/**
+ * What people call an agent, by its id: "Computer partner" for "scripted:seed=3", "Trained partner (BASS)" for
+ * "bass@all", "Own agent (Careful)" for "package.module:Careful". Any other name stays.
+ * @param {string} id @param {string} [otherwise]
+ */
 export function agentName(id, otherwise = id) {
-  const key = `agent.${id.split(/[@:]/)[0]}`;
-  return has(key) ? say(key) : otherwise;
+  const [name, ...options] = id.split(":");
+  const [policy, population] = name.split("@");
+  if (has(`agent.${name}`)) return say(`agent.${name}`);
+  if (population !== undefined) return say("agent.trained", { policy: policyName(policy) });
+  return /^[a-z_]\w*(\.\w+)+$/i.test(name) && options.length > 0 ? say("agent.own", { name: options[0] }) : otherwise;
+}
+
+/** "BASS" for "bass", "BASS, plain" for "bass-plain". @param {string} policy */
+function policyName(policy) {
+  const [base, ...variant] = policy.split("-");
+  const name = has(`policy.${base}`) ? say(`policy.${base}`) : base;
+  return [name, variant.join(" ")].filter(Boolean).join(", ");
+}
+
+/**
+ * A player for those who run a server or read recordings: agents with their ids beside the name.
+ * @param {string} kind human, agent, remote, ghost or idle
+ * @param {string} id of an agent; the name or pseudonym of somebody else, or empty
+ */
+export function playerName(kind, id) {
+  const unnamed = has(`play.kind.${kind}`) ? say(`play.kind.${kind}`) : kind || "–";
+  if (kind === "idle") return agentName(id || kind);
+  const name = kind === "agent" ? agentName(id) : kind === "ghost" ? unnamed : id;
+  return name === id || !id ? id || unnamed : `${name} · ${id}`;
 }

@@ -82,6 +82,15 @@ def test_spectators_see_everything_and_may_do_nothing() -> None:
     assert isinstance(state, m.RoomState) and state.spectators == 1
 
 
+def test_who_has_left_their_seat_is_no_spectator() -> None:
+    table = Table()
+    table.join(mode="watch")
+    blue, red = table.play()
+    table.say(blue, m.Leave(0))
+    state = red.last(m.RoomState)
+    assert isinstance(state, m.RoomState) and state.spectators == 1
+
+
 def test_spectators_are_limited() -> None:
     table = Table()
     for _ in range(30):

@@ -118,7 +118,7 @@ def test_controls_that_could_not_be_tried_are_kept_and_the_experimenter_is_told(
     kept = [row for row in solo.running.databases.store.rows(audit) if row["action"] == "input-check"]
     assert [(row["actor"], json.loads(row["detail"])) for row in kept] == [("participant", {"untried": ["up", "grab"]})]
     (alert,) = [one for one in solo.running.alerts.to_json() if one["about"] == "controls"]
-    assert alert["text"] == f"{visitor.pid} went on without trying: up, grab"
+    assert alert["text"] == f"{visitor.pid} continued without trying: up, grab."
 
 
 def screened_out(visitor: Visitor) -> None:

@@ -29,7 +29,7 @@ const IDLE = {
 test("a partner has a name for people, never an id", () => {
   assert.equal(partnerName(BASS), "Trained partner (BASS)");
   assert.equal(partnerName(IDLE), "Partner who stands still");
-  assert.equal(partnerName({ ...BASS, id: "my.module:Mine", name: "Mine" }), "Mine");
+  assert.equal(partnerName({ ...BASS, id: "my.module:Mine", name: "Mine" }), "Own agent (Mine)");
 });
 
 test("whoever plays reads what to expect of a trained partner, without abbreviations", () => {

@@ -66,6 +66,8 @@ test("names: mine, the partner's, an agent's", () => {
   assert.equal(seatName(seat(), false, true), "A person", "whoever watches has no partner");
   assert.equal(seatName(seat({ kind: "agent", name: "scripted" }), false), "Computer partner");
   assert.equal(seatName(seat({ kind: "agent", name: "bass@all" }), false), "Trained partner (BASS)");
+  assert.equal(seatName(seat({ kind: "ghost", name: "scripted" }), false), "Recording of Computer partner");
+  assert.equal(seatName(seat({ kind: "ghost" }), false), "Recording");
   assert.equal(seatName(seat({ name: "Ada" }), false), "Ada");
 });
 

@@ -2,7 +2,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { filterChoices, filterRecordings, playerName } from "../../replay/recordings_filter.js";
+import { filterChoices, filterRecordings, playerWords } from "../../replay/recordings_filter.js";
+import { speak } from "../text/support.js";
 
 /** @type {import("../../replay/recordings_filter.js").Row[]} */
 const ROWS = [
@@ -48,9 +49,10 @@ test("the choices are what occurs, once, sorted", () => {
   });
 });
 
-test("names are shown without their kind", () => {
+test("players are shown as people read them", () => {
+  speak("en");
   assert.deepEqual(
-    ["human P1", "agent bass@all", "human ", ""].map((player) => playerName(player)),
-    ["P1", "bass@all", "human", "–"],
+    ["human P1", "agent bass@all", "human ", ""].map((player) => playerWords(player)),
+    ["P1", "Trained partner (BASS) · bass@all", "A person", "–"],
   );
 });

@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { mapDescription, mapTitle } from "../../text/names.js";
+import { agentName, mapDescription, mapTitle, playerName } from "../../text/names.js";
 import { speak } from "./support.js";
 
 test("a map has the title of the catalogue, else its own, else its name in words", () => {
@@ -18,4 +18,42 @@ test("a mirrored or turned map says so in its title", () => {
   assert.equal(mapTitle({ name: "HandOff:mirror:rot90", title: "HO" }), "Hand Off, mirrored, turned 90°");
   assert.equal(mapTitle({ name: "MyLab:rot270", title: "The lab" }), "The lab, turned 270°");
   assert.match(mapDescription({ name: "HandOff:rot180", description: "?" }), /narrow pathway/);
+});
+
+test("an agent has a name that says what it is; any other name stays", () => {
+  speak("en");
+  const names = [
+    "scripted:seed=3",
+    "idle",
+    "bass@all:execute=4",
+    "bass-plain@a",
+    "my-net@x",
+    "lab.policy:Careful",
+    "Partner A",
+  ];
+  assert.deepEqual(
+    names.map((name) => agentName(name)),
+    [
+      "Computer partner",
+      "Partner who stands still",
+      "Trained partner (BASS)",
+      "Trained partner (BASS, plain)",
+      "Trained partner (my, net)",
+      "Own agent (Careful)",
+      "Partner A",
+    ],
+  );
+  speak("de");
+  assert.equal(agentName("dp@all"), "Trainierter Partner (DP)");
+});
+
+test("those who run a server see the id of an agent beside its name", () => {
+  speak("en");
+  assert.equal(playerName("agent", "bass@all"), "Trained partner (BASS) · bass@all");
+  assert.equal(playerName("agent", "Partner A"), "Partner A");
+  assert.equal(playerName("human", "P7"), "P7");
+  assert.equal(playerName("human", ""), "A person");
+  assert.equal(playerName("idle", "idle"), "Partner who stands still");
+  assert.equal(playerName("ghost", "ghost:E1#red"), "Recording · ghost:E1#red");
+  assert.equal(playerName("", ""), "–");
 });

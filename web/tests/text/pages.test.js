@@ -3,6 +3,8 @@ import assert from "node:assert/strict";
 import { readFileSync, readdirSync } from "node:fs";
 import { test } from "node:test";
 
+import { LANGUAGES } from "../../text/language.js";
+
 const WEB = new URL("../../", import.meta.url);
 /** @type {Record<string, string>} */
 const ENGLISH = JSON.parse(readFileSync(new URL("words/en.json", WEB), "utf-8"));
@@ -15,5 +17,26 @@ for (const page of PAGES.filter((name) => name.endsWith(".html"))) {
     for (const [, key, text] of html.matchAll(/data-say="([\w.-]+)"[^>]*>([^<]*)</g)) {
       if (plain(text) !== "") assert.equal(plain(text), ENGLISH[key], key);
     }
+  });
+
+  test(`${page} has no words that only English readers understand`, () => {
+    const html = readFileSync(new URL(page, WEB), "utf-8").replace(/<(noscript|script|style)\b.*?<\/\1>/gs, "");
+    const words = [...html.matchAll(/<(\w+)([^>]*)>([^<]*\p{L}{2}[^<]*)</gu)]
+      .filter(([, , attributes]) => !/data-say=|data-theme-button|\bid="(play-all|now-help|study-banner)"/.test(attributes))
+      .map(([, , , text]) => plain(text));
+    assert.deepEqual(
+      words.filter((text) => text !== "Moving Out Live"),
+      [],
+    );
+  });
+
+  test(`${page} tells every reader that it needs scripts, if it does nothing without them`, () => {
+    const html = readFileSync(new URL(page, WEB), "utf-8");
+    const told = [...(html.match(/<noscript>.*?<\/noscript>/s)?.[0] ?? "").matchAll(/<span lang="(\w+)">/g)];
+    const languages = page === "404.html" ? [] : Object.keys(LANGUAGES);
+    assert.deepEqual(
+      told.map(([, language]) => language),
+      languages,
+    );
   });
 }
