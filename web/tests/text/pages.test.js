@@ -22,7 +22,9 @@ for (const page of PAGES.filter((name) => name.endsWith(".html"))) {
   test(`${page} has no words that only English readers understand`, () => {
     const html = readFileSync(new URL(page, WEB), "utf-8").replace(/<(noscript|script|style)\b.*?<\/\1>/gs, "");
     const words = [...html.matchAll(/<(\w+)([^>]*)>([^<]*\p{L}{2}[^<]*)</gu)]
-      .filter(([, , attributes]) => !/data-say=|data-theme-button|\bid="(play-all|now-help|study-banner)"/.test(attributes))
+      .filter(
+        ([, , attributes]) => !/data-say=|data-theme-button|\bid="(play-all|now-help|study-banner)"/.test(attributes),
+      )
       .map(([, , , text]) => plain(text));
     assert.deepEqual(
       words.filter((text) => text !== "Moving Out Live"),
