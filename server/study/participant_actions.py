@@ -10,6 +10,7 @@ from movingout.server.study.participant_session import ParticipantSession, notif
 from movingout.server.study.running_study import RunningStudy
 from movingout.server.study.transaction import Transaction
 from movingout.server.study.unit import StudyUnit
+from movingout.study.design.consent_text import filled
 from movingout.study.design.step_order import LAST_SOLO_STEP, WAITING
 from movingout.study.design.steps import Step
 from movingout.study.errors import StudyError
@@ -84,7 +85,7 @@ class ParticipantActions:
             raise StepRefused("boxes", "Please tick the boxes that are required, or say that you do not agree.")
         language = session.record.language
         ticked = [box.id for box in consent.boxes if box.id in boxes]
-        shown = consent.text.text(language)
+        shown = filled(self._study, consent.text, language)
         if not await tx.run(self._store.has_consented, session.pid, consent.version):
             await tx.run(self._store.consent, session.pid, consent.version, language, shown, ticked)
         await self._running.progress.advance(tx, session)

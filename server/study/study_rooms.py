@@ -81,6 +81,10 @@ class StudyRooms:
         """The map of a round or of the practice, after `prepare`."""
         return self._setup.map_of(step)
 
+    def map_name(self, step: Step) -> str:
+        """The map's name in the study file."""
+        return self._setup.config(step).maps[0]
+
     async def open(self, tx: Transaction, unit: StudyUnit, step: Step) -> None:
         """Open a room for the unit. If that fails, the reason is in `unit.problem`, and the monitor tries again."""
         tx.check()

@@ -32,7 +32,7 @@ def configure(parser: argparse.ArgumentParser) -> "argparse._SubParsersAction[ar
     new.set_defaults(perform=_new)
 
     check = commands.add_parser(
-        "check", help="timeline, duration, pay, orders, weaknesses; exit code 1 when an agent or a text is missing"
+        "check", help="timeline, duration, pay, orders, weaknesses; exit code 1 when something is missing or wrong"
     )
     check.add_argument("file", type=Path, metavar="FILE")
     check.add_argument("--json", action="store_true", help="one JSON document on standard output")
@@ -87,15 +87,22 @@ def _print(found: Review) -> None:
     _print_orders(console, found)
     for sentence in found.warnings:
         console.print(f"[yellow]warning:[/yellow] {escape(sentence)}", soft_wrap=True)
-    for sentence in (*found.missing, *found.untranslated):
+    for sentence in found.contradictions:
+        console.print(f"[red]wrong:[/red] {escape(sentence)}", soft_wrap=True)
+    for sentence in (*found.missing, *found.untranslated, *found.unfilled):
         console.print(f"[red]missing:[/red] {escape(sentence)}", soft_wrap=True)
     console.print(f"{'ready' if found.ready else 'not ready'}: {', '.join(_counts(found))}", soft_wrap=True)
 
 
 def _counts(found: Review) -> list[str]:
-    counts = {"agent": len(found.missing), "text": len(found.untranslated)}
-    missing = [f"{count} {noun}{'' if count == 1 else 's'} missing" for noun, count in counts.items()]
-    return [*missing, f"{len(found.warnings)} warning{'' if len(found.warnings) == 1 else 's'}"]
+    counts = {
+        "agent# missing": len(found.missing),
+        "text# missing": len(found.untranslated),
+        "blank# to fill in": len(found.unfilled),
+        "number# wrong": len(found.contradictions),
+        "warning#": len(found.warnings),
+    }
+    return [f"{count} {words.replace('#', '' if count == 1 else 's')}" for words, count in counts.items()]
 
 
 def _pay_in_words(found: Review) -> str:
@@ -158,4 +165,6 @@ def _document(found: Review) -> dict[str, Any]:
         "warnings": list(found.warnings),
         "missing": list(found.missing),
         "untranslated": list(found.untranslated),
+        "unfilled": list(found.unfilled),
+        "contradictions": list(found.contradictions),
     }

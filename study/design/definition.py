@@ -174,6 +174,13 @@ class Block(StudyModel):
         return tuple(known_map(name) for name in maps)
 
 
+class MapText(StudyModel):
+    """What participants read of a map of one's own, which the pages have no words for."""
+
+    title: LocalizedText
+    description: LocalizedText
+
+
 class Pairing(StudyModel):
     """How pairs are formed, and what happens when a partner is missing."""
 
@@ -225,6 +232,7 @@ class Study(StudyModel):
     partners: tuple[Partner, ...] = ()
     shuffle_letters: bool = True  # so that "Partner A" is not simply the first in this file
     blocks: Annotated[tuple[Block, ...], Field(min_length=1, max_length=50)]
+    map_texts: dict[str, MapText] = {}  # by the map's name in `maps` or `practice`
     questionnaires: tuple[QuestionnaireSpec, ...] = ()
     at_end: tuple[str, ...] = ()
     pairing: Pairing = Pairing()
@@ -243,6 +251,11 @@ class Study(StudyModel):
             if spec.id == name:
                 return spec.build(language)
         return instrument(name, language)
+
+    def map_text(self, name: str, language: str) -> tuple[str, str] | None:
+        """Title and description of a map that the file has texts for."""
+        text = self.map_texts.get(name)
+        return None if text is None else (text.title.text(language), text.description.text(language))
 
     def shuffles(self, name: str) -> bool:
         return any(spec.id == name and spec.shuffle for spec in self.questionnaires)

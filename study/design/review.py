@@ -1,6 +1,5 @@
 """What an experimenter should know before the first participant comes: timeline, pay, missing models, weaknesses."""
 
-import re
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -9,11 +8,10 @@ from typing import get_args
 from movingout.agents.catalogue import agent_card
 from movingout.agents.errors import AgentError
 from movingout.study.design.allocation import Assignment, assign, cells
+from movingout.study.design.consent_text import contradictions, unfilled
 from movingout.study.design.definition import Element, Study
 from movingout.study.design.steps import Step, planned_seconds, steps
 from movingout.study.design.translations import missing_texts
-
-_BLANK = re.compile(r"\[[^\]]+\](?!\()")  # [number], and not a link
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,12 +34,14 @@ class Review:
     orders: tuple[Assignment, ...]
     missing: tuple[str, ...]  # sentences, one per agent that cannot be loaded
     untranslated: tuple[str, ...]  # sentences, one per text and language that is promised and missing
+    unfilled: tuple[str, ...]  # sentences, one per blank that participants would read
+    contradictions: tuple[str, ...]  # sentences, one per number of the consent that differs from the file
     warnings: tuple[str, ...]
 
     @property
     def ready(self) -> bool:
         """Whether the study can be run as it is."""
-        return not self.missing and not self.untranslated
+        return not (self.missing or self.untranslated or self.unfilled or self.contradictions)
 
 
 def review(study: Study) -> Review:
@@ -57,6 +57,8 @@ def review(study: Study) -> Review:
         orders=orders,
         missing=tuple(_missing(study)),
         untranslated=missing_texts(study),
+        unfilled=unfilled(study),
+        contradictions=contradictions(study),
         warnings=tuple(_warnings(study, orders, step_order)),
     )
 
@@ -132,9 +134,6 @@ def _warnings(study: Study, orders: tuple[Assignment, ...], step_order: tuple[St
     missing = [name for name in get_args(Element) if name not in study.consent.covers]
     if missing:
         yield f"the consent does not mention (in `covers`): {', '.join(missing)}"
-    blanks = sorted({blank for text in study.consent.text.root.values() for blank in _BLANK.findall(text)})
-    if blanks:
-        yield f"the consent still has blanks to fill in: {', '.join(' '.join(blank.split()) for blank in blanks)}"
     if not study.protocol:
         yield "protocol is empty: the number assigned by the review board is part of every export"
     if study.codes != "unique" and len(set(study.codes.values())) < len(study.codes):

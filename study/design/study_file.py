@@ -115,6 +115,10 @@ def _inconsistencies(study: Study) -> Iterator[tuple[FieldPath, str]]:
     yield from _partner_faults(study)
     yield from _questionnaire_faults(study)
     yield from _group_faults(study)
+    played = {name for block in study.blocks for name in block.maps}
+    for name in study.map_texts:
+        if name not in played and (study.practice is None or study.practice.map != name):
+            yield ("map_texts", name), f"no block plays {name!r}; played are: {', '.join(sorted(played))}"
     for key in ("partners", "blocks", "questionnaires"):
         ids = [entry.id for entry in getattr(study, key)]
         for index, name in enumerate(ids):

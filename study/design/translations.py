@@ -1,10 +1,16 @@
 """Whether a study has every text in every language that it promises."""
 
+import json
 from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
 
+from movingout.maps import load_map
 from movingout.study.design.definition import QuestionnaireSpec, QuestionSpec, Study
 from movingout.study.design.instruments import instrument_names, instrument_speaks
 from movingout.study.design.localized_text import LocalizedText
+
+WORDS = Path(__file__).parents[2] / "web" / "words"  # what the pages say, a file per language
 
 
 def missing_texts(study: Study) -> tuple[str, ...]:
@@ -30,6 +36,7 @@ def _texts(study: Study, language: str) -> Iterator[tuple[str, bool]]:
     def has(text: LocalizedText) -> bool:
         return language in text.root
 
+    yield "every page", page_words(language) is not None
     yield "title", has(study.title)
     yield "consent.text", has(study.consent.text)
     for box in study.consent.boxes:
@@ -41,8 +48,37 @@ def _texts(study: Study, language: str) -> Iterator[tuple[str, bool]]:
             yield f"the ready-made questionnaire {base!r}", instrument_speaks(base, language)
         if name in own:
             yield from _questionnaire_texts(own[name], language)
+    for name in _maps_played(study):
+        text = study.map_texts.get(name)
+        if text is not None:
+            yield f"the title of map {name!r}", has(text.title)
+            yield f"the description of map {name!r}", has(text.description)
+        elif len(study.languages) > 1:  # in a study of one language, the map file has that language
+            yield f"map {name!r} (give its title and description in `map_texts`)", _pages_name(name, language)
     if study.debrief is not None:
         yield "debrief.text", has(study.debrief.text)
+
+
+def _maps_played(study: Study) -> tuple[str, ...]:
+    practice = [study.practice.map] if study.practice else []
+    return tuple(dict.fromkeys([*practice, *(name for block in study.blocks for name in block.maps)]))
+
+
+def _pages_name(name: str, language: str) -> bool:
+    """Whether the pages have a title and a description of the map."""
+    words = page_words(language) or {}
+    known = load_map(name).name
+    return f"map.{known}.title" in words and f"map.{known}.description" in words
+
+
+@cache
+def page_words(language: str) -> dict[str, str] | None:
+    """What the pages say in a language, by key; None where they do not speak it."""
+    file = WORDS / f"{language.partition('-')[0]}.json"
+    if not file.is_file():
+        return None
+    words: dict[str, str] = json.loads(file.read_text(encoding="utf-8"))
+    return words
 
 
 def _questionnaire_texts(form: QuestionnaireSpec, language: str) -> Iterator[tuple[str, bool]]:

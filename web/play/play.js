@@ -21,6 +21,7 @@ import { studyMarkOf } from "../text/study_mark.js";
 import { lostText, refusalText } from "./seat_phrases.js";
 import { prepareTexts } from "../text/page.js";
 import { say } from "../text/catalogue.js";
+import { nameMap } from "../text/names.js";
 import { DecisionPanel } from "./decision_trace.js";
 
 /** @typedef {import("../wire/connection.js").Status} Status */
@@ -312,5 +313,6 @@ function touchControls() {
   return { zone: byId("stick", HTMLElement), knob: byId("knob", HTMLElement), grab, backward };
 }
 
+if (studyMark?.map) nameMap(studyMark.map.name, studyMark.map.title);
 await prepareTexts(studyMark?.language); // a round of a study is in the study's language
 new Play().start();

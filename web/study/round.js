@@ -26,13 +26,13 @@ export function roundScreen(context) {
 }
 
 /** @param {Step} step */
-function title({ map, title: otherwise = "" }) {
-  return map ? mapTitle({ name: map.name, title: otherwise }) : otherwise || undefined;
+function title({ map, map_named: named, title: otherwise = "" }) {
+  return map && !named ? mapTitle({ name: map.name, title: otherwise }) : otherwise || undefined;
 }
 
 /** @param {Step} step */
-function description({ map, description: otherwise = "" }) {
-  return map ? mapDescription({ name: map.name, description: otherwise }) : otherwise;
+function description({ map, map_named: named, description: otherwise = "" }) {
+  return map && !named ? mapDescription({ name: map.name, description: otherwise }) : otherwise;
 }
 
 /** "Round 3 of 12 · Partner A". @param {Step} step */

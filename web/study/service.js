@@ -24,6 +24,7 @@ import { requestJson } from "../core/api.js";
  * @property {boolean} [gamepad_required]
  * @property {number} [rtt_ms] the longest round trip allowed
  * @property {GameMap | null} [map]
+ * @property {boolean} [map_named] title and description are the study's own
  * @property {string} [description]
  * @property {number} [seat]
  * @property {number} [number]

@@ -241,7 +241,7 @@ export class StudyPage {
     const seats = seatsToTake(steps);
     if (seats === null) return false;
     saveTokens(seats.id, seats.tokens);
-    const [{ key, kind }] = steps;
+    const [{ key, kind, map, map_named: named, title }] = steps;
     const language = currentLanguage();
     markStudyRound({
       room: seats.id,
@@ -249,6 +249,7 @@ export class StudyPage {
       practice: kind === "practice",
       language,
       name: roundName(steps[0]),
+      ...(named && map && title ? { map: { name: map.name, title } } : {}),
     });
     location.assign(seats.path);
     return true;

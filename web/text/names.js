@@ -8,6 +8,14 @@ import { currentLanguage, has, say } from "./catalogue.js";
 
 const COLOURS = ["blue", "red"];
 
+/** Titles that a study gives to maps of its own, by name. @type {Map<string, string>} */
+const ownTitles = new Map();
+
+/** @param {string} name of a map @param {string} title as a study has it in the reader's language */
+export function nameMap(name, title) {
+  ownTitles.set(name, title);
+}
+
 /** "Blue", for seat 0. @param {number} seat */
 export function colourName(seat) {
   return say(`colour.${COLOURS[seat]}`);

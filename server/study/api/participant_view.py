@@ -13,6 +13,7 @@ from movingout.server.study.participant_session import ParticipantSession
 from movingout.server.study.running_study import RunningStudy
 from movingout.server.study.unit import StudyUnit
 from movingout.study.design.allocation import letters
+from movingout.study.design.consent_text import filled
 from movingout.study.design.definition import Outcome
 from movingout.study.design.steps import Step
 from movingout.world.constants import TICK_SECONDS
@@ -82,14 +83,16 @@ class ParticipantViews:
             return shown | await self._round(session, step)
         if step.kind == "debrief" and running.study.debrief is not None:
             debrief = running.study.debrief
-            html = _html(debrief.text.text(session.record.language))
+            html = _html(filled(running.study, debrief.text, session.record.language))
             return shown | {"html": html, "ask_to_keep": debrief.ask_to_keep}
         return shown | {"seconds": step.seconds}  # a break
 
     def _consent(self, language: str) -> View:
-        consent = self._running.study.consent
-        boxes = [{"id": box.id, "text": box.text.text(language), "required": box.required} for box in consent.boxes]
-        return {"version": consent.version, "html": _html(consent.text.text(language)), "boxes": boxes}
+        study, consent = self._running.study, self._running.study.consent
+        boxes = [
+            {"id": box.id, "text": filled(study, box.text, language), "required": box.required} for box in consent.boxes
+        ]
+        return {"version": consent.version, "html": _html(filled(study, consent.text, language)), "boxes": boxes}
 
     async def _questions(self, session: ParticipantSession, step: Step) -> View:
         running, study = self._running, self._running.study
@@ -110,10 +113,13 @@ class ParticipantViews:
         the_map = running.rooms.map_of(step)
         rounds = [one.key for one in session.steps if one.kind == "round"]
         number = {"number": rounds.index(step.key) + 1, "of": len(rounds)} if step.kind == "round" else {}
+        own = running.study.map_text(running.rooms.map_name(step), session.record.language)
+        title, description = own or (the_map.title, the_map.description)
         return number | {
             "map": map_to_json(the_map),
-            "title": the_map.title,
-            "description": the_map.description,
+            "map_named": own is not None,
+            "title": title,
+            "description": description,
             "seat": unit.seat_of(step, session) if unit else 0,
             "partner_letter": self.letter(unit, step),
             "limit_s": step.limit_ticks * TICK_SECONDS,

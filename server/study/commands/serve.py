@@ -17,8 +17,7 @@ from movingout.server.settings import Limits, Settings
 from movingout.server.study.api.app import create_study_app
 from movingout.server.uvicorn_server import game_server, listen
 from movingout.study.data.study_folder import StudyFolder
-from movingout.study.design.definition import Study
-from movingout.study.design.review import review
+from movingout.study.design.review import Review, review
 from movingout.study.design.study_file import read_study
 from movingout.study.errors import StudyError
 
@@ -30,7 +29,8 @@ FASTEST = 50.0
 def serve(args: argparse.Namespace) -> int:
     """Run the command and return its exit code. Raises MovingOutError."""
     study = read_study(args.file)
-    _refuse_missing(study, args.file)
+    found = review(study)
+    _refuse_missing(found, args.file)
     settings = _settings(args)
     folder = StudyFolder(study, settings.data, args.database, args.identities)
     with (
@@ -38,6 +38,8 @@ def serve(args: argparse.Namespace) -> int:
         folder.exclusive(),
         closing(listen(settings.host, settings.port)) as listening,
     ):
+        if args.rehearse is None and not _has_begun(folder):
+            _refuse_blanks(found, args.file)
         settings = replace(with_kept_token(settings), port=listening.getsockname()[1])
         certificate = certificate_for(settings) if settings.tls else None
         logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s", stream=sys.stderr)
@@ -54,10 +56,27 @@ def serve(args: argparse.Namespace) -> int:
     return 0 if server.started else 1
 
 
-def _refuse_missing(study: Study, file: Path) -> None:
-    missing = review(study).missing
-    if missing:
-        raise StudyError("\n".join([*missing, f"the study cannot run without it; see: movingout study check {file}"]))
+def _refuse_missing(found: Review, file: Path) -> None:
+    if found.missing:
+        raise StudyError(
+            "\n".join([*found.missing, f"the study cannot run without it; see: movingout study check {file}"])
+        )
+
+
+def _refuse_blanks(found: Review, file: Path) -> None:
+    if found.unfilled:
+        help = f"participants would read this: fill it in in {file}, or rehearse with --rehearse 1"
+        raise StudyError("\n".join([*found.unfilled, help]))
+
+
+def _has_begun(folder: StudyFolder) -> bool:
+    """Whether it was served before: then its file may not change any more."""
+    try:
+        with closing(folder.open_existing()) as store:
+            store.frozen()
+    except StudyError:
+        return False
+    return True
 
 
 def _settings(args: argparse.Namespace) -> Settings:

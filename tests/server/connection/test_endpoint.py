@@ -169,4 +169,4 @@ def test_a_stop_says_goodbye_and_keeps_the_round_to_go_on_with(tmp_path: Path) -
     assert (recording.suffix, episode.outcome, episode.complete) == (".journal", "interrupted", False)
     with serve(tmp_path) as live:
         back = live.person(json.loads(next((tmp_path / "rooms").glob("*.json")).read_text())["id"], tokens=blue.tokens)
-        assert back.wait_for("room")["phase"] == "lobby"
+        assert back.wait_for("room")["phase"] == "paused"

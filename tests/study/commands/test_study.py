@@ -19,7 +19,8 @@ def test_a_new_study_is_written_and_checked(
     capsys.readouterr()
     code = main(["study", "check", f"{name}.yaml", "--json"])
     document = json.loads(capsys.readouterr().out)
-    assert code == (1 if document["missing"] else 0) and document["untranslated"] == []
+    assert code == 1 and document["unfilled"], "a template is not ready before its blanks are filled in"
+    assert document["untranslated"] == document["contradictions"] == []
     assert document["timeline"][0]["step"] == "consent"
     assert len(document["orders"]) == document["participants"] // (2 if name == "collect" else 1)
 
@@ -29,8 +30,8 @@ def test_the_page_of_check_says_duration_pay_orders_and_blanks(capsys: pytest.Ca
     page = capsys.readouterr().out
     assert "At most 77 minutes" in page
     assert "Pay: USD 19.30 each, USD 694.80 for all." in page
-    assert "the consent still has blanks to fill in: [name and address of the investigator]" in page
-    assert "ready: 0 agents missing" in page
+    assert "missing: the consent has a blank to fill in: [name and address of the investigator]" in page
+    assert "not ready: 0 agents missing, 0 texts missing, 3 blanks to fill in, 0 numbers wrong" in page
 
 
 def check_warnings(path: str, capsys: pytest.CaptureFixture[str]) -> str:
@@ -50,7 +51,7 @@ def test_check_warns_that_role_and_model_are_confounded_in_the_published_design_
 
 def test_the_recommended_study_has_no_weakness_of_design(capsys: pytest.CaptureFixture[str]) -> None:
     found = check_warnings("study/templates/human_study.yaml", capsys).splitlines()
-    assert [line.partition(" ")[0] for line in found] == ["the", "protocol"]  # blanks to fill in, protocol number
+    assert [line.partition(" ")[0] for line in found] == ["protocol"]  # its number
 
 
 def test_a_missing_model_is_named_and_the_check_fails(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,13 +1,16 @@
 """Languages: what is translated, and that a study keeps the promise of its `languages`."""
 
+import json
 from pathlib import Path
 
 import pytest
 
+from movingout.maps import load_map, map_to_json
 from movingout.server.cli import main
 from movingout.study.design.instruments import TRANSLATIONS, instrument, instrument_names
 from movingout.study.design.study_file import parse_study
-from movingout.study.design.translations import missing_texts
+from movingout.study.design.translations import missing_texts, page_words
+from movingout.study.errors import StudyFileError
 from tests.study.design.test_study_file import SMALL
 
 GERMAN = (
@@ -68,9 +71,40 @@ def test_each_text_that_is_missing_in_a_promised_language_is_named(old: str, new
 def test_a_ready_made_questionnaire_that_is_not_translated_is_named() -> None:
     french = GERMAN.replace("languages: [en, de]", "languages: [en, fr]").replace("de: ", "fr: ")
     assert missing_texts(parse_study(french)) == (
+        "every page has no text in 'fr', which `languages` promises",
         "the ready-made questionnaire 'demographics' has no text in 'fr', which `languages` promises",
         "the ready-made questionnaire 'movingout-paper-nine' has no text in 'fr', which `languages` promises",
+        "map 'HandOff' (give its title and description in `map_texts`) has no text in 'fr', which `languages` promises",
+        "map 'FourCorners' (give its title and description in `map_texts`) has no text in 'fr', "
+        "which `languages` promises",
     )
+
+
+def test_a_map_of_ones_own_needs_its_texts_in_every_language(tmp_path: Path) -> None:
+    own = tmp_path / "Attic.json"
+    own.write_text(json.dumps({**map_to_json(load_map("HandOff")), "name": "Attic", "title": "The attic"}))
+    study = GERMAN.replace("maps: [HandOff, FourCorners]", f"maps: [HandOff, {own}]")
+    found = missing_texts(parse_study(study))
+    assert len(found) == 2, "English is not sure either"
+    assert all(one.startswith(f"map '{own}' (give its title and description in `map_texts`)") for one in found)
+    named = study + f"map_texts: {{{own}: {{title: {{en: Attic, de: Dachboden}}, description: Under the roof.}}}}\n"
+    assert missing_texts(parse_study(named)) == (
+        f"the description of map '{own}' has no text in 'de', which `languages` promises",
+    )
+    text = parse_study(named).map_text(str(own), "de")
+    assert text == ("Dachboden", "Under the roof.")
+    assert "no block plays" in str(fault_of(study + "map_texts: {Loft: {title: Loft, description: High.}}\n"))
+
+
+def fault_of(text: str) -> StudyFileError:
+    with pytest.raises(StudyFileError) as caught:
+        parse_study(text)
+    return caught.value
+
+
+def test_the_pages_speak_every_language_that_questionnaires_are_translated_into() -> None:
+    for language in TRANSLATIONS:
+        assert (page_words(language) or {}).keys() == (page_words("en") or {}).keys()
 
 
 def test_check_fails_and_names_the_missing_text(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -44,6 +44,10 @@ def test_links_are_printed_and_what_cannot_work_is_refused(tmp_path: Path, capsy
         (("agent: idle}, {id: bad", "agent: nobody}, {id: bad"), "nobody"),
         (("participants: 400", "participants: many"), "study.yaml:6: participants"),
         (("format: 1", "format: ["), "study.yaml:"),
+        (
+            ("We record **how** you play.", "Ask [name of the investigator]."),
+            "the consent has a blank to fill in: [name of the investigator]\nparticipants would read this",
+        ),
     ],
 )
 def test_a_study_that_cannot_run_is_not_served(

@@ -1,0 +1,115 @@
+"""Places in the consent that are filled from the study file, and whether its text says the same as the file.
+
+`{minutes}`, `{protocol}`, `{pay.per_hour}` and `{pay.maximum}` stand for these fields, amounts with their currency.
+"""
+
+import re
+from collections.abc import Collection, Iterator
+from typing import Final
+
+from movingout.study.design.definition import Study
+from movingout.study.design.localized_text import LocalizedText
+
+PLACES: Final = ("minutes", "protocol", "pay.per_hour", "pay.maximum")
+_PLACE = re.compile(r"\{([a-z][a-z_.]*)\}")
+_BLANK = re.compile(r"(?<!\\)\[[^\]]+\](?![(\[])")  # [number], and not a link; \[ is a bracket that stays
+_SIGNS: Final = {"$": "USD", "€": "EUR", "£": "GBP"}
+_CURRENCIES: Final = ("AUD", "CAD", "CHF", "CNY", "EUR", "GBP", "JPY", "USD")
+_NUMBER = r"(\d+(?:[.,]\d{1,2})?)"
+_MINUTES = re.compile(r"\b(\d+)[\s-]*(?:minutes?|Minuten?|min)\b")
+_DECIMAL_COMMA: Final = ("de",)
+
+
+def filled(study: Study, text: LocalizedText, language: str) -> str:
+    """The text in a language with the values of the study; a place without a value stays as it is."""
+
+    def value(match: re.Match[str]) -> str:
+        return _value(study, match[1], language) or match[0]
+
+    return _PLACE.sub(value, text.text(language))
+
+
+def unfilled(study: Study) -> tuple[str, ...]:
+    """A sentence per blank that participants would read: [brackets], and places that the file has no value for."""
+    found = [sentence for where, text in _texts(study) for sentence in _blanks(study, where, text)]
+    return tuple(dict.fromkeys(found))
+
+
+def contradictions(study: Study) -> tuple[str, ...]:
+    """A sentence per number in the consent that differs from the field of the file."""
+    found = []
+    for language in study.consent.text.root:
+        text = filled(study, study.consent.text, language)
+        found += [*_wrong_minutes(study, text), *_wrong_pay(study, text)]
+    return tuple(dict.fromkeys(found))
+
+
+def _texts(study: Study) -> Iterator[tuple[str, LocalizedText]]:
+    yield "the consent", study.consent.text
+    for box in study.consent.boxes:
+        yield f"consent box {box.id!r}", box.text
+    if study.debrief is not None:
+        yield "the debriefing", study.debrief.text
+
+
+def _blanks(study: Study, where: str, text: LocalizedText) -> Iterator[str]:
+    for language, one in text.root.items():
+        for blank in _BLANK.findall(one):
+            yield f"{where} has a blank to fill in: {' '.join(blank.split())}"
+        for place in _PLACE.findall(one):
+            if place not in PLACES:
+                known = ", ".join(f"{{{name}}}" for name in PLACES)
+                yield f"{where} has {{{place}}}, which is no place; places are {known}"
+            elif not _value(study, place, language):
+                yield f"{where} has {{{place}}}, and the file has no {place}"
+
+
+def _value(study: Study, place: str, language: str) -> str:
+    """Empty where the file has none."""
+    pay = study.pay
+    if place == "minutes":
+        return str(study.minutes)
+    if place == "protocol":
+        return study.protocol
+    if place == "pay.per_hour" and pay is not None:
+        return _amount(pay.per_hour, pay.currency, language)
+    if place == "pay.maximum" and pay is not None and pay.maximum is not None:
+        return _amount(pay.maximum, pay.currency, language)
+    return ""
+
+
+def _amount(value: float, currency: str, language: str) -> str:
+    number = f"{value:.0f}" if value == int(value) else f"{value:.2f}"
+    return f"{number.replace('.', ',') if language.partition('-')[0] in _DECIMAL_COMMA else number} {currency}"
+
+
+# ---- numbers that differ from the file ----------------------------------------------------------------------------
+
+
+def _wrong_minutes(study: Study, text: str) -> Iterator[str]:
+    """Of several durations one must be the whole: others may be those of practice or a break."""
+    said = [int(number) for number in _MINUTES.findall(text)]
+    if said and study.minutes not in said:
+        listed = ", ".join(str(number) for number in dict.fromkeys(said))
+        yield f"the consent says {listed} minutes, and `minutes` is {study.minutes}; {{minutes}} is always right"
+
+
+def _wrong_pay(study: Study, text: str) -> Iterator[str]:
+    said = list(dict.fromkeys(_amounts(text, {*_CURRENCIES, *([study.pay.currency] if study.pay else [])})))
+    known = [(study.pay.per_hour, study.pay.currency)] if study.pay else []
+    if study.pay and study.pay.maximum is not None:
+        known.append((study.pay.maximum, study.pay.currency))
+    wrong = [f"{value:g} {currency}" for value, currency in said if (value, currency) not in known]
+    if wrong and study.pay is None:
+        yield f"the consent promises {', '.join(wrong)}, and the file has no `pay`"
+    elif wrong:
+        right = ", ".join(f"{value:g} {currency}" for value, currency in known)
+        yield f"the consent says {', '.join(wrong)}, and `pay` has {right}; {{pay.per_hour}} is always right"
+
+
+def _amounts(text: str, currencies: Collection[str]) -> Iterator[tuple[float, str]]:
+    """Every amount of money: "20 USD", "USD 20", "20 $", "$20"."""
+    unit = rf"\b(?:{'|'.join(sorted(currencies))})\b|[{''.join(_SIGNS)}]"
+    for match in re.finditer(rf"{_NUMBER}\s?({unit})|({unit})\s?{_NUMBER}", text):
+        number, currency = (match[1], match[2]) if match[1] else (match[4], match[3])
+        yield float(number.replace(",", ".")), _SIGNS.get(currency, currency)

@@ -1,0 +1,96 @@
+"""The consent says what the study file says: places are filled, blanks and other numbers are found."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from movingout.server.cli import main
+from movingout.study.design.consent_text import contradictions, filled, unfilled
+from movingout.study.design.review import review
+from movingout.study.design.study_file import parse_study
+from movingout.study.design.templates import template_names, template_text
+from tests.study.design.test_study_file import SMALL
+
+PAID = SMALL.replace(
+    "participants: 4",
+    "participants: 4\nprotocol: IRB-7\nminutes: 30\npay: {currency: EUR, per_hour: 12.5, maximum: 20}",
+)
+
+
+def consent(text: str, study: str = PAID) -> str:
+    return study.replace("text: We record how you play.", f"text: {json.dumps(text)}")
+
+
+def test_places_are_filled_with_the_fields_in_the_way_of_the_language() -> None:
+    text = "{minutes} minutes, {pay.per_hour} per hour, at most {pay.maximum}, protocol {protocol}, {else}"
+    study = parse_study(consent(text))
+    assert filled(study, study.consent.text, "en") == (
+        "30 minutes, 12.50 EUR per hour, at most 20 EUR, protocol IRB-7, {else}"
+    )
+    assert filled(study, study.consent.text, "de-AT").startswith("30 minutes, 12,50 EUR per hour, at most 20 EUR")
+
+
+def test_blanks_and_places_without_a_value_are_named() -> None:
+    text = "Ask [name and\n address] or [us](https://example.org); {pay.hourly}, \\[sic], {protocol}"
+    assert unfilled(parse_study(consent(text, SMALL))) == (
+        "the consent has a blank to fill in: [name and address]",
+        "the consent has {pay.hourly}, which is no place; places are "
+        "{minutes}, {protocol}, {pay.per_hour}, {pay.maximum}",
+        "the consent has {protocol}, and the file has no protocol",
+    )
+    assert unfilled(parse_study(consent("{minutes} minutes for {pay.per_hour}"))) == ()
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("It takes about 75 minutes.", "the consent says 75 minutes, and `minutes` is 30"),
+        ("Es dauert etwa 75 Minuten.", "the consent says 75 minutes, and `minutes` is 30"),
+        ("You are paid 20 USD per hour.", "the consent says 20 USD, and `pay` has 12.5 EUR, 20 EUR"),
+        ("You are paid $20 per hour.", "the consent says 20 USD, and `pay` has 12.5 EUR, 20 EUR"),
+        ("Sie bekommen 12,50 € pro Stunde, höchstens 25 €.", "the consent says 25 EUR, and `pay` has 12.5 EUR"),
+    ],
+)
+def test_a_number_that_differs_from_the_file_is_named(text: str, said: str) -> None:
+    (found,) = contradictions(parse_study(consent(text)))
+    assert found.startswith(said)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "It takes 30 minutes, of which 5 minutes are practice; ask within 24 hours (45 CFR 46.116).",
+        "You are paid 12.50 EUR per hour, at most EUR 20.",
+        "Es dauert {minutes} Minuten, bezahlt mit {pay.per_hour} je Stunde.",
+    ],
+)
+def test_numbers_that_agree_with_the_file_are_no_contradiction(text: str) -> None:
+    assert contradictions(parse_study(consent(text))) == ()
+
+
+def test_a_promise_of_pay_without_pay_is_a_contradiction() -> None:
+    (found,) = contradictions(parse_study(consent("You are paid 20 USD per hour.", SMALL)))
+    assert found == "the consent promises 20 USD, and the file has no `pay`"
+
+
+def test_check_fails_on_the_contradiction_and_says_both_numbers(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "study.yaml"
+    file.write_text(consent("You are paid 20 USD per hour. It takes 75 minutes."), encoding="utf-8")
+    assert main(["study", "check", str(file)]) == 1
+    page = capsys.readouterr().out
+    assert "wrong: the consent says 75 minutes, and `minutes` is 30" in page
+    assert "not ready: 0 agents missing, 0 texts missing, 0 blanks to fill in, 2 numbers wrong" in page
+
+
+@pytest.mark.parametrize("name", template_names())
+def test_a_template_contradicts_itself_in_nothing_and_asks_for_what_only_its_user_knows(name: str) -> None:
+    found = review(parse_study(template_text(name)))
+    assert found.contradictions == ()
+    assert [one.partition(": ")[2] or one for one in found.unfilled] == [
+        "[name and address of the investigator]",
+        "[review board and its address]",
+        "the consent has {protocol}, and the file has no protocol",
+    ]
