@@ -12,6 +12,7 @@ from movingout.agents.catalogue import agent_cards
 from movingout.maps import MovingOutError, load_map, shipped_map_names
 from movingout.maps.randomize import Split
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
+from movingout.server import messages as m
 from movingout.server.agent_workers.pool import AgentPool
 from movingout.server.connection.admission import AdmissionControl
 from movingout.server.connection.endpoint import SocketEndpoint
@@ -23,6 +24,7 @@ from movingout.server.persistence.room_snapshot import restore_room, room_file
 from movingout.server.persistence.room_store import RoomStore
 from movingout.server.rooms.registry import RoomRegistry
 from movingout.server.rooms.room import Room
+from movingout.server.rooms.room_notices import NOBODY_HERE
 from movingout.server.rooms.scheduler import RoomScheduler
 from movingout.server.rooms.services import RoomConfig
 from movingout.server.security.tokens import hash_token, new_token, token_matches
@@ -33,6 +35,7 @@ from movingout.world.distance import paper_distances
 log = logging.getLogger(__name__)
 
 SYNC_S = 1.0
+LEFT_BEHIND_S = 60.0  # a room that was empty for so long may give way to another one of the same address
 # A full collection with 100 rooms takes 50 ms, so it waits for a moment when nobody plays; the young ones stay small.
 GC_THRESHOLDS = (700, 5, 1_000_000)
 IDLE_COLLECT_S = 60.0
@@ -65,7 +68,7 @@ class Host:
             scheduler=self.scheduler,
             clock=time.monotonic,
             on_change=self.save,
-            on_closed=self.store.delete,
+            on_closed=self._forget_room,
             on_journal=lambda journal: self.recording_service.finalise(journal),
         )
         self.endpoint = SocketEndpoint(settings, self.registry, self.admission)
@@ -116,14 +119,34 @@ class Host:
         gc.unfreeze()
         gc.set_threshold(*self._gc_thresholds)
 
-    def refusal(self) -> Notice:
-        """Why no room can be opened now, NOTHING when one can."""
+    def may_open_room(self, address: str) -> bool:
+        """Whether somebody at this address may open one more room now; it may take the place of one left behind."""
+        limits, now = self.settings.limits, time.monotonic()
+        opened = [self.registry.rooms[room] for room in self.admission.rooms_of(address)]
+        if sum(not room.was_joined for room in opened) >= limits.unjoined_rooms_per_address:
+            return False
+        if len(opened) >= limits.open_rooms_per_address:
+            left = max(opened, key=lambda room: room.empty_s(now))
+            if left.empty_s(now) < LEFT_BEHIND_S:
+                return False
+            left.close(m.CLOSE_ROOM_OVER, NOBODY_HERE)
+            self.registry.remove(left)
+        return self.admission.may_open_room(address)
+
+    def _forget_room(self, room_id: str) -> None:
+        self.store.delete(room_id)
+        self.admission.closed_room(room_id)
+
+    def refusal(self, for_operator: bool = False) -> Notice:
+        """Why no room can be opened now, NOTHING when one can. Some rooms are kept for the operator."""
         limits = self.settings.limits
+        reserve = 0 if for_operator or not self.settings.lobby else min(limits.rooms_for_operator, limits.rooms // 10)
+        most = limits.rooms - reserve
         if self.stopping:
             return Notice("restarting", "The server is being restarted; try again in a minute.")
-        if len(self.registry.rooms) >= limits.rooms:
-            text = f"All {limits.rooms} rooms are in use; close one or try again later."
-            return Notice("rooms_in_use", text, {"rooms": limits.rooms})
+        if len(self.registry.rooms) >= most:
+            text = f"All {most} rooms are in use; close one or try again later."
+            return Notice("rooms_in_use", text, {"rooms": most})
         if self.cpu_share > limits.cpu_share:
             percent = round(100 * self.cpu_share)
             text = f"The server is busy ({percent} % of a core), and running games come first; try again later."

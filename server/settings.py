@@ -43,6 +43,10 @@ class Limits:
     connections_per_address: int = 400  # TCP connections
     spectators_per_room: int = 30
     rooms_per_address_per_minute: int = 20
+    open_rooms_per_address: int = 60  # a class behind one address
+    unjoined_rooms_per_address: int = 10
+    rooms_for_operator: int = 10  # of all, that only the operator may open
+    connects_per_address_per_minute: int = 600
     cpu_share: float = 0.7  # of one core, averaged over 5 s; above it no room is opened
     join_s: float = 5.0  # for a socket to join
     header_s: float = 10.0  # for a request to arrive

@@ -18,14 +18,12 @@ def admin(host: Host) -> Any:
     """Dependency of routes that are reserved to the operator."""
 
     async def check(request: Request) -> None:
-        address = address_of(request)
-        if host.admission.locked(address, "admin"):
-            raise ApiError(429, "locked", "Too many wrong keys from your address; wait a minute.")
         token = bearer(request)
         if not token:
             raise ApiError(401, "no_token", "This needs the admin token that was printed when the server started.")
         if not host.is_admin(token):
-            host.admission.wrong_token(address, "admin")
+            if host.admission.guesses_too_often(address_of(request), "admin"):
+                raise ApiError(429, "locked", "Too many wrong keys from your address; wait a minute.")
             raise ApiError(403, "wrong_token", "This is not the admin token that was printed when the server started.")
 
     return check
@@ -61,13 +59,10 @@ def room_of(host: Host, room_id: str) -> Room:
 
 def seat_of_token(host: Host, room_id: str, request: Request) -> Seat:
     """The seat whose token came with the request; wrong ones are counted. Raises ApiError."""
-    room = room_of(host, room_id)
-    address = address_of(request)
-    if host.admission.locked(address, "seat"):
-        raise ApiError(429, "locked", "Too many wrong keys from your address; wait a minute.")
-    seat = room.seating.seat_of_token(bearer(request))
+    seat = room_of(host, room_id).seating.seat_of_token(bearer(request))
     if seat is None:
-        host.admission.wrong_token(address, "seat")
+        if host.admission.guesses_too_often(address_of(request), "seat"):
+            raise ApiError(429, "locked", "Too many wrong keys from your address; wait a minute.")
         raise ApiError(401, "wrong_token", "This seat's key is not valid; reload the page of the game.")
     return seat
 

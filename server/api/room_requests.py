@@ -39,9 +39,12 @@ class RoomRequest(msgspec.Struct, forbid_unknown_fields=True):
     challenge2_seed: int | None = None
 
 
-async def open_room(host: Host, wanted: RoomRequest) -> dict[str, Any]:
-    """Open the room and return how to join it. Raises ApiError with what would be possible."""
-    refusal = host.refusal()
+async def open_room(host: Host, wanted: RoomRequest, address: str) -> dict[str, Any]:
+    """Open the room for somebody at `address` (empty: the operator) and return how to join it.
+
+    Raises ApiError with what would be possible.
+    """
+    refusal = host.refusal(for_operator=not address)
     if refusal:
         raise ApiError(503, "full", refusal.message)
     ghosts = await _ghosts(host, wanted.seats)
@@ -57,6 +60,8 @@ async def open_room(host: Host, wanted: RoomRequest) -> dict[str, Any]:
     try:
         await host.prepare_maps(config)
         room = host.registry.open(config, seats)
+        if address:
+            host.admission.opened_room(address, room.id)
     except MovingOutError as error:
         raise ApiError(503, "no_agent", str(error)) from None
     return {

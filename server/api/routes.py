@@ -93,9 +93,10 @@ def _play_routes(host: Host) -> APIRouter:
     async def new_room(request: Request) -> dict[str, Any]:
         if not host.settings.lobby and not host.is_admin(bearer(request)):
             raise ApiError(403, "study", "This server runs a study, which opens its rooms by itself.")
-        if not host.is_admin(bearer(request)) and not host.admission.may_open_room(address_of(request)):
+        address = "" if host.is_admin(bearer(request)) else address_of(request)
+        if address and not host.may_open_room(address):
             raise ApiError(429, "too_many_rooms", "Too many rooms were opened from your address; wait a minute.")
-        return await open_room(host, await body_of(request, RoomRequest))
+        return await open_room(host, await body_of(request, RoomRequest), address)
 
     @router.get("/api/rooms/{room_id}")
     async def room(room_id: str) -> dict[str, Any]:

@@ -59,6 +59,7 @@ def _settings(args: argparse.Namespace) -> Settings:
         given,
         waiting_per_address=max(given.waiting_per_address, given.sockets_per_address),
         connections_per_address=max(given.connections_per_address, 2 * given.sockets_per_address),
+        connects_per_address_per_minute=max(given.connects_per_address_per_minute, 10 * given.sockets_per_address),
     )
     return Settings(**values_of(args, Settings), limits=limits)
 

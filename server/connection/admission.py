@@ -1,5 +1,6 @@
 """Limits on what one address, and all together, may use of this server."""
 
+import ipaddress
 from collections import defaultdict
 from collections.abc import Callable
 from typing import Literal, TypeVar
@@ -7,7 +8,7 @@ from typing import Literal, TypeVar
 from movingout.server.connection.token_bucket import TokenBucket
 from movingout.server.settings import Limits
 
-FORGET_AFTER = 10_000  # addresses; then all are cleared
+MOST_KEPT = 10_000  # addresses; then the oldest is forgotten
 LOCK_S = 60.0
 FLOODS_PER_MINUTE = 10
 BAN_S = 10.0
@@ -15,6 +16,7 @@ PICTURES_PER_MINUTE = 12
 
 Secret = Literal["seat", "admin"]
 Key = TypeVar("Key")
+Kept = TypeVar("Kept")
 
 
 class AdmissionControl:
@@ -30,6 +32,9 @@ class AdmissionControl:
         self._floods: dict[str, TokenBucket] = {}
         self._drawings: dict[str, TokenBucket] = {}
         self._banned: dict[str, float] = {}  # until
+        self._arrivals: dict[str, TokenBucket] = {}
+        self._room_owners: dict[str, str] = {}  # address group by room
+        self._rooms_of: dict[str, set[str]] = {}  # open ones by address group
         self._locked: dict[tuple[str, Secret], float] = {}  # until
 
     @property
@@ -38,7 +43,7 @@ class AdmissionControl:
 
     def enter(self, address: str) -> str:
         """Admit a socket, or return why not; an admitted one must `leave`."""
-        limits = self._limits
+        limits, address = self._limits, address_group(address)
         if self._clock() < self._banned.get(address, 0.0):
             return "Connections from your address have flooded this server; wait a few seconds."
         if self.sockets >= limits.sockets:
@@ -47,54 +52,95 @@ class AdmissionControl:
             return f"There are {limits.sockets_per_address} connections from your address already; close some of them."
         if self._waiting[address] >= limits.waiting_per_address:
             return "Too many connections from your address have not joined a room yet; try again in a few seconds."
+        if not self._bucket(self._arrivals, address, limits.connects_per_address_per_minute).take(self._clock()):
+            return "Too many connections were made from your address in the last minute; wait a few seconds."
         self._sockets[address] += 1
         self._waiting[address] += 1
         return ""
 
     def joined(self, address: str) -> None:
         """The socket has joined a room or stopped waiting."""
-        _count_down(self._waiting, address)
+        _count_down(self._waiting, address_group(address))
 
     def leave(self, address: str) -> None:
-        _count_down(self._sockets, address)
+        _count_down(self._sockets, address_group(address))
 
     def flooded(self, address: str) -> bool:
         """A socket was cut off for flooding; True for the first of a series, which is worth logging.
 
         An address that keeps flooding is banned for a while; its running games continue.
         """
+        address = address_group(address)
         strikes = self._bucket(self._floods, address, FLOODS_PER_MINUTE)
         first = strikes.full(self._clock())
         if not strikes.take(self._clock()):
-            self._banned[address] = self._clock() + BAN_S
+            keep(self._banned, address, self._clock() + BAN_S)
         return first
 
-    def locked(self, address: str, secret: Secret) -> bool:
-        """Whether this address is locked after too many wrong tokens. Guessing seats does not lock the admin out."""
-        return self._clock() < self._locked.get((address, secret), 0.0)
+    def guesses_too_often(self, address: str, secret: Secret) -> bool:
+        """Count a wrong token; True once there are too many per minute, which is all that the guesser then hears.
 
-    def wrong_token(self, address: str, secret: Secret) -> None:
-        """Count a wrong token; too many per minute lock the address."""
-        per_minute = self._limits.wrong_tokens_per_minute
-        if not self._bucket(self._guesses, (address, secret), per_minute).take(self._clock()):
-            self._locked[address, secret] = self._clock() + LOCK_S
+        A right one is never counted and never refused: whoever shares the address plays on, and tokens of 128 bits, or
+        codes of 40, are not guessed at this rate.
+        """
+        key, now = (address_group(address), secret), self._clock()
+        if now < self._locked.get(key, 0.0):
+            return True
+        if self._bucket(self._guesses, key, self._limits.wrong_tokens_per_minute).take(now):
+            return False
+        keep(self._locked, key, now + LOCK_S)
+        return True
 
     def may_open_room(self, address: str) -> bool:
         per_minute = self._limits.rooms_per_address_per_minute
-        return self._bucket(self._openings, address, per_minute).take(self._clock())
+        return self._bucket(self._openings, address_group(address), per_minute).take(self._clock())
+
+    def rooms_of(self, address: str) -> frozenset[str]:
+        """The open rooms that were opened from here."""
+        return frozenset(self._rooms_of.get(address_group(address), ()))
+
+    def opened_room(self, address: str, room_id: str) -> None:
+        """A room was opened for this address; report its end to `closed_room`."""
+        group = address_group(address)
+        self._room_owners[room_id] = group
+        self._rooms_of.setdefault(group, set()).add(room_id)
+
+    def closed_room(self, room_id: str) -> None:
+        group = self._room_owners.pop(room_id, None)
+        if group is not None:
+            self._rooms_of[group].discard(room_id)
+            if not self._rooms_of[group]:
+                del self._rooms_of[group]
 
     def may_draw(self, address: str) -> bool:
         """Whether a picture of a round may be drawn for this address now."""
-        return self._bucket(self._drawings, address, PICTURES_PER_MINUTE).take(self._clock())
+        return self._bucket(self._drawings, address_group(address), PICTURES_PER_MINUTE).take(self._clock())
 
     def _bucket(self, buckets: dict[Key, TokenBucket], key: Key, per_minute: int) -> TokenBucket:
-        if len(buckets) > FORGET_AFTER:
-            buckets.clear()
-            self._locked.clear()
-            self._banned.clear()
         if key not in buckets:
-            buckets[key] = TokenBucket(per_minute / 60.0, per_minute, self._clock())
+            keep(buckets, key, TokenBucket(per_minute / 60.0, per_minute, self._clock()))
         return buckets[key]
+
+
+def address_group(address: str) -> str:
+    """Whom a limit is for: an IPv4 address, or the /64 network of an IPv6 one, of which everybody has all."""
+    try:
+        parsed = ipaddress.ip_address(address.partition("%")[0])
+    except ValueError:
+        return address
+    if isinstance(parsed, ipaddress.IPv4Address):
+        return address
+    if parsed.ipv4_mapped is not None:
+        return str(parsed.ipv4_mapped)
+    return str(ipaddress.IPv6Network((parsed, 64), strict=False))
+
+
+def keep(kept: dict[Key, Kept], key: Key, value: Kept) -> None:
+    """Set a value as the newest of at most MOST_KEPT."""
+    kept.pop(key, None)
+    kept[key] = value
+    if len(kept) > MOST_KEPT:
+        del kept[next(iter(kept))]
 
 
 def _count_down(counts: defaultdict[str, int], address: str) -> None:

@@ -206,8 +206,6 @@ class ClientConnection:
         if message.get("text") is None:
             raise _not_understood("The first message must be a join (JSON text).")
         request = _parse(_decode_join, message["text"])
-        if request.tokens and self._admission.locked(self._address, "seat"):
-            raise CloseConnection(m.CLOSE_UNAUTHORISED, LOCKED)
         room = self._registry.rooms.get(request.room)
         if room is None:
             raise CloseConnection(m.CLOSE_NOT_FOUND, NO_ROOM)
@@ -218,12 +216,15 @@ class ClientConnection:
         try:
             welcome = room.join(self.client, request, time.monotonic())
         except Refused as refusal:
-            if refusal.code == m.CLOSE_UNAUTHORISED and request.tokens:
-                self._admission.wrong_token(self._address, "seat")
-            raise CloseConnection(refusal.code, refusal.notice) from None
+            raise CloseConnection(refusal.code, self._refused(room, request) or refusal.notice) from None
         self._room = room
         per_s = self._limits.messages_per_s * max(1, len(welcome.seats))
         self._bucket = TokenBucket(per_s, per_s, time.monotonic())
+
+    def _refused(self, room: Room, request: m.Join) -> Notice | None:
+        """Count a guessed key; an older one of the same seat is none."""
+        guessed = [token for token in request.tokens if not room.seating.was_token(token)]
+        return LOCKED if guessed and self._admission.guesses_too_often(self._address, "seat") else None
 
     def _on_binary(self, raw: bytes) -> bool:
         """Called by the protocol, so nothing is raised; False when the connection is closing."""

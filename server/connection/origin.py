@@ -23,5 +23,8 @@ def origin_allowed(headers: Headers, scheme: str, allowed: tuple[str, ...]) -> b
     if origin in allowed:
         return True
     host = header(headers, b"host")
-    parts = urlsplit(origin)
+    try:
+        parts = urlsplit(origin)
+    except ValueError:  # http://[bad
+        return False
     return bool(host) and parts.netloc.lower() == host.lower() and parts.scheme == scheme

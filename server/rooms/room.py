@@ -50,6 +50,7 @@ class Room:
         self.notice = progress.notice  # why the room is in its phase
         self.until = 0.0  # when the countdown or the pause ends
         self.missed_ticks = 0
+        self.was_joined = progress is not AT_THE_START  # whether anybody ever came
         self.held = NOTHING  # why the person who runs a study has stopped the clock
         self.seating = SeatAssignment(room_id, seats, services.new_token, services.new_id)
         self._services = services
@@ -65,6 +66,7 @@ class Room:
     def join(self, client: ClientHandle, request: m.Join, now: float) -> m.Welcome:
         """Admit a client, to seats or as a spectator, and send it the state. Raises Refused."""
         taken, replaced = self.seating.join(client, request)
+        self.was_joined = True
         if self.phase == "lobby":
             self._call_agents()
         for old in replaced:
@@ -127,6 +129,10 @@ class Room:
         if seat.controls.submit(frame, now) and self.phase == "playing":
             self.round.record_input(frame, client.rtt_ms)
 
+    def empty_s(self, now: float) -> float:
+        """For how long nobody has been connected, outside of a round; 0 while somebody is."""
+        return 0.0 if self.seating.clients or self.phase in IN_ROUND else now - self._empty_since
+
     # ---- time -----------------------------------------------------------------------------------------------
 
     def tick(self, now: float, due: float, skipped: int = 0) -> None:
@@ -160,7 +166,8 @@ class Room:
             return
         if self.phase == "lobby" and now - self._empty_since >= limits.AGENTS_WAIT_S:
             self.series.free_agents()  # others may need them; they come back with the first client
-        if now - self._empty_since >= limits.EMPTY_S:
+        awaited = self.was_joined or self.config.study or any(seat.shared for seat in self.seats)
+        if now - self._empty_since >= (limits.EMPTY_S if awaited else limits.UNJOINED_S):
             self.close(m.CLOSE_ROOM_OVER, notices.NOBODY_HERE)
 
     def _give_seat_up(self, seat: Seat) -> None:

@@ -5,6 +5,7 @@ has proved that the new one arrived, so that a connection lost in between locks 
 """
 
 import unicodedata
+from collections import deque
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -76,6 +77,7 @@ class Seat:
     alias: str = ""  # the pseudonym in recordings
     token: Hash | None = None
     previous_token: Hash | None = None
+    superseded: deque[Hash] = field(default_factory=lambda: deque(maxlen=4))  # no longer valid, but no guesses either
     key: Hash | None = None  # a token that stays valid: the page of a study sends it at each join
     client: ClientHandle | None = None
     ready: bool = False
@@ -135,8 +137,14 @@ class Seat:
         kept = [each for each in (self.token, self.previous_token, self.key) if each is not None]
         return any([token_matches(token, each) for each in kept])
 
+    def knew(self, token: str) -> bool:
+        """Whether it is or was a token of this seat, as far as they are remembered."""
+        return self.knows(token) or any([token_matches(token, each) for each in self.superseded])
+
     def sit(self, client: ClientHandle, token: str, name: str) -> None:
         """A client takes the seat, or takes it again; `token` is its new token."""
+        if self.previous_token is not None:
+            self.superseded.append(self.previous_token)
         self.previous_token, self.token = self.token, hash_token(token)
         self.client = client
         self.controls = InputBuffer()
@@ -144,6 +152,8 @@ class Seat:
 
     def confirm(self) -> None:
         """The client has the new token: the previous one becomes invalid."""
+        if self.previous_token is not None:
+            self.superseded.append(self.previous_token)
         self.previous_token = None
 
     def vacate(self) -> None:

@@ -33,6 +33,10 @@ class SeatAssignment:
     def seat_of_token(self, token: str) -> Seat | None:
         return next((seat for seat in self._seats if seat.knows(token)), None)
 
+    def was_token(self, token: str) -> bool:
+        """Whether this is or recently was the token of a seat here."""
+        return any([seat.knew(token) for seat in self._seats])
+
     def join(self, client: ClientHandle, request: m.Join) -> tuple[list[m.SeatGrant], list[ClientHandle]]:
         """The client's seats with their new tokens, and the clients that lose theirs. Raises Refused."""
         if request.mode == "watch":

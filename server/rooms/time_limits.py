@@ -7,6 +7,7 @@ AGENT_PATIENCE_S = 10.0  # the countdown waits so long for an agent to load
 AGENTS_WAIT_S = 60.0  # agents are released if no client comes for so long
 SHOW_RESULT_S = 6.0  # between two rounds that agents play among themselves
 EMPTY_S = 900.0  # a room without clients closes after this
+UNJOINED_S = 60.0  # so does one that waits for nobody but the page that opened it
 PAUSE_LIMIT_S = 600.0  # for players who paused
 HOLD_LIMIT_S = 24 * 3600.0  # for an experimenter who paused the room
 RESTART_RESUME_S = 120.0  # for people to come back after the server was started again

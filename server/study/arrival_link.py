@@ -43,7 +43,7 @@ def read_arrival(link: Mapping[str, str], needs_code: bool) -> Arrival:
 
 def _person(given: Mapping[str, str], needs_code: bool) -> tuple[str, str]:
     """The source and the id there. Where a code is needed, nothing else is accepted."""
-    code = given.get("code", "").upper()
+    code = given.get("code", "").upper().replace(" ", "").replace("-", "")
     if needs_code and not code:
         raise ArrivalRefused("code", "Please type the code that you were given.")
     if not needs_code and given.get("PROLIFIC_PID"):

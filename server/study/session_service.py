@@ -4,12 +4,13 @@ import secrets
 import time
 from typing import Literal
 
-from movingout.server.security.tokens import hash_token, new_token
+from movingout.server.security.tokens import hash_token, new_id, new_token
 from movingout.server.study.arrival_link import CODE, Arrival, ArrivalRefused
 from movingout.server.study.participant_session import ParticipantSession, notify
 from movingout.server.study.running_study import RunningStudy
 from movingout.server.study.transaction import Transaction
 
+CODE_LETTERS = 8  # 40 bits, which nobody guesses
 Elsewhere = Literal["elsewhere"]
 
 
@@ -59,7 +60,7 @@ class SessionService:
 
     async def new_code(self) -> str:
         """A code that lets one participant in."""
-        code = secrets.token_hex(3).upper()
+        code = new_id(CODE_LETTERS).upper()
         await self._running.databases.run(self._identities.pid, CODE, code)
         return code
 

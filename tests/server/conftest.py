@@ -14,6 +14,9 @@ def shared_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Live]:
         waiting_per_address=500,
         wrong_tokens_per_minute=100_000,
         rooms_per_address_per_minute=100_000,
+        open_rooms_per_address=100_000,
+        unjoined_rooms_per_address=100_000,
+        connects_per_address_per_minute=100_000,
     )
     with serve(tmp_path_factory.mktemp("live"), many) as running:
         yield running

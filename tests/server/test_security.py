@@ -10,11 +10,15 @@ from fastapi.routing import APIRoute
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
+from movingout.server import host
 from movingout.server import messages as m
 from movingout.server.api import routes
 from movingout.server.host import Host
+from movingout.server.rooms.seat import Seat
+from movingout.server.rooms.time_limits import UNJOINED_S
 from movingout.server.settings import Limits, Settings
 from tests.server.live import ADMIN, Live, limits, serve
+from tests.server.support import Table
 from tests.server.threats import close_code, player
 
 # ---- 1 Origin -------------------------------------------------------------------------------------------------
@@ -22,7 +26,14 @@ from tests.server.threats import close_code, player
 
 @pytest.mark.parametrize(
     "origin",
-    ["http://evil.example", "null", "https://127.0.0.1:{port}", "http://127.0.0.1:1", "http://localhost:{port}"],
+    [
+        "http://evil.example",
+        "null",
+        "http://[bad",
+        "https://127.0.0.1:{port}",
+        "http://127.0.0.1:1",
+        "http://localhost:{port}",
+    ],
 )
 def test_1_a_foreign_page_gets_no_socket_and_no_room(live: Live, origin: str, caplog: pytest.LogCaptureFixture) -> None:
     origin = origin.format(port=live.port)
@@ -58,22 +69,75 @@ def test_2_a_token_of_another_room_a_cut_one_and_an_old_one_are_refused(live: Li
     assert close_code(connection) == m.CLOSE_UNAUTHORISED
 
 
-def test_2_guessing_is_locked_out_after_ten_tries(tmp_path: Path) -> None:
+def test_2_guessing_is_locked_out_after_ten_tries_and_the_right_key_always_passes(tmp_path: Path) -> None:
     with serve(tmp_path, limits(wrong_tokens_per_minute=10)) as live:
         room = live.open_room("here", "idle")
-        for _ in range(11):
+        for count in range(12):
             connection = live.connect()
             connection.send(json.dumps({"type": "join", "room": room["room"], "tokens": ["guess"]}))
-            assert close_code(connection) == m.CLOSE_UNAUTHORISED
-        connection = live.connect()
-        connection.send(json.dumps({"type": "join", "room": room["room"], "tokens": room["tokens"][:1]}))
-        assert "wait a minute" in json.loads(connection.recv(10))["message"]
-        for _ in range(11):
-            assert live.call("/api/admin/state", token=ADMIN)[0] == 200, "guessing seats locks no administrator out"
-        for _ in range(11):
-            assert live.call("/api/admin/state", token="guess")[0] == 403
-        status, answer = live.call("/api/admin/state", token=ADMIN)
-        assert (status, answer["error"]["code"]) == (429, "locked")
+            assert ("wait a minute" in json.loads(connection.recv(10))["message"]) == (count >= 10)
+        assert live.person(room["room"], tokens=room["tokens"][:1]).tokens, "somebody else at this address"
+        found = [live.call("/api/admin/state", token="guess") for _ in range(12)]
+        assert [status for status, _ in found] == [403] * 10 + [429] * 2
+        assert found[-1][1]["error"]["code"] == "locked"
+        assert live.call("/api/admin/state", token=ADMIN)[0] == 200
+
+
+def test_2_an_older_key_of_the_own_seat_is_no_guess(tmp_path: Path) -> None:
+    with serve(tmp_path, limits(wrong_tokens_per_minute=2)) as live:
+        room = live.open_room("here", "idle")
+        person = live.person(room["room"], tokens=room["tokens"][:1])
+        person.say(type="keyframe")
+        person.wait_for("keyframe")
+        for _ in range(6):  # a tab that was left open tries to come back
+            connection = live.connect()
+            connection.send(json.dumps({"type": "join", "room": room["room"], "tokens": room["tokens"][:1]}))
+            assert "no longer valid" in json.loads(connection.recv(10))["message"]
+
+
+# ---- 3 rooms ----------------------------------------------------------------------------------------------------
+
+
+SEATS = {"maps": ["Simple"], "seats": [{"kind": "here"}, {"kind": "agent", "agent": "idle"}]}
+
+
+def test_3_rooms_that_nobody_joins_do_not_fill_the_server(tmp_path: Path) -> None:
+    with serve(tmp_path, limits(unjoined_rooms_per_address=2)) as live:
+        first, _ = live.open_room("here", "idle"), live.open_room("here", "idle")
+        status, answer = live.call("/api/rooms", SEATS)
+        assert (status, answer["error"]["code"]) == (429, "too_many_rooms")
+        live.person(first["room"], tokens=first["tokens"][:1])
+        assert live.call("/api/rooms", SEATS)[0] == 200, "who plays may open another one"
+
+
+def test_3_a_room_left_behind_gives_way_to_another_one_of_the_same_address(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with serve(tmp_path, limits(open_rooms_per_address=2)) as live:
+        kept, left = live.open_room("here", "idle"), live.open_room("here", "idle")
+        live.person(kept["room"], tokens=kept["tokens"][:1])
+        live.person(left["room"], tokens=left["tokens"][:1]).connection.close()
+        status, answer = live.call("/api/rooms", SEATS)
+        assert (status, answer["error"]["code"]) == (429, "too_many_rooms"), "whoever left may come back for a while"
+        monkeypatch.setattr(host, "LEFT_BEHIND_S", 0.0)
+        opened = live.call("/api/rooms", SEATS)[1]["room"]
+        assert {room.id for room in live.rooms} == {kept["room"], opened}
+
+
+def test_3_the_last_rooms_are_kept_for_the_operator(tmp_path: Path) -> None:
+    with serve(tmp_path, limits(unjoined_rooms_per_address=50, rooms=20, rooms_for_operator=2)) as live:
+        assert [live.call("/api/rooms", SEATS)[0] for _ in range(19)] == [200] * 18 + [503]
+        assert [live.call("/api/rooms", SEATS, token=ADMIN)[0] for _ in range(3)] == [200, 200, 503]
+
+
+def test_3_a_room_that_its_own_page_never_joined_closes_soon() -> None:
+    for seats, closed in (
+        ([Seat(0, "human"), Seat(1, "idle")], True),
+        ([Seat(0, "human", shared=True), Seat(1, "human", shared=True)], False),  # friends have the link
+    ):
+        table = Table(seats=seats)
+        table.seconds(UNJOINED_S + 1)
+        assert (table.phase == "closed") == closed
 
 
 def test_2_tokens_are_kept_as_hashes_only(live: Live) -> None:

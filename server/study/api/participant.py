@@ -67,14 +67,12 @@ class ParticipantApi:
     async def arrive(self, request: Request) -> dict[str, Any]:
         gate, running = self._running.host.admission, self._running
         wanted, address = await body_of(request, ArriveRequest), address_of(request)
-        if gate.locked(address, "seat"):
-            raise ApiError(429, "locked", "Too many wrong codes from your address; wait a minute.")
         try:
             arrival = read_arrival(wanted.parameters, running.needs_code)
             token, session = await self._session_service.arrive(arrival, wanted.language, wanted.beside)
         except ArrivalRefused as error:
-            if error.code == "code_unknown":
-                gate.wrong_token(address, "seat")
+            if error.code == "code_unknown" and gate.guesses_too_often(address, "seat"):
+                raise ApiError(429, "locked", "Too many wrong codes from your address; wait a minute.") from None
             raise ApiError(403, error.code, str(error)) from None
         return {"token": token, "view": await self._views.view(session)}
 

@@ -1,0 +1,83 @@
+"""Limits per address: whom they count together, and whom they never hit."""
+
+import pytest
+
+from movingout.server.connection import admission
+from movingout.server.connection.admission import AdmissionControl, address_group
+from movingout.server.settings import Limits
+
+
+class Clock:
+    """A clock that only moves when told to."""
+
+    now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def control(clock: Clock | None = None, **limits: int) -> AdmissionControl:
+    return AdmissionControl(Limits(**limits), clock or Clock())
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "together"),
+    [
+        ("192.0.2.1", "192.0.2.2", False),
+        ("2001:db8:1:2::1", "2001:db8:1:2:ffff::9", True),
+        ("2001:db8:1:2::1", "2001:db8:1:3::1", False),
+        ("::ffff:192.0.2.1", "192.0.2.1", True),
+        ("fe80::1%eth0", "fe80::2%eth1", True),
+        ("", "unix", False),
+    ],
+)
+def test_an_ipv6_network_counts_as_one_address(one: str, other: str, together: bool) -> None:
+    assert (address_group(one) == address_group(other)) == together
+
+
+def test_all_addresses_of_a_network_share_their_rooms() -> None:
+    gate = control(rooms_per_address_per_minute=2)
+    for count in range(2):
+        address = f"2001:db8::{count + 1}"
+        assert gate.may_open_room(address)
+        gate.opened_room(address, f"room-{count}")
+    assert not gate.may_open_room("2001:db8::77")
+    assert gate.rooms_of("2001:db8::5") == {"room-0", "room-1"}
+    gate.closed_room("room-0")
+    gate.closed_room("never opened here")
+    assert gate.rooms_of("2001:db8::5") == {"room-1"}
+    gate.closed_room("room-1")
+    assert gate.rooms_of("2001:db8::5") == frozenset()
+
+
+def test_wrong_tokens_lock_the_guesser_for_a_minute_and_one_kind_only() -> None:
+    clock = Clock()
+    gate = control(clock, wrong_tokens_per_minute=3)
+    assert [gate.guesses_too_often("192.0.2.1", "seat") for _ in range(5)] == [False, False, False, True, True]
+    assert not gate.guesses_too_often("192.0.2.1", "admin")
+    assert not gate.guesses_too_often("192.0.2.2", "seat")
+    clock.now = 61.0
+    assert not gate.guesses_too_often("192.0.2.1", "seat")
+
+
+def test_many_addresses_free_only_the_oldest(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(admission, "MOST_KEPT", 50)
+    gate = control(wrong_tokens_per_minute=1)
+    for count in range(60):
+        for _ in range(2):
+            gate.guesses_too_often(f"192.0.2.{count}", "seat")
+    assert gate.guesses_too_often("192.0.2.59", "seat"), "still locked"
+    assert not gate.guesses_too_often("192.0.2.0", "seat"), "forgotten"
+
+
+def test_connecting_again_and_again_has_to_wait() -> None:
+    clock = Clock()
+    gate = control(clock, connects_per_address_per_minute=60)
+    for _ in range(60):
+        assert gate.enter("192.0.2.1") == ""
+        gate.joined("192.0.2.1")
+        gate.leave("192.0.2.1")
+    assert "wait" in gate.enter("192.0.2.1")
+    assert gate.enter("192.0.2.2") == ""
+    clock.now = 2.0
+    assert gate.enter("192.0.2.1") == ""
