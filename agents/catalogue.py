@@ -56,6 +56,9 @@ class _Entry:
     factory: str  # "module:attribute", imported when asked for
 
 
+TUTORIAL_PARTNER = "movingout.agents.scripted.patient_partner:PatientPartner"
+"""Waits for the player in tutorials; never offered in a list, since it does nothing else."""
+
 _ENTRIES = (
     _Entry(
         AgentCard(

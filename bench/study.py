@@ -25,7 +25,10 @@ SECONDS = 30.0
 WARM_UP_S = 2.0
 P99_MS = 5.0
 START_LIMIT_S = 120.0
-CHANGES = {"limit_ticks: 500": "limit_ticks: 3000", "limit_ticks: 6000": "limit_ticks: 20"}  # long rounds, no practice
+CHANGES = {
+    "limit_ticks: 500": "limit_ticks: 3000",
+    "practice: tutorial": "practice: {map: Simple, limit_ticks: 20}",
+}  # long rounds, no practice
 
 
 def main() -> None:

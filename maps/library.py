@@ -13,6 +13,7 @@ from movingout.maps.suggestion import known_names
 from movingout.maps.symmetry import SEPARATOR, SYMMETRY_NAMES, Symmetry, read_symmetry, transformed
 
 PRACTICE = "Simple"
+TUTORIAL = "Tutorial"  # loads by name, but is played in tutorials only and never offered
 
 _FOLDER = Path(__file__).parent
 _PAPER = (
@@ -37,9 +38,9 @@ def map_names() -> tuple[str, ...]:
 
 
 def shipped_map_names() -> tuple[str, ...]:
-    """Every map that loads by name: the paper's, then further files of this folder, then the practice map."""
+    """Every map that is offered: the paper's, then further files of this folder, then the practice map."""
     files = {path.stem for path in _FOLDER.glob("*.json") if not path.name.endswith(".schema.json")}
-    return (*_PAPER, *sorted(files - {*_PAPER, PRACTICE}), PRACTICE)
+    return (*_PAPER, *sorted(files - {*_PAPER, PRACTICE, TUTORIAL}), PRACTICE)
 
 
 def load_map(name_or_path: str | os.PathLike[str]) -> MapSpec:
@@ -74,7 +75,7 @@ def _split(text: str) -> tuple[str, Symmetry]:
 
 
 def _designed(text: str) -> MapSpec:
-    if text in shipped_map_names():
+    if text == TUTORIAL or text in shipped_map_names():
         return _shipped(text)
     path = Path(text)
     if path.suffix == ".json" or len(path.parts) > 1 or path.is_file():

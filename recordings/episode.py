@@ -10,13 +10,13 @@ from movingout.maps import MapSpec
 from movingout.world.state import Floats, WorldState
 
 SeatKind = Literal["human", "agent", "remote", "ghost", "idle"]
-Source = Literal["live", "match", "scripted", "import"]
+Source = Literal["live", "match", "scripted", "import", "tutorial"]  # tutorials are left out of every analysis
 ActionSource = Literal["human", "agent", "remote", "ghost", "idle", "neutral"]  # neutral: nobody answered
 Outcome = Literal["delivered", "time", "left", "stopped", "error", "interrupted"]
 EventKind = Literal[
     "start", "grab", "grab_failed", "release", "delivered", "undelivered", "collision",
     "pause", "resume", "drop", "return", "focus", "deadline_missed", "agent_error", "unseen_map", "tick_skipped",
-    "end",
+    "tutorial_step", "tutorial_skipped", "end",
 ]  # fmt: skip
 
 

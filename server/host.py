@@ -9,7 +9,7 @@ import time
 import psutil
 
 from movingout.agents.catalogue import agent_cards
-from movingout.maps import MovingOutError, load_map, shipped_map_names
+from movingout.maps import TUTORIAL, MovingOutError, load_map, shipped_map_names
 from movingout.maps.randomize import Split
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.server import messages as m
@@ -234,7 +234,7 @@ class Host:
 
 def _warm_up() -> None:
     """Load every map, its distance field and the engine before the first player comes."""
-    for name in shipped_map_names():
+    for name in (*shipped_map_names(), TUTORIAL):
         the_map = load_map(name)
         paper_distances(the_map)
         World(the_map).step([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0]])

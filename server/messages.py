@@ -50,6 +50,7 @@ CLOSE_NOT_FOUND = 4404  # no such room
 
 Phase = Literal["lobby", "countdown", "playing", "paused", "round_over", "series_over", "closed"]
 Mode = Literal["play", "watch"]
+TutorialStep = Literal["drive", "grab", "deliver", "backward", "lift"]
 Kind = Literal["human", "agent", "remote", "ghost", "idle"]
 
 # ---- client to server --------------------------------------------------------------------------------------
@@ -105,7 +106,13 @@ class Focus(msgspec.Struct, tag="focus", tag_field="type", forbid_unknown_fields
     visible: bool
 
 
-ClientMessage = Join | Ready | Pause | Leave | Again | Keyframe | Focus
+class Skip(msgspec.Struct, tag="skip", tag_field="type", forbid_unknown_fields=True):
+    """The person in `seat` ends the tutorial early; recorded."""
+
+    seat: int
+
+
+ClientMessage = Join | Ready | Pause | Leave | Again | Keyframe | Focus | Skip
 
 # ---- server to client --------------------------------------------------------------------------------------
 
@@ -190,6 +197,18 @@ class FullState(msgspec.Struct, tag="keyframe", tag_field="type"):
     delivered: list[bool]
 
 
+class Tutorial(msgspec.Struct, tag="tutorial", tag_field="type"):
+    """Where a tutorial is: sent after `Round`, and whenever a step or a seat's part in it is done."""
+
+    step: TutorialStep  # the last one stays when all are done
+    number: int  # of the step, from 1
+    total: int
+    finished: bool  # all steps are done
+    done: list[bool]  # per seat: it has done its part of this step; agents have
+    rings: list[list[float]]  # per seat: x, y, radius of the ring to drive to; empty for none
+    targets: list[int]  # per seat: the item to grab, -1 for none
+
+
 class Result(msgspec.Struct, tag="result", tag_field="type"):
     """How a round ended."""
 
@@ -224,4 +243,4 @@ class Bye(msgspec.Struct, tag="bye", tag_field="type"):
     values: dict[str, object] = {}
 
 
-ServerMessage = Welcome | Round | RoomState | FullState | Result | Problem | Bye
+ServerMessage = Welcome | Round | RoomState | FullState | Tutorial | Result | Problem | Bye

@@ -52,7 +52,7 @@ def _constants() -> str:
     lines = [f"export const SUBPROTOCOL = {_js(m.SUBPROTOCOL)};"]
     lines += [f"export const {name} = {_js(getattr(m, name))};" for name in (*NUMBER_NAMES, *CLOSE_NAMES)]
     lines += [_frozen_list("DEVICES", m.DEVICES), f"export const EVENT = Object.freeze({_js(m.EVENT)});"]
-    lines += [_frozen_list("PHASES", get_args(m.Phase))]
+    lines += [_frozen_list("PHASES", get_args(m.Phase)), _frozen_list("TUTORIAL_STEPS", get_args(m.TutorialStep))]
     return "\n".join(lines)
 
 
@@ -239,7 +239,7 @@ def _control_types() -> str:
     return "\n".join(aliases) + "\n\n" + "\n\n".join(parts)
 
 
-_ALIASES = {"Phase": m.Phase, "Mode": m.Mode, "Kind": m.Kind}
+_ALIASES = {"Phase": m.Phase, "Mode": m.Mode, "Kind": m.Kind, "TutorialStep": m.TutorialStep}
 
 
 def _typedef(struct_type: type[msgspec.Struct], optional: bool) -> str:

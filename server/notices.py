@@ -14,9 +14,9 @@ ErrorCode = Literal[
     "fault", "bad_request", "too_large", "not_found", "origin", "locked", "no_token", "wrong_token", "full",
     # rooms
     "no_room", "too_many_rooms", "study", "unknown_map", "maps", "seats", "limit_ticks", "challenge2_seed",
-    "unknown_agent", "damaged_agent", "no_agent", "ghost", "blinded",
+    "unknown_agent", "damaged_agent", "no_agent", "ghost", "blinded", "tutorial",
     # seats
-    "room_full", "seat_taken", "watchers_full", "not_your_seat", "wrong_phase", "joined",
+    "room_full", "seat_taken", "watchers_full", "not_your_seat", "wrong_phase", "joined", "no_tutorial",
     # why a connection or a room is closed
     "replaced", "nobody_here", "room_failed", "closed_by_operator", "restarting", "too_slow", "connection_failed",
     "round_over", "round_restarted", "practice_over", "participant_left",

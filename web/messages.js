@@ -32,6 +32,7 @@ export const CLOSE_NOT_FOUND = 4404;
 export const DEVICES = Object.freeze(/** @type {const} */ (["keyboard","gamepad","touch","program"]));
 export const EVENT = Object.freeze({"grab":0,"grab_failed":1,"release":2,"delivered":3,"undelivered":4,"deadline_missed":5,"agent_error":6});
 export const PHASES = Object.freeze(/** @type {const} */ (["lobby","countdown","playing","paused","round_over","series_over","closed"]));
+export const TUTORIAL_STEPS = Object.freeze(/** @type {const} */ (["drive","grab","deliver","backward","lift"]));
 
 /** @typedef {"tcr" | "nfd" | "wt_s" | "ac" | "interdependence"} MetricKey */
 /**
@@ -244,6 +245,7 @@ function flagsOf(bits, length) {
 /** @typedef {"lobby" | "countdown" | "playing" | "paused" | "round_over" | "series_over" | "closed"} Phase */
 /** @typedef {"play" | "watch"} Mode */
 /** @typedef {"human" | "agent" | "remote" | "ghost" | "idle"} Kind */
+/** @typedef {"drive" | "grab" | "deliver" | "backward" | "lift"} TutorialStep */
 
 /**
  * One seat as everybody in the room may see it.
@@ -337,6 +339,14 @@ function flagsOf(bits, length) {
  */
 
 /**
+ * The person in `seat` ends the tutorial early; recorded.
+ * @typedef {{
+ *   type: "skip",
+ *   seat: number
+ * }} Skip
+ */
+
+/**
  * The answer to `Join`.
  * @typedef {{
  *   type: "welcome",
@@ -398,6 +408,20 @@ function flagsOf(bits, length) {
  */
 
 /**
+ * Where a tutorial is: sent after `Round`, and whenever a step or a seat's part in it is done.
+ * @typedef {{
+ *   type: "tutorial",
+ *   step: TutorialStep,
+ *   number: number,
+ *   total: number,
+ *   finished: boolean,
+ *   done: boolean[],
+ *   rings: number[][],
+ *   targets: number[]
+ * }} Tutorial
+ */
+
+/**
  * How a round ended.
  * @typedef {{
  *   type: "result",
@@ -437,6 +461,6 @@ function flagsOf(bits, length) {
  * }} Bye
  */
 
-/** @typedef {Join | Ready | Pause | Leave | Again | Keyframe | Focus} ClientMessage */
+/** @typedef {Join | Ready | Pause | Leave | Again | Keyframe | Focus | Skip} ClientMessage */
 
-/** @typedef {Welcome | Round | RoomState | FullState | Result | Problem | Bye} ServerMessage */
+/** @typedef {Welcome | Round | RoomState | FullState | Tutorial | Result | Problem | Bye} ServerMessage */

@@ -16,6 +16,7 @@ SUB_STEP_SECONDS = HALF_TICK_SECONDS / SUB_STEPS_PER_HALF  # the same float as t
 POSES_PER_TICK = 5  # poses per tick for smooth drawing; the last is the state after the tick
 POSE_SECONDS = TICK_SECONDS / POSES_PER_TICK
 LIMIT_TICKS = 500  # default length of an episode, as in the paper's evaluation
+TUTORIAL_TICKS = 6000  # longest tutorial, for somebody who went away; most need a minute
 MAX_TICKS = 3600 * TICKS_PER_SECOND  # longest episode: an hour
 
 # Engine

@@ -251,8 +251,12 @@ def recording_files(places: Sequence[Path], suffixes: tuple[str, ...] = (".mcap"
 
 
 def read_trajectories(files: Sequence[Path]) -> list[Trajectory]:
-    """Read recordings. Raises RecordingError or DataError, naming the file, for one that cannot be used."""
-    return [trajectory_of(read_episode(file)) for file in files]
+    """Read recordings but tutorials, which show nobody's usual play.
+
+    Raises RecordingError or DataError, naming the file, for one that cannot be used.
+    """
+    episodes = map(read_episode, files)
+    return [trajectory_of(episode) for episode in episodes if episode.header.source != "tutorial"]
 
 
 def data_hash(files: Sequence[Path]) -> str:

@@ -7,6 +7,7 @@ from movingout.recordings.commands.arguments import add_paths, expanded
 from movingout.recordings.exports import FORMATS, export
 from movingout.recordings.exports.plan import ExportPlan
 from movingout.recordings.exports.trajectories import VIEWS
+from movingout.recordings.storage.listing import is_tutorial
 from movingout.world.observation import LAYOUTS
 
 
@@ -29,8 +30,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def perform(args: argparse.Namespace) -> int:
+    found = expanded(args.paths)
+    recordings = [path for path in found if path in args.paths or not is_tutorial(path)]
+    if len(recordings) < len(found):
+        print(f"{len(found) - len(recordings)} of tutorials left out; name a file to export it all the same")
     plan = ExportPlan(
-        recordings=expanded(args.paths),
+        recordings=recordings,
         target=args.out,
         test_share=args.test_share,
         seed=args.seed,

@@ -68,6 +68,7 @@ class EpisodeFacts:
     failures: tuple[Failure, ...]
     consistency: Floats  # (S, 2) per second: sum and count of the ticks' action consistency
     presence: npt.NDArray[np.float32]  # (2, 48, 48) seconds of each seat in each cell
+    tutorial: bool = False
 
     @property
     def finished(self) -> bool:
@@ -90,6 +91,7 @@ def _facts(path: Path, episode: Episode, population: Callable[[EpisodeHeader], P
         id=header.episode_id,
         map=header.map,
         population=population(header),
+        tutorial=header.source == "tutorial",
         started=utc(header.started_ns),
         outcome=episode.outcome,
         complete=episode.complete,

@@ -78,6 +78,12 @@ class ReportPage:
         return f"{count} unfinished {recordings} left out of the averages."
 
     @property
+    def tutorials(self) -> str:
+        """What is left out of the whole page."""
+        count = self.tally.tutorials
+        return f"{count} {'recording' if count == 1 else 'recordings'} of tutorials left out."
+
+    @property
     def figures(self) -> list[KeyFigure]:
         tally = self.tally
         success, tcr, waiting = (in_words(tally.overall(name), name) for name in ("success", "tcr", "wt_s"))

@@ -98,6 +98,7 @@ class ReportTally:
     groups: dict[tuple[str, Pair], Group] = field(default_factory=dict)
     found: list[FailureFinding] = field(default_factory=list)
     unreadable: list[Unreadable] = field(default_factory=list)
+    tutorials: int = 0  # recordings of tutorials, of which nothing else is shown
     unfinished: int = 0  # episodes that were neither delivered nor ran out of time
     first: str = ""  # start of the earliest and of the latest recording
     last: str = ""
@@ -110,6 +111,8 @@ class ReportTally:
         for facts in all_facts:
             if isinstance(facts, Unreadable):
                 tally.unreadable.append(facts)
+            elif facts.tutorial:
+                tally.tutorials += 1
             else:
                 tally._add(facts)
         return tally

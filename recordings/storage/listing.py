@@ -102,6 +102,16 @@ def read_players(path: Path) -> Players:
         raise RecordingError(f"{path.name}: its metadata is incomplete ({error})") from error
 
 
+def is_tutorial(path: Path) -> bool:
+    """Whether a recording is of a tutorial; False for what cannot be read."""
+    try:
+        if path.name.endswith(JOURNAL_SUFFIX):
+            return read_episode(path).header.source == "tutorial"
+        return episode_record(read_metadata(path)).get("source") == "tutorial"
+    except RecordingError:
+        return False
+
+
 def read_metadata(path: Path) -> Mapping[str, Entries]:
     """All metadata records of a finished recording, by name."""
     try:

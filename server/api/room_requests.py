@@ -6,17 +6,19 @@ import msgspec
 
 from movingout.agents.catalogue import agent_card, agent_cards
 from movingout.agents.errors import AgentError, CheckpointError
-from movingout.maps import MovingOutError, is_shipped, shipped_map_names
+from movingout.maps import TUTORIAL, MovingOutError, is_shipped, shipped_map_names
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.recordings import RecordingError
 from movingout.recordings.recorded_seat import GHOST, is_ghost
 from movingout.server.api.errors import ApiError
 from movingout.server.host import Host
 from movingout.server.rooms.ghost_partner import GhostError, GhostSeat, ghost_config
+from movingout.server.rooms.room import Room
 from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RoomConfig
+from movingout.server.rooms.tutorial import partner_seat
 from movingout.server.security.tokens import hash_token, new_token
-from movingout.world.constants import LIMIT_TICKS, MAX_TICKS, TICK_SECONDS
+from movingout.world.constants import LIMIT_TICKS, MAX_TICKS, TICK_SECONDS, TUTORIAL_TICKS
 
 MAX_ROUNDS = 36
 
@@ -32,11 +34,12 @@ class SeatRequest(msgspec.Struct, forbid_unknown_fields=True):
 class RoomRequest(msgspec.Struct, forbid_unknown_fields=True):
     """The body of POST /api/rooms."""
 
-    maps: list[str]
-    seats: list[SeatRequest]
+    maps: list[str] = []
+    seats: list[SeatRequest] = []
     limit_ticks: int = LIMIT_TICKS
     practice: bool = False
     challenge2_seed: int | None = None
+    tutorial: bool = False  # nothing else is needed: one player here, and the partner of the tutorial
 
 
 async def open_room(host: Host, wanted: RoomRequest, address: str) -> dict[str, Any]:
@@ -47,6 +50,8 @@ async def open_room(host: Host, wanted: RoomRequest, address: str) -> dict[str, 
     refusal = host.refusal(for_operator=not address)
     if refusal:
         raise ApiError(503, "full", refusal.message)
+    if wanted.tutorial:
+        return _open_tutorial(host, wanted)
     ghosts = await _ghosts(host, wanted.seats)
     if ghosts and not wanted.maps:
         wanted.maps = [next(iter(ghosts.values())).map]
@@ -64,12 +69,40 @@ async def open_room(host: Host, wanted: RoomRequest, address: str) -> dict[str, 
             host.admission.opened_room(address, room.id)
     except MovingOutError as error:
         raise ApiError(503, "no_agent", str(error)) from None
+    return _joining(room, tokens)
+
+
+def _joining(room: Room, tokens: list[str | None]) -> dict[str, Any]:
     return {
         "room": room.id,
         "tokens": tokens,
         "join_path": f"/play/{room.id}",
         "watch_path": f"/watch/{room.id}",
     }
+
+
+def _open_tutorial(host: Host, wanted: RoomRequest) -> dict[str, Any]:
+    """A room that plays the tutorial, for one or two players; the partner takes the seat of an agent."""
+    requests = wanted.seats or [SeatRequest("here"), SeatRequest("agent")]
+    kinds = {request.kind for request in requests}
+    if wanted.maps or len(requests) != 2 or kinds == {"agent"} or "ghost" in kinds:
+        raise ApiError(422, "tutorial", "a tutorial has its own map, and seats for one or two players")
+    tokens = [new_token() if request.kind == "here" else None for request in requests]
+    seats = [
+        partner_seat(index) if request.kind == "agent" else _player_seat(index, request.kind, tokens[index])
+        for index, request in enumerate(requests)
+    ]
+    config = RoomConfig(
+        maps=(TUTORIAL,),
+        limit_ticks=TUTORIAL_TICKS,
+        practice=True,
+        tutorial=True,
+        countdown_s=host.settings.countdown_s,
+    )
+    try:
+        return _joining(host.registry.open(config, seats), tokens)
+    except MovingOutError as error:
+        raise ApiError(503, "no_agent", str(error)) from None
 
 
 async def _ghosts(host: Host, seats: list[SeatRequest]) -> dict[int, GhostSeat]:
@@ -117,9 +150,14 @@ def _seat(host: Host, index: int, wanted: SeatRequest, token: str | None, ghost:
         if agent_id == "idle":
             return Seat(index, "idle", name="idle")
         return Seat(index, "agent", agent_id, name=agent_id)
-    if wanted.kind == "remote":
+    return _player_seat(index, wanted.kind, token)
+
+
+def _player_seat(index: int, kind: str, token: str | None) -> Seat:
+    """The seat of a person or of a program of somebody's."""
+    if kind == "remote":
         return Seat(index, "remote", shared=True)
-    seat = Seat(index, "human", shared=wanted.kind == "link")
+    seat = Seat(index, "human", shared=kind == "link")
     seat.token = hash_token(token) if token else None
     return seat
 

@@ -20,6 +20,10 @@ def handle(room: Room, client: ClientHandle, message: m.ClientMessage, now: floa
             room.pause(_own(room, client, seat, "pause"), now)
         case m.Leave(seat):
             room.leave(_own(room, client, seat, "leave"), now)
+        case m.Skip() if room.config.study or not room.config.tutorial:
+            raise WrongRequest("no_tutorial", "only a tutorial of the lobby is skipped; in a study its page does that")
+        case m.Skip(seat):
+            room.skip(_own(room, client, seat, "skip"))
         case m.Keyframe():
             client.tell(room.full_state())
         case m.Focus(visible):

@@ -26,7 +26,7 @@ class PhaseEvent(Enum):
     CLOSED = "the room closes"
 
 
-Request = Literal["ready", "again", "pause", "leave"]
+Request = Literal["ready", "again", "pause", "leave", "skip"]
 
 IN_ROUND: frozenset[Phase] = frozenset({"countdown", "playing", "paused"})
 BETWEEN_ROUNDS: frozenset[Phase] = frozenset({"round_over", "series_over"})
@@ -38,6 +38,7 @@ ALLOWED: dict[Request, frozenset[Phase]] = {
     "ready": frozenset({"lobby", "countdown", "paused", "round_over"}),
     "again": BETWEEN_ROUNDS,
     "pause": frozenset({"playing"}),
+    "skip": frozenset({"playing", "paused"}),
     "leave": OPEN,
 }
 

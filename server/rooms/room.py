@@ -9,14 +9,11 @@ The phases and what leads from one to the next are the table of server/rooms/pha
 
 import math
 
-import msgspec
-
-from movingout import __version__
 from movingout.maps.errors import MovingOutError
 from movingout.recordings import EpisodeWriter
 from movingout.recordings.episode import Episode, Outcome
 from movingout.server import messages as m
-from movingout.server.frames import FRAME_FIELDS, Beat, Input
+from movingout.server.frames import Beat, Input
 from movingout.server.notices import NOTHING, Notice
 from movingout.server.rooms import room_notices as notices
 from movingout.server.rooms import time_limits as limits
@@ -71,17 +68,15 @@ class Room:
             self._call_agents()
         for old in replaced:
             old.dismiss(m.CLOSE_REPLACED, notices.REPLACED)
-        welcome = m.Welcome(
-            protocol=m.PROTOCOL, build=__version__, room=self.id, mode=request.mode, seats=taken, tick_ms=m.TICK_MS,
-            poses_per_tick=m.POSES_PER_TICK, resume_s=self.config.resume_s, join_path=f"/play/{self.id}",
-            watch_path=f"/watch/{self.id}", study=bool(self.config.study), frames=FRAME_FIELDS,
-        )  # fmt: skip
+        welcome = self.seating.welcome(request.mode, taken, self.config)
         client.tell(welcome)
-        client.tell(self.series.message(self.round))
+        for message in self.series.messages(self.round):
+            client.tell(message)
         client.tell(self.full_state())
         if self.series.results and self.phase in BETWEEN_ROUNDS:
             client.tell(self.series.results[-1])
         for grant in taken:
+            self.seats[grant.seat].ready |= self.config.tutorial and self.phase == "lobby"  # it begins by itself
             self._returned(self.seats[grant.seat], now)
         self._announce(now)
         self._services.changed(self.id)
@@ -103,8 +98,7 @@ class Room:
         if self.round.started and self.phase in IN_ROUND:
             self._end_round(outcome)
         self._move(PhaseEvent.CLOSED, notice)
-        for client in list(self.seating.clients):
-            client.dismiss(code, notice)
+        self.seating.dismiss(code, notice)
         self.series.free_agents()
 
     def resume(self, episode: Episode, writer: EpisodeWriter, until: float) -> None:
@@ -115,8 +109,7 @@ class Room:
     def suspend(self) -> None:
         """The server shuts down: a round stays as recorded so far, to be resumed after the restart."""
         self.round.suspend()
-        for client in list(self.seating.clients):
-            client.dismiss(m.CLOSE_SHUTDOWN, notices.RESTARTING)
+        self.seating.dismiss(m.CLOSE_SHUTDOWN, notices.RESTARTING)
         self.series.free_agents()
 
     def take_input(self, client: ClientHandle, frame: Input, now: float) -> None:
@@ -187,6 +180,8 @@ class Room:
             return
         for client in self.seating.clients:
             client.show(self.round.state.tick, bundle, now)
+        if learned := self.round.learned():
+            self.seating.tell(learned)
         outcome = self.round.outcome()
         if outcome is None:
             self.round.ask_agents(self.seats, timing.due + TICK_SECONDS)
@@ -231,8 +226,8 @@ class Room:
         except MovingOutError as error:  # no worker has time for the agent any more
             self._enter(PhaseEvent.SERIES_ENDED, Notice("cannot_start", str(error)))
             return False
-        self._broadcast(self.series.message(self.round))
-        self._broadcast(self.full_state())
+        for message in (*self.series.messages(self.round), self.full_state()):
+            self.seating.tell(message)
         return True
 
     def _may_play(self, due: float) -> bool:
@@ -263,7 +258,7 @@ class Room:
 
     def _end_round(self, outcome: Outcome) -> None:
         result = self.series.end(self.round, outcome)
-        self._broadcast(result)
+        self.seating.tell(result)
         self._services.ended(self.id, self.round.episode_id, result)
 
     def _move(self, event: PhaseEvent, notice: Notice, until: float = 0.0) -> None:
@@ -273,7 +268,7 @@ class Room:
     def _enter(self, event: PhaseEvent, notice: Notice, until: float = 0.0) -> None:
         """Change the phase and announce it."""
         self._move(event, notice, until)
-        self._broadcast(self.state())
+        self.seating.tell(self.state())
         self._services.changed(self.id)
 
     # ---- people come, go and ask ----------------------------------------------------------------------------
@@ -343,12 +338,17 @@ class Room:
 
     def retire(self, seat: Seat, now: float) -> None:
         """A player has practised enough: the seat stays idle, and the other may play on."""
-        seat.vacate()
-        seat.kind, seat.key = "idle", None
+        seat.retire()
+        self.series.replace_learner(self.round, seat)
         if self.phase == "paused":
             self._enter_pause(now)
         self._announce(now)
         self._try_start(now)
+
+    def skip(self, seat: Seat) -> None:
+        """A player ends the tutorial before its last step."""
+        self.round.note_skip(seat.index)
+        self._finish("stopped", NOTHING)
 
     def focus(self, client: ClientHandle, visible: bool) -> None:
         """A page was hidden, which releases its controls, or is visible again."""
@@ -384,7 +384,7 @@ class Room:
     @property
     def recording(self) -> bool:
         """Whether this round is or will be recorded."""
-        return self.round.is_recorded if self.round.started else not self.config.practice
+        return self.round.is_recorded if self.round.started else self.config.recorded
 
     def full_state(self) -> m.FullState:
         shown_until = self._due + TICK_SECONDS if self.phase == "playing" else self._due
@@ -392,9 +392,4 @@ class Room:
 
     def _announce(self, now: float) -> None:
         self._announced = now
-        self._broadcast(self.state())
-
-    def _broadcast(self, message: m.ServerMessage) -> None:
-        text = msgspec.json.encode(message).decode()
-        for client in self.seating.clients:
-            client.tell(message, text)
+        self.seating.tell(self.state())

@@ -30,6 +30,7 @@ from movingout.server.rooms.input_buffer import NEUTRAL, TickInput
 from movingout.server.rooms.quality import RoundQuality
 from movingout.server.rooms.room_notices import recording_problem
 from movingout.server.rooms.seat import AgentPlayer, Seat
+from movingout.server.rooms.tutorial import TutorialProgress
 from movingout.world import World
 from movingout.world.metrics import EpisodeMetrics, to_numbers
 from movingout.world.scoring import delivered_items
@@ -56,8 +57,17 @@ class LiveRound:
     why, and everybody in the room sees "not recording".
     """
 
-    def __init__(self, map_spec: MapSpec, limit_ticks: int, epoch: int, episode_id: str, seed: int) -> None:
+    def __init__(
+        self,
+        map_spec: MapSpec,
+        limit_ticks: int,
+        epoch: int,
+        episode_id: str,
+        seed: int,
+        tutorial: TutorialProgress | None = None,
+    ) -> None:
         self.map = map_spec
+        self.tutorial = tutorial
         self.limit_ticks = limit_ticks
         self.epoch = epoch
         self.episode_id = episode_id
@@ -73,6 +83,7 @@ class LiveRound:
         self._metrics = EpisodeMetrics(map_spec)
         self._deliverers = Deliverers(len(map_spec.items))
         self._pending: list[BundleEvent] = []  # to be shown with the next tick
+        self._learned = False  # in the last tick: a step of the tutorial, or a player's part in it
 
     def begin(self, writer: EpisodeWriter | None, problem: Notice = NOTHING) -> None:
         """The countdown is over; `problem` is why the round is not recorded though it should be."""
@@ -98,6 +109,11 @@ class LiveRound:
             self.quality.focus(seat, detail == "visible")
         if kind in m.EVENT:
             self._show(kind, seat, item, pose)
+
+    def note_skip(self, seat: int) -> None:
+        """Record that a player ends the tutorial here, and at which step."""
+        if self.tutorial is not None:
+            self.note("tutorial_skipped", seat, detail=self.tutorial.step)
 
     def record_input(self, frame: Input, rtt_ms: float) -> None:
         """Record a raw input for the coming tick."""
@@ -130,6 +146,9 @@ class LiveRound:
         poses = self._world.sub_poses()  # (5, 2 + N, 3)
         self._note_hands(actions, held)
         self._note_deliveries(delivered, poses)
+        if self.tutorial is not None and self._learned:
+            detail = "finished" if self.tutorial.finished else self.tutorial.step
+            self._write_event(Event(self.state.tick, "tutorial_step", detail=detail))
         rtt_ms = seats[0].rtt_ms, seats[1].rtt_ms
         self.quality.tick(actions, rtt_ms, timing.late_ms)
         self._record(actions, inputs, seats, timing)
@@ -142,8 +161,8 @@ class LiveRound:
                 seat.player.observe(self.state, self.state.tick, deadline)
 
     def outcome(self) -> Outcome | None:
-        """How the round has ended, None while it goes on."""
-        if all(self.delivered):
+        """How the round has ended, None while it goes on; a tutorial is over when its last step is done."""
+        if all(self.delivered) if self.tutorial is None else self.tutorial.over(self.state.tick):
             return "delivered"
         return "time" if self.limit_ticks and self.state.tick >= self.limit_ticks else None
 
@@ -196,7 +215,7 @@ class LiveRound:
             limit_ticks=self.limit_ticks,
             seats=seats,
             started_ns=started_ns,
-            source="live",
+            source="live" if self.tutorial is None else "tutorial",
             study=study or {},
         )
 
@@ -212,6 +231,10 @@ class LiveRound:
             practice=practice,
             episode=self.episode_id,
         )
+
+    def learned(self) -> m.Tutorial | None:
+        """What is new in the tutorial since the last tick, None for nothing."""
+        return self.tutorial.message() if self.tutorial is not None and self._learned else None
 
     def full_state(self, time_ms: float) -> m.FullState:
         poses = [*self.state.robot_poses.tolist(), *self.state.item_poses.tolist()]
@@ -268,6 +291,7 @@ class LiveRound:
         self.delivered = tuple(self._world.delivered().tolist())
         self._metrics.update(before, actions, self.state)
         self._deliverers.see(self.state.tick, self.state.held.tolist())
+        self._learned = self.tutorial is not None and self.tutorial.update(before, self.state, self.delivered)
 
     def _note_hands(self, actions: Floats, held: list[int]) -> None:
         tick = self.state.tick

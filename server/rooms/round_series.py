@@ -3,6 +3,8 @@
 import logging
 from dataclasses import dataclass
 
+from movingout.agents.catalogue import TUTORIAL_PARTNER
+from movingout.maps import MapSpec
 from movingout.recordings import RecordingError
 from movingout.recordings.episode import Outcome
 from movingout.server import messages as m
@@ -11,6 +13,7 @@ from movingout.server.rooms.room_notices import recording_problem
 from movingout.server.rooms.round import LiveRound
 from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RoomConfig, Services
+from movingout.server.rooms.tutorial import PARTNER_NAME, TutorialProgress, tutorial_map
 
 log = logging.getLogger(__name__)
 
@@ -56,17 +59,38 @@ class RoundSeries:
         self.epoch += 1
         seed = self._config.challenge2_seed
         seed = None if seed is None else seed + self.index
-        the_map = self._services.load_map(self._config.maps[self.index], seed, self._config.split)
+        the_map, tutorial = self._map(seed), None
+        if self._config.tutorial:
+            tutorial = TutorialProgress(the_map, self._players)
         the_round = LiveRound(
             map_spec=the_map,
             limit_ticks=self._config.round_ticks,
             epoch=self.epoch,
             episode_id=self._services.new_id(),
             seed=seed or 0,
+            tutorial=tutorial,
         )
         self.free_agents()
         self.seat_agents(the_round)
         return the_round
+
+    def _map(self, seed: int | None) -> MapSpec:
+        if self._config.tutorial:
+            return tutorial_map(self._players)
+        return self._services.load_map(self._config.maps[self.index], seed, self._config.split)
+
+    @property
+    def _players(self) -> tuple[bool, bool]:
+        blue, red = self._seats
+        return blue.taken_by_client, red.taken_by_client
+
+    def replace_learner(self, the_round: LiveRound, seat: Seat) -> None:
+        """A player has left a tutorial, and its partner takes the seat: the other player may need it. AgentError."""
+        if the_round.tutorial is not None:
+            the_round.note_skip(seat.index)
+            the_round.tutorial.leave(seat.index)
+            seat.kind, seat.agent_id, seat.name = "agent", TUTORIAL_PARTNER, PARTNER_NAME
+            self.seat_agents(the_round)
 
     def seat_agents(self, the_round: LiveRound) -> None:
         """Give every agent seat its player. Raises AgentError when no worker has capacity for another agent."""
@@ -81,8 +105,8 @@ class RoundSeries:
             seat.close_player()
 
     def begin(self, the_round: LiveRound) -> None:
-        """Start a round, and record it unless it is practice."""
-        if self._config.practice:
+        """Start a round, and record it unless it is mere practice."""
+        if not self._config.recorded:
             the_round.begin(None)
             return
         blue, red = self._seats
@@ -106,6 +130,7 @@ class RoundSeries:
         self.free_agents()
         return result
 
-    def message(self, the_round: LiveRound) -> m.Round:
+    def messages(self, the_round: LiveRound) -> list[m.ServerMessage]:
         """What clients need to draw a round."""
-        return the_round.message(self.index, len(self._config.maps), self._config.practice)
+        drawn = the_round.message(self.index, len(self._config.maps), self._config.practice)
+        return [drawn] if the_round.tutorial is None else [drawn, the_round.tutorial.message()]

@@ -162,6 +162,11 @@ class Seat:
         self.token = self.previous_token = None
         self.name = self.alias = ""
 
+    def retire(self) -> None:
+        """The player has left for good, and nobody takes the seat again."""
+        self.vacate()
+        self.kind, self.key = "idle", None
+
     # ---- play -----------------------------------------------------------------------------------------------
 
     @property

@@ -2,9 +2,14 @@
 
 from collections.abc import Callable
 
+import msgspec
+
+from movingout import __version__
 from movingout.server import messages as m
+from movingout.server.frames import FRAME_FIELDS
+from movingout.server.notices import Notice
 from movingout.server.rooms.seat import ClientHandle, Seat
-from movingout.server.rooms.services import Refused
+from movingout.server.rooms.services import Refused, RoomConfig
 
 MAX_SPECTATORS = 30
 
@@ -55,6 +60,14 @@ class SeatAssignment:
         self.clients.append(client)
         return grants, replaced
 
+    def welcome(self, mode: m.Mode, taken: list[m.SeatGrant], config: RoomConfig) -> m.Welcome:
+        """The answer to a client that has joined."""
+        return m.Welcome(
+            protocol=m.PROTOCOL, build=__version__, room=self._room_id, mode=mode, seats=taken, tick_ms=m.TICK_MS,
+            poses_per_tick=m.POSES_PER_TICK, resume_s=config.resume_s, join_path=f"/play/{self._room_id}",
+            watch_path=f"/watch/{self._room_id}", study=bool(config.study), frames=FRAME_FIELDS,
+        )  # fmt: skip
+
     def depart(self, client: ClientHandle, now: float) -> list[Seat]:
         """Remove a client; returns the seats that have lost their player."""
         if client in self.clients:
@@ -70,6 +83,17 @@ class SeatAssignment:
         """The client has answered its welcome: its new tokens have arrived."""
         for seat in self.seats_of(client):
             seat.confirm()
+
+    def tell(self, message: m.ServerMessage) -> None:
+        """Send a control message to everybody."""
+        text = msgspec.json.encode(message).decode()
+        for client in self.clients:
+            client.tell(message, text)
+
+    def dismiss(self, code: int, notice: Notice) -> None:
+        """Close every connection."""
+        for client in list(self.clients):
+            client.dismiss(code, notice)
 
     def _admit_spectator(self, client: ClientHandle) -> None:
         if self.spectators >= MAX_SPECTATORS:

@@ -23,7 +23,8 @@ class RoomConfig(msgspec.Struct, frozen=True, kw_only=True):
 
     maps: tuple[str, ...]
     limit_ticks: int = LIMIT_TICKS  # per round; for practice only within a study
-    practice: bool = False  # not recorded
+    practice: bool = False  # does not count, and is not recorded unless it is a tutorial
+    tutorial: bool = False  # practice on the map of the tutorial, in its steps
     challenge2_seed: int | None = None
     split: Split = "train"  # of the shapes that randomised maps may have
     countdown_s: float = 3.0
@@ -33,7 +34,11 @@ class RoomConfig(msgspec.Struct, frozen=True, kw_only=True):
     @property
     def round_ticks(self) -> int:
         """The limit of a round, 0 for none."""
-        return 0 if self.practice and not self.study else self.limit_ticks
+        return 0 if self.practice and not self.study and not self.tutorial else self.limit_ticks
+
+    @property
+    def recorded(self) -> bool:
+        return self.tutorial or not self.practice
 
 
 class Services(Protocol):

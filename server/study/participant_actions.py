@@ -133,10 +133,11 @@ class ParticipantActions:
         running_round = unit.running_round
         if running_round is None or running_round.step.key != step.key:
             return
+        room = running_round.room
         if unit.members_at(step):
-            room = running_round.room
             room.retire(room.seats[running_round.seats[session.pid]], time.monotonic())
         else:
+            room.round.note_skip(running_round.seats[session.pid])
             self._running.rooms.close(tx, unit, PRACTICE_OVER)
 
     async def _debriefed(self, tx: Transaction, session: ParticipantSession, keep: bool | None) -> None:

@@ -6,13 +6,12 @@ from movingout.maps import MapSpec
 from movingout.server.host import Host
 from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RoomConfig
+from movingout.server.rooms.tutorial import PARTNER_NAME, partner_seat
 from movingout.server.security.tokens import hash_token
 from movingout.server.study.unit import StudyUnit
 from movingout.study.design.allocation import letters
 from movingout.study.design.definition import Study
 from movingout.study.design.steps import Step
-
-PRACTICE_PARTNER = "Partner"  # the name of the agent of the practice
 
 
 class RoomSetup:
@@ -41,6 +40,7 @@ class RoomSetup:
             maps=(turn.map if turn else practice.map if practice else "",),
             limit_ticks=step.limit_ticks,
             practice=turn is None,
+            tutorial=turn is None and practice is not None and practice.tutorial,
             challenge2_seed=turn.variant_seed if turn else None,
             split=self._splits.get(step.block, "train"),
             countdown_s=self._host.settings.countdown_s,
@@ -51,18 +51,21 @@ class RoomSetup:
     def seats(self, unit: StudyUnit, step: Step, keys: Mapping[str, str]) -> list[Seat]:
         """Participants with a key under their pseudonyms, agents under their letters.
 
-        In practice the seat of a participant who has finished practising is idle.
+        In practice the seat of a participant who has finished practising is idle, in a tutorial its partner's.
         """
-        seats = {}
+        seats, tutorial = {}, self.config(step).tutorial
         for session in unit.members:
             index = unit.seat_of(step, session)
             key = keys.get(session.pid)
             human = Seat(index, "human", alias=session.pid, key=hash_token(key)) if key else None
-            seats[index] = human or Seat(index, "idle", name="idle")
+            seats[index] = human or (partner_seat(index) if tutorial else Seat(index, "idle", name="idle"))
         for index in {0, 1} - set(seats):
+            if tutorial:
+                seats[index] = partner_seat(index)
+                continue
             agent = self._agent(step)
             kind = "idle" if agent == "idle" else "agent"
-            name = self._letters.get(step.partner, PRACTICE_PARTNER)
+            name = self._letters.get(step.partner, PARTNER_NAME)
             seats[index] = Seat(index, kind, agent, name=name)  # type: ignore[arg-type]
         return [seats[0], seats[1]]
 

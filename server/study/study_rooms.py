@@ -149,7 +149,7 @@ class StudyRooms:
             player_outcomes(unit.running_round),
         )
         unit.running_round = None
-        self.recorded += bool(result.recording)
+        self.recorded += bool(result.recording) and not room.config.practice
         self._ended.append((room, asyncio.get_running_loop().time()))
         task = asyncio.create_task(self._save(unit))
         self._saving.add(task)

@@ -77,9 +77,10 @@ def _doubled_rounds(stored: StoredData) -> Iterator[str]:
 
 
 def _recordings(folder: StudyFolder, stored: StoredData) -> Iterator[str]:
-    """Every finished round has one recording with as many ticks as its row says; no other recordings exist."""
+    """Every finished round has one recording with as many ticks as its row says; others are of tutorials only."""
     found, broken = list_recordings(folder.recordings) if folder.recordings.is_dir() else ([], [])
     yield from (f"{one.path.name} cannot be read: {one.problem}" for one in broken)
+    found = [one for one in found if one.source != "tutorial"]
     ticks = {one.id: one.ticks for one in found}
     yield from (
         f"{name} is recorded {count} times" for name, count in Counter(o.id for o in found).items() if count > 1

@@ -9,12 +9,13 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
-from movingout.maps import MapError, load_map, map_names
+from movingout.agents.catalogue import TUTORIAL_PARTNER
+from movingout.maps import TUTORIAL, MapError, load_map, map_names
 from movingout.maps.randomize import Split
 from movingout.study.design.instruments import instrument, instrument_names
 from movingout.study.design.localized_text import DEFAULT, Language, LocalizedText, shaped
 from movingout.study.questionnaire import KINDS, Kind, Questionnaire, QuestionnaireItem
-from movingout.world.constants import LIMIT_TICKS, MAX_TICKS
+from movingout.world.constants import LIMIT_TICKS, MAX_TICKS, TUTORIAL_TICKS
 
 Name = Annotated[str, shaped(r"[a-z0-9][a-z0-9-]{0,47}", "small letters, digits and hyphens, at most 48")]
 Code = Annotated[str, shaped(r"[A-Za-z0-9-]{4,40}", "4 to 40 letters, digits and hyphens")]
@@ -26,6 +27,10 @@ Element = Literal[
     "research", "purpose", "procedures", "duration", "risks", "benefits", "alternatives",
     "confidentiality", "retention", "compensation", "withdrawal", "contact", "protocol", "age",
 ]  # fmt: skip
+
+
+TUTORIAL_WORD = "tutorial"
+_TUTORIAL = {"tutorial": True, "map": TUTORIAL, "limit_ticks": TUTORIAL_TICKS, "agent": TUTORIAL_PARTNER}
 
 
 class StudyModel(BaseModel):
@@ -60,13 +65,28 @@ class Pay(StudyModel):
 
 
 class Practice(StudyModel):
-    """A practice round, which is not data; it ends at its limit or when everybody is ready."""
+    """A practice round, which is not data; it ends at its limit or when everybody is ready.
 
+    `practice: tutorial` stands for the tutorial, which has its own map and partner and ends when all is learned.
+    """
+
+    tutorial: bool = False
     map: str = "Simple"
     limit_ticks: Annotated[int, Field(ge=1, le=MAX_TICKS)] = 1200
     agent: str = "scripted"  # unused where people play in pairs
 
     _known = field_validator("map")(lambda cls, name: known_map(name))
+
+    @model_validator(mode="before")
+    @classmethod
+    def _named(cls, value: Any) -> Any:
+        if value == TUTORIAL_WORD:
+            return _TUTORIAL
+        if isinstance(value, dict) and value.get("tutorial") and value != _TUTORIAL:
+            raise ValueError(f"the tutorial has no further fields; say practice: {TUTORIAL_WORD}")
+        if isinstance(value, str):
+            raise ValueError(f"practice is {TUTORIAL_WORD}, or map, limit_ticks and agent")
+        return value
 
 
 class Partner(StudyModel):

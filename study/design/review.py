@@ -7,6 +7,7 @@ from typing import get_args
 
 from movingout.agents.catalogue import agent_card
 from movingout.agents.errors import AgentError
+from movingout.maps import load_map
 from movingout.study.design.allocation import Assignment, assign, cells
 from movingout.study.design.consent_text import contradictions, unfilled
 from movingout.study.design.definition import Element, Study
@@ -131,6 +132,7 @@ def _warnings(study: Study, orders: tuple[Assignment, ...], step_order: tuple[St
     minutes = planned_seconds(step_order) / 60
     if minutes > study.minutes:
         yield f"participants were told {study.minutes} minutes, and it can take {minutes:.0f}"
+    yield from _impatient_partners(study)
     missing = [name for name in get_args(Element) if name not in study.consent.covers]
     if missing:
         yield f"the consent does not mention (in `covers`): {', '.join(missing)}"
@@ -138,6 +140,19 @@ def _warnings(study: Study, orders: tuple[Assignment, ...], step_order: tuple[St
         yield "protocol is empty: the number assigned by the review board is part of every export"
     if study.codes != "unique" and len(set(study.codes.values())) < len(study.codes):
         yield "two outcomes have the same completion code and cannot be told apart when paying"
+
+
+def _impatient_partners(study: Study) -> Iterator[str]:
+    """A partner who can end the practice while the participant still reads the screen."""
+    practice = study.practice
+    if practice is None or practice.tutorial or any(item.size == "large" for item in load_map(practice.map).items):
+        return
+    agent = practice.agent if study.group == 1 else study.pairing.agent if study.pairing.otherwise == "agent" else ""
+    if agent not in ("", "idle"):
+        yield (
+            f"practice: {agent} can deliver everything on {practice.map} alone, so that the practice ends before the "
+            "participant has moved; practice: tutorial waits for everybody"
+        )
 
 
 def _role_confound(orders: tuple[Assignment, ...]) -> Iterator[str]:

@@ -17,6 +17,7 @@ StepKind = Literal[
     "consent", "form", "input-check", "practice", "round", "questionnaire", "break", "debrief", "code"
 ]  # fmt: skip
 CONSENT_S, INPUT_CHECK_S, DEBRIEF_S, CODE_S, BREAK_S = 180.0, 60.0, 60.0, 15.0, 120.0
+TUTORIAL_S = 90.0
 CARD_S = 10.0  # map card, both ready, countdown
 SCALE_S, TEXT_S = 8.0, 45.0  # per question
 """Planned durations of steps that have no limit; assumed by `check`, not measured."""
@@ -52,9 +53,9 @@ def _steps(study: Study, assignment: Assignment) -> Iterator[Step]:
         yield _questions(study, "form", "form", study.demographics)
     yield Step("input-check", "input-check", INPUT_CHECK_S)
     if study.practice:
-        yield Step(
-            "practice", "practice", study.practice.limit_ticks * TICK_SECONDS, limit_ticks=study.practice.limit_ticks
-        )
+        limit_ticks = study.practice.limit_ticks
+        seconds = TUTORIAL_S if study.practice.tutorial else limit_ticks * TICK_SECONDS
+        yield Step("practice", "practice", seconds, limit_ticks=limit_ticks)
     for number, visit in enumerate(assignment.visits):
         block = blocks[visit.block]
         left = [block.limit_minutes * 60 if block.limit_minutes else float("inf")]

@@ -6,7 +6,7 @@ from typing import Any
 
 from markdown_it import MarkdownIt
 
-from movingout.maps import map_to_json
+from movingout.maps import TUTORIAL, map_to_json
 from movingout.server.study.arrival_link import PROLIFIC
 from movingout.server.study.earnings import earnings
 from movingout.server.study.participant_session import ParticipantSession
@@ -123,6 +123,7 @@ class ParticipantViews:
             "seat": unit.seat_of(step, session) if unit else 0,
             "partner_letter": self.letter(unit, step),
             "limit_s": step.limit_ticks * TICK_SECONDS,
+            "tutorial": the_map.name == TUTORIAL and step.kind == "practice",
             **_state(session, unit, step),
         }
 

@@ -232,3 +232,9 @@ def test_an_episode_that_ended_before_its_first_tick_is_reported_like_any_other(
     assert isinstance(found, EpisodeFacts)
     assert (found.ticks, found.waits, found.failures) == (0, (), ())
     assert "no results to show" in html(found)
+
+
+def test_tutorials_are_counted_and_nothing_else_is_shown_of_them() -> None:
+    tally = ReportTally.of([facts(), facts("two", tutorial=True)])
+    assert (tally.episodes, tally.unfinished, tally.tutorials) == (1, 0, 1)
+    assert "1 recording of tutorials left out." in html(facts(), facts("two", tutorial=True))

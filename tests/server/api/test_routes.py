@@ -215,3 +215,18 @@ def test_a_server_that_runs_a_study_opens_rooms_for_its_experimenter_alone(tmp_p
         status, answer = study.call("/api/rooms", wanted, token=ADMIN)
         assert status == 200
         assert study.call(f"/api/rooms/{answer['room']}")[1]["study"] is False
+
+
+def test_the_tutorial_needs_nothing_but_its_name(live: Live) -> None:
+    status, room = live.call("/api/rooms", {"tutorial": True})
+    assert status == 200 and isinstance(room["tokens"][0], str) and room["tokens"][1] is None
+    _, view = live.call(f"/api/rooms/{room['room']}")
+    assert (view["map"], [seat["kind"] for seat in view["seats"]]) == ("Tutorial", ["human", "agent"])
+
+
+def test_the_tutorial_is_for_one_or_two_players_on_its_own_map(live: Live) -> None:
+    here, agent = {"kind": "here"}, {"kind": "agent"}
+    assert live.call("/api/rooms", {"tutorial": True, "seats": [here, {"kind": "link"}]})[0] == 200
+    for change in ({"seats": [agent, agent]}, {"maps": ["HandOff"]}, {"seats": [here]}):
+        status, answer = live.call("/api/rooms", {"tutorial": True, **change})
+        assert (status, answer["error"]["code"]) == (422, "tutorial")

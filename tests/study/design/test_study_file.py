@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from movingout.study.design.definition import Study
+from movingout.study.design.review import review
 from movingout.study.design.study_file import parse_study, read_study
 from movingout.study.design.templates import template_names, template_text
 from movingout.study.errors import StudyError, StudyFileError
@@ -183,3 +184,41 @@ def test_the_published_study_is_the_papers() -> None:
 def test_an_unknown_template_is_answered_with_the_known_ones() -> None:
     with pytest.raises(StudyError, match="known: agent_survey, collect, human_study, human_study_as_published"):
         template_text("nope")
+
+
+def test_practice_is_the_tutorial_or_a_free_round() -> None:
+    practice = parse_study(SMALL + "practice: tutorial\n").practice
+    assert practice is not None and practice.tutorial and practice.map == "Tutorial"
+    free = parse_study(SMALL + "practice: {map: Simple, limit_ticks: 300}\n").practice
+    assert free is not None and (free.tutorial, free.map, free.limit_ticks, free.agent) == (
+        False, "Simple", 300, "scripted"
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("practice", "said"),
+    [("tutor", "practice is tutorial, or map"), ("{tutorial: true, map: HandOff}", "say practice: tutorial")],
+)
+def test_practice_that_is_neither_is_refused_with_what_works(practice: str, said: str) -> None:
+    ((_, path, message),) = faults(SMALL + f"practice: {practice}\n")
+    assert path == "practice" and said in message
+
+
+@pytest.mark.parametrize(
+    ("practice", "warned"),
+    [
+        ("tutorial", False),
+        ("{map: Simple, agent: scripted}", True),
+        ("{map: Simple, agent: idle}", False),
+        ("{map: LeftRight, agent: scripted}", False),
+    ],
+)
+def test_a_practice_partner_who_can_finish_alone_is_warned_of(practice: str, warned: bool) -> None:
+    found = review(parse_study(SMALL + f"practice: {practice}\n")).warnings
+    assert any("can deliver everything on Simple alone" in warning for warning in found) == warned
+
+
+@pytest.mark.parametrize("name", ["human_study", "collect", "agent_survey"])
+def test_ready_made_studies_practise_with_the_tutorial(name: str) -> None:
+    practice = parse_study(template_text(name)).practice
+    assert practice is not None and practice.tutorial
