@@ -26,6 +26,7 @@ class Theme:
     small: str
     middle: str
     large: str
+    item_edge: str
     wall: str
     goal: str
     goal_hatch: str
@@ -37,12 +38,13 @@ LIGHT = Theme(
     ink="#18212c",
     blue="#0072b2",
     red="#d55e00",
-    small="#c3cad3",
-    middle="#9aa5b3",
-    large="#717e8e",
+    small="#7c8897",
+    middle="#5f6c7c",
+    large="#465262",
+    item_edge="#2a333f",
     wall="#2a333f",
     goal="#e3f2ea",
-    goal_hatch="#cfe7db",
+    goal_hatch="#d3e9de",
     goal_edge="#3c8f6d",
 )
 DARK = Theme(
@@ -50,9 +52,10 @@ DARK = Theme(
     ink="#e8ecf1",
     blue="#3aa0dc",
     red="#f08a3c",
-    small="#8b97a6",
-    middle="#6d7a8a",
-    large="#4f5b6a",
+    small="#c0c9d4",
+    middle="#a1adbb",
+    large="#8593a3",
+    item_edge="#e8ecf1",
     wall="#c9d1db",
     goal="#17352a",
     goal_hatch="#1f4637",
@@ -182,7 +185,7 @@ def _item(spec: ItemSpec, index: int, state: SceneState, theme: Theme, label_sca
     x, y, angle = state.items[index]
     fill = {"small": theme.small, "middle": theme.middle, "large": theme.large}[spec.size]
     holders = [seat for seat in (0, 1) if state.held[seat] == index]
-    edge = _mixed(fill, theme.ink, 0.42) if not holders else ""
+    edge = theme.item_edge if not holders else ""
     shapes: list[Shape]
     if spec.shape == "circle":
         shapes = [Disc((x, y), spec.scale, fill, edge, 1.5 * _HAIR)]

@@ -13,6 +13,7 @@ const TOKENS = /** @type {const} */ ([
   "item-small",
   "item-middle",
   "item-large",
+  "item-edge",
   "wall",
   "goal",
   "goal-hatch",

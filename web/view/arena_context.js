@@ -1,6 +1,7 @@
 // Drawing in arena units on a canvas of any size.
 
 export const ARENA_HALF = 1.2; // half the side of the arena, arena units
+const LEAST_LETTERS_PX = 12; // CSS pixels
 
 /** @typedef {import("../core/colours.js").Theme} Theme */
 /** @typedef {import("./render.js").Triple} Triple */
@@ -43,6 +44,11 @@ export class ArenaContext {
   circle(radius) {
     this.ctx.beginPath();
     this.ctx.arc(0, 0, radius, 0, 2 * Math.PI);
+  }
+
+  /** Letters on a body, never too small to read. @param {number} size arena units @returns {number} pixels */
+  letters(size) {
+    return Math.max(size * this.unit, LEAST_LETTERS_PX * this.density);
   }
 
   /** @param {string} text @param {number} size pixels @param {string} colour */

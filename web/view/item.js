@@ -40,7 +40,7 @@ export function drawItem(arena, item, view, index, options) {
   if (item.size === "large" && holders.length === 1) drawNeedsTwo(arena, pose, item, options.pulse ?? 1);
   arena.around([pose[0], pose[1], 0], () => {
     if (view.delivered[index]) drawTick(arena, ink);
-    else arena.label(MARKS.get(item.size) ?? "", 0.056 * arena.unit, ink);
+    else arena.label(MARKS.get(item.size) ?? "", arena.letters(0.056), ink);
   });
 }
 
@@ -51,11 +51,9 @@ export function drawItem(arena, item, view, index, options) {
  */
 function strokeItem(arena, holders) {
   const { ctx, theme } = arena;
-  ctx.strokeStyle = theme.ink;
-  ctx.globalAlpha = 0.42;
+  ctx.strokeStyle = theme["item-edge"];
   ctx.lineWidth = 1.5 * arena.hair;
   ctx.stroke();
-  ctx.globalAlpha = 1;
   for (const seat of holders) {
     ctx.strokeStyle = seat === 0 ? theme.blue : theme.red;
     ctx.lineWidth = 4 * arena.hair;

@@ -49,7 +49,7 @@ export function drawRobot(arena, pose, seat, options) {
     drawNotch(arena, ink);
   });
   if (options.plain) return;
-  arena.around([pose[0], pose[1], 0], () => arena.label(LETTERS[seat], 0.064 * arena.unit, ink));
+  arena.around([pose[0], pose[1], 0], () => arena.label(LETTERS[seat], arena.letters(0.064), ink));
 }
 
 /**
@@ -87,8 +87,7 @@ function drawOwnRing(arena, pose, colour) {
   arena.around(pose, () => {
     arena.circle((ROBOT_RADIUS + 0.02) * arena.unit);
     arena.ctx.strokeStyle = colour;
-    arena.ctx.globalAlpha = 0.45;
-    arena.ctx.lineWidth = 2.5 * arena.hair;
+    arena.ctx.lineWidth = 2 * arena.hair;
     arena.ctx.stroke();
   });
 }

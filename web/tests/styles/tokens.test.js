@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
 
-import { contrast } from "../../core/colours.js";
+import { contrast, readable } from "../../core/colours.js";
 
 const CSS = readFileSync(new URL("../../styles/tokens.css", import.meta.url), "utf-8");
 
@@ -44,6 +44,30 @@ for (const [theme, values] of Object.entries({ light: LIGHT, dark: DARK })) {
     ];
     for (const [text, ground] of pairs)
       assert.ok(contrast(colour(text), colour(ground)) >= 4.5, `${text} on ${ground}`);
+  });
+
+  test(`items, outlines, robots and their rings reach 3:1 on floor and goal in the ${theme} theme`, () => {
+    const drawn = ["item-edge", "blue", "red", "goal-edge", "attention", "wall"];
+    const fills = ["item-small", "item-middle", "item-large"]; // each has the edge around it
+    for (const mark of [...drawn, ...fills]) {
+      for (const ground of ["surface", "goal", ...(fills.includes(mark) ? [] : ["goal-hatch"])])
+        assert.ok(contrast(colour(mark), colour(ground)) >= 3, `${mark} on ${ground}`);
+    }
+  });
+
+  test(`the marks on items reach 4.5:1 in the ${theme} theme`, () => {
+    for (const size of ["middle", "large"]) {
+      const ground = colour(`item-${size}`);
+      assert.ok(contrast(readable(ground, "#ffffff", "#18212c"), ground) >= 4.5, size);
+    }
+  });
+
+  test(`a larger item is darker in the ${theme} theme`, () => {
+    const greys = ["small", "middle", "large"].map((size) => contrast(colour(`item-${size}`), "#000000"));
+    assert.deepEqual(
+      [...greys].sort((a, b) => b - a),
+      greys,
+    );
   });
 
   test(`marks and edges reach 3:1 in the ${theme} theme`, () => {
