@@ -66,7 +66,7 @@ _ENTRIES = (
             "Scripted",
             "scripted",
             "all",
-            "Plans its own way: fetches, hands over, and helps with whatever is too heavy for one. "
+            "A computer partner that fetches, passes on and helps with heavy items. "
             "Options: seed and the fields of its style.",
         ),
         "movingout.agents.scripted:ScriptedAgent",
@@ -77,13 +77,12 @@ _ENTRIES = (
             "Scripted person",
             "scripted",
             "all",
-            "One of sixty people who plan like Scripted and play each in their own way. Options: name, A01 to C20, and "
-            "habits to change.",
+            "One of sixty scripted people with habits of their own. Options: name, A01 to C20, and habits to change.",
         ),
         "movingout.agents.scripted.human_model:HumanModel",
     ),
     _Entry(
-        AgentCard("idle", "Idle", "idle", "all", "Stands still: the control condition."),
+        AgentCard("idle", "Idle", "idle", "all", "Does nothing: the control condition."),
         "movingout.agents.baseline.idle:IdleAgent",
     ),
 )

@@ -4,7 +4,7 @@ Units: lengths in arena units (the arena is the square [-1.2, 1.2]², y up), ang
 along +y, counter-clockwise), masses as the official map files give them.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal, get_args
 
 Shape = Literal["triangle", "square", "pentagon", "hexagon", "octagon", "circle", "star", "rectangle"]
@@ -71,17 +71,17 @@ class ItemSpec:
 
 @dataclass(frozen=True, slots=True)
 class MapSpec:
-    """A whole map. Hashable, so that what is derived from it can be cached.
+    """A whole map. Hashable, so that what is derived from it can be cached; equal maps may differ in title and text.
 
     `name` ends with the symmetry when the map is mirrored or turned (`HandOff:mirror:rot90`).
     `variant` is empty for a map as designed and names the randomisation otherwise.
     """
 
     name: str
-    title: str
+    title: str = field(compare=False)
     number: int  # 1-12 as in the paper, 0 for practice and for a user's own maps
     mode: Mode
-    description: str
+    description: str = field(compare=False)
     robots: tuple[Pose, Pose]
     walls: tuple[Rect, ...]
     goals: tuple[Rect, ...]

@@ -53,7 +53,7 @@ def room_of(host: Host, room_id: str) -> Room:
     """The room that a path names. Raises ApiError."""
     room = host.registry.rooms.get(room_id)
     if room is None:
-        raise ApiError(404, "no_room", "There is no such room (any more); open a new one from the start page.")
+        raise ApiError(404, "no_room", "This room no longer exists. Start a new game.")
     return room
 
 

@@ -38,7 +38,7 @@ OnBinary = Callable[[bytes], bool]  # False: the connection is closing
 WIRE = "movingout.wire"  # where the scope's extensions hold the DirectSocket of a connection
 
 LOCKED = Notice("locked", "Too many wrong keys from your address; wait a minute.")
-NO_ROOM = Notice("no_room", "There is no such room (any more); open a new one from the start page.")
+NO_ROOM = Notice("no_room", "This room no longer exists. Start a new game.")
 FAILED = Notice("connection_failed", "Something went wrong with this connection.")
 
 _decode_control = msgspec.json.Decoder(m.ClientMessage).decode

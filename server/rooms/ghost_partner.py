@@ -56,7 +56,7 @@ def ghost_config(wanted: RoomConfig, ghosts: list[GhostSeat]) -> RoomConfig:
     if any(each[3:] != first[3:] for each in ghosts):
         raise GhostError("These two ghosts were recorded on different maps; take both from one map.")
     if wanted.maps != (first.map,) or wanted.challenge2_seed not in (None, first.challenge2_seed):
-        raise GhostError(f"This ghost was recorded on {first.map}; choose that map alone, without changed items.")
+        raise GhostError(f"This ghost was recorded on {first.map}; choose that map alone, without shuffled items.")
     return msgspec.structs.replace(wanted, challenge2_seed=first.challenge2_seed, split=first.split)
 
 

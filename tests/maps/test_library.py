@@ -1,6 +1,7 @@
 """Loading maps by name, by path, and from official files."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -119,3 +120,10 @@ OFFICIAL = {
     "target_areas": [[[0.8, 0.8], [1.2, 1.2]]],
     "items": {"10": OFFICIAL_ITEM, "2": OFFICIAL_ITEM, "3": None},
 }
+
+
+def test_a_map_whose_text_was_rewritten_is_the_same_map() -> None:
+    spec = load_map("HandOff")
+    rewritten = replace(spec, title="Übergabe", description="Ein enger Gang.")
+    assert rewritten == spec and hash(rewritten) == hash(spec)
+    assert replace(spec, number=2) != spec

@@ -20,7 +20,7 @@ def test_one_agent_is_shown_and_an_unknown_one_is_answered_with_those_there_are(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     assert main(["agents", "show", "idle"]) == 0
-    assert "Stands still" in capsys.readouterr().out
+    assert "Does nothing" in capsys.readouterr().out
     assert main(["agents", "show", "scriptet"]) == 2
     assert "known: scripted" in capsys.readouterr().err
 

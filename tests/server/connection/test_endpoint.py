@@ -117,7 +117,7 @@ def test_a_request_that_does_not_fit_is_answered_and_the_socket_stays(live: Live
 @pytest.mark.parametrize(
     ("first", "code", "said"),
     [
-        ({"type": "join", "room": "nowhere"}, m.CLOSE_NOT_FOUND, "no such room"),
+        ({"type": "join", "room": "nowhere"}, m.CLOSE_NOT_FOUND, "no longer exists"),
         ({"type": "ready", "seat": 0}, m.CLOSE_BAD_MESSAGE, "not understood"),
         ({"type": "join", "room": 7}, m.CLOSE_BAD_MESSAGE, "not understood"),
         ({"type": "join", "room": "x", "sudo": True}, m.CLOSE_BAD_MESSAGE, "not understood"),
