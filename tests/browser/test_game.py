@@ -23,7 +23,8 @@ def test_two_browsers_play_a_whole_game_by_key_presses(
     start(blue, red)
     play(Pilot(blue, 0, BLUE_ON_SIMPLE), Pilot(red, 1, RED_ON_SIMPLE), timeout_s=155)
     assert blue.evaluate("window.__movingout.result.outcome") == "delivered"
-    expect(blue.locator("#result")).to_contain_text("Everything is delivered")
+    expect(blue.locator("#result")).to_contain_text("You delivered everything!")
+    expect(blue.locator(".delivery-who")).to_have_text(["BYou", "RPartner", "BYou"])
     expect(red.locator("#done")).to_have_text("3 / 3")
     blue.screenshot(path=pictures / "result.png")
     middle, slowest = frame_gaps(blue)
@@ -31,7 +32,8 @@ def test_two_browsers_play_a_whole_game_by_key_presses(
         print(f" frame gap p50 {middle:.1f} ms, p99 {slowest:.1f} ms ", end="")  # noqa: T201
     assert middle < 20
 
-    blue.get_by_role("button", name="Finish").click()
+    expect(blue.get_by_role("button", name="Next map")).to_have_count(0)  # the other person would not come along
+    blue.get_by_role("button", name="Answer 10 questions").click()
     expect(blue.locator("#after fieldset").first).to_be_visible()
     expect(blue.locator("#play")).to_be_hidden()
 
@@ -46,7 +48,7 @@ def test_a_series_goes_on_to_the_next_map_when_both_are_ready(server: Server, op
     expect(blue.locator("#title")).to_have_text("Left Right")
     expect(blue.locator("#result")).to_be_hidden()
     wait_for(blue, "game.phase === 'series_over'")
-    blue.get_by_role("button", name="Play it again").click()
+    blue.get_by_role("button", name="Play again").click()
     wait_for(blue, "game.phase === 'playing'")
     expect(blue.locator("#title")).to_have_text("Left Right")
 
@@ -54,7 +56,7 @@ def test_a_series_goes_on_to_the_next_map_when_both_are_ready(server: Server, op
 def test_a_scripted_partner_plays_along(server: Server, open_page: OpenPage, pictures: Path) -> None:
     room = server.make_room("AdaptiveAssist", red="scripted")
     blue = open_page(room["join_path"], room, device_scale_factor=2)
-    expect(blue.locator("#seats")).to_contain_text("Scripted")
+    expect(blue.locator("#seats")).to_contain_text("Computer partner")
     start(blue)
     blue.keyboard.down("KeyA")
     wait_for(blue, "game.entities().robots[1].held >= 0", 30)
@@ -93,4 +95,4 @@ def test_two_browsers_play_hand_off_to_the_end_by_key_presses(server: Server, op
     carry = [step for item in (2, 3, 1, 0) for step in down_the_pathway(item)]
     play(Pilot(blue, 0, carry), Pilot(red, 1, aside), timeout_s=230)
     assert blue.evaluate("window.__movingout.result.outcome") == "delivered"
-    expect(red.locator("#result")).to_contain_text("Everything is delivered")
+    expect(red.locator("#result")).to_contain_text("You delivered everything!")

@@ -22,7 +22,7 @@ def play_to_the_questions(page: Page) -> Page:
     wait_for(page, "game.phase === 'lobby' && game.status === 'open'")
     page.get_by_role("button", name="I am ready").click()
     wait_for(page, "game.phase === 'series_over'")
-    page.get_by_role("button", name="Finish").click()
+    page.get_by_role("button", name="Answer 10 questions").click()
     expect(page.get_by_role("heading", name="About your partner")).to_be_focused()
     return page
 
@@ -60,7 +60,8 @@ def test_all_questions_are_answered_by_keyboard_alone(server: Server, open_page:
     page.keyboard.press("Tab")
     page.keyboard.press("Tab")
     page.keyboard.press("Enter")
-    expect(page.get_by_role("heading", name="Thank you")).to_be_visible()
+    expect(page.get_by_text("Thank you for your answers.")).to_be_focused()
+    expect(page.get_by_role("button", name="Next map")).to_be_visible()  # and one can play on
     expected = {item.id: (number % 7 + 1, "") for number, item in enumerate(PAPER.items[:9])}
     assert saved_answers(server, room) == {**expected, "comment": (-1, "It waited for me.")}
 
@@ -107,7 +108,7 @@ def test_a_reload_goes_on_where_the_answers_end(server: Server, open_page: OpenP
     answer(page, "physics", 2)
     all_saved(page)
     page.reload()
-    page.get_by_role("button", name="Finish").click()
+    page.get_by_role("button", name="Answer 10 questions").click()
     expect(page.get_by_text("questions 4–6 of 10")).to_be_visible()
     expect(page.locator("input[name=physics][value='2']")).to_be_checked()
     page.get_by_role("button", name="Back").click()
@@ -142,4 +143,5 @@ def test_on_a_phone_the_scales_fit_with_large_targets_and_the_questions_may_be_s
     assert min(width for width, _ in sizes) >= 42  # 44 with the gap around it
     assert min(height for _, height in sizes) >= 44
     page.get_by_role("button", name="Skip the questions").click()
-    expect(page.get_by_role("heading", name="Thank you")).to_be_visible()
+    expect(page.get_by_role("button", name="Answer 10 questions")).to_be_focused()
+    expect(page.get_by_role("button", name="Play again")).to_be_visible()

@@ -5,7 +5,7 @@ import { badge, byId, el } from "../core/dom.js";
 import { grabName } from "./hud.js";
 import { invitation } from "./invitation.js";
 import { say } from "../text/catalogue.js";
-import { colourName, colourWord } from "../text/names.js";
+import { colourName, colourWord, mapDescription } from "../text/names.js";
 import { reasonText, seatName } from "./seat_phrases.js";
 
 /** @typedef {import("./game.js").Game} Game */
@@ -135,7 +135,8 @@ export class Panels {
     if (!this.actions.asksReady) return [el("h2", {}, say("study.play.starts")), ...waiting];
     const rows = cards.map((card) => this.#readyRow(card, seats[card.seat], mapping, cards.length > 1));
     const mineReady = game.own.every((seat) => seats[seat]?.ready);
-    return [el("h2", {}, say("play.ready.title")), ...rows, ...(mineReady ? waiting : [])];
+    const hint = game.round ? el("p", { class: "small" }, mapDescription(game.round.map)) : "";
+    return [el("h2", {}, say("play.ready.title")), hint, ...rows, ...(mineReady ? waiting : [])];
   }
 
   /**

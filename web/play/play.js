@@ -68,7 +68,6 @@ class Play {
     new Series({
       next: () => this.#each((seat) => this.#ready(seat)),
       again: () => this.#each((seat) => this.#connection.send({ type: "again", seat })),
-      leave: () => this.#connection.close(),
     });
   #decisions = new DecisionPanel(byId("decisions", HTMLElement), `/api/rooms/${room}/thoughts`);
   #inputs = new InputSenders(

@@ -1,13 +1,15 @@
 // @ts-check
 /*
- * The view after a round: what was delivered, the metrics in plain words, and how to go on.
+ * The view after a round, for people: what was delivered and by whom, the best so far, how to play on, and a picture to
+ * share. The metrics are folded under Details.
  */
 
 import { el } from "../core/dom.js";
 import { say } from "../text/catalogue.js";
 import { mapTitle } from "../text/names.js";
 import { context2d, drawScene, fitCanvas } from "../view/render.js";
-import { duration, headline, measures } from "./result_words.js";
+import { deliveryList } from "./deliveries.js";
+import { bestText, headline, howItEnded, measures } from "./result_words.js";
 import { roundText } from "./seat_phrases.js";
 
 /** @typedef {import("./game.js").RoundResult} Result */
@@ -16,69 +18,79 @@ import { roundText } from "./seat_phrases.js";
  * The server's `round` message.
  * @typedef {{index: number, total: number, map: import("../view/render.js").GameMap}} Round
  */
+/** @typedef {{text: string, href?: string, onclick?: () => void}} Way a way on: a link or a button */
 /**
  * @typedef {object} Options
  * @property {Result} result
  * @property {Round} round
- * @property {boolean} isLast no further round follows
- * @property {() => void} [onNext] go on; absent for spectators
- * @property {() => void} [onAgain] play this map once more; absent for spectators
+ * @property {readonly Way[]} ways how to go on; the first is the main one
+ * @property {readonly string[]} names of the seats
+ * @property {boolean} [plays] somebody on this page played
  * @property {boolean} [stoppedHere] somebody on this page stopped the round
- * @property {string} nextLabel what `onNext` leads to
- * @property {string} [replayPath]
+ * @property {import("./best_rounds.js").Score | null} [best] so far in this browser; none for a first round
+ * @property {readonly HTMLElement[]} [sharing] what shares or shows the round again
+ * @property {HTMLElement} [problem] says why a way on is closed
+ * @property {readonly HTMLElement[]} [asides] small print below
  * @property {import("../view/render.js").View} [view] how the arena looked at the end
  */
 
-/**
- * @param {HTMLElement} container
- * @param {Omit<Options, "nextLabel"> & {nextLabel?: string}} options
- */
+/** @param {HTMLElement} container @param {Options} options */
 export function showResult(container, options) {
-  const heading = el("h2", { tabindex: "-1" }, headline(options.result, options.stoppedHere));
-  const card = el(
-    "div",
-    { class: "card card-roomy stack result-card" },
-    el("dl", { class: "metrics" }, ...measures(options.result.metrics).map(measureEntry)),
-  );
+  const { result, sharing = [], asides = [] } = options;
+  const heading = el("h1", { tabindex: "-1" }, headline(result, options.plays));
   const parts = [
-    header(heading, options),
-    card,
-    actions({ nextLabel: say(options.isLast ? "play.result.finish" : "play.result.next"), ...options }),
+    el("header", { class: "result-head" }, ...headWords(heading, options)),
+    el("div", { class: "row result-ways" }, ...options.ways.map(wayOn)),
+    options.problem ?? "",
+    options.view ? el("canvas", { class: "result-end", role: "img", "aria-label": say("play.result.end") }) : "",
+    deliveries(options),
+    el("div", { class: "row result-sharing" }, ...sharing),
+    details(result),
+    el("div", { class: "result-asides small" }, ...asides),
   ];
   container.replaceChildren(el("section", { class: "result", "aria-label": say("play.result.title") }, ...parts));
-  drawEnd(container, options);
+  keepDrawn(container.querySelector("canvas"), options);
   heading.focus({ preventScroll: true });
+  scrollTo(0, 0);
 }
 
-/** @param {HTMLElement} heading @param {Pick<Options, "result" | "round" | "view">} options */
-function header(heading, { result, round, view }) {
+/** @param {HTMLElement} heading @param {Options} options */
+function headWords(heading, { result, round, stoppedHere = false, best = null, plays = false }) {
   const title = mapTitle(round.map);
-  const where = round.total > 1 ? `${roundText(round)} · ${title}` : title;
-  const { delivered, items } = result;
-  const sentence = say("play.result.delivered", { delivered, items, time: duration(result.ticks) });
+  const remembered = plays ? bestText(result, best) : "";
+  return [
+    el("p", { class: "muted" }, round.total > 1 ? `${roundText(round)} · ${title}` : title),
+    heading,
+    el("p", {}, howItEnded(result, stoppedHere)),
+    remembered ? el("p", { class: "result-best" }, remembered) : "",
+  ];
+}
+
+/** @param {Way} way @param {number} place */
+function wayOn({ text, href, onclick }, place) {
+  const look = place === 0 ? "button button-primary" : "button";
+  return href ? el("a", { class: look, href }, text) : el("button", { type: "button", class: look, onclick }, text);
+}
+
+/** @param {Options} options */
+function deliveries({ result, round, view, names }) {
+  const delivered = view?.delivered ?? (result.delivered_by ?? []).map((seats) => seats.length > 0);
   return el(
-    "header",
-    { class: "result-head" },
-    el(
-      "div",
-      {},
-      el("p", { class: "muted" }, where),
-      heading,
-      el("p", { class: "muted" }, sentence),
-      deliveredRow(result),
-    ),
-    view ? el("canvas", { class: "result-end", role: "img", "aria-label": say("play.result.end") }) : null,
+    "div",
+    { class: "stack result-who" },
+    el("h2", {}, say("play.result.who")),
+    deliveryList(round.map.items, result.delivered_by ?? [], delivered, names),
   );
 }
 
-/** One mark per item, filled for each that was delivered. @param {Result} result */
-function deliveredRow({ delivered, items }) {
-  const marks = Array.from({ length: items }, (_, index) =>
-    index < delivered
-      ? el("span", { class: "result-item result-item-done" }, "✓")
-      : el("span", { class: "result-item" }),
+/** The metrics, for whoever wants to know. @param {Result} result */
+function details(result) {
+  return el(
+    "details",
+    { class: "result-details" },
+    el("summary", {}, say("play.result.details")),
+    el("dl", { class: "metrics" }, ...measures(result.metrics).map(measureEntry)),
   );
-  return el("div", { class: "result-delivered", "aria-hidden": "true" }, ...marks);
 }
 
 /** @param {Measure} measure */
@@ -92,23 +104,21 @@ function measureEntry({ metric, name, value, help }) {
   );
 }
 
-/** @param {Options} options */
-function actions({ onNext, onAgain, nextLabel, replayPath }) {
-  return el(
-    "div",
-    { class: "row" },
-    onNext && el("button", { type: "button", class: "button button-primary", onclick: onNext }, nextLabel),
-    onAgain && el("button", { type: "button", class: "button", onclick: onAgain }, say("play.result.again")),
-    replayPath
-      ? el("a", { class: "button", href: replayPath, target: "_blank", rel: "noopener" }, say("play.result.replay"))
-      : null,
-  );
-}
-
-/** @param {HTMLElement} container @param {Pick<Options, "round" | "view">} options */
-function drawEnd(container, { round, view }) {
-  const canvas = container.querySelector("canvas");
+/**
+ * Draws the end of the round whenever the picture has another size or the page another theme.
+ * @param {HTMLCanvasElement | null} canvas @param {Pick<Options, "round" | "view">} options
+ */
+function keepDrawn(canvas, { round, view }) {
   if (!canvas || !view) return;
-  fitCanvas(canvas);
-  drawScene(context2d(canvas), round.map, view, { plain: true });
+  const draw = () => {
+    fitCanvas(canvas);
+    drawScene(context2d(canvas), round.map, view, { plain: canvas.clientWidth < 320 });
+  };
+  const gone = new AbortController();
+  new ResizeObserver((_, observer) => {
+    if (canvas.isConnected) return draw();
+    observer.disconnect();
+    gone.abort();
+  }).observe(canvas);
+  addEventListener("movingout-theme", draw, { signal: gone.signal });
 }

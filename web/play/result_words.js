@@ -7,6 +7,7 @@
 import { METRICS } from "../messages.js";
 import { secondsOf } from "../core/ticks.js";
 import { has, say, sayNumber } from "../text/catalogue.js";
+import { isBetter } from "./best_rounds.js";
 
 const OUTCOMES = ["delivered", "time", "left", "stopped"];
 
@@ -15,12 +16,45 @@ const OUTCOMES = ["delivered", "time", "left", "stopped"];
 /** @typedef {{metric: Metric, name: string, value: string, help: string}} Measure a metric in words */
 
 /**
+ * "You delivered 4 of 6".
+ * @param {{delivered: number, items: number}} result @param {boolean} [plays] the reader played
+ */
+export function headline({ delivered, items }, plays = false) {
+  const key = `play.result.${plays ? "own" : "any"}.${delivered === items ? "all" : "some"}`;
+  return say(key, { delivered, items });
+}
+
+/**
+ * Why a round ended, as a headline.
  * @param {{outcome: string}} result
  * @param {boolean} [byYou] the reader stopped the round
  */
-export function headline({ outcome }, byYou = false) {
+export function outcomeText({ outcome }, byYou = false) {
   if (byYou && outcome !== "delivered") return say("play.result.headline.byYou");
   return say(`play.result.headline.${OUTCOMES.includes(outcome) ? outcome : "error"}`);
+}
+
+/**
+ * Why a round ended, and how long it took where everything was delivered, as a sentence.
+ * @param {{outcome: string, ticks: number}} result
+ * @param {boolean} [byYou] the reader stopped the round
+ */
+export function howItEnded(result, byYou = false) {
+  if (result.outcome === "delivered") return say("play.result.took", { time: duration(result.ticks) });
+  return `${outcomeText(result, byYou)}.`;
+}
+
+/**
+ * How it compares with the best round before; empty after a first round and after one that did not run to its end.
+ * @param {import("./best_rounds.js").Score & {outcome: string, items: number}} result
+ * @param {import("./best_rounds.js").Score | null} best
+ */
+export function bestText(result, best) {
+  if (best === null) return "";
+  if (isBetter(result, best)) return say("play.result.best.new");
+  const { delivered, ticks } = best;
+  if (delivered === result.items) return say("play.result.best.all", { time: duration(ticks) });
+  return say("play.result.best.some", { delivered, items: result.items });
 }
 
 /** @param {number} ticks */

@@ -9,7 +9,7 @@ import { QuestionForm } from "../questionnaire/form.js";
 import { givenAnswers } from "../questionnaire/pages.js";
 import { say, sayError } from "../text/catalogue.js";
 
-/** @typedef {{room: string, token: string, partnerName: string, onDone: () => void}} Options */
+/** @typedef {{room: string, token: string, partnerName: string, onDone: () => void, onSkip: () => void}} Options */
 
 /**
  * Shows the questionnaire in `container` and calls `onDone` when the last answer has reached the server.
@@ -37,10 +37,11 @@ export async function showQuestionnaire(container, options) {
  * @param {{title: string, items: import("../questionnaire/pages.js").Item[]}} questionnaire
  * @param {Map<string, import("../questionnaire/pages.js").Given>} answers those already given
  */
-function showForm(container, { token, partnerName, onDone }, path, { title, items }, answers) {
-  const leave = () => {
+function showForm(container, { token, partnerName, onDone, onSkip }, path, { title, items }, answers) {
+  /** @param {() => void} onward */
+  const leave = (onward) => {
     form.close();
-    onDone();
+    onward();
   };
   const form = new QuestionForm({
     title,
@@ -50,9 +51,9 @@ function showForm(container, { token, partnerName, onDone }, path, { title, item
     showsProgress: true,
     send: async ({ question, value, text, elapsed_ms }) =>
       void (await requestJson(path, { token, body: { question, value, text, elapsed_ms } })),
-    onDone: leave,
+    onDone: () => leave(onDone),
   });
-  const skip = el("button", { type: "button", class: "button-link", onclick: leave }, say("form.skip"));
+  const skip = el("button", { type: "button", class: "button-link", onclick: () => leave(onSkip) }, say("form.skip"));
   const stop = el("p", { class: "muted small questionnaire-leave" }, say("form.stopQuestion"), " ", skip);
   container.replaceChildren(el("div", { class: "questionnaire" }, form.root, stop));
   form.focus();

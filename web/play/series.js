@@ -1,12 +1,16 @@
-// What follows a round on this page: its result, and after the last round the questions for each person here and the
-// thanks. Has the order of these views, not their look.
+// What follows a round on this page: its result with the ways on, and for whoever wants it the questions about the
+// partner. Has the order of these views, not their look.
 
 import { badge, byId, el } from "../core/dom.js";
+import { problemBox, showProblem } from "../components/action.js";
 import { showQuestionnaire } from "./room_questionnaire.js";
 import { showResult } from "./result.js";
-import { say } from "../text/catalogue.js";
+import { say, sayError } from "../text/catalogue.js";
 import { colourName } from "../text/names.js";
+import { countRound } from "./best_rounds.js";
+import { goOn, sameSeats } from "./next_game.js";
 import { seatName } from "./seat_phrases.js";
+import { shareButtons } from "./share_round.js";
 
 /** @typedef {import("./game.js").Game} Game */
 /** @typedef {import("../view/render.js").View} View */
@@ -14,7 +18,6 @@ import { seatName } from "./seat_phrases.js";
  * @typedef {object} Actions
  * @property {() => void} next  everybody here is ready for the next round
  * @property {() => void} again  the same map once more
- * @property {() => void} leave  the series is over for this page
  */
 
 const COMPLETE = ["delivered", "time"];
@@ -27,6 +30,7 @@ export class Series {
   /** @type {import("./game.js").RoundResult | null} */
   #shown = null;
   #stoppedHere = false;
+  #problem = problemBox();
 
   /** @param {Actions} actions */
   constructor(actions) {
@@ -57,24 +61,78 @@ export class Series {
     this.#shown = result;
     this.#arena.hidden = true;
     this.#box.hidden = false;
-    const isLast = game.phase === "series_over";
-    const plays = own.length > 0;
-    const replayPath = result.recording ? `/replay/${result.recording}` : undefined;
+    this.#play.toggleAttribute("data-result", true);
+    const counts = own.length > 0 && COMPLETE.includes(result.outcome) && !round.practice;
     showResult(this.#box, {
       result,
       round,
-      isLast,
       view,
-      replayPath,
+      names: seatNames(game),
+      plays: own.length > 0,
       stoppedHere: this.#stoppedHere,
-      onNext: plays ? () => (isLast ? this.#finish(game, result.outcome) : this.#next()) : undefined,
-      onAgain: plays && COMPLETE.includes(result.outcome) ? () => this.#again() : undefined,
+      best: counts ? countRound(round, result) : null,
+      ways: this.#ways(game, result.outcome),
+      sharing: this.#sharing(game, result.recording),
+      problem: this.#problem,
+      asides: counts && game.phase === "series_over" ? [this.#questions(game)] : [],
     });
+  }
+
+  /**
+   * How to play on, the main way first.
+   * @param {Game} game @param {string} outcome
+   * @returns {import("./result.js").Way[]}
+   */
+  #ways(game, outcome) {
+    const start = { text: say("play.over.lobby"), href: "/" };
+    const seats = sameSeats(game.room?.seats ?? [], game.own);
+    const over = game.phase === "series_over";
+    const again = { text: say("play.result.again"), onclick: () => this.#again() };
+    const anew = { text: say("play.result.again"), onclick: () => void this.#goOn(game, "same") };
+    const next = { text: say("play.result.next"), onclick: () => void this.#goOn(game, "next") };
+    if (game.own.length === 0) return [start];
+    if (!over) return [{ text: say("play.result.next"), onclick: () => this.#next() }, again];
+    if (game.round?.practice) return [start, again];
+    const repeat = COMPLETE.includes(outcome) ? again : seats ? anew : null;
+    const other = { text: say("play.result.partner"), href: `/?map=${game.round?.map.name ?? ""}#partner` };
+    return [seats ? next : null, repeat, seats ? other : null, start].filter((way) => way !== null);
+  }
+
+  /** @param {Game} game @param {string} recording */
+  #sharing({ welcome }, recording) {
+    if (!recording || !welcome) return [];
+    const replay = { class: "button button-small", href: `/replay/${recording}`, target: "_blank", rel: "noopener" };
+    const [grant] = welcome.seats;
+    return [
+      el("a", replay, say("play.result.replay")),
+      ...(grant ? [shareButtons({ room: welcome.room, token: grant.token, recording })] : []),
+    ];
+  }
+
+  /** The questions are there for whoever wants to answer them; nobody has to pass them. @param {Game} game */
+  #questions(game) {
+    const ask = el("button", { type: "button", class: "button-link" }, say("play.result.questions"));
+    ask.addEventListener("click", () => {
+      this.#play.hidden = true;
+      this.#after.hidden = false;
+      this.#ask(game, [...(game.welcome?.seats ?? [])], ask);
+    });
+    return ask;
+  }
+
+  /** @param {Game} game @param {"next" | "same"} which */
+  async #goOn(game, which) {
+    try {
+      await goOn(game, which);
+    } catch (error) {
+      showProblem(this.#problem, sayError(error));
+    }
   }
 
   #hideResult() {
     this.#box.hidden = true;
     this.#box.replaceChildren();
+    this.#play.toggleAttribute("data-result", false);
     this.#arena.hidden = false;
   }
 
@@ -88,21 +146,15 @@ export class Series {
     this.actions.again();
   }
 
-  /** @param {Game} game @param {string} outcome */
-  #finish(game, outcome) {
-    this.#play.hidden = true;
-    this.#after.hidden = false;
-    const asks = COMPLETE.includes(outcome) && game.round?.practice !== true;
-    if (asks) this.#ask(game, [...(game.welcome?.seats ?? [])]);
-    else this.#thank();
-  }
-
-  /** One person after the other. @param {Game} game @param {import("../messages.js").SeatGrant[]} grants */
-  #ask(game, grants) {
+  /**
+   * One person after the other, then back to the result.
+   * @param {Game} game @param {import("../messages.js").SeatGrant[]} grants @param {HTMLElement} from what led here
+   */
+  #ask(game, grants, from) {
     const grant = grants.shift();
     const seats = game.room?.seats;
     if (grant === undefined || seats === undefined) {
-      this.#thank();
+      this.#thank(from);
       return;
     }
     const box = el("div");
@@ -120,23 +172,31 @@ export class Series {
     this.#after.replaceChildren(...who, box);
     scrollTo(0, 0);
     const partnerName = several ? colourName(1 - grant.seat) : seatName(seats[1 - grant.seat], false);
-    const onDone = () => this.#ask(game, grants);
-    void showQuestionnaire(box, { room: game.welcome?.room ?? "", token: grant.token, partnerName, onDone });
+    const onDone = () => this.#ask(game, grants, from);
+    const onSkip = () => this.#backToResult(from);
+    void showQuestionnaire(box, { room: game.welcome?.room ?? "", token: grant.token, partnerName, onDone, onSkip });
   }
 
-  #thank() {
-    this.actions.leave();
-    const title = el("h1", { tabindex: "-1" }, say("play.over.title"));
-    const back = el("a", { class: "button button-primary", href: "/" }, say("play.over.lobby"));
-    this.#after.replaceChildren(
-      el(
-        "div",
-        { class: "stack" },
-        title,
-        el("p", { class: "lead" }, say("play.over.sentence")),
-        el("div", { class: "row" }, back),
-      ),
-    );
-    title.focus();
+  /** @param {HTMLElement} from what led to the questions */
+  #thank(from) {
+    const thanks = el("p", { class: "result-thanks", role: "status", tabindex: "-1" }, say("play.result.thanks"));
+    from.replaceWith(thanks);
+    this.#backToResult(thanks);
   }
+
+  /** @param {HTMLElement} focus */
+  #backToResult(focus) {
+    this.#after.hidden = true;
+    this.#after.replaceChildren();
+    this.#play.hidden = false;
+    focus.focus();
+  }
+}
+
+/** What to call the players of a round. @param {Game} game */
+function seatNames({ room, own }) {
+  const several = own.length > 1;
+  return (room?.seats ?? []).map((seat, index) =>
+    several ? colourName(index) : seatName(seat, own.includes(index), own.length === 0),
+  );
 }

@@ -4,7 +4,7 @@
  */
 
 import { badge, byId, el } from "../core/dom.js";
-import { headline } from "../play/result_words.js";
+import { outcomeText } from "../play/result_words.js";
 import { currentLanguage, say } from "../text/catalogue.js";
 import { mapTitle, playerName } from "../text/names.js";
 
@@ -40,7 +40,7 @@ function pills({ outcome, complete, exact, damage }) {
   const tone = outcome === "delivered" ? "pill-ok" : outcome === "error" ? "pill-bad" : "";
   const pill = (/** @type {string} */ text, kind = "pill-attention") => el("span", { class: `pill ${kind}` }, text);
   return [
-    pill(headline({ outcome }), tone),
+    pill(outcomeText({ outcome }), tone),
     complete ? null : pill(say(damage ? "replay.damaged" : "replay.cutOff")),
     exact === false ? pill(say("replay.smoothed")) : null,
   ].filter((part) => part !== null);

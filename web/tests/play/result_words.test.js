@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { duration, headline, measures, percent } from "../../play/result_words.js";
+import { bestText, duration, headline, howItEnded, measures, outcomeText, percent } from "../../play/result_words.js";
 import { METRICS } from "../../messages.js";
 import { LANGUAGES } from "../../text/language.js";
 import { speak, textsOf } from "../text/support.js";
@@ -14,7 +14,7 @@ const VALUES = { tcr: 0.571, nfd: 0.684, wt_s: 3.42, ac: 0.91 };
 test("every outcome has a headline for people", () => {
   const outcomes = ["delivered", "time", "left", "stopped", "error"];
   assert.deepEqual(
-    outcomes.map((outcome) => headline({ outcome })),
+    outcomes.map((outcome) => outcomeText({ outcome })),
     [
       "Everything is delivered!",
       "Time is up",
@@ -23,6 +23,25 @@ test("every outcome has a headline for people", () => {
       "The round ended because of an error",
     ],
   );
+});
+
+test("the result says what was delivered, to whoever played and to whoever watched", () => {
+  assert.equal(headline({ delivered: 4, items: 6 }, true), "You delivered 4 of 6");
+  assert.equal(headline({ delivered: 6, items: 6 }, true), "You delivered everything!");
+  assert.equal(headline({ delivered: 4, items: 6 }), "4 of 6 delivered");
+  assert.equal(howItEnded({ outcome: "delivered", ticks: 312 }), "It took 31.2 s.");
+  assert.equal(howItEnded({ outcome: "time", ticks: 500 }), "Time is up.");
+  assert.equal(howItEnded({ outcome: "left", ticks: 5 }, true), "You stopped the round.");
+});
+
+test("a result is compared with the best before it", () => {
+  const result = { outcome: "time", delivered: 4, items: 6, ticks: 500 };
+  assert.equal(bestText(result, null), "");
+  assert.equal(bestText(result, { delivered: 5, ticks: 500 }), "Best so far in this browser: 5 of 6.");
+  assert.equal(bestText(result, { delivered: 3, ticks: 500 }), "That is the best so far in this browser.");
+  const all = { outcome: "delivered", delivered: 6, items: 6, ticks: 300 };
+  assert.equal(bestText(all, { delivered: 6, ticks: 280 }), "Fastest so far in this browser: 28.0 s.");
+  assert.equal(bestText(all, { delivered: 6, ticks: 400 }), "That is the best so far in this browser.");
 });
 
 test("durations are seconds below a minute and minutes above", () => {

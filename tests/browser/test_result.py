@@ -1,0 +1,112 @@
+"""The page after a round: for people, with ways to play on, at every size, and a picture to share."""
+
+import io
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from PIL import Image
+from playwright.sync_api import Page, expect
+
+from tests.browser.pages import overflow, sent_body, violations
+from tests.browser.support import Server, start, wait_for
+
+OpenPage = Callable[..., Page]
+
+
+def over(server: Server, open_page: OpenPage, limit_ticks: int = 15, red: str = "idle", **options: Any) -> Page:
+    """The result of a short round on Simple."""
+    room = server.make_room("Simple", red=red, limit_ticks=limit_ticks)
+    page = open_page(room["join_path"], room, **options)
+    start(page)
+    wait_for(page, "game.phase === 'series_over'", 60)
+    expect(page.get_by_role("heading", level=1)).to_be_focused()
+    return page
+
+
+def test_the_result_is_said_in_plain_words_and_the_measures_are_folded(server: Server, open_page: OpenPage) -> None:
+    page = over(server, open_page)
+    expect(page.get_by_role("heading", level=1)).to_have_text("You delivered 0 of 3")
+    expect(page.locator(".delivery-who")).to_have_text(["not delivered"] * 3)
+    seen = page.locator("body").inner_text()
+    assert not any(short in seen for short in ("TCR", "NFD", "WT", "INT"))
+    page.get_by_text("Details").click()
+    expect(page.locator("[data-measure=tcr]")).to_be_visible()
+    assert violations(page) == []
+
+
+def test_the_best_so_far_is_remembered_in_this_browser(server: Server, open_page: OpenPage) -> None:
+    page = over(server, open_page, limit_ticks=400, red="scripted")
+    expect(page.get_by_role("heading", level=1)).to_have_text("You delivered everything!")
+    expect(page.locator(".result-best")).to_have_count(0)  # the first round has nothing to be compared with
+    page.get_by_role("button", name="Play again").click()
+    wait_for(page, "game.phase === 'playing'")
+    page.keyboard.press("Escape")
+    page.get_by_role("button", name="Stop the game").click()
+    page.get_by_role("button", name="Yes, stop").click()
+    expect(page.get_by_text("You stopped the round.")).to_be_visible()
+    expect(page.locator(".result-best")).to_have_count(0)  # a round that was stopped is no result
+    page.get_by_role("button", name="Play again").click()  # in a new room: this one is over
+    start(page)
+    wait_for(page, "game.phase === 'series_over'", 60)
+    expect(page.locator(".result-best")).to_contain_text("so far in this browser")
+
+
+def test_one_plays_on_with_the_same_partner_or_chooses_another(server: Server, open_page: OpenPage) -> None:
+    page = over(server, open_page)
+    with page.expect_request("**/api/rooms") as sent:
+        page.get_by_role("button", name="Next map").click()
+    body = sent_body(sent.value)
+    assert body["seats"] == [{"kind": "here"}, {"kind": "agent", "agent": "idle"}]
+    assert (len(body["maps"]), body["limit_ticks"]) == (1, 15)
+    assert body["maps"] != ["Simple"]
+    page.wait_for_url(lambda url: "/play/" in url)
+    start(page)
+    wait_for(page, "game.phase === 'series_over'", 60)
+    page.get_by_role("link", name="Another partner").click()
+    expect(page.get_by_label("Red")).to_be_focused()
+    expect(page.locator("#chosen h2")).to_have_text("Hand Off")
+
+
+@pytest.mark.parametrize(("name", "kind"), [("Save a picture", "PNG"), ("Save an animation", "GIF")])
+def test_the_round_is_saved_as_a_picture_or_an_animation(
+    server: Server, open_page: OpenPage, name: str, kind: str
+) -> None:
+    page = over(server, open_page)
+    with page.expect_download() as download:
+        page.get_by_role("button", name=name).click()
+    content = Path(download.value.path()).read_bytes()
+    assert Image.open(io.BytesIO(content)).format == kind
+    assert download.value.suggested_filename == f"moving-out.{kind.lower()}"
+    expect(page.get_by_text("Saved.")).to_be_visible()
+
+
+def test_a_phone_sends_it_its_own_way_and_everything_to_go_on_is_in_view(server: Server, open_page: OpenPage) -> None:
+    script = "navigator.canShare = () => true; navigator.share = async ({files}) => { window.sent = files[0].type; };"
+    page = over(
+        server, open_page, script=script, viewport={"width": 375, "height": 553}, has_touch=True, is_mobile=True
+    )
+    for way in ("Next map", "Play again"):
+        expect(page.get_by_role("button", name=way)).to_be_in_viewport(ratio=1)
+    assert overflow(page) == 0
+    page.get_by_role("button", name="Send a picture…").tap()
+    page.wait_for_function("() => window.sent === 'image/png'")
+
+
+@pytest.mark.parametrize("size", [(390, 664), (360, 640), (720, 450), (1024, 768), (1440, 900)])
+def test_the_result_uses_the_width_and_nothing_is_cut_off(
+    server: Server, open_page: OpenPage, size: tuple[int, int]
+) -> None:
+    page = over(server, open_page, viewport={"width": size[0], "height": size[1]})
+    assert overflow(page) == 0
+    expect(page.get_by_role("button", name="Next map")).to_be_in_viewport(ratio=1)
+    width = page.locator(".result").bounding_box()
+    assert width is not None and width["width"] >= min(1100, 0.9 * size[0]) - 8
+    expect(page.locator("#seats")).to_be_hidden()  # the game's own columns make room
+
+
+def test_the_hint_of_a_map_is_on_the_game_page(server: Server, open_page: OpenPage) -> None:
+    room = server.make_room("HandOff", red="idle")
+    page = open_page(room["join_path"], room)
+    expect(page.locator("#ready")).to_contain_text("One narrow pathway: whoever is nearer passes the items down")
