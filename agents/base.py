@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from movingout.maps import MapSpec
+from movingout.world.ping import HelpPing
 from movingout.world.state import WorldState
 
 THREADS = 1  # per agent: the other cores run rooms and other agents
@@ -30,13 +31,15 @@ class EpisodeInfo:
 class Observation:
     """What an agent sees before a tick.
 
-    `encode` gives the egocentric vector (D,) of a named layout (`world.observation`).
+    `encode` gives the egocentric vector (D,) of a named layout (`world.observation`). Pings are no part of any layout:
+    an agent that answers them looks at `pings`.
     """
 
     state: WorldState
     tick: int
     seat: int
     encode: Callable[[str], npt.NDArray[np.float64]]
+    pings: tuple[HelpPing, ...] = ()  # of both seats, shown now; oldest first
 
 
 class Agent(Protocol):

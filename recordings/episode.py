@@ -16,7 +16,7 @@ Outcome = Literal["delivered", "time", "left", "stopped", "error", "interrupted"
 EventKind = Literal[
     "start", "grab", "grab_failed", "release", "delivered", "undelivered", "collision",
     "pause", "resume", "drop", "return", "focus", "deadline_missed", "agent_error", "unseen_map", "tick_skipped",
-    "tutorial_step", "tutorial_skipped", "end",
+    "tutorial_step", "tutorial_skipped", "ping", "pings_refused", "end",
 ]  # fmt: skip
 
 

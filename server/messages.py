@@ -112,7 +112,14 @@ class Skip(msgspec.Struct, tag="skip", tag_field="type", forbid_unknown_fields=T
     seat: int
 
 
-ClientMessage = Join | Ready | Pause | Leave | Again | Keyframe | Focus | Skip
+class SayPing(msgspec.Struct, tag="ping", tag_field="type", forbid_unknown_fields=True):
+    """ "Help here", from the person in `seat`: at an item, or at the own place (-1)."""
+
+    seat: int
+    item: int = -1
+
+
+ClientMessage = Join | Ready | Pause | Leave | Again | Keyframe | Focus | Skip | SayPing
 
 # ---- server to client --------------------------------------------------------------------------------------
 
@@ -158,6 +165,7 @@ class Welcome(msgspec.Struct, tag="welcome", tag_field="type"):
     join_path: str
     watch_path: str
     study: bool = False  # a round of a study: the page goes back to /study when it is over
+    pings: bool = False  # whether `SayPing` is possible here
     frames: dict[str, FrameFields] = {}
 
 
@@ -243,4 +251,16 @@ class Bye(msgspec.Struct, tag="bye", tag_field="type"):
     values: dict[str, object] = {}
 
 
-ServerMessage = Welcome | Round | RoomState | FullState | Tutorial | Result | Problem | Bye
+class ShownPing(msgspec.Struct, tag="ping", tag_field="type"):
+    """A seat asks for help: to be shown for `ticks` ticks."""
+
+    epoch: int
+    tick: int  # the one that follows it
+    seat: int
+    item: int  # -1: at the place of the robot
+    x: float  # where that was
+    y: float
+    ticks: int
+
+
+ServerMessage = Welcome | Round | RoomState | FullState | Tutorial | Result | Problem | Bye | ShownPing

@@ -17,6 +17,7 @@ ErrorCode = Literal[
     "unknown_agent", "damaged_agent", "no_agent", "ghost", "blinded", "tutorial",
     # seats
     "room_full", "seat_taken", "watchers_full", "not_your_seat", "wrong_phase", "joined", "no_tutorial",
+    "pings_off", "ping_rate", "ping_item",
     # why a connection or a room is closed
     "replaced", "nobody_here", "room_failed", "closed_by_operator", "restarting", "too_slow", "connection_failed",
     "round_over", "round_restarted", "practice_over", "participant_left",
@@ -34,7 +35,7 @@ RefusalCode = Literal["restarting", "rooms_in_use", "busy", "disk_full"]  # why 
 UnrecordedCode = Literal["disk_full", "not_writable", "failed"]  # why a round is not recorded
 AlertCode = Literal[
     "fault", "disk", "database", "deletion", "recovery", "not_closed", "recording", "room", "agent_failed",
-    "agent_unseen", "gone", "slow", "duplicate", "controls", "full", "away",
+    "agent_unseen", "gone", "slow", "duplicate", "controls", "full",
 ]  # fmt: skip
 
 

@@ -347,6 +347,15 @@ function flagsOf(bits, length) {
  */
 
 /**
+ * "Help here", from the person in `seat`: at an item, or at the own place (-1).
+ * @typedef {{
+ *   type: "ping",
+ *   seat: number,
+ *   item?: number
+ * }} SayPing
+ */
+
+/**
  * The answer to `Join`.
  * @typedef {{
  *   type: "welcome",
@@ -361,6 +370,7 @@ function flagsOf(bits, length) {
  *   join_path: string,
  *   watch_path: string,
  *   study: boolean,
+ *   pings: boolean,
  *   frames: Record<string, FrameFields>
  * }} Welcome
  */
@@ -461,6 +471,20 @@ function flagsOf(bits, length) {
  * }} Bye
  */
 
-/** @typedef {Join | Ready | Pause | Leave | Again | Keyframe | Focus | Skip} ClientMessage */
+/**
+ * A seat asks for help: to be shown for `ticks` ticks.
+ * @typedef {{
+ *   type: "ping",
+ *   epoch: number,
+ *   tick: number,
+ *   seat: number,
+ *   item: number,
+ *   x: number,
+ *   y: number,
+ *   ticks: number
+ * }} ShownPing
+ */
 
-/** @typedef {Welcome | Round | RoomState | FullState | Tutorial | Result | Problem | Bye} ServerMessage */
+/** @typedef {Join | Ready | Pause | Leave | Again | Keyframe | Focus | Skip | SayPing} ClientMessage */
+
+/** @typedef {Welcome | Round | RoomState | FullState | Tutorial | Result | Problem | Bye | ShownPing} ServerMessage */

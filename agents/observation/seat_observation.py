@@ -5,16 +5,19 @@ import numpy as np
 from movingout.agents.base import Observation
 from movingout.maps import MapSpec
 from movingout.world.observation import encode_state
+from movingout.world.ping import HelpPing
 from movingout.world.state import Floats, WorldState
 
 
-def observe(map_spec: MapSpec, state: WorldState, seat: int, tick: int | None = None) -> Observation:
-    """The observation of `seat` before tick `tick` (default: the state's own tick)."""
+def observe(
+    map_spec: MapSpec, state: WorldState, seat: int, tick: int | None = None, pings: tuple[HelpPing, ...] = ()
+) -> Observation:
+    """The observation of `seat` before tick `tick` (default: the state's own tick), with the pings shown then."""
 
     def encode(layout: str) -> Floats:
         return encode_state(map_spec, state, seat, layout)
 
-    return Observation(state, state.tick if tick is None else tick, seat, encode)
+    return Observation(state, state.tick if tick is None else tick, seat, encode, pings)
 
 
 def start_state(map_spec: MapSpec) -> WorldState:

@@ -66,6 +66,7 @@ class ScriptedAgent:
             self._map, observation.state, observation.seat, still, self.anticipates, self._placements, self._floors
         )
         self._selector.observe_partner(now)
+        self._selector.hear(now, observation.pings)
         command = self._command(now)
         self.detail = {"errand": type(self._task).__name__ if self._task else "", "item": self._item}
         return np.array([[command.distance, math.cos(command.heading), math.sin(command.heading), command.grasp]])
@@ -76,6 +77,9 @@ class ScriptedAgent:
 
     def _command(self, now: Perception) -> DriveCommand:
         self._trail = [] if self._resting else [*self._trail[-2 * STALLED_AFTER :], now.pose]
+        if self._selector.lets_go_to_help(now):
+            self._task, self._wiggle = None, []
+            return DriveCommand(0.0, 0.0, grasp=True)
         if not self._wiggle and self._stalled(now):
             self._unblock(now)
         if self._wiggle:

@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from movingout.agents.scripted.avoidance import exit_path, goal_area, in_contact, partner_path
+from movingout.agents.scripted.help_request import HelpRequest
 from movingout.agents.scripted.navigation.free_space import FreeSpace, cell_of
 from movingout.agents.scripted.navigation.grasp_stance import stances_facing
 from movingout.agents.scripted.navigation.walking_route import walking_costs
@@ -18,9 +19,10 @@ from movingout.agents.scripted.tasks.drag import Drag
 from movingout.agents.scripted.tasks.fetch import Carry, Fetch
 from movingout.agents.scripted.tasks.lift import Lift
 from movingout.agents.scripted.tasks.task import Task
-from movingout.agents.scripted.tasks.wait import Aside, WalkTo
+from movingout.agents.scripted.tasks.wait import Aside, ComeTo, WalkTo
 from movingout.maps import MapSpec
 from movingout.maps.flood_fill import UNREACHED
+from movingout.world.ping import HelpPing
 from movingout.world.state import Floats
 
 INFEASIBLE_FOR = 40  # ticks after which an infeasible item is tried again
@@ -66,6 +68,7 @@ class TaskSelector:
         self._partner_grasp = (-1, 0)  # the item that the partner holds, and since which tick
         self._partner_released: dict[int, int] = {}  # by item that the partner put down on the way: the tick
         self._own_motion_tick = 0  # the tick at which this robot last moved or held something
+        self._request = HelpRequest()
         self._farthest_item = -1  # the item chosen as the farthest; on the way to it another one becomes the farthest
 
     # ---- beliefs about the partner and about items ------------------------------------------------------------
@@ -93,6 +96,17 @@ class TaskSelector:
             self._failed_stances.pop(now.own_item, None)
             if now.own_item == now.partner_item:
                 self._unanswered = 0
+
+    def hear(self, now: Perception, pings: tuple[HelpPing, ...]) -> None:
+        """Take note of the partner's pings: where it asks for help, it will come itself."""
+        if pings and self._request.hear(now, pings):
+            self._infeasible.pop(self._request.item, None)
+            self._partner_motion_tick, self._unanswered = now.tick, 0
+
+    def lets_go_to_help(self, now: Perception) -> bool:
+        """Whether to release a heavy item that is held alone, because the partner needs help elsewhere."""
+        alone = now.own_item >= 0 and now.is_heavy(now.own_item) and now.own_item != now.partner_item
+        return alone and self._request.is_open(now) and self._request.item != now.own_item
 
     def partner_comes_until(self, tick: int) -> Callable[[Perception], bool]:
         """Returns whether to keep standing aside: until `tick`, and on while the partner has not passed."""
@@ -140,6 +154,8 @@ class TaskSelector:
         if isinstance(task, Lift) and task.given_up is not None:
             self._failed_stances[task.item] = stances_facing(task.given_up)
         if task.infeasible:
+            if task.item == self._request.item:
+                self._request.drop()
             self._infeasible[task.item] = now.tick + INFEASIBLE_FOR
             self._failed_stances.pop(task.item, None)
             self._unanswered += isinstance(task, Lift) and task.waited_in_vain
@@ -152,6 +168,8 @@ class TaskSelector:
 
     def next_task(self, now: Perception, task: Task | None) -> Task | None:
         """The task for this tick, usually the current one."""
+        if now.own_item < 0 and self._request.is_open(now):
+            return self._requested_task(now, task)
         if isinstance(task, Aside):
             return task
         if now.own_item >= 0:
@@ -173,6 +191,16 @@ class TaskSelector:
         items = [item for item in now.waiting if item != own] or now.waiting
         gaps = [float(np.hypot(*(now.item_pose(item)[:2] - now.partner[:2]))) for item in items]
         return items[int(np.argmin(gaps))] if items else -1
+
+    def _requested_task(self, now: Perception, task: Task | None) -> Task:
+        """What the partner has asked for; the current task where it is that already."""
+        item, place = self._request.item, self._request.place
+        if item < 0:
+            same = isinstance(task, ComeTo) and task.place == place
+            return task if task and same else ComeTo(now, place, self._request.until)
+        if isinstance(task, Lift | Fetch) and task.item == item:
+            return task
+        return self._lift(now, item) if now.is_heavy(item) else self._fetch(now, item)
 
     def _needs_help(self, now: Perception) -> bool:
         """Whether the partner holds an item that it cannot deliver alone."""

@@ -11,6 +11,7 @@ import numpy as np
 
 from movingout.agents.base import ActionChunk
 from movingout.maps import MapSpec
+from movingout.world.ping import HelpPing
 from movingout.world.state import WorldState
 
 _LENGTH = struct.Struct("<I")
@@ -35,6 +36,7 @@ class Observe(msgspec.Struct, tag=True, array_like=True, frozen=True):
     deadline: float
     state_tick: int
     state: bytes  # float64: robot poses (2, 3), velocities (2, 3), held (2,), item poses (N, 3)
+    pings: tuple[HelpPing, ...] = ()
 
 
 class Close(msgspec.Struct, tag=True, array_like=True, frozen=True):
@@ -118,12 +120,14 @@ def read_from_worker(body: bytes) -> FromWorker:
     return _from_worker.decode(body)
 
 
-def observe_message(key: int, tick: int, deadline: float, state: WorldState) -> Observe:
-    """Pack a state."""
+def observe_message(
+    key: int, tick: int, deadline: float, state: WorldState, pings: tuple[HelpPing, ...] = ()
+) -> Observe:
+    """Pack a state and the pings that are shown."""
     values = np.concatenate(
         [state.robot_poses.ravel(), state.robot_velocities.ravel(), state.held, state.item_poses.ravel()]
     )
-    return Observe(key, tick, deadline, state.tick, values.astype(np.float64).tobytes())
+    return Observe(key, tick, deadline, state.tick, values.astype(np.float64).tobytes(), pings)
 
 
 def observed_state(message: Observe) -> WorldState:

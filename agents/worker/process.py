@@ -174,7 +174,7 @@ class DecisionQueue:
 
 
 def _seen(seat: _Seat, question: Observe) -> Observation:
-    return observe(seat.episode.map, observed_state(question), seat.episode.seat, question.tick)
+    return observe(seat.episode.map, observed_state(question), seat.episode.seat, question.tick, question.pings)
 
 
 def _answer(seat: _Seat, question: Observe, chunk: ActionChunk, begun: float) -> FromWorker:

@@ -7,7 +7,8 @@ from mcap.writer import Writer
 
 from movingout.recordings.episode import Episode, Event
 from movingout.recordings.file_format import foxglove
-from movingout.recordings.file_format.topics import METRICS_TOPIC
+from movingout.recordings.file_format.topics import METRICS_TOPIC, PINGS_TOPIC
+from movingout.recordings.pings import ping_of
 from movingout.world.metrics import METRICS, EpisodeMetrics, Metrics, to_numbers
 from movingout.world.scoring import delivered_items
 from movingout.world.state import WorldState
@@ -60,20 +61,20 @@ class DerivedTopics:
         return tick.state, tick.delivered
 
     def _event(self, log_ns: int, publish_ns: int) -> None:
-        self._add("/log", log_ns, publish_ns, foxglove.log_line(next(self._events), log_ns))
+        event = next(self._events)
+        self._add("/log", log_ns, publish_ns, foxglove.log_line(event, log_ns))
+        if event.kind == "ping":
+            self._add(PINGS_TOPIC.name, log_ns, publish_ns, orjson.dumps(ping_of(event, self._episode)._asdict()))
 
     def _add(self, topic: str, log_ns: int, publish_ns: int, payload: bytes) -> None:
         self._writer.add_message(self._channels[topic], log_ns, payload, publish_ns)
 
 
 def _register(writer: Writer) -> dict[str, int]:
-    channels = {
-        METRICS_TOPIC.name: writer.register_channel(
-            METRICS_TOPIC.name,
-            "json",
-            writer.register_schema(METRICS_TOPIC.schema_name, "jsonschema", orjson.dumps(METRICS_TOPIC.schema)),
-        )
-    }
+    channels = {}
+    for topic in (METRICS_TOPIC, PINGS_TOPIC):
+        schema = writer.register_schema(topic.schema_name, "jsonschema", orjson.dumps(topic.schema))
+        channels[topic.name] = writer.register_channel(topic.name, "json", schema)
     for name, message in foxglove.TOPICS.items():
         schema = writer.register_schema(message.DESCRIPTOR.full_name, "protobuf", foxglove.descriptor(message))
         channels[name] = writer.register_channel(name, "protobuf", schema)

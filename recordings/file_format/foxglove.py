@@ -28,7 +28,7 @@ TOPICS: dict[str, Any] = {
     "/log": Log,
 }
 
-_GOOD_NEWS = frozenset({"start", "grab", "release", "delivered", "resume", "return", "end"})
+_GOOD_NEWS = frozenset({"start", "grab", "release", "delivered", "resume", "return", "ping", "end"})
 
 
 def descriptor(message: Any) -> bytes:

@@ -163,6 +163,14 @@ _METRICS = _object(
     delivered=_integer("items delivered now"),
     **{metric.key: _metric(metric) for metric in METRICS},
 )
+_PINGS = _object(
+    "a player asked for help, derived from the event",
+    tick=_TICK,
+    seat=_SEAT,
+    item=_integer("index into items, -1 the player's own place"),
+    x=_number("where that was, arena units"),
+    y=_number("where that was, arena units"),
+)
 _COMMIT = _object(
     "closes a tick in a journal: everything before it is whole",
     commit=_TICK,
@@ -181,6 +189,7 @@ TRUTH = (
     Topic("/timing", "movingout.Timing", _TIMING),
 )
 METRICS_TOPIC = Topic("/metrics", "movingout.Metrics", _METRICS)
+PINGS_TOPIC = Topic("/pings", "movingout.Ping", _PINGS)
 COMMIT = Topic("/commit", "movingout.Commit", _COMMIT)
 JOURNAL_TOPICS = (*TRUTH, COMMIT)
 CHANNELS = {topic.name: number for number, topic in enumerate(JOURNAL_TOPICS, start=1)}

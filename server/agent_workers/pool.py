@@ -30,6 +30,7 @@ from movingout.agents.worker.messages import (
 from movingout.maps import MapSpec
 from movingout.server.agent_workers.process import AgentProcess
 from movingout.world.constants import TICK_SECONDS
+from movingout.world.ping import HelpPing
 from movingout.world.state import Floats, WorldState
 
 MAX_LOAD = 0.8  # share of one core that a worker's seats may use
@@ -53,6 +54,7 @@ class _Question:
     state: WorldState
     tick: int
     deadline: float
+    pings: tuple[HelpPing, ...]
     asked: float
 
 
@@ -85,7 +87,7 @@ class AgentSeat:
         self._asked: _Question | None = None
         self._waiting: _Question | None = None
 
-    def observe(self, state: WorldState, tick: int, deadline: float) -> None:
+    def observe(self, state: WorldState, tick: int, deadline: float, pings: tuple[HelpPing, ...] = ()) -> None:
         """Request the action of `tick`, which starts from `state`; an answer after `deadline` is useless.
 
         `deadline` is in seconds of the machine's monotonic clock, which the worker reads too.
@@ -94,7 +96,7 @@ class AgentSeat:
         if self.failed or 0 <= tick - self._chunk_tick < self._execute:
             return
         self._due = tick
-        self._waiting = _Question(state, tick, deadline, self._clock())
+        self._waiting = _Question(state, tick, deadline, pings, self._clock())
         self._ask()
 
     def answer(self, tick: int) -> AgentAnswer:
@@ -160,7 +162,8 @@ class AgentSeat:
         if self._waiting is None or self._asked is not None or not self.ready or self.failed:
             return
         self._asked, self._waiting = self._waiting, None
-        self._worker.send(observe_message(self.key, self._asked.tick, self._asked.deadline, self._asked.state))
+        asked = self._asked
+        self._worker.send(observe_message(self.key, asked.tick, asked.deadline, asked.state, asked.pings))
 
     def _take_answer(self, message: Answer) -> None:
         self.decisions += 1

@@ -40,6 +40,7 @@ class RoomRequest(msgspec.Struct, forbid_unknown_fields=True):
     practice: bool = False
     challenge2_seed: int | None = None
     tutorial: bool = False  # nothing else is needed: one player here, and the partner of the tutorial
+    pings: bool = True
 
 
 async def open_room(host: Host, wanted: RoomRequest, address: str) -> dict[str, Any]:
@@ -139,6 +140,7 @@ def _checked_config(wanted: RoomRequest, countdown_s: float) -> RoomConfig:
         practice=wanted.practice,
         challenge2_seed=wanted.challenge2_seed,
         countdown_s=countdown_s,
+        pings=wanted.pings,
     )
 
 

@@ -18,6 +18,12 @@ def handle(room: Room, client: ClientHandle, message: m.ClientMessage, now: floa
             room.ask_again(_own(room, client, seat, "again"), now)
         case m.Pause(seat):
             room.pause(_own(room, client, seat, "pause"), now)
+        case m.SayPing() if not room.config.pings:
+            raise WrongRequest("pings_off", "there are no pings in this room")
+        case m.SayPing(seat, item):
+            ping = room.round.ping(_own(room, client, seat, "ping").index, item, now)
+            for each in room.seating.clients:
+                each.tell(ping)
         case m.Leave(seat):
             room.leave(_own(room, client, seat, "leave"), now)
         case m.Skip() if room.config.study or not room.config.tutorial:

@@ -26,7 +26,7 @@ class PhaseEvent(Enum):
     CLOSED = "the room closes"
 
 
-Request = Literal["ready", "again", "pause", "leave", "skip"]
+Request = Literal["ready", "again", "pause", "ping", "leave", "skip"]
 
 IN_ROUND: frozenset[Phase] = frozenset({"countdown", "playing", "paused"})
 BETWEEN_ROUNDS: frozenset[Phase] = frozenset({"round_over", "series_over"})
@@ -39,6 +39,7 @@ ALLOWED: dict[Request, frozenset[Phase]] = {
     "again": BETWEEN_ROUNDS,
     "pause": frozenset({"playing"}),
     "skip": frozenset({"playing", "paused"}),
+    "ping": frozenset({"playing"}),
     "leave": OPEN,
 }
 

@@ -27,12 +27,14 @@ from movingout.server.frames import Bundle, BundleEvent, Input
 from movingout.server.notices import NOTHING, Notice
 from movingout.server.rooms.deliverers import Deliverers
 from movingout.server.rooms.input_buffer import NEUTRAL, TickInput
+from movingout.server.rooms.pings import RoundPings
 from movingout.server.rooms.quality import RoundQuality
 from movingout.server.rooms.room_notices import recording_problem
 from movingout.server.rooms.seat import AgentPlayer, Seat
 from movingout.server.rooms.tutorial import TutorialProgress
 from movingout.world import World
 from movingout.world.metrics import EpisodeMetrics, to_numbers
+from movingout.world.ping import PING_TICKS
 from movingout.world.scoring import delivered_items
 from movingout.world.state import Floats, WorldState
 
@@ -84,6 +86,7 @@ class LiveRound:
         self._deliverers = Deliverers(len(map_spec.items))
         self._pending: list[BundleEvent] = []  # to be shown with the next tick
         self._learned = False  # in the last tick: a step of the tutorial, or a player's part in it
+        self.pings = RoundPings()
 
     def begin(self, writer: EpisodeWriter | None, problem: Notice = NOTHING) -> None:
         """The countdown is over; `problem` is why the round is not recorded though it should be."""
@@ -132,6 +135,12 @@ class LiveRound:
         )
         self.writer.input(sample)
 
+    def ping(self, seat: int, item: int, now: float) -> m.ShownPing:
+        """Record "help here" and show it to the agents. Raises WrongRequest for no item, or too many pings."""
+        ping = self.pings.say(self.state, seat, item, now)
+        self._write_event(Event(ping.tick, "ping", seat, item))
+        return m.ShownPing(epoch=self.epoch, ticks=PING_TICKS, **ping._asdict())
+
     def step(self, seats: Sequence[Seat], now: float, timing: TickTiming) -> bytes:
         """Take the input of each seat, advance by one tick, record it, and return its bundle. Never waits.
 
@@ -158,7 +167,7 @@ class LiveRound:
         """Give the state to the agents; they answer by `deadline`, when the next tick starts."""
         for seat in seats:
             if seat.player is not None:
-                seat.player.observe(self.state, self.state.tick, deadline)
+                seat.player.observe(self.state, self.state.tick, deadline, self.pings.shown(self.state.tick))
 
     def outcome(self) -> Outcome | None:
         """How the round has ended, None while it goes on; a tutorial is over when its last step is done."""
@@ -174,6 +183,8 @@ class LiveRound:
 
     def finish(self, outcome: Outcome) -> Path | None:
         """Record the end; returns the journal to finalise, None without a recording."""
+        for seat, number in self.pings.refused.items():
+            self._write_event(Event(self.state.tick, "pings_refused", seat, detail=str(number)))
         self._write_event(Event(self.state.tick, "end", detail=outcome))
         if self.writer is None:
             return None

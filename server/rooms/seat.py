@@ -20,6 +20,7 @@ from movingout.server.messages import Kind, SeatState, ServerMessage
 from movingout.server.notices import Notice
 from movingout.server.rooms.input_buffer import InputBuffer, TickInput
 from movingout.server.security.tokens import Hash, hash_token, token_matches
+from movingout.world.ping import HelpPing
 from movingout.world.state import WorldState
 
 NAME_LENGTH = 24
@@ -52,7 +53,7 @@ class AgentPlayer(Protocol):
     failed: str
     unseen: str  # a sentence if it was not trained on this map
 
-    def observe(self, state: WorldState, tick: int, deadline: float) -> None: ...
+    def observe(self, state: WorldState, tick: int, deadline: float, pings: tuple[HelpPing, ...] = ()) -> None: ...
 
     def answer(self, tick: int) -> AgentAnswer: ...
 

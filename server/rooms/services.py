@@ -29,6 +29,7 @@ class RoomConfig(msgspec.Struct, frozen=True, kw_only=True):
     split: Split = "train"  # of the shapes that randomised maps may have
     countdown_s: float = 3.0
     resume_s: float = RESUME_S
+    pings: bool = False  # whether players may point at places and items
     study: dict[str, str] = {}  # pseudonymous ids for the recording; empty for rooms of the lobby
 
     @property

@@ -23,6 +23,7 @@ class RoomSetup:
         self._names = {"study": study.id, **({"simulated": "yes"} if simulated else {})}  # for recordings
         self._letters = letters(study)
         self._splits = {block.id: block.split for block in study.blocks}
+        self._pings = {block.id: block.pings == "on" for block in study.blocks}
 
     async def prepare(self, step: Step) -> None:
         """Make the randomised map of a round ahead, in another process."""
@@ -45,6 +46,7 @@ class RoomSetup:
             split=self._splits.get(step.block, "train"),
             countdown_s=self._host.settings.countdown_s,
             resume_s=float(self._study.pairing.return_s),
+            pings=self._pings.get(step.block, any(self._pings.values())),  # practised where they will be needed
             study={**self._names, "unit": str(unit.record.id), "step": step.key} if unit else {},
         )
 

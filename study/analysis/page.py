@@ -43,6 +43,7 @@ def all_tables(results: Results, name: Namer) -> list[ReportTable]:
         tables.ratings(results, name),
         tables.rating_comparisons(results, name),
         tables.order_effects(results),
+        *([tables.pings(results, name), tables.pings_by_participant(results)] if results.pings else []),
         tables.flags(results),
     ]
 

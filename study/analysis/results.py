@@ -3,8 +3,10 @@
 from collections import defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
+from movingout.study.analysis.pings import PingRound, ping_rounds
 from movingout.study.design.definition import Study
 from movingout.study.questionnaire import NO_ANSWER, QuestionnaireItem
 from movingout.study.store.store import Store
@@ -38,6 +40,7 @@ class Results:
     people: dict[int, tuple[str, ...]]  # unit to participants
     answers: tuple[Row, ...]  # the newest, of questionnaires about partners and at the end
     flags: tuple[Flag, ...]
+    pings: tuple[PingRound, ...] = ()  # of rounds that count, in blocks with pings; two of each round
 
     @property
     def partners(self) -> tuple[str, ...]:
@@ -89,8 +92,11 @@ class Results:
         ]
 
 
-def collect(study: Study, store: Store) -> Results:
-    """Read a store. Rounds and answers of participants who did not want their data kept are left out."""
+def collect(study: Study, store: Store, recordings: Path) -> Results:
+    """Read a store, and its recordings where there are pings in them.
+
+    Rounds and answers of participants who did not want their data kept are left out.
+    """
     people = store.rows(participants)
     refused = {row["pid"] for row in people if row["keep"] is False}
     left_out = {row["unit"] for row in people if row["pid"] in refused}
@@ -100,13 +106,15 @@ def collect(study: Study, store: Store) -> Results:
     for row in sorted(people, key=lambda row: row["member"]):
         if row["unit"] is not None:
             groups[row["unit"]].append(row["pid"])
+    counted = tuple(row for row in kept if row["valid"] and row["outcome"] in FINISHED)
     return Results(
         study=study,
         flow=tuple(_flow(store, people, len(refused))),
-        rounds=tuple(row for row in kept if row["valid"] and row["outcome"] in FINISHED),
+        rounds=counted,
         people={unit: tuple(pids) for unit, pids in groups.items()},
         answers=tuple(newest.values()),
         flags=(*_round_flags(study, store, kept), *_attention_flags(study, newest.values())),
+        pings=ping_rounds(study, counted, store.rows(players), recordings),
     )
 
 

@@ -6,9 +6,12 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import combinations
 
+from movingout.recordings.pings import FOLLOWED_WITHIN_S, NEAR
 from movingout.study.analysis.comparisons import PartnerComparison, compare, corrected, trend
+from movingout.study.analysis.pings import PingRound
 from movingout.study.analysis.results import STORED, Results
 from movingout.world.estimates import estimate, estimate_text
+from movingout.world.ping import OWN_PLACE
 
 HEADS = {metric.key: f"{metric.heading} {'↑' if metric.higher_is_better else '↓'}" for metric in STORED}
 Namer = Callable[[str], str]
@@ -100,6 +103,51 @@ def flags(results: Results) -> ReportTable:
     rows = tuple((one.pid or "–", one.step, one.reason) for one in results.flags)
     note = "Flags exclude nothing. Invalid and unfinished rounds are not in the results."
     return ReportTable("flags", "Quality flags", ("Participant", "Step", "Reason"), rows, 3, note)
+
+
+def pings(results: Results, name: Namer) -> ReportTable:
+    """Who asked for help beside which partner, and whether the other came."""
+    groups: dict[tuple[str, bool], list[PingRound]] = defaultdict(list)
+    for one in results.pings:
+        groups[one.partner, bool(one.player)].append(one)
+    rows = [
+        (name(partner), "participant" if person else "partner", *_ping_cells(rounds))
+        for (partner, person), rounds in sorted(groups.items(), key=lambda group: (group[0][0], not group[0][1]))
+        if person or any(one.pings for one in rounds)
+    ]
+    heads = ("Partner", "Asked by", *PING_HEADS)
+    return ReportTable("pings", "Pings by partner", heads, tuple(rows), 2, PING_NOTE)
+
+
+def pings_by_participant(results: Results) -> ReportTable:
+    groups: dict[str, list[PingRound]] = defaultdict(list)
+    for one in results.pings:
+        groups[one.player].append(one)
+    rows = tuple((player, *_ping_cells(rounds)) for player, rounds in sorted(groups.items()) if player)
+    return ReportTable("pings_by_participant", "Pings by participant", ("Participant", *PING_HEADS), rows, 1, PING_NOTE)
+
+
+PING_HEADS = ("rounds", "pings", "per round", "at an item", "followed", "seconds until then")
+PING_NOTE = (
+    f"Followed: of the pings that were said while the other was elsewhere, those after which the other was within "
+    f"{NEAR:g} arena units of the place or the item, or held it, within {FOLLOWED_WITHIN_S:g} s. "
+    "Mean ± standard error. Pings that came too fast one after another are refused and not counted here."
+)
+
+
+def _ping_cells(rounds: Sequence[PingRound]) -> tuple[str, ...]:
+    """What PING_HEADS name."""
+    said = [ping for one in rounds for ping in one.pings]
+    away = [ping for ping in said if not ping.was_near]
+    came = [ping.came_s for ping in away if ping.came_s is not None]
+    return (
+        str(len(rounds)),
+        str(len(said)),
+        estimate_text(estimate([float(len(one.pings)) for one in rounds])),
+        str(sum(ping.ping.item != OWN_PLACE for ping in said)),
+        f"{len(came)} of {len(away)}",
+        estimate_text(estimate(came)),
+    )
 
 
 def _cells(results: Results, partner: str, map_name: str | None) -> tuple[str, ...]:

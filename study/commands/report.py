@@ -26,7 +26,7 @@ def report(folder: StudyFolder, args: argparse.Namespace) -> int:
     """Write a folder with report.html and a CSV file per table."""
     with closing(folder.open_existing()) as store:
         folder = as_frozen(folder, store, args.file)
-        frozen, results = store.frozen(), collect(folder.study, store)
+        frozen, results = store.frozen(), collect(folder.study, store, folder.recordings)
     target: Path = args.out or folder.output("report", frozen.simulated)
     name = _namer(folder.study, blinded=args.blinded)
     try:

@@ -177,9 +177,15 @@ class Block(StudyModel):
     rounds: Annotated[int, Field(ge=1, le=60)] = 1  # per map and seat
     limit_ticks: Annotated[int, Field(ge=1, le=MAX_TICKS)] = LIMIT_TICKS
     limit_minutes: Annotated[float, Field(gt=0, le=240)] | None = None  # then the block ends after the running round
+    pings: Literal["on", "off"] = "off"  # whether people may say "help here" at a place or an item
     break_after_maps: Annotated[int, Field(ge=1)] | None = None
     after_round: tuple[str, ...] = ()  # questionnaires
     after_partner: tuple[str, ...] = ()
+
+    @field_validator("pings", mode="before")
+    @classmethod
+    def _switch(cls, pings: Any) -> Any:
+        return ("off", "on")[pings] if isinstance(pings, bool) else pings  # as YAML 1.1 reads the words
 
     @field_validator("maps", mode="before")
     @classmethod

@@ -14,6 +14,8 @@ from movingout.study.design.definition import Element, Study
 from movingout.study.design.steps import Step, planned_seconds, steps
 from movingout.study.design.translations import missing_texts
 
+SILENT = ("idle", "person", "ghost")  # agents of the catalogue that take no notice of pings; so do trained ones
+
 
 @dataclass(frozen=True, slots=True)
 class TimelineEntry:
@@ -52,7 +54,7 @@ def review(study: Study) -> Review:
     minutes = planned_seconds(step_order) / 60
     return Review(
         study=study,
-        timeline=_timeline(step_order),
+        timeline=_timeline(study, step_order),
         minutes=minutes,
         pay=_pay(study, minutes),
         orders=orders,
@@ -64,8 +66,9 @@ def review(study: Study) -> Review:
     )
 
 
-def _timeline(step_order: tuple[Step, ...]) -> tuple[TimelineEntry, ...]:
+def _timeline(study: Study, step_order: tuple[Step, ...]) -> tuple[TimelineEntry, ...]:
     """One line per screen, and one per block with its rounds."""
+    pings = {block.id for block in study.blocks if block.pings == "on"}
     stages: list[TimelineEntry] = []
     done: set[str] = set()
     for step in step_order:
@@ -74,11 +77,12 @@ def _timeline(step_order: tuple[Step, ...]) -> tuple[TimelineEntry, ...]:
         elif step.block not in done:
             done.add(step.block)
             inside = [one for one in step_order if one.block == step.block]
-            stages.append(TimelineEntry(f"block {step.block}", _contents(inside), planned_seconds(tuple(inside))))
+            contents = _contents(inside, step.block in pings)
+            stages.append(TimelineEntry(f"block {step.block}", contents, planned_seconds(tuple(inside))))
     return tuple(stages)
 
 
-def _contents(inside: list[Step]) -> str:
+def _contents(inside: list[Step], pings: bool) -> str:
     rounds = [step for step in inside if step.kind == "round"]
     partners = {step.partner for step in rounds if step.partner}
     forms = sum(step.kind == "questionnaire" for step in inside)
@@ -86,7 +90,7 @@ def _contents(inside: list[Step]) -> str:
     parts = [f"{len(rounds)} rounds of {rounds[0].limit_ticks} ticks"]
     counts = {"partner": len(partners), "questionnaire": forms, "break": breaks}
     parts += [f"{count} {word}{'s' * (count > 1)}" for word, count in counts.items() if count]
-    return ", ".join(parts)
+    return ", ".join([*parts, *(["pings"] if pings else [])])
 
 
 def _pay(study: Study, minutes: float) -> float | None:
@@ -125,6 +129,7 @@ def _missing(study: Study) -> Iterator[str]:
 def _warnings(study: Study, orders: tuple[Assignment, ...], step_order: tuple[Step, ...]) -> Iterator[str]:
     yield from _role_confound(orders)
     yield from _order_confounds(study)
+    yield from _ping_weaknesses(study)
     whole = cells(study)
     if study.units % whole:
         who = "pairs" if study.group == 2 else "participants"
@@ -183,3 +188,16 @@ def _order_confounds(study: Study) -> Iterator[str]:
     firsts = [set(block.partners) for block in study.blocks if block.partners]
     if len(firsts) > 1 and not set.intersection(*firsts):
         yield "some partners always come in an earlier block than others, so order and model are confounded"
+
+
+def _ping_weaknesses(study: Study) -> Iterator[str]:
+    on = [block for block in study.blocks if block.pings == "on"]
+    if on and len(on) < len(study.blocks):
+        yield (
+            f"pings are on in {', '.join(block.id for block in on)} only, and blocks always come in the same order, so "
+            "pings and learning are confounded"
+        )
+    met = dict.fromkeys(study.partner(name).agent for block in on for name in block.partners)
+    deaf = [agent for agent in met if agent.partition(":")[0] in SILENT or "@" in agent]
+    if deaf:
+        yield f"pings are on, and these partners do not answer them: {', '.join(deaf)} (scripted does)"

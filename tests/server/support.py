@@ -20,6 +20,7 @@ from movingout.server.notices import Notice
 from movingout.server.rooms.room import Room
 from movingout.server.rooms.seat import AgentPlayer, Seat
 from movingout.server.rooms.services import RoomConfig
+from movingout.world.ping import HelpPing
 from movingout.world.state import Floats, WorldState
 
 TICK = 0.1
@@ -89,10 +90,12 @@ class FakePlayer:
         self.problem = ""
         self.observed: list[tuple[int, float]] = []
         self.closed = False
+        self.pings: tuple[HelpPing, ...] = ()  # shown with the newest state
 
-    def observe(self, state: WorldState, tick: int, deadline: float) -> None:
+    def observe(self, state: WorldState, tick: int, deadline: float, pings: tuple[HelpPing, ...] = ()) -> None:
         assert state.tick == tick
         self.observed.append((tick, deadline))
+        self.pings = pings
 
     def answer(self, tick: int) -> AgentAnswer:
         assert self.observed[-1][0] == tick, "the agent is asked about the state that it acts on"

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from movingout.recordings import SeatInfo, finalise
+from movingout.recordings import Event, SeatInfo, finalise
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.allocation import assign
 from movingout.study.design.definition import Study
@@ -15,7 +15,7 @@ from movingout.study.design.study_file import parse_study
 from movingout.study.design.templates import template_text
 from movingout.study.store import Store, Unit
 from movingout.study.store.rounds import PlayerOutcome, RoundOutcome, Rounds
-from tests.recordings.support import record
+from tests.recordings.support import begin, play
 from tests.study.support import OPENED, Clock
 
 SKILL = {"dp": 0.0, "bass": 0.25, "mlp": -0.1, "gru": -0.05}  # what a partner adds to the rate of completion
@@ -37,9 +37,13 @@ def fill(
     *,
     seed: int = 0,
     recorded_ticks: int = 0,
+    pings_of_people: int = 0,
     clock: Callable[[], int] | None = None,
 ) -> tuple[StudyFolder, Store, list[str]]:
-    """A study in which so many took part; rounds have recordings where `recorded_ticks` is more than none."""
+    """A study in which so many took part; rounds have recordings where `recorded_ticks` is more than none.
+
+    In each of them every person says `pings_of_people` pings, half of them at an item.
+    """
     place = StudyFolder(study, folder)
     store = place.open(clock or Clock())
     OPENED.append(store)
@@ -50,12 +54,17 @@ def fill(
             pid, _ = identities.pid("prolific", f"worker-{number:04d}")
             pids.append(pid)
     for first in range(0, people - people % study.group, study.group):
-        _take_part(place, store, study, pids[first : first + study.group], random, recorded_ticks)
+        _take_part(place, store, study, pids[first : first + study.group], random, (recorded_ticks, pings_of_people))
     return place, store, pids
 
 
 def _take_part(
-    place: StudyFolder, store: Store, study: Study, pids: list[str], random: np.random.Generator, recorded_ticks: int
+    place: StudyFolder,
+    store: Store,
+    study: Study,
+    pids: list[str],
+    random: np.random.Generator,
+    recorded: tuple[int, int],
 ) -> None:
     for pid in pids:
         store.arrive(pid, "en")
@@ -64,7 +73,7 @@ def _take_part(
     taste = random.normal(0, 0.7, len(pids))
     for step in steps(study, assign(study, unit.slot)):
         if step.turn:
-            _play(place, store, unit, step, random, recorded_ticks)
+            _play(place, store, unit, step, random, recorded)
         if step.questionnaire:
             for pid, mood in zip(pids, taste, strict=True):
                 _fill_in(store, study, pid, step, mood, random)
@@ -73,7 +82,7 @@ def _take_part(
 
 
 def _play(
-    place: StudyFolder, store: Store, unit: Unit, step: Step, random: np.random.Generator, recorded_ticks: int
+    place: StudyFolder, store: Store, unit: Unit, step: Step, random: np.random.Generator, recorded: tuple[int, int]
 ) -> None:
     assert step.turn is not None
     episode = f"{place.study.id}-{unit.id}-{step.key.replace('/', '-')}"
@@ -85,15 +94,20 @@ def _play(
     rounds.begin(unit, step, episode, seated)
     tcr = float(np.clip(0.5 + SKILL.get(step.partner, 0.0) + random.normal(0, 0.2), 0, 1))
     outcome = "delivered" if tcr == 1.0 else "time"
-    if recorded_ticks:
+    ticks, pings = recorded
+    if ticks:
         seats = [SeatInfo("agent", step.partner), SeatInfo("agent", step.partner)]
         for one in seated:
             seats[one.seat] = SeatInfo("human", one.pid, device=one.device)
-        journal, _ = record(
-            place.recordings, recorded_ticks, "time", map_name=step.turn.map, episode_id=episode, seats=tuple(seats),
+        writer, played = begin(
+            place.recordings, map_name=step.turn.map, episode_id=episode, seats=tuple(seats),
             study={"study": place.study.id, "unit": str(unit.id), "step": step.key},
         )  # fmt: skip
-        finalise(journal)
+        for number in range(pings):
+            for one in seated:
+                writer.event(Event(1, "ping", one.seat, item=number % 2 - 1))
+        play(writer, played, ticks)
+        finalise(writer.close("time"))
     consistency = 0.8 + float(random.normal(0, 0.05)) if random.random() < 0.9 else None
     rounds.end(episode, RoundOutcome(outcome, 500, tcr, tcr + 0.05, 5 * (1 - tcr), consistency, 1.5))
 

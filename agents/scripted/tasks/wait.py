@@ -1,5 +1,6 @@
 """Waiting: going to a place, and standing aside for the partner."""
 
+import math
 from collections.abc import Callable
 
 from movingout.agents.scripted.avoidance import step_aside_plan
@@ -10,6 +11,8 @@ from movingout.agents.scripted.navigation.walking_route import route_to
 from movingout.agents.scripted.perception import Perception
 from movingout.maps.flood_fill import UNREACHED
 from movingout.world.state import Floats
+
+BESIDE = 0.4  # units from a place at which the partner stands
 
 
 class WalkTo:
@@ -29,6 +32,22 @@ class WalkTo:
         if self._route.cost(float(now.pose[0]), float(now.pose[1])) <= 4.0:
             return REST
         return best_move(now.pose, lambda moves: self._route.costs(moves) + collision_cost(moves))[0]
+
+
+class ComeTo(WalkTo):
+    """Coming near a place that the partner has pointed at, and waiting there."""
+
+    def __init__(self, now: Perception, place: tuple[float, float], until: int) -> None:
+        super().__init__(now, place, until)
+        self.place = place
+        self.infeasible = self._route.cost(float(now.pose[0]), float(now.pose[1])) >= UNREACHED
+
+    def step(self, now: Perception, collision_cost: CollisionCost, slices: int) -> DriveCommand | None:
+        """Ends at the tick `until`, and at once where there is no way."""
+        if self.infeasible:
+            return None
+        is_near = math.dist(now.pose[:2].tolist(), self.place) < BESIDE
+        return REST if is_near and now.tick < self.until else super().step(now, collision_cost, slices)
 
 
 class Aside:

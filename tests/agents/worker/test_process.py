@@ -22,9 +22,11 @@ from movingout.agents.worker.messages import (
     Skipped,
     frame,
     observe_message,
+    read_to_worker,
 )
 from movingout.agents.worker.process import MAX_BATCH, DecisionQueue
 from movingout.maps import load_map
+from movingout.world.ping import HelpPing
 from tests.agents.support import Forward
 
 MAP = load_map("HandOff")
@@ -63,6 +65,16 @@ class Speaking(Forward):
 
     def act(self, observation: Observation) -> ActionChunk:
         self.detail = {"scores": np.array([0.25, 0.75])}  # type: ignore[dict-item]
+        return super().act(observation)
+
+
+class Listening(Forward):
+    """Remembers the pings of each observation."""
+
+    heard: ClassVar[list[tuple[HelpPing, ...]]] = []
+
+    def act(self, observation: Observation) -> ActionChunk:
+        Listening.heard.append(observation.pings)
         return super().act(observation)
 
 
@@ -163,3 +175,13 @@ def test_an_agent_sits_again_until_its_checkpoint_is_another(
         _open(queue, 0, f"{HERE}:Counted")
         assert Counted.made == made
         queue.take(Close(0))
+
+
+def test_the_pings_that_are_shown_reach_the_agent(queue: DecisionQueue) -> None:
+    ping = HelpPing(3, 1, 2, 0.25, -0.5)
+    _open(queue, 1, f"{HERE}:Listening")
+    for pings in ((), (ping,)):
+        sent = observe_message(1, 1, 1e9, start_state(MAP), pings)
+        queue.take(read_to_worker(frame(sent)[4:]))
+        queue.answer_next(0.0)
+    assert Listening.heard[-2:] == [(), (ping,)]

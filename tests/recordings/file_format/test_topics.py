@@ -13,11 +13,11 @@ from mcap.reader import make_reader
 from movingout.maps import load_map, map_names
 from movingout.recordings import AgentDecision, finalise
 from movingout.recordings.file_format.payloads import read_agent, write_agent, write_map
-from movingout.recordings.file_format.topics import JOURNAL_TOPICS, METRICS_TOPIC, TRUTH, Topic
+from movingout.recordings.file_format.topics import JOURNAL_TOPICS, METRICS_TOPIC, PINGS_TOPIC, TRUTH, Topic
 from tests.recordings.support import record
 
 SCALARS = {"boolean", "string", "number", "integer"}
-TOPICS = (*JOURNAL_TOPICS, METRICS_TOPIC)
+TOPICS = (*JOURNAL_TOPICS, METRICS_TOPIC, PINGS_TOPIC)
 
 
 def faults(schema: dict[str, Any], where: str = "") -> list[str]:

@@ -19,6 +19,7 @@ from movingout.server.rooms.seat import AgentPlayer, Seat
 from movingout.server.rooms.services import WrongRequest
 from movingout.server.rooms.tutorial import STEPS, partner_seat, tutorial_map
 from movingout.world.constants import TUTORIAL_TICKS
+from movingout.world.ping import HelpPing
 from movingout.world.state import WorldState
 from tests.server.learner import Learner
 from tests.server.support import Ear, FakeAgents, FakeServices, Table
@@ -34,7 +35,7 @@ class RealPlayer:
         self._agent.reset(EpisodeInfo(the_map, seat, 0, ticks))
         self._seen: WorldState | None = None
 
-    def observe(self, state: WorldState, tick: int, deadline: float) -> None:
+    def observe(self, state: WorldState, tick: int, deadline: float, pings: tuple[HelpPing, ...] = ()) -> None:
         self._seen = state
 
     def answer(self, tick: int) -> AgentAnswer:

@@ -11,7 +11,7 @@ import pytest
 from movingout.server.cli import main
 from movingout.study.analysis.page import all_tables, page
 from movingout.study.analysis.results import Results, collect
-from movingout.study.analysis.tables import metric_comparisons, performance
+from movingout.study.analysis.tables import metric_comparisons, performance, pings, pings_by_participant
 from movingout.study.store.rounds import Rounds
 from tests.study.filled import fill, template
 from tests.study.support import TEXT, open_store, study
@@ -23,12 +23,12 @@ SHORT = {"    maps: [HandOff, PriorityPick, SingleRotation]": "    maps: [HandOf
 def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
     """Six participants of the recommended study, on two maps."""
     small, text = template("human_study", **{"    maps: all     ": "    maps: [HandOff, LeftRight] "})
-    _, store, pids = fill(tmp_path_factory.mktemp("data"), small, text, 6, seed=3)
+    place, store, pids = fill(tmp_path_factory.mktemp("data"), small, text, 6, seed=3)
     store.answer(pids[0], "play/1/about-partner", "about-partner", "dp", "attention", 6, "", 1.0)
     store.answer(
         pids[0], "play/1/about-partner", "about-partner", "dp", "comment", -1, "<script>bold</script> & strong", 1.0
     )
-    return collect(small, store)
+    return collect(small, store, place.recordings)
 
 
 def plain(partner: str) -> str:
@@ -110,7 +110,7 @@ def test_blinded_reports_know_letters_only_and_others_the_agents(
 
 
 def test_a_study_in_which_nobody_came_has_a_report_too(tmp_path: Path) -> None:
-    empty = collect(study(), open_store(tmp_path, text=TEXT))
+    empty = collect(study(), open_store(tmp_path, text=TEXT), tmp_path)
     assert empty.partners == () and "Nothing to show." in page(empty, plain, "about")
 
 
@@ -119,10 +119,25 @@ def test_rounds_that_do_not_count_and_people_who_said_no_are_left_out(tmp_path: 
         "agent_survey", **{"    maps: [HandOff, PriorityPick, SingleRotation]": "    maps: [HandOff]"}
     )
     _, store, pids = fill(tmp_path, small, text, 3)
-    first = collect(small, store).rounds[0]
+    first = collect(small, store, tmp_path).rounds[0]
     Rounds(store).mark(first["episode"], valid=False, reason="the pad fell")
     store.keep_data(pids[2], False)
-    found = collect(small, store)
+    found = collect(small, store, tmp_path)
     assert len(found.rounds) == 6 - 1 - 2
     assert pids[2] not in {row["pid"] for row in found.answers}
     assert [flag.reason for flag in found.flags] == [f"unit {first['unit']}: marked invalid by the experimenter"]
+
+
+def test_pings_are_counted_by_partner_and_participant_where_they_are_on(tmp_path: Path) -> None:
+    with_pings = {"    maps: [HandOff, PriorityPick, SingleRotation]": "    maps: [HandOff]\n    pings: on"}
+    small, text = template("agent_survey", **with_pings)
+    place, store, pids = fill(tmp_path, small, text, 2, recorded_ticks=8, pings_of_people=2)
+    results = collect(small, store, place.recordings)
+    (row,) = pings(results, plain).rows
+    assert row == ("scripted", "participant", "4", "8", "2.000 ± 0.000", "4", "0 of 8", "–")
+    assert [row[:3] for row in pings_by_participant(results).rows] == [(pid, "2", "4") for pid in sorted(pids)]
+    assert "Pings by partner" in page(results, plain, "about")
+
+
+def test_a_study_without_pings_has_no_table_of_them(results: Results, html: str) -> None:
+    assert results.pings == () and "Pings" not in html

@@ -49,6 +49,20 @@ def test_check_warns_that_role_and_model_are_confounded_in_the_published_design_
         assert sentence not in check_warnings(f"study/templates/{name}.yaml", capsys)
 
 
+def test_check_says_which_partners_take_no_notice_of_pings_and_where_only_some_blocks_have_them(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "study.yaml"
+    text = template_text("human_study").replace("    challenge: 1 ", "    pings: on\n    challenge: 1 ")
+    file.write_text(text)
+    found = check_warnings(str(file), capsys)
+    assert "do not answer them: dp@all, bass@all, mlp@all, gru@all (scripted does)" in found
+    assert "confounded" not in found
+    second = "  - {id: again, partners: [dp, bass, mlp, gru], maps: all}\n\nquestionnaires:"
+    file.write_text(text.replace("\nquestionnaires:", second, 1))
+    assert "pings are on in play only" in check_warnings(str(file), capsys)
+
+
 def test_the_recommended_study_has_no_weakness_of_design(capsys: pytest.CaptureFixture[str]) -> None:
     found = check_warnings("study/templates/human_study.yaml", capsys).splitlines()
     assert [line.partition(" ")[0] for line in found] == ["protocol"]  # its number

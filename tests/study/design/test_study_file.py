@@ -53,6 +53,17 @@ def test_a_small_study_is_read_with_its_defaults() -> None:
     assert study.consent.text.text() == "We record how you play."
 
 
+@pytest.mark.parametrize(("written", "read"), [("on", "on"), ("off", "off"), ("'on'", "on"), ("true", "on")])
+def test_pings_are_a_switch_of_a_block_and_off_unless_switched_on(written: str, read: str) -> None:
+    assert parse_study(SMALL).blocks[0].pings == "off"
+    assert parse_study(SMALL.replace("    maps:", f"    pings: {written}\n    maps:")).blocks[0].pings == read
+
+
+def test_another_value_of_pings_is_a_fault_with_its_line() -> None:
+    ((line, path, message),) = faults(SMALL.replace("    maps:", "    pings: sometimes\n    maps:"))
+    assert (line, path) == (14, "blocks[0].pings") and "'on' or 'off'" in message
+
+
 def test_a_questionnaire_is_built_from_a_ready_made_one_with_items_left_out_and_added_before_the_free_text() -> None:
     ids = [item.id for item in parse_study(SMALL).questionnaire("short").items]
     assert ids[-3:] == ["alignment", "attention", "comment"]

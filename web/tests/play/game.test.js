@@ -73,6 +73,7 @@ const welcome = {
   watch_path: "",
   frames: {},
   study: false,
+  pings: false,
 };
 
 /** @type {ServerMessage} */

@@ -1,0 +1,29 @@
+"""The rules of a study's rooms follow from its blocks."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from movingout.server.study.room_setup import RoomSetup
+from movingout.study.design.allocation import assign
+from movingout.study.design.steps import steps
+from movingout.study.design.study_file import parse_study
+from tests.server.study.support import SOLO
+
+SECOND = "  - {id: talk, pings: on, partners: [good, bad], maps: [HandOff], limit_ticks: 20}\ndebrief:"
+
+
+@pytest.mark.parametrize(
+    ("text", "rooms"),
+    [
+        (SOLO, {"practice": False, "play": False}),
+        (SOLO.replace("debrief:", SECOND), {"practice": True, "play": False, "talk": True}),
+    ],
+)
+def test_pings_are_on_in_the_blocks_that_say_so_and_in_the_practice_for_them(text: str, rooms: dict[str, bool]) -> None:
+    study = parse_study(text)
+    host: Any = SimpleNamespace(settings=SimpleNamespace(countdown_s=3.0))
+    setup = RoomSetup(study, host, simulated=False)
+    played = [step for step in steps(study, assign(study, 0)) if step.kind in ("practice", "round")]
+    assert {step.block or "practice": setup.config(step).pings for step in played} == rooms
