@@ -179,7 +179,7 @@ def test_the_last_choice_is_there_on_the_next_visit(open_page: OpenPage) -> None
     expect(page.get_by_label("Time limit")).to_have_value("900")
 
 
-@pytest.mark.parametrize(("code", "shown"), [("full", "has no room for another game"), ("new_code", "Sorry, no.")])
+@pytest.mark.parametrize(("code", "shown"), [("full", "server is full"), ("new_code", "Sorry, no.")])
 def test_a_refusal_is_shown_by_its_code_else_as_the_servers_sentence(
     browser: Browser, server: Server, code: str, shown: str
 ) -> None:

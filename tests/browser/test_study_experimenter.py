@@ -166,7 +166,7 @@ def test_the_next_participants_link_is_a_code_to_scan_and_notes_and_payments_are
     page.get_by_role("button", name="Close", exact=True).click()
     page.get_by_label("What happened").fill("It is loud in the corridor.")
     page.get_by_role("button", name="Add a note").click()
-    expect(page.get_by_text("Kept.")).to_be_visible()
+    expect(page.get_by_text("Saved.")).to_be_visible()
     assert study.heard[-1] == ("note", {"text": "It is loud in the corridor."})
     with page.expect_download() as download:
         page.get_by_role("button", name="Download CSV").click()

@@ -3,7 +3,7 @@
  * The running server in words: from GET /api/admin/state to short texts.
  */
 
-import { freeDisk, isLate, milliseconds, NO_PILL, roundTripPill } from "../components/dashboard.js";
+import { freeDisk, isLate, milliseconds, missesMany, NO_PILL, roundTripPill } from "../components/dashboard.js";
 import { clockText, secondsOf } from "../core/ticks.js";
 import { reasonText } from "../play/seat_phrases.js";
 import { has, say } from "../text/catalogue.js";
@@ -135,7 +135,7 @@ export function facts(state) {
       title: say("dashboard.lateTicks"),
       value: milliseconds(late_ms.p99, 1),
       detail: `p50 ${milliseconds(late_ms.p50, 1)} · ${say("dashboard.missedOf", { missed, ticks })}`,
-      tone: isLate(late_ms.p99) || missed > 0 ? "bad" : "",
+      tone: isLate(late_ms.p99) || missesMany(missed, ticks) ? "bad" : "",
     },
     {
       title: say("admin.connections"),

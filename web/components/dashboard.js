@@ -16,6 +16,7 @@ export const NO_PILL = Object.freeze({ words: "–", tone: "" });
 const FAIR_MS = 100; // round trips from which a link is no longer good, then bad
 const SLOW_MS = 250;
 const LATE_MS = 5; // p99 lateness of ticks beyond which a person might notice
+const MISSED_SHARE = 0.001; // of the ticks; less than one in a round of 50 s goes unnoticed
 const DISK_MB = 1000; // less free than this is too little
 
 /** @param {Pill} pill */
@@ -52,6 +53,14 @@ export function roundTripPill(rttMs) {
 /** Whether ticks are so late that a person might notice. @param {number} ms */
 export function isLate(ms) {
   return ms > LATE_MS;
+}
+
+/**
+ * Whether so many ticks were missed that a person might notice.
+ * @param {number} missed @param {number} ticks
+ */
+export function missesMany(missed, ticks) {
+  return missed > MISSED_SHARE * ticks;
 }
 
 /** @param {number} megabytes @returns {{value: string, tone: "" | "bad"}} */

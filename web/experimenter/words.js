@@ -4,7 +4,7 @@
  * letters here too: whoever leads the session stays blind.
  */
 
-import { freeDisk, isLate, milliseconds, NO_PILL, roundTripPill } from "../components/dashboard.js";
+import { freeDisk, isLate, milliseconds, missesMany, NO_PILL, roundTripPill } from "../components/dashboard.js";
 import { clockText, secondsOf } from "../core/ticks.js";
 import { currentLanguage, has, say } from "../text/catalogue.js";
 
@@ -165,7 +165,7 @@ export function facts({ counts: { finished, planned }, server }) {
       title: say("dashboard.lateTicks"),
       value: milliseconds(server.late_p99_ms, 1),
       detail: say("dashboard.missedOf", { missed, ticks }),
-      tone: isLate(server.late_p99_ms) || missed > 0 ? "bad" : "",
+      tone: isLate(server.late_p99_ms) || missesMany(missed, ticks) ? "bad" : "",
     },
     {
       title: say("dashboard.recordings"),

@@ -143,7 +143,7 @@ test("four facts, in red where a person would notice", () => {
       ["38 GB free", ""],
     ],
   );
-  const bad = { ...STATE, missed_ticks: 2, cpu_percent: 97, disk_free_mb: 400 };
+  const bad = { ...STATE, missed_ticks: 200, cpu_percent: 97, disk_free_mb: 400 };
   assert.deepEqual(
     facts(bad).map(({ value, tone }) => [value, tone]),
     [
@@ -157,6 +157,8 @@ test("four facts, in red where a person would notice", () => {
 
 test("figures are written as the reader's language does", () => {
   speak("de");
+  const [few] = facts({ ...STATE, ticks: 255_693, missed_ticks: 5 });
+  assert.deepEqual([few.tone, few.detail], ["", "p50 0.2 ms · 5 missed of 255,693"]);
   const [late] = facts({ ...STATE, missed_ticks: 1234 });
   assert.equal(late.value, "1,3 ms");
   assert.equal(late.detail, "p50 0,2 ms · 1.234 von 184.200 verpasst");

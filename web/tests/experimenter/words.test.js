@@ -121,7 +121,7 @@ test("the head counts people, the cards say when something is wrong", () => {
       ["38 GB", ""],
     ],
   );
-  const bad = facts({ ...state, server: { ...server, missed: 3, disk_free_mb: 300 } });
+  const bad = facts({ ...state, server: { ...server, missed: 300, disk_free_mb: 300 } });
   assert.deepEqual(
     bad.map(({ tone }) => tone),
     ["", "bad", "", "bad"],

@@ -18,7 +18,7 @@ test("every outcome has a headline for people", () => {
     [
       "Everything is delivered!",
       "Time is up",
-      "The round ended: a player left",
+      "The round ended because a player left",
       "The round was stopped",
       "The round ended because of an error",
     ],
