@@ -158,7 +158,7 @@ test("four facts, in red where a person would notice", () => {
 test("figures are written as the reader's language does", () => {
   speak("de");
   const [few] = facts({ ...STATE, ticks: 255_693, missed_ticks: 5 });
-  assert.deepEqual([few.tone, few.detail], ["", "p50 0.2 ms · 5 missed of 255,693"]);
+  assert.deepEqual([few.tone, few.detail], ["", "p50 0,2 ms · 5 von 255.693 verpasst"]);
   const [late] = facts({ ...STATE, missed_ticks: 1234 });
   assert.equal(late.value, "1,3 ms");
   assert.equal(late.detail, "p50 0,2 ms · 1.234 von 184.200 verpasst");
