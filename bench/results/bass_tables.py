@@ -29,13 +29,13 @@ TABLES = {
         Row("BASS, poses alone", None, "poses_l2", (BASS, RANDOM)),
         Row("GRU, poses alone", None, "poses_l2", (GRU,)),
         Row("nothing moves, poses alone", None, "nothing_moves_poses_l2"),
-        Row("share of the hands that take or let go, predicted", None, "hands"),
+        Row("share of grasps and releases predicted", None, "hands"),
     ),
     'Partner action prediction: share within the tolerance ("Partner Action Prediction Accuracy")': (
         Row("10 % error tolerance", (0.7145, 0.7145), "partner_10"),
         Row("20 % error tolerance", (0.9024, 0.9024), "partner_20"),
     ),
-    "Action selection: as by the engine (`tab:random_partner`, `tab:next_state_models`)": (
+    "Action selection: agreement with the engine (`tab:random_partner`, `tab:next_state_models`)": (
         Row(BASS, (0.6250, 0.4870), "selection", (BASS,)),
         Row(RANDOM, (0.2542, 0.2484), "selection", (RANDOM,)),
         Row(GRU, (0.2487, 0.2598), "selection", (GRU,)),
@@ -47,11 +47,11 @@ TABLES = {
     ),
 }
 FOOT = (
-    "L2 is over our state vector, which beside poses has speeds in u/s and what each hand holds, one-hot: a wrong hand "
-    "alone costs 1.41. The paper does not say what its own is made of or how it is scaled, nor how its random states "
-    "are drawn (ours are of other moments of the episode), so compare the rows of a column, not the columns. Poses "
-    "alone: x, y, cos and sin of the angle of both robots and all items. Of partner action prediction the paper gives "
-    "one figure for both challenges."
+    "L2 is over our state vector: poses, speeds in u/s, and what each hand holds, one-hot, so that one wrong hand "
+    "costs 1.41. The paper says neither what its state contains nor how it is scaled, nor how its random states "
+    "are drawn (ours are from other moments of the episode); so compare the rows of a column, not the columns. "
+    "Poses alone: x, y, cos and sin of the angle of both robots and all items. For partner action prediction the "
+    "paper gives one figure for both challenges."
 )
 
 

@@ -31,7 +31,7 @@ def chart(outcomes: Sequence[Outcome], names: Mapping[str, str]) -> str:
     bottom = TOP + PITCH * len(ranked)
     rows = [_row(TOP + PITCH * place, agent, names.get(agent, ""), scores[agent]) for place, agent in enumerate(ranked)]
     maps = len({one.run.map for one in outcomes})
-    title = f"TCR beside people of C, never trained with; bars: mean over {maps} maps, lines: standard error"
+    title = f"TCR with people of C, never trained with; bars: mean over {maps} maps, lines: standard error"
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {bottom + 20}" role="img">'
         f"<title>{title}</title><style>{STYLE}</style>"

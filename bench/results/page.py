@@ -32,7 +32,7 @@ def write_report(path: Path, measured: str, picture: str) -> None:
     """
     beside = path.with_suffix(".svg")
     beside.write_text(picture, encoding="utf-8")
-    measured = f"![TCR of each agent beside people of C]({beside.name})\n\n{measured}"
+    measured = f"![TCR of each agent with people of C]({beside.name})\n\n{measured}"
     page = path.read_text(encoding="utf-8") if path.exists() else "# Results\n\n"
     before, begin, rest = page.partition(BEGIN)
     after = rest.partition(END)[2] if begin else "\n"
@@ -59,17 +59,17 @@ def measured_part(
     unseen = played["C"]
     parts = [
         f"Measured on {today}, {platform.machine()}, {os.cpu_count()} cores, by `{command}`.",
-        f"Partners are scripted people; {unseen[0].run.ticks} ticks, all maps alike; errors are standard errors over "
-        "episodes. `idle` is the control: what these people reach alone; `scripted` is the expert, of whom the others "
-        "learned from a variant that does not stop to think.",
+        f"Partners are scripted people; {unseen[0].run.ticks} ticks; all maps count the same; errors are standard "
+        "errors over episodes. `idle` is the control: what these people achieve alone. `scripted` is the expert; the "
+        "others learned from a variant of it that does not stop to think.",
         *_tables(field, played, "##"),
-        "## Beside the paper (Challenge 1)",
+        "## Compared with the paper (Challenge 1)",
         _beside_paper(unseen, field.learners),
-        "Their partners were policies and people, ours are scripted people of C: the columns show the order of "
-        "methods, not who is better. The paper's methods (`tab:full_results_in_t1`) and its main table "
-        "(`tab:task_1_results`) are two experiments. Its DP/BASS chooses among four independent pairs, ours by NFD "
-        "among 4 × 4, the best of its three ways to sample.",
-        "## Against the aim, and against the base policy",
+        "The paper's partners were policies and people; ours are scripted people of C. So the columns show the order "
+        "of the methods, not which system is better. The paper's comparison of methods (`tab:full_results_in_t1`) and "
+        "its main table (`tab:task_1_results`) are two experiments. Its DP/BASS chooses among four independent pairs; "
+        "ours by NFD chooses among 4 × 4, the best of the paper's three sampling schemes.",
+        "## Compared with the target and the base policy",
         against_aim(unseen),
         LEGEND,
         leads(field, played),
@@ -98,10 +98,10 @@ def _apart(field: Comparison, played: Played) -> Iterator[str]:
     if not any(one.run.agent in field.learners for outcomes in played.values() for one in outcomes):
         return
     yield "## Trained with people of A alone"
-    yield "TCR and NFD by what the partners are to the agent; a policy that learned people by heart would fall off."
+    yield "TCR and NFD by how well the agent knows its partners; a policy that had memorised people would drop."
     yield _generalisation(field, played)
     yield from _tables(field, played, "###")
-    yield "### Against the base policy"
+    yield "### Compared with the base policy"
     yield leads(field, played)
 
 

@@ -9,8 +9,8 @@ from movingout.world.estimates import estimate, estimate_text
 
 TARGET_TCR = 0.65
 LEGEND = (
-    "Differences over the same partner, map, seat and seed; **bold** where the two means are farther apart than their "
-    "standard errors together."
+    "Differences with the same partner, map, seat and seed; **bold** where the means differ by more than the sum of "
+    "their standard errors."
 )
 
 
@@ -20,7 +20,7 @@ def against_aim(outcomes: Sequence[Outcome]) -> str:
     if found is None:
         return f"`{BASS}` has not played; the aim is a TCR of {TARGET_TCR}."
     reached = "reached" if found.mean >= TARGET_TCR else f"missed by {TARGET_TCR - found.mean:.3f}"
-    return f"`{BASS}` TCR {estimate_text(found)}; aimed at {TARGET_TCR}: {reached}."
+    return f"`{BASS}` TCR {estimate_text(found)}; target {TARGET_TCR}: {reached}."
 
 
 def leads(field: Comparison, played: Mapping[str, Sequence[Outcome]]) -> str:
