@@ -3,10 +3,10 @@
 `check_map` looks at the geometry of a map that was read, `check_document` also at what cannot be read.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from itertools import combinations
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from movingout.maps.errors import MapError
 from movingout.maps.json_format import map_from_json, map_to_json
@@ -20,12 +20,23 @@ _GRAZE = 0.0025  # items are taken this much smaller: two corners of the officia
 _STANDS = (0.1, 0.16)  # a robot grabs with its centre 0.12 to 0.135 from the surface; widened by half a grid step
 
 
+FaultCode = Literal[
+    "unreadable", "outside", "in_wall", "overlap", "large_unreachable", "unreachable", "no_way", "too_big",
+    "goals_full",
+]  # fmt: skip
+
+
 @dataclass(frozen=True, slots=True)
 class MapFault:
-    """Something that makes a map unplayable: where in its JSON document, and a sentence."""
+    """Something that makes a map unplayable: where in its JSON document, and a sentence.
+
+    `code` and `values` say the same to programs that have sentences of their own: web/words/*.json, `fault.<code>`.
+    """
 
     path: str
     message: str
+    code: FaultCode = "unreadable"
+    values: Mapping[str, Any] = field(default_factory=dict, hash=False)
 
     def __str__(self) -> str:
         return f"{self.path}: {self.message}"
@@ -88,42 +99,46 @@ def _misplaced(movers: list[_Obstacle], walls: list[_Obstacle]) -> Iterator[MapF
     for mover in movers:
         outside = beyond_arena(mover.solid)
         if outside > 0.0:
-            yield MapFault(mover.path, f"sticks {outside:.3f} out of the arena; move it inwards (the sides are at 1.2)")
+            message = f"sticks {outside:.3f} out of the arena; move it inwards (the sides are at 1.2)"
+            yield MapFault(mover.path, message, "outside", {"by": round(outside, 3)})
         for wall in walls:
             if mover.solid.gap(wall.solid) < 0.0:
-                yield MapFault(mover.path, f"stands in {wall.path}; walls are 0.01 thicker than drawn")
+                message = f"stands in {wall.path}; walls are 0.01 thicker than drawn"
+                yield MapFault(mover.path, message, "in_wall", {"other": wall.path})
     for one, other in combinations(movers, 2):
         if one.solid.gap(other.solid) < 0.0:
-            yield MapFault(other.path, f"overlaps {one.path}; move them apart")
+            yield MapFault(other.path, f"overlaps {one.path}; move them apart", "overlap", {"other": one.path})
 
 
 def _unreachable(spec: MapSpec) -> Iterator[MapFault]:
-    ways = way_to_goal(spec.walls, spec.goals)
+    ways, width = way_to_goal(spec.walls, spec.goals), 2 * ROBOT_RADIUS
     for index, item in enumerate(spec.items):
         path = f"items[{index}]"
         seats = seats_at(spec, item)
         if item.size == "large" and not all(seats):
-            missing = " and ".join(colour for colour, gets in zip(SEAT_COLOURS, seats, strict=True) if not gets)
-            yield MapFault(
-                path, f"is large, but {missing} cannot get to it; widen the way to more than {2 * ROBOT_RADIUS}"
-            )
+            missing = [colour for colour, gets in zip(SEAT_COLOURS, seats, strict=True) if not gets]
+            message = f"is large, but {' and '.join(missing)} cannot get to it; widen the way to more than {width}"
+            yield MapFault(path, message, "large_unreachable", {"colours": missing, "width": width})
         elif not any(seats):
-            yield MapFault(path, f"no robot can get to it; widen a way to more than {2 * ROBOT_RADIUS}")
+            message = f"no robot can get to it; widen a way to more than {width}"
+            yield MapFault(path, message, "unreachable", {"width": width})
         breadth = narrowest(item.shape, item.scale)
         widest_way = 2 * best_near(ways, item.pose.x, item.pose.y)
         if widest_way < breadth:
-            yield MapFault(
-                path, f"does not fit on any way to a goal: {breadth:.2f} broad, the way {max(widest_way, 0):.2f}"
-            )
+            message = f"does not fit on any way to a goal: {breadth:.2f} broad, the way {max(widest_way, 0):.2f}"
+            values = {"breadth": round(breadth, 2), "way": round(max(widest_way, 0), 2)}
+            yield MapFault(path, message, "no_way", values)
 
 
 def _too_small_goals(spec: MapSpec) -> Iterator[MapFault]:
     too_big = [index for index, item in enumerate(spec.items) if not fits_alone(item, spec)]
     for index in too_big:
-        yield MapFault(f"items[{index}]", "is too big for every goal region; enlarge one or shrink the item")
+        message = "is too big for every goal region; enlarge one or shrink the item"
+        yield MapFault(f"items[{index}]", message, "too_big")
     if not too_big and (unplaced := unplaced_items(spec)):
-        names = ", ".join(f"items[{index}]" for index in unplaced)
-        yield MapFault("goals", f"the goal regions are too small for all items together: {names} found no place")
+        names = [f"items[{index}]" for index in unplaced]
+        message = f"the goal regions are too small for all items together: {', '.join(names)} found no place"
+        yield MapFault("goals", message, "goals_full", {"items": names})
 
 
 def seats_at(spec: MapSpec, item: ItemSpec) -> tuple[bool, bool]:

@@ -20,6 +20,7 @@ UNITS = {
 NAME_PATTERN = r"^[A-Za-z][A-Za-z0-9_-]{0,39}(:mirror)?(:rot(90|180|270))?$"
 MAX_ITEMS = 7  # the observation has seven item slots
 MAX_RECTS = 64
+_LONGEST_QUOTE = 60
 
 _POSE = ("x", "y", "angle")
 _RECT = ("x0", "y0", "x1", "y1")
@@ -55,7 +56,7 @@ def map_from_json(document: object) -> MapSpec:
     """The map of a JSON document; MapError names the first fault and where it is."""
     fields = _object(document, "", _MAP, _MAP_OPTIONAL)
     if fields["format"] != FORMAT:
-        raise _fault("format", f"format {fields['format']!r} is unknown; this program reads format {FORMAT}")
+        raise _fault("format", f"format {_quoted(fields['format'])} is unknown; this program reads format {FORMAT}")
     if fields.get("units", UNITS) != UNITS:
         raise _fault("units", f"other units than ours are not converted; leave it out or write {UNITS}")
     robots = _object(fields["robots"], "robots", ("blue", "red"))
@@ -134,7 +135,7 @@ def _object(value: object, path: str, keys: tuple[str, ...], optional: tuple[str
             raise _fault(path, f"{key!r} is missing")
     for key in value:
         if key not in keys and key not in optional:
-            raise _fault(path, f"unknown key {key!r}; known: {', '.join((*keys, *optional))}")
+            raise _fault(path, f"unknown key {_quoted(key)}; known: {', '.join((*keys, *optional))}")
     return value
 
 
@@ -147,16 +148,16 @@ def _list(value: object, path: str, read: Callable[[object, str], _T], least: in
 
 
 def _number(value: object, path: str, least: float, most: float) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise _fault(path, f"a number is needed here, not {value!r}")
+    if isinstance(value, bool) or not isinstance(value, int | float) or value != value or abs(value) == math.inf:
+        raise _fault(path, f"a number is needed here, not {_quoted(value)}")
     if not least <= value <= most:
-        raise _fault(path, f"{value!r} is outside {least:g} to {most:g}")
+        raise _fault(path, f"{_quoted(value)} is outside {least:g} to {most:g}")
     return float(value)
 
 
 def _whole(value: object, path: str) -> int:
     if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < 2**31:
-        raise _fault(path, f"a whole number from 0 is needed here, not {value!r}")
+        raise _fault(path, f"a whole number from 0 is needed here, not {_quoted(value)}")
     return value
 
 
@@ -170,7 +171,13 @@ def _choice(value: object, path: str, choices: tuple[_T, ...]) -> _T:
     for choice in choices:
         if value == choice:
             return choice
-    raise _fault(path, f"{value!r} is unknown; known: {', '.join(map(str, choices))}")
+    raise _fault(path, f"{_quoted(value)} is unknown; known: {', '.join(map(str, choices))}")
+
+
+def _quoted(value: object) -> str:
+    """A value as it stands in an error, not longer than a line."""
+    text = repr(value)
+    return text if len(text) <= _LONGEST_QUOTE else f"{text[:_LONGEST_QUOTE]}…"
 
 
 def _fault(path: str, what: str) -> MapError:

@@ -60,6 +60,11 @@ def is_shipped(name: str) -> bool:
     return base in shipped_map_names() and all(name in SYMMETRY_NAMES for name in names)
 
 
+def is_reserved(name: str) -> bool:
+    """Whether no map of one's own can have this name: its rounds would be taken for rounds on a shipped map."""
+    return name.partition(SEPARATOR)[0] in (*shipped_map_names(), TUTORIAL)
+
+
 def _split(text: str) -> tuple[str, Symmetry]:
     """`HandOff:mirror:rot90` as the map's name or path and the symmetry. Raises MapError for an unknown symmetry."""
     base, *names = text.split(SEPARATOR)
@@ -88,17 +93,27 @@ def _shipped(name: str) -> MapSpec:
     return _read(_FOLDER / f"{name}.json")
 
 
-def _read(path: Path) -> MapSpec:
+def map_from_text(text: str | bytes, path: Path | str) -> MapSpec:
+    """The map of a file's text, in our JSON or in the official format; `path` is what errors call it.
+
+    Raises MapError with the JSON path of the fault.
+    """
     try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise MapError(f"cannot read the map file {path}: {error.strerror or error}") from error
+        document = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise MapError(f"{path} is no JSON text: {error}") from error
     try:
-        return map_from_official(document, path.stem) if is_official(document) else map_from_json(document)
+        return map_from_official(document, Path(path).stem) if is_official(document) else map_from_json(document)
     except MapError as error:
         raise MapError(f"{path}: {error}") from error
+
+
+def _read(path: Path) -> MapSpec:
+    try:
+        text = path.read_bytes()
+    except OSError as error:
+        raise MapError(f"cannot read the map file {path}: {error.strerror or error}") from error
+    return map_from_text(text, path)
 
 
 def _unknown(name: str) -> str:

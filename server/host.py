@@ -9,7 +9,7 @@ import time
 import psutil
 
 from movingout.agents.catalogue import agent_cards
-from movingout.maps import TUTORIAL, MovingOutError, load_map, shipped_map_names
+from movingout.maps import TUTORIAL, MapSpec, MovingOutError, load_map, shipped_map_names
 from movingout.maps.randomize import Split
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.server import messages as m
@@ -17,6 +17,8 @@ from movingout.server.agent_workers.pool import AgentPool
 from movingout.server.connection.admission import AdmissionControl
 from movingout.server.connection.endpoint import SocketEndpoint
 from movingout.server.notices import NOTHING, Notice
+from movingout.server.own_maps.folder import MapFolder
+from movingout.server.own_maps.workers import MapWorkers
 from movingout.server.persistence.answer_log import AnswerLog
 from movingout.server.persistence.fsync import sync_recordings
 from movingout.server.persistence.recording_service import RecordingService
@@ -43,7 +45,7 @@ CPU_SAMPLES = 5  # seconds that the CPU share is averaged over
 
 
 class Host:
-    """The parts of a server. `start` and `stop` run inside the event loop."""
+    """The parts of a server. `start` and `stop` run inside the event loop. Raises FolderError for `settings.maps`."""
 
     def __init__(self, settings: Settings) -> None:
         self.settings = settings
@@ -53,6 +55,9 @@ class Host:
         self.agents = AgentPool(settings.agent_workers)
         self.answer_log = AnswerLog(settings.answers)
         self.store = RoomStore(settings.rooms)
+        self.own_maps = MapFolder(settings.maps)
+        self.own_maps.read()
+        self.map_workers = MapWorkers()
         self.cpu_share = 0.0  # of one core, over the last seconds
         self.started_at = time.time()
         self.stopping = False
@@ -115,6 +120,7 @@ class Host:
         await self.suspend()
         await self.recording_service.close()
         await self.agents.close()
+        await self.map_workers.close()
         await asyncio.to_thread(self.store.close)
         gc.unfreeze()
         gc.set_threshold(*self._gc_thresholds)
@@ -163,17 +169,17 @@ class Host:
         """Make the randomised maps of a series in another process: wait for the first, the others follow."""
         if config.challenge2_seed is None:
             return
-        wanted = [(name, config.challenge2_seed + index, config.split) for index, name in enumerate(config.maps)]
+        seed, rounds = config.challenge2_seed, range(len(config.maps))
+        wanted = [(config.designed(index), seed + index, config.split) for index in rounds]
         await self._prepare(wanted[:1])
         background = asyncio.create_task(self._prepare(wanted[1:]))
         self._preparing.add(background)
         background.add_done_callback(self._preparing.discard)
 
-    async def _prepare(self, wanted: list[tuple[str, int, Split]]) -> None:
-        for name, seed, split in wanted:
-            if self.registry.has_variant(name, seed, split):
-                continue
-            self.registry.keep_variant(name, seed, split, await self.recording_service.variant(name, seed, split))
+    async def _prepare(self, wanted: list[tuple[MapSpec, int, Split]]) -> None:
+        for each in wanted:
+            if not self.registry.has_variant(*each):
+                self.registry.keep_variant(*each, await self.recording_service.variant(*each))
 
     # ---- restart --------------------------------------------------------------------------------------------
 

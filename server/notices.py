@@ -15,6 +15,8 @@ ErrorCode = Literal[
     # rooms
     "no_room", "too_many_rooms", "study", "unknown_map", "maps", "seats", "limit_ticks", "challenge2_seed",
     "unknown_agent", "damaged_agent", "no_agent", "ghost", "blinded", "tutorial",
+    # maps of one's own
+    "map_faulty", "map_name", "map_busy", "map_slow", "map_unsolved",
     # seats
     "room_full", "seat_taken", "watchers_full", "not_your_seat", "wrong_phase", "joined", "no_tutorial",
     "pings_off", "ping_rate", "ping_item",

@@ -47,6 +47,8 @@ class Limits:
     unjoined_rooms_per_address: int = 10
     rooms_for_operator: int = 10  # of all, that only the operator may open
     connects_per_address_per_minute: int = 600
+    map_checks_per_minute: int = 120  # of drawn maps, by one address: the editor asks after each change
+    map_solves_per_minute: int = 6  # by one address
     cpu_share: float = 0.7  # of one core, averaged over 5 s; above it no room is opened
     join_s: float = 5.0  # for a socket to join
     header_s: float = 10.0  # for a request to arrive
@@ -76,6 +78,9 @@ class Settings:
     )
     trusted_proxies: tuple[str, ...] = option(
         (), "trust the X-Forwarded-For of this reverse proxy (repeatable)", flag="--proxy", metavar="ADDRESS"
+    )
+    maps: Path | None = option(  # noqa: RUF009 (it makes a field)
+        None, "also offer the map files of this folder in the lobby", metavar="DIR", parse=Path
     )
     countdown_s: float = option(
         3.0, 'seconds from "everybody is ready" to the first tick (%(default)s)', flag="--countdown", metavar="S",

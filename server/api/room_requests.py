@@ -6,11 +6,12 @@ import msgspec
 
 from movingout.agents.catalogue import agent_card, agent_cards
 from movingout.agents.errors import AgentError, CheckpointError
-from movingout.maps import TUTORIAL, MovingOutError, is_shipped, shipped_map_names
+from movingout.maps import TUTORIAL, MapSpec, MovingOutError, is_shipped, map_to_json, shipped_map_names
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.recordings import RecordingError
 from movingout.recordings.recorded_seat import GHOST, is_ghost
 from movingout.server.api.errors import ApiError
+from movingout.server.api.map_routes import playable
 from movingout.server.host import Host
 from movingout.server.rooms.ghost_partner import GhostError, GhostSeat, ghost_config
 from movingout.server.rooms.room import Room
@@ -41,6 +42,7 @@ class RoomRequest(msgspec.Struct, forbid_unknown_fields=True):
     challenge2_seed: int | None = None
     tutorial: bool = False  # nothing else is needed: one player here, and the partner of the tutorial
     pings: bool = True
+    map: dict[str, Any] | None = None  # a drawn map, as a JSON document: a room of this one map, with `maps` empty
 
 
 async def open_room(host: Host, wanted: RoomRequest, address: str) -> dict[str, Any]:
@@ -56,7 +58,7 @@ async def open_room(host: Host, wanted: RoomRequest, address: str) -> dict[str, 
     ghosts = await _ghosts(host, wanted.seats)
     if ghosts and not wanted.maps:
         wanted.maps = [next(iter(ghosts.values())).map]
-    config = _checked_config(wanted, host.settings.countdown_s)
+    config = _checked_config(wanted, await _own_maps(host, wanted, ghosts), host.settings.countdown_s)
     tokens = [new_token() if seat.kind == "here" else None for seat in wanted.seats]
     try:
         config = ghost_config(config, [*ghosts.values()])
@@ -121,8 +123,21 @@ async def _ghosts(host: Host, seats: list[SeatRequest]) -> dict[int, GhostSeat]:
     return found
 
 
-def _checked_config(wanted: RoomRequest, countdown_s: float) -> RoomConfig:
-    unknown = [name for name in wanted.maps if not is_shipped(name)]
+async def _own_maps(host: Host, wanted: RoomRequest, ghosts: dict[int, GhostSeat]) -> dict[str, MapSpec]:
+    """The wanted maps that are not shipped: a drawn one, of the operator's folder as they are now, of a recording."""
+    if wanted.map is not None:
+        drawn = await playable(host, wanted.map)
+        if wanted.maps:
+            raise ApiError(422, "maps", "a drawn map is played alone; leave `maps` empty", most=MAX_ROUNDS)
+        wanted.maps = [drawn.name]
+        return {drawn.name: drawn}
+    found = {name: host.own_maps.find(name) for name in wanted.maps if not is_shipped(name)}
+    recorded = {ghost.map: ghost.own for ghost in ghosts.values()}
+    return {name: spec for name, spec in {**found, **recorded}.items() if spec is not None}
+
+
+def _checked_config(wanted: RoomRequest, own_maps: dict[str, MapSpec], countdown_s: float) -> RoomConfig:
+    unknown = [name for name in wanted.maps if not is_shipped(name) and name not in own_maps]
     if unknown:
         known = ", ".join(shipped_map_names())
         raise ApiError(422, "unknown_map", f"unknown map {unknown[0]!r}; known: {known}", map=unknown[0])
@@ -141,6 +156,7 @@ def _checked_config(wanted: RoomRequest, countdown_s: float) -> RoomConfig:
         challenge2_seed=wanted.challenge2_seed,
         countdown_s=countdown_s,
         pings=wanted.pings,
+        own_maps={name: map_to_json(spec) for name, spec in own_maps.items()},
     )
 
 

@@ -12,7 +12,6 @@ from fastapi.responses import FileResponse, JSONResponse, Response
 
 from movingout.agents.catalogue import ALONE_TCR, UNSEEN_TCR, AgentCard, agent_card, agent_cards
 from movingout.agents.errors import CheckpointError
-from movingout.maps import PRACTICE, load_map, map_to_json, shipped_map_names
 from movingout.recordings import RecordingError
 from movingout.server import messages as m
 from movingout.server.api import pages, share
@@ -26,6 +25,7 @@ from movingout.server.api.authentication import (
     seat_of_token,
 )
 from movingout.server.api.errors import ApiError, error_json
+from movingout.server.api.map_routes import map_routes
 from movingout.server.api.room_requests import RoomRequest, open_room
 from movingout.server.api.status import report
 from movingout.server.host import Host
@@ -58,6 +58,7 @@ def install(app: FastAPI, host: Host) -> None:
         return JSONResponse(error_json("not_found", "There is nothing at this address."), 404)
 
     app.include_router(_play_routes(host))
+    app.include_router(map_routes(host))
     app.include_router(_answer_routes(host))
     app.include_router(_recording_routes(host))
     app.include_router(share.routes(host))
@@ -73,13 +74,6 @@ def _play_routes(host: Host) -> APIRouter:
     @router.get("/healthz")
     async def health() -> dict[str, Any]:
         return {"ok": not host.stopping, "rooms": len(host.registry.rooms)}
-
-    @router.get("/api/maps")
-    async def maps() -> dict[str, Any]:
-        return {
-            "maps": [map_to_json(load_map(name)) for name in shipped_map_names() if name != PRACTICE],
-            "practice": map_to_json(load_map(PRACTICE)),
-        }
 
     @router.get("/api/agents")
     async def agents() -> dict[str, Any]:

@@ -8,7 +8,9 @@ from dataclasses import replace
 from movingout.agents.catalogue import agent_card
 from movingout.recordings.recorded_seat import GHOST, is_ghost
 from movingout.server.app import create_app
+from movingout.server.host import Host
 from movingout.server.options import add_options, values_of
+from movingout.server.own_maps.folder import map_files
 from movingout.server.persistence.data_folder import (
     BadDataFolder,
     exclusive_data_folder,
@@ -35,6 +37,8 @@ def run(args: argparse.Namespace) -> int:
     agent_card(settings.partner)
     if is_ghost(settings.partner):
         ghost_seat(settings.partner.removeprefix(f"{GHOST}:"))
+    if settings.maps is not None:
+        map_files(settings.maps)
     refuse_study_folder(settings.data)
     if caution := inexact_engine():
         print(f"movingout: {caution}", file=sys.stderr)
@@ -44,7 +48,9 @@ def run(args: argparse.Namespace) -> int:
         certificate = certificate_for(settings) if settings.tls else None
         logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s", stream=sys.stderr)
         app = create_app(settings)
-        links = _links(settings, app.state.host.admin_token)
+        links = _links(settings, app.state.host)
+        for problem in app.state.host.own_maps.problems.values():
+            print(f"movingout: own map left out: {problem}", file=sys.stderr)
         server = game_server(app, settings, certificate, on_ready=lambda: print(links, flush=True))
         server.run([listening])
     if told := told_interrupted(settings.data):
@@ -80,14 +86,16 @@ def with_kept_token(settings: Settings) -> Settings:
         raise BadDataFolder(f"cannot keep the admin token in {settings.data / NAME} ({error.strerror})") from None
 
 
-def _links(settings: Settings, admin_token: str) -> str:
+def _links(settings: Settings, host: Host) -> str:
     """The links to print at the start."""
     bases = addresses(settings)
     lines = ["", "Moving Out Live is ready.", ""]
     lines += [f"  Play         {base}/" for base in bases]
     lines += [f"  Watch        {bases[0]}/watch/ROOM (every room shows its own link)"]
     lines += [f"  Recordings   {bases[0]}/recordings"]
-    lines += [f"  Admin        {bases[0]}/admin", f"  Admin token  {admin_token}"]
+    lines += [f"  Admin        {bases[0]}/admin", f"  Admin token  {host.admin_token}"]
+    if settings.maps is not None:
+        lines += [f"  Your maps    {len(host.own_maps.maps)} in the lobby, from {settings.maps.resolve()}"]
     lines += [f"  Data         {settings.data.resolve()}", ""]
     return "\n".join(lines + hints(settings, "movingout play"))
 

@@ -29,6 +29,8 @@ class AdmissionControl:
         self._waiting: defaultdict[str, int] = defaultdict(int)
         self._guesses: dict[tuple[str, Secret], TokenBucket] = {}
         self._openings: dict[str, TokenBucket] = {}
+        self._checks: dict[str, TokenBucket] = {}
+        self._solves: dict[str, TokenBucket] = {}
         self._floods: dict[str, TokenBucket] = {}
         self._drawings: dict[str, TokenBucket] = {}
         self._banned: dict[str, float] = {}  # until
@@ -115,6 +117,12 @@ class AdmissionControl:
     def may_draw(self, address: str) -> bool:
         """Whether a picture of a round may be drawn for this address now."""
         return self._bucket(self._drawings, address_group(address), PICTURES_PER_MINUTE).take(self._clock())
+
+    def may_check_map(self, address: str) -> bool:
+        return self._bucket(self._checks, address, self._limits.map_checks_per_minute).take(self._clock())
+
+    def may_solve_map(self, address: str) -> bool:
+        return self._bucket(self._solves, address, self._limits.map_solves_per_minute).take(self._clock())
 
     def _bucket(self, buckets: dict[Key, TokenBucket], key: Key, per_minute: int) -> TokenBucket:
         if key not in buckets:

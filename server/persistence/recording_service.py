@@ -15,7 +15,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import orjson
 
-from movingout.maps import MapSpec, load_map
+from movingout.maps import MapSpec
 from movingout.maps.randomize import Split, randomize
 from movingout.recordings import RecordingError, browser_replay, finalise
 from movingout.recordings.process_pool import process_pool
@@ -96,9 +96,9 @@ class RecordingService:
         found: Result = await self._run(work, await self.path(episode_id))
         return found
 
-    async def variant(self, name: str, seed: int, split: Split) -> MapSpec:
+    async def variant(self, designed: MapSpec, seed: int, split: Split) -> MapSpec:
         """A randomised map, made in the other process. Raises MapError."""
-        the_map: MapSpec = await self._run(_variant, name, seed, split)
+        the_map: MapSpec = await self._run(randomize, designed, seed, split)
         return the_map
 
     async def ghost_seat(self, ghost: str) -> GhostSeat:
@@ -135,10 +135,6 @@ class RecordingService:
             log.error("the process for recordings died; starting another one")
             self._executor = process_pool(1, NICE)
             return await loop.run_in_executor(self._executor, work, *arguments)
-
-
-def _variant(name: str, seed: int, split: Split) -> MapSpec:
-    return randomize(load_map(name), seed, split)
 
 
 def _list(folder: Path) -> bytes:

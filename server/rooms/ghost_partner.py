@@ -11,7 +11,6 @@ from movingout.maps import MapSpec, is_shipped, load_map
 from movingout.maps.errors import MovingOutError
 from movingout.maps.randomize import Split, randomize
 from movingout.maps.spec import SEAT_COLOURS
-from movingout.recordings import RecordingError
 from movingout.recordings.recorded_seat import GHOST, read_recorded_seat
 from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RoomConfig
@@ -30,6 +29,7 @@ class GhostSeat(NamedTuple):
     map: str
     challenge2_seed: int | None  # None for the map as designed
     split: Split
+    own: MapSpec | None  # the recorded map, where this server does not have just that
 
     def seat_at(self, index: int) -> Seat:
         """The ghost's seat. Raises GhostError for the other one."""
@@ -42,10 +42,11 @@ class GhostSeat(NamedTuple):
 def ghost_seat(ghost: str) -> GhostSeat:
     """The seat of `FILE#red`, in a tenth of a second. RecordingError when it cannot be played on this server."""
     recorded = read_recorded_seat(ghost)
-    seed, split = _origin(recorded.map, recorded.seed)
+    seed, split, own = _origin(recorded.map, recorded.seed)
     return GhostSeat(
-        ghost=ghost, player=recorded.name, seat=recorded.seat, map=recorded.map.name, challenge2_seed=seed, split=split
-    )
+        ghost=ghost, player=recorded.name, seat=recorded.seat, map=recorded.map.name, challenge2_seed=seed, split=split,
+        own=own,
+    )  # fmt: skip
 
 
 def ghost_config(wanted: RoomConfig, ghosts: list[GhostSeat]) -> RoomConfig:
@@ -60,13 +61,16 @@ def ghost_config(wanted: RoomConfig, ghosts: list[GhostSeat]) -> RoomConfig:
     return msgspec.structs.replace(wanted, challenge2_seed=first.challenge2_seed, split=first.split)
 
 
-def _origin(recorded: MapSpec, seed: int) -> tuple[int | None, Split]:
-    """How this server makes the recorded map: as designed (None), or randomised with the seed."""
+def _origin(recorded: MapSpec, seed: int) -> tuple[int | None, Split, MapSpec | None]:
+    """How this server makes the recorded map: as designed (None), or randomised with the seed.
+
+    A map of somebody's own, or of another version, is taken from the recording as it was played.
+    """
     if is_shipped(recorded.name):
         designed = load_map(recorded.name)
         if recorded == designed:
-            return None, "train"
+            return None, "train", None
         for split in get_args(Split):
             if recorded.variant == f"challenge2-{split}-{seed}" and recorded == randomize(designed, seed, split):
-                return seed, split
-    raise RecordingError(f"this was recorded on a map that this server does not have ({recorded.name}, changed)")
+                return seed, split, None
+    return None, "train", recorded

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from movingout.agents.recording_metadata import cards
-from movingout.maps import MapSpec, load_map
+from movingout.maps import MapSpec
 from movingout.maps.randomize import Split, randomize
 from movingout.recordings import EpisodeHeader, EpisodeWriter
 from movingout.server import messages as m
@@ -39,7 +39,7 @@ class RoomRegistry:
         on_journal: Callable[[Path], None],
     ) -> None:
         self.rooms: dict[str, Room] = {}
-        self._variants: dict[tuple[str, int, Split], MapSpec] = {}  # randomised maps made ahead
+        self._variants: dict[tuple[MapSpec, int, Split], MapSpec] = {}  # randomised maps made ahead
         self._recordings = recordings
         self._agents = agents
         self._scheduler = scheduler
@@ -63,12 +63,12 @@ class RoomRegistry:
         )
         self.changed(room.id)
 
-    def has_variant(self, name: str, seed: int, split: Split) -> bool:
-        return (name, seed, split) in self._variants
+    def has_variant(self, designed: MapSpec, seed: int, split: Split) -> bool:
+        return (designed, seed, split) in self._variants
 
-    def keep_variant(self, name: str, seed: int, split: Split, variant: MapSpec) -> None:
+    def keep_variant(self, designed: MapSpec, seed: int, split: Split, variant: MapSpec) -> None:
         """Keep a randomised map that was made ahead; the oldest are dropped."""
-        self._variants[name, seed, split] = variant
+        self._variants[designed, seed, split] = variant
         while len(self._variants) > KEPT_VARIANTS:
             del self._variants[next(iter(self._variants))]
 
@@ -101,12 +101,12 @@ class RoomRegistry:
     def agents(self) -> AgentSource:
         return self._agents
 
-    def load_map(self, name: str, seed: int | None, split: Split) -> MapSpec:
+    def world_map(self, designed: MapSpec, seed: int | None, split: Split) -> MapSpec:
         """The map as designed, or its variant: prepared, or else made now (a third of a second)."""
         if seed is None:
-            return load_map(name)
-        variant = self._variants.get((name, seed, split))
-        return randomize(load_map(name), seed, split) if variant is None else variant
+            return designed
+        variant = self._variants.get((designed, seed, split))
+        return randomize(designed, seed, split) if variant is None else variant
 
     def open_recording(self, header: EpisodeHeader, initial: WorldState) -> EpisodeWriter:
         return EpisodeWriter.create(self._recordings, header, initial, cards(header.seats))

@@ -77,7 +77,7 @@ class RoundSeries:
     def _map(self, seed: int | None) -> MapSpec:
         if self._config.tutorial:
             return tutorial_map(self._players)
-        return self._services.load_map(self._config.maps[self.index], seed, self._config.split)
+        return self._services.world_map(self._config.designed(self.index), seed, self._config.split)
 
     @property
     def _players(self) -> tuple[bool, bool]:

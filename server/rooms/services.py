@@ -1,11 +1,11 @@
 """The configuration of a room, and what it needs from the process around it."""
 
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import msgspec
 
-from movingout.maps import MapSpec
+from movingout.maps import MapSpec, load_map, map_from_json
 from movingout.maps.errors import MovingOutError
 from movingout.maps.randomize import Split
 from movingout.recordings import EpisodeHeader, EpisodeWriter
@@ -31,6 +31,12 @@ class RoomConfig(msgspec.Struct, frozen=True, kw_only=True):
     resume_s: float = RESUME_S
     pings: bool = False  # whether players may point at places and items
     study: dict[str, str] = {}  # pseudonymous ids for the recording; empty for rooms of the lobby
+    own_maps: dict[str, dict[str, Any]] = {}  # by name: the JSON of maps that are not shipped, as they were then
+
+    def designed(self, index: int) -> MapSpec:
+        """The map of a round, without changed items. Raises MapError."""
+        own = self.own_maps.get(self.maps[index])
+        return load_map(self.maps[index]) if own is None else map_from_json(own)
 
     @property
     def round_ticks(self) -> int:
@@ -48,7 +54,7 @@ class Services(Protocol):
     @property
     def agents(self) -> AgentSource: ...
 
-    def load_map(self, name: str, seed: int | None, split: Split) -> MapSpec: ...
+    def world_map(self, designed: MapSpec, seed: int | None, split: Split) -> MapSpec: ...
 
     def open_recording(self, header: EpisodeHeader, initial: WorldState) -> EpisodeWriter:
         """Begin the recording of a round. Raises RecordingError when the disk refuses."""

@@ -17,6 +17,8 @@ def shared_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Live]:
         open_rooms_per_address=100_000,
         unjoined_rooms_per_address=100_000,
         connects_per_address_per_minute=100_000,
+        map_checks_per_minute=100_000,
+        map_solves_per_minute=100_000,
     )
     with serve(tmp_path_factory.mktemp("live"), many) as running:
         yield running

@@ -1,14 +1,13 @@
 """Small fakes for the server's tests: a listener, an agent source, the services of a room."""
 
 import itertools
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from movingout.maps import MapSpec, load_map
+from movingout.maps import MapSpec
 from movingout.maps.randomize import Split
 from movingout.recordings import EpisodeHeader, EpisodeWriter, RecordingError
 from movingout.server import messages as m
@@ -133,11 +132,10 @@ class FakeServices:
     archived: list[Path] = field(default_factory=list)
     results: list[tuple[str, m.Result]] = field(default_factory=list)
     changes: int = 0
-    maps: Callable[[str], MapSpec] = load_map
     numbers: "itertools.count[int]" = field(default_factory=itertools.count)
 
-    def load_map(self, name: str, seed: int | None, split: Split) -> MapSpec:
-        return self.maps(name)
+    def world_map(self, designed: MapSpec, seed: int | None, split: Split) -> MapSpec:
+        return designed
 
     def open_recording(self, header: EpisodeHeader, initial: WorldState) -> EpisodeWriter:
         if self.folder is None:

@@ -44,6 +44,8 @@ const BUTTONS = [learnButton, nowButton, playButton, playAllButton, practiceButt
 
 /** @type {GameMap[]} */
 let maps = [];
+/** @type {import("./map_cards.js").OwnMaps} */
+let own = { maps: [], leftOut: 0 };
 /** @type {GameMap | null} */
 let practiceMap = null;
 /** @type {AgentCard[]} */
@@ -55,6 +57,7 @@ async function load() {
   try {
     const [mapList, agentList] = await Promise.all([requestJson("/api/maps"), requestJson("/api/agents")]);
     maps = mapList.maps;
+    own = { maps: mapList.own ?? [], leftOut: mapList.own_left_out ?? 0 };
     practiceMap = mapList.practice;
     agents = agentList.agents;
     partner = defaultPartner(agents, agentList.default);
@@ -72,7 +75,7 @@ async function load() {
 
 /** @param {Choice} choice */
 function showChoices(choice) {
-  mapsBox.replaceChildren(...mapGroups(maps, choice.map));
+  mapsBox.replaceChildren(...mapGroups(maps, own, choice.map));
   seatsBox.replaceChildren(
     seatField(0, choice.seats[0]),
     seatField(1, choice.seats[1]),
@@ -93,10 +96,15 @@ function offerPartner() {
   select.focus();
 }
 
+/** The maps of the paper and the operator's own. */
+function everyMap() {
+  return [...maps, ...own.maps];
+}
+
 function drawPictures() {
   drawFirstPictures(maps, practiceMap);
   for (const canvas of mapsBox.querySelectorAll("canvas")) {
-    const map = maps.find(({ name }) => name === canvas.dataset.map);
+    const map = everyMap().find(({ name }) => name === canvas.dataset.map);
     if (map) mapPicture(canvas, map);
   }
 }
@@ -135,7 +143,7 @@ function choice() {
 /** Brings every text that follows from the choice up to date. */
 function refresh() {
   const { map: name, seats } = choice();
-  const map = maps.find((candidate) => candidate.name === name) ?? maps[0];
+  const map = everyMap().find((candidate) => candidate.name === name) ?? maps[0];
   chosenBox.replaceChildren(
     el(
       "div",
@@ -172,7 +180,7 @@ function showResearch(seats) {
 function remembered() {
   const wanted = new URLSearchParams(location.search).get("map");
   const kept = lastChoice(firstChoice(maps, partner));
-  return maps.some(({ name }) => name === wanted) ? { ...kept, map: wanted ?? kept.map } : kept;
+  return everyMap().some(({ name }) => name === wanted) ? { ...kept, map: wanted ?? kept.map } : kept;
 }
 
 /** @param {Choice} first @returns {Choice} */
@@ -181,7 +189,7 @@ function lastChoice(first) {
     const kept = JSON.parse(localStorage.getItem(MEMORY) ?? "{}");
     return {
       ...first,
-      ...(maps.some(({ name }) => name === kept.map) && { map: kept.map }),
+      ...(everyMap().some(({ name }) => name === kept.map) && { map: kept.map }),
       ...(Array.isArray(kept.seats) && kept.seats.length === 2 && { seats: kept.seats }),
       ...(LIMITS.some((ticks) => ticks === kept.limitTicks) && { limitTicks: kept.limitTicks }),
     };

@@ -11,20 +11,29 @@ import { difficulty } from "./difficulty.js";
 
 /** @typedef {import("../view/render.js").GameMap} GameMap */
 
-/** The maps by mode, one of them chosen. @param {readonly GameMap[]} maps @param {string} selected */
-export function mapGroups(maps, selected) {
-  return MODES.map((mode) =>
+/** @typedef {{maps: readonly GameMap[], leftOut: number}} OwnMaps of the folder that the server was started with */
+
+/**
+ * The operator's own maps, where there are any, then the others by mode; one of them is chosen.
+ * @param {readonly GameMap[]} maps @param {OwnMaps} own @param {string} selected
+ */
+export function mapGroups(maps, own, selected) {
+  const modes = MODES.map((mode) =>
     mapGroup(
-      mode,
+      modeKey(mode),
       maps.filter((map) => map.mode === mode),
       selected,
     ),
   );
+  if (own.maps.length + own.leftOut === 0) return modes;
+  const yours = mapGroup("lobby.own", own.maps, selected);
+  if (own.leftOut > 0)
+    yours.append(el("p", { class: "map-note muted small" }, say("lobby.own.leftOut", { count: own.leftOut })));
+  return [yours, ...modes];
 }
 
-/** @param {string} mode @param {readonly GameMap[]} maps @param {string} selected */
-function mapGroup(mode, maps, selected) {
-  const key = modeKey(mode);
+/** @param {string} key of its heading @param {readonly GameMap[]} maps @param {string} selected */
+function mapGroup(key, maps, selected) {
   const cards = maps.map((map) => mapCard(map, map.name === selected));
   return el(
     "fieldset",

@@ -21,7 +21,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add("--database", metavar="URL", help="postgresql://...; default: a file in DIR")
     add("--identities", metavar="URL", help="the database of identities; default: a file in DIR")
     add("--codes", action="store_true", help="admit only participants with a code from the experimenter")
-    add_options(serve, Settings, without=("partner", "countdown_s"))
+    add_options(serve, Settings, without=("partner", "maps", "countdown_s"))
     add(
         "--rehearse", type=float, metavar="SPEED",
         help="admit only simulated participants, at SPEED times the speed of people; the data are marked as simulated",

@@ -1,0 +1,99 @@
+"""The HTTP API of maps: those that are offered, and the checks and trials of the editor."""
+
+from typing import Any
+
+import msgspec
+from fastapi import APIRouter, Depends, Request
+
+from movingout.maps import PRACTICE, MapSpec, MovingOutError, is_reserved, load_map, map_to_json, shipped_map_names
+from movingout.maps.check import MapFault
+from movingout.server.api.authentication import address_of, body_of, own_page
+from movingout.server.api.errors import ApiError
+from movingout.server.host import Host
+from movingout.server.own_maps.solving import TooSlow
+from movingout.server.own_maps.workers import Busy
+
+
+class DrawnMap(msgspec.Struct, forbid_unknown_fields=True):
+    """The body of the editor's requests: a JSON document, whatever it contains."""
+
+    map: Any
+
+
+def map_routes(host: Host) -> APIRouter:
+    """`/api/maps`, and the editor's requests where anybody may open rooms."""
+    router = APIRouter()
+
+    @router.get("/api/maps")
+    async def maps() -> dict[str, Any]:
+        await host.own_maps.refresh(host.map_workers.read_file)
+        return {
+            "maps": [map_to_json(load_map(name)) for name in shipped_map_names() if name != PRACTICE],
+            "practice": map_to_json(load_map(PRACTICE)),
+            "own": [map_to_json(spec) for spec in host.own_maps.maps.values()],
+            "own_left_out": len(host.own_maps.problems),
+        }
+
+    if host.settings.lobby:
+        router.include_router(_editor_routes(host))
+    return router
+
+
+def _editor_routes(host: Host) -> APIRouter:
+    router = APIRouter(prefix="/api/editor", dependencies=[Depends(own_page(host))])
+
+    @router.post("/check")
+    async def check(request: Request) -> dict[str, Any]:
+        if not host.admission.may_check_map(address_of(request)):
+            raise ApiError(429, "map_busy", "Too many maps were checked from your address; wait a few seconds.")
+        document = (await body_of(request, DrawnMap)).map
+        spec, faults = await _checked(host, document)
+        found = [_fault_json(fault) for fault in faults]
+        if spec is not None and is_reserved(spec.name):
+            found.append(_taken_name(spec.name))
+        return {"map": None if spec is None else map_to_json(spec), "faults": found}
+
+    @router.post("/solve")
+    async def solve(request: Request) -> dict[str, Any]:
+        address = address_of(request)
+        if not host.admission.may_solve_map(address):
+            raise ApiError(429, "map_busy", "Too many maps were solved from your address; wait a minute.")
+        spec = await playable(host, (await body_of(request, DrawnMap)).map, own_name=False)
+        try:
+            return await host.map_workers.solve(spec, address)
+        except Busy as error:
+            raise ApiError(503, "map_busy", str(error)) from None
+        except TooSlow as error:
+            raise ApiError(422, "map_slow", f"The scripted pair did not get through: {error}.") from None
+        except MovingOutError as error:
+            raise ApiError(422, "map_unsolved", f"The scripted pair cannot play this map: {error}.") from None
+
+    return router
+
+
+async def playable(host: Host, document: object, own_name: bool = True) -> MapSpec:
+    """The map of a drawn document. Raises ApiError with its first fault; with `own_name`, also for a shipped name."""
+    spec, faults = await _checked(host, document)
+    if spec is None or faults:
+        raise ApiError(422, "map_faulty", f"This map cannot be played: {faults[0]}.", path=faults[0].path)
+    if own_name and is_reserved(spec.name):
+        raise ApiError(422, "map_name", f"{spec.name} is the name of a shipped map; choose another.", name=spec.name)
+    return spec
+
+
+async def _checked(host: Host, document: object) -> tuple[MapSpec | None, tuple[MapFault, ...]]:
+    try:
+        return await host.map_workers.check(document)
+    except Busy as error:
+        raise ApiError(503, "map_busy", str(error)) from None
+    except TooSlow as error:
+        raise ApiError(422, "map_slow", f"This map could not be checked: {error}.") from None
+
+
+def _taken_name(name: str) -> dict[str, Any]:
+    message = f"{name} is the name of a shipped map; choose another"
+    return {"path": "name", "message": message, "code": "name_taken", "values": {"name": name}}
+
+
+def _fault_json(fault: MapFault) -> dict[str, Any]:
+    return {"path": fault.path, "message": fault.message, "code": fault.code, "values": dict(fault.values)}

@@ -1,0 +1,94 @@
+"""Work on a drawn map that takes a while: checking it and playing a scripted pair on it. Called in a worker process."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from movingout.agents.catalogue import load_agent
+from movingout.agents.data.rollout import rollout
+from movingout.maps import MapSpec, map_from_json
+from movingout.maps.check import MapFault, check_document, check_map
+from movingout.maps.errors import MapError
+from movingout.maps.official import is_official, map_from_official
+from movingout.matches.execution.decision_timeout import DecisionTimeout, DecisionTimer
+from movingout.server.own_maps.folder import Outcome, read_map_file
+from movingout.world import World
+from movingout.world.constants import LIMIT_TICKS
+from movingout.world.scoring import delivered_items
+from movingout.world.state import WorldState
+
+CHECK_S = 5.0
+SOLVE_S = 20.0
+_DECIMALS = 4
+
+Checked = tuple[MapSpec | None, tuple[MapFault, ...]]
+
+
+class TooSlow(MapError):
+    """The work was broken off after its time."""
+
+
+def check(document: object) -> Checked:
+    """The map of a JSON document, in our format or the official one, and its faults; None where it cannot be read.
+
+    Raises TooSlow.
+    """
+    with _time_limit(CHECK_S):
+        try:
+            official = isinstance(document, dict) and is_official(document)
+            spec = map_from_official(document, "Map") if official else map_from_json(document)  # type: ignore[arg-type]
+        except MapError as error:
+            official_fault = (MapFault("the map", str(error)),)
+            return None, official_fault if official else check_document(document)
+        return spec, check_map(spec)
+
+
+def read_file(path: Path) -> Outcome:
+    """`read_map_file` within a time limit."""
+    try:
+        with _time_limit(CHECK_S):
+            return read_map_file(path)
+    except TooSlow as error:
+        return f"{path.name}: {error}"
+
+
+def solve(spec: MapSpec) -> dict[str, Any]:
+    """What a scripted pair does on a map: how many items it delivers in how many ticks, and a picture of every tick.
+
+    `frames` has one entry per tick from 0: the poses of the two robots and of the items [x, y, angle], what each robot
+    holds (the index of an item, -1 for none) and which items are delivered. Raises TooSlow.
+    """
+    with _time_limit(SOLVE_S):
+        states = [World(spec).state()]
+        pair = load_agent("scripted"), load_agent("scripted")
+        states += [step.after for step in rollout(spec, pair, seed=0, ticks=LIMIT_TICKS)]
+        frames = [_frame(spec, state) for state in states]
+    done = frames[-1]["delivered"]
+    return {
+        "solved": all(done),
+        "ticks": len(frames) - 1,
+        "limit_ticks": LIMIT_TICKS,
+        "delivered": sum(done),
+        "items": len(done),
+        "frames": frames,
+    }
+
+
+def _frame(spec: MapSpec, state: WorldState) -> dict[str, Any]:
+    poses = np.round(np.concatenate([state.robot_poses, state.item_poses]), _DECIMALS).tolist()
+    return {"poses": poses, "held": state.held.tolist(), "delivered": delivered_items(spec, state.item_poses).tolist()}
+
+
+@contextmanager
+def _time_limit(seconds: float) -> Iterator[None]:
+    """Raises TooSlow in this block after a while. It needs the main thread, in which worker processes work."""
+    timer = DecisionTimer(seconds)
+    try:
+        with timer.running():
+            timer.start()
+            yield
+    except DecisionTimeout:
+        raise TooSlow(f"this took longer than {seconds:g} s and was stopped") from None

@@ -1,0 +1,77 @@
+"""The processes behind the editor: one answer per address, a few at once, a death survived, a time limit."""
+
+import asyncio
+import os
+import signal
+from pathlib import Path
+
+import pytest
+
+from movingout.maps import load_map, map_to_json
+from movingout.server.own_maps import solving, workers
+from movingout.server.own_maps.workers import Busy, MapWorkers
+
+SPEC = load_map("Simple")
+
+
+def run(work: object) -> None:
+    asyncio.run(work)  # type: ignore[arg-type]
+
+
+def test_one_address_solves_one_map_at_a_time_and_others_a_few(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(workers, "MOST_SOLVES", 2)
+
+    async def work() -> None:
+        pool = MapWorkers()
+        try:
+            first = asyncio.create_task(pool.solve(SPEC, "here"))
+            other = asyncio.create_task(pool.solve(SPEC, "there"))
+            await asyncio.sleep(0)
+            with pytest.raises(Busy, match="your address"):
+                await pool.solve(SPEC, "here")
+            with pytest.raises(Busy, match="other maps"):
+                await pool.solve(SPEC, "elsewhere")
+            assert (await first)["solved"] and (await other)["solved"]
+            assert (await pool.solve(SPEC, "here"))["solved"], "and then again"
+        finally:
+            await pool.close()
+
+    run(work())
+
+
+def test_checks_that_pile_up_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(workers, "MOST_WAITING", 1)
+
+    async def work() -> None:
+        pool = MapWorkers()
+        try:
+            first = asyncio.create_task(pool.check(map_to_json(SPEC)))
+            await asyncio.sleep(0)
+            with pytest.raises(Busy):
+                await pool.check({})
+            assert await first == (SPEC, ())
+        finally:
+            await pool.close()
+
+    run(work())
+
+
+def test_a_process_that_died_is_replaced(tmp_path: Path) -> None:
+    async def work() -> None:
+        pool = MapWorkers()
+        try:
+            await pool.check({})
+            (process,) = pool._pools["checks"]._processes.values()
+            assert process.pid is not None
+            os.kill(process.pid, signal.SIGKILL)
+            assert await pool.check(map_to_json(SPEC)) == (SPEC, ())
+        finally:
+            await pool.close()
+
+    run(work())
+
+
+def test_a_map_that_takes_too_long_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(solving, "SOLVE_S", 0.0)
+    with pytest.raises(solving.TooSlow, match="longer than 0 s"):
+        solving.solve(load_map("HandOff"))
