@@ -32,6 +32,7 @@ from movingout.maps.suggestion import known_names
 
 OptionValue = int | float | bool | str
 UNSEEN_TCR = "TCR with unseen scripted people"
+UNSEEN_NFD = "NFD with unseen scripted people"
 ALONE_TCR = "TCR of these people with an idle partner"
 """Names of the scores of a trained agent that are shown to a person who chooses a partner."""
 

@@ -6,6 +6,7 @@ import sys
 from typing import NamedTuple, Protocol, cast
 
 import movingout
+from movingout.maps.commands.parser import CommandParser
 from movingout.maps.errors import MovingOutError
 from movingout.maps.suggestion import known_names
 
@@ -13,6 +14,7 @@ from movingout.maps.suggestion import known_names
 class Command(NamedTuple):
     module: str
     help: str
+    example: str
 
 
 class CommandModule(Protocol):
@@ -24,23 +26,61 @@ class CommandModule(Protocol):
 
 
 COMMANDS = {
-    "play": Command("movingout.server.commands.play", "serve the game in the browser"),
-    "match": Command("movingout.matches.commands.match", "play agent-vs-agent matches without a screen"),
-    "demos": Command("movingout.agents.commands.demos", "let scripted people play and record them"),
-    "train": Command("movingout.agents.commands.train", "train a policy from recordings"),
-    "agents": Command("movingout.agents.commands.agents", "list, show, probe and check agents"),
-    "maps": Command("movingout.maps.commands.maps", "list, show, check, render and randomize maps"),
+    "play": Command(
+        "movingout.server.commands.play",
+        "serve the game in the browser",
+        "movingout play --host 0.0.0.0 --tls",
+    ),
+    "match": Command(
+        "movingout.matches.commands.match",
+        "play agent-vs-agent matches without a screen",
+        "movingout match --red bass@all --blue person:name=C03 --map HandOff",
+    ),
+    "demos": Command(
+        "movingout.agents.commands.demos",
+        "let scripted people play and record them",
+        "movingout demos people",
+    ),
+    "train": Command(
+        "movingout.agents.commands.train",
+        "train a policy from recordings",
+        "movingout train dp --help",
+    ),
+    "agents": Command(
+        "movingout.agents.commands.agents",
+        "list, show, probe and check agents",
+        "movingout agents list",
+    ),
+    "maps": Command(
+        "movingout.maps.commands.maps",
+        "list, show, check, render and randomize maps",
+        "movingout maps show HandOff",
+    ),
     "recordings": Command(
-        "movingout.recordings.commands.recordings", "list, verify, view, report, export and import recordings"
+        "movingout.recordings.commands.recordings",
+        "list, verify, view, report, export and import recordings",
+        "movingout recordings list",
     ),
     "study": Command(
         "movingout.server.study.commands.study",
         "write and check study files; serve them; report, export and forget their data",
+        "movingout study new",
     ),
     "loadtest": Command(
-        "movingout.server.commands.loadtest", "measure the server with bots that speak the real protocol"
+        "movingout.server.commands.loadtest",
+        "measure the server with bots that speak the real protocol",
+        "movingout loadtest --rooms 10",
     ),
-    "doctor": Command("movingout.server.commands.doctor", "check this machine and this installation"),
+    "doctor": Command(
+        "movingout.server.commands.doctor",
+        "check this machine and this installation",
+        "movingout doctor",
+    ),
+    "completion": Command(
+        "movingout.server.commands.completion",
+        "print a script that completes commands and options in your shell",
+        "movingout completion bash > ~/.local/share/bash-completion/completions/movingout",
+    ),
 }
 
 
@@ -53,18 +93,23 @@ def main(argv: list[str] | None = None) -> int:
     if arguments[0] not in COMMANDS:
         print(f"movingout: unknown command {arguments[0]!r}; {known_names(arguments[0], COMMANDS)}", file=sys.stderr)
         return 2
-    sub_parser = argparse.ArgumentParser(
-        prog=f"movingout {arguments[0]}", description=COMMANDS[arguments[0]].help.capitalize() + "."
-    )
     try:
-        command = cast(CommandModule, importlib.import_module(COMMANDS[arguments[0]].module))
-        command.configure(sub_parser)
-        return command.run(sub_parser.parse_args(arguments[1:]))
+        command, parser = configured(arguments[0])
+        return command.run(parser.parse_args(arguments[1:]))
     except MovingOutError as error:
         print(f"movingout: {error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         return 130
+
+
+def configured(name: str) -> tuple[CommandModule, CommandParser]:
+    """A command's module, imported now, and its parser."""
+    module, help, example = COMMANDS[name]
+    parser = CommandParser(prog=f"movingout {name}", description=f"{help[:1].upper()}{help[1:]}.", example=example)
+    command = cast(CommandModule, importlib.import_module(module))
+    command.configure(parser)
+    return command, parser
 
 
 class _Version(argparse.Action):
@@ -76,9 +121,10 @@ class _Version(argparse.Action):
 
 
 def _top_parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = CommandParser(
         prog="movingout",
         description="People and agents carry things together: play, record, evaluate.",
+        example="movingout play",
     )
     parser.add_argument("--version", action=_Version, nargs=0, help="print the version and exit")
     choices = parser.add_subparsers(metavar="COMMAND", title="commands")

@@ -3,7 +3,6 @@
 import argparse
 import json
 import sys
-import time
 from collections.abc import Callable
 from dataclasses import asdict
 
@@ -11,10 +10,19 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from movingout.agents.action_chunk import rows_to_execute
-from movingout.agents.base import THREADS, ActionChunk, Agent, EpisodeInfo, Observation
+from movingout.agents.base import THREADS
 from movingout.agents.baseline.idle import IdleAgent
-from movingout.agents.catalogue import AgentCard, agent_card, agent_cards, damaged_cards, load_agent, unseen_map
+from movingout.agents.baseline.timed_agent import TimedAgent
+from movingout.agents.catalogue import (
+    UNSEEN_NFD,
+    UNSEEN_TCR,
+    AgentCard,
+    agent_card,
+    agent_cards,
+    damaged_cards,
+    load_agent,
+    unseen_map,
+)
 from movingout.agents.conformance import MAPS, TICKS, ConformanceError, check_agent
 from movingout.agents.data.rollout import rollout
 from movingout.agents.errors import AgentError
@@ -24,15 +32,25 @@ from movingout.world.constants import TICK_MS, TICKS_PER_SECOND
 
 def configure(parser: argparse.ArgumentParser) -> None:
     commands = parser.add_subparsers(dest="action", metavar="COMMAND", required=True, title="commands")
-    listing = commands.add_parser("list", help="built-in agents, and those with a checkpoint")
+    listing = commands.add_parser(
+        "list", help="built-in agents, and those with a checkpoint", example="movingout agents list"
+    )
     listing.set_defaults(perform=_list)
-    show = commands.add_parser("show", help="one agent: what it does, its maps and its scores")
+    show = commands.add_parser(
+        "show", help="one agent: what it does, its maps and its scores", example="movingout agents show bass@all"
+    )
     show.set_defaults(perform=_show)
-    probe = commands.add_parser("probe", help="time its decisions beside an idle partner")
+    probe = commands.add_parser(
+        "probe", help="time its decisions beside an idle partner", example="movingout agents probe dp@all --map HandOff"
+    )
     probe.add_argument("--map", default="HandOff", help="a map's name or file (HandOff)")
     probe.add_argument("--ticks", type=int, default=200, help="length of the episode (200)")
     probe.set_defaults(perform=_probe)
-    check = commands.add_parser("check", help="check that it keeps the contract of an agent; exit code 1 if not")
+    check = commands.add_parser(
+        "check",
+        help="check that it keeps the contract of an agent; exit code 1 if not",
+        example="movingout agents check my_package.mine:Agent",
+    )
     check.add_argument("--map", default=",".join(MAPS), help="map names joined by commas (%(default)s)")
     check.add_argument("--ticks", type=int, default=TICKS, help="length of each episode (%(default)s)")
     check.set_defaults(perform=_check)
@@ -54,10 +72,15 @@ def _list(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print(json.dumps({"agents": [_document(card) for card in cards]}))
         return 0
-    table = Table("agent", "kind", "maps", "scores", "what it does", box=None, header_style="dim", pad_edge=False)
+    table = Table("agent", "kind", "maps", "TCR", "NFD", "what it does", box=None, header_style="dim", pad_edge=False)
     for card in cards:
-        table.add_row(card.id, card.kind, card.maps, _scores(card), card.description)
-    Console(highlight=False, markup=False).print(table)
+        scores = [_score(card, name) for name in (UNSEEN_TCR, UNSEEN_NFD)]
+        table.add_row(card.id, card.kind, card.maps, *scores, card.description)
+    console = Console(highlight=False, markup=False)
+    console.print(table)
+    console.print(
+        "\nTCR and NFD: with scripted people it never met, by its card; – where its card has none.", style="dim"
+    )
     return 0
 
 
@@ -95,23 +118,6 @@ def _check(arguments: argparse.Namespace) -> int:
     return 0
 
 
-class TimedAgent:
-    """An agent with timed decisions: one entry per call in `decisions_ms`."""
-
-    def __init__(self, agent: Agent) -> None:
-        self.agent = agent
-        self.decisions_ms: list[float] = []
-
-    def reset(self, episode: EpisodeInfo) -> None:
-        self.agent.reset(episode)
-
-    def act(self, observation: Observation) -> ActionChunk:
-        began = time.perf_counter()
-        chunk = self.agent.act(observation)
-        self.decisions_ms.append((time.perf_counter() - began) * 1e3)
-        return chunk[: rows_to_execute(self.agent, chunk)]
-
-
 def _probe(arguments: argparse.Namespace) -> int:
     if arguments.ticks < 1:
         raise AgentError(f"an episode has at least 1 tick, not {arguments.ticks}")
@@ -130,6 +136,10 @@ def _probe(arguments: argparse.Namespace) -> int:
         print(f"{arguments.agent} on {arguments.map}: {len(timed.decisions_ms)} decisions in {ticks} ticks, ", end="")
         print(f"p50 {p50:.1f} ms, p99 {p99:.1f} ms of {TICK_MS} ms: {verdict}")
     return 0 if holds else 1
+
+
+def _score(card: AgentCard, name: str) -> str:
+    return f"{card.scores[name]:.2f}" if name in card.scores else "–"
 
 
 def _scores(card: AgentCard) -> str:

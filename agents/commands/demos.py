@@ -14,6 +14,7 @@ from movingout.agents.data.demonstrations import WrittenEpisode, episode_jobs, l
 from movingout.agents.errors import DataError
 from movingout.agents.scripted.populations import PEOPLE, POPULATIONS, manifest, population
 from movingout.maps import MapSpec, load_map, map_names
+from movingout.maps.commands.parser import add_out
 from movingout.recordings.commands import imports
 from movingout.world.constants import LIMIT_TICKS
 
@@ -21,7 +22,11 @@ from movingout.world.constants import LIMIT_TICKS
 def configure(parser: argparse.ArgumentParser) -> None:
     """`generate`, `label`, `import` and `people`."""
     actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
-    generate = actions.add_parser("generate", help="record pairs of scripted people")
+    generate = actions.add_parser(
+        "generate",
+        help="record pairs of scripted people",
+        example="movingout demos generate --population A --people 4 -o data/demos",
+    )
     generate.add_argument(
         "--population", choices=POPULATIONS, default="A", help="population that plays (C is for tests)"
     )
@@ -32,9 +37,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
     generate.add_argument("--ticks", type=int, default=LIMIT_TICKS, help="limit of an episode")
     generate.add_argument("--seed", type=int, default=0)
     generate.add_argument("--workers", type=int, default=os.cpu_count() or 1)
-    generate.add_argument("--out", type=Path, default=Path("data/demos"), help="folder for the recordings")
+    add_out(generate, "DIR", "folder for the recordings (%(default)s)", default=Path("data/demos"))
     generate.add_argument("--json", action="store_true")
-    label = actions.add_parser("label", help="let an expert label what a learner does (DAgger)")
+    label = actions.add_parser(
+        "label",
+        help="let an expert label what a learner does (DAgger)",
+        example="movingout demos label --learner dp@mine -o data/corrections",
+    )
     label.add_argument("--learner", default=EXPERT, help="agent id (default: the expert itself)")
     label.add_argument("--expert", default=EXPERT, help=f"agent id of the expert (default {EXPERT})")
     label.add_argument("--population", choices=("A", "B", "AB"), default="AB", help="populations of the partners")
@@ -44,11 +53,15 @@ def configure(parser: argparse.ArgumentParser) -> None:
     label.add_argument("--ticks", type=int, default=LIMIT_TICKS)
     label.add_argument("--seed", type=int, default=0)
     label.add_argument("--workers", type=int, default=os.cpu_count() or 1)
-    label.add_argument("--out", type=Path, default=Path("data/corrections"))
+    add_out(label, "DIR", "folder for the recordings (%(default)s)", default=Path("data/corrections"))
     label.add_argument("--json", action="store_true")
-    official = actions.add_parser("import", help="import official trajectories (same as `recordings import`)")
+    official = actions.add_parser(
+        "import",
+        help="import official trajectories (same as `recordings import`)",
+        example="movingout demos import trajectories -o data/official",
+    )
     imports.configure(official)
-    people = actions.add_parser("people", help="list the scripted people")
+    people = actions.add_parser("people", help="list the scripted people", example="movingout demos people")
     people.add_argument("--json", action="store_true")
 
 

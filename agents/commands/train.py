@@ -15,12 +15,19 @@ from movingout.agents.training.run import TrainingRun
 from movingout.maps.extras import MissingExtraError
 from movingout.world.exactness import inexact_engine
 
+_NEEDS = {"bass": " --base dp@mine"}  # what the example of a kind cannot do without
+
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """One sub-command per kind, its options made from the kind's configuration."""
     kinds = parser.add_subparsers(dest="kind", required=True, metavar="KIND")
     for kind in KINDS.values():
-        sub = kinds.add_parser(kind.name, help=kind.summary, description=f"Train {kind.summary}.")
+        sub = kinds.add_parser(
+            kind.name,
+            help=kind.summary,
+            description=f"Train {kind.summary}.",
+            example=f"movingout train {kind.name} data/demos{_NEEDS.get(kind.name, '')} --id {kind.name}@mine",
+        )
         _common(sub, default_id=f"{kind.name}@mine")
         sub.add_argument("--preset", choices=PRESETS, default="fast", help="the paper's numbers or ours (default fast)")
         kind.add_options(sub)

@@ -13,6 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from movingout.maps.check import MapFault, check_document, check_map
+from movingout.maps.commands.parser import add_out
 from movingout.maps.errors import MapError
 from movingout.maps.json_format import map_to_json
 from movingout.maps.library import load_map, shipped_map_names
@@ -31,35 +32,49 @@ _SKETCH_SIDE = 48  # characters across, two rows of pixels per line
 def configure(parser: argparse.ArgumentParser) -> None:
     commands = parser.add_subparsers(dest="action", metavar="COMMAND", required=True, title="commands")
 
-    listing = commands.add_parser("list", help="the paper's twelve maps and the practice room")
+    listing = commands.add_parser(
+        "list", help="the paper's twelve maps and the practice room", example="movingout maps list"
+    )
     _add_json(listing)
     listing.set_defaults(perform=_list)
 
-    show = commands.add_parser("show", help="one map on a page; --json gives its document")
+    show = commands.add_parser(
+        "show", help="one map on a page; --json gives its document", example="movingout maps show HandOff"
+    )
     _add_map(show)
     _add_json(show)
     show.set_defaults(perform=_show)
 
-    check = commands.add_parser("check", help="every fault of a map, with its place; exit code 1 when there is one")
+    check = commands.add_parser(
+        "check",
+        help="every fault of a map, with its place; exit code 1 when there is one",
+        example="movingout maps check mine.json",
+    )
     check.add_argument("map", metavar="FILE", help="a map file in our JSON or in the official format, or a map's name")
     _add_json(check)
     check.set_defaults(perform=_check)
 
-    render = commands.add_parser("render", help="a picture of a map's start, PNG or SVG")
+    render = commands.add_parser(
+        "render", help="a picture of a map's start, PNG or SVG", example="movingout maps render HandOff -o hand-off.svg"
+    )
     _add_map(render)
-    render.add_argument("-o", "--output", type=Path, metavar="FILE", help="ends in .png or .svg; default: NAME.png")
+    add_out(render, "FILE", "ends in .png or .svg; default: NAME.png")
     render.add_argument("--side", type=int, default=PNG_SIDE, metavar="PIXELS", help=f"of a PNG; default: {PNG_SIDE}")
     render.add_argument("--theme", choices=THEMES, default="light", help="default: light")
     _add_json(render)
     render.set_defaults(perform=_render)
 
-    variant = commands.add_parser("randomize", help="a Challenge 2 variant: other poses, masses, sizes and shapes")
+    variant = commands.add_parser(
+        "randomize",
+        help="a Challenge 2 variant: other poses, masses, sizes and shapes",
+        example="movingout maps randomize HandOff --seed 7 -o variant.json",
+    )
     _add_map(variant)
     variant.add_argument("--seed", type=int, required=True, help="from 0; the same seed gives the same variant")
     variant.add_argument(
         "--split", choices=SPLITS, default="train", help="no (size, shape) pair is in both; default: train"
     )
-    variant.add_argument("-o", "--output", type=Path, metavar="FILE", help=".json, .png or .svg; default: JSON here")
+    add_out(variant, "FILE", ".json, .png or .svg; default: JSON here")
     _add_json(variant)
     variant.set_defaults(perform=_randomize)
 
@@ -209,7 +224,7 @@ def _render(args: argparse.Namespace) -> int:
     spec = load_map(args.map)
     if not 16 <= args.side <= MAX_SIDE:
         raise MapError(f"a picture has 16 to {MAX_SIDE} pixels on a side, not {args.side}")
-    output = args.output or Path(f"{spec.file_name}.png")
+    output = args.out or Path(f"{spec.file_name}.png")
     if output.suffix not in (".png", ".svg"):
         raise MapError(f"cannot tell the format of {output}; let the name end in .png or .svg")
     _write(output, _file_content(spec, output.suffix, args.side, args.theme))
@@ -222,14 +237,14 @@ def _render(args: argparse.Namespace) -> int:
 
 def _randomize(args: argparse.Namespace) -> int:
     variant = randomize(load_map(args.map), args.seed, args.split)
-    if args.output is not None:
-        if args.output.suffix not in (".json", ".png", ".svg"):
-            raise MapError(f"cannot tell the format of {args.output}; let the name end in .json, .png or .svg")
-        _write(args.output, _file_content(variant, args.output.suffix, PNG_SIDE, "light"))
-    if args.json or args.output is None:
+    if args.out is not None:
+        if args.out.suffix not in (".json", ".png", ".svg"):
+            raise MapError(f"cannot tell the format of {args.out}; let the name end in .json, .png or .svg")
+        _write(args.out, _file_content(variant, args.out.suffix, PNG_SIDE, "light"))
+    if args.json or args.out is None:
         _print_json(map_to_json(variant))
     else:
-        print(f"wrote {args.output}: {variant.name}, {variant.variant}, {_items_in_words(variant)}")
+        print(f"wrote {args.out}: {variant.name}, {variant.variant}, {_items_in_words(variant)}")
     return 0
 
 

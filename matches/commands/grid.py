@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from movingout.maps.commands.parser import add_out
 from movingout.matches.commands.progress import bar
 from movingout.matches.commands.worker_options import add_workers, worker_pool_of, workers_of
 from movingout.matches.errors import MatchError
@@ -28,7 +29,7 @@ _PROBE_TICKS = 100
 
 def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("grid", type=Path, metavar="GRID.yaml", help=f"a file, or one of {', '.join(shipped_grids())}")
-    parser.add_argument("--out", type=Path, metavar="DIR", help="results folder; default: data/matches/<grid>")
+    add_out(parser, "DIR", "results folder; default: data/matches/<grid>")
     add_workers(parser)
     parser.add_argument("--shard", default="0/1", metavar="I/N", help="every N-th match from the I-th on (0 to N-1)")
     parser.add_argument("--record", action="store_true", help="write each match as a recording into DIR/recordings")

@@ -40,8 +40,20 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="one JSON document on standard output")
     parser.set_defaults(perform=_pair)
     actions = parser.add_subparsers(metavar="COMMAND", title="more")
-    grid.configure(actions.add_parser("grid", help="play a grid of agents, maps and seeds; can be resumed"))
-    report.configure(actions.add_parser("report", help="compare results with the paper's tables"))
+    grid.configure(
+        actions.add_parser(
+            "grid",
+            help="play a grid of agents, maps and seeds; can be resumed",
+            example="movingout match grid challenge-1 --dry-run",
+        )
+    )
+    report.configure(
+        actions.add_parser(
+            "report",
+            help="compare results with the paper's tables",
+            example="movingout match report data/matches/challenge-1",
+        )
+    )
 
 
 def run(args: argparse.Namespace) -> int:

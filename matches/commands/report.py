@@ -4,6 +4,7 @@ import argparse
 import json
 from pathlib import Path
 
+from movingout.maps.commands.parser import add_out
 from movingout.matches.report.comparison import json_report, markdown_report
 from movingout.matches.results.results_folder import write_whole
 from movingout.matches.run import open_run
@@ -11,7 +12,7 @@ from movingout.matches.run import open_run
 
 def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("folders", nargs="+", type=Path, metavar="DIR", help="results folders written by `match grid`")
-    parser.add_argument("--out", type=Path, metavar="FILE.md", help="write the report to a file instead of printing it")
+    add_out(parser, "FILE.md", "write the report to a file instead of printing it")
     parser.add_argument("--json", action="store_true", help="one JSON document on standard output")
     parser.set_defaults(perform=perform)
 

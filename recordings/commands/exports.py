@@ -1,8 +1,8 @@
 """`movingout recordings export`."""
 
 import argparse
-from pathlib import Path
 
+from movingout.maps.commands.parser import add_out
 from movingout.recordings.commands.arguments import add_paths, expanded
 from movingout.recordings.exports import FORMATS, export
 from movingout.recordings.exports.plan import ExportPlan
@@ -15,7 +15,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_paths(parser)
     formats = "; ".join(f"{name}: {chosen.help}" for name, chosen in FORMATS.items())
     parser.add_argument("--to", required=True, choices=FORMATS, metavar="FORMAT", help=formats)
-    parser.add_argument("--out", required=True, type=Path, metavar="TARGET", help="a new file or folder")
+    add_out(parser, "TARGET", "a new file or folder", required=True)
     parser.add_argument(
         "--test-share", type=_share, metavar="SHARE", default=0.0, help="of episodes for testing, split by participant"
     )

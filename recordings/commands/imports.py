@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
+from movingout.maps.commands.parser import add_out
 from movingout.recordings.commands.arguments import add_data, add_json, print_json
 from movingout.recordings.errors import RecordingError, cannot
 from movingout.recordings.imports.convert import ImportReport, import_source
@@ -22,7 +23,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="the official recorder's or evaluator's .json, or data set rows as .parquet, .json or .jsonl",
     )
     add_data(parser)
-    parser.add_argument("--out", type=Path, metavar="DIR", help="where the recordings go (default: DATA/recordings)")
+    add_out(parser, "DIR", "where the recordings go (default: DATA/recordings)")
     parser.add_argument("--salt", default="movingout", help="secret text that names are turned into pseudonyms with")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, help="processes (default: all cores)")
     add_json(parser)

@@ -29,7 +29,9 @@ from movingout.world.constants import TICKS_PER_SECOND
 def configure(parser: argparse.ArgumentParser) -> None:
     commands = parser.add_subparsers(dest="action", metavar="COMMAND", required=True, title="commands")
 
-    listing = commands.add_parser("list", help="the recordings in a folder, newest first")
+    listing = commands.add_parser(
+        "list", help="the recordings in a folder, newest first", example="movingout recordings list --map HandOff"
+    )
     add_data(listing)
     listing.add_argument("folder", nargs="?", type=Path, help="default: DATA/recordings")
     listing.add_argument("--map", help="only this map")
@@ -41,31 +43,61 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_json(listing)
     listing.set_defaults(perform=_list)
 
-    info = commands.add_parser("info", help="one recording on a page")
+    info = commands.add_parser("info", help="one recording on a page", example="movingout recordings info game.mcap")
     info.add_argument("recording", help="a file, or an episode id in DATA/recordings")
     add_data(info)
     add_json(info)
     info.set_defaults(perform=_info)
 
-    check = commands.add_parser("verify", help="re-simulate and compare bit for bit; exit code 1 on a divergence")
+    check = commands.add_parser(
+        "verify",
+        help="re-simulate and compare bit for bit; exit code 1 on a divergence",
+        example="movingout recordings verify data/recordings",
+    )
     add_paths(check)
     check.add_argument("--workers", type=int, default=os.cpu_count() or 1, help="processes (default: all cores)")
     add_json(check)
     check.set_defaults(perform=_verify)
 
-    rescue = commands.add_parser("recover", help="finish what a crash left behind, save what is whole of a torn file")
+    rescue = commands.add_parser(
+        "recover",
+        help="finish what a crash left behind, save what is whole of a torn file",
+        example="movingout recordings recover --data data",
+    )
     rescue.add_argument("paths", nargs="*", type=Path, metavar="FILE|DIR", help="default: DATA/recordings")
     add_data(rescue)
     add_json(rescue)
     rescue.set_defaults(perform=_recover)
 
-    viewer_command.configure(commands.add_parser("view", help="look at recordings in 3D, or write one as a page"))
+    viewer_command.configure(
+        commands.add_parser(
+            "view",
+            help="look at recordings in 3D, or write one as a page",
+            example="movingout recordings view game.mcap",
+        )
+    )
     report_command.configure(
-        commands.add_parser("report", help="a folder's results, heat maps and failures on one page")
+        commands.add_parser(
+            "report",
+            help="a folder's results, heat maps and failures on one page",
+            example="movingout recordings report data/recordings -o report.html",
+        )
     )
 
-    exports.configure(commands.add_parser("export", help="write them in another format"))
-    imports.configure(commands.add_parser("import", help="read official trajectories, with a report"))
+    exports.configure(
+        commands.add_parser(
+            "export",
+            help="write them in another format",
+            example="movingout recordings export data/recordings --to parquet -o training",
+        )
+    )
+    imports.configure(
+        commands.add_parser(
+            "import",
+            help="read official trajectories, with a report",
+            example="movingout recordings import trajectories -o data/official",
+        )
+    )
 
 
 def run(args: argparse.Namespace) -> int:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
+from movingout.maps.commands.parser import add_out
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.html_page import check_name, write_html
@@ -25,7 +26,7 @@ OUT = Path("report.html")
 
 def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("folder", type=Path, metavar="DIR", help="folder of recordings")
-    parser.add_argument("-o", "--out", type=Path, default=OUT, metavar="FILE", help=f"default: {OUT}")
+    add_out(parser, "FILE", f"default: {OUT}", default=OUT)
     parser.add_argument(
         "--by", choices=tuple(GROUPINGS), default="agent", help="what makes a population (default: agent)"
     )

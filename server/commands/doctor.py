@@ -11,7 +11,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from movingout.maps import load_map
+import numpy as np
+
+from movingout.agents.baseline.idle import IdleAgent
+from movingout.agents.baseline.timed_agent import TimedAgent
+from movingout.agents.catalogue import agent_cards, damaged_cards, load_agent
+from movingout.agents.data.rollout import rollout
+from movingout.maps import MovingOutError, load_map
 from movingout.server.commands.exactness_probe import PROBES, deviation
 from movingout.server.settings import Settings
 from movingout.server.uvicorn_server import CannotListen, listen
@@ -23,6 +29,8 @@ DEFAULTS = Settings()
 FREE_BYTES = 500e6
 TICK_BUDGET_MS = 2.0
 NOTICEABLE = 1e-3  # units of the world
+AGENT_MAP = "DistancePriority"
+AGENT_TICKS = 100  # of play per agent
 
 
 class DoctorFinding(NamedTuple):
@@ -55,7 +63,7 @@ def examine(port: int, data: Path) -> list[DoctorFinding]:
     checks: list[Callable[[], DoctorFinding]] = [
         _python, _pymunk, _exactness, _speed, lambda: _data(data), lambda: _port(port), _gamepad,
     ]  # fmt: skip
-    return [check() for check in checks]
+    return [check() for check in checks] + [_agent(card.id) for card in agent_cards()] + _damaged()
 
 
 def _python() -> DoctorFinding:
@@ -113,3 +121,21 @@ def _port(port: int) -> DoctorFinding:
 def _gamepad() -> DoctorFinding:
     say = "work at http://localhost; on other machines browsers want https: movingout play --host 0.0.0.0 --tls"
     return DoctorFinding("gamepads", "ok", say)
+
+
+def _agent(agent_id: str) -> DoctorFinding:
+    """Whether an agent can be loaded and decides in time here, on the map of a first game."""
+    try:
+        timed = TimedAgent(load_agent(agent_id))
+        ticks = sum(1 for _ in rollout(load_map(AGENT_MAP), (timed, IdleAgent()), seed=0, ticks=AGENT_TICKS))
+    except MovingOutError as error:
+        return DoctorFinding(agent_id, "fault", str(error))
+    p99_ms = float(np.percentile(timed.decisions_ms, 99))
+    say = f"{len(timed.decisions_ms)} decisions in {ticks} ticks, p99 {p99_ms:.1f} ms of {TICK_MS} ms"
+    if p99_ms < TICK_MS:
+        return DoctorFinding(agent_id, "ok", say)
+    return DoctorFinding(agent_id, "note", f"{say}: too slow here, it will miss ticks")
+
+
+def _damaged() -> list[DoctorFinding]:
+    return [DoctorFinding("agent", "fault", sentence) for sentence in damaged_cards()]

@@ -8,6 +8,7 @@ from contextlib import closing, nullcontext
 from pathlib import Path
 from typing import Any
 
+from movingout.maps.commands.parser import add_out
 from movingout.maps.extras import needs_extra
 from movingout.study.data.erasure import due_for_erasure, erase, purge
 from movingout.study.data.export import FORMATS, Options, export_study
@@ -20,31 +21,41 @@ _DATA = Path("data")
 
 def configure(commands: Any) -> None:
     """Add the sub-commands to those of `movingout study`."""
-    report = commands.add_parser("report", help="results: tables, figures and tests on one offline page, and CSV")
-    _add_place(report)
-    report.add_argument(
-        "-o", "--out", type=Path, metavar="DIR", help="default: ID-report, or ID-simulated-report; never overwritten"
+    report = commands.add_parser(
+        "report",
+        help="results: tables, figures and tests on one offline page, and CSV",
+        example="movingout study report study.yaml -o report",
     )
+    _add_place(report)
+    add_out(report, "DIR", "default: ID-report, or ID-simulated-report; never overwritten")
     report.add_argument("--blinded", action="store_true", help="partners by letter, as participants saw them")
     report.set_defaults(perform=_report)
 
-    export = commands.add_parser("export", help="tables, codebook, recordings and training set, in a new folder")
-    _add_place(export)
-    export.add_argument(
-        "-o", "--out", type=Path, metavar="DIR", help="default: ID-export, or ID-simulated-export; never overwritten"
+    export = commands.add_parser(
+        "export",
+        help="tables, codebook, recordings and training set, in a new folder",
+        example="movingout study export study.yaml -o export",
     )
+    _add_place(export)
+    add_out(export, "DIR", "default: ID-export, or ID-simulated-export; never overwritten")
     export.add_argument("--formats", nargs="+", choices=FORMATS, default=FORMATS, help="of the tables; default: all")
     export.add_argument("--test-share", type=_share, default=0.2, help="of the training set, by participants")
     export.add_argument("--no-training", action="store_true", help="tables only")
     export.set_defaults(perform=_export)
 
-    forgetting = commands.add_parser("forget", help="delete a participant's answers, identity and recordings")
+    forgetting = commands.add_parser(
+        "forget",
+        help="delete a participant's answers, identity and recordings",
+        example="movingout study forget study.yaml P7KXM2Q",
+    )
     _add_place(forgetting)
     forgetting.add_argument("pid", metavar="PID", help="pseudonym, such as P7KXM2Q, or completion code")
     forgetting.set_defaults(perform=_forget)
 
     purging = commands.add_parser(
-        "purge", help="delete what is past the study's retention period; without --apply only list it"
+        "purge",
+        help="delete what is past the study's retention period; without --apply only list it",
+        example="movingout study purge study.yaml --apply",
     )
     _add_place(purging)
     purging.add_argument("--apply", action="store_true", help="really remove")

@@ -11,6 +11,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from movingout.maps import load_map
+from movingout.maps.commands.parser import add_out
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.study.commands import data
 from movingout.study.design.allocation import Visit, letters
@@ -26,13 +27,19 @@ def configure(parser: argparse.ArgumentParser) -> "argparse._SubParsersAction[ar
     """Add the commands; what comes back takes further ones."""
     commands = parser.add_subparsers(dest="action", metavar="COMMAND", required=True, title="commands")
 
-    new = commands.add_parser("new", help="write a commented study file to start from")
+    new = commands.add_parser(
+        "new",
+        help="write a commented study file to start from",
+        example="movingout study new --template human_study -o study.yaml",
+    )
     new.add_argument("--template", default="human_study", metavar="NAME", help=f"one of {', '.join(template_names())}")
-    new.add_argument("-o", "--output", type=Path, metavar="FILE", help="default: NAME.yaml; never overwritten")
+    add_out(new, "FILE", "default: NAME.yaml; never overwritten")
     new.set_defaults(perform=_new)
 
     check = commands.add_parser(
-        "check", help="timeline, duration, pay, orders, weaknesses; exit code 1 when something is missing or wrong"
+        "check",
+        help="timeline, duration, pay, orders, weaknesses; exit code 1 when something is missing or wrong",
+        example="movingout study check study.yaml",
     )
     check.add_argument("file", type=Path, metavar="FILE")
     check.add_argument("--json", action="store_true", help="one JSON document on standard output")
@@ -48,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _new(args: argparse.Namespace) -> int:
     text = template_text(args.template)
-    output: Path = args.output or Path(f"{args.template}.yaml")
+    output: Path = args.out or Path(f"{args.template}.yaml")
     try:
         with output.open("x", encoding="utf-8") as stream:
             stream.write(text)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from movingout.maps.commands.parser import CommandParser
 from movingout.server.study.commands import study
 from movingout.study.design.definition import Block, Study
 from movingout.study.design.templates import template_names
@@ -19,7 +20,7 @@ def test_every_field_and_template_is_explained(name: str) -> None:
 
 
 def test_every_command_is_shown_and_every_shown_one_exists() -> None:
-    parser = argparse.ArgumentParser()
+    parser = CommandParser()
     study.configure(parser)
     (choices,) = [action.choices for action in parser._actions if isinstance(action, argparse._SubParsersAction)]
     assert set(re.findall(r"^movingout study (\w+)", PAGE, re.MULTILINE)) == set(choices)

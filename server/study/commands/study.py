@@ -15,7 +15,11 @@ __all__ = ["configure", "run"]
 
 def configure(parser: argparse.ArgumentParser) -> None:
     commands = study.configure(parser)
-    serve = commands.add_parser("serve", help="run a study: a link for participants, and the experimenter's page")
+    serve = commands.add_parser(
+        "serve",
+        help="run a study: a link for participants, and the experimenter's page",
+        example="movingout study serve study.yaml --host 0.0.0.0 --tls",
+    )
     add = serve.add_argument
     add("file", type=Path, metavar="FILE", help="the study file")
     add("--database", metavar="URL", help="postgresql://...; default: a file in DIR")

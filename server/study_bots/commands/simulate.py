@@ -15,6 +15,7 @@ def configure(commands: Any) -> None:
     simulate = commands.add_parser(
         "simulate",
         help="rehearse the whole study with simulated participants and check that no data are lost (exit code 1)",
+        example="movingout study simulate study.yaml --participants 4",
     )
     add = simulate.add_argument
     add("file", type=Path, metavar="FILE", help="the study file")

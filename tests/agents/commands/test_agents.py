@@ -4,8 +4,18 @@ import json
 
 import pytest
 
-from movingout.agents.catalogue import agent_cards
+from movingout.agents.catalogue import UNSEEN_NFD, UNSEEN_TCR, agent_cards
 from movingout.server.cli import main
+
+
+def test_the_list_has_the_scores_of_the_cards_in_columns(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["agents", "list"]) == 0
+    head, *rows = capsys.readouterr().out.splitlines()
+    assert head.split()[:5] == ["agent", "kind", "maps", "TCR", "NFD"]
+    shown = {row.split()[0]: row.split()[3:5] for row in rows if row and not row.startswith(" ")}
+    for card in agent_cards():
+        scores = [card.scores.get(name) for name in (UNSEEN_TCR, UNSEEN_NFD)]
+        assert shown[card.id] == ["–" if score is None else f"{score:.2f}" for score in scores]
 
 
 def test_the_list_has_every_agent(capsys: pytest.CaptureFixture[str]) -> None:

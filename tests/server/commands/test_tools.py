@@ -1,6 +1,7 @@
 """doctor, loadtest and the certificate."""
 
 import json
+import re
 import ssl
 import subprocess
 import sys
@@ -10,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from movingout.agents.catalogue import agent_card, agent_cards
 from movingout.server.commands import doctor
 from movingout.server.commands.doctor import examine
 from movingout.server.commands.exactness_probe import PROBES, Probe, deviation
@@ -24,6 +26,16 @@ def test_a_healthy_machine_has_no_faults(tmp_path: Path) -> None:
     answers = {answer.question: answer for answer in examine(0, tmp_path)}
     assert [answer for answer in answers.values() if answer.grade == "fault"] == []
     assert answers["exactness"].grade in ("ok", "note")
+    for card in agent_cards():  # each is loaded and plays
+        assert re.search(r"\d+ decisions in 100 ticks, p99 \d+\.\d ms", answers[card.id].sentence)
+
+
+def test_doctor_finds_an_agent_that_cannot_be_loaded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(doctor, "agent_cards", lambda: [agent_card("idle")])
+    monkeypatch.setattr(doctor, "damaged_cards", lambda: ["the checkpoint dp@mine is damaged"])
+    (idle, damaged) = examine(0, tmp_path)[-2:]
+    assert (idle.question, idle.grade) == ("idle", "ok")
+    assert (damaged.grade, damaged.sentence) == ("fault", "the checkpoint dp@mine is damaged")
 
 
 def test_doctor_says_in_one_line_when_the_physics_are_not_exact(
@@ -52,7 +64,7 @@ def test_doctor_says_what_is_wrong(tmp_path: Path) -> None:
 
 def test_doctor_prints_one_json_document(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "movingout.server.cli", "doctor", "--json", "--port", "0", "--data", str(tmp_path)]
-    ended = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=180)
     report = json.loads(ended.stdout)
     assert (ended.returncode, report["healthy"]) == (0, True)
 

@@ -1,0 +1,100 @@
+"""Every `--help` has a description and an example that works; misspelt names are recognised; completion is a script."""
+
+import argparse
+import importlib
+import os
+import shlex
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from movingout.maps.commands.parser import parsers_below
+from movingout.server.cli import COMMANDS, configured, main
+
+
+def every_parser() -> Iterator[argparse.ArgumentParser]:
+    for name in COMMANDS:
+        yield from parsers_below(configured(name)[1])
+
+
+PARSERS = {parser.prog: parser for parser in every_parser()}
+WITH_ACTIONS = {"movingout agents", "movingout demos", "movingout maps", "movingout recordings", "movingout study"}
+
+
+@pytest.mark.parametrize("prog", PARSERS)
+def test_help_has_a_description_and_an_example_that_can_be_typed(prog: str) -> None:
+    parser = PARSERS[prog]
+    assert parser.description and parser.description.endswith(".")
+    assert parser.epilog and parser.epilog in parser.format_help()
+    program, command, *arguments = shlex.split(parser.epilog.removeprefix("example: ").partition(" > ")[0])
+    assert program == "movingout" and f"{program} {command}" in prog + " "
+    if "--help" not in arguments:
+        configured(command)[1].parse_args(arguments)
+
+
+@pytest.mark.parametrize("prog", PARSERS)
+def test_what_is_written_goes_to_out(prog: str) -> None:
+    shown = [
+        option for action in PARSERS[prog]._actions for option in action.option_strings if action.help != "==SUPPRESS=="
+    ]
+    assert "--output" not in shown
+    assert ("-o" in shown) == ("--out" in shown)
+
+
+def test_the_former_name_of_out_is_understood(tmp_path: Path) -> None:
+    assert main(["maps", "render", "HandOff", "--output", str(tmp_path / "a.svg")]) == 0
+    assert main(["maps", "render", "HandOff", "--out", str(tmp_path / "b.svg")]) == 0
+    assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("typed", "meant"),
+    [
+        (["mpas", "list"], "did you mean maps?"),
+        (["maps", "lst"], "did you mean list?"),
+        (["maps", "render", "HandOff", "--theme", "drak"], "did you mean dark?"),
+        (["maps", "list", "--jsn"], "did you mean --json?"),
+        (["match", "grid", "chalenge-1", "--dry-run"], "did you mean challenge-1?"),
+    ],
+)
+def test_what_was_probably_meant_is_asked(typed: list[str], meant: str, capsys: pytest.CaptureFixture[str]) -> None:
+    try:
+        code: object = main(typed)
+    except SystemExit as end:
+        code = end.code
+    assert code == 2
+    assert meant in capsys.readouterr().err
+
+
+def test_a_grid_that_does_not_exist_is_answered_with_those_that_are_shipped(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["match", "grid", "nosuch"]) == 2
+    assert "challenge-1" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "tcsh"])
+def test_completion_is_a_script_that_knows_commands_and_options(
+    shell: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    assert main(["completion", shell]) == 0
+    script = capsys.readouterr().out
+    for word in ("recordings", "randomize", "--challenge"):
+        assert word in script
+    if program := shutil.which(shell):
+        path = tmp_path / "completion"
+        path.write_text(script)
+        assert subprocess.run([program, "-n", str(path)], capture_output=True).returncode == 0
+
+
+def test_help_imports_no_command() -> None:
+    """What makes `movingout --help` fast."""
+    code = "import sys; from movingout.server.cli import main\ntry: main(['--help'])\nexcept SystemExit: pass\n"
+    code += (
+        "print([name for name in sys.modules if name.split('.')[0] in ('numpy', 'fastapi', 'rich', 'shtab', 'torch')])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=os.environ, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"
+    assert importlib.util.find_spec("shtab")
