@@ -8,6 +8,7 @@ from movingout.server.notices import ErrorCode
 from movingout.study.errors import StudyError
 
 PROLIFIC, MTURK, CODE, LINK = "prolific", "mturk", "code", "link"
+PLATFORMS = (PROLIFIC, MTURK)
 PREVIEW = "ASSIGNMENT_ID_NOT_AVAILABLE"  # what MTurk sends in a preview
 UNFILLED = "{{%"  # a placeholder of Prolific in a link that was copied by hand: {{%PROLIFIC_PID%}}
 MAX_LENGTH = 200  # letters of a parameter

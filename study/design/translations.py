@@ -67,7 +67,7 @@ def _maps_played(study: Study) -> tuple[str, ...]:
 def _pages_name(name: str, language: str) -> bool:
     """Whether the pages have a title and a description of the map."""
     words = page_words(language) or {}
-    known = load_map(name).name
+    known = load_map(name).name.partition(":")[0]  # the pages have words for mirrored and turned
     return f"map.{known}.title" in words and f"map.{known}.description" in words
 
 

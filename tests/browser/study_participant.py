@@ -1,10 +1,12 @@
 """A participant who uses nothing but the keyboard: reads which screen is there, and does what it asks."""
 
+import json
 from collections.abc import Callable
 
 from playwright.sync_api import Page, expect
 
 from tests.browser.support import wait_for
+from tests.support import ROOT
 
 MOST_TABS = 60
 SCREEN = "#study-screen"
@@ -13,9 +15,10 @@ SCREEN = "#study-screen"
 class KeyboardParticipant:
     """Goes through a study step by step; `seen` are the kinds of the screens in their order."""
 
-    def __init__(self, page: Page, look: Callable[[str], None] = lambda kind: None) -> None:
+    def __init__(self, page: Page, look: Callable[[str], None] = lambda kind: None, language: str = "en") -> None:
         """`look` is called with the kind of each screen before anything is done there."""
         self.page = page
+        self.words: dict[str, str] = json.loads((ROOT / f"web/words/{language}.json").read_text(encoding="utf-8"))
         self.seen: list[str] = []
         self._look = look
         self._ways: dict[str, Callable[[], None]] = {
@@ -25,7 +28,7 @@ class KeyboardParticipant:
             "input-check": self._input_check,
             "practice": self._practice,
             "round": self._round,
-            "break": lambda: self.press("Continue"),
+            "break": lambda: self.press(self.words["study.page.goOn"]),
             "debrief": self._debrief,
         }
 
@@ -86,7 +89,7 @@ class KeyboardParticipant:
             self.tab_to("[data-box]")
             self.page.keyboard.press("Space")
             box.evaluate("box => box.removeAttribute('data-box')")
-        self.press("I agree")
+        self.press(self.words["study.consent.agree"])
 
     def fill_in(self) -> None:
         for question in self.page.locator(".question").all():
@@ -99,8 +102,8 @@ class KeyboardParticipant:
                 self.page.keyboard.press("Space")
             question.evaluate("one => one.removeAttribute('data-now')")
         where = self.page.locator(".heading .muted").inner_text()
-        last = self.page.get_by_role("button", name="Finish").count() > 0
-        self.press("Finish" if last else "Next")
+        last = self.page.get_by_role("button", name=self.words["form.finish"]).count() > 0
+        self.press(self.words["form.finish" if last else "form.next"])
         if not last:
             expect(self.page.locator(".heading .muted")).not_to_have_text(where)
             self.fill_in()
@@ -108,29 +111,32 @@ class KeyboardParticipant:
     def _input_check(self) -> None:
         for key in ("KeyW", "KeyA", "KeyS", "KeyD", "Space"):
             self.page.keyboard.press(key)
-        expect(self.page.get_by_text("Everything works.")).to_be_visible()
+        expect(self.page.get_by_text(self.words["study.check.done"])).to_be_visible()
         expect(self.page.locator(".check-connection .pill")).to_contain_text("ms")
-        self.press("Continue")
+        self.press(self.words["study.page.goOn"])
 
     def enter_game(self) -> None:
         """The map card asks whether they are ready; the game does not ask again."""
-        self.press("I am ready")
+        self.press(self.words["study.round.ready"])
         self.page.wait_for_url("**/play/*")
         wait_for(self.page, "game.status === 'open' && game.phase !== 'lobby'")
 
     def _practice(self) -> None:
         self.enter_game()
-        self.press("Enough practice")
+        self._look("in practice")
+        self.press(self.words["study.play.enough"])
         self.page.wait_for_url("**/study")
 
     def _round(self) -> None:
         self.enter_game()
+        self._look("in a round")
         wait_for(self.page, "game.phase.endsWith('_over')", timeout_s=30)
-        self.press("Continue")
+        self._look("after a round")
+        self.press(self.words["study.play.goOn"])
         self.page.wait_for_url("**/study")
 
     def _debrief(self) -> None:
         if self.page.locator("input[name=keep]").count():
             self.tab_to("input[name=keep]")
             self.page.keyboard.press("Space")
-        self.press("Continue")
+        self.press(self.words["study.page.goOn"])

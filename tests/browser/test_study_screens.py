@@ -1,5 +1,6 @@
 """Every screen of a study, one at a time: readable by everybody, by keyboard alone, after reloads."""
 
+import itertools
 import re
 from pathlib import Path
 
@@ -80,6 +81,9 @@ def test_consent_needs_its_boxes_and_no_is_an_answer(open_page: OpenPage) -> Non
     page.get_by_role("button", name="I agree").click()
     expect(page.get_by_role("alert")).to_contain_text("tick every required box")
     expect(page.get_by_label("I am 18 or older.")).to_be_focused()
+    page.get_by_label("I am 18 or older.").check()
+    expect(page.get_by_role("alert").filter(has_text="required box")).to_have_count(0)
+    page.get_by_label("I am 18 or older.").uncheck()
     with page.expect_download() as download:
         page.get_by_role("button", name="Save a copy").click()
     assert "This is research" in Path(download.value.path()).read_text(encoding="utf-8")
@@ -130,6 +134,7 @@ def test_what_is_missing_is_named_and_not_to_answer_is_an_answer(open_page: Open
     assert violations(page) == []
     for item in PAPER.items[:3]:
         page.locator(f"input[name={item.id}][value='-1']").check()
+    expect(page.locator(".problem")).to_be_empty()
     page.get_by_role("button", name="Next").click()
     expect(page.get_by_text("Questions 4–6 of 10")).to_be_visible()
     page.get_by_role("button", name="Back").click()
@@ -217,6 +222,7 @@ def test_the_debrief_asks_and_the_code_can_be_copied(open_page: OpenPage) -> Non
     page.get_by_role("button", name="Continue").click()
     expect(page.get_by_role("alert")).to_contain_text("Please choose one of the two")
     press(page, "ArrowDown", "ArrowUp")
+    expect(page.locator(".problem")).to_be_empty()
     page.get_by_role("button", name="Continue").press("Enter")
     expect(page.get_by_text("$20.67 for 62 min")).to_be_visible()
     page.get_by_role("button", name="Copy the code").click()
@@ -225,6 +231,27 @@ def test_the_debrief_asks_and_the_code_can_be_copied(open_page: OpenPage) -> Non
     assert study.sent("/next") == [{"key": "debrief", "keep": True}]
     page.get_by_role("button", name="Another person takes part").click()
     heading(page, fake.TITLE)
+
+
+def test_whom_a_platform_sent_is_not_asked_for_another_person_at_this_screen(open_page: OpenPage) -> None:
+    study = FakeStudy.at(fake.code(completion_url="https://example.org/complete", from_platform=True))
+    page = open_page("/healthz")
+    study.open(page)
+    heading(page, "Thank you")
+    expect(page.get_by_role("button", name="Another person takes part")).to_have_count(0)
+
+
+def test_the_marks_of_the_nasa_tlx_line_lie_evenly_at_every_width(open_page: OpenPage) -> None:
+    study = FakeStudy.at(fake.questions(NASA_TLX))
+    page = open_page("/healthz")
+    study.open(page)
+    heading(page, "How demanding it was")
+    for width in (360, 375, 701, 1280):
+        page.set_viewport_size({"width": width, "height": 800})
+        marks = page.locator(".tlx-ticks").first.locator("span")
+        places: list[float] = marks.evaluate_all("marks => marks.map(one => one.getBoundingClientRect().x)")
+        gaps = {round(after - before, 3) for before, after in itertools.pairwise(places)}
+        assert len(places) == 21 and len(gaps) == 1 and gaps.pop() % 1 == 0, width
 
 
 def test_the_language_can_be_changed_on_every_screen(open_page: OpenPage, pictures: Path) -> None:

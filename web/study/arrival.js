@@ -58,6 +58,7 @@ function arrivalForm({ asksCode, problem, given, arrive, cancel }) {
   const box = problemBox();
   showProblem(box, problem);
   const { input, field } = codeField(given.code);
+  input.addEventListener("input", () => showProblem(box, ""));
   const begin = el("button", { type: "submit", class: "button button-primary" }, say("study.arrival.begin"));
   const back = cancel && el("button", { type: "button", class: "button", onclick: cancel }, say("study.page.cancel"));
   const row = el("div", { class: "row" }, begin, back);

@@ -17,6 +17,12 @@ export function consentScreen({ step, next, decline, addPerson }) {
   const text = prose(step.html ?? "");
   const problem = problemBox();
   const boxes = (step.boxes ?? []).map((box) => ({ box, ...checkBox(box) }));
+  for (const { input } of boxes) {
+    input.addEventListener("change", () => {
+      if (input.checked) input.removeAttribute("aria-invalid");
+      if (!boxes.some((one) => one.box.required && !one.input.checked)) showProblem(problem, "");
+    });
+  }
   const agree = actionButton(say("study.consent.agree"), problem, async () => {
     const missing = markMissing(boxes);
     if (!missing) return next({ boxes: boxes.filter(({ input }) => input.checked).map(({ box }) => box.id) });

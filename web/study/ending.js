@@ -19,6 +19,7 @@ export function debriefScreen({ step, next }) {
   const keep = keepOption("keep");
   const remove = keepOption("delete");
   const asks = step.ask_to_keep === true;
+  for (const { input } of [keep, remove]) input.addEventListener("change", () => showProblem(problem, ""));
   const on = actionButton(say("study.page.goOn"), problem, async () => {
     if (!asks) return next();
     if (keep.input.checked || remove.input.checked) return next({ keep: keep.input.checked });
@@ -53,7 +54,9 @@ export function codeScreen({ step, several, people, leaveScreen, nextCode }) {
   const who = several ? say("study.page.person", { number: people[0] + 1 }) : "";
   const after = nextCode
     ? el("button", { type: "button", class: "button", onclick: nextCode }, say("study.code.nextPerson"))
-    : el("button", { type: "button", class: "button-link small", onclick: leaveScreen }, say("study.code.newPerson"));
+    : step.from_platform
+      ? null // they take part alone, at home
+      : el("button", { type: "button", class: "button-link small", onclick: leaveScreen }, say("study.code.newPerson"));
   const root = card(
     heading(say(`study.code.${outcome}`), who),
     el("p", { class: "lead" }, say(`study.code.${outcome}Lead`)),

@@ -9,6 +9,7 @@ import { byId, el } from "../core/dom.js";
 import { currentLanguage, say } from "../text/catalogue.js";
 import { LANGUAGES } from "../text/language.js";
 import { card } from "./screen.js";
+import { titleOf } from "./service.js";
 
 /** @typedef {import("./screen.js").Screen} Screen */
 /** @typedef {import("./service.js").View} View */
@@ -38,7 +39,7 @@ export class StudyFrame {
 
   /** @param {Study} study */
   setTexts(study) {
-    this.#title.textContent = study.title;
+    this.#title.textContent = titleOf(study, currentLanguage());
     this.#banner.textContent = say("study.page.reconnecting");
     this.#progress.setAttribute("aria-label", say("study.page.title"));
     const stop = el(

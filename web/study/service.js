@@ -42,6 +42,7 @@ import { requestJson } from "../core/api.js";
  * @property {string} [outcome]
  * @property {boolean | null} [kept]
  * @property {string | null} [completion_url]
+ * @property {boolean} [from_platform] a recruitment platform sent them
  * @property {Earned | null} [earned]
  */
 /**
@@ -53,8 +54,17 @@ import { requestJson } from "../core/api.js";
  * @property {{done: number, total: number}} position
  * @property {boolean} can_stop
  */
-/** @typedef {{title: string, languages: string[], asks_code: boolean, group?: number}} Study */
+/**
+ * What is known before anybody is.
+ * @typedef {{title: string, titles?: Record<string, string>, languages: string[], asks_code: boolean, group?: number}}
+ *   Study
+ */
 /** @typedef {import("../questionnaire/answer_queue.js").Answer} Answer */
+
+/** The title in a language that the study has, else in its first. @param {Study} study @param {string} language */
+export function titleOf({ title, titles = {} }, language) {
+  return titles[language] ?? title;
+}
 
 /** @returns {Promise<Study>} */
 export function askStudy() {

@@ -14,7 +14,7 @@ import { loadPeople, savePeople, seatsToTake, whoseTurn } from "./people.js";
 import { Persistence } from "./persistence.js";
 import { roundName } from "./round.js";
 import { SCREENS } from "./screens.js";
-import { Place, arrive } from "./service.js";
+import { Place, arrive, titleOf } from "./service.js";
 import { askToStop } from "./stop.js";
 import { LANGUAGES, keepLanguage, pickLanguage } from "../text/language.js";
 import { currentLanguage, say, sayError, useLanguage } from "../text/catalogue.js";
@@ -100,7 +100,8 @@ export class StudyPage {
    * @param {Pick<import("./arrival.js").ArrivalOptions, "second" | "problem" | "given" | "cancel">} options
    */
   #showArrival(id, options) {
-    const { title, asks_code: asksCode } = this.study;
+    const { asks_code: asksCode } = this.study;
+    const title = titleOf(this.study, currentLanguage());
     const arrive = (/** @type {Record<string, string>} */ parameters) => this.#arrive(parameters, options.second);
     this.#frame.show(id, () => arrivalScreen({ ...options, title, asksCode, arrive }));
   }

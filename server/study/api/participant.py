@@ -58,6 +58,7 @@ class ParticipantApi:
         study = self._running.study
         return {
             "title": study.title.text(study.languages[0]),
+            "titles": {language: study.title.text(language) for language in study.languages},
             "languages": list(study.languages),
             "asks_code": self._running.needs_code,
             "group": study.group,

@@ -7,7 +7,7 @@ from typing import Any
 from markdown_it import MarkdownIt
 
 from movingout.maps import TUTORIAL, map_to_json
-from movingout.server.study.arrival_link import PROLIFIC
+from movingout.server.study.arrival_link import PLATFORMS, PROLIFIC
 from movingout.server.study.earnings import earnings
 from movingout.server.study.participant_session import ParticipantSession
 from movingout.server.study.running_study import RunningStudy
@@ -149,6 +149,7 @@ class ParticipantViews:
             "code": record.code,
             "outcome": outcome,
             "completion_url": f"{PROLIFIC_ADDRESS}{record.code}" if from_prolific else None,
+            "from_platform": session.source in PLATFORMS,
             "earned": earnings(self._running.study, session.record),
             "kept": record.keep,
         }

@@ -37,7 +37,7 @@ def test_from_the_link_to_the_code_a_reload_anywhere_returns_to_the_same_place(s
     assert step == {
         "key": "code", "kind": "code", "code": step["code"], "outcome": "done", "kept": True,
         "completion_url": f"https://app.prolific.com/submissions/complete?cc={step['code']}",
-        "earned": {"currency": "USD"},
+        "earned": {"currency": "USD"}, "from_platform": True,
     }  # fmt: skip
     store = solo.running.databases.store
     unit = solo.running.participants[visitor.pid].record.unit
