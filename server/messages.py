@@ -9,7 +9,7 @@ from typing import Literal
 
 import msgspec
 
-from movingout.world import constants
+from movingout.world import constants, ping
 
 SUBPROTOCOL = "movingout.v1"
 PROTOCOL = 1
@@ -17,6 +17,7 @@ PROTOCOL = 1
 TICK_MS = constants.TICK_MS
 POSES_PER_TICK = constants.POSES_PER_TICK
 LIMIT_TICKS = constants.LIMIT_TICKS
+PING_TICKS = ping.PING_TICKS
 
 # ---- binary frames: the first byte is the type -------------------------------------------------------------
 

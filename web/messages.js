@@ -7,6 +7,7 @@ export const PROTOCOL = 1;
 export const TICK_MS = 100;
 export const POSES_PER_TICK = 5;
 export const LIMIT_TICKS = 500;
+export const PING_TICKS = 20;
 export const BUNDLE = 1;
 export const BEAT = 2;
 export const INPUT = 3;

@@ -54,11 +54,19 @@ class Server:
             self.request(f"/api/admin/rooms/{room['room']}/close", {}, admin_token)
 
     def make_room(
-        self, map_name: str, blue: str = "here", red: str = "link", limit_ticks: int = 500, maps: tuple[str, ...] = ()
+        self,
+        map_name: str,
+        blue: str = "here",
+        red: str = "link",
+        limit_ticks: int = 500,
+        maps: tuple[str, ...] = (),
+        **more: Any,
     ) -> dict[str, Any]:
         """`blue` and `red`: here, link, or the id of an agent."""
         seats = [_seat(blue), _seat(red)]
-        return self.post("/api/rooms", {"maps": list(maps or (map_name,)), "limit_ticks": limit_ticks, "seats": seats})
+        return self.post(
+            "/api/rooms", {"maps": list(maps or (map_name,)), "limit_ticks": limit_ticks, "seats": seats, **more}
+        )
 
     def practice(self, red: str = "idle") -> dict[str, Any]:
         """A practice room on `Simple` (a countdown of 1 s) for blue; `red`: here, link, or the id of an agent."""

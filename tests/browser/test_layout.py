@@ -18,7 +18,7 @@ Box = tuple[float, float, float, float]  # left, top, right, bottom in CSS pixel
 
 TARGET = 44  # WCAG 2.5.5
 PARTS = ["#time", "#done", "#arena", "#seats .seat:first-child", "#seats .seat:last-child", "#stop"]
-THUMBS = ["#stick", "#touch-grab", "#touch-backward"]
+THUMBS = ["#stick", "#touch-grab", "#touch-backward", "#touch-ping"]
 SHIFTS = """() => {
   window.__shift = 0;
   new PerformanceObserver((list) => {

@@ -52,10 +52,10 @@ export class Gamepads {
     this.#before.set(pad.index, down);
     const edge = (/** @type {number} */ button) => Number(down[button] === true && before[button] !== true);
     const stick = strongest([withDeadZone(pad.axes[0] ?? 0, -(pad.axes[1] ?? 0), mapping.deadZone), dPad(down)]);
-    const grabs = edge(mapping.buttons.grab);
+    const [grabs, pings, pauses] = [mapping.buttons.grab, mapping.buttons.ping, mapping.buttons.pause].map(edge);
     const active = grabs > 0 || stick.x !== 0 || stick.y !== 0 || down.some(Boolean);
     const backward = down[mapping.buttons.backward] === true;
-    return { id: pad.id, index: pad.index, stick, backward, grabs, pauses: edge(mapping.buttons.pause), active };
+    return { id: pad.id, index: pad.index, stick, backward, grabs, pings, pauses, active };
   }
 }
 

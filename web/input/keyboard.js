@@ -4,7 +4,7 @@ import { KEY_ACTIONS } from "./mapping.js";
 
 /** @typedef {import("./mapping.js").KeySet} KeySet */
 /** @typedef {import("./stick.js").Stick} Stick */
-/** @typedef {{stick: Stick, backward: boolean, grabs: number}} Reading  grabs: presses since the last reading */
+/** @typedef {{stick: Stick, backward: boolean, grabs: number, pings: number}} Reading  presses since the last one */
 
 const TYPING = "input, textarea, select, [contenteditable]";
 const CLICKING = "button, a[href], summary, [role=button]";
@@ -68,9 +68,10 @@ export class Keyboard {
     const x = down(keys.right) - down(keys.left);
     const y = down(keys.up) - down(keys.down);
     const length = Math.max(1, Math.hypot(x, y));
-    const grabs = this.#pressed.filter((code) => code === keys.grab).length;
+    const presses = (/** @type {string} */ key) => this.#pressed.filter((code) => code === key).length;
+    const [grabs, pings] = [presses(keys.grab), presses(keys.ping)];
     this.#pressed = this.#pressed.filter((code) => !KEY_ACTIONS.some((action) => keys[action] === code));
-    return { stick: { x: x / length, y: y / length }, backward: this.#down.has(keys.backward), grabs };
+    return { stick: { x: x / length, y: y / length }, backward: this.#down.has(keys.backward), grabs, pings };
   }
 
   /** Whether a key is meant for a field or a focused button. @param {KeyboardEvent} event */

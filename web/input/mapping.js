@@ -11,9 +11,10 @@ const KEYS = /** @type {const} */ ({
   right: ["KeyD", "ArrowRight"],
   grab: ["Space", "Enter"],
   backward: ["ShiftLeft", "ShiftRight"],
+  ping: ["KeyE", "Slash"],
 });
 /** Per action its index in Gamepad.buttons, in the standard layout. */
-const BUTTONS = { grab: 0, backward: 6, pause: 9 };
+const BUTTONS = { grab: 0, backward: 6, ping: 3, pause: 9 };
 
 /** @typedef {keyof typeof KEYS} KeyAction */
 /** @typedef {keyof typeof BUTTONS} ButtonAction */

@@ -154,6 +154,7 @@ export class LocalSeats {
       stick: strongest([CENTRED, ...sources.map((one) => one.stick)]),
       backward: sources.some((one) => one.backward),
       grabs: sources.reduce((sum, one) => sum + one.grabs, 0),
+      pings: sources.reduce((sum, one) => sum + one.pings, 0),
       device: this.#deviceOf(seat),
     };
   }

@@ -119,7 +119,7 @@ export class Touch {
 
   /** @returns {Reading} */
   read() {
-    const reading = { stick: this.#stick, backward: this.#backward, grabs: this.#grabs };
+    const reading = { stick: this.#stick, backward: this.#backward, grabs: this.#grabs, pings: 0 };
     this.#grabs = 0;
     this.#used = false;
     return reading;

@@ -35,6 +35,11 @@ export class Announcer {
     if (this.#next !== "" && nowMs - this.#saidAtMs >= QUIET_MS) this.#say(nowMs);
   }
 
+  /** Says a sentence with the next update. @param {string} sentence */
+  announce(sentence) {
+    this.#next = sentence;
+  }
+
   /** @param {number} nowMs */
   #say(nowMs) {
     this.#region.textContent = this.#next;

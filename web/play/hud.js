@@ -153,15 +153,16 @@ export class Hud {
 
   /**
    * The controls card: what to press on the device in use, per seat of this page.
-   * @param {readonly SeatCard[]} cards @param {Mapping} mapping @param {{change(): void, swap(): void}} actions
+   * @param {readonly SeatCard[]} cards @param {Mapping} mapping
+   * @param {{change(): void, swap(): void, pings: boolean}} actions
    */
   showControls(cards, mapping, actions) {
     const { controls } = this.#parts;
-    const state = JSON.stringify([cards, mapping]);
+    const state = JSON.stringify([cards, mapping, actions.pings]);
     if (this.#written.get(controls) === state) return;
     this.#written.set(controls, state);
     controls.hidden = cards.length === 0;
-    const blocks = cards.map((card) => keyBlock(card, mapping, cards.length > 1));
+    const blocks = cards.map((card) => keyBlock(card, mapping, cards.length > 1, actions.pings));
     const buttons = [
       el("button", { type: "button", class: "button-link small", onclick: actions.change }, say("play.change")),
     ];
@@ -210,9 +211,9 @@ function seatRow(seat) {
   return { box: el("div", { class: "seat" }, badge(seat), name, words), name, words };
 }
 
-/** @param {SeatCard} card @param {Mapping} mapping @param {boolean} named */
-function keyBlock(card, mapping, named) {
-  const rows = keyRows(card, mapping).map(([keys, effect]) =>
+/** @param {SeatCard} card @param {Mapping} mapping @param {boolean} named @param {boolean} pings */
+function keyBlock(card, mapping, named, pings) {
+  const rows = [...keyRows(card, mapping), ...(pings ? [pingRow(card, mapping)] : [])].map(([keys, effect]) =>
     el("li", {}, ...keys.flatMap((key) => [el("kbd", {}, key), " "]), el("span", {}, effect)),
   );
   const title = named ? el("p", { class: "agent small" }, badge(card.seat), colourName(card.seat)) : null;
@@ -242,6 +243,13 @@ export function keyRows(card, mapping) {
     [sets.map((keys) => keyName(keys.grab)), grab],
     [backwardNames(sets), backward],
   ];
+}
+
+/** @param {SeatCard} card @param {Mapping} mapping @returns {[string[], string]} */
+function pingRow({ device, keySets }, { buttons, keys }) {
+  const effect = say("play.action.ping");
+  if (device === "gamepad") return [[buttonName(buttons.ping)], effect];
+  return [device === "touch" ? ["!"] : keySets.map((set) => keyName(keys[set].ping)), effect];
 }
 
 /** Either shift key is "Shift" when both do the same. @param {readonly import("../input/mapping.js").KeySet[]} sets */

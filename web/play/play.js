@@ -23,6 +23,7 @@ import { prepareTexts } from "../text/page.js";
 import { say } from "../text/catalogue.js";
 import { nameMap } from "../text/names.js";
 import { DecisionPanel } from "./decision_trace.js";
+import { Pings } from "./pings.js";
 
 /** @typedef {import("../wire/connection.js").Status} Status */
 
@@ -69,6 +70,14 @@ class Play {
       next: () => this.#each((seat) => this.#ready(seat)),
       again: () => this.#each((seat) => this.#connection.send({ type: "again", seat })),
     });
+  #pings = new Pings(
+    this.#game,
+    {
+      send: (message) => this.#connection.send(message),
+      announce: (sentence) => this.#announcer.announce(sentence),
+    },
+    { canvas: this.#canvas, button: byId("touch-ping", HTMLButtonElement) },
+  );
   #decisions = new DecisionPanel(byId("decisions", HTMLElement), `/api/rooms/${room}/thoughts`);
   #inputs = new InputSenders(
     (input) => this.#connection.sendInput(input),
@@ -95,6 +104,7 @@ class Play {
     addEventListener("focus", () => this.#connection.send({ type: "focus", visible: true }));
     document.addEventListener("visibilitychange", () => this.#visibility());
     this.#connection.open();
+    this.#probe.pings = () => this.#pings.shown;
     if (mode === "watch") this.#decisions.offer();
     requestAnimationFrame((now) => this.#frame(now));
   }
@@ -109,9 +119,11 @@ class Play {
   onMessage(message, atMs) {
     this.#game.receive(message, atMs);
     if (message.type === "error") this.#hud.showProblem(refusalText(message), atMs);
+    if (message.type === "ping") this.#pings.receive(message, atMs);
     if (message.type !== "welcome") return;
     this.#seats.hold(this.#game.own);
     this.#inputs.hold(this.#game.own);
+    this.#settings.offersPings = this.#pings.possible;
     this.#root.toggleAttribute("data-watch", message.mode === "watch");
   }
 
@@ -147,6 +159,7 @@ class Play {
     this.#follow(nowMs);
     if (this.#status === "open" && this.#study?.startsNow(this.#game)) this.#each((seat) => this.#ready(seat));
     if (scene !== null && this.#game.round !== null) {
+      this.#pings.update(scene.view, nowMs);
       if (!this.#series.showsResult) this.#draw(scene.view, nowMs);
       this.#announcer.update(this.#game, scene, nowMs);
       this.#series.update(this.#game, scene.view);
@@ -164,6 +177,7 @@ class Play {
     const intents = phase === "playing" ? this.#intents : [];
     drawScene(this.#context, round.map, view, { intents, own: own.length === 1 ? own : [], pulse, rounded: true });
     if (phase === "playing") this.#decisions.draw(this.#context, round.map, view);
+    this.#pings.draw(this.#context, nowMs, calm.matches);
   }
 
   /** @param {import("./game.js").Scene | null} scene @param {number} nowMs */
@@ -174,6 +188,7 @@ class Play {
     this.#hud.showControls(cards, this.#mapping, {
       change: () => this.#openSettings(),
       swap: () => this.#seats.swap(),
+      pings: this.#pings.possible,
     });
     this.#panels.update(
       this.#game,
@@ -216,6 +231,7 @@ class Play {
     for (const [seat, reading] of this.#seats.read(this.#mapping)) {
       this.#intents[seat] = reading.stick;
       if (!playing && reading.grabs > 0) this.#pressedBetween(seat, nowMs);
+      if (reading.pings > 0) this.#pings.ask(seat);
       if (this.#status === "open" && !document.hidden)
         this.#inputs.send(seat, playing ? reading : { ...reading, grabs: 0 }, nowMs);
     }

@@ -16,6 +16,8 @@ export class Probe {
   #status = "connecting";
   /** @type {readonly (import("../view/render.js").Intent | null)[]} */
   intents = [null, null];
+  /** @type {() => readonly import("../messages.js").ShownPing[]} those that are shown now */
+  pings = () => [];
 
   /** @param {Game} game */
   constructor(game) {

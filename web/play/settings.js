@@ -24,6 +24,7 @@ const POLL_MS = 30;
 
 export class Settings {
   #dialog = byId("settings", HTMLDialogElement);
+  offersPings = false; // whether the key for pings can be used in this room
   /** @type {() => void} stops waiting for a key or button */
   #cancel = () => {};
 
@@ -85,15 +86,20 @@ export class Settings {
 
   /** @param {number} set */
   #keySet(set) {
-    const rows = KEY_ACTIONS.map((action) => {
+    const rows = this.#offered(KEY_ACTIONS).map((action) => {
       const name = keyName(this.mapping.keys[set][action]);
       return binding(say(`play.settings.action.${action}`), name, (button) => this.#askKey(button, set, action));
     });
     return el("div", { class: "bindings" }, el("h3", {}, say(`play.settings.keySet.${set + 1}`)), ...rows);
   }
 
+  /** @template {string} Action @param {readonly Action[]} actions */
+  #offered(actions) {
+    return actions.filter((action) => action !== "ping" || this.offersPings);
+  }
+
   #pad() {
-    const rows = BUTTON_ACTIONS.map((action) => {
+    const rows = this.#offered(BUTTON_ACTIONS).map((action) => {
       const name = buttonName(this.mapping.buttons[action]);
       return binding(say(`play.settings.action.${action}`), name, (button) => this.#askButton(button, action));
     });

@@ -44,8 +44,9 @@ export function shownEvents(events) {
 /** @param {ReplayEvent & {times?: number}} event @param {GameMap} map */
 export function eventWords({ kind, seat, item, times = 1 }, map) {
   const who = seat < 0 ? say("replay.somebody") : colourName(seat);
-  const event = has(`replay.event.${kind}`)
-    ? say(`replay.event.${kind}`, { who, what: itemName(map.items[item]) })
+  const told = kind === "ping" && item >= 0 ? "ping_item" : kind;
+  const event = has(`replay.event.${told}`)
+    ? say(`replay.event.${told}`, { who, what: itemName(map.items[item]) })
     : kind;
   return times > 1 ? say("replay.times", { event, times }) : event;
 }
@@ -59,7 +60,7 @@ function itemName(item) {
 /** The tone of an event's mark on the time line: blue, red, ok or attention. @param {ReplayEvent} event */
 export function eventTone({ kind, seat }) {
   if (kind === "delivered") return "ok";
-  if (kind === "grab" || kind === "release") return seat === 0 ? "blue" : "red";
+  if (kind === "grab" || kind === "release" || kind === "ping") return seat === 0 ? "blue" : "red";
   return "attention";
 }
 

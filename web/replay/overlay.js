@@ -6,6 +6,8 @@
 
 import { currentTheme } from "../core/colours.js";
 import { ArenaContext } from "../view/arena_context.js";
+import { PING_TICKS, TICK_MS } from "../messages.js";
+import { drawPing } from "../view/ping.js";
 import { ROBOT_RADIUS } from "../view/robot.js";
 import { drawGuess, drawRobots, letterOf } from "../play/decision_trace.js";
 
@@ -59,6 +61,28 @@ export function drawTrails(ctx, replay, timeMs, stepMs) {
     const way = views.map(({ [seat]: [x, y] }) => /** @type {Point} */ ([x, y]));
     for (const { from, to, age } of trail(way)) line(arena, [from, to], colour, 3, 1 - age / (TRAIL_TICKS + 1));
   }
+}
+
+/**
+ * The pings that are shown at `timeMs`, with where the own place of each was.
+ * @param {Replay} replay @param {number} timeMs
+ * @returns {import("../view/ping.js").Ping[]}
+ */
+export function pingsAt(replay, timeMs) {
+  const said = replay.summary.events.filter(({ kind, tick }) => {
+    const age = timeMs / TICK_MS - (tick - 1);
+    return kind === "ping" && age >= 0 && age < PING_TICKS;
+  });
+  return said.map(({ seat, item, tick }) => {
+    const [x, y] = replay.viewAt((tick - 1) * TICK_MS).poses[seat];
+    return { seat, item, x, y };
+  });
+}
+
+/** @param {CanvasRenderingContext2D} ctx @param {Replay} replay @param {number} timeMs */
+export function drawPings(ctx, replay, timeMs) {
+  const arena = new ArenaContext(ctx, currentTheme(), ctx.canvas.width);
+  for (const ping of pingsAt(replay, timeMs)) drawPing(arena, replay.summary.map, replay.viewAt(timeMs), ping, 0.5);
 }
 
 /** The steps of a way, newest first, that the robot does not stand on. @param {readonly Point[]} way from now back */

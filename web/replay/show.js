@@ -7,7 +7,7 @@
 import { byId, el, notice } from "../core/dom.js";
 import { TICK_MS } from "../messages.js";
 import { tickAt } from "./data.js";
-import { drawDecisions, drawTrails, ranking, decisionsAt } from "./overlay.js";
+import { drawDecisions, drawPings, drawTrails, ranking, decisionsAt } from "./overlay.js";
 import { say, sayError, sayNumber } from "../text/catalogue.js";
 import { colourName } from "../text/names.js";
 
@@ -48,6 +48,7 @@ export class Show {
     if (this.#trailsBox.checked) drawTrails(ctx, this.replay, timeMs, TICK_MS);
     const shown = this.#candidatesBox.checked ? decisionsAt(this.#decisions, tickAt(timeMs)) : [];
     drawDecisions(ctx, shown);
+    drawPings(ctx, this.replay, timeMs);
     this.#write(shown);
   }
 

@@ -99,7 +99,7 @@ test("losing the focus lets go of every key", () => {
   send("keydown", "KeyW");
   send("keydown", "Space");
   keys.release();
-  assert.deepEqual(keys.read(DEFAULTS.keys[0]), { stick: { x: 0, y: 0 }, backward: false, grabs: 0 });
+  assert.deepEqual(keys.read(DEFAULTS.keys[0]), { stick: { x: 0, y: 0 }, backward: false, grabs: 0, pings: 0 });
 });
 
 /** @param {number} index @param {{x?: number, y?: number, down?: number[], values?: Record<number, number>}} state */
@@ -136,7 +136,7 @@ test("the d-pad is a stick too", () => {
 function devices() {
   const board = keyboard();
   /** @type {{pads: (Gamepad | null)[], touch: import("../input/keyboard.js").Reading, used: boolean}} */
-  const state = { pads: [], touch: { stick: CENTRED, backward: false, grabs: 0 }, used: false };
+  const state = { pads: [], touch: { stick: CENTRED, backward: false, grabs: 0, pings: 0 }, used: false };
   const touch = {
     read: () => state.touch,
     get used() {
@@ -155,6 +155,7 @@ test("one person drives the one seat with every device, and the last one used is
     stick: { x: -1, y: 0 },
     backward: false,
     grabs: 0,
+    pings: 0,
     device: "keyboard",
   });
   send("keyup", "ArrowLeft");
@@ -162,9 +163,25 @@ test("one person drives the one seat with every device, and the last one used is
   const reading = seats.read(DEFAULTS).get(1);
   assert.deepEqual([reading?.stick.x, reading?.grabs, reading?.device], [1, 1, "gamepad"]);
   state.pads = [];
-  state.touch = { stick: { x: 0, y: 1 }, backward: true, grabs: 2 };
+  state.touch = { stick: { x: 0, y: 1 }, backward: true, grabs: 2, pings: 0 };
   state.used = true;
   assert.deepEqual(seats.read(DEFAULTS).get(1), { ...state.touch, device: "touch" });
+});
+
+test("the key and the button for pings count their presses, each for the seat that they drive", () => {
+  const { seats, state, send } = devices();
+  seats.hold([0, 1]);
+  send("keydown", "KeyE");
+  send("keyup", "KeyE");
+  send("keydown", "KeyE");
+  send("keydown", "Slash");
+  assert.deepEqual(
+    [...seats.read(DEFAULTS).values()].map(({ pings }) => pings),
+    [2, 1],
+  );
+  state.pads = [pad(0, { down: [3] })];
+  assert.equal(seats.read(DEFAULTS).get(0)?.pings, 1);
+  assert.equal(seats.read(DEFAULTS).get(0)?.pings, 0, "held down");
 });
 
 test("two people at one screen have a key set each, and can change chairs", () => {
@@ -212,6 +229,7 @@ const reading = (more) => ({
   stick: CENTRED,
   backward: false,
   grabs: 0,
+  pings: 0,
   device: /** @type {const} */ ("keyboard"),
   ...more,
 });

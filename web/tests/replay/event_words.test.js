@@ -29,6 +29,8 @@ test("events are sentences with seat and item", () => {
   assert.equal(eventWords(event("delivered", -1), MAP), "The large star is delivered");
   assert.equal(eventWords(event("release", 0, 7), MAP), "Blue lets go of the item");
   assert.equal(eventWords(event("unseen_map"), MAP), "Red was not trained on this map");
+  assert.equal(eventWords(event("ping"), MAP), "Red asks for help: large star");
+  assert.equal(eventWords(event("ping", 0, -1), MAP), "Blue asks for help");
   assert.equal(eventWords(event("unheard_of"), MAP), "unheard_of");
 });
 

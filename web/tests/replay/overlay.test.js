@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { ranking, decisionsAt, trail } from "../../replay/overlay.js";
+import { ranking, decisionsAt, pingsAt, trail } from "../../replay/overlay.js";
 
 /** @param {number} seat @param {number} tick @param {number[]} scores */
 const decision = (seat, tick, scores = [0.5]) => ({
@@ -54,4 +54,37 @@ test("a trail begins where the robot does not stand on it", () => {
   ]);
   assert.deepEqual(trail(way), [{ from: [0, -0.13], to: [0, -0.2], age: 3 }]);
   assert.deepEqual(trail([[0.3, 0.3]]), []);
+});
+
+test("a ping is shown for two seconds after it was said, at the place where the robot was then", () => {
+  const events = [
+    { tick: 11, kind: "ping", seat: 1, item: -1, detail: "" },
+    { tick: 12, kind: "grab", seat: 1, item: 0, detail: "" },
+    { tick: 21, kind: "ping", seat: 0, item: 2, detail: "" },
+  ];
+  const replay = /** @type {import("../../replay/data.js").Replay} */ (
+    /** @type {unknown} */ ({
+      summary: { events },
+      viewAt: (/** @type {number} */ ms) => ({
+        poses: [
+          [0, ms / 1000, 0],
+          [1, ms / 1000, 0],
+        ],
+      }),
+    })
+  );
+  const seats = (/** @type {number} */ ms) => pingsAt(replay, ms).map(({ seat, item }) => [seat, item]);
+  assert.deepEqual(
+    [seats(999), seats(1000), seats(2500), seats(3000)],
+    [
+      [],
+      [[1, -1]],
+      [
+        [1, -1],
+        [0, 2],
+      ],
+      [[0, 2]],
+    ],
+  );
+  assert.deepEqual(pingsAt(replay, 1500), [{ seat: 1, item: -1, x: 1, y: 1 }]);
 });

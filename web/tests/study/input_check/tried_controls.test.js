@@ -9,6 +9,7 @@ const pressed = (reading) => ({
   stick: { x: 0, y: 0 },
   backward: false,
   grabs: 0,
+  pings: 0,
   device: /** @type {const} */ ("keyboard"),
   ...reading,
 });
