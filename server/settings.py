@@ -83,7 +83,7 @@ class Settings:
         None, "also offer the map files of this folder in the lobby", metavar="DIR", parse=Path
     )
     countdown_s: float = option(
-        3.0, 'seconds from "everybody is ready" to the first tick (%(default)s)', flag="--countdown", metavar="S",
+        3.0, 'seconds from "both are ready" to the first tick (%(default)s)', flag="--countdown", metavar="S",
         parse=countdown,
     )  # fmt: skip
     agent_workers: int = option(

@@ -47,7 +47,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
     check = commands.add_parser(
         "check",
-        help="every fault of a map, with its place; exit code 1 when there is one",
+        help="every error in a map and where it is; exit code 1 if there is one",
         example="movingout maps check mine.json",
     )
     check.add_argument("map", metavar="FILE", help="a map file in our JSON or in the official format, or a map's name")

@@ -61,7 +61,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
     rescue = commands.add_parser(
         "recover",
-        help="finish what a crash left behind, save what is whole of a torn file",
+        help="finish what a crash left behind; save the intact part of a damaged file",
         example="movingout recordings recover --data data",
     )
     rescue.add_argument("paths", nargs="*", type=Path, metavar="FILE|DIR", help="default: DATA/recordings")

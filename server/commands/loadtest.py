@@ -65,7 +65,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="agent in the other seat when a room has one client (%(default)s)",
     )
     add("--url", default="", help="a running server; without it one is started for the test")
-    add("--admin-token", default="", metavar="TOKEN", help="of the server at --url")
+    add("--admin-token", default="", metavar="TOKEN", help="admin token of the server at --url")
     add("--json", action="store_true", help="print one JSON document")
 
 

@@ -89,7 +89,7 @@ def test_who_needs_somebody_comes_first_and_partners_are_letters(open_page: Open
     rows = page.locator("[data-pid]")
     assert rows.evaluate_all("rows => rows.map(row => row.dataset.pid)") == ["P7TTB1", "P4K7Q2", "PX93LM", "P0DONE"]
     expect(rows.nth(0)).to_contain_text("away")
-    expect(rows.nth(0)).to_contain_text("the disk is full")
+    expect(rows.nth(0)).to_contain_text("not recording")
     expect(rows.nth(1)).to_contain_text("Partner A")
     expect(rows.nth(1)).to_contain_text("0:31 / 0:50")
     expect(rows.nth(1).get_by_role("link", name="Watch")).to_have_attribute("href", "/watch/r1")

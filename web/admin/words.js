@@ -5,9 +5,8 @@
 
 import { freeDisk, isLate, milliseconds, missesMany, NO_PILL, roundTripPill } from "../components/dashboard.js";
 import { clockText, secondsOf } from "../core/ticks.js";
-import { reasonText } from "../play/seat_phrases.js";
+import { reasonText, seatName } from "../play/seat_phrases.js";
 import { has, say } from "../text/catalogue.js";
-import { playerName } from "../text/names.js";
 
 /** @typedef {import("../components/dashboard.js").Pill} Pill */
 /** @typedef {import("../components/dashboard.js").Fact} Fact */
@@ -100,9 +99,10 @@ export function recordingPill({ phase, recording, recording_problem }) {
 }
 
 /** @param {Seat} seat */
-export function seatWords({ kind, name, open, present, device }) {
+export function seatWords(seat) {
+  const { kind, name, open, present, device } = seat;
   if (open) return say("admin.seat.free");
-  const who = name ? playerName(kind, name) : say(`admin.seat.${kind}`);
+  const who = name ? seatName(seat, false, true) : say(`admin.seat.${kind}`);
   if (!present && (kind === "human" || kind === "remote")) return say("admin.seat.away", { who });
   return device && kind === "human" ? `${who} · ${say(`play.device.${device}`)}` : who;
 }

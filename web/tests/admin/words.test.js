@@ -120,7 +120,7 @@ test("seats say who sits there", () => {
   assert.equal(seatWords(seat({ open: true, present: false })), "free seat");
   assert.equal(seatWords(seat({ name: "P7", device: "gamepad" })), "P7 · gamepad");
   assert.equal(seatWords(seat({ name: "P7", present: false, device: "gamepad" })), "P7, away");
-  assert.equal(seatWords(seat({ kind: "agent", name: "bass@all" })), "Trained partner (BASS) · bass@all");
+  assert.equal(seatWords(seat({ kind: "agent", name: "bass@all" })), "Trained partner (BASS)");
   assert.equal(seatWords(seat({ kind: "idle" })), "nobody");
 });
 
