@@ -4,9 +4,11 @@ from typing import Any
 
 import msgspec
 from fastapi import APIRouter, Depends, Request
+from fastapi.responses import FileResponse
 
 from movingout.maps import PRACTICE, MapSpec, MovingOutError, is_reserved, load_map, map_to_json, shipped_map_names
 from movingout.maps.check import MapFault
+from movingout.server.api import pages
 from movingout.server.api.authentication import address_of, body_of, own_page
 from movingout.server.api.errors import ApiError
 from movingout.server.host import Host
@@ -36,6 +38,11 @@ def map_routes(host: Host) -> APIRouter:
 
     if host.settings.lobby:
         router.include_router(_editor_routes(host))
+
+        @router.get("/editor")
+        async def editor() -> FileResponse:
+            return pages.page("editor/editor.html")
+
     return router
 
 

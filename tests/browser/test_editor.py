@@ -1,0 +1,196 @@
+"""The map editor: drawing by mouse, touch and keyboard, checks, a trial by computer players, files, and playing it."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Locator, Page, expect
+
+from movingout.maps import load_map, map_from_json, map_to_json
+from tests.browser.pages import overflow, violations
+from tests.browser.support import start, wait_for
+
+OpenPage = Callable[..., Page]
+SMALL_PHONE = {"width": 375, "height": 553}
+SOUND = "This map can be played."
+
+
+def drawn(page: Page) -> dict[str, Any]:
+    document: dict[str, Any] = page.evaluate("window.__editor.drawing.map")
+    return document
+
+
+def ready(page: Page) -> Page:
+    page.wait_for_function("() => window.__editor?.checks().known", timeout=20_000)
+    expect(page.locator("#verdict")).to_have_text(SOUND)
+    return page
+
+
+def place(page: Page, x: float, y: float) -> tuple[float, float]:
+    """Where a place of the arena is on the page."""
+    box = page.locator("#arena").bounding_box()
+    assert box is not None
+    return box["x"] + (x + 1.2) / 2.4 * box["width"], box["y"] + (1.2 - y) / 2.4 * box["height"]
+
+
+def drag(page: Page, start_at: tuple[float, float], end_at: tuple[float, float]) -> None:
+    page.locator("#arena").scroll_into_view_if_needed()
+    page.mouse.move(*place(page, *start_at))
+    page.mouse.down()
+    page.mouse.move(*place(page, *end_at), steps=4)
+    page.mouse.up()
+
+
+def tool(page: Page, name: str) -> Locator:
+    return page.get_by_role("toolbar").get_by_role("button", name=name, exact=True)
+
+
+def test_a_map_is_drawn_checked_solved_and_played(open_page: OpenPage, pictures: Path) -> None:
+    page = ready(open_page("/editor", viewport={"width": 1280, "height": 800}))
+    tool(page, "Wall").click()
+    drag(page, (-0.5, 0.3), (0.5, 0.4))
+    assert [drawn(page)["walls"][0][key] for key in ("x0", "y0", "x1", "y1")] == [-0.5, 0.3, 0.5, 0.4]
+    tool(page, "Item").click()
+    page.locator("#new-shape").select_option("hexagon")
+    page.locator("#new-size").select_option("large")
+    drag(page, (0.4, 0.35), (0.4, 0.35))  # onto the wall
+    expect(page.locator("#faults")).to_have_text("Item 2 stands in Wall 1. Walls are a little thicker than drawn.")
+    expect(page.locator("#play")).to_be_disabled()
+    page.screenshot(path=pictures / "editor-fault.png")
+    assert violations(page) == []
+    page.locator("#faults button").click()
+    expect(page.locator("#parts")).to_have_value("items[1]")
+    drag(page, (0.4, 0.35), (0.6, -0.2))
+    ready(page)
+    page.get_by_label("Title").fill("Two rooms")
+    assert drawn(page)["name"] == "TwoRooms"
+    ready(page)
+    page.get_by_role("button", name="Solve it").click()
+    expect(page.locator("#message")).to_contain_text("All 2 items were home after", timeout=40_000)
+    expect(page.locator("#trial")).to_be_visible()
+    page.get_by_label("Time").fill("30")
+    page.screenshot(path=pictures / "editor-solved.png")
+    assert violations(page) == []
+    page.get_by_role("button", name="Back to drawing").click()
+    page.get_by_role("button", name="Play it").click()
+    page.wait_for_url("**/play/*")
+    start(page)
+    assert page.evaluate("window.__movingout.entities().items.length") == 2
+    wait_for(page, "game.tick > 1")
+
+
+def test_undo_redo_delete_and_duplicate_and_a_reload_loses_nothing(open_page: OpenPage) -> None:
+    page = ready(open_page("/editor"))
+    tool(page, "Goal").click()
+    drag(page, (-1.0, -0.2), (-0.6, 0.2))
+    first = drawn(page)
+    page.get_by_role("button", name="Duplicate").click()
+    assert len(drawn(page)["goals"]) == 3
+    page.get_by_role("button", name="Delete").click()
+    assert drawn(page) == first
+    for _ in range(3):
+        page.get_by_role("button", name="Undo").click()
+    assert len(drawn(page)["goals"]) == 1
+    page.get_by_role("button", name="Redo").click()
+    assert drawn(page) == first
+    page.reload()
+    ready(page)
+    assert drawn(page) == first
+
+
+def test_the_whole_map_is_drawn_by_keyboard(open_page: OpenPage) -> None:
+    page = ready(open_page("/editor"))
+    page.locator("#arena").focus()
+    for key in ("w", "Enter", "ArrowDown", "ArrowDown", "Shift+ArrowLeft", "r"):
+        page.keyboard.press(key)
+    (wall,) = drawn(page)["walls"]
+    assert (min(wall["y0"], wall["y1"]), min(wall["x0"], wall["x1"])) == (-0.4, -0.06)
+    page.keyboard.press("Control+z")
+    page.keyboard.press("Control+y")
+    assert drawn(page)["walls"] == [wall]
+    page.keyboard.press("Delete")
+    assert drawn(page)["walls"] == []
+    page.locator("#parts").focus()
+    page.locator("#parts").select_option("items[0]")
+    page.get_by_label("Angle in degrees").fill("90")
+    page.get_by_label("Size", exact=True).last.select_option("large")
+    item = drawn(page)["items"][0]
+    assert (item["angle"], item["size"], item["scale"]) == (1.571, "large", 0.17)
+    page.get_by_label("Angle in degrees").press("Control+z")  # a text's own undo, not the drawing's
+    ready(page)
+
+
+def test_a_file_is_downloaded_and_opened_and_a_broken_one_loses_nothing(open_page: OpenPage, tmp_path: Path) -> None:
+    page = ready(open_page("/editor"))
+    page.locator("#start").select_option("HandOff")
+    assert drawn(page)["title"] == "Hand Off, changed"
+    ready(page)
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Download").click()
+    assert download.value.suggested_filename == "HandOffChanged.json"
+    saved = json.loads(Path(download.value.path()).read_text(encoding="utf-8"))
+    assert map_from_json(saved).walls == load_map("HandOff").walls
+    before = drawn(page)
+    broken = {
+        "no.json": ("{", "it is not JSON"),
+        "odd.json": (json.dumps(map_to_json(load_map("Simple")) | {"goals": 3}), "goals: a list is needed here"),
+        "large.json": (" " * 70_000, "too large"),
+    }
+    for name, (content, sentence) in broken.items():
+        (tmp_path / name).write_text(content, encoding="utf-8")
+        page.locator("#file").set_input_files(tmp_path / name)
+        expect(page.locator("#message")).to_contain_text(sentence)
+        assert drawn(page) == before
+    good = map_to_json(load_map("LeftRight")) | {"name": "Mine", "title": "<b>Mine</b>"}
+    (tmp_path / "good.json").write_text(json.dumps(good), encoding="utf-8")
+    page.locator("#file").set_input_files(tmp_path / "good.json")
+    expect(page.get_by_label("Title")).to_have_value("<b>Mine</b>")
+    assert drawn(page) == good
+    page.get_by_role("button", name="Undo").click()
+    assert drawn(page) == before
+
+
+def test_what_is_missing_and_a_shipped_name_are_said(open_page: OpenPage) -> None:
+    page = ready(open_page("/editor"))
+    page.locator("#parts").select_option("items[0]")
+    page.get_by_role("button", name="Delete").click()
+    expect(page.locator("#faults")).to_have_text("Add an item.")
+    page.get_by_role("button", name="Undo").click()
+    page.get_by_label("Title").fill("Hand Off")
+    expect(page.locator("#faults")).to_have_text("HandOff is the name of a map of this server. Choose another title.")
+
+
+def test_on_a_phone_a_map_is_changed_by_touch(open_page: OpenPage, pictures: Path) -> None:
+    page = ready(open_page("/editor", viewport=SMALL_PHONE, has_touch=True, is_mobile=True))
+    assert overflow(page) <= 0
+    tool(page, "Wall").tap()
+    page.touchscreen.tap(*place(page, 0.5, 0.2))
+    assert len(drawn(page)["walls"]) == 1
+    ready(page)
+    page.screenshot(path=pictures / "editor-phone.png")
+    box = page.locator("#arena").bounding_box()
+    assert box is not None and box["y"] + box["height"] <= SMALL_PHONE["height"], "the whole arena is on the screen"
+    page.screenshot(path=pictures / "editor-phone-whole.png", full_page=True)
+    assert violations(page) == []
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_it_is_german_where_the_reader_is(open_page: OpenPage, pictures: Path, scheme: str) -> None:
+    page = open_page("/editor?lang=de", viewport={"width": 1280, "height": 800}, color_scheme=scheme)
+    expect(page.locator("#verdict")).to_have_text("Diese Karte ist spielbar.", timeout=20_000)
+    page.locator("#parts").select_option("robots.red")
+    page.get_by_label("x", exact=True).fill("-0.55")
+    expect(page.locator("#faults")).to_contain_text("Roboter Rot überlappt Roboter Blau.")
+    page.screenshot(path=pictures / f"editor-german-{scheme}.png")
+    assert overflow(page) <= 0
+    assert violations(page) == []
+
+
+def test_the_lobby_leads_to_the_editor_and_back(open_page: OpenPage) -> None:
+    page = open_page("/")
+    page.get_by_role("link", name="Draw a map").click()
+    ready(page)
+    page.get_by_role("link", name="All maps").click()
+    expect(page.locator("#play")).to_be_enabled()
