@@ -8,6 +8,7 @@ import struct
 from collections.abc import Callable, Iterable
 from enum import Enum
 from math import floor
+from operator import attrgetter, itemgetter
 from typing import Any, ClassVar, NamedTuple, Self, get_type_hints
 
 import msgspec
@@ -64,9 +65,16 @@ class FrameLayout:
         letters = "".join(wire.letters for wire in fields.values())
         self._struct = struct.Struct(f"<{'' if type_byte is None else 'B'}{letters}{'B' * len(counts)}")
         self._head = () if type_byte is None else (type_byte,)
-        self._packers = [(name, _packer(wire)) for name, wire in fields.items()]
-        self._unpackers = [(name, unpacker) for name, wire in fields.items() if (unpacker := _unpacker(wire))]
-        self._places = _places(len(self._head), fields, counts)
+        self.size = self._struct.size
+        # Ten times a second for every room: what can be, is done by functions in C.
+        packers = [(index, _packer(wire)) for index, wire in enumerate(fields.values(), len(self._head))]
+        self._packers = [(index, put) for index, put in reversed(packers) if put is not None]
+        self._values_of = _tuple_of(attrgetter, list(fields))
+        unpackers = [(index, _unpacker(wire)) for index, wire in enumerate(fields.values())]
+        self._unpackers = [(index, from_numbers) for index, from_numbers in unpackers if from_numbers is not None]
+        places = _places(len(self._head), fields, counts)
+        self._names = [name for name, _ in places]
+        self._numbers_of = _tuple_of(itemgetter, [place for _, place in places])
 
     @classmethod
     def of(cls, declared: type, type_byte: int | None, counts: dict[str, str]) -> "FrameLayout":
@@ -78,10 +86,6 @@ class FrameLayout:
     @property
     def format(self) -> str:
         return self._struct.format
-
-    @property
-    def size(self) -> int:
-        return self._struct.size
 
     def names(self) -> list[str]:
         """What the numbers of the struct are called, in order: a field of both seats is NAME_blue and NAME_red."""
@@ -100,26 +104,26 @@ class FrameLayout:
         return offsets
 
     def pack(self, value: object, *counts: int) -> bytes:
-        numbers: list[float] = [*self._head]
-        for name, put in self._packers:
-            if put is None:
-                numbers.append(getattr(value, name))
-            else:
-                numbers += put(getattr(value, name))
+        numbers: list[Any] = [*self._head, *self._values_of(value)]
+        for index, put in self._packers:  # from the last, because one value may become two numbers
+            numbers[index : index + 1] = put(numbers[index])
         return self._struct.pack(*numbers, *counts)
 
     def unpack(self, frame: bytes) -> dict[str, Any]:
         """Fields and counts by name, from the beginning of `frame`; flags are still one number. Raises FrameError."""
+        return dict(zip(self._names, self.values(frame), strict=True))
+
+    def values(self, frame: bytes) -> list[Any]:
+        """The same in the order of declaration."""
         if len(frame) < self.size or (self.type is not None and frame[0] != self.type):
             raise FrameError(f"a frame of type {self.type} has at least {self.size} bytes and begins with its type")
-        numbers = self._struct.unpack_from(frame)
-        fields: dict[str, Any] = {name: numbers[place] for name, place in self._places}
-        for name, unpacker in self._unpackers:
-            fields[name] = unpacker(fields[name])
-        return fields
+        values = list(self._numbers_of(self._struct.unpack_from(frame)))
+        for index, from_numbers in self._unpackers:
+            values[index] = from_numbers(values[index])
+        return values
 
 
-class Packed(msgspec.Struct, frozen=True, kw_only=True):
+class Packed(msgspec.Struct, frozen=True):
     """A value with a binary layout. Subclasses annotate fields with a `Wire` and may set `TYPE` and `COUNTS`."""
 
     TYPE: ClassVar[int | None] = None  # the first byte
@@ -138,7 +142,7 @@ class Packed(msgspec.Struct, frozen=True, kw_only=True):
         """Raises FrameError."""
         if len(frame) != cls.layout.size:
             raise FrameError(f"{cls.__name__} has {cls.layout.size} bytes, not {len(frame)}")
-        return cls(**cls.layout.unpack(frame))
+        return cls(*cls.layout.values(frame))
 
 
 def bits_of(flags: tuple[bool, ...]) -> int:
@@ -177,6 +181,12 @@ def _unpacker(wire: Wire) -> Callable[[Any], Any] | None:
     if not wire.is_scaled:
         return None
     return (lambda pair: (from_wire(pair[0]), from_wire(pair[1]))) if wire.form is Form.EACH_SEAT else from_wire
+
+
+def _tuple_of(getter: Callable[..., Callable[[Any], Any]], wanted: list[Any]) -> Callable[[Any], tuple[Any, ...]]:
+    """A getter of the operator module that returns a tuple for one thing too."""
+    get = getter(*wanted)
+    return get if len(wanted) > 1 else lambda value: (get(value),)
 
 
 def _places(first: int, fields: dict[str, Wire], counts: Iterable[str]) -> list[tuple[str, int | slice]]:

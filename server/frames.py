@@ -25,7 +25,7 @@ ANGLE = partial(Wire, "h", scale=m.ANGLE_SCALE, wraps=True)
 SEATS = Form.EACH_SEAT
 
 
-class WirePose(Packed, frozen=True, kw_only=True):
+class WirePose(Packed, frozen=True):
     """Where one body is.
 
     Sent in bulk: see `encode_poses`.
@@ -36,7 +36,7 @@ class WirePose(Packed, frozen=True, kw_only=True):
     angle: Annotated[float, ANGLE("[rad]")]
 
 
-class BundleEvent(Packed, frozen=True, kw_only=True):
+class BundleEvent(Packed, frozen=True):
     """Something that happened inside a tick."""
 
     code: Annotated[int, U8("what happened: a value of EVENT")]
@@ -49,7 +49,7 @@ class BundleEvent(Packed, frozen=True, kw_only=True):
         return m.EVENT_CODES[self.code]
 
 
-class Bundle(Packed, frozen=True, kw_only=True):
+class Bundle(Packed, frozen=True):
     """One tick for the client to play back: five poses of every body, and what happened."""
 
     TYPE: ClassVar[int | None] = m.BUNDLE
@@ -94,7 +94,7 @@ class Bundle(Packed, frozen=True, kw_only=True):
         )
 
 
-class Beat(Packed, frozen=True, kw_only=True):
+class Beat(Packed, frozen=True):
     """Sent 50 ms after a bundle, so that TCP notices a lost packet sooner."""
 
     TYPE: ClassVar[int | None] = m.BEAT
@@ -102,7 +102,7 @@ class Beat(Packed, frozen=True, kw_only=True):
     tick: Annotated[int, U32("of the bundle")]
 
 
-class Input(Packed, frozen=True, kw_only=True):
+class Input(Packed, frozen=True):
     """The state of one seat's controls."""
 
     TYPE: ClassVar[int | None] = m.INPUT
@@ -125,7 +125,7 @@ class Input(Packed, frozen=True, kw_only=True):
         return decoded
 
 
-class Ping(Packed, frozen=True, kw_only=True):
+class Ping(Packed, frozen=True):
     """The client asks for a sample of the server's clock."""
 
     TYPE: ClassVar[int | None] = m.PING
@@ -140,7 +140,7 @@ class Ping(Packed, frozen=True, kw_only=True):
         return decoded
 
 
-class Pong(Packed, frozen=True, kw_only=True):
+class Pong(Packed, frozen=True):
     """The answer to a ping."""
 
     TYPE: ClassVar[int | None] = m.PONG

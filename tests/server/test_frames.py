@@ -75,7 +75,7 @@ def test_the_welcome_names_every_number_of_every_frame() -> None:
 
 
 def test_a_declared_field_reaches_the_bytes_the_value_and_the_javascript() -> None:
-    class Gust(Packed, frozen=True, kw_only=True):
+    class Gust(Packed, frozen=True):
         """Wind."""
 
         TYPE: ClassVar[int | None] = 9
