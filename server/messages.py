@@ -9,6 +9,7 @@ from typing import Literal
 
 import msgspec
 
+from movingout.maps import shapes
 from movingout.world import constants, ping
 
 SUBPROTOCOL = "movingout.v1"
@@ -18,6 +19,11 @@ TICK_MS = constants.TICK_MS
 POSES_PER_TICK = constants.POSES_PER_TICK
 LIMIT_TICKS = constants.LIMIT_TICKS
 PING_TICKS = ping.PING_TICKS
+
+# The rule of world/grab.py, for pages that show what a grab would take [u]; corners of boxes in sides.
+REACH = constants.REACH
+REACH_TOLERANCE = constants.REACH_TOLERANCE
+CORNER_FRACTION = shapes.CORNER_FRACTION
 
 # ---- binary frames: the first byte is the type -------------------------------------------------------------
 

@@ -20,8 +20,9 @@ from movingout.world.metrics import METRICS, NO_VALUE
 TARGET = Path(__file__).parent.parent / "web" / "messages.js"
 
 NUMBER_NAMES = (
-    "PROTOCOL", "TICK_MS", "POSES_PER_TICK", "LIMIT_TICKS", "PING_TICKS", "BUNDLE", "BEAT", "INPUT", "PING", "PONG",
-    "POSITION_SCALE", "ANGLE_SCALE", "AXIS_SCALE", "SLACK_SCALE", "FLAG_NOT_RECORDING", "FLAG_LATE",
+    "PROTOCOL", "TICK_MS", "POSES_PER_TICK", "LIMIT_TICKS", "PING_TICKS", "REACH", "REACH_TOLERANCE", "CORNER_FRACTION",
+    "BUNDLE", "BEAT", "INPUT", "PING", "PONG", "POSITION_SCALE", "ANGLE_SCALE", "AXIS_SCALE", "SLACK_SCALE",
+    "FLAG_NOT_RECORDING", "FLAG_LATE",
 )  # fmt: skip
 CLOSE_NAMES = tuple(name for name in vars(m) if name.startswith("CLOSE_"))
 SCALE_NAMES = {getattr(m, name): name for name in NUMBER_NAMES if name.endswith("_SCALE")}

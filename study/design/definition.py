@@ -253,6 +253,7 @@ class Study(StudyModel):
     consent: Consent
     pay: Pay | None = None
     gate: Requirements = Requirements()
+    sounds: Literal["on", "off"] = "off"  # short sounds in rounds; each participant may switch them off
     demographics: str = "demographics"  # a questionnaire, or "" for none
     practice: Practice | None = None
     partners: tuple[Partner, ...] = ()
@@ -265,6 +266,11 @@ class Study(StudyModel):
     debrief: Debrief | None = None
     codes: Literal["unique"] | dict[Outcome, Code] = "unique"
     retention: Retention = Retention()
+
+    @field_validator("sounds", mode="before")
+    @classmethod
+    def _switch(cls, sounds: Any) -> Any:
+        return ("off", "on")[sounds] if isinstance(sounds, bool) else sounds  # as YAML 1.1 reads the words
 
     @property
     def units(self) -> int:

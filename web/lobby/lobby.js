@@ -62,7 +62,7 @@ async function load() {
     agents = agentList.agents;
     partner = defaultPartner(agents, agentList.default);
     showChoices(remembered());
-    if (location.pathname === "/practice") await practise();
+    if (location.pathname === "/practice") await learn();
     if (location.hash === "#partner") offerPartner();
   } catch (error) {
     if (!(error instanceof ApiError)) throw error;
@@ -226,13 +226,17 @@ async function practise() {
   await enter(roomRequest({ ...choice(), seats }, [practiceMap.name], true), seats, byId("first-problem", HTMLElement));
 }
 
+async function learn() {
+  await enter({ tutorial: true }, ["here"], byId("first-problem", HTMLElement));
+}
+
 async function playNow() {
   await enter(firstRequest(maps, partner), ["here", partner], byId("first-problem", HTMLElement));
 }
 
 /**
  * Opens a room and goes there.
- * @param {ReturnType<typeof roomRequest>} body @param {readonly string[]} seats
+ * @param {ReturnType<typeof roomRequest> | {tutorial: true}} body @param {readonly string[]} seats
  * @param {HTMLElement} problems where a refusal is shown
  */
 async function enter(body, seats, problems) {
@@ -283,7 +287,7 @@ form.addEventListener("submit", (event) => {
 });
 playAllButton.addEventListener("click", () => void play(maps.map(({ name }) => name)));
 practiceButton.addEventListener("click", () => void practise());
-learnButton.addEventListener("click", () => void practise());
+learnButton.addEventListener("click", () => void learn());
 nowButton.addEventListener("click", () => void playNow());
 byId("new-seed", HTMLButtonElement).addEventListener("click", newSeed);
 new ResizeObserver(drawPictures).observe(mapsBox);

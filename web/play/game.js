@@ -33,6 +33,8 @@ export class Game {
   round = null;
   /** @type {import("../messages.js").RoomState | null} */
   room = null;
+  /** @type {import("../messages.js").Tutorial | null} */
+  tutorial = null;
   /** @type {RoundResult | null} */
   result = null;
   recording = true;
@@ -82,6 +84,7 @@ export class Game {
       this.#rejoined = true;
     }
     if (message.type === "round") this.#begin(/** @type {Round} */ (message));
+    if (message.type === "tutorial") this.tutorial = message;
     if (message.type === "room") {
       this.room = message;
       this.recording = message.recording;
@@ -102,6 +105,7 @@ export class Game {
     this.round = same && this.round !== null ? { ...round, map: this.round.map } : round; // drawings are cached by map
     if (same) return;
     this.result = null;
+    this.tutorial = null;
     this.#timeline.clear();
     this.#timeMs = -Infinity;
   }

@@ -22,6 +22,9 @@ import { lostText, refusalText } from "./seat_phrases.js";
 import { prepareTexts } from "../text/page.js";
 import { say } from "../text/catalogue.js";
 import { nameMap } from "../text/names.js";
+import { Cues } from "./signals/cues.js";
+import { Sounds } from "./signals/sounds.js";
+import { TutorialView } from "./tutorial.js";
 import { DecisionPanel } from "./decision_trace.js";
 import { Pings } from "./pings.js";
 
@@ -33,6 +36,7 @@ const studyMark = mode === "play" ? studyMarkOf(room) : null;
 const HUD_MS = 90; // texts and bars do not need 60 Hz
 const DEAF_MS = 800; // the last presses before a pause or the end must not skip it
 const PULSE_MS = 1200;
+const SENT_MS = 150; // until a message has left before the page does
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
 const coarse = matchMedia("(pointer: coarse)");
 
@@ -43,6 +47,8 @@ class Play {
   #game = new Game();
   #probe = new Probe(this.#game);
   #hud = new Hud();
+  #cues = new Cues(this.#game);
+  #sounds = new Sounds(studyMark === null || studyMark.sounds === true);
   #announcer = new Announcer();
   #connection = new Connection(room, mode, this);
   #gamepads = new Gamepads(() => navigator.getGamepads?.() ?? []);
@@ -78,6 +84,13 @@ class Play {
     },
     { canvas: this.#canvas, button: byId("touch-ping", HTMLButtonElement) },
   );
+  #tutorial = new TutorialView(
+    {
+      skip: () => this.#skip(),
+      again: () => this.#each((seat) => this.#connection.send({ type: "again", seat })),
+    },
+    this.#study !== null,
+  );
   #decisions = new DecisionPanel(byId("decisions", HTMLElement), `/api/rooms/${room}/thoughts`);
   #inputs = new InputSenders(
     (input) => this.#connection.sendInput(input),
@@ -103,6 +116,7 @@ class Play {
     addEventListener("blur", () => this.#letGo(false));
     addEventListener("focus", () => this.#connection.send({ type: "focus", visible: true }));
     document.addEventListener("visibilitychange", () => this.#visibility());
+    Object.assign(this.#probe, { cues: this.#cues, sounds: this.#sounds });
     this.#connection.open();
     this.#probe.pings = () => this.#pings.shown;
     if (mode === "watch") this.#decisions.offer();
@@ -111,6 +125,11 @@ class Play {
 
   get #mapping() {
     return this.#settings.mapping;
+  }
+
+  /** What follows a round: a tutorial of the lobby has an end of its own. */
+  get #after() {
+    return this.#game.tutorial !== null && this.#study === null ? this.#tutorial : this.#series;
   }
 
   // ---- from the connection ----------------------------------------------------------------------------------
@@ -160,22 +179,27 @@ class Play {
     if (this.#status === "open" && this.#study?.startsNow(this.#game)) this.#each((seat) => this.#ready(seat));
     if (scene !== null && this.#game.round !== null) {
       this.#pings.update(scene.view, nowMs);
-      if (!this.#series.showsResult) this.#draw(scene.view, nowMs);
+      if (!this.#after.showsResult || this.#after === this.#tutorial) this.#draw(scene, nowMs);
+      this.#sounds.update(this.#game, scene);
       this.#announcer.update(this.#game, scene, nowMs);
-      this.#series.update(this.#game, scene.view);
+      this.#after.update(this.#game, scene.view);
     }
     if (nowMs - this.#hudAtMs >= HUD_MS) this.#writeWords(scene, nowMs);
     this.#probe.drawn(nowMs, scene, this.#status, this.#intents);
   }
 
-  /** @param {import("../view/render.js").View} view @param {number} nowMs */
-  #draw(view, nowMs) {
+  /** @param {import("./game.js").Scene} scene @param {number} nowMs */
+  #draw(scene, nowMs) {
     const { round, own, phase } = this.#game;
     if (round === null) return;
+    const { view } = scene;
     fitCanvas(this.#canvas);
     const pulse = calm.matches ? 1 : 0.5 + 0.5 * Math.sin((2 * Math.PI * nowMs) / PULSE_MS);
     const intents = phase === "playing" ? this.#intents : [];
-    drawScene(this.#context, round.map, view, { intents, own: own.length === 1 ? own : [], pulse, rounded: true });
+    this.#cues.update(scene, nowMs, pulse, calm.matches);
+    const { reach, misses, over } = this.#cues;
+    const ringed = own.length === 1 ? own : [];
+    drawScene(this.#context, round.map, view, { intents, own: ringed, pulse, rounded: true, reach, misses, over });
     if (phase === "playing") this.#decisions.draw(this.#context, round.map, view);
     this.#pings.draw(this.#context, nowMs, calm.matches);
   }
@@ -194,7 +218,7 @@ class Play {
       this.#game,
       nowMs,
       {
-        busy: this.#series.showsResult,
+        busy: this.#after.showsResult,
         lost: lostText(this.#status, nowMs - this.#statusSinceMs),
         deaf: this.#isDeaf(nowMs),
         hint: this.#padLost ? say("play.pause.padLost") : "",
@@ -202,8 +226,9 @@ class Play {
       cards,
       this.#mapping,
     );
+    this.#tutorial.write(this.#game, cards, this.#mapping);
     this.#decisions.write(this.#game.phase === "paused");
-    const touch = mode === "play" && cards.some((card) => card.device === "touch") && !this.#series.showsResult;
+    const touch = mode === "play" && cards.some((card) => card.device === "touch") && !this.#after.showsResult;
     this.#root.toggleAttribute("data-touch", touch);
     byId("touch", HTMLElement).hidden = !touch || !["countdown", "playing"].includes(this.#game.phase);
   }
@@ -245,7 +270,7 @@ class Play {
   /** Between rounds the grab button means "ready". @param {number} seat @param {number} nowMs */
   #pressedBetween(seat, nowMs) {
     const { phase, room: state } = this.#game;
-    if (!["lobby", "paused", "round_over"].includes(phase) || this.#series.showsResult) return;
+    if (!["lobby", "paused", "round_over"].includes(phase) || this.#after.showsResult) return;
     if (this.#isDeaf(nowMs) || state?.seats.some((one) => one.open)) return;
     if (state?.seats[seat]?.ready === false) this.#ready(seat);
   }
@@ -289,9 +314,17 @@ class Play {
     const inRound = ["playing", "paused"].includes(this.#game.phase);
     this.#each((seat) => this.#connection.send({ type: "leave", seat }));
     this.#inputs.hold([]); // the seats are not ours any more
-    if (inRound) return this.#series.stopHere();
+    if (inRound) return this.#after.stopHere();
     this.#connection.close();
     location.assign("/");
+  }
+
+  /** Ends the tutorial, which the recording says, and leaves. */
+  #skip() {
+    const [seat] = this.#game.own;
+    if (seat !== undefined && ["playing", "paused"].includes(this.#game.phase))
+      this.#connection.send({ type: "skip", seat });
+    setTimeout(() => location.assign("/"), SENT_MS);
   }
 
   #pauseOrStop() {

@@ -18,6 +18,10 @@ export class Probe {
   intents = [null, null];
   /** @type {() => readonly import("../messages.js").ShownPing[]} those that are shown now */
   pings = () => [];
+  /** @type {import("./signals/cues.js").Cues | null} */
+  cues = null;
+  /** @type {import("./signals/sounds.js").Sounds | null} */
+  sounds = null;
 
   /** @param {Game} game */
   constructor(game) {

@@ -119,7 +119,11 @@ export class StudyGame {
   /** Adds the button that ends the practice. */
   #offerEnough() {
     const problem = problemBox();
-    const button = el("button", { type: "button", class: "button button-wide play-enough" }, say("study.play.enough"));
+    const button = el(
+      "button",
+      { type: "button", class: "button button-wide play-enough" },
+      say(this.mark.tutorial ? "study.play.skip" : "study.play.enough"),
+    );
     button.addEventListener("click", async () => {
       try {
         for (const place of this.#places) await place.next(this.mark.key, { done: true });

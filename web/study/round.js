@@ -70,10 +70,12 @@ function roundFacts(context, waits) {
     "div",
     { class: "stack" },
     el("ul", { class: "round-seats" }, ...seatLines(context)),
-    step.kind === "practice" ? el("p", {}, say("study.round.practiceLead")) : null,
+    step.kind === "practice"
+      ? el("p", {}, say(step.tutorial ? "study.round.tutorialLead" : "study.round.practiceLead"))
+      : null,
     el("p", {}, description(step) || say("study.round.goal")),
     marks(step.map),
-    step.limit_s ? limitLine(step.limit_s) : null,
+    step.limit_s && !step.tutorial ? limitLine(step.limit_s) : null,
     problem,
     action,
   );

@@ -30,6 +30,8 @@ import { requestJson } from "../core/api.js";
  * @property {number} [number]
  * @property {number} [of]
  * @property {number} [limit_s]
+ * @property {boolean} [tutorial] of a practice: the tutorial
+ * @property {boolean} [sounds] whether rounds may be heard
  * @property {RoomSeat | null} [room]
  * @property {"card" | "waiting" | "playing" | "over"} [state]
  * @property {number} [since_s]

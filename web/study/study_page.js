@@ -248,6 +248,8 @@ export class StudyPage {
       room: seats.id,
       key,
       practice: kind === "practice",
+      tutorial: steps[0].tutorial === true,
+      sounds: steps[0].sounds === true,
       language,
       name: roundName(steps[0]),
       ...(named && map && title ? { map: { name: map.name, title } } : {}),

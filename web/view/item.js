@@ -31,17 +31,32 @@ export function drawItem(arena, item, view, index, options) {
   arena.around(pose, () => {
     ctx.lineJoin = "round";
     tracePath(arena, item);
+    strokeReach(arena, index, options);
     ctx.fillStyle = fill;
     ctx.fill();
     strokeItem(arena, holders);
   });
   if (options.plain) return;
   const ink = readable(fill, "#ffffff", "#18212c");
-  if (item.size === "large" && holders.length === 1) drawNeedsTwo(arena, pose, item, options.pulse ?? 1);
+  if (item.size === "large" && holders.length === 1)
+    drawNeedsTwo(arena, pose, item, view.poses[holders[0]], 1 - holders[0], options.pulse ?? 1);
   arena.around([pose[0], pose[1], 0], () => {
     if (view.delivered[index]) drawTick(arena, ink);
     else arena.label(MARKS.get(item.size) ?? "", arena.letters(0.056), ink);
   });
+}
+
+/**
+ * A wide outline in the colour of the seat that would take the item; half of it is covered by the item.
+ * @param {ArenaContext} arena @param {number} index @param {Options} options
+ */
+function strokeReach({ ctx, theme, hair }, index, { reach }) {
+  if (reach === undefined) return;
+  if (reach[0] === index) ctx.strokeStyle = theme.blue;
+  else if (reach[1] === index) ctx.strokeStyle = theme.red;
+  else return;
+  ctx.lineWidth = 10 * hair;
+  ctx.stroke();
 }
 
 /**
@@ -64,13 +79,15 @@ function strokeItem(arena, holders) {
 }
 
 /**
- * A ring around a large item held by one robot, which needs the other.
+ * A ring around a large item held by one robot, and on the free side an arc that pulses in the other's colour.
  * @param {ArenaContext} arena
  * @param {Triple} pose
  * @param {Item} item
+ * @param {Triple} holder
+ * @param {number} missing the seat that is to come
  * @param {number} pulse
  */
-function drawNeedsTwo(arena, pose, item, pulse) {
+function drawNeedsTwo(arena, pose, item, holder, missing, pulse) {
   const { ctx, theme } = arena;
   const corners = outline(item.shape, item.scale).map(([x, y]) => Math.hypot(x, y));
   const radius = (Math.max(item.scale, ...corners) + 0.035 + 0.02 * pulse) * arena.unit;
@@ -81,6 +98,12 @@ function drawNeedsTwo(arena, pose, item, pulse) {
     ctx.setLineDash([0.05 * arena.unit, 0.03 * arena.unit]);
     ctx.stroke();
     ctx.setLineDash([]);
+    const free = Math.atan2(holder[1] - pose[1], pose[0] - holder[0]); // canvas angles run clockwise
+    ctx.beginPath();
+    ctx.arc(0, 0, radius, free - 0.6, free + 0.6);
+    ctx.strokeStyle = missing === 0 ? theme.blue : theme.red;
+    ctx.lineWidth = (5 + 4 * pulse) * arena.hair;
+    ctx.stroke();
   });
 }
 

@@ -48,6 +48,9 @@ import { drawGrip, drawRobot } from "./robot.js";
  * @property {readonly (Intent | null)[]} [intents]  per seat: the arrow of a stick of this page
  * @property {readonly number[]} [own]  seats of this page, to be ringed
  * @property {number} [pulse]  0 to 1: phase of the cue "needs two"; constant without motion
+ * @property {readonly number[]} [reach]  per seat the item that a grab would take, -1 for none
+ * @property {readonly number[]} [misses]  per seat: how a grab that missed moves the notch, -1 to 1; 0 for none
+ * @property {(arena: ArenaContext) => void} [over]  draws what else belongs over the items, and under the robots
  * @property {boolean} [rounded]  with an edge and round corners on the page's ground
  */
 
@@ -99,6 +102,7 @@ export function drawScene(ctx, map, view, options = {}) {
   ctx.drawImage(staticLayer(arena, map), 0, 0);
   const order = map.items.map((_, index) => index).sort((a, b) => Number(isHeld(view, a)) - Number(isHeld(view, b)));
   for (const index of order) drawItem(arena, map.items[index], view, index, options);
+  options.over?.(arena);
   for (const seat of [0, 1]) drawGrip(arena, view, seat);
   for (const seat of [0, 1]) drawRobot(arena, view.poses[seat], seat, options);
   if (options.rounded) drawEdge(arena);

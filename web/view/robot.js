@@ -46,7 +46,7 @@ export function drawRobot(arena, pose, seat, options) {
     ctx.fillStyle = colour;
     ctx.fill();
     drawRing(arena, seat, ink);
-    drawNotch(arena, ink);
+    drawNotch(arena, ink, options.misses?.[seat] ?? 0);
   });
   if (options.plain) return;
   arena.around([pose[0], pose[1], 0], () => arena.label(LETTERS[seat], arena.letters(0.064), ink));
@@ -70,9 +70,13 @@ function drawRing(arena, seat, ink) {
   ctx.globalAlpha = 1;
 }
 
-/** The notch points where the robot faces. @param {ArenaContext} arena @param {string} ink */
-function drawNotch(arena, ink) {
+/**
+ * The notch points where the robot faces; a grab that missed moves it aside.
+ * @param {ArenaContext} arena @param {string} ink @param {number} aside -1 to 1
+ */
+function drawNotch(arena, ink, aside) {
   const { ctx, unit } = arena;
+  ctx.rotate(0.35 * aside);
   ctx.beginPath();
   ctx.moveTo(0, -0.116 * unit);
   ctx.lineTo(0.034 * unit, -0.068 * unit);

@@ -123,6 +123,7 @@ class ParticipantViews:
             "seat": unit.seat_of(step, session) if unit else 0,
             "partner_letter": self.letter(unit, step),
             "limit_s": step.limit_ticks * TICK_SECONDS,
+            "sounds": running.study.sounds == "on",
             "tutorial": the_map.name == TUTORIAL and step.kind == "practice",
             **_state(session, unit, step),
         }

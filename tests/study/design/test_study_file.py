@@ -233,3 +233,10 @@ def test_a_practice_partner_who_can_finish_alone_is_warned_of(practice: str, war
 def test_ready_made_studies_practise_with_the_tutorial(name: str) -> None:
     practice = parse_study(template_text(name)).practice
     assert practice is not None and practice.tutorial
+
+
+def test_sounds_are_off_unless_the_file_says_on() -> None:
+    assert parse_study(SMALL).sounds == "off"
+    assert [parse_study(SMALL + f"sounds: {word}\n").sounds for word in ("on", "off", '"on"')] == ["on", "off", "on"]
+    ((_, path, message),) = faults(SMALL + "sounds: loud\n")
+    assert path == "sounds" and "'on' or 'off'" in message
