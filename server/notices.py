@@ -37,7 +37,7 @@ RefusalCode = Literal["restarting", "rooms_in_use", "busy", "disk_full"]  # why 
 UnrecordedCode = Literal["disk_full", "not_writable", "failed"]  # why a round is not recorded
 AlertCode = Literal[
     "fault", "disk", "database", "deletion", "recovery", "not_closed", "recording", "room", "agent_failed",
-    "agent_unseen", "gone", "slow", "duplicate", "controls", "full",
+    "agent_unseen", "gone", "slow", "duplicate", "controls", "full", "away",
 ]  # fmt: skip
 
 

@@ -15,6 +15,7 @@ from movingout.study.errors import StoreError
 log = logging.getLogger(__name__)
 
 INTERVAL_S = 1.0
+AWAY_S = 120.0  # somebody who was here and is silent for so long is worth an alert
 SLOW_PARTNER_S = 300.0  # a present partner who keeps somebody waiting this long is worth an alert
 
 
@@ -48,6 +49,8 @@ class StudyMonitor:
     async def check(self, tx: Transaction) -> None:
         """All checks, once."""
         running, now = self._running, time.monotonic()
+        running.progress.note_standing(now)
+        self._notice_absent(now)
         for unit in running.units:
             if unit.finished:
                 running.units.remove(tx, unit)
@@ -89,6 +92,15 @@ class StudyMonitor:
                 "gone", f"{pid} did not come back; {partner} was given a code.", pid=pid, partner=partner
             )
             await departures.dismiss(tx, absent[0], "withdrew")
+
+    def _notice_absent(self, now: float) -> None:
+        """Alert once to each participant who was here and has been away for a while; a pause is no absence."""
+        for session in self._running.participants:
+            if session.absence_told or session.finished or self._running.progress.is_paused(session):
+                continue
+            if now - session.last_seen_at > AWAY_S:
+                session.absence_told = True
+                self._running.alerts.add("away", f"{session.pid} has been away for two minutes.", pid=session.pid)
 
     def _gone(self, session: ParticipantSession, now: float) -> bool:
         return not session.present(now) and now - session.last_seen_at > self._running.study.pairing.return_s

@@ -79,9 +79,17 @@ class Progress:
         else:
             unit.paused = paused
         self._hold_rooms()
+        self.note_standing(time.monotonic())
         if not paused:
             self._restart_waits(tx, unit)
         notify(self._participants)
+
+    def note_standing(self, now: float) -> None:
+        """For the experimenter's page: since when each unit stands still."""
+        for unit in self._units:
+            running_round = unit.running_round
+            by_player = running_round is not None and running_round.room.phase == "paused"
+            unit.note_standing(self._paused or unit.paused or by_player, now)
 
     def _restart_waits(self, tx: Transaction, unit: StudyUnit | None) -> None:
         """A pause does not count as absence, nor as time in the waiting room."""

@@ -46,6 +46,7 @@ class StudyUnit:
     running_round: RunningRound | None = None
     finished_round: FinishedRound | None = None
     paused: bool = False
+    standing_since: float | None = None  # when a pause began that is still on, in seconds of the monotonic clock
     problem: str = ""  # why no round can begin now
     episode: str = ""  # the recording of the newest round
 
@@ -60,6 +61,15 @@ class StudyUnit:
     def members_at(self, step: Step) -> list[ParticipantSession]:
         """Who is at this step."""
         return [one for one in self.members if one.record.step == step.key]
+
+    def note_standing(self, stands: bool, now: float) -> None:
+        """Whether play stands still, by the experimenter or a player; a pause is no time at a step."""
+        if stands:
+            self.standing_since = now if self.standing_since is None else self.standing_since
+        elif self.standing_since is not None:
+            for session in self.members:
+                session.step_since += now - max(self.standing_since, session.step_since)
+            self.standing_since = None
 
     def set_ready(self, session: ParticipantSession, now: float) -> None:
         """The participant wants the round of their step to begin."""

@@ -82,6 +82,15 @@ class FakeDashboard:
             route.fulfill(json={"code": "K7QX4WPL2M", "path": "/study?code=K7QX4WPL2M"})
 
 
+def until_heard(page: Page, study: FakeDashboard, *actions: str) -> None:
+    """What was asked of the server so far, once it is that much."""
+    for _ in range(50):
+        if len(study.heard) >= len(actions):
+            break
+        page.wait_for_timeout(50)
+    assert [action for action, _ in study.heard] == list(actions)
+
+
 def test_who_needs_somebody_comes_first_and_partners_are_letters(open_page: OpenPage, pictures: Path) -> None:
     study = FakeDashboard()
     page = open_page("/healthz", script=UNLOCKED)
@@ -134,6 +143,52 @@ def test_what_is_done_for_a_participant_needs_a_reason_and_is_sent_with_it(
         expect(page.get_by_role("dialog")).to_have_count(0)
         action, body = study.heard[-1]
         assert (action, body["pid"], body["episode"], body["reason"]) == ("invalid", "P4K7Q2", "e1", "Fire alarm")
+
+
+def test_a_pause_between_rounds_is_seen_and_ended_in_the_row(open_page: OpenPage, pictures: Path) -> None:
+    study = FakeDashboard()
+    study.state["participants"][1].update(paused=True, unit_paused=True, paused_s=72)
+    study.state["participants"][3].update(code="K7QX4WPL2M", minutes=61.7)
+    page = open_page("/healthz", script=UNLOCKED)
+    study.open(page)
+    row = page.locator("[data-pid=PX93LM]")
+    expect(row).to_contain_text("paused 1:12")
+    expect(page.get_by_role("button", name="Resume P")).to_have_count(1)
+    expect(page.locator("[data-pid=P0DONE]")).to_contain_text("Code K7QX4WPL2M · 62 min")
+    assert violations(page) == []
+    page.emulate_media(color_scheme="light")
+    page.screenshot(path=pictures / "study-experimenter-paused.png", full_page=True)
+    row.get_by_role("button", name="Resume PX93LM").click()
+    assert study.heard == [("resume", {"pid": "PX93LM"})]
+
+
+def test_the_table_can_show_one_group(open_page: OpenPage) -> None:
+    study = FakeDashboard()
+    page = open_page("/healthz", script=UNLOCKED)
+    study.open(page)
+    page.get_by_label("Show").select_option("finished")
+    expect(page.locator("[data-pid]:visible")).to_have_count(1)
+    expect(page.locator("[data-pid=P0DONE]")).to_be_visible()
+    page.get_by_label("Show").select_option("waiting")
+    expect(page.get_by_text("Nobody is in this group now.")).to_be_visible()
+
+
+def test_the_round_stands_still_while_a_reason_is_asked_and_goes_on_when_it_is_not_given(open_page: OpenPage) -> None:
+    study = FakeDashboard()
+    page = open_page("/healthz", script=UNLOCKED)
+    study.open(page)
+    page.get_by_role("button", name="Actions for P4K7Q2").click()
+    page.get_by_role("button", name="Restart the round").click()
+    expect(page.get_by_label("Why it is restarted")).to_be_focused()
+    page.keyboard.press("Escape")
+    expect(page.get_by_role("dialog")).to_have_count(0)
+    until_heard(page, study, "pause", "resume")
+    page.get_by_role("button", name="Actions for P4K7Q2").click()
+    page.get_by_role("button", name="Restart the round").click()
+    page.get_by_label("Why it is restarted").fill("A fire drill")
+    page.get_by_role("button", name="Restart the round").click()
+    expect(page.get_by_role("dialog")).to_have_count(0)
+    until_heard(page, study, "pause", "resume", "pause", "restart-round", "resume")
 
 
 def test_everything_can_be_paused_and_alerts_are_put_away(open_page: OpenPage) -> None:

@@ -46,6 +46,7 @@ export function askForAction(row, act) {
   const body = el("div", { class: "stack" });
   const dialog = openDialog(row.pid, body);
   const choose = (/** @type {Action} */ action) => {
+    if (action.holds) void hold(row, dialog, act, body);
     if (action.asks) body.replaceChildren(reasonForm(row, action, act, () => dialog.close()));
     else void run(row, action, "", act, body, () => dialog.close());
   };
@@ -61,6 +62,21 @@ export function askForAction(row, act) {
     ),
   );
   body.replaceChildren(...buttons);
+}
+
+/**
+ * The round stands still while the reason is typed, so that it does not end first; afterwards it goes on.
+ * @param {ParticipantRow} row @param {HTMLDialogElement} dialog @param {Do} act @param {HTMLElement} problem
+ */
+async function hold({ pid }, dialog, act, problem) {
+  const closed = new Promise((done) => dialog.addEventListener("close", done));
+  try {
+    await act("pause", { pid });
+    await closed;
+    await act("resume", { pid });
+  } catch (error) {
+    if (dialog.open) problem.prepend(sentence(error)); // afterwards the row shows the pause, and its button ends it
+  }
 }
 
 /** @param {ParticipantRow} row @param {Action} action @param {Do} act @param {() => void} done */

@@ -5,15 +5,19 @@
  */
 
 import { openWithToken } from "../components/admin_token.js";
-import { pill, remark, showFacts } from "../components/dashboard.js";
+import { NO_PILL, pill, remark, showFacts } from "../components/dashboard.js";
 import { ApiError, requestJson } from "../core/api.js";
 import { badge, byId, el, notice } from "../core/dom.js";
 import { Alerts } from "./alerts.js";
 import { actor, askForAction, downloadPayments, openNext } from "./dialogs.js";
 import {
   atWords,
+  codeWords,
   facts,
+  GROUPS,
+  isIn,
   linkPill,
+  pausePill,
   recordingPill,
   seatNames,
   sorted,
@@ -33,6 +37,7 @@ import { prepareTexts } from "../text/page.js";
  * @property {HTMLTableRowElement} row
  * @property {Map<string, HTMLElement>} cells
  * @property {HTMLAnchorElement} watch
+ * @property {HTMLButtonElement} goOn ends a pause of this unit
  * @property {ParticipantRow} data
  */
 
@@ -45,6 +50,7 @@ const CLASSES = /** @type {Record<string, string>} */ ({ participant: "strong", 
 class Dashboard {
   #content = byId("content", HTMLElement);
   #rows = byId("participants", HTMLElement);
+  #filter = byId("filter", HTMLSelectElement);
   /** @type {Map<string, Shown>} by pid */
   #shown = new Map();
   #newsAtMs = 0;
@@ -74,6 +80,8 @@ class Dashboard {
       event.preventDefault();
       void this.#addNote();
     });
+    this.#filter.append(...GROUPS.map((group) => el("option", { value: group }, say(`experimenter.group.${group}`))));
+    this.#filter.addEventListener("change", () => this.#state && this.#showParticipants(this.#state));
     new LiveStream("/api/experimenter/live", this.token, { onNews: (state) => this.show(state) }).open();
     setInterval(() => performance.now() - this.#newsAtMs > STALE_MS && void this.#ask(), 1000);
   }
@@ -157,7 +165,24 @@ class Dashboard {
       if (after !== shown.row && !shown.row.contains(document.activeElement))
         this.#rows.insertBefore(shown.row, after ?? null);
     });
-    byId("empty", HTMLElement).hidden = participants.length > 0;
+    this.#showGroup(participants);
+  }
+
+  /**
+   * Hides whom the filter leaves out, and says when that is everybody.
+   * @param {readonly ParticipantRow[]} participants
+   */
+  #showGroup(participants) {
+    const group = GROUPS.find((one) => one === this.#filter.value) ?? "all";
+    const seen = participants.filter((data) => isIn(data, group));
+    for (const data of participants) {
+      const row = this.#shown.get(data.pid)?.row;
+      if (row) row.hidden = !seen.includes(data);
+    }
+    const empty = byId("empty", HTMLElement);
+    empty.hidden = seen.length > 0;
+    const text = say(participants.length > 0 ? "experimenter.emptyGroup" : "experimenter.empty");
+    if (empty.textContent !== text) empty.textContent = text;
   }
 
   /** @param {ParticipantRow} data @returns {Shown} */
@@ -183,8 +208,19 @@ class Dashboard {
       { type: "button", class: "button button-small", "aria-label": say("experimenter.actionsFor", { pid: data.pid }) },
       say("dashboard.actions"),
     );
-    const row = el("tr", { "data-pid": data.pid }, ...cells.values(), el("td", { class: "actions" }, watch, more));
-    const shown = { row, cells, watch, data };
+    const goOn = el(
+      "button",
+      {
+        type: "button",
+        class: "button button-small button-primary",
+        "aria-label": say("experimenter.goOnFor", { pid: data.pid }),
+        onclick: () => void this.#do("resume", { pid: data.pid }),
+      },
+      say("experimenter.goOn"),
+    );
+    const actions = el("td", { class: "actions" }, goOn, watch, more);
+    const row = el("tr", { "data-pid": data.pid }, ...cells.values(), actions);
+    const shown = { row, cells, watch, goOn, data };
     more.addEventListener("click", () =>
       askForAction(shown.data, async (action, body) => {
         await this.act(action, body);
@@ -205,7 +241,7 @@ function fill(shown, data) {
   /** @type {Record<string, (Node | string)[]>} */
   const texts = {
     participant: [data.pid],
-    step: [whereWords(data), ...remark(part)],
+    step: [whereWords(data), ...remark(part), ...remark(codeWords(data)), ...pauseOf(data)],
     plays: seatsOf(data),
     since: [timeWords(data)],
     link: [pill(linkPill(data))],
@@ -217,9 +253,16 @@ function fill(shown, data) {
     cell?.replaceChildren(...parts);
     cell?.toggleAttribute("data-empty", ["", "–"].includes(cell.textContent ?? ""));
   }
+  shown.goOn.hidden = data.unit_paused !== true || data.outcome !== null;
   shown.watch.hidden = data.room === null;
   if (data.room !== null) shown.watch.href = `/watch/${encodeURIComponent(data.room)}`;
   shown.row.toggleAttribute("data-finished", data.outcome !== null);
+}
+
+/** @param {ParticipantRow} data */
+function pauseOf(data) {
+  const words = pausePill(data);
+  return words === NO_PILL ? [] : [el("span", { class: "room-remark" }, pill(words))];
 }
 
 /** Both seats with who sits there, and the map. @param {ParticipantRow} data */

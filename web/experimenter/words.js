@@ -34,8 +34,12 @@ import { currentLanguage, has, say } from "../text/catalogue.js";
  * @property {string} recording "recording", "", or what is wrong, in English
  * @property {string | null} outcome
  * @property {boolean} code_given
+ * @property {string | null} [code]
+ * @property {number | null} [minutes] from arrival to the end
  * @property {string} [episode] of the newest round
- * @property {boolean} [paused]
+ * @property {boolean} [paused] by the experimenter, alone or with everybody
+ * @property {boolean} [unit_paused] by the experimenter, they alone
+ * @property {number | null} [paused_s] since when they stand still, whoever paused
  */
 /**
  * @typedef {object} Alert
@@ -100,6 +104,35 @@ export function whereWords({ kind, round, outcome, partner_letter: letter }) {
   const step = nameOf("step", kind);
   if (kind === "round" && round) return say("experimenter.round", round);
   return kind === "questionnaire" && letter ? say("experimenter.aboutPartner", { step, letter }) : step;
+}
+
+/** "paused 1:12", also between rounds; none where nothing stands still. @param {ParticipantRow} row @returns {Pill} */
+export function pausePill({ paused, paused_s: seconds, outcome, phase }) {
+  if (outcome || (!paused && phase !== "paused")) return NO_PILL;
+  const time = clockText(seconds ?? 0);
+  return { words: say(paused ? "experimenter.paused" : "experimenter.pausedByPlayer", { time }), tone: "attention" };
+}
+
+/** What somebody is to be paid for: "K7QX4WPL2M · 62 min"; empty before the end. @param {ParticipantRow} row */
+export function codeWords({ outcome, code, minutes }) {
+  if (!outcome || !code) return "";
+  return say("experimenter.codeAndMinutes", { code, minutes: Math.round(minutes ?? 0) });
+}
+
+export const GROUPS = /** @type {const} */ (["all", "playing", "paused", "away", "waiting", "finished"]);
+/** @typedef {typeof GROUPS[number]} Group */
+
+/** Whether somebody is to be seen under a filter. @param {ParticipantRow} row @param {Group} group */
+export function isIn(row, group) {
+  const here = !row.outcome;
+  return {
+    all: true,
+    playing: here && row.room !== null,
+    paused: here && pausePill(row) !== NO_PILL,
+    away: here && !row.present,
+    waiting: here && row.kind === "waiting",
+    finished: !here,
+  }[group];
 }
 
 /**
@@ -197,10 +230,14 @@ export function sorted(rows) {
 /** The actions that ask for a reason, which is kept with the data. */
 const ASKS = ["restart-round", "invalid", "note", "kick"];
 
+/** Those of them that end a running round. */
+const HOLDS = ["restart-round", "kick"];
+
 /**
- * What can be done for somebody now; `asks` is the question for the reason, or empty.
+ * What can be done for somebody now; `asks` is the question for the reason, or empty; `holds`: their round stands still
+ * while it is asked.
  * @param {ParticipantRow} row
- * @returns {{action: ActionName, label: string, asks: string, danger: boolean}[]}
+ * @returns {{action: ActionName, label: string, asks: string, danger: boolean, holds: boolean}[]}
  */
 export function actionsFor({ outcome, kind, episode, room, unit, paused }) {
   const inRound = ["round", "practice"].includes(kind) && room !== null && !outcome;
@@ -216,5 +253,6 @@ export function actionsFor({ outcome, kind, episode, room, unit, paused }) {
     label: say(`experimenter.action.${action}`),
     asks: ASKS.includes(action) ? say(`experimenter.reason.${action}`) : "",
     danger: action === "kick",
+    holds: inRound && !paused && HOLDS.includes(action),
   }));
 }

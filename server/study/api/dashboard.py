@@ -7,6 +7,7 @@ from typing import Any
 import orjson
 
 from movingout.server.study.api.participant_view import ParticipantViews
+from movingout.server.study.earnings import minutes_here
 from movingout.server.study.participant_session import ParticipantSession
 from movingout.server.study.running_study import RunningStudy
 from movingout.server.study.unit import RunningRound, StudyUnit
@@ -79,14 +80,23 @@ class Dashboard:
             "title": unit.running_round.room.round.map.title if unit and unit.running_round else "",
             "position": {"done": session.steps_done(), "total": len(session.steps)},
             "round": {"number": rounds.index(step.key) + 1, "of": len(rounds)} if step and step.turn else None,
-            "since_s": round(now - session.step_since),
+            "since_s": round(_standing_since(unit, now) - session.step_since),
             "present": session.present(now) or _connected(session, unit),
             "outcome": session.record.outcome,
             "code_given": session.record.code is not None,
+            "code": session.record.code,
+            "minutes": minutes_here(session.record),
             "episode": unit.episode if unit else "",
             "paused": running.progress.is_paused(session),
+            "unit_paused": unit is not None and unit.paused,
+            "paused_s": round(now - unit.standing_since) if unit and unit.standing_since is not None else None,
             **_round_state(session, unit),
         }
+
+
+def _standing_since(unit: StudyUnit | None, now: float) -> float:
+    """Until when time at a step counts: it stands still in a pause."""
+    return now if unit is None or unit.standing_since is None else unit.standing_since
 
 
 def _round_of(session: ParticipantSession, unit: StudyUnit | None) -> RunningRound | None:

@@ -75,6 +75,50 @@ def test_the_screen_is_told_once_a_second(solo: Served) -> None:
     assert [state["study"]["id"] for state in told] == ["solo", "solo"]
 
 
+def test_a_pause_between_rounds_is_seen_and_is_no_time_at_the_step(solo: Served) -> None:
+    visitor = solo.visitor().go_to("round")
+    session = solo.running.participants[visitor.pid]
+    session.step_since -= 30
+    assert (solo.row(visitor.pid)["since_s"], solo.row(visitor.pid)["paused_s"]) == (30, None)
+    solo.ask("pause", pid=visitor.pid)
+    unit = solo.running.units.of(session)
+    assert unit is not None and unit.standing_since is not None
+    unit.standing_since -= 10
+    session.step_since -= 10
+    row = solo.row(visitor.pid)
+    assert (row["room"], row["paused"], row["unit_paused"]) == (None, True, True)
+    assert (row["since_s"], row["paused_s"]) == (30, 10)
+    solo.ask("resume", pid=visitor.pid)
+    row = solo.row(visitor.pid)
+    assert (row["since_s"], row["paused_s"], row["unit_paused"]) == (30, None, False)
+
+
+def test_whoever_was_here_and_is_away_for_two_minutes_is_told_of_once(solo: Served) -> None:
+    visitor = solo.visitor().go_to("form")
+    session = solo.running.participants[visitor.pid]
+
+    def told() -> list[str]:
+        solo.look()
+        return [one["values"]["pid"] for one in solo.running.alerts.to_json() if one["about"] == "away"]
+
+    assert visitor.pid not in told()
+    session.last_seen_at -= 121
+    assert told().count(visitor.pid) == 1 and told().count(visitor.pid) == 1
+    visitor.look()
+    assert told().count(visitor.pid) == 1
+    solo.running.alerts._alerts = []  # as if a minute had gone by
+    session.last_seen_at -= 121
+    assert told().count(visitor.pid) == 1
+
+
+def test_a_row_of_somebody_who_has_finished_has_code_and_minutes(solo: Served) -> None:
+    visitor = solo.visitor().go_to("form")
+    assert (solo.row(visitor.pid)["code"], solo.row(visitor.pid)["minutes"]) == (None, None)
+    visitor.stop(True)
+    row = solo.row(visitor.pid)
+    assert row["code"] == visitor.step["code"] and 0 <= row["minutes"] < 5
+
+
 def test_a_paused_round_stands_still_until_the_experimenter_lets_it_go_on(long: Served) -> None:
     visitor = playing(long)
     long.ask("pause", pid=visitor.pid)

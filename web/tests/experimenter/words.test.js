@@ -4,9 +4,13 @@ import { test } from "node:test";
 
 import {
   actionsFor,
+  codeWords,
   facts,
+  GROUPS,
+  isIn,
   linkPill,
   alertWords,
+  pausePill,
   recordingPill,
   seatNames,
   sorted,
@@ -90,6 +94,39 @@ test("who is away comes first, who has finished last, else in the order of their
     sorted(rows).map(({ pid }) => pid),
     ["C", "B", "D", "A"],
   );
+});
+
+test("a pause says since when, whoever began it, also between rounds", () => {
+  const between = { kind: "questionnaire", room: null, tick: null, phase: "" };
+  assert.deepEqual(pausePill(row()), { words: "–", tone: "" });
+  assert.deepEqual(pausePill(row({ ...between, paused: true, paused_s: 72 })), {
+    words: "paused 1:12",
+    tone: "attention",
+  });
+  assert.equal(pausePill(row({ phase: "paused", paused_s: 5 })).words, "paused in the game 0:05");
+  assert.equal(pausePill(row({ outcome: "done", paused: true, paused_s: 5 })).words, "–");
+});
+
+test("who has finished is shown with code and minutes", () => {
+  assert.equal(codeWords(row({ outcome: "done", code: "K7QX4WPL2M", minutes: 61.6 })), "Code K7QX4WPL2M · 62 min");
+  assert.equal(codeWords(row({ outcome: "declined", code: null })), "");
+  assert.equal(codeWords(row()), "");
+});
+
+test("a filter shows one group", () => {
+  const groups = (/** @type {Partial<Row>} */ change) => GROUPS.filter((group) => isIn(row(change), group));
+  assert.deepEqual(groups({}), ["all", "playing"]);
+  assert.deepEqual(groups({ phase: "paused" }), ["all", "playing", "paused"]);
+  assert.deepEqual(groups({ room: null, kind: "waiting", present: false }), ["all", "away", "waiting"]);
+  assert.deepEqual(groups({ outcome: "done", room: null, present: false }), ["all", "finished"]);
+});
+
+test("a reason is asked while the round stands still, where the action ends it", () => {
+  const holding = (/** @type {Partial<Row>} */ change) =>
+    actionsFor(row({ episode: "e1", ...change })).flatMap(({ action, holds }) => (holds ? [action] : []));
+  assert.deepEqual(holding({}), ["restart-round", "kick"]);
+  assert.deepEqual(holding({ paused: true }), []);
+  assert.deepEqual(holding({ room: null, kind: "form" }), []);
 });
 
 test("only what makes sense now can be done for somebody", () => {
