@@ -1,7 +1,6 @@
 """One running server: everything that lives as long as the process, started and stopped in order."""
 
 import asyncio
-import gc
 import logging
 import shutil
 import time
@@ -14,8 +13,10 @@ from movingout.maps.randomize import Split
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.server import messages as m
 from movingout.server.agent_workers.pool import AgentPool
+from movingout.server.background import BackgroundWork
 from movingout.server.connection.admission import AdmissionControl
 from movingout.server.connection.endpoint import SocketEndpoint
+from movingout.server.memory import GarbageCollection
 from movingout.server.notices import NOTHING, Notice
 from movingout.server.own_maps.folder import MapFolder
 from movingout.server.own_maps.workers import MapWorkers
@@ -38,9 +39,6 @@ log = logging.getLogger(__name__)
 
 SYNC_S = 1.0
 LEFT_BEHIND_S = 60.0  # a room that was empty for so long may give way to another one of the same address
-# A full collection with 100 rooms takes 50 ms, so it waits for a moment when nobody plays; the young ones stay small.
-GC_THRESHOLDS = (700, 5, 1_000_000)
-IDLE_COLLECT_S = 60.0
 CPU_SAMPLES = 5  # seconds that the CPU share is averaged over
 
 
@@ -61,10 +59,10 @@ class Host:
         self.cpu_share = 0.0  # of one core, over the last seconds
         self.started_at = time.time()
         self.stopping = False
-        self._collected = time.monotonic()
-        self._gc_thresholds = gc.get_threshold()
+        self.background = BackgroundWork()
+        self._garbage = GarbageCollection()
+        self._process = psutil.Process()
         self._admin_hash = hash_token(self.admin_token)
-        self._tasks: list[asyncio.Task[None]] = []
         self._preparing: set[asyncio.Task[None]] = set()
         self._recording_service: RecordingService | None = None
         self.registry = RoomRegistry(
@@ -95,19 +93,18 @@ class Host:
         await self.agents.start()
         _warm_up()
         self._restore_rooms()
-        self._tasks = [asyncio.create_task(work()) for work in (self.scheduler.run, self._sync, self._watch_cpu)]
-        gc.collect()
-        gc.freeze()
-        gc.set_threshold(*GC_THRESHOLDS)
+        self._process.cpu_percent()  # the first call begins the measurement
+        self.background.keep_running("the clock of the rooms", self.scheduler.run)
+        self.background.repeat("saving recordings to the disk", self._sync, SYNC_S)
+        self.background.repeat("watching the load", self._watch_cpu, 1.0)
+        self._garbage.start()
 
     async def suspend(self) -> None:
         """Keep rooms and rounds as they are for the next run, and tell the clients."""
         if self.stopping:
             return
         self.stopping = True
-        for task in self._tasks:
-            task.cancel()
-        await asyncio.gather(*self._tasks, return_exceptions=True)
+        await self.background.stop()
         for room in self.registry.rooms.values():
             self._keep(room)
             room.suspend()
@@ -122,8 +119,7 @@ class Host:
         await self.agents.close()
         await self.map_workers.close()
         await asyncio.to_thread(self.store.close)
-        gc.unfreeze()
-        gc.set_threshold(*self._gc_thresholds)
+        self._garbage.stop()
 
     def may_open_room(self, address: str) -> bool:
         """Whether somebody at this address may open one more room now; it may take the place of one left behind."""
@@ -212,30 +208,14 @@ class Host:
     # ---- in the background ----------------------------------------------------------------------------------
 
     async def _sync(self) -> None:
-        """Once a second, make what was recorded survive a power failure; in a thread, because disks are slow."""
-        while True:
-            await asyncio.sleep(SYNC_S)
-            rounds = [room.round for room in self.registry.rooms.values()]
-            writers = [each.writer for each in rounds if each.writer is not None]
-            if writers:
-                await asyncio.to_thread(sync_recordings, self.settings.recordings, writers)
+        """Make what was recorded survive a power failure; in a thread, because disks are slow."""
+        writers = [room.round.writer for room in self.registry.rooms.values() if room.round.writer is not None]
+        if writers:
+            await asyncio.to_thread(sync_recordings, self.settings.recordings, writers)
 
     async def _watch_cpu(self) -> None:
-        process = psutil.Process()
-        share = 0.0
-        process.cpu_percent()
-        while True:
-            await asyncio.sleep(1.0)
-            share += (process.cpu_percent() / 100.0 - share) / CPU_SAMPLES
-            self.cpu_share = share
-            self._collect_when_idle()
-
-    def _collect_when_idle(self) -> None:
-        now = time.monotonic()
-        playing = any(room.phase == "playing" for room in self.registry.rooms.values())
-        if not playing and now - self._collected >= IDLE_COLLECT_S:
-            self._collected = now
-            gc.collect()
+        self.cpu_share += (self._process.cpu_percent() / 100.0 - self.cpu_share) / CPU_SAMPLES
+        self._garbage.consider(any(room.phase == "playing" for room in self.registry.rooms.values()))
 
 
 def _warm_up() -> None:

@@ -72,8 +72,10 @@ def _play_routes(host: Host) -> APIRouter:
     router = APIRouter()
 
     @router.get("/healthz")
-    async def health() -> dict[str, Any]:
-        return {"ok": not host.stopping, "rooms": len(host.registry.rooms)}
+    async def health(response: Response) -> dict[str, Any]:
+        faults = [*host.background.faults()]
+        response.status_code = 503 if faults else 200
+        return {"ok": not (host.stopping or faults), "rooms": len(host.registry.rooms), "faults": faults}
 
     @router.get("/api/agents")
     async def agents() -> dict[str, Any]:

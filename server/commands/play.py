@@ -9,6 +9,7 @@ from movingout.agents.catalogue import agent_card
 from movingout.recordings.recorded_seat import GHOST, is_ghost
 from movingout.server.app import create_app
 from movingout.server.host import Host
+from movingout.server.open_files import raise_open_files
 from movingout.server.options import add_options, values_of
 from movingout.server.own_maps.folder import map_files
 from movingout.server.persistence.data_folder import (
@@ -41,6 +42,8 @@ def run(args: argparse.Namespace) -> int:
         map_files(settings.maps)
     refuse_study_folder(settings.data)
     if caution := inexact_engine():
+        print(f"movingout: {caution}", file=sys.stderr)
+    if caution := raise_open_files(settings.limits):
         print(f"movingout: {caution}", file=sys.stderr)
     with exclusive_data_folder(settings.data):
         listening = listen(settings.host, settings.port)

@@ -11,6 +11,7 @@ from pathlib import Path
 from fastapi import FastAPI
 
 from movingout.server.commands.play import addresses, certificate_for, hints, with_kept_token
+from movingout.server.open_files import raise_open_files
 from movingout.server.options import values_of
 from movingout.server.persistence.data_folder import exclusive_data_folder, told_interrupted
 from movingout.server.settings import Limits, Settings
@@ -33,6 +34,8 @@ def serve(args: argparse.Namespace) -> int:
     _refuse_missing(found, args.file)
     settings = _settings(args)
     folder = StudyFolder(study, settings.data, args.database, args.identities)
+    if caution := raise_open_files(settings.limits):
+        print(f"movingout: {caution}", file=sys.stderr)
     with (
         exclusive_data_folder(settings.data),
         folder.exclusive(),

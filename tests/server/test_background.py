@@ -1,0 +1,93 @@
+"""Background work survives its errors, and a server tells when it does not succeed."""
+
+import asyncio
+import logging
+from pathlib import Path
+
+import pytest
+
+from movingout.server import background
+from movingout.server.background import BackgroundWork
+from movingout.server.host import Host
+from tests.server.live import serve
+
+
+class Clock:
+    """A clock that only moves when told to."""
+
+    now = 100.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def test_work_that_fails_is_done_again_and_logged_once(caplog: pytest.LogCaptureFixture) -> None:
+    done: list[int] = []
+
+    async def work() -> None:
+        done.append(len(done))
+        if len(done) < 4:
+            raise OSError(24, "Too many open files")
+
+    async def run() -> list[str]:
+        work_of = BackgroundWork()
+        work_of.repeat("saving", work, 0.001)
+        while len(done) < 6:
+            await asyncio.sleep(0.001)
+        faults = [*work_of.faults()]
+        await work_of.stop()
+        return faults
+
+    assert asyncio.run(run()) == []
+    assert [record.getMessage() for record in caplog.records if record.levelno == logging.ERROR] == [
+        "saving failed and is tried again: [Errno 24] Too many open files"
+    ]
+
+
+def test_work_that_never_succeeds_is_a_fault_after_five_seconds() -> None:
+    async def run() -> tuple[list[str], list[str]]:
+        clock = Clock()
+        work_of = BackgroundWork(clock)
+        work_of.repeat("saving", asyncio.Event().wait, 1.0)  # type: ignore[arg-type]
+        clock.now += 5.9
+        before = [*work_of.faults()]
+        clock.now += 0.2
+        after = [*work_of.faults()]
+        await work_of.stop()
+        return before, after
+
+    assert asyncio.run(run()) == ([], ["saving: not done for 6 s"])
+
+
+def test_work_that_ends_is_begun_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(background, "RETRY_S", 0.0)
+    begun: list[int] = []
+
+    async def work() -> None:
+        begun.append(1)
+        raise RuntimeError("once")
+
+    async def run() -> None:
+        work_of = BackgroundWork()
+        work_of.keep_running("the clock", work)
+        while len(begun) < 3:
+            await asyncio.sleep(0.001)
+        await work_of.stop()
+
+    asyncio.run(run())
+
+
+def test_a_disk_that_fails_for_long_is_a_fault_of_the_server(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    async def fails(self: Host) -> None:
+        raise OSError(5, "Input/output error")
+
+    monkeypatch.setattr(Host, "_sync", fails)
+    monkeypatch.setattr(background, "OVERDUE_S", -0.9)
+    with serve(tmp_path) as live:
+        live.open_room("here", "idle")
+        for _ in range(200):
+            status, answer = live.call("/healthz")
+            if status == 503:
+                break
+        assert (status, answer["ok"]) == (503, False)
+        assert answer["faults"][0].startswith("saving recordings to the disk: not done for ")
