@@ -1,0 +1,97 @@
+"""No page is wider than a phone of 360 pixels, in English and in German: nothing has to be scrolled to the side."""
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from movingout.recordings import finalise
+from tests.browser import study_fake
+from tests.browser.pages import admin_token, overflow
+from tests.browser.study_fake import FakeStudy
+from tests.browser.support import Server, wait_for
+from tests.browser.test_study_experimenter import UNLOCKED, FakeDashboard
+from tests.recordings.support import record
+
+OpenPage = Callable[..., Page]
+
+LANGUAGES = ("en", "de")
+SMALL: dict[str, Any] = {"viewport": {"width": 360, "height": 640}, "is_mobile": True, "has_touch": True}
+EPISODE = "a-narrow-one"
+WIDER = """[...document.querySelectorAll("body *")]
+  .filter((one) => one.checkVisibility() && one.getBoundingClientRect().right > 361)
+  .map((one) => one.outerHTML.slice(0, 120)).slice(0, 5)"""
+
+
+def assert_narrow(page: Page, what: str) -> None:
+    # A page that is too wide makes the layout viewport of a phone wider.
+    width = page.evaluate("Math.max(innerWidth, document.documentElement.scrollWidth)")
+    assert width == 360, (what, page.evaluate(WIDER))
+    assert overflow(page) == 0, what
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_no_page_is_wider_than_a_small_phone(server: Server, open_page: OpenPage, language: str) -> None:
+    finalise(record(server.data / "recordings", ticks=5, map_name="SequentialRotations", episode_id=EPISODE)[0])
+    room = server.make_room("SequentialRotations", red="link")
+    token = f"sessionStorage.setItem('movingout.admin', '{admin_token(server)}')"
+    script = f"if (location.protocol !== 'about:') {token}"
+    ready = {
+        "/": "#play:enabled",
+        "/nosuchpage": "body a",
+        "/admin": "[data-room]",
+        "/recordings": "#rows tr",
+        f"/replay/{EPISODE}": "#replay",
+        room["watch_path"]: "#ready h2",
+        room["join_path"]: "#ready h2",
+    }
+    for path, selector in ready.items():
+        page = open_page("/healthz", room if path == room["join_path"] else None, script, **SMALL)
+        page.goto(f"{path}?lang={language}")
+        expect(page.locator(selector).first).to_be_visible()
+        page.wait_for_timeout(300)
+        assert_narrow(page, path)
+        for summary in page.locator("summary:visible").all():
+            summary.click()
+        assert_narrow(page, f"{path}, unfolded")
+        page.context.close()
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_no_view_of_a_game_is_wider_than_a_small_phone(server: Server, open_page: OpenPage, language: str) -> None:
+    room = server.make_room("AdaptiveAssist", red="idle", limit_ticks=30)
+    page = open_page("/healthz", room, **SMALL)
+    page.goto(f"{room['join_path']}?lang={language}")
+    wait_for(page, "game.phase === 'lobby' && game.status === 'open'")
+    page.locator("#ready button").first.tap()
+    wait_for(page, "game.phase === 'playing'")
+    assert_narrow(page, "playing")
+    page.locator("#stop").tap()
+    wait_for(page, "game.phase === 'paused'")
+    assert_narrow(page, "paused")
+    page.locator("#overlay button").first.tap()
+    wait_for(page, "game.phase.endsWith('_over')")
+    expect(page.locator("#result h2")).to_be_visible()
+    assert_narrow(page, "result")
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_no_screen_of_a_study_is_wider_than_a_small_phone(open_page: OpenPage, language: str) -> None:
+    study = FakeStudy.at(*study_fake.every_screen().values())
+    person = study.people["token-of-person-1"]
+    person.language = language
+    page = open_page("/healthz", **SMALL)
+    for name, step in study_fake.every_screen().items():
+        person.steps = [step]
+        study.open(page, f"?lang={language}") if name == "consent" else page.reload()
+        expect(page.locator("#study-screen h1")).to_be_visible()
+        assert_narrow(page, name)
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_the_experimenter_has_nothing_to_scroll_to_the_side(open_page: OpenPage, language: str) -> None:
+    locale = {"en": "en-GB", "de": "de-DE"}[language]
+    page = open_page("/healthz", script=UNLOCKED, locale=locale, **SMALL)
+    FakeDashboard().open(page)
+    assert_narrow(page, "experimenter")
