@@ -71,3 +71,16 @@ def test_letters_and_marks_have_at_least_twelve_pixels_on_a_phone(server: Server
     letters: list[tuple[str, float]] = page.evaluate("window.__letters")
     assert {text for text, _ in letters if text} >= {"B", "R", "1–2"}
     assert min(size for text, size in letters if text) >= 12
+
+
+def test_a_page_that_draws_slowly_goes_on_with_a_canvas_in_memory(server: Server, open_page: OpenPage) -> None:
+    room = server.make_room("AdaptiveAssist", red="idle")
+    slow = "window.requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), 40);"
+    page = open_page(room["join_path"], room, script=slow)
+    page.wait_for_function(
+        "() => document.querySelector('#arena').getContext('2d').getContextAttributes().willReadFrequently"
+    )
+    start(page)
+    assert contrast(pixel(page, 0.0, 0.1), [0, 0, 0]) > 10, "the goal is drawn"
+    assert page.locator("#arena").get_attribute("aria-label").startswith("The room")  # type: ignore[union-attr]
+    page.wait_for_function("() => document.querySelector('#arena').getAttribute('aria-label').includes('0 of 6')")

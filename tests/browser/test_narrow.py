@@ -4,11 +4,11 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Browser, Page, expect
 
 from movingout.recordings import finalise
 from tests.browser import study_fake
-from tests.browser.pages import admin_token, overflow
+from tests.browser.pages import admin_token, complaining_page, overflow
 from tests.browser.study_fake import FakeStudy
 from tests.browser.support import Server, wait_for
 from tests.browser.test_study_experimenter import UNLOCKED, FakeDashboard
@@ -18,7 +18,6 @@ OpenPage = Callable[..., Page]
 
 LANGUAGES = ("en", "de")
 SMALL: dict[str, Any] = {"viewport": {"width": 360, "height": 640}, "is_mobile": True, "has_touch": True}
-EPISODE = "a-narrow-one"
 WIDER = """[...document.querySelectorAll("body *")]
   .filter((one) => one.checkVisibility() && one.getBoundingClientRect().right > 361)
   .map((one) => one.outerHTML.slice(0, 120)).slice(0, 5)"""
@@ -33,29 +32,35 @@ def assert_narrow(page: Page, what: str) -> None:
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_no_page_is_wider_than_a_small_phone(server: Server, open_page: OpenPage, language: str) -> None:
-    finalise(record(server.data / "recordings", ticks=5, map_name="SequentialRotations", episode_id=EPISODE)[0])
+    episode = f"narrow-{language}"
+    finalise(record(server.data / "recordings", ticks=5, map_name="SequentialRotations", episode_id=episode)[0])
     room = server.make_room("SequentialRotations", red="link")
     token = f"sessionStorage.setItem('movingout.admin', '{admin_token(server)}')"
     script = f"if (location.protocol !== 'about:') {token}"
     ready = {
-        "/": "#play:enabled",
-        "/nosuchpage": "body a",
+        "/": ".map canvas",
         "/admin": "[data-room]",
         "/recordings": "#rows tr",
-        f"/replay/{EPISODE}": "#replay",
+        f"/replay/{episode}": "#replay",
         room["watch_path"]: "#ready h2",
         room["join_path"]: "#ready h2",
     }
     for path, selector in ready.items():
         page = open_page("/healthz", room if path == room["join_path"] else None, script, **SMALL)
         page.goto(f"{path}?lang={language}")
-        expect(page.locator(selector).first).to_be_visible()
+        expect(page.locator(selector).first).to_be_visible(timeout=30_000)
         page.wait_for_timeout(300)
         assert_narrow(page, path)
         for summary in page.locator("summary:visible").all():
             summary.click()
         assert_narrow(page, f"{path}, unfolded")
         page.context.close()
+
+
+def test_the_page_that_does_not_exist_is_no_wider(browser: Browser, server: Server) -> None:
+    with complaining_page(browser, server, "/nosuchpage", **SMALL) as page:
+        expect(page.get_by_role("link").first).to_be_visible()
+        assert_narrow(page, "/nosuchpage")
 
 
 @pytest.mark.parametrize("language", LANGUAGES)

@@ -42,7 +42,9 @@ export class Hud {
     recording: byId("recording", HTMLElement),
     problem: byId("problem", HTMLElement),
     controls: byId("controls", HTMLElement),
-    arena: byId("arena", HTMLCanvasElement),
+    get arena() {
+      return byId("arena", HTMLCanvasElement); // it may have been replaced by one that draws faster
+    },
     stalled: /** @type {Element} */ (document.querySelector("#stalled")),
     stop: byId("stop", HTMLButtonElement),
     stopWords: byId("stop-words", HTMLElement),

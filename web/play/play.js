@@ -13,7 +13,7 @@ import { InputSenders } from "../input/sender.js";
 import { Touch } from "../input/touch.js";
 import { Panels } from "./panels.js";
 import { Probe } from "./probe.js";
-import { context2d, drawScene, fitCanvas } from "../view/render.js";
+import { context2d, drawScene, fitCanvas, paintInMemory } from "../view/render.js";
 import { Series } from "./series.js";
 import { Settings } from "./settings.js";
 import { StudyGame } from "../study/game.js";
@@ -186,6 +186,12 @@ class Play {
     }
     if (nowMs - this.#hudAtMs >= HUD_MS) this.#writeWords(scene, nowMs);
     this.#probe.drawn(nowMs, scene, this.#status, this.#intents);
+    if (this.#probe.isSlow) this.#paintInMemory();
+  }
+
+  #paintInMemory() {
+    this.#canvas = paintInMemory(this.#canvas);
+    this.#context = context2d(this.#canvas, true);
   }
 
   /** @param {import("./game.js").Scene} scene @param {number} nowMs */

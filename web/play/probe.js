@@ -4,6 +4,8 @@
 /** @typedef {import("./game.js").Scene} Scene */
 
 const GAPS_KEPT = 7200; // two minutes of frames
+const JUDGED = 60; // frames after which the page knows whether it draws fast enough
+const SLOW_MS = 24; // at 60 Hz every second picture is missed from 25 ms on
 
 export class Probe {
   frames = 0;
@@ -43,6 +45,13 @@ export class Probe {
     this.#scene = scene;
     this.#status = status;
     this.intents = intents;
+  }
+
+  /** Whether the first pictures came slowly, by their median; known once. */
+  get isSlow() {
+    if (this.frames !== JUDGED) return false;
+    const gaps = this.gaps.slice(-JUDGED / 2).sort((a, b) => a - b);
+    return (gaps[Math.floor(gaps.length / 2)] ?? 0) > SLOW_MS;
   }
 
   /** The page was hidden: the time until the next frame does not count as a gap. */

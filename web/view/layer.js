@@ -12,13 +12,14 @@ const WALL_MARGIN = 0.01; // a wall is this much thicker than its rectangle, as 
 const layers = new WeakMap();
 
 /** @param {ArenaContext} page  of the canvas that it is for @param {GameMap} map @returns {OffscreenCanvas} */
-export function staticLayer({ ctx: { canvas }, theme, density }, map) {
-  const page = /** @type {HTMLCanvasElement} */ (canvas);
+export function staticLayer({ ctx: shown, theme, density }, map) {
+  const page = /** @type {HTMLCanvasElement} */ (shown.canvas);
   const known = layers.get(page);
   const side = page.width;
   if (known?.map === map && known.theme === theme && known.side === side) return known.canvas;
   const layer = new OffscreenCanvas(side, side);
-  const ctx = layer.getContext("2d");
+  const { willReadFrequently } = /** @type {CanvasRenderingContext2D} */ (shown).getContextAttributes(); // kept alike
+  const ctx = layer.getContext("2d", { willReadFrequently });
   if (ctx === null) throw new Error("this browser cannot draw on a canvas");
   const arena = new ArenaContext(ctx, theme, side, density);
   ctx.fillStyle = theme.surface;
