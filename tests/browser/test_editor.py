@@ -14,6 +14,11 @@ from tests.browser.support import start, wait_for
 
 OpenPage = Callable[..., Page]
 SMALL_PHONE = {"width": 375, "height": 553}
+DROP = """text => {
+    const data = new DataTransfer();
+    data.items.add(new File([text], "dropped.json", { type: "application/json" }));
+    document.body.dispatchEvent(new DragEvent("drop", { dataTransfer: data, bubbles: true, cancelable: true }));
+}"""
 SOUND = "This map can be played."
 
 
@@ -150,6 +155,8 @@ def test_a_file_is_downloaded_and_opened_and_a_broken_one_loses_nothing(open_pag
     assert drawn(page) == good
     page.get_by_role("button", name="Undo").click()
     assert drawn(page) == before
+    page.evaluate(DROP, json.dumps(good))
+    expect(page.get_by_label("Title")).to_have_value("<b>Mine</b>")
 
 
 def test_what_is_missing_and_a_shipped_name_are_said(open_page: OpenPage) -> None:
@@ -174,6 +181,11 @@ def test_on_a_phone_a_map_is_changed_by_touch(open_page: OpenPage, pictures: Pat
     assert box is not None and box["y"] + box["height"] <= SMALL_PHONE["height"], "the whole arena is on the screen"
     page.screenshot(path=pictures / "editor-phone-whole.png", full_page=True)
     assert violations(page) == []
+    page.goto("/editor?lang=de")
+    page.wait_for_function("() => window.__editor?.checks().known")
+    assert len(drawn(page)["walls"]) == 1
+    assert overflow(page) <= 0
+    page.screenshot(path=pictures / "editor-phone-german.png")
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

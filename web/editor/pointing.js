@@ -19,6 +19,7 @@ import { scaled, snapped, thing, turnedTo, STEP, TURN } from "./parts.js";
  */
 
 const TURN_REACH = 0.14; // from the edge of an item or robot to the handle that turns it
+const SIZE_REACH = 0.04; // to the one that makes an item larger
 const DEFAULT_SIDES = { wall: [0.6, 0.1], goal: [0.6, 0.4] };
 
 /** The handles of a selected part. @param {GameMap} map @param {Part} part @returns {Handle[]} */
@@ -36,14 +37,14 @@ export function handlesOf(map, part) {
     );
   }
   const far = reach(map, part);
-  const beyond = far + TURN_REACH;
+  const [beyond, aside] = [far + TURN_REACH, far + SIZE_REACH];
   const turn = {
     name: /** @type {const} */ ("turn"),
     x: it.x - beyond * Math.sin(it.angle),
     y: it.y + beyond * Math.cos(it.angle),
   };
   if (part.kind === "robots") return [turn];
-  return [turn, { name: "size", x: it.x + far * Math.cos(it.angle), y: it.y + far * Math.sin(it.angle) }];
+  return [turn, { name: "size", x: it.x + aside * Math.cos(it.angle), y: it.y + aside * Math.sin(it.angle) }];
 }
 
 /**
@@ -74,7 +75,7 @@ export function gestureAt(map, selected, at, settings, near) {
   });
   if (tool === "item") return (to) => withNew(map, addItem(map, settings.shape, settings.size, onGrid(to)), "items");
   if (tool !== "select") return (to) => drawnRect(map, tool, onGrid(at), onGrid(to));
-  const handle = selected && handlesOf(map, selected).find(({ x, y }) => Math.hypot(x - at.x, y - at.y) <= near);
+  const handle = selected && handleUnder(map, selected, at, near);
   if (selected && handle) return (to) => ({ map: handled(map, selected, handle, to, snap), selected });
   const part = partUnder(map, at, near);
   if (part === null) return null;
@@ -85,6 +86,16 @@ export function gestureAt(map, selected, at, settings, near) {
     const place = onGrid({ x: corner.left + to.x - at.x, y: corner.bottom + to.y - at.y });
     return { map: movedBy(map, part, place.x - corner.left, place.y - corner.bottom), selected: part };
   };
+}
+
+/**
+ * The nearest handle, unless the middle of the part is nearer: what is small can still be moved.
+ * @param {GameMap} map @param {Part} part @param {Point} at @param {number} near
+ */
+function handleUnder(map, part, at, near) {
+  const away = (/** @type {Point} */ { x, y }) => Math.hypot(x - at.x, y - at.y);
+  const [nearest] = handlesOf(map, part).sort((a, b) => away(a) - away(b));
+  return away(nearest) <= near && away(nearest) < away(middle(map, part)) ? nearest : null;
 }
 
 /** What a tool adds without a pointer. @param {GameMap} map @param {Settings} settings @param {Point} at */
@@ -130,6 +141,6 @@ function handled(map, part, handle, to, snap) {
   const { x, y } = middle(map, part);
   if (handle.name === "turn") return turnedTo(map, part, snapped(Math.atan2(x - to.x, to.y - y), snap ? TURN : 0));
   const now = thing(map, part);
-  const wanted = Math.hypot(to.x - x, to.y - y) / reach(map, part);
+  const wanted = (Math.hypot(to.x - x, to.y - y) - SIZE_REACH) / reach(map, part);
   return "scale" in now ? scaled(map, part, now.scale * wanted) : map;
 }

@@ -173,7 +173,14 @@ test("the handle of an item turns it in steps, another one makes it larger", () 
   assert.equal(turning({ x: -0.5, y: 0.02 }).map.items[0].angle, 1.571);
   const sizing = gestureAt(map, ITEM, size, SELECT, 0.01);
   assert.ok(sizing);
-  assert.equal(sizing({ x: 0.12, y: 0 }).map.items[0].scale, 0.12);
+  assert.equal(sizing({ x: 0.16, y: 0 }).map.items[0].scale, 0.12);
+});
+
+test("a small item that is selected is still moved by its middle, however broad the finger", () => {
+  const drag = gestureAt(room(), ITEM, { x: 0.02, y: -0.02 }, SELECT, 0.2);
+  assert.ok(drag);
+  const [item] = drag({ x: 0.32, y: 0.23 }).map.items;
+  assert.deepEqual([item.x, item.y, item.scale, item.angle], [0.3, 0.25, 0.06, 0]);
 });
 
 test("tools draw by dragging, by a click and without a pointer", () => {
