@@ -75,3 +75,8 @@ def newest(room: Room, seen: dict[int, tuple[int, int]]) -> list[dict[str, Any]]
             seen[seat.index] = (player.key, tick)
             found.append({"seat": seat.index, "tick": tick, **detail})
     return found
+
+
+def weighs(room: Room) -> bool:
+    """Whether an agent here has compared candidates. Never told of a round of a study: it says who the partner is."""
+    return not room.config.study and bool(newest(room, {}))

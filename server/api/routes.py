@@ -14,7 +14,7 @@ from movingout.agents.catalogue import ALONE_TCR, UNSEEN_TCR, AgentCard, agent_c
 from movingout.agents.errors import CheckpointError
 from movingout.recordings import RecordingError
 from movingout.server import messages as m
-from movingout.server.api import pages, share
+from movingout.server.api import agent_debug, pages, share
 from movingout.server.api.authentication import (
     address_of,
     admin,
@@ -131,6 +131,7 @@ def _room_view(room: Room) -> dict[str, Any]:
         "study": bool(room.config.study),
         "open_seats": [seat.index for seat in room.seats if seat.open],
         "seats": msgspec.to_builtins(state.seats),
+        "weighs": agent_debug.weighs(room),
     }
 
 

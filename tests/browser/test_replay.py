@@ -149,7 +149,7 @@ def test_paths_and_what_agents_weighed_lie_over_the_arena_when_wanted(open_page:
     page.keyboard.press("t")
     expect(page.get_by_label("paths of the last five seconds")).to_be_checked()
     page.get_by_label("candidates").check()
-    expect(page.locator("#weighed")).to_contain_text("Red at tick 40")
+    expect(page.locator("#weighed")).to_contain_text("Red compares")
     assert page.locator("#arena").screenshot() != plain
     page.keyboard.press("a")
     page.keyboard.press("t")

@@ -29,7 +29,8 @@ THOUGHT = {
 
 
 def think(page: Page, *thoughts: dict[str, object]) -> None:
-    """The server tells of these decisions whenever the page asks."""
+    """The server tells of these decisions whenever the page asks, and that there are any."""
+    page.route("**/api/rooms/*", lambda route: route.fulfill(json={"weighs": True}))
     stream = "retry: 300\n" + "".join(f"data: {json.dumps(thought)}\n\n" for thought in thoughts)
     page.route("**/thoughts", lambda route: route.fulfill(content_type="text/event-stream", body=stream))
 
@@ -40,8 +41,10 @@ def test_a_spectator_switches_on_what_an_agent_weighs(server: Server, open_page:
     think(page, THOUGHT)
     box = page.get_by_role("region", name="What agents consider")
     box.get_by_role("button", name="Show options").click()
-    expect(box.get_by_role("listitem")).to_have_count(4)
-    expect(box.locator("strong")).to_contain_text("chosen")
+    rows = box.get_by_role("listitem")
+    expect(rows).to_have_count(4)
+    expect(rows.first).to_have_text("10.340chosen")  # the rank, the score
+    expect(box).to_contain_text("1 has the highest score")
     page.screenshot(path=pictures / "thoughts.png")
     assert violations(page) == []
     box.get_by_role("button", name="Hide options").click()
@@ -69,11 +72,26 @@ def test_the_switch_stays_under_the_pointer_when_the_round_begins(
     expect(page.get_by_role("button", name="Show options")).to_be_visible()
 
 
-def test_an_agent_that_weighs_nothing_is_said_to(server: Server, open_page: OpenPage) -> None:
+def test_where_no_agent_weighs_nothing_is_offered(server: Server, open_page: OpenPage) -> None:
     room = server.make_room("SingleRotation", blue="idle", red="scripted")
     page = open_page(room["watch_path"])
-    page.get_by_role("button", name="Show options").click()
-    expect(page.locator("#decisions")).to_contain_text("These players do not show their plans.")
+    wait_for(page, "game.phase === 'playing' && game.tick > 5")
+    assert server.request(f"/api/rooms/{room['room']}")["weighs"] is False
+    expect(page.locator("#decisions")).to_be_hidden()
+
+
+@pytest.mark.parametrize("size", [DESKTOP, {"width": 375, "height": 553}], ids=["desktop", "phone"])
+@pytest.mark.parametrize("dark", [False, True])
+def test_a_real_agent_that_weighs_is_offered_and_shown(
+    server: Server, open_page: OpenPage, pictures: Path, size: dict[str, int], dark: bool
+) -> None:
+    room = server.make_room("LeftRight", blue="bass@all", red="scripted")
+    page = open_page(room["watch_path"], viewport=size, color_scheme="dark" if dark else "light")
+    page.get_by_role("button", name="Show options").click(timeout=60_000)
+    box = page.locator("#decisions")
+    expect(box.get_by_role("listitem").first).to_contain_text("1")
+    page.wait_for_timeout(700)
+    page.screenshot(path=pictures / f"candidates-{size['width']}-{'dark' if dark else 'light'}.png")
 
 
 def test_players_are_not_offered_to_look_into_their_partner(server: Server, open_page: OpenPage) -> None:
@@ -85,8 +103,8 @@ def test_players_are_not_offered_to_look_into_their_partner(server: Server, open
 def test_in_a_pause_stays_what_was_weighed_last(server: Server, open_page: OpenPage) -> None:
     room = server.make_room("HandOff", blue="here", red="idle")
     page, blue = open_page(room["watch_path"]), open_page(room["join_path"], room)
-    start(blue)
     think(page, THOUGHT)
+    start(blue)
     page.get_by_role("button", name="Show options").click()
     scores = page.locator("#decisions").get_by_role("listitem")
     expect(scores).to_have_count(4)

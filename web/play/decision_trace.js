@@ -1,19 +1,22 @@
-// The decisions of agents, over the arena and beside it, for spectators who switch it on: the paths of all candidates,
-// where the chosen one is expected to bring items and robots, what the partner is expected to do, and the scores. Asks
-// the server only while it is on.
+// The decisions of agents, over the arena and beside it, for spectators who switch it on: what an agent is trying, the
+// scores of its candidates, their paths with ranks. Offered once an agent has weighed anything; asks for decisions only
+// while it is on.
 
+import { requestJson } from "../core/api.js";
 import { currentTheme } from "../core/colours.js";
 import { el } from "../core/dom.js";
+import { say } from "../text/catalogue.js";
 import { ArenaContext } from "../view/arena_context.js";
-import { ROBOT_RADIUS } from "../view/robot.js";
-import { outline } from "../shapes.js";
-import { say, sayNumber } from "../text/catalogue.js";
-import { colourName } from "../text/names.js";
+import { drawDecision } from "../view/candidates.js";
+import { decisionLegend, decisionList } from "../view/decision_words.js";
+import { planOf } from "../view/plan.js";
 
 const STEP = 0.06; // arena units that a robot drives in a tick at full stick
 const MOVED = 0.03; // arena units; an item expected to move less is not drawn
 const STALE_MS = 1500; // of play; an older decision is not shown
+const ASK_MS = 2000; // between two questions whether an agent here weighs candidates
 
+/** @typedef {import("../view/candidates.js").Decision} Decision */
 /** @typedef {import("../view/render.js").GameMap} GameMap */
 /** @typedef {import("../view/render.js").View} View */
 /** @typedef {import("../view/render.js").Triple} Triple */
@@ -38,18 +41,27 @@ export class DecisionPanel {
   #newest = new Map();
   #shown = "";
   #writtenAtMs = performance.now();
+  /** @type {{map: GameMap, view: View} | null} what is shown */
+  #scene = null;
   #button;
   #list = el("div");
 
-  /** @param {HTMLElement} box @param {string} path of the event stream */
-  constructor(box, path) {
+  /** @param {HTMLElement} box @param {string} room  its API, /api/rooms/ROOM */
+  constructor(box, room) {
     this.box = box;
-    this.path = path;
+    this.room = room;
     this.#button = el("button", { type: "button", class: "button button-wide", onclick: () => this.#toggle() });
   }
 
+  /** Offers to look into the agents as soon as one of them has weighed candidates. */
+  async offerWhenWeighing() {
+    const { weighs } = await requestJson(this.room).catch(() => ({ weighs: false }));
+    if (weighs) this.#offer();
+    else setTimeout(() => void this.offerWhenWeighing(), ASK_MS);
+  }
+
   /** Shows the switch, above the scores, so that a change of them does not move it under the pointer. */
-  offer() {
+  #offer() {
     this.box.hidden = false;
     this.box.replaceChildren(
       el("h2", { id: "decisions-title" }, say("play.candidates.title")),
@@ -61,8 +73,9 @@ export class DecisionPanel {
 
   /** Draws over the scene. @param {CanvasRenderingContext2D} ctx @param {GameMap} map @param {View} view */
   draw(ctx, map, view) {
+    this.#scene = { map, view };
     const arena = new ArenaContext(ctx, currentTheme(), ctx.canvas.width);
-    for (const decision of this.#fresh()) drawDecision(arena, map, view, decision);
+    for (const trace of this.#fresh()) drawDecision(arena, map, view, liveDecision(trace, view));
   }
 
   /** The scores, in words. Nothing gets stale in a pause. @param {boolean} paused */
@@ -75,9 +88,14 @@ export class DecisionPanel {
     const shown = fresh.map(({ seat, tick }) => `${seat}:${tick}`).join();
     if (shown === this.#shown) return;
     this.#shown = shown;
-    this.#list.replaceChildren(
-      ...(fresh.length > 0 ? fresh.map(scoreList) : [el("p", { class: "muted" }, say("play.candidates.none"))]),
-    );
+    const scene = this.#scene;
+    if (fresh.length === 0 || scene === null)
+      return this.#list.replaceChildren(el("p", { class: "muted" }, say("play.candidates.none")));
+    const lists = fresh.map((trace) => {
+      const decision = liveDecision(trace, scene.view);
+      return decisionList(decision, planOf(scene.map, scene.view, decision), scene.map);
+    });
+    this.#list.replaceChildren(...lists, decisionLegend());
   }
 
   #toggle() {
@@ -87,7 +105,7 @@ export class DecisionPanel {
   }
 
   #open() {
-    this.#source = new EventSource(this.path);
+    this.#source = new EventSource(`${this.room}/thoughts`);
     this.#source.onmessage = ({ data }) => {
       const decision = /** @type {DecisionTrace} */ (JSON.parse(data));
       this.#newest.set(decision.seat, { decision, atMs: performance.now() });
@@ -111,11 +129,6 @@ export class DecisionPanel {
     const since = performance.now() - STALE_MS;
     return [...this.#newest.values()].filter(({ atMs }) => atMs > since).map(({ decision }) => decision);
   }
-}
-
-/** The letter of a candidate. @param {number} index */
-export function letterOf(index) {
-  return String.fromCharCode(65 + index);
 }
 
 /**
@@ -159,119 +172,22 @@ export function expectedRobots({ chosen, pairs = [], robots = [] }) {
   return robots.filter((_, index) => pairs[index]?.[0] === chosen);
 }
 
-/** @param {DecisionTrace} decision */
-function scoreList(decision) {
-  const rows = decision.scores.map((score, index) => {
-    const words = `${letterOf(index)}  ${sayNumber(score, 3)}`;
-    return el(
-      "li",
-      {},
-      index === decision.chosen ? el("strong", {}, `${words}  ${say("play.candidates.chosen")}`) : words,
-    );
-  });
-  return el("div", {}, el("p", { class: "label" }, colourName(decision.seat)), el("ol", {}, ...rows));
-}
-
-/** @param {ArenaContext} arena @param {GameMap} map @param {View} view @param {DecisionTrace} decision */
-function drawDecision(arena, map, view, decision) {
-  const now = /** @type {[Point, Point]} */ (view.poses.slice(0, 2).map(([x, y]) => [x, y]));
-  const partner = 1 - decision.seat;
-  for (const { item, place } of movedItems(decision, view)) drawExpected(arena, map, view, item, place);
-  for (const rows of decision.guesses ?? []) drawGuess(arena, partner, wayOf(rows, view.poses[partner]));
-  for (const moments of expectedRobots(decision)) drawRobots(arena, [now, ...moments]);
-  const order = decision.candidates
-    .map((_, index) => index)
-    .sort((a, b) => Number(a === decision.chosen) - Number(b === decision.chosen));
-  for (const index of order) drawWay(arena, view, decision, index);
-}
-
-/** @param {ArenaContext} arena @param {View} view @param {DecisionTrace} decision @param {number} index */
-function drawWay(arena, view, decision, index) {
-  const { ctx, theme } = arena;
-  const chosen = index === decision.chosen;
-  const way = wayOf(decision.candidates[index], view.poses[decision.seat]);
-  ctx.beginPath();
-  for (const point of way) ctx.lineTo(...arena.at(...point));
-  ctx.strokeStyle = chosen ? theme.attention : theme.ink;
-  ctx.globalAlpha = chosen ? 1 : 0.55;
-  ctx.lineWidth = (chosen ? 4 : 1.5) * arena.hair;
-  ctx.lineJoin = "round";
-  ctx.stroke();
-  const [x, y] = way[way.length - 1];
-  arena.around([x, y, 0], () => arena.label(letterOf(index), 0.05 * arena.unit, theme.ink));
-  ctx.globalAlpha = 1;
-}
-
-/** What the partner may do. @param {ArenaContext} arena @param {number} seat @param {Point[]} way */
-export function drawGuess(arena, seat, way) {
-  drawLine(arena, way, seatColour(arena, seat), 1.5, 0.02 * arena.unit);
-}
-
 /**
- * Both robots' expected paths, with a ring at the end.
- * @param {ArenaContext} arena
- * @param {[Point, Point][]} moments
+ * A decision as it is drawn and told, with paths from where the robots are shown.
+ * @param {DecisionTrace} trace @param {View} view @returns {Decision}
  */
-export function drawRobots(arena, moments) {
-  for (const seat of [0, 1]) {
-    const way = moments.map((places) => places[seat]);
-    drawLine(arena, way, seatColour(arena, seat), 2.5);
-    const [x, y] = way[way.length - 1];
-    arena.around([x, y, 0], () => {
-      arena.circle(ROBOT_RADIUS * arena.unit);
-      stroke(arena, seatColour(arena, seat), 2, 0.03 * arena.unit);
-    });
-  }
-}
-
-/** @param {ArenaContext} arena @param {number} seat */
-function seatColour({ theme }, seat) {
-  return seat === 0 ? theme.blue : theme.red;
-}
-
-/**
- * @param {ArenaContext} arena
- * @param {Point[]} way
- * @param {string} colour
- * @param {number} width hairs
- * @param {number} [dash] pixels
- */
-function drawLine(arena, way, colour, width, dash = 0) {
-  arena.ctx.beginPath();
-  for (const point of way) arena.ctx.lineTo(...arena.at(...point));
-  stroke(arena, colour, width, dash);
-}
-
-/**
- * @param {ArenaContext} arena
- * @param {string} colour
- * @param {number} width hairs
- * @param {number} dash pixels, 0 for a solid line
- */
-function stroke({ ctx, hair }, colour, width, dash) {
-  ctx.strokeStyle = colour;
-  ctx.lineWidth = width * hair;
-  ctx.lineJoin = "round";
-  ctx.setLineDash(dash > 0 ? [dash, dash] : []);
-  ctx.stroke();
-  ctx.setLineDash([]);
-}
-
-/** @param {ArenaContext} arena @param {GameMap} map @param {View} view @param {number} item @param {Point} place */
-function drawExpected(arena, map, view, item, [x, y]) {
-  const { ctx, theme, unit } = arena;
-  const { shape, scale } = map.items[item];
-  arena.around([x, y, view.poses[item + 2][2]], () => {
-    if (shape === "circle") arena.circle(scale * unit);
-    else {
-      ctx.beginPath();
-      for (const [px, py] of outline(shape, scale)) ctx.lineTo(px * unit, -py * unit);
-      ctx.closePath();
-    }
-    ctx.strokeStyle = theme.attention;
-    ctx.lineWidth = 2 * arena.hair;
-    ctx.setLineDash([0.03 * unit, 0.02 * unit]);
-    ctx.stroke();
-    ctx.setLineDash([]);
-  });
+export function liveDecision(trace, view) {
+  const { seat, tick, chosen, scores, candidates, guesses = [] } = trace;
+  const expected = expectedRobots(trace);
+  return {
+    seat,
+    tick,
+    chosen,
+    scores,
+    ways: candidates.map((rows) => wayOf(rows, view.poses[seat])),
+    moves: movedItems(trace, view),
+    own: expected.map((moments) => moments.map((places) => places[seat])),
+    partner: expected.map((moments) => moments.map((places) => places[1 - seat])),
+    guesses: guesses.map((rows) => wayOf(rows, view.poses[1 - seat])),
+  };
 }

@@ -91,7 +91,7 @@ class Play {
     },
     this.#study !== null,
   );
-  #decisions = new DecisionPanel(byId("decisions", HTMLElement), `/api/rooms/${room}/thoughts`);
+  #decisions = new DecisionPanel(byId("decisions", HTMLElement), `/api/rooms/${room}`);
   #inputs = new InputSenders(
     (input) => this.#connection.sendInput(input),
     () => ({
@@ -119,7 +119,7 @@ class Play {
     Object.assign(this.#probe, { cues: this.#cues, sounds: this.#sounds });
     this.#connection.open();
     this.#probe.pings = () => this.#pings.shown;
-    if (mode === "watch") this.#decisions.offer();
+    if (mode === "watch") void this.#decisions.offerWhenWeighing();
     requestAnimationFrame((now) => this.#frame(now));
   }
 

@@ -7,9 +7,9 @@
 import { currentTheme } from "../core/colours.js";
 import { ArenaContext } from "../view/arena_context.js";
 import { PING_TICKS, TICK_MS } from "../messages.js";
+import { drawDecision } from "../view/candidates.js";
 import { drawPing } from "../view/ping.js";
 import { ROBOT_RADIUS } from "../view/robot.js";
-import { drawGuess, drawRobots, letterOf } from "../play/decision_trace.js";
 
 /** @typedef {import("./data.js").Replay} Replay */
 /** @typedef {[number, number]} Point arena units */
@@ -26,6 +26,7 @@ import { drawGuess, drawRobots, letterOf } from "../play/decision_trace.js";
  */
 
 export const TRAIL_TICKS = 50;
+const SAME_PLACE = 0.02; // arena units: poses are rounded
 const LASTS_TICKS = 15; // without a newer decision for this long, none is shown
 
 /**
@@ -38,13 +39,6 @@ export function decisionsAt(decisions, tick) {
     .map((seat) => decisions.findLast((decision) => decision.seat === seat && decision.tick <= Math.max(tick, 1)))
     .filter((decision) => decision !== undefined && tick - decision.tick <= LASTS_TICKS)
     .map((decision) => /** @type {DecisionTrace} */ (decision));
-}
-
-/** Candidates from the best score to the worst, with letter and score. @param {DecisionTrace} decision */
-export function ranking({ scores, chosen }) {
-  return scores
-    .map((score, index) => ({ letter: letterOf(index), score, chosen: index === chosen }))
-    .sort((a, b) => b.score - a.score);
 }
 
 /**
@@ -92,21 +86,38 @@ export function trail(way) {
   return steps.filter(({ from }) => Math.hypot(from[0] - x, from[1] - y) >= ROBOT_RADIUS);
 }
 
-/** @param {CanvasRenderingContext2D} ctx @param {readonly DecisionTrace[]} decisions */
-export function drawDecisions(ctx, decisions) {
+/**
+ * A decision as it is drawn and told. `view`: the instant in which it was made.
+ * @param {DecisionTrace} trace @param {import("../view/render.js").View} view
+ * @returns {import("../view/candidates.js").Decision}
+ */
+export function recordedDecision({ seat, tick, chosen, scores, ways, moves, robots, guesses }, view) {
+  return {
+    seat,
+    tick,
+    chosen,
+    scores,
+    ways,
+    moves: moves.map(([from, place]) => ({ item: itemAt(view, from), place })).filter(({ item }) => item >= 0),
+    own: robots.map((moments) => moments.map((places) => places[seat])),
+    partner: robots.map((moments) => moments.map((places) => places[1 - seat])),
+    guesses,
+  };
+}
+
+/** The item at a place, -1 for none. @param {import("../view/render.js").View} view @param {Point} place */
+function itemAt(view, [x, y]) {
+  const gaps = view.poses.slice(2).map(([ix, iy]) => Math.hypot(ix - x, iy - y));
+  const item = gaps.indexOf(Math.min(...gaps));
+  return (gaps[item] ?? Infinity) < SAME_PLACE ? item : -1;
+}
+
+/** @param {CanvasRenderingContext2D} ctx @param {Replay} replay @param {readonly DecisionTrace[]} traces */
+export function drawDecisions(ctx, replay, traces) {
   const arena = new ArenaContext(ctx, currentTheme(), ctx.canvas.width);
-  const { theme } = arena;
-  for (const { seat, ways, chosen, moves, robots, guesses } of decisions) {
-    for (const way of guesses) drawGuess(arena, 1 - seat, way);
-    for (const moments of robots) drawRobots(arena, moments);
-    const order = ways.map((_, index) => index).sort((a, b) => Number(a === chosen) - Number(b === chosen));
-    for (const index of order) {
-      const played = index === chosen;
-      line(arena, ways[index], played ? theme.attention : theme.ink, played ? 4 : 1.5, played ? 1 : 0.55);
-      const [x, y] = ways[index][ways[index].length - 1];
-      if (ways.length > 1) arena.around([x, y, 0], () => arena.label(letterOf(index), 0.05 * arena.unit, theme.ink));
-    }
-    for (const move of moves) line(arena, move, theme.attention, 2, 1, 0.02 * arena.unit);
+  for (const trace of traces) {
+    const view = replay.viewAt((trace.tick - 1) * TICK_MS);
+    drawDecision(arena, replay.summary.map, view, recordedDecision(trace, view));
   }
 }
 

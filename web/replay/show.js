@@ -7,9 +7,10 @@
 import { byId, el, notice } from "../core/dom.js";
 import { TICK_MS } from "../messages.js";
 import { tickAt } from "./data.js";
-import { drawDecisions, drawPings, drawTrails, ranking, decisionsAt } from "./overlay.js";
-import { say, sayError, sayNumber } from "../text/catalogue.js";
-import { colourName } from "../text/names.js";
+import { decisionsAt, drawDecisions, drawPings, drawTrails, recordedDecision } from "./overlay.js";
+import { say, sayError } from "../text/catalogue.js";
+import { decisionLegend, decisionList } from "../view/decision_words.js";
+import { planOf } from "../view/plan.js";
 
 /** @typedef {import("./data.js").Replay} Replay */
 /** @typedef {import("./overlay.js").DecisionTrace} DecisionTrace */
@@ -47,7 +48,7 @@ export class Show {
   draw(ctx, timeMs) {
     if (this.#trailsBox.checked) drawTrails(ctx, this.replay, timeMs, TICK_MS);
     const shown = this.#candidatesBox.checked ? decisionsAt(this.#decisions, tickAt(timeMs)) : [];
-    drawDecisions(ctx, shown);
+    drawDecisions(ctx, this.replay, shown);
     drawPings(ctx, this.replay, timeMs);
     this.#write(shown);
   }
@@ -76,17 +77,14 @@ export class Show {
       this.#candidatesBox.checked && shown.length === 0
         ? [el("p", { class: "muted" }, say("replay.nothingWeighed"))]
         : [];
-    this.#words.replaceChildren(...none, ...shown.map(scores));
+    const legend = shown.length > 0 ? [decisionLegend()] : [];
+    this.#words.replaceChildren(...none, ...shown.map((trace) => this.#told(trace)), ...legend);
   }
-}
 
-/** @param {DecisionTrace} decision */
-function scores(decision) {
-  const best = ranking(decision).slice(0, 4);
-  const words = best.map(({ letter, score, chosen }) =>
-    el(chosen ? "strong" : "span", {}, `${letter} ${sayNumber(score, 2)}`),
-  );
-  const values = { colour: colourName(decision.seat), tick: decision.tick, count: decision.ways.length };
-  const decided = values.count === 1 ? say("replay.decision", values) : say("replay.bestOf", values);
-  return el("p", { class: "replay-scores" }, decided, ...words);
+  /** @param {DecisionTrace} trace */
+  #told(trace) {
+    const view = this.replay.viewAt((trace.tick - 1) * TICK_MS);
+    const decision = recordedDecision(trace, view);
+    return decisionList(decision, planOf(this.replay.summary.map, view, decision), this.replay.summary.map);
+  }
 }

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { expectedRobots, letterOf, movedItems, wayOf } from "../../play/decision_trace.js";
+import { expectedRobots, movedItems, wayOf } from "../../play/decision_trace.js";
 
 test("a candidate's way goes a step per tick where its heading points, backward when the distance is negative", () => {
   const way = wayOf(
@@ -71,8 +71,4 @@ test("the robots are shown where the chosen candidate will probably bring them, 
   ]);
   assert.deepEqual(expectedRobots({ ...decision, pairs, robots: [1, 2, 3, 4].map(rollout) }), [rollout(3), rollout(4)]);
   assert.deepEqual(expectedRobots(decision), []); // an agent, or a recording, that does not tell
-});
-
-test("candidates have letters", () => {
-  assert.equal(letterOf(3), "D");
 });

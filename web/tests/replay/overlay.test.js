@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { ranking, decisionsAt, pingsAt, trail } from "../../replay/overlay.js";
+import { decisionsAt, pingsAt, recordedDecision, trail } from "../../replay/overlay.js";
 
 /** @param {number} seat @param {number} tick @param {number[]} scores */
 const decision = (seat, tick, scores = [0.5]) => ({
@@ -38,11 +38,45 @@ test("a decision that nothing followed is over after a second and a half", () =>
   assert.deepEqual(decisionsAt(THOUGHTS, 33), []);
 });
 
-test("candidates are ranked by score and keep their letters", () => {
-  const words = ranking({ ...decision(0, 1, [0.2, 0.9, 0.4]), chosen: 2 }).map(
-    ({ letter, chosen }) => letter + (chosen ? "!" : ""),
+test("items that were to be moved are found by where they were", () => {
+  const view = /** @type {import("../../view/render.js").View} */ (
+    /** @type {unknown} */ ({
+      poses: [
+        [0, 0, 0],
+        [1, 0, 0],
+        [0.5, 0.5, 0],
+        [0.5, 0.9, 0],
+      ],
+    })
   );
-  assert.deepEqual(words, ["B", "C!", "A"]);
+  /** @type {[[number, number], [number, number]][]} */
+  const moves = [
+    [
+      [0.5001, 0.9],
+      [0.2, 0.2],
+    ],
+    [
+      [-1, -1],
+      [0, 0],
+    ],
+  ];
+  const told = recordedDecision(
+    {
+      ...decision(1, 3),
+      robots: [
+        [
+          [
+            [0, 0],
+            [1, 1],
+          ],
+        ],
+      ],
+      moves,
+    },
+    view,
+  );
+  assert.deepEqual(told.moves, [{ item: 1, place: [0.2, 0.2] }]);
+  assert.deepEqual([told.own, told.partner], [[[[1, 1]]], [[[0, 0]]]]);
 });
 
 test("a trail begins where the robot does not stand on it", () => {
