@@ -24,7 +24,7 @@ ErrorCode = Literal[
     "replaced", "nobody_here", "room_failed", "closed_by_operator", "restarting", "too_slow", "connection_failed",
     "round_over", "round_restarted", "practice_over", "participant_left",
     # answers and recordings
-    "answer", "not_saved", "no_recording", "no_recordings", "too_many_pictures",
+    "answer", "not_saved", "no_recording", "no_recordings", "too_many_pictures", "too_many_replays",
     # participants of a study
     "elsewhere", "no_participant", "link", "preview", "code", "code_used", "code_unknown", "study_full", "boxes",
     "slow", "gamepad", "keep", "step",

@@ -184,23 +184,25 @@ def _recording_routes(host: Host) -> APIRouter:
             raise ApiError(503, "no_recordings", str(error)) from None
         return Response(document, media_type="application/json")
 
-    async def replay_of(episode_id: str) -> ReplayFiles:
+    async def replay_of(episode_id: str, request: Request) -> ReplayFiles:
+        if not host.recording_service.has_replay(episode_id) and not host.admission.may_replay(address_of(request)):
+            raise ApiError(429, "too_many_replays", "Many recordings were asked for; wait a minute.")
         try:
             return await host.recording_service.replay(episode_id)
         except RecordingError as error:
             raise ApiError(404, "no_recording", str(error)) from None
 
     @router.get("/api/recordings/{episode_id}")
-    async def recording(episode_id: str) -> Response:
-        return Response((await replay_of(episode_id)).summary, media_type="application/json")
+    async def recording(episode_id: str, request: Request) -> Response:
+        return Response((await replay_of(episode_id, request)).summary, media_type="application/json")
 
     @router.get("/api/recordings/{episode_id}/poses")
-    async def poses(episode_id: str) -> Response:
-        return Response((await replay_of(episode_id)).poses, media_type="application/octet-stream")
+    async def poses(episode_id: str, request: Request) -> Response:
+        return Response((await replay_of(episode_id, request)).poses, media_type="application/octet-stream")
 
     @router.get("/api/recordings/{episode_id}/thoughts")
-    async def decision_traces(episode_id: str) -> Response:
-        return Response((await replay_of(episode_id)).decision_traces, media_type="application/json")
+    async def decision_traces(episode_id: str, request: Request) -> Response:
+        return Response((await replay_of(episode_id, request)).decision_traces, media_type="application/json")
 
     @router.get("/api/recordings/{episode_id}/file")
     async def file(episode_id: str) -> Response:

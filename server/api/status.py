@@ -34,6 +34,7 @@ def report(host: "Host") -> dict[str, Any]:
         "cpu_seconds": round(time.process_time(), 3),
         "disk_free_mb": round(disk.free / 1e6),
         "finalising": host.recording_service.pending,
+        "unfinished": host.recording_service.unfinished,
         "refusal": refusal.message,
         "refusal_code": refusal.code,
         "refusal_values": refusal.values,

@@ -13,6 +13,7 @@ LOCK_S = 60.0
 FLOODS_PER_MINUTE = 10
 BAN_S = 10.0
 PICTURES_PER_MINUTE = 12
+REPLAYS_PER_MINUTE = 60
 
 Secret = Literal["seat", "admin"]
 Key = TypeVar("Key")
@@ -32,6 +33,7 @@ class AdmissionControl:
         self._checks: dict[str, TokenBucket] = {}
         self._solves: dict[str, TokenBucket] = {}
         self._floods: dict[str, TokenBucket] = {}
+        self._replays: dict[str, TokenBucket] = {}
         self._drawings: dict[str, TokenBucket] = {}
         self._banned: dict[str, float] = {}  # until
         self._arrivals: dict[str, TokenBucket] = {}
@@ -117,6 +119,10 @@ class AdmissionControl:
     def may_draw(self, address: str) -> bool:
         """Whether a picture of a round may be drawn for this address now."""
         return self._bucket(self._drawings, address_group(address), PICTURES_PER_MINUTE).take(self._clock())
+
+    def may_replay(self, address: str) -> bool:
+        """Whether a recording may be read for this address now."""
+        return self._bucket(self._replays, address_group(address), REPLAYS_PER_MINUTE).take(self._clock())
 
     def may_check_map(self, address: str) -> bool:
         return self._bucket(self._checks, address, self._limits.map_checks_per_minute).take(self._clock())

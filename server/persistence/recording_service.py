@@ -1,5 +1,5 @@
-"""Slow work in one other process, so that no tick is late: finalising, listing and replaying recordings, and
-randomising maps.
+"""The recordings of a server, in two other processes, so that no tick is late: one finishes journals, the other lists
+and replays recordings and randomises maps, so that whoever asks for replays delays nobody's recording.
 
 Knows no room. Ids are unguessable, so one recording needs no token; a path is made of an id only.
 """
@@ -9,7 +9,6 @@ import logging
 import re
 from collections import OrderedDict
 from collections.abc import Callable
-from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
@@ -18,11 +17,11 @@ import orjson
 from movingout.maps import MapSpec
 from movingout.maps.randomize import Split, randomize
 from movingout.recordings import RecordingError, browser_replay, finalise
-from movingout.recordings.process_pool import process_pool
 from movingout.recordings.storage.finished import recover_journal
 from movingout.recordings.storage.index import list_recordings
 from movingout.recordings.storage.listing import Summary
 from movingout.server import messages as m
+from movingout.server.persistence.work_process import WorkProcess
 from movingout.server.rooms.ghost_partner import GhostSeat, ghost_seat
 
 Result = TypeVar("Result")
@@ -31,7 +30,7 @@ log = logging.getLogger(__name__)
 _ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,79}")
 SUFFIX = ".mcap"
 CACHED_REPLAYS = 8
-NICE = 10  # ticks come first
+RETRY_S = (2.0, 10.0, 60.0, 600.0)  # after a journal could not be finished; the last one again and again
 
 
 class ReplayFiles(NamedTuple):
@@ -47,9 +46,13 @@ class RecordingService:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self._executor = process_pool(1, NICE)
+        self.unfinished: dict[str, str] = {}  # why, by journal name
+        self._finishing = WorkProcess("finishing recordings")
+        self._reading = WorkProcess("reading recordings")
         self._pending: dict[str, asyncio.Task[None]] = {}  # by journal name
+        self._retries: dict[str, asyncio.TimerHandle] = {}
         self._replays: OrderedDict[str, ReplayFiles] = OrderedDict()
+        self._being_read: dict[str, asyncio.Task[ReplayFiles]] = {}
 
     @property
     def pending(self) -> int:
@@ -66,18 +69,30 @@ class RecordingService:
 
     async def listing(self) -> bytes:
         """{"recordings": one line per finished recording, newest first} as JSON: written where it delays no tick."""
-        document: bytes = await self._run(_list, self.folder)
+        document: bytes = await self._reading.run(_list, self.folder)
         return document
+
+    def has_replay(self, episode_id: str) -> bool:
+        """Whether a replay costs nothing more."""
+        return episode_id in self._replays or episode_id in self._being_read
 
     async def replay(self, episode_id: str) -> ReplayFiles:
         """Raises RecordingError when there is no such recording or it cannot be read."""
-        if episode_id not in self._replays:
-            path = await self.path(episode_id)
-            self._replays[episode_id] = ReplayFiles(*await self._run(_replay, path))
-            while len(self._replays) > CACHED_REPLAYS:
-                self._replays.popitem(last=False)
-        self._replays.move_to_end(episode_id)
-        return self._replays[episode_id]
+        if episode_id in self._replays:
+            self._replays.move_to_end(episode_id)
+            return self._replays[episode_id]
+        if episode_id not in self._being_read:  # whoever asks meanwhile waits for the same
+            task = asyncio.create_task(self._read_replay(episode_id))
+            self._being_read[episode_id] = task
+            task.add_done_callback(lambda _: self._being_read.pop(episode_id, None))
+        return await asyncio.shield(self._being_read[episode_id])
+
+    async def _read_replay(self, episode_id: str) -> ReplayFiles:
+        files = ReplayFiles(*await self._reading.run(_replay, await self.path(episode_id)))
+        self._replays[episode_id] = files
+        while len(self._replays) > CACHED_REPLAYS:
+            self._replays.popitem(last=False)
+        return files
 
     async def path(self, episode_id: str) -> Path:
         """The file of a recording, waiting for it to be finalised. Raises RecordingError when there is none."""
@@ -93,17 +108,17 @@ class RecordingService:
 
     async def read(self, episode_id: str, work: Callable[[Path], Result]) -> Result:
         """What `work` finds in a recording, in the other process. Raises RecordingError."""
-        found: Result = await self._run(work, await self.path(episode_id))
+        found: Result = await self._reading.run(work, await self.path(episode_id))
         return found
 
     async def variant(self, designed: MapSpec, seed: int, split: Split) -> MapSpec:
         """A randomised map, made in the other process. Raises MapError."""
-        the_map: MapSpec = await self._run(randomize, designed, seed, split)
+        the_map: MapSpec = await self._reading.run(randomize, designed, seed, split)
         return the_map
 
     async def ghost_seat(self, ghost: str) -> GhostSeat:
         """What a room for the ghost `FILE#red` has to play. Raises RecordingError."""
-        found: GhostSeat = await self._run(ghost_seat, ghost)
+        found: GhostSeat = await self._reading.run(ghost_seat, ghost)
         return found
 
     async def settled(self) -> None:
@@ -111,30 +126,34 @@ class RecordingService:
         await asyncio.gather(*self._pending.values(), return_exceptions=True)
 
     async def close(self) -> None:
-        """Finish what is pending and stop the process."""
+        """Finish what is pending and stop the processes."""
+        for handle in self._retries.values():
+            handle.cancel()
         await self.settled()
-        await asyncio.to_thread(self._executor.shutdown)
+        await asyncio.gather(self._finishing.close(), self._reading.close())
 
-    def _begin(self, journal: Path, work: Any) -> None:
-        task = asyncio.create_task(self._finish(journal, work))
+    def _begin(self, journal: Path, work: Any, attempt: int = 0) -> None:
+        self._retries.pop(journal.name, None)
+        task = asyncio.create_task(self._finish(journal, work, attempt))
         self._pending[journal.name] = task
         task.add_done_callback(lambda _: self._pending.pop(journal.name, None))
 
-    async def _finish(self, journal: Path, work: Any) -> None:
+    async def _finish(self, journal: Path, work: Any, attempt: int) -> None:
         try:
-            await self._run(work, journal)
+            await self._finishing.run(work, journal, urgent=True)
+            self.unfinished.pop(journal.name, None)
         except (RecordingError, OSError) as error:
             log.error("the recording %s stays a journal for now: %s", journal.name, error)
+            self._try_later(journal, work, attempt, error)
+        except Exception as error:  # of any kind: the journal is whole, and another time may succeed
+            log.exception("the recording %s stays a journal for now", journal.name)
+            self._try_later(journal, work, attempt, error)
 
-    async def _run(self, work: Any, *arguments: Any) -> Any:
-        """Run in the other process; once more with a new one if it died."""
+    def _try_later(self, journal: Path, work: Any, attempt: int, error: Exception) -> None:
+        self.unfinished[journal.name] = str(error)
+        delay = RETRY_S[min(attempt, len(RETRY_S) - 1)]
         loop = asyncio.get_running_loop()
-        try:
-            return await loop.run_in_executor(self._executor, work, *arguments)
-        except BrokenProcessPool:
-            log.error("the process for recordings died; starting another one")
-            self._executor = process_pool(1, NICE)
-            return await loop.run_in_executor(self._executor, work, *arguments)
+        self._retries[journal.name] = loop.call_later(delay, self._begin, journal, work, attempt + 1)
 
 
 def _list(folder: Path) -> bytes:

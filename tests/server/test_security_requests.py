@@ -16,6 +16,7 @@ from movingout.server import messages as m
 from movingout.server import uvicorn_server
 from movingout.server.api.middleware import content_security_policy
 from movingout.server.api.pages import WEB
+from movingout.server.connection import admission
 from movingout.server.security.certificate import certificate_in
 from tests.server.live import Live, limits, raw_socket, serve
 from tests.server.threats import close_code, player
@@ -89,6 +90,16 @@ def test_9_a_tls_client_that_says_nothing_is_dropped(tmp_path: Path, monkeypatch
     with serve(tmp_path, certificate=certificate) as live, raw_socket(live) as client:
         client.settimeout(10)
         assert _ends(client)
+
+
+def test_10_replays_are_limited_per_address_and_those_at_hand_are_free(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(admission, "REPLAYS_PER_MINUTE", 3)
+    with serve(tmp_path) as live:
+        found = [live.call(f"/api/recordings/nothing-{count}") for count in range(5)]
+    assert [status for status, _ in found] == [404, 404, 404, 429, 429]
+    assert found[-1][1]["error"]["code"] == "too_many_replays"
 
 
 def _ends(client: socket.socket) -> bool:

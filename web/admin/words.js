@@ -43,6 +43,7 @@ import { has, say } from "../text/catalogue.js";
  * @property {number} sockets
  * @property {number} disk_free_mb
  * @property {number} finalising recordings that are being finished
+ * @property {Record<string, string>} unfinished why a recording could not be finished yet, by file
  * @property {string} refusal why no room can be opened now, in English; empty: one can
  * @property {string} refusal_code
  * @property {Record<string, unknown>} refusal_values
@@ -152,8 +153,15 @@ export function facts(state) {
     {
       title: say("dashboard.disk"),
       value: say("admin.disk.free", { size: disk.value }),
-      detail: state.finalising > 0 ? say("admin.finishing", { count: state.finalising }) : say("admin.allFinished"),
-      tone: disk.tone,
+      detail: finishing(state),
+      tone: Object.keys(state.unfinished).length > 0 ? "bad" : disk.tone,
     },
   ];
+}
+
+/** Whether every recording is whole. @param {AdminState} state */
+function finishing({ finalising, unfinished }) {
+  const failed = Object.keys(unfinished).length;
+  if (failed > 0) return say("admin.unfinished", { count: failed });
+  return finalising > 0 ? say("admin.finishing", { count: finalising }) : say("admin.allFinished");
 }

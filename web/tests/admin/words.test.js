@@ -43,6 +43,7 @@ const STATE = {
   sockets: 5,
   disk_free_mb: 38_123,
   finalising: 0,
+  unfinished: {},
   refusal: "",
   refusal_code: "",
   refusal_values: {},
@@ -163,4 +164,11 @@ test("figures are written as the reader's language does", () => {
   assert.equal(late.value, "1,3 ms");
   assert.equal(late.detail, "p50 0,2 ms · 1.234 von 184.200 verpasst");
   speak("en");
+});
+
+test("recordings that could not be finished are seen", () => {
+  const [, , , disk] = facts({ ...STATE, unfinished: { "a.mcap.journal": "cannot write: No space left on device" } });
+  assert.equal(disk?.detail, "1 recording could not be finished yet; it is tried again");
+  assert.equal(disk?.tone, "bad");
+  assert.equal(facts({ ...STATE, finalising: 2 })[3]?.detail, "2 recordings being finished");
 });

@@ -1,0 +1,52 @@
+"""One other process for slow work: started when it is needed, and started again when it dies."""
+
+import asyncio
+import logging
+from concurrent.futures.process import BrokenProcessPool
+from typing import Any
+
+from movingout.recordings import RecordingError
+from movingout.recordings.process_pool import process_pool
+
+log = logging.getLogger(__name__)
+
+NICE = 10  # ticks come first
+MOST_WAITING = 40  # calls; more are refused, so that nobody waits for minutes
+
+
+class WorkProcess:
+    """Runs functions one after another. Use inside a running event loop."""
+
+    def __init__(self, what: str) -> None:
+        self._what = what
+        self._executor = process_pool(1, NICE)
+        self._waiting = 0
+
+    async def run(self, work: Any, *arguments: Any, urgent: bool = False) -> Any:
+        """The result of `work(*arguments)`; both must be picklable. Whatever it raises is raised here.
+
+        Once more in a new process if it died. RecordingError when it dies again, or (unless `urgent`) when too many
+        are waiting.
+        """
+        if self._waiting >= MOST_WAITING and not urgent:
+            raise RecordingError("too many recordings are being read at the moment; try again in a minute")
+        self._waiting += 1
+        try:
+            return await self._attempt(work, arguments)
+        except BrokenProcessPool:
+            log.error("the process for %s died; starting another one", self._what)
+            self._executor = process_pool(1, NICE)
+            try:
+                return await self._attempt(work, arguments)
+            except BrokenProcessPool:
+                self._executor = process_pool(1, NICE)
+                raise RecordingError(f"the process for {self._what} died twice; is there enough memory?") from None
+        finally:
+            self._waiting -= 1
+
+    async def close(self) -> None:
+        """Wait for what runs and end the process."""
+        await asyncio.to_thread(self._executor.shutdown)
+
+    async def _attempt(self, work: Any, arguments: tuple[Any, ...]) -> Any:
+        return await asyncio.get_running_loop().run_in_executor(self._executor, work, *arguments)

@@ -1,0 +1,130 @@
+"""The processes that finish and read recordings: apart, started again when they die, and asked once for the same."""
+
+import asyncio
+import os
+import signal
+import time
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from movingout.recordings import RecordingError, finalise
+from movingout.server.persistence import recording_service, work_process
+from movingout.server.persistence.recording_service import RecordingService
+from tests.recordings.support import record
+
+
+def run(folder: Path, work: Callable[[RecordingService], Awaitable[Any]]) -> Any:
+    """What `work` returns, with a service that is closed in the end."""
+
+    async def serve() -> Any:
+        service = RecordingService(folder)
+        try:
+            return await work(service)
+        finally:
+            await service.close()
+
+    return asyncio.run(serve())
+
+
+def journal_in(folder: Path, ticks: int = 3) -> Path:
+    return record(folder, ticks=ticks, map_name="LeftRight")[0]
+
+
+def _sleep(seconds: float) -> float:
+    time.sleep(seconds)
+    return seconds
+
+
+def _die() -> None:
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def test_who_asks_for_replays_delays_nobodys_recording(tmp_path: Path) -> None:
+    journal = journal_in(tmp_path)
+
+    async def work(service: RecordingService) -> bool:
+        slow = [asyncio.create_task(service._reading.run(_sleep, 1.5)) for _ in range(4)]
+        service.finalise(journal)
+        await service.settled()
+        busy = not any(task.done() for task in slow[1:])
+        await asyncio.gather(*slow)
+        return busy
+
+    assert run(tmp_path, work), "finished while replays were still waiting"
+    assert not journal.exists()
+
+
+def test_a_replay_that_many_ask_for_is_made_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    episode = finalise(journal_in(tmp_path)).stem
+    made: list[str] = []
+
+    async def work(service: RecordingService) -> int:
+        read = service._reading.run
+
+        async def counting(*arguments: Any) -> Any:
+            made.append(episode)
+            return await read(*arguments)
+
+        monkeypatch.setattr(service._reading, "run", counting)
+        found = await asyncio.gather(*[service.replay(episode) for _ in range(12)])
+        assert service.has_replay(episode)
+        await service.replay(episode)
+        return len({one.poses for one in found})
+
+    assert (run(tmp_path, work), made) == (1, [episode])
+
+
+def test_a_journal_that_could_not_be_finished_is_named_and_tried_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    journal = journal_in(tmp_path)
+    monkeypatch.setattr(recording_service, "RETRY_S", (0.05,))
+
+    async def work(service: RecordingService) -> str:
+        run_there, failures = (
+            service._finishing.run,
+            iter([RecordingError("No space left on device"), ValueError("odd")]),
+        )
+
+        async def failing(*arguments: Any, **options: Any) -> Any:
+            for failure in failures:
+                raise failure
+            return await run_there(*arguments, **options)
+
+        monkeypatch.setattr(service._finishing, "run", failing)
+        service.finalise(journal)
+        await service.settled()
+        problem = service.unfinished[journal.name]
+        while service.unfinished:
+            await asyncio.sleep(0.05)
+        return problem
+
+    assert run(tmp_path, work) == "No space left on device"
+    assert [path.suffix for path in tmp_path.iterdir()] == [".mcap"]
+
+
+def test_a_process_that_dies_twice_is_an_error_and_the_next_call_works(tmp_path: Path) -> None:
+    async def work(service: RecordingService) -> float:
+        with pytest.raises(RecordingError, match="died twice; is there enough memory"):
+            await service._reading.run(_die)
+        return float(await service._reading.run(_sleep, 0.01))
+
+    assert run(tmp_path, work) == 0.01
+
+
+def test_a_long_queue_is_refused_but_for_recordings_to_finish(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(work_process, "MOST_WAITING", 2)
+
+    async def work(service: RecordingService) -> float:
+        waiting = [asyncio.create_task(service._reading.run(_sleep, 0.3)) for _ in range(2)]
+        await asyncio.sleep(0.05)
+        with pytest.raises(RecordingError, match="try again in a minute"):
+            await service._reading.run(_sleep, 0.0)
+        urgent = await service._reading.run(_sleep, 0.02, urgent=True)
+        await asyncio.gather(*waiting)
+        return float(urgent)
+
+    assert run(tmp_path, work) == 0.02
