@@ -30,7 +30,7 @@ def camera(preset: str, width: float, robots: Floats) -> Camera:
         return _behind(robots[_SEATS[preset]].tolist())
     if preset == ABOVE:
         return Camera((0.0, 0.0, 0.5 * width + 0.75), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0))
-    away = 0.72 * width + 0.3  # fits a window a little wider than high, at viser's field of view
+    away = 0.62 * width + 1.05  # all corners fit a window a little wider than high, at viser's field of view
     if preset == LOW:
         return Camera((0.0, -away, 0.25 * away), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
     return Camera((0.1 * away, -0.7 * away, 0.72 * away), (0.0, -0.1, 0.0), (0.0, 0.0, 1.0))

@@ -307,6 +307,28 @@ def test_the_address_can_name_the_map_and_lead_to_the_choice_of_a_partner(open_p
     expect(page.get_by_label("Red")).to_be_focused()
 
 
+def test_a_room_that_does_not_exist_offers_a_game(browser: Browser, server: Server) -> None:
+    with complaining_page(browser, server, "/play/nosuchroom12") as page:
+        expect(page.get_by_role("alert").filter(has_text="no longer exists")).to_be_visible()
+        assert violations(page) == []
+        page.get_by_role("link", name="Play now").click()
+        page.wait_for_url(lambda url: "/play/" in url and "nosuchroom" not in url)
+        expect(page.get_by_role("button", name="I am ready")).to_be_visible()
+        page.go_back()
+        expect(page.locator("#play-now")).to_be_enabled()
+
+
+def test_playing_at_once_needs_no_mouse(open_page: OpenPage) -> None:
+    page = ready(open_page("/"))
+    page.locator("#language").focus()
+    page.keyboard.press("Tab")
+    expect(page.locator("#learn")).to_be_focused()
+    page.keyboard.press("Tab")
+    page.keyboard.press("Enter")
+    page.wait_for_url("**/play/*")
+    expect(page.locator("#ready")).to_contain_text("You are blue")
+
+
 def test_an_address_that_leads_nowhere_has_a_page_with_the_way_back(browser: Browser, server: Server) -> None:
     with complaining_page(browser, server, "/nowhere") as page:
         page.get_by_role("link", name="To the start page").click()

@@ -11,6 +11,7 @@ from playwright.sync_api import Page, expect
 
 from tests.browser.pages import overflow, sent_body, violations
 from tests.browser.support import Server, start, wait_for
+from tests.browser.test_languages import english_on
 
 OpenPage = Callable[..., Page]
 
@@ -104,6 +105,25 @@ def test_the_result_uses_the_width_and_nothing_is_cut_off(
     width = page.locator(".result").bounding_box()
     assert width is not None and width["width"] >= min(1100, 0.9 * size[0]) - 8
     expect(page.locator("#seats")).to_be_hidden()  # the game's own columns make room
+
+
+def test_the_result_in_german_is_german_and_accessible(server: Server, open_page: OpenPage) -> None:
+    room = server.make_room("Simple", red="idle", limit_ticks=15)
+    page = open_page(room["join_path"] + "?lang=de", room)
+    page.get_by_role("button", name="Ich bin bereit").click()
+    expect(page.get_by_role("heading", level=1, name="Sie haben 0 von 3 abgeliefert")).to_be_focused()
+    page.get_by_text("Einzelheiten").click()
+    assert english_on(page) == []
+    assert violations(page) == []
+
+
+def test_one_plays_on_by_keyboard(server: Server, open_page: OpenPage) -> None:
+    page = over(server, open_page)
+    page.keyboard.press("Tab")
+    expect(page.get_by_role("button", name="Next map")).to_be_focused()
+    page.keyboard.press("Tab")
+    page.keyboard.press("Enter")  # Play again
+    wait_for(page, "game.phase === 'playing'")
 
 
 def test_the_hint_of_a_map_is_on_the_game_page(server: Server, open_page: OpenPage) -> None:

@@ -64,6 +64,10 @@ async function load() {
     showChoices(remembered());
     if (location.pathname === "/practice") await learn();
     if (location.hash === "#partner") offerPartner();
+    if (location.hash === "#play") {
+      history.replaceState(null, "", location.pathname); // who comes back does not start another game
+      await playNow();
+    }
   } catch (error) {
     if (!(error instanceof ApiError)) throw error;
     mapsBox.replaceChildren(notice("bad", `${sayError(error)} ${say("lobby.retry")}`));

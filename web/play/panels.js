@@ -88,8 +88,13 @@ export class Panels {
             say("play.over.reload"),
           )
         : null,
+      kind === "notFound" ? el("a", { class: "button button-primary", href: "/#play" }, say("lobby.now")) : null,
       watchPath ? el("a", { class: "button", href: watchPath }, say("play.over.watch")) : null,
-      el("a", { class: reload ? "button" : "button button-primary", href: "/" }, say("play.over.lobby")),
+      el(
+        "a",
+        { class: reload || kind === "notFound" ? "button" : "button button-primary", href: "/" },
+        say("play.over.lobby"),
+      ),
     ];
     this.#overlayKey = "over";
     this.#show("over", panel("", el("p", { role: "alert" }, sentence), el("div", { class: "row" }, ...buttons)));
