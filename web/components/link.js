@@ -28,7 +28,7 @@ export function loopbackWarning(address, command) {
     "div",
     { class: "notice notice-attention small stack loopback" },
     el("p", {}, say("share.loopback")),
-    el("code", {}, command),
+    el("code", {}, ...command.split(" ").flatMap((word) => [el("span", {}, word), " "])),
   );
 }
 
