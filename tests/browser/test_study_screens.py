@@ -241,6 +241,17 @@ def test_whom_a_platform_sent_is_not_asked_for_another_person_at_this_screen(ope
     expect(page.get_by_role("button", name="Another person takes part")).to_have_count(0)
 
 
+def test_a_finger_on_the_handle_of_the_nasa_tlx_line_chooses_where_it_stands(open_page: OpenPage) -> None:
+    study = FakeStudy.at(fake.questions(NASA_TLX))
+    page = open_page("/healthz", viewport=PHONE, has_touch=True, is_mobile=True)
+    study.open(page)
+    heading(page, "How demanding it was")
+    page.locator(".tlx").first.tap()
+    expect(page.locator(".tlx").first).to_have_attribute("data-chosen", "true")
+    expect(page.locator(".questionnaire-status")).to_have_attribute("data-waiting", "0")
+    assert study.answers() == {"mental": (10, "")}
+
+
 def test_the_marks_of_the_nasa_tlx_line_lie_evenly_at_every_width(open_page: OpenPage) -> None:
     study = FakeStudy.at(fake.questions(NASA_TLX))
     page = open_page("/healthz")

@@ -60,7 +60,9 @@ function onChoice(range, mark, chosen) {
   };
   range.addEventListener("input", () => mark(true));
   range.addEventListener("change", choose);
-  range.addEventListener("click", () => range.dataset.chosen === "false" && choose());
+  for (const confirm of ["click", "pointerup"])
+    // a finger on the handle makes no click
+    range.addEventListener(confirm, () => range.dataset.chosen === "false" && choose());
   range.addEventListener("keydown", (event) => event.key === " " && choose());
 }
 
