@@ -117,6 +117,7 @@ class Play {
     addEventListener("focus", () => this.#connection.send({ type: "focus", visible: true }));
     document.addEventListener("visibilitychange", () => this.#visibility());
     Object.assign(this.#probe, { cues: this.#cues, sounds: this.#sounds });
+    this.#root.toggleAttribute("data-touch", mode === "play" && coarse.matches); // so that nothing moves later
     this.#connection.open();
     this.#probe.pings = () => this.#pings.shown;
     if (mode === "watch") void this.#decisions.offerWhenWeighing();
