@@ -7,6 +7,7 @@ from pathlib import Path
 from movingout.recordings.exports.plan import ExportPlan
 from movingout.recordings.exports.tables import TABLES, Row, data_dictionary, episode_row, event_rows, tick_rows
 from movingout.recordings.exports.target import new_target
+from movingout.recordings.spreadsheet import safe_cells
 
 
 def write(plan: ExportPlan) -> None:
@@ -31,6 +32,5 @@ def _writer(open_files: ExitStack, folder: Path, name: str) -> "csv.DictWriter[s
 
 
 def _cells(row: Row) -> Row:
-    """Booleans as 0 and 1; text that a spreadsheet would read as a formula gets a leading apostrophe."""
-    cells = {name: int(value) if isinstance(value, bool) else value for name, value in row.items()}
-    return {name: f"'{v}" if isinstance(v, str) and v[:1] in "=+-@\t\r" and v else v for name, v in cells.items()}
+    """Booleans as 0 and 1, and no formulas."""
+    return safe_cells({name: int(value) if isinstance(value, bool) else value for name, value in row.items()})

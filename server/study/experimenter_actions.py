@@ -4,6 +4,7 @@ from typing import Any
 
 import msgspec
 
+from movingout.recordings.spreadsheet import safe_text
 from movingout.server.notices import Notice
 from movingout.server.study.earnings import earnings
 from movingout.server.study.participant_session import ParticipantSession
@@ -100,7 +101,7 @@ class ExperimenterActions:
     def _payment(self, session: ParticipantSession, source: str, external_id: str) -> dict[str, Any]:
         record = session.record
         due = earnings(self._running.study, record) or {"minutes": "", "amount": "", "currency": ""}
-        about = {"source": source, "id": _plain(external_id), "pid": record.pid, "outcome": record.outcome}
+        about = {"source": source, "id": safe_text(external_id), "pid": record.pid, "outcome": record.outcome}
         return {**about, "code": record.code, **due, "data_kept": record.keep is not False}
 
     async def _audit(self, action: str, request: ExperimenterRequest) -> None:
@@ -124,8 +125,3 @@ class ExperimenterActions:
         if unit is None:
             raise StudyError("they have not reached the game yet, or have finished")
         return unit
-
-
-def _plain(text: str) -> str:
-    """Text from a link, made safe for spreadsheets: it must not be read as a formula."""
-    return f"'{text}" if text[:1] in ("=", "+", "-", "@", "\t", "\r") else text

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.exports.target import new_target
+from movingout.recordings.spreadsheet import safe_text
 from movingout.study.analysis.page import all_tables, page
 from movingout.study.analysis.results import DELETED, Results, collect
 from movingout.study.analysis.tables import Namer, ReportTable
@@ -57,7 +58,8 @@ def _write(path: Path, table: ReportTable) -> None:
     with path.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream)
         writer.writerow(table.heads)
-        writer.writerows(table.rows)
+        for row in table.rows:
+            writer.writerow([*map(safe_text, row[: table.words]), *row[table.words :]])
 
 
 def _say(target: Path, results: Results, *, as_json: bool) -> None:

@@ -20,6 +20,7 @@ from movingout.recordings.errors import RecordingError
 from movingout.recordings.exports import export as export_recordings
 from movingout.recordings.exports.plan import ExportPlan
 from movingout.recordings.exports.target import new_target
+from movingout.recordings.spreadsheet import safe_cells
 from movingout.recordings.storage.listing import path_of
 from movingout.study.data.codebook import DERIVED, codebook
 from movingout.study.data.study_folder import StudyFolder
@@ -162,7 +163,7 @@ def _write(folder: Path, name: str, rows: Sequence[Row], columns: dict[str, type
         with (folder / f"{name}.csv").open("w", encoding="utf-8", newline="") as stream:
             writer = csv.DictWriter(stream, list(columns))
             writer.writeheader()
-            writer.writerows(rows)
+            writer.writerows(map(safe_cells, rows))
     if "json" in formats:
         (folder / f"{name}.json").write_text(json.dumps(rows, indent=1, ensure_ascii=False), encoding="utf-8")
     if "parquet" in formats:

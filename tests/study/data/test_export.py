@@ -14,7 +14,7 @@ from movingout.study.data.export import Options, export_study
 from movingout.study.errors import StudyError
 from movingout.study.store.clock import now_ms
 from movingout.study.store.rounds import RoundOutcome, Rounds
-from movingout.study.store.tables import audit, rounds, tombstones, units
+from movingout.study.store.tables import answers, audit, rounds, tombstones, units
 from tests.study.filled import fill, template
 from tests.study.support import Clock
 
@@ -45,6 +45,23 @@ def test_all_formats_of_an_export_hold_the_same_rows(tmp_path: Path) -> None:
         assert pq.read_table(tmp_path / "out" / f"{name}.parquet").to_pylist() == documents
         assert [{key: "" if value is None else str(value) for key, value in row.items()} for row in documents] == rows
     assert {row["pid"] for row in read_csv(tmp_path / "out" / "participants.csv")} == set(pids)
+
+
+def test_what_people_typed_is_no_formula_in_a_spreadsheet(tmp_path: Path) -> None:
+    study, text = template("human_study")
+    place, store, pids = fill(tmp_path, study, text, 1)
+    formula = '=HYPERLINK("https://example.org","your prize")'
+    store.note(formula, unit=1)
+    answered = store.rows(answers)[0]
+    store.answer(
+        pids[0], answered["step"], answered["questionnaire"], answered["partner"], answered["item"], 1, formula, 1.0
+    )
+    export_study(place, store, tmp_path / "out", Options())
+    for name in ("answers", "notes"):
+        texts = {row["text"] for row in read_csv(tmp_path / "out" / f"{name}.csv")}
+        assert f"'{formula}" in texts and formula not in texts
+        rows = json.loads((tmp_path / "out" / f"{name}.json").read_text(encoding="utf-8"))
+        assert formula in {row["text"] for row in rows}, "other formats hold what was typed"
 
 
 def test_the_codebook_explains_every_column_of_every_table_and_every_question(tmp_path: Path) -> None:
