@@ -35,14 +35,13 @@ from movingout.agents.data.dataset import Trajectory, read_trajectories, recordi
 from movingout.agents.data.demonstrations import episode_jobs, write_all
 from movingout.agents.grasp_encoding import toggles
 from movingout.agents.inference.network import Singles
-from movingout.agents.observation.features import feature_encoder
 from movingout.agents.scripted.populations import population
 from movingout.maps import load_map, map_names
 from movingout.maps.errors import MovingOutError
 from movingout.maps.randomize import randomize
 from movingout.world import World
 from movingout.world.constants import LIMIT_TICKS
-from movingout.world.observation import ITEM_SLOTS
+from movingout.world.observation import ITEM_SLOTS, encoder
 from movingout.world.state import Floats, WorldState
 
 
@@ -147,7 +146,7 @@ def _played(agent: BassAgent, trajectory: Trajectory, state: WorldState) -> Floa
 
 def _samples(agent: BassAgent, trajectory: Trajectory, state: WorldState, seat: int, count: int) -> Singles:
     """Chunks (count, H, 5) from a seat's view, as in play; the present observation fills the history."""
-    seen = feature_encoder(trajectory.map, agent.spec.layout).encode(state, seat).astype(np.float32)
+    seen = encoder(trajectory.map, agent.spec.layout).encode(state, seat).astype(np.float32)
     noise = agent.network.noise(count, agent.random)
     chunks = agent.network.run(np.tile(seen, (count, agent.spec.obs_horizon, 1)), noise)
     return chunks if agent.network.noise_rows else spread(chunks, noise)

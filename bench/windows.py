@@ -28,12 +28,12 @@ from movingout.agents.data.dataset import (
     windows_of,
 )
 from movingout.agents.kinds.registry import KINDS
-from movingout.agents.observation.features import feature_encoder
 from movingout.agents.observation.seat_observation import start_state
 from movingout.agents.policies.config import PolicyConfig
 from movingout.maps import load_map, map_names
 from movingout.maps.errors import MovingOutError
 from movingout.world import World
+from movingout.world.observation import encoder
 
 TARGET = 500_000  # windows/s
 ROWS = 200_000
@@ -62,7 +62,7 @@ def driven(map_name: str, seed: int) -> Trajectory:
 def encoded(trajectories: Sequence[Trajectory], config: PolicyConfig) -> tuple[Windows, float]:
     """Return at least ROWS windows, or all if there are more, and the encoding rate [1/s]."""
     for the_map in {trajectory.map for trajectory in trajectories}:
-        feature_encoder(the_map, config.layout).encode(start_state(the_map), seat=0)
+        encoder(the_map, config.layout).encode(start_state(the_map), seat=0)
     begun = time.process_time()
     pieces = list(trajectory_samples(trajectories, config.layout, config.spec("dp").grasp))
     rate = sum(len(features) for _, features, _ in pieces) / (time.process_time() - begun)

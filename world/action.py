@@ -28,7 +28,7 @@ def to_world(policy: npt.ArrayLike) -> Floats:
     """
     numbers = checked(policy, POLICY_SIZE)
     world = np.empty((*numbers.shape[:-1], WORLD_SIZE))
-    world[..., 0] = np.clip(numbers[..., 0], -1.0, 1.0)
+    world[..., 0] = np.maximum(np.minimum(numbers[..., 0], 1.0), -1.0)  # np.clip, in half the time
     world[..., 1] = np.arctan2(numbers[..., 2], numbers[..., 1])
     world[..., 2] = numbers[..., 3] > GRASP_THRESHOLD
     return world

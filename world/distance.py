@@ -77,18 +77,39 @@ class Distances:
 
         A target in a blocked cell is reached only from that same cell.
         """
-        cell, goal = self._cell(start), self._cell(target)
-        if goal not in self._to_cell:
-            alone = np.zeros_like(self._blocked)
-            alone[goal] = True
-            self._to_cell[goal] = moves_to(alone, self._blocked) * CELL
-        if self._blocked[goal] and cell != goal:
-            return math.inf
-        return float(self._to_cell[goal][cell])
+        return self.between_cells(self._cell(start), self._cell(target))
+
+    def between_cells(self, start: Cell, target: Cell) -> float:
+        """`between` of two cells, for those who look up the same points often."""
+        found = self._to_cell.get(target)
+        if found is None:
+            found = self._to_cell[target] = self._flooded_from(target)
+        return found.item(start)
+
+    def cell(self, x: float, y: float) -> Cell:
+        """The cell that a point belongs to."""
+        last, rounding = self.cells - 1, self._scalar_rounding
+        column, row = rounding((x + ARENA_HALF) / CELL), rounding((y + ARENA_HALF) / CELL)
+        if 0 <= column <= last and 0 <= row <= last:
+            return column, row
+        return min(max(column, 0), last), min(max(row, 0), last)
+
+    def cell_to_goal(self, cell: Cell) -> float:
+        """`to_goal` of a cell."""
+        return self._to_goal.item(cell)
+
+    def _flooded_from(self, cell: Cell) -> Floats:
+        """Distances (cells, cells) to one cell; to a blocked one only from itself."""
+        alone = np.zeros_like(self._blocked)
+        alone[cell] = True
+        if self._blocked[cell]:
+            return np.where(alone, 0.0, math.inf)
+        distances: Floats = moves_to(alone, self._blocked) * CELL
+        return distances
 
     def _cell(self, point: Floats) -> Cell:
-        column, row = (self._scalar_rounding((number + ARENA_HALF) / CELL) for number in point.tolist())
-        return min(max(column, 0), self.cells - 1), min(max(row, 0), self.cells - 1)
+        x, y = point.tolist()
+        return self.cell(x, y)
 
     def _indices(self, points: Floats) -> npt.NDArray[np.intp]:
         """Cells (..., 2) of points (..., 2); points beyond the arena belong to the outermost cells."""

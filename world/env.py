@@ -3,36 +3,46 @@
 Agents are "blue" and "red"; both act at once, once per tick of 0.1 s. An action is the paper's four numbers
 (distance, cos, sin, grasp; `world.action`), an observation a vector of a named layout (`world.observation`) as
 float32. An episode terminates when everything is delivered and is truncated at its limit of ticks.
+`agents.environment` has the same with one learner and a partner, as a Gymnasium Env.
 """
 
 import math
 import os
-from collections.abc import Callable
+import warnings
+from collections.abc import Callable, Mapping
 from typing import Any, ClassVar, Literal
 
 import numpy as np
 import numpy.typing as npt
-from gymnasium import spaces
-from pettingzoo import ParallelEnv
 
 from movingout.maps import MapSpec, load_map
+from movingout.maps.extras import needs_extra
 from movingout.maps.randomize import Split, randomize
 from movingout.maps.spec import SEAT_COLOURS
+from movingout.maps.suggestion import known_names
 from movingout.world import raster
 from movingout.world.action import to_world
 from movingout.world.constants import LIMIT_TICKS, TICKS_PER_SECOND
-from movingout.world.errors import WorldError
-from movingout.world.metrics import EpisodeMetrics
-from movingout.world.observation import Encoder
+from movingout.world.errors import ActionError, WorldError
+from movingout.world.metrics import METRICS, EpisodeMetrics
+from movingout.world.observation import layout_named
 from movingout.world.official_reward import OfficialDenseReward
-from movingout.world.physics import World
+from movingout.world.physics import Snapshot, World
 from movingout.world.reward import PaperReward
 from movingout.world.state import Floats, WorldState
+from movingout.world.window import Window
+
+with needs_extra("env", "the environment for reinforcement learning"):
+    from gymnasium import spaces
+    from pettingzoo import ParallelEnv
 
 RewardName = Literal["paper-dense", "paper-sparse", "official-dense"]
 Reward = Callable[[WorldState, WorldState], Floats]
 Observation = npt.NDArray[np.float32]
 Info = dict[str, Any]
+RenderMode = Literal["rgb_array", "human"]
+RENDER_MODES: tuple[RenderMode, ...] = ("rgb_array", "human")
+RESET_OPTIONS = ("map",)
 
 REWARDS: dict[RewardName, Callable[[MapSpec], Reward]] = {
     "paper-dense": lambda map_spec: PaperReward(map_spec, dense=True),
@@ -40,20 +50,26 @@ REWARDS: dict[RewardName, Callable[[MapSpec], Reward]] = {
     "official-dense": OfficialDenseReward,
 }
 _LARGEST_SEED = 2**31
+_NO_METRICS = dict.fromkeys((metric.key for metric in METRICS), math.nan)
+_REBUILT = ("_world", "_encode", "_metrics", "_reward", "_state", "_window")  # what a copy makes anew
 
 
 class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # type: ignore[misc]  # it is untyped
     """One map, or with `split` a new Challenge 2 variant of it in every episode.
 
     `map` is a map, a map's name or a map file's path. Equal seeds of `reset` give equal episodes; without `split`
-    every episode starts alike. The info of each agent has "score" (official, [0, 1]); in an episode's last tick also
-    the metrics of `world.metrics.METRICS` by key (NaN without a value).
+    every episode starts alike. The info of each agent always has "score" (official, [0, 1]) and the metrics of
+    `world.metrics.METRICS` by key, which are NaN until the episode's last tick, and afterwards where one has no value.
+
+    It can be pickled and copied in the middle of an episode: the copy simulates the episode's actions again, which
+    gives the same floats.
     """
 
     metadata: ClassVar[dict[str, Any]] = {
         "name": "moving_out_v1",
-        "render_modes": ["rgb_array"],
+        "render_modes": list(RENDER_MODES),
         "render_fps": TICKS_PER_SECOND,
+        "is_parallelizable": True,
     }
     _state: WorldState
 
@@ -65,27 +81,34 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
         reward: RewardName = "paper-dense",
         limit_ticks: int = LIMIT_TICKS,
         split: Split | None = None,
-        render_mode: Literal["rgb_array"] | None = None,
+        render_mode: RenderMode | None = None,
     ) -> None:
+        """Raises WorldError or MapError, which name what is known, for arguments that are not."""
         if reward not in REWARDS:
             raise WorldError(f"unknown reward {reward!r}; known: {', '.join(REWARDS)}")
         if limit_ticks < 1:
             raise WorldError(f"an episode has at least 1 tick, not {limit_ticks}")
-        self.map = map if isinstance(map, MapSpec) else load_map(map)
+        if render_mode is not None and render_mode not in RENDER_MODES:
+            raise WorldError(
+                f"unknown render mode {render_mode!r}; {known_names(str(render_mode), RENDER_MODES)}, None"
+            )
+        self.map = _loaded(map)
         self.render_mode = render_mode
+        self._window = Window("Moving Out", TICKS_PER_SECOND) if render_mode == "human" else None
         self.possible_agents = list(SEAT_COLOURS)
         self.agents: list[str] = []
-        self._make_reward = REWARDS[reward]
+        self._reward_name = reward
         self._limit_ticks = limit_ticks
         self._split = split
         self._generator = np.random.default_rng()
-        size = Encoder(self.map, layout).layout.size
-        low, high = np.array([-1, -1, -1, 0], np.float32), np.ones(4, np.float32)
-        self.observation_spaces = {
-            agent: spaces.Box(-np.inf, np.inf, (size,), np.float32) for agent in self.possible_agents
-        }
-        self.action_spaces = {agent: spaces.Box(low, high, dtype=np.float32) for agent in self.possible_agents}
         self._layout = layout
+        self._bounds = layout_named(layout).bounds.astype(np.float32)
+        self.state_space = spaces.Box(-self._bounds, self._bounds, dtype=np.float32)
+        self.observation_spaces = {
+            agent: spaces.Box(-self._bounds, self._bounds, dtype=np.float32) for agent in self.possible_agents
+        }
+        low, high = np.array([-1, -1, -1, 0], np.float32), np.ones(4, np.float32)
+        self.action_spaces = {agent: spaces.Box(low, high, dtype=np.float32) for agent in self.possible_agents}
         self._start(self.map)
 
     def observation_space(self, agent: str) -> spaces.Box:
@@ -95,29 +118,32 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
         return self.action_spaces[agent]
 
     def reset(
-        self, seed: int | None = None, options: dict[str, Any] | None = None
+        self, seed: int | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[dict[str, Observation], dict[str, Info]]:
-        """Start an episode. `seed` seeds the variants from here on; no options are known."""
+        """Start an episode. `seed` seeds the variants from here on.
+
+        The option "map" (as in the constructor) is played in this episode only; other options are warned about.
+        """
         if seed is not None:
             self._generator = np.random.default_rng(seed)
+        designed = self._chosen_map(options or {})
         if self._split is None:
-            self._start(self.map)
+            self._start(designed)
         else:
-            self._start(randomize(self.map, int(self._generator.integers(_LARGEST_SEED)), self._split))
+            self._start(randomize(designed, int(self._generator.integers(_LARGEST_SEED)), self._split))
         self.agents = list(self.possible_agents)
+        self._show()
         return self._observations(), self._infos()
 
     def step(
         self, actions: dict[str, npt.NDArray[np.float32]]
     ) -> tuple[dict[str, Observation], dict[str, float], dict[str, bool], dict[str, bool], dict[str, Info]]:
-        """Advance by one tick; ActionError for an action that has the wrong shape or is not finite."""
+        """Advance by one tick; ActionError for an action that is missing, has the wrong shape or is not finite."""
         if not self.agents:
             raise WorldError("the episode is over or has not begun; call reset() first")
-        before, world_actions = self._state, to_world([actions[agent] for agent in self.agents])
-        self._world.step(world_actions)
-        self._state = self._world.state()
-        self._metrics.update(before, world_actions, self._state)
-        rewards = self._reward(before, self._state).tolist()
+        if missing := [agent for agent in self.agents if agent not in actions]:
+            raise ActionError(f"an action for {' and '.join(missing)} is missing; both agents act in every tick")
+        rewards = self._advance(to_world([actions[agent] for agent in self.agents])).tolist()
         terminated = self._world.score() == 1.0
         truncated = not terminated and self._state.tick >= self._limit_ticks
         agents = self.agents
@@ -130,7 +156,13 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
         )
         if terminated or truncated:
             self.agents = []
+        self._show()
         return result
+
+    @property
+    def current_map(self) -> MapSpec:
+        """The map of this episode: with `split` the variant that was drawn."""
+        return self._world.map
 
     @property
     def world_state(self) -> WorldState:
@@ -138,32 +170,73 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
         return self._state
 
     def state(self) -> Observation:
-        """The whole state as blue sees it; nothing is hidden from either."""
-        return self._encoder.encode(self._state, 0).astype(np.float32)
+        """The whole state as blue sees it (`state_space`); nothing is hidden from either."""
+        return self._observations()[SEAT_COLOURS[0]]
 
-    def render(self) -> npt.NDArray[np.uint8] | None:
-        """The picture (256, 256, 3), or None unless `render_mode` is "rgb_array"."""
-        if self.render_mode is None:
+    def render(self, seat: int = 0) -> npt.NDArray[np.uint8] | None:
+        """The picture (256, 256, 3) with `seat` in blue where `render_mode` is "rgb_array"; else None.
+
+        With "human", every reset and step shows it in a window, ten times a second.
+        """
+        if self.render_mode != "rgb_array":
             return None
-        return raster.pixels(self._world.map, self._state)
+        return raster.pixels(self._world.map, self._state, seat)
 
     def close(self) -> None:
-        """Nothing to release."""
+        """Close the window, if there is one."""
+        if self._window is not None:
+            self._window.close()
+
+    def __getstate__(self) -> dict[str, Any]:
+        kept = {name: value for name, value in self.__dict__.items() if name not in _REBUILT}
+        return {**kept, "_snapshot": self._world.snapshot()}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        snapshot: Snapshot = state.pop("_snapshot")
+        self.__dict__.update(state)
+        self._window = Window("Moving Out", TICKS_PER_SECOND) if self.render_mode == "human" else None
+        self._start(snapshot.map)
+        for actions in np.frombuffer(snapshot.actions).reshape(-1, 2, 3):
+            self._advance(actions)
+
+    def _chosen_map(self, options: Mapping[str, Any]) -> MapSpec:
+        if unknown := [repr(name) for name in options if name not in RESET_OPTIONS]:
+            message = f"reset() does not know the option {', '.join(unknown)}; it knows: {', '.join(RESET_OPTIONS)}"
+            warnings.warn(message, stacklevel=3)
+        return _loaded(options["map"]) if "map" in options else self.map
 
     def _start(self, map_spec: MapSpec) -> None:
+        self._encode = layout_named(self._layout).make(map_spec).encode_both
         self._world = World(map_spec, record_sub_poses=False)
-        self._encoder = Encoder(map_spec, self._layout)
         self._metrics = EpisodeMetrics(map_spec)
-        self._reward = self._make_reward(map_spec)
+        self._reward = REWARDS[self._reward_name](map_spec)
         self._state = self._world.state()
 
+    def _advance(self, actions: Floats) -> Floats:
+        """One tick with world actions (2, 3); its rewards (2,)."""
+        before = self._state
+        self._world.step(actions)
+        self._state = self._world.state()
+        self._metrics.update(before, actions, self._state)
+        return self._reward(before, self._state)
+
     def _observations(self) -> dict[str, Observation]:
-        views = (view.astype(np.float32) for view in self._encoder.encode_both(self._state))
-        return dict(zip(self.possible_agents, views, strict=True))
+        both = np.array(self._encode(self._state), np.float32)
+        np.minimum(both, self._bounds, out=both)
+        np.maximum(both, -self._bounds, out=both)
+        return dict(zip(self.possible_agents, both, strict=True))
 
     def _infos(self, last: bool = False) -> dict[str, Info]:
-        info: Info = {"score": self._world.score()}
+        info: Info = {"score": self._world.score(), **_NO_METRICS}
         if last:
             values = self._metrics.result().values()
-            info |= {key: math.nan if value is None else value for key, value in values.items()}
-        return {agent: dict(info) for agent in self.possible_agents}
+            info |= {key: value for key, value in values.items() if value is not None}
+        return {agent: info.copy() for agent in self.possible_agents}
+
+    def _show(self) -> None:
+        if self._window is not None:
+            self._window.show(raster.pixels(self._world.map, self._state))
+
+
+def _loaded(map: MapSpec | str | os.PathLike[str]) -> MapSpec:
+    return map if isinstance(map, MapSpec) else load_map(map)

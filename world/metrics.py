@@ -211,6 +211,7 @@ class EpisodeMetrics:
 
     def __init__(self, map_spec: MapSpec) -> None:
         self.map = map_spec
+        self._goals = goal_boxes(map_spec)
         self._big = (*(item.size != "small" for item in map_spec.items), False)  # the last one is "holds nothing", -1
         self._initial = np.array([(item.pose.x, item.pose.y) for item in map_spec.items]).reshape(-1, 2)
         self._final: Floats | None = None
@@ -279,9 +280,8 @@ class EpisodeMetrics:
         self._official_consistency.append(official_tick_consistency(before.robot_poses, actions))
 
     def _update_alone(self, before: WorldState, blue: int, red: int) -> None:
-        goals = goal_boxes(self.map)
         for held in (blue, red):
-            if self._big[held] and not is_delivered(self.map.items[held], tuple(before.item_poses[held]), goals):
+            if self._big[held] and not is_delivered(self.map.items[held], tuple(before.item_poses[held]), self._goals):
                 self._waiting += 1
         one_hand_is_empty = blue < 0 or red < 0
         self._official_waiting += one_hand_is_empty or (self._big[blue] and self._big[red])

@@ -9,12 +9,11 @@ release only events are paid, because the target changes.
 import math
 
 import numpy as np
-import numpy.typing as npt
 
 from movingout.maps import MapSpec
 from movingout.maps.shapes import box_sides
-from movingout.world.distance import paper_distances
-from movingout.world.scoring import delivered_items
+from movingout.world.distance import Cell, paper_distances
+from movingout.world.scoring import goal_boxes, is_delivered
 from movingout.world.state import Floats, WorldState
 
 GAMMA = 20.0  # per unit of distance gained
@@ -22,73 +21,128 @@ HOLD, HOLD_UNWANTED = 0.5, -0.5
 RELEASE_INSIDE, RELEASE_OUTSIDE, RELEASE_TO_HELP = 0.5, -0.5, 0.5
 STEP_COST = -0.01
 
-Flags = npt.NDArray[np.bool_]
 
+class _Moment:
+    """What the reward needs to know of one state, each thing worked out when first asked for.
 
-class PaperReward:
-    """The reward of a tick from the states around it; `dense=False` leaves out row A, the distances."""
+    Items that lie where they lay in the state `last` keep what was worked out then.
+    """
 
-    def __init__(self, map_spec: MapSpec, dense: bool = True) -> None:
-        self.map = map_spec
-        self.dense = dense
-        self._distances = paper_distances(map_spec)
-        self._big = [item.size != "small" for item in map_spec.items]
+    def __init__(self, grid: "_Grid", state: WorldState, last: "_Moment | None") -> None:
+        self.state = state
+        self.held: list[int] = state.held.tolist()
+        self._grid = grid
+        self._robots = [grid.distances.cell(x, y) for x, y, _ in state.robot_poses.tolist()]
+        self._poses: list[list[float]] = state.item_poses.tolist()
+        if last is None:
+            self.home = [grid.is_home(item, pose) for item, pose in enumerate(self._poses)]
+            self._points: list[list[Cell] | None] = [None] * len(self._poses)
+            return
+        self.home, self._points = last.home.copy(), last._points.copy()
+        for item, (pose, before) in enumerate(zip(self._poses, last._poses, strict=True)):
+            if pose != before:
+                self.home[item] = grid.is_home(item, pose)
+                self._points[item] = None
 
-    def __call__(self, before: WorldState, after: WorldState) -> Floats:
-        """The reward (2,) of the tick between two states: blue's, red's."""
-        home_before = delivered_items(self.map, before.item_poses)
-        home_after = delivered_items(self.map, after.item_poses)
-        return np.array([self._of(seat, before, after, home_before, home_after) for seat in (0, 1)])
+    def to_goal(self, item: int) -> float:
+        """From the item's centre to the nearest goal region."""
+        x, y, _ = self._poses[item]
+        return self._grid.distances.cell_to_goal(self._grid.distances.cell(x, y))
 
-    def _of(self, seat: int, before: WorldState, after: WorldState, home_before: Flags, home_after: Flags) -> float:
-        held, holds = int(before.held[seat]), int(after.held[seat])
-        partner_held, partner_holds = int(before.held[1 - seat]), int(after.held[1 - seat])
-        if held < 0 and holds >= 0:
-            unwanted = home_before[holds] or self._is_other_big(partner_held, holds)
-            return STEP_COST + (HOLD_UNWANTED if unwanted else HOLD)
-        if held >= 0 and holds < 0:
-            needed = self._is_other_big(partner_holds, held) and not home_after[partner_holds]
-            event = RELEASE_INSIDE if home_after[held] else RELEASE_OUTSIDE
-            return STEP_COST + event + (RELEASE_TO_HELP if needed else 0.0)
-        if not self.dense:
-            return STEP_COST
-        if holds >= 0:
-            return STEP_COST + GAMMA * _gained(self._home(before, held), self._home(after, holds))
-        targets = self._targets((partner_held, partner_holds), home_before | home_after)
-        return STEP_COST + GAMMA * _gained(self._reach(before, seat, targets), self._reach(after, seat, targets))
-
-    def _targets(self, partners: tuple[int, int], home: Flags) -> list[int]:
-        """What an empty hand should go to: the partner's item if it needs help, else the free items."""
-        held, holds = partners
-        if held == holds and holds >= 0 and self._big[holds] and not home[holds]:
-            return [holds]
-        return [item for item in np.flatnonzero(~home).tolist() if item not in partners]
-
-    def _is_other_big(self, partners: int, own: int) -> bool:
-        """Whether the partner has a middle or large item that is not the one in the own hand."""
-        return partners not in (-1, own) and self._big[partners]
-
-    def _home(self, state: WorldState, item: int) -> float:
-        return self._distances.one_to_goal(state.item_poses[item, :2])
-
-    def _reach(self, state: WorldState, seat: int, targets: list[int]) -> float:
+    def reach(self, seat: int, targets: list[int]) -> float:
         """From the robot's centre to the nearest of the targets' holding points."""
-        robot = state.robot_poses[seat, :2]
-        points = (point for item in targets for point in self._holding_points(item, state.item_poses[item]))
-        return min((self._distances.between(robot, point) for point in points), default=math.inf)
+        robot, between = self._robots[seat], self._grid.distances.between_cells
+        nearest = math.inf
+        for item in targets:
+            for point in self._points[item] or self._found(item):
+                nearest = min(nearest, between(robot, point))
+        return nearest
 
-    def _holding_points(self, item: int, pose: Floats) -> Floats:
-        """(P, 2) the points to approach: an item's centre, a large rectangle's two short sides.
+    def _found(self, item: int) -> list[Cell]:
+        points = self._points[item] = self._grid.holding_cells(item, self._poses[item])
+        return points
+
+
+class _Grid:
+    """A map's items and goal regions on the 48 x 48 grid."""
+
+    def __init__(self, map_spec: MapSpec) -> None:
+        self.distances = paper_distances(map_spec)
+        self._items = map_spec.items
+        self._goals = goal_boxes(map_spec)
+
+    def is_home(self, item: int, pose: list[float]) -> bool:
+        """Whether an item in a pose (x, y, angle) is delivered."""
+        return is_delivered(self._items[item], tuple(pose), self._goals)
+
+    def holding_cells(self, item: int, pose: list[float]) -> list[Cell]:
+        """The points to approach: an item's centre, a large rectangle's two short sides.
 
         The paper pays for the short sides on one map, so that the two grasp the ends and fit through; it names
         Four Corners, whose items are no rectangles, so here it goes by the item.
         """
-        spec = self.map.items[item]
+        x, y, angle = pose
+        spec = self._items[item]
         if spec.shape != "rectangle" or spec.size != "large":
-            return pose[None, :2]
+            return [self.distances.cell(x, y)]
         half = box_sides(spec.shape, spec.scale)[0] / 2
-        axis = half * np.array([math.cos(pose[2]), math.sin(pose[2])])
-        return np.stack((pose[:2] + axis, pose[:2] - axis))
+        dx, dy = half * math.cos(angle), half * math.sin(angle)
+        return [self.distances.cell(x + dx, y + dy), self.distances.cell(x - dx, y - dy)]
+
+
+class PaperReward:
+    """The reward of a tick from the states around it; `dense=False` leaves out row A, the distances.
+
+    Fast when asked tick by tick: the state after a tick is that before the next.
+    """
+
+    def __init__(self, map_spec: MapSpec, dense: bool = True) -> None:
+        self.map = map_spec
+        self.dense = dense
+        self._grid = _Grid(map_spec)
+        self._big = [item.size != "small" for item in map_spec.items]
+        self._last: _Moment | None = None
+
+    def __call__(self, before: WorldState, after: WorldState) -> Floats:
+        """The reward (2,) of the tick between two states: blue's, red's."""
+        then = self._last
+        if then is None or then.state is not before:
+            then = _Moment(self._grid, before, None)
+        now = then if after is before else _Moment(self._grid, after, then)
+        self._last = now
+        return np.array([self._of(seat, then, now) for seat in (0, 1)])
+
+    def _of(self, seat: int, then: _Moment, now: _Moment) -> float:
+        held, holds = then.held[seat], now.held[seat]
+        partner_held, partner_holds = then.held[1 - seat], now.held[1 - seat]
+        if held < 0 and holds >= 0:
+            unwanted = then.home[holds] or self._is_other_big(partner_held, holds)
+            return STEP_COST + (HOLD_UNWANTED if unwanted else HOLD)
+        if held >= 0 and holds < 0:
+            needed = self._is_other_big(partner_holds, held) and not now.home[partner_holds]
+            event = RELEASE_INSIDE if now.home[held] else RELEASE_OUTSIDE
+            return STEP_COST + event + (RELEASE_TO_HELP if needed else 0.0)
+        if not self.dense:
+            return STEP_COST
+        if holds >= 0:
+            return STEP_COST + GAMMA * _gained(then.to_goal(held), now.to_goal(holds))
+        targets = self._targets((partner_held, partner_holds), then.home, now.home)
+        return STEP_COST + GAMMA * _gained(then.reach(seat, targets), now.reach(seat, targets))
+
+    def _targets(self, partners: tuple[int, int], was_home: list[bool], is_home: list[bool]) -> list[int]:
+        """What an empty hand should go to: the partner's item if it needs help, else the free items."""
+        held, holds = partners
+        if held == holds and holds >= 0 and self._big[holds] and not (was_home[holds] or is_home[holds]):
+            return [holds]
+        return [
+            item
+            for item, (was, is_) in enumerate(zip(was_home, is_home, strict=True))
+            if not (was or is_ or item in partners)
+        ]
+
+    def _is_other_big(self, partners: int, own: int) -> bool:
+        """Whether the partner has a middle or large item that is not the one in the own hand."""
+        return partners not in (-1, own) and self._big[partners]
 
 
 def _gained(then: float, now: float) -> float:

@@ -19,10 +19,9 @@ import numpy as np
 from movingout.agents.bass.state_vector import states_of
 from movingout.agents.checkpoint.checkpoint import ValueSpec
 from movingout.agents.inference.network import Network
-from movingout.agents.observation.features import AWARE_LAYOUT, feature_encoder
 from movingout.maps import MapSpec
 from movingout.world.metrics import WEIGHTS, normalized_final_distance
-from movingout.world.observation import ITEM_SLOTS
+from movingout.world.observation import AWARE_LAYOUT, ITEM_SLOTS, AwareEncoder, encoder
 from movingout.world.state import Floats
 
 LAYOUT = AWARE_LAYOUT  # input of the network, from the seat that chooses
@@ -58,10 +57,10 @@ class Value:
 
 def _encoded(map_spec: MapSpec, seat: int, rows: Floats) -> tuple[Floats, Floats]:
     """Features (R, D) of moving rows (R, 58), and the progress made by then (R,)."""
-    encoder = feature_encoder(map_spec, LAYOUT)
+    own = encoder(map_spec, LAYOUT)
     arrays = states_of(rows, len(map_spec.items))
-    features = encoder.encode_arrays(*arrays, seat)
-    return features, progress(map_spec, arrays[3], encoder.delivered(features))
+    features = own.encode_arrays(*arrays, seat)
+    return features, progress(map_spec, arrays[3], AwareEncoder.delivered(features))
 
 
 def progress(map_spec: MapSpec, item_poses: Floats, delivered: Floats) -> Floats:

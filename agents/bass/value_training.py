@@ -19,9 +19,9 @@ from movingout.agents.bass.value import LAYOUT, progress
 from movingout.agents.checkpoint.checkpoint import ValueSpec
 from movingout.agents.data.dataset import Indices, Singles, Trajectory, split_rows
 from movingout.agents.errors import DataError
-from movingout.agents.observation.features import LAYOUT_SIZES, feature_encoder
 from movingout.agents.policies.encoders import ItemEncoder, ResidualBlock, alike_for_items
 from movingout.agents.training.fit import FitResult, Losses, TrainingTask, fit
+from movingout.world.observation import LAYOUTS, AwareEncoder, encoder
 from movingout.world.state import Floats
 
 TAIL = 60  # ticks dropped at the end of an episode cut off by the time limit: their return is not known
@@ -65,9 +65,9 @@ def returns_of(trajectories: Sequence[Trajectory], discount: float) -> Returns:
 
 def _progress(trajectory: Trajectory) -> Floats:
     """Progress (T + 1,) of an episode; exactly 1 when everything is delivered."""
-    encoder = feature_encoder(trajectory.map, LAYOUT)
-    rows = encoder.encode_arrays(*trajectory.state_arrays, seat=0)
-    delivered = encoder.delivered(rows)
+    seen = encoder(trajectory.map, LAYOUT)
+    rows = seen.encode_arrays(*trajectory.state_arrays, seat=0)
+    delivered = AwareEncoder.delivered(rows)
     done = progress(trajectory.map, trajectory.item_poses, delivered)
     return np.where(delivered.sum(axis=1) == len(trajectory.map.items), 1.0, done)
 
@@ -92,7 +92,7 @@ class ValueNetwork(nn.Module):
 
     def __init__(self, spec: ValueSpec) -> None:
         super().__init__()
-        size = LAYOUT_SIZES[LAYOUT]
+        size = LAYOUTS[LAYOUT].size
         self.spec = spec
         self.register_buffer("mean", torch.zeros(size))
         self.register_buffer("deviation", torch.ones(size))

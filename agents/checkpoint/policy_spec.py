@@ -4,7 +4,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from movingout.agents.observation.features import AWARE_LAYOUT, LAYOUT_SIZES
+from movingout.world.observation import AWARE_LAYOUT, LAYOUTS
 
 ACTION_WIDTH = 5
 """Per tick: distance, cos and sin of the heading, and the grasp one-hot (no, yes) as +1 and -1."""
@@ -53,4 +53,4 @@ class PolicySpec(BaseModel):
     @property
     def features(self) -> int:
         """D, the numbers of one observation."""
-        return LAYOUT_SIZES[self.layout]
+        return LAYOUTS[self.layout].size

@@ -16,10 +16,10 @@ import numpy.typing as npt
 from movingout.agents.checkpoint.policy_spec import Grasp
 from movingout.agents.errors import DataError
 from movingout.agents.grasp_encoding import effective_presses, hold_levels
-from movingout.agents.observation.features import feature_encoder
 from movingout.maps import MapSpec
 from movingout.recordings import Episode, read_episode
 from movingout.recordings.episode import SeatKind
+from movingout.world.observation import encoder
 from movingout.world.state import Floats, Ints
 
 Singles = npt.NDArray[np.float32]
@@ -56,8 +56,8 @@ class Trajectory:
 
     def features(self, seat: int, layout: str) -> Singles:
         """Observations (T, D) of `seat` before each tick."""
-        encoder = feature_encoder(self.map, layout)
-        encoded = encoder.encode_arrays(
+        whole = encoder(self.map, layout)
+        encoded = whole.encode_arrays(
             self.robot_poses[:-1], self.robot_velocities[:-1], self.held[:-1], self.item_poses[:-1], seat
         )
         return encoded.astype(np.float32)

@@ -18,7 +18,7 @@ from movingout.agents.checkpoint.policy_spec import PolicySpec
 from movingout.agents.errors import AgentError
 from movingout.agents.grasp_encoding import toggles
 from movingout.agents.inference.network import PolicyNetwork, Singles
-from movingout.agents.observation.features import FeatureEncoder, feature_encoder
+from movingout.world.observation import StateEncoder, encoder
 from movingout.world.state import Floats, WorldState
 
 STANDSTILL_TICKS = 20
@@ -29,20 +29,20 @@ STANDSTILL = 0.06  # [u] a robot that stayed within this distance for so long st
 class SeatView:
     """A state to be encoded for a seat."""
 
-    encoder: FeatureEncoder
+    encoder: StateEncoder
     seat: int
     state: WorldState
 
 
 def encoded(views: Sequence[SeatView]) -> list[Singles]:
     """The features (D,) of each view; views of the same map and seat are encoded together."""
-    groups: dict[tuple[FeatureEncoder, int], list[int]] = {}
+    groups: dict[tuple[StateEncoder, int], list[int]] = {}
     for index, view in enumerate(views):
         groups.setdefault((view.encoder, view.seat), []).append(index)
     features: dict[int, Singles] = {}
-    for (encoder, seat), group in groups.items():
+    for (own, seat), group in groups.items():
         states = [views[index].state for index in group]
-        rows = encoder.encode_arrays(
+        rows = own.encode_arrays(
             np.stack([state.robot_poses for state in states]),
             np.stack([state.robot_velocities for state in states]),
             np.stack([state.held for state in states]),
@@ -81,7 +81,7 @@ class PolicyAgent:
     def reset(self, episode: EpisodeInfo) -> None:
         """Start an episode: prepare the map and forget the previous episode."""
         self.episode = episode
-        self.encoder: FeatureEncoder = feature_encoder(episode.map, self.spec.layout)
+        self.encoder: StateEncoder = encoder(episode.map, self.spec.layout)
         self.random = np.random.default_rng([episode.seed, episode.seat])
         self._history = []
         self._trail.clear()

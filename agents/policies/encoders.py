@@ -7,7 +7,7 @@ from torch import Tensor, nn
 from torch.nn import functional as F
 
 from movingout.agents.checkpoint.policy_spec import PolicySpec
-from movingout.agents.observation.features import AWARE_LAYOUT, ITEM_COLUMNS, LAYOUT_SIZES
+from movingout.world.observation import AWARE_LAYOUT, ITEM_COLUMNS, LAYOUTS
 
 HEADS = 4  # the width of an item is a multiple of it
 
@@ -94,7 +94,7 @@ class ItemEncoder(nn.Module):
 
 def columns(ticks: int) -> tuple[Tensor, Tensor]:
     """Of To x D features, the indices of each item's (N, K), and of those that belong to no item (L,)."""
-    size = LAYOUT_SIZES[AWARE_LAYOUT]
+    size = LAYOUTS[AWARE_LAYOUT].size
     items = torch.cat([torch.tensor(ITEM_COLUMNS) + size * tick for tick in range(ticks)], dim=1)
     about_items = set(items.flatten().tolist())
     return items, torch.tensor([column for column in range(size * ticks) if column not in about_items])

@@ -21,7 +21,7 @@ class ExportPlan:
     target: Path
     test_share: float = 0.0  # of the episodes, by participants
     seed: int = 0  # of the split
-    layout: str = "official-v1"  # of observations (world/observation.py)
+    layout: str = "official-v1"  # of observations (world/observation/layouts.py)
     view: str = "ego"  # ego: two episodes, one per seat; joint: one episode with both actions
     side: int = 512  # pixels
     speed: float = 1.0  # of videos, times real time

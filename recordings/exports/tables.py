@@ -123,7 +123,7 @@ TABLES = {"episodes": EPISODES, "ticks": TICKS, "events": EVENTS}
 def observation_columns(layout: str) -> list[Column]:
     """What each seat sees after the tick, as policies get it."""
     size = LAYOUTS[layout].size
-    meaning = f"ego-centric vector of {size} numbers, layout {layout} (world/observation.py)"
+    meaning = f"ego-centric vector of {size} numbers, layout {layout} (world/observation/layouts.py)"
     return [Column(f"{colour}_observation", "list<float32>", "", meaning) for colour in SEAT_COLOURS]
 
 

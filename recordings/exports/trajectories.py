@@ -68,8 +68,14 @@ def action_names(view: str) -> list[str]:
 
 def _observations(episode: Episode, layout: str) -> Singles:
     """(2, T + 1, D) what each seat saw, the last state included."""
-    encode = encoder(episode.header.map, layout).encode_both
-    return np.array([encode(state) for state in episode.states], dtype=np.float32).swapaxes(0, 1)
+    states, encode = episode.states, encoder(episode.header.map, layout).encode_arrays
+    arrays = (
+        np.array([state.robot_poses for state in states]),
+        np.array([state.robot_velocities for state in states]),
+        np.array([state.held for state in states]),
+        np.array([state.item_poses for state in states]),
+    )
+    return np.array([encode(*arrays, seat) for seat in (0, 1)], dtype=np.float32)
 
 
 def _rewards(episode: Episode) -> Singles:

@@ -13,6 +13,7 @@ imports only those before it.
 """
 
 import importlib
+import sys
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -57,3 +58,7 @@ def __getattr__(name: str) -> object:
 
 def __dir__() -> list[str]:
     return sorted({*globals(), *__all__})
+
+
+if "gymnasium" in sys.modules:  # import it first, and `gymnasium.make("MovingOut-v1")` works
+    importlib.import_module("movingout.agents.environment")

@@ -1,7 +1,11 @@
+import copy
+import math
+import pickle
 import subprocess
 import sys
 from dataclasses import replace
 from typing import Any
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -10,7 +14,7 @@ pytest.importorskip("pettingzoo", reason="the extra `env` is not installed")
 
 from pettingzoo.test import parallel_api_test, parallel_seed_test
 
-from movingout.maps import Rect, load_map
+from movingout.maps import MapError, Rect, load_map
 from movingout.world import ActionError, World, WorldError
 from movingout.world.action import to_world
 from movingout.world.env import REWARDS, MovingOutEnv
@@ -18,9 +22,18 @@ from movingout.world.metrics import METRICS
 from movingout.world.observation import LAYOUTS, encode_state
 
 STILL = np.array([0.0, 1.0, 0.0, 0.0], np.float32)
-SCORED_LAST = {"score", *(metric.key for metric in METRICS)}
+ALWAYS = {"score", *(metric.key for metric in METRICS)}
 
 
+class Comparable(MovingOutEnv):
+    """The env with "none" for NaN in its infos, which equals nothing, not even itself."""
+
+    def _infos(self, last: bool = False) -> dict[str, dict[str, Any]]:
+        infos = super()._infos(last)
+        return {agent: {k: "none" if math.isnan(v) else v for k, v in info.items()} for agent, info in infos.items()}
+
+
+@pytest.mark.filterwarnings("ignore:reset.. does not know the option 'options'")
 @pytest.mark.parametrize("layout", LAYOUTS)
 @pytest.mark.parametrize("split", [None, "train"])
 def test_pettingzoos_own_api_test_passes(layout: str, split: Any) -> None:
@@ -29,7 +42,7 @@ def test_pettingzoos_own_api_test_passes(layout: str, split: Any) -> None:
 
 @pytest.mark.parametrize("split", [None, "train", "evaluation"])
 def test_pettingzoos_own_seed_test_passes(split: Any) -> None:
-    parallel_seed_test(lambda: MovingOutEnv("TopBottomPriority", split=split, limit_ticks=20), num_cycles=50)
+    parallel_seed_test(lambda: Comparable("TopBottomPriority", split=split, limit_ticks=20), num_cycles=50)
 
 
 def test_the_env_is_the_world() -> None:
@@ -58,12 +71,14 @@ def test_seeds_decide_the_variant_and_the_episodes_after_it_differ() -> None:
 
 def test_an_episode_is_truncated_at_its_limit_with_the_metrics() -> None:
     env = MovingOutEnv("HandOff", limit_ticks=3)
-    env.reset()
+    _, infos = env.reset()
+    assert set(infos["blue"]) == ALWAYS
     for tick in (1, 2, 3):
         _, _, terminated, truncated, infos = env.step({"blue": STILL, "red": STILL})
         assert terminated == {"blue": False, "red": False}
         assert truncated == dict.fromkeys(("blue", "red"), tick == 3)
-        assert set(infos["red"]) == (SCORED_LAST if tick == 3 else {"score"})
+        assert set(infos["red"]) == ALWAYS
+        assert math.isnan(infos["red"]["tcr"]) == (tick < 3)
     assert env.agents == []
     with pytest.raises(WorldError, match=r"call reset\(\) first"):
         env.step({"blue": STILL, "red": STILL})
@@ -99,6 +114,78 @@ def test_a_picture_is_made_when_asked_for() -> None:
     assert MovingOutEnv().render() is None
 
 
+@pytest.mark.parametrize("reward", REWARDS)
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
+def test_a_copy_goes_on_in_the_middle_of_an_episode_as_the_original_does(copied: Any, reward: Any) -> None:
+    env = MovingOutEnv("HandOff", layout="aware-v1", reward=reward, split="train", limit_ticks=30)
+    env.reset(seed=7)
+    generator = np.random.default_rng(3)
+
+    def played(one: MovingOutEnv, actions: Any) -> list[bytes]:
+        answers = []
+        for pair in actions:
+            seen, rewards, _, _, infos = one.step({"blue": pair[0], "red": pair[1]})
+            answers.append(pickle.dumps((seen["red"].tobytes(), rewards, infos["red"])))
+        return answers
+
+    played(env, generator.uniform(-1, 1, (12, 2, 4)))
+    twin = copied(env)
+    rest = generator.uniform(-1, 1, (18, 2, 4))
+    assert played(twin, rest) == played(env, rest)
+    assert twin.reset()[0]["blue"].tobytes() == env.reset()[0]["blue"].tobytes()  # of the next variant
+
+
+def test_bounds_are_finite_and_hold_under_wild_actions() -> None:
+    env = MovingOutEnv("DistancePriority", layout="aware-v1")
+    assert np.isfinite(env.state_space.high).all() and np.isfinite(env.state_space.low).all()
+    seen, _ = env.reset(seed=1)
+    generator = np.random.default_rng(1)
+    for _ in range(300):
+        assert env.observation_space("blue").contains(seen["blue"])
+        assert env.state_space.contains(env.state())
+        turn = generator.uniform(-math.pi, math.pi, 2)
+        rows = [[generator.choice([-1, 1]), math.cos(a), math.sin(a), generator.uniform() < 0.1] for a in turn]
+        seen, *_ = env.step(dict(zip(env.agents, np.array(rows, np.float32), strict=True)))
+
+
+def test_the_map_of_an_episode_is_public_and_may_be_chosen_for_it() -> None:
+    env = MovingOutEnv("HandOff", split="train")
+    env.reset(seed=1)
+    assert env.current_map.variant and env.current_map.name == "HandOff"
+    env.reset(options={"map": "LeftRight"})
+    assert env.current_map.name == "LeftRight"
+    env.reset()
+    assert env.current_map.name == "HandOff"
+    with pytest.warns(UserWarning, match="does not know the option 'mpa'; it knows: map"):
+        env.reset(options={"mpa": "LeftRight"})
+    with pytest.raises(MapError, match="LeftRigt"):
+        env.reset(options={"map": "LeftRigt"})
+
+
+def test_a_window_says_what_to_install_and_where_there_is_no_display(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pygame", None)
+    with pytest.raises(WorldError, match="pip install pygame"):
+        MovingOutEnv(render_mode="human")
+
+
+def test_a_window_shows_every_state(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With a stand-in for pygame, which is not among the dependencies."""
+    pygame = mock.MagicMock(error=OSError)
+    monkeypatch.setitem(sys.modules, "pygame", pygame)
+    env = MovingOutEnv(render_mode="human", limit_ticks=5)
+    env.reset()
+    env.step({"blue": STILL, "red": STILL})
+    assert env.render() is None
+    assert pygame.display.flip.call_count == 2
+    copy.deepcopy(env).close()
+    pygame.display.quit.assert_not_called()
+    env.close()
+    pygame.display.quit.assert_called_once()
+    pygame.display.set_mode.side_effect = OSError("no display")
+    with pytest.raises(WorldError, match=r"no window can be opened here \(no display\); render_mode='rgb_array'"):
+        env.reset()
+
+
 def test_wrong_arguments_and_actions_are_refused() -> None:
     with pytest.raises(WorldError, match="unknown reward 'dense'; known: paper-dense, paper-sparse, official-dense"):
         MovingOutEnv(reward="dense")  # type: ignore[arg-type]
@@ -106,10 +193,14 @@ def test_wrong_arguments_and_actions_are_refused() -> None:
         MovingOutEnv(limit_ticks=0)
     with pytest.raises(WorldError, match="unknown layout"):
         MovingOutEnv(layout="v0")
+    with pytest.raises(WorldError, match="unknown render mode 'rgb'; known: rgb_array, human, None"):
+        MovingOutEnv(render_mode="rgb")  # type: ignore[arg-type]
     env = MovingOutEnv()
     env.reset()
     with pytest.raises(ActionError):
         env.step({"blue": STILL, "red": STILL * np.float32(np.nan)})
+    with pytest.raises(ActionError, match="an action for red is missing"):
+        env.step({"blue": STILL})
 
 
 def test_the_world_package_itself_needs_no_pettingzoo() -> None:

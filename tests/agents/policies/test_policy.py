@@ -6,10 +6,10 @@ import torch
 
 from movingout.agents.inference.network import PolicyNetwork
 from movingout.agents.kinds.policy import build_policy
-from movingout.agents.observation.features import ITEM_COLUMNS
 from movingout.agents.policies.diffusion_policy import Diffusion, Flow
 from movingout.agents.policies.encoders import alike_for_items
 from movingout.agents.policies.export import export_policy, halved_weights
+from movingout.world.observation import ITEM_COLUMNS
 from tests.agents.learning import tiny_spec
 
 VARIANTS = [

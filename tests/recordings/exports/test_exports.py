@@ -22,7 +22,7 @@ from movingout.recordings.exports.plan import ExportPlan
 from movingout.recordings.exports.tables import TABLES
 from movingout.world.action import to_policy, to_world
 from movingout.world.metrics import EpisodeMetrics
-from movingout.world.observation import encode_state
+from movingout.world.observation import LAYOUTS, encode_state
 from tests.recordings.support import record
 
 TICKS = 14
@@ -140,6 +140,14 @@ def test_robomimic_demos_pair_what_was_seen_with_what_was_done(
     assert masks["train"] | masks["valid"] == set(demos)
     assert masks["valid"] in ({"demo_0", "demo_1"}, {"demo_2", "demo_3"}), "both seats of an episode go together"
     np.testing.assert_allclose(to_world(expected)[:, 0], episode.actions[:, 1, 0], atol=1e-6)
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_every_layout_can_be_exported(recordings: list[Path], episode: Episode, tmp_path: Path, layout: str) -> None:
+    path = made("robomimic", recordings[:1], tmp_path / "demos.hdf5", layout=layout)
+    expected = [encode_state(episode.header.map, state, 1, layout) for state in episode.states[:-1]]
+    with h5py.File(path) as file:
+        assert np.array_equal(file["data/demo_1/obs/state"][:], np.array(expected, dtype=np.float32))
 
 
 def test_lerobot_has_the_files_and_features_that_its_loader_wants(recordings: list[Path], tmp_path: Path) -> None:

@@ -35,13 +35,13 @@ class GridPoints(NamedTuple):
 class Navigation:
     """Lookups of ways on one map."""
 
-    def __init__(self, map_spec: MapSpec) -> None:
-        blocked = _blocked(map_spec.walls)
+    def __init__(self, walls: tuple[Rect, ...], goals: tuple[Rect, ...]) -> None:
+        blocked = _blocked(walls)
         self._lengths = _all_pairs(blocked)
         self._next = _next_cells(self._lengths, blocked)
         columns, rows = np.divmod(np.arange(CELLS * CELLS), CELLS)
         self._centres = np.stack((columns, rows), axis=1) * CELL + CELL / 2 - ARENA_HALF
-        goal = _cells(np.array([((g.x0 + g.x1) / 2, (g.y0 + g.y1) / 2) for g in map_spec.goals]))
+        goal = _cells(np.array([((g.x0 + g.x1) / 2, (g.y0 + g.y1) / 2) for g in goals]))
         self._goal_cells = goal
         self._goal_points = self._centres[goal]
 
@@ -69,10 +69,14 @@ class Navigation:
         return GridPoints(self._goal_points[nearest], self._goal_cells[nearest])
 
 
-@lru_cache(maxsize=64)
 def navigation(map_spec: MapSpec) -> Navigation:
-    """The navigation of a map, made once (0.2 s)."""
-    return Navigation(map_spec)
+    """The navigation of a map, made once for all variants of it (0.2 s)."""
+    return _navigation(map_spec.walls, map_spec.goals)
+
+
+@lru_cache(maxsize=64)
+def _navigation(walls: tuple[Rect, ...], goals: tuple[Rect, ...]) -> Navigation:
+    return Navigation(walls, goals)
 
 
 def on_grid(points: Floats) -> GridPoints:

@@ -1,4 +1,4 @@
-"""What an agent sees: the ego-centric vector of one seat, in named layouts that never change once published.
+"""The layouts `official-v1` and `map-v1`: what a seat sees as poses, as the official encoder writes them.
 
 Layout `official-v1`, 121 numbers, equal to the bit to the official StatesEncoder, so that official data and
 policies carry over:
@@ -24,12 +24,11 @@ the official one.
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
 from movingout.maps import MapSpec, Rect
-from movingout.maps.spec import SHAPES, SIZES
+from movingout.maps.spec import ARENA_HALF, SHAPES, SIZES
 from movingout.world.errors import WorldError
 from movingout.world.state import Floats, Ints, WorldState
 
@@ -37,6 +36,8 @@ ROBOT_WIDTH = 8
 ITEM_WIDTH = 4 + len(SHAPES) + len(SIZES)
 ITEM_SLOTS = 7
 _ITEMS_START = 2 * ROBOT_WIDTH
+POSITION = 2 * ARENA_HALF  # [u] bounds of what is seen
+SPEED, SPIN = 100.0, 1000.0  # [u/s], [rad/s]
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,10 +53,16 @@ class ObservationLayout:
         """D, the length of the vector."""
         return _ITEMS_START + ITEM_SLOTS * ITEM_WIDTH + 4 * (self.wall_slots + self.goal_slots)
 
+    @property
+    def bounds(self) -> Floats:
+        """(D,) how large each number can be, up or down."""
+        robot = [POSITION, POSITION, 1.0, 1.0, 1.0, SPEED, SPEED, SPIN]
+        item = [POSITION, POSITION] + [1.0] * (ITEM_WIDTH - 2)
+        corners = [POSITION] * 4 * (self.wall_slots + self.goal_slots)
+        return np.array([*2 * robot, *ITEM_SLOTS * item, *corners])
 
-LAYOUTS = {
-    layout.name: layout for layout in (ObservationLayout("official-v1", 0, 0), ObservationLayout("map-v1", 8, 4))
-}
+
+OFFICIAL, WITH_MAP = ObservationLayout("official-v1", 0, 0), ObservationLayout("map-v1", 8, 4)
 
 
 class Encoder:
@@ -64,12 +71,10 @@ class Encoder:
     Everything that moves is laid out in one row, from which one gather per seat fills the vector.
     """
 
-    def __init__(self, map_spec: MapSpec, layout: str = "official-v1") -> None:
-        """Raises WorldError for an unknown layout or a map that has more of something than the layout has slots."""
-        if layout not in LAYOUTS:
-            raise WorldError(f"unknown layout {layout!r}; known: {', '.join(LAYOUTS)}")
+    def __init__(self, map_spec: MapSpec, layout: ObservationLayout = OFFICIAL) -> None:
+        """Raises WorldError for a map that has more of something than the layout has slots."""
         self.map = map_spec
-        self.layout = LAYOUTS[layout]
+        self.layout = layout
         self._constants = _template(map_spec, self.layout)
         self._sources = tuple(_sources(len(map_spec.items), self._constants.size, seat) for seat in (0, 1))
 
@@ -106,17 +111,6 @@ class Encoder:
             ),
             axis=-1,
         )
-
-
-def encode_state(map_spec: MapSpec, state: WorldState, seat: int, layout: str = "official-v1") -> Floats:
-    """The vector (D,) of one state; the encoder of a map is made once."""
-    return encoder(map_spec, layout).encode(state, seat)
-
-
-@lru_cache(maxsize=256)
-def encoder(map_spec: MapSpec, layout: str = "official-v1") -> Encoder:
-    """The one encoder of a map and layout in this process."""
-    return Encoder(map_spec, layout)
 
 
 def _sources(items: int, size: int, seat: int) -> Ints:

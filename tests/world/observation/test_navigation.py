@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from movingout.agents.observation.navigation import FAR, navigation, on_grid
 from movingout.maps import load_map
+from movingout.world.observation.navigation import FAR, navigation, on_grid
 
 
 def test_following_the_direction_leads_around_the_wall_to_the_goal_on_maps_with_walls() -> None:

@@ -3,30 +3,30 @@
 import numpy as np
 import pytest
 
-from movingout.agents.errors import AgentError
-from movingout.agents.observation.features import LAYOUT_SIZES, feature_encoder
+from movingout.agents.observation.seat_observation import observe, start_state
 from movingout.maps import load_map
-from movingout.world.observation import encode_state
+from movingout.world import WorldError
+from movingout.world.observation import LAYOUTS, encode_state, encoder
 from tests.agents.learning import states_of, walked
 
 
 def test_one_state_and_a_whole_episode_are_encoded_to_the_same_numbers() -> None:
     trajectory = walked(ticks=30)
     states = states_of(trajectory.map, trajectory.actions)
-    for layout in LAYOUT_SIZES:
-        encoder = feature_encoder(trajectory.map, layout)
+    for layout in LAYOUTS:
+        own = encoder(trajectory.map, layout)
         for seat in (0, 1):
             whole = trajectory.features(seat, layout)
-            single = encoder.encode(states[17], seat).astype(np.float32)
+            single = own.encode(states[17], seat).astype(np.float32)
             assert np.array_equal(whole[17], single)
-            assert whole.shape == (30, LAYOUT_SIZES[layout])
+            assert whole.shape == (30, LAYOUTS[layout].size)
 
 
 def test_official_layouts_are_those_of_the_world() -> None:
     trajectory = walked(ticks=3)
     state = states_of(trajectory.map, trajectory.actions)[3]
     for layout in ("official-v1", "map-v1"):
-        encoded = feature_encoder(trajectory.map, layout).encode(state, 1)
+        encoded = encoder(trajectory.map, layout).encode(state, 1)
         assert np.array_equal(encoded, encode_state(trajectory.map, state, 1, layout))
 
 
@@ -35,9 +35,9 @@ def test_the_aware_layout_says_who_holds_what_and_which_way_the_goal_is() -> Non
     trajectory = walked("DistancePriority", ticks=1)
     held = trajectory.held[:1].copy()
     held[0, 1] = 2
-    encoder = feature_encoder(the_map, "aware-v1")
+    seen = encoder(the_map, "aware-v1")
     rows = {
-        seat: encoder.encode_arrays(
+        seat: seen.encode_arrays(
             trajectory.robot_poses[:1], trajectory.robot_velocities[:1], held, trajectory.item_poses[:1], seat
         )[0]
         for seat in (0, 1)
@@ -52,5 +52,14 @@ def test_the_aware_layout_says_who_holds_what_and_which_way_the_goal_is() -> Non
 
 
 def test_an_unknown_layout_is_answered_with_those_that_exist() -> None:
-    with pytest.raises(AgentError, match="known: official-v1, map-v1, aware-v1"):
-        feature_encoder(load_map("HandOff"), "aware-v9")
+    with pytest.raises(WorldError, match="known: official-v1, map-v1, aware-v1"):
+        encoder(load_map("HandOff"), "aware-v9")
+
+
+def test_an_agent_in_a_seat_can_ask_for_every_layout() -> None:
+    the_map = load_map("HandOff")
+    state = start_state(the_map)
+    for layout in LAYOUTS:
+        seen = observe(the_map, state, 1).encode(layout)
+        assert np.array_equal(seen, encode_state(the_map, state, 1, layout))
+        assert seen.shape == LAYOUTS[layout].bounds.shape

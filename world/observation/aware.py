@@ -1,7 +1,6 @@
-"""Observation layouts of learned policies, the same in training, in matches and in live rooms.
+"""The layout `aware-v1`, what the shipped agents see: `map-v1` and relations that a small network cannot work out.
 
-`official-v1` and `map-v1` are those of `world.observation`. `aware-v1` is ours: `map-v1` plus relations that a small
-network cannot work out from poses (ways around walls, who holds what), so that one policy can play all maps.
+These are the ways around walls and who holds what, so that one policy can play all maps.
 
 | index | `aware-v1` |
 |---|---|
@@ -16,33 +15,30 @@ network cannot work out from poses (ways around walls, who holds what), so that 
 | + 13-14 | scale, and ln(1 + mass) / 4 |
 """
 
-from collections.abc import Mapping
-from functools import lru_cache
-
 import numpy as np
 
-from movingout.agents.errors import AgentError
-from movingout.agents.observation.navigation import navigation, on_grid
 from movingout.maps import MapSpec
 from movingout.world import constants as c
-from movingout.world.observation import ITEM_SLOTS, ITEM_WIDTH, LAYOUTS, ROBOT_WIDTH, encoder
+from movingout.world.observation.egocentric import (
+    ITEM_SLOTS,
+    ITEM_WIDTH,
+    POSITION,
+    ROBOT_WIDTH,
+    WITH_MAP,
+    Encoder,
+)
+from movingout.world.observation.navigation import FAR, navigation, on_grid
 from movingout.world.scoring import delivered_many
 from movingout.world.state import Floats, Ints, WorldState
 
 AWARE_LAYOUT = "aware-v1"
-_MAP_LAYOUT = "map-v1"
-_MAP_SIZE = LAYOUTS[_MAP_LAYOUT].size
 _ITEM_WIDTH = 15
 _PARTNER_WIDTH = 4
 _BODIES = 2 * ROBOT_WIDTH  # where the first item's numbers begin in the official layout
-_RELATIONS = _MAP_SIZE + _PARTNER_WIDTH  # and in ours
+_RELATIONS = WITH_MAP.size + _PARTNER_WIDTH  # and in ours
+_LARGEST_BULK = 10.0  # of ln(1 + mass) / 4
 _LENGTH_UNIT = 4.0  # [u] brings way lengths to about 1
-
-LAYOUT_SIZES: Mapping[str, int] = {
-    **{name: layout.size for name, layout in LAYOUTS.items()},
-    AWARE_LAYOUT: _RELATIONS + ITEM_SLOTS * _ITEM_WIDTH,
-}
-"""All observation layouts that a policy may have, with D, the size of their vectors."""
+AWARE_SIZE = _RELATIONS + ITEM_SLOTS * _ITEM_WIDTH
 
 ITEM_COLUMNS = tuple(
     (
@@ -54,17 +50,20 @@ ITEM_COLUMNS = tuple(
 """Indices (7, 30) of each item's numbers in `aware-v1`."""
 
 
-class FeatureEncoder:
-    """Encodes states of one map in one layout."""
+def aware_bounds() -> Floats:
+    """(D,) how large each number can be, up or down."""
+    apart, way = 2 * POSITION, FAR / _LENGTH_UNIT
+    item = [1.0] * 4 + [apart] * 2 + [1.0, 1.0, way] * 2 + [2 * apart, POSITION, _LARGEST_BULK]
+    return np.concatenate((WITH_MAP.bounds, [apart, apart, 1.0, 1.0], ITEM_SLOTS * item))
 
-    def __init__(self, map_spec: MapSpec, layout: str) -> None:
-        """Raises AgentError for an unknown layout, WorldError for a map that does not fit into it."""
-        if layout not in LAYOUT_SIZES:
-            raise AgentError(f"unknown observation layout {layout!r}; known: {', '.join(LAYOUT_SIZES)}")
-        self.size = LAYOUT_SIZES[layout]
-        self._map = map_spec
-        self._aware = layout == AWARE_LAYOUT
-        self._base = encoder(map_spec, _MAP_LAYOUT if self._aware else layout)
+
+class AwareEncoder:
+    """Encodes states of one map in `aware-v1`."""
+
+    def __init__(self, map_spec: MapSpec) -> None:
+        """Raises WorldError for a map that does not fit into the layout."""
+        self.map = map_spec
+        self._base = Encoder(map_spec, WITH_MAP)
         self._bulk = np.array([[item.scale, np.log1p(item.mass) / 4] for item in map_spec.items]).reshape(-1, 2)
 
     def encode(self, state: WorldState, seat: int) -> Floats:
@@ -75,13 +74,15 @@ class FeatureEncoder:
         vector: Floats = rows[0]
         return vector
 
+    def encode_both(self, state: WorldState) -> tuple[Floats, Floats]:
+        """What blue and red see, (D,) each."""
+        return self.encode(state, 0), self.encode(state, 1)
+
     def encode_arrays(
         self, robot_poses: Floats, robot_velocities: Floats, held: Ints, item_poses: Floats, seat: int
     ) -> Floats:
         """The vectors (T, D) of states given as arrays: (T, 2, 3), (T, 2, 3), (T, 2) and (T, N, 3)."""
         base = self._base.encode_arrays(robot_poses, robot_velocities, held, item_poses, seat)
-        if not self._aware:
-            return base
         partner, items = self._relations(robot_poses, held, item_poses, seat)
         ticks, count = items.shape[:2]
         slots = np.zeros((ticks, ITEM_SLOTS, _ITEM_WIDTH))
@@ -97,7 +98,7 @@ class FeatureEncoder:
 
     def _relations(self, robot_poses: Floats, held: Ints, item_poses: Floats, seat: int) -> tuple[Floats, Floats]:
         """The partner's (T, 4) and the items' (T, N, 15) numbers of `aware-v1`."""
-        ways = navigation(self._map)
+        ways = navigation(self.map)
         own, other = robot_poses[:, seat, :2], robot_poses[:, 1 - seat, :2]
         places = item_poses[..., :2]
         here, there = on_grid(own[:, None]), on_grid(places)
@@ -109,7 +110,7 @@ class FeatureEncoder:
         index = np.arange(places.shape[1])
         numbers = [
             np.ones(places.shape[:2]),
-            delivered_many(self._map, item_poses),
+            delivered_many(self.map, item_poses),
             held[:, seat, None] == index,
             held[:, 1 - seat, None] == index,
             places - own[:, None],
@@ -123,9 +124,3 @@ class FeatureEncoder:
         columns = [part if part.ndim == 3 else part[..., None] for part in numbers]
         partner = np.concatenate((other - own, to_other[:, 0]), axis=1)
         return partner, np.concatenate(columns, axis=-1)
-
-
-@lru_cache(maxsize=64)
-def feature_encoder(map_spec: MapSpec, layout: str) -> FeatureEncoder:
-    """The encoder of a map and layout, made once per process."""
-    return FeatureEncoder(map_spec, layout)

@@ -7,7 +7,7 @@ import pytest
 from movingout.maps import Rect, load_map, map_names
 from movingout.maps.spec import SHAPES, SIZES
 from movingout.world.errors import WorldError
-from movingout.world.observation import LAYOUTS, Encoder, encode_state, encoder
+from movingout.world.observation import LAYOUTS, encode_state, encoder
 from tests.support import reference
 from tests.world.states import OFFICIAL_FILES, changed, official_arrays, official_states, start_of
 
@@ -62,7 +62,7 @@ def test_a_whole_episode_encodes_as_its_states_do_one_by_one(layout: str) -> Non
     map_spec = load_map("PassOrSplit")
     states = [changed(start_of(map_spec), held=(k % 3 - 1, -1), robots={0: (0.1 * k, 0.0, 0.3 * k)}) for k in range(7)]
     for seat in (0, 1):
-        together = Encoder(map_spec, layout).encode_arrays(
+        together = encoder(map_spec, layout).encode_arrays(
             np.array([state.robot_poses for state in states]),
             np.array([state.robot_velocities for state in states]),
             np.array([state.held for state in states]),
@@ -81,11 +81,11 @@ def test_vectors_are_the_callers_own() -> None:
 
 def test_an_unknown_layout_is_refused_with_the_known_ones() -> None:
     with pytest.raises(WorldError, match="unknown layout 'map'; known: official-v1, map-v1"):
-        Encoder(load_map("HandOff"), "map")
+        encoder(load_map("HandOff"), "map")
 
 
 def test_a_map_with_too_many_walls_is_refused_where_walls_are_encoded() -> None:
     crowded = replace(load_map("HandOff"), walls=(Rect(0.0, 0.0, 0.1, 0.1),) * 9)
     assert encode_state(crowded, start_of(crowded), 0).shape == (121,)
     with pytest.raises(WorldError, match="map-v1 has 8 slots for walls; HandOff has 9"):
-        Encoder(crowded, "map-v1")
+        encoder(crowded, "map-v1")

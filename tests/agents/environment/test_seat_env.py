@@ -1,0 +1,105 @@
+import copy
+import pickle
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("pettingzoo", reason="the extra `env` is not installed")
+
+import gymnasium
+from gymnasium.utils.env_checker import check_env
+
+from movingout.agents.environment import ENV_ID
+from movingout.agents.environment.seat_env import SeatEnv
+from movingout.agents.errors import AgentError
+from movingout.maps import load_map
+from movingout.world.env import MovingOutEnv
+from movingout.world.metrics import METRICS
+
+STILL = np.array([0.0, 1.0, 0.0, 0.0], np.float32)
+
+
+@pytest.mark.parametrize("seat", ["blue", "red"])
+@pytest.mark.parametrize("layout", ["official-v1", "aware-v1"])
+def test_gymnasiums_own_checker_passes(seat: str, layout: str) -> None:
+    env = gymnasium.make(ENV_ID, map="HandOff", partner=["scripted", "idle"], seat=seat, layout=layout)
+    check_env(env.unwrapped, skip_render_check=True)
+
+
+def test_it_is_the_world_from_one_seat_with_the_partner_in_the_other() -> None:
+    env, both = SeatEnv("LeftRight", partner="idle", seat="red"), MovingOutEnv("LeftRight")
+    seen, _ = env.reset(seed=1)
+    expected, _ = both.reset()
+    generator = np.random.default_rng(2)
+    for _ in range(20):
+        np.testing.assert_array_equal(seen, expected["red"])
+        action = generator.uniform(-1, 1, 4).astype(np.float32)
+        seen, reward, *_ = env.step(action)
+        expected, rewards, *_ = both.step({"blue": STILL, "red": action})
+        assert reward == rewards["red"]
+
+
+def test_a_scripted_partner_does_the_work_and_the_metrics_come_with_the_end() -> None:
+    env = SeatEnv("DistancePriority", partner="scripted", seat="red", limit_ticks=120)
+    _, info = env.reset(seed=3)
+    assert info == {"score": 0.0, "partner": "scripted"}
+    truncated = terminated = False
+    while not (truncated or terminated):
+        _, _, terminated, truncated, info = env.step(STILL)
+    assert set(info) == {"score", "partner", *(metric.key for metric in METRICS)}
+    assert info["nfd"] > 0.0
+    with pytest.raises(Exception, match=r"call reset\(\) first"):
+        env.step(STILL)
+
+
+def test_partners_are_drawn_per_episode_and_a_seed_repeats_them() -> None:
+    def drawn(seed: int) -> list[str]:
+        env = SeatEnv(partner=["idle", "people:A"], split="train", limit_ticks=5)
+        env.reset(seed=seed)
+        return [env.reset()[1]["partner"] for _ in range(12)]
+
+    assert drawn(5) == drawn(5)
+    assert drawn(5) != drawn(6)
+    assert "idle" in drawn(5)
+    assert len({name for name in drawn(5) if name.startswith("person:name=A")}) > 1
+
+
+def test_copies_and_pickles_start_anew_with_the_same_arguments() -> None:
+    env = SeatEnv("HandOff", partner="idle", seat="red", layout="map-v1")
+    for twin in (copy.deepcopy(env), pickle.loads(pickle.dumps(env))):
+        np.testing.assert_array_equal(twin.reset(seed=1)[0], env.reset(seed=1)[0])
+
+
+def test_several_at_once() -> None:
+    envs = gymnasium.make_vec(ENV_ID, num_envs=3, vectorization_mode="sync", partner="idle", limit_ticks=2)
+    envs.reset(seed=1)
+    for _ in range(5):
+        seen, *_ = envs.step(envs.action_space.sample())
+    assert seen.shape == (3, 121)
+    envs.close()
+
+
+def test_the_picture_is_that_of_the_seat() -> None:
+    env = SeatEnv("HandOff", partner="idle", seat="red", render_mode="rgb_array")
+    env.reset(seed=1)
+    both = MovingOutEnv("HandOff", render_mode="rgb_array")
+    both.reset()
+    seen, pictures = env.render(), [both.render(seat) for seat in (0, 1)]
+    assert seen is not None and pictures[0] is not None and pictures[1] is not None
+    np.testing.assert_array_equal(seen, pictures[1])
+    assert not np.array_equal(seen, pictures[0])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        ({"seat": "green"}, "unknown seat 'green'; .*known: blue, red"),
+        ({"partner": "scriptd"}, "unknown agent 'scriptd'; did you mean scripted"),
+        ({"partner": []}, "a partner is needed"),
+        ({"partner": "people:Z"}, "unknown population 'Z'; .*known: A, B, C"),
+    ],
+)
+def test_wrong_arguments_are_refused_with_what_is_known(arguments: dict[str, Any], sentence: str) -> None:
+    with pytest.raises(AgentError, match=sentence):
+        SeatEnv(load_map("HandOff"), **arguments)

@@ -1,0 +1,72 @@
+"""The one registry of observation layouts: a name that never changes its meaning once published, and its encoder."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import lru_cache, partial
+from typing import Protocol
+
+from movingout.maps import MapSpec
+from movingout.world.errors import WorldError
+from movingout.world.observation.aware import AWARE_LAYOUT, AWARE_SIZE, AwareEncoder, aware_bounds
+from movingout.world.observation.egocentric import OFFICIAL, WITH_MAP, Encoder, ObservationLayout
+from movingout.world.state import Floats, Ints, WorldState
+
+
+class StateEncoder(Protocol):
+    """Encodes the states of one map in one layout of D numbers."""
+
+    def encode(self, state: WorldState, seat: int) -> Floats:
+        """The vector (D,) that `seat` sees, as a new array."""
+
+    def encode_both(self, state: WorldState) -> tuple[Floats, Floats]:
+        """What blue and red see, (D,) each."""
+
+    def encode_arrays(
+        self, robot_poses: Floats, robot_velocities: Floats, held: Ints, item_poses: Floats, seat: int
+    ) -> Floats:
+        """The vectors (T, D) of states given as arrays: (T, 2, 3), (T, 2, 3), (T, 2) and (T, N, 3)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """A named layout of observations."""
+
+    name: str
+    size: int  # D
+    bounds: Floats = field(compare=False)  # (D,) how large each number can be, up or down
+    make: Callable[[MapSpec], StateEncoder]  # WorldError for a map that does not fit
+
+
+def _egocentric(layout: ObservationLayout) -> Layout:
+    return Layout(layout.name, layout.size, layout.bounds, partial(Encoder, layout=layout))
+
+
+LAYOUTS: Mapping[str, Layout] = {
+    layout.name: layout
+    for layout in (
+        _egocentric(OFFICIAL),
+        _egocentric(WITH_MAP),
+        Layout(AWARE_LAYOUT, AWARE_SIZE, aware_bounds(), AwareEncoder),
+    )
+}
+
+
+def layout_named(name: str) -> Layout:
+    """Raises WorldError for a name that is not registered."""
+    if name not in LAYOUTS:
+        raise WorldError(f"unknown layout {name!r}; known: {', '.join(LAYOUTS)}")
+    return LAYOUTS[name]
+
+
+@lru_cache(maxsize=256)
+def encoder(map_spec: MapSpec, layout: str = OFFICIAL.name) -> StateEncoder:
+    """The one encoder of a map and layout in this process.
+
+    Raises WorldError for an unknown layout, or for a map that has more of something than the layout has slots.
+    """
+    return layout_named(layout).make(map_spec)
+
+
+def encode_state(map_spec: MapSpec, state: WorldState, seat: int, layout: str = OFFICIAL.name) -> Floats:
+    """The vector (D,) of one state; the encoder of a map is made once."""
+    return encoder(map_spec, layout).encode(state, seat)
