@@ -40,7 +40,7 @@ def _ids(name: str) -> tuple[str, ...]:
     return tuple(f"person:name={population}{number:02d}" for number in range(1, PEOPLE + 1))
 
 
-class Partner:
+class PartnerSeat:
     """An agent that plays one seat of one episode at a time; it is asked when its last chunk is used up."""
 
     def __init__(self, agent_id: str) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from movingout.agents.base import EpisodeInfo
-from movingout.agents.environment.partners import Partner, partner_groups
+from movingout.agents.environment.partners import PartnerSeat, partner_groups
 from movingout.agents.errors import AgentError
 from movingout.maps import MapSpec
 from movingout.maps.extras import needs_extra
@@ -66,7 +66,7 @@ class SeatEnv(gymnasium.Env[Observation, Action], EzPickle):
         self._colour, self._other = seat, SEAT_COLOURS[1 - self._seat]
         self._limit_ticks = limit_ticks
         self._groups = partner_groups(partner)
-        self._partners: dict[str, Partner] = {}
+        self._partners: dict[str, PartnerSeat] = {}
         self.render_mode = render_mode
         self.observation_space = cast("spaces.Space[Observation]", self._env.observation_space(seat))
         self.action_space = cast("spaces.Space[Action]", self._env.action_space(seat))
@@ -90,7 +90,7 @@ class SeatEnv(gymnasium.Env[Observation, Action], EzPickle):
         agent_id = group[self.np_random.integers(len(group))]
         variant, partner_seed = self.np_random.integers(_LARGEST_SEED, size=2)
         observations, infos = self._env.reset(int(variant), options)
-        self._partner = self._partners.get(agent_id) or self._partners.setdefault(agent_id, Partner(agent_id))
+        self._partner = self._partners.get(agent_id) or self._partners.setdefault(agent_id, PartnerSeat(agent_id))
         self._partner.reset(EpisodeInfo(self.current_map, 1 - self._seat, int(partner_seed), self._limit_ticks))
         return observations[self._colour], self._info(infos, last=False)
 
