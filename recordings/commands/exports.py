@@ -6,6 +6,7 @@ from movingout.maps.commands.parser import add_out
 from movingout.recordings.commands.arguments import add_paths, expanded
 from movingout.recordings.exports import FORMATS, export
 from movingout.recordings.exports.plan import ExportPlan
+from movingout.recordings.exports.split import SPLIT_BY, obtained
 from movingout.recordings.exports.trajectories import VIEWS
 from movingout.recordings.storage.listing import is_tutorial
 from movingout.world.observation import LAYOUTS
@@ -17,8 +18,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--to", required=True, choices=FORMATS, metavar="FORMAT", help=formats)
     add_out(parser, "TARGET", "a new file or folder", required=True)
     parser.add_argument(
-        "--test-share", type=_share, metavar="SHARE", default=0.0, help="of episodes for testing, split by participant"
+        "--test-share",
+        type=_share,
+        metavar="SHARE",
+        default=0.0,
+        help="of episodes for testing",
     )
+    parser.add_argument("--split-by", choices=SPLIT_BY, default="participant", help="what is on one side as a whole")
     parser.add_argument("--seed", type=int, default=0, help="of the split")
     parser.add_argument("--layout", choices=LAYOUTS, default="official-v1", help="of observations")
     parser.add_argument("--view", choices=VIEWS, default="ego", help="an episode per seat, or both seats in one")
@@ -39,6 +45,7 @@ def perform(args: argparse.Namespace) -> int:
         target=args.out,
         test_share=args.test_share,
         seed=args.seed,
+        split_by=args.split_by,
         layout=args.layout,
         view=args.view,
         side=args.side,
@@ -49,6 +56,8 @@ def perform(args: argparse.Namespace) -> int:
     export(args.to, plan)
     count = len(plan.recordings)
     print(f"{count} recording{'s' * (count != 1)} written to {args.out}")
+    if args.test_share:
+        print(obtained(plan.splits, args.test_share, args.split_by))
     return 0
 
 

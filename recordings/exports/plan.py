@@ -7,7 +7,7 @@ from pathlib import Path
 
 from movingout.recordings.episode import Episode
 from movingout.recordings.errors import RecordingError
-from movingout.recordings.exports.split import TRAIN, split
+from movingout.recordings.exports.split import TRAIN, SplitBy, split
 from movingout.recordings.file_format.reader import read_episode
 from movingout.recordings.progress import with_progress
 from movingout.recordings.storage.listing import Players, read_players
@@ -19,8 +19,9 @@ class ExportPlan:
 
     recordings: Sequence[Path]
     target: Path
-    test_share: float = 0.0  # of the episodes, by participants
+    test_share: float = 0.0  # of the episodes
     seed: int = 0  # of the split
+    split_by: SplitBy = "participant"  # what is never divided
     layout: str = "official-v1"  # of observations (world/observation/layouts.py)
     view: str = "ego"  # ego: two episodes, one per seat; joint: one episode with both actions
     side: int = 512  # pixels
@@ -39,7 +40,7 @@ class ExportPlan:
     @cached_property
     def splits(self) -> list[str]:
         """`train` or `test` per recording."""
-        return split(self.players, self.test_share, self.seed)
+        return split(self.players, self.test_share, self.seed, self.split_by)
 
     @cached_property
     def players(self) -> list[Players]:

@@ -1,8 +1,9 @@
-"""Train and test split by participant: nobody in a test episode appears in a training episode."""
+"""Train and test split by participant, by episode or by map; what belongs together is on one side."""
 
 import hashlib
 from collections import defaultdict
 from collections.abc import Sequence
+from typing import Literal, get_args
 
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.recordings.episode import SeatInfo
@@ -10,6 +11,8 @@ from movingout.recordings.recorded_seat import GHOST
 from movingout.recordings.storage.listing import Players
 
 TRAIN, TEST = "train", "test"
+SplitBy = Literal["participant", "episode", "map"]
+SPLIT_BY: tuple[SplitBy, ...] = get_args(SplitBy)
 
 
 def participants(players: Players) -> tuple[str, ...]:
@@ -18,13 +21,14 @@ def participants(players: Players) -> tuple[str, ...]:
     return tuple(sorted({name for name in people or [seat.name for seat in players.seats] if name}))
 
 
-def split(episodes: Sequence[Players], share: float, seed: int = 0) -> list[str]:
+def split(episodes: Sequence[Players], share: float, seed: int = 0, by: SplitBy = "participant") -> list[str]:
     """`train` or `test` for each episode; about `share` of the episodes are for testing.
 
-    People who played together are one group (the paper's pairs), and groups are never divided. The same names and
-    seed give the same split. Without names an episode is a group of its own.
+    By participant nobody in a test episode appears in a training episode; people who played together are one group
+    (the paper's pairs). By map no map appears on both sides. Groups are never divided. The same names and seed give
+    the same split. Without names an episode is a group of its own.
     """
-    groups = _groups(_unmasked(episodes))
+    groups = _groups(_unmasked(episodes)) if by == "participant" else _plain_groups(episodes, by)
     order = sorted(groups, key=lambda name: hashlib.sha256(f"{seed}:{name}".encode()).digest())
     result = [TRAIN] * len(episodes)
     wanted = round(share * len(episodes))
@@ -36,6 +40,23 @@ def split(episodes: Sequence[Players], share: float, seed: int = 0) -> list[str]
             for index in groups[name]:
                 result[index] = TEST
     return result
+
+
+def obtained(parts: Sequence[str], wanted: float, by: SplitBy) -> str:
+    """A sentence that says how many episodes are for testing, and what to do where that is none."""
+    tests = parts.count(TEST)
+    share = f"{tests} of {len(parts)} recordings ({tests / max(len(parts), 1):.0%})"
+    sentence = f"for testing: {share}; {wanted:.0%} were asked for, split by {by}"
+    if tests:
+        return sentence
+    return f"{sentence}. What belongs together is never divided: ask for a larger share, or use another --split-by"
+
+
+def _plain_groups(episodes: Sequence[Players], by: SplitBy) -> dict[str, list[int]]:
+    groups: dict[str, list[int]] = defaultdict(list)
+    for index, players in enumerate(episodes):
+        groups[players.map if by == "map" else players.episode_id].append(index)
+    return groups
 
 
 def _unmasked(episodes: Sequence[Players]) -> list[Players]:
@@ -53,7 +74,7 @@ def _unmasked(episodes: Sequence[Players]) -> list[Players]:
             seat = played[seat.name]
         return seat
 
-    return [Players(players.episode_id, (who(players.seats[0]), who(players.seats[1]))) for players in episodes]
+    return [players._replace(seats=(who(players.seats[0]), who(players.seats[1]))) for players in episodes]
 
 
 def _groups(episodes: Sequence[Players]) -> dict[str, list[int]]:

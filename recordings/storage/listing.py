@@ -84,20 +84,22 @@ def read_summary(path: Path) -> Summary:
 
 
 class Players(NamedTuple):
-    """Who played an episode."""
+    """Who played an episode, and on which map."""
 
     episode_id: str
     seats: tuple[SeatInfo, SeatInfo]
+    map: str = ""
 
 
 def read_players(path: Path) -> Players:
     """Who played, without opening the messages of a finished recording."""
     if path.name.endswith(JOURNAL_SUFFIX):
         header = read_episode(path).header
-        return Players(header.episode_id, header.seats)
+        return Players(header.episode_id, header.seats, header.map.name)
     records = read_metadata(path)
     try:
-        return Players(_episode_record(path, records)["episode_id"], seats_of(records))
+        record = _episode_record(path, records)
+        return Players(record["episode_id"], seats_of(records), record.get("map", ""))
     except (KeyError, ValueError) as error:
         raise RecordingError(f"{path.name}: its metadata is incomplete ({error})") from error
 

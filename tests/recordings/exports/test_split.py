@@ -3,7 +3,7 @@
 import random
 
 from movingout.recordings import SeatInfo
-from movingout.recordings.exports.split import TEST, TRAIN, participants, split
+from movingout.recordings.exports.split import TEST, TRAIN, obtained, participants, split
 from movingout.recordings.storage.listing import Players
 
 
@@ -69,3 +69,21 @@ def test_a_ghost_of_an_agent_ties_nobody_together() -> None:
     then = players("then", "P0", "scripted", "agent")
     ghosts = [players(str(number), f"P{number}", "ghost:then#red", "ghost") for number in range(1, 10)]
     assert split([then, *ghosts], 0.3).count(TEST) == 3
+
+
+def test_by_map_no_map_is_on_both_sides_and_by_episode_everybody_may_be() -> None:
+    episodes = [player._replace(map=f"map {number % 4}") for number, player in enumerate(pairs(1, 12))]
+    parts = split(episodes, 0.25, by="map")
+    maps = {part: {e.map for e, p in zip(episodes, parts, strict=True) if p == part} for part in (TRAIN, TEST)}
+    assert maps[TRAIN].isdisjoint(maps[TEST]) and parts.count(TEST) == 3
+    assert split(episodes, 0.25, by="episode").count(TEST) == 3
+
+
+def test_the_share_that_was_reached_is_said() -> None:
+    one_pair = pairs(1, 8)
+    sentence = obtained(split(one_pair, 0.25), 0.25, "participant")
+    assert sentence.startswith("for testing: 0 of 8 recordings (0%); 25% were asked for, split by participant. What")
+    assert "another --split-by" in sentence
+    assert obtained(split(one_pair, 0.25, by="episode"), 0.25, "episode") == (
+        "for testing: 2 of 8 recordings (25%); 25% were asked for, split by episode"
+    )
