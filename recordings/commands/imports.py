@@ -5,12 +5,13 @@ import os
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
+from typing import get_args
 
 from movingout.maps.commands.parser import add_out
 from movingout.recordings.commands.arguments import add_data, add_json, print_json
 from movingout.recordings.errors import RecordingError, cannot
-from movingout.recordings.imports.convert import ImportReport, import_source
-from movingout.recordings.imports.sources import find, read
+from movingout.recordings.imports.convert import ImportReport, PlayerKind, import_source
+from movingout.recordings.imports.sources import find, read, without_copies
 from movingout.recordings.progress import map_in_processes
 
 
@@ -25,6 +26,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_data(parser)
     add_out(parser, "DIR", "where the recordings go (default: DATA/recordings)")
     parser.add_argument("--salt", default="movingout", help="secret text that names are turned into pseudonyms with")
+    parser.add_argument(
+        "--kind",
+        choices=get_args(PlayerKind),
+        default="",
+        help="who played (default: as the file says, else agents in the evaluator's files and people in others)",
+    )
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, help="processes (default: all cores)")
     add_json(parser)
     parser.set_defaults(perform=perform)
@@ -35,8 +42,8 @@ def perform(args: argparse.Namespace) -> int:
     folder = args.out or args.data / "recordings"
     _make(folder)
     found = [source for file in find(args.paths) for source in read(file)]
-    sources = list({source.id: source for source in reversed(found)}.values())[::-1]  # the first of equal ones
-    convert = partial(import_source, folder=folder, salt=args.salt)
+    sources = without_copies(found)
+    convert = partial(import_source, folder=folder, salt=args.salt, kind=args.kind)
     reports = list(map_in_processes(convert, sources, args.workers, "importing"))
     if args.json:
         trajectories = [report.to_json() for report in reports]

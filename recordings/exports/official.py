@@ -3,6 +3,7 @@
 import json
 from collections import Counter
 
+from movingout.maps.spec import SEAT_COLOURS
 from movingout.recordings.exports.plan import ExportPlan
 from movingout.recordings.exports.target import new_target
 from movingout.recordings.official_format import dataset_row, recorder_steps
@@ -11,7 +12,7 @@ from movingout.recordings.official_format import dataset_row, recorder_steps
 def write(plan: ExportPlan) -> None:
     """recorder/<Map>_<episode>.json, which the official replay script plays, and dataset.jsonl.
 
-    A row of dataset.jsonl also says `episode_id`, `blue`, `red` and `split`, which official loaders ignore.
+    A row of dataset.jsonl also says `episode_id`, `blue`, `red`, their kinds and `split`; official loaders ignore that.
     """
     numbers: Counter[str] = Counter()
     with new_target(plan.target) as folder:
@@ -24,5 +25,6 @@ def write(plan: ExportPlan) -> None:
                 row = dataset_row(episode, numbers[header.map.name])
                 numbers[header.map.name] += 1
                 row |= {"episode_id": header.episode_id, "split": part}
-                row |= {"blue": header.seats[0].name, "red": header.seats[1].name}
+                for colour, seat in zip(SEAT_COLOURS, header.seats, strict=True):
+                    row |= {colour: seat.name, f"{colour}_kind": seat.kind}
                 rows.write(json.dumps(row) + "\n")

@@ -6,16 +6,16 @@ action is left out. The evaluator's shape lacks the first state: it is the map's
 """
 
 import hashlib
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, cast, get_args
 
 import numpy as np
 
 from movingout.maps import MapSpec
 from movingout.maps.spec import ARENA_HALF
-from movingout.recordings.episode import ActionSource, EpisodeHeader, Event, EventKind, Outcome, SeatInfo, TickRecord
+from movingout.recordings.episode import EpisodeHeader, Event, EventKind, Outcome, SeatInfo, TickRecord
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.file_format.writer import EpisodeWriter
 from movingout.recordings.imports.map_match import official_map, played_map
@@ -28,6 +28,7 @@ from movingout.world.scoring import delivered_items
 from movingout.world.state import Floats, WorldState
 
 AGREE = 1e-9  # arena units or rad: what re-simulation may differ by and still count as the same
+PlayerKind = Literal["human", "agent"]
 SOFTWARE = {"movingout": "imported", "pymunk": "of the official environment, version unknown"}
 
 
@@ -59,8 +60,13 @@ class ImportReport:
         return asdict(self)
 
 
-def import_source(source: TrajectoryFile, folder: Path, salt: str) -> ImportReport:
-    """Write one trajectory into `folder`. Never raises for what is in it: the report says why it was refused."""
+def import_source(source: TrajectoryFile, folder: Path, salt: str, kind: str = "") -> ImportReport:
+    """Write one trajectory into `folder`. Never raises for what is in it: the report says why it was refused.
+
+    `kind` is who played, "human" or "agent"; without it what the file says, or its shape suggests.
+    """
+    if kind:
+        source = replace(source, kinds=(kind, kind))
     try:
         return _import(source, folder, salt)
     except RecordingError as error:
@@ -169,34 +175,38 @@ def _written(
     path = folder / f"{header.episode_id}{SUFFIX}"
     if path.exists():
         return path
-    started = header.started_ns
-    kind: ActionSource = "agent" if source.shape == "evaluator" else "human"
+    started, kinds = header.started_ns, _kinds(source)
     writer = EpisodeWriter.create(folder, header, states[0], clock=lambda: started, software=SOFTWARE)
     delivered = tuple(delivered_items(spec, states[0].item_poses).tolist())
     for before, action, after in zip(states, actions, states[1:], strict=False):
         now = tuple(delivered_items(spec, after.item_poses).tolist())
         for event in _events(before, after, delivered, now):
             writer.event(event)
-        writer.tick(TickRecord(action, (kind, kind), (-1, -1), after, now, 0.0))
+        writer.tick(TickRecord(action, kinds, (-1, -1), after, now, 0.0))
         delivered = now
     return finalise(writer.close(_outcome(delivered, len(actions))))
 
 
 def _header(source: TrajectoryFile, salt: str, spec: MapSpec) -> EpisodeHeader:
-    if source.shape == "evaluator":
-        seats = (SeatInfo("agent", source.blue), SeatInfo("agent", source.red))
-    else:
-        seats = (SeatInfo("human", pseudonym(source.blue, salt)), SeatInfo("human", pseudonym(source.red, salt)))
+    names = zip(_kinds(source), (source.blue, source.red), strict=True)
+    blue, red = (SeatInfo(kind, pseudonym(name, salt) if kind == "human" else name) for kind, name in names)
     return EpisodeHeader(
         episode_id=f"import-{spec.name}-{source.id}",
         map=spec,
         seed=0,
         limit_ticks=LIMIT_TICKS,
-        seats=seats,
+        seats=(blue, red),
         started_ns=_started(source),
         source="import",
         study={"imported_from": source.file.name, "shape": source.shape},
     )
+
+
+def _kinds(source: TrajectoryFile) -> tuple[PlayerKind, PlayerKind]:
+    """Who played blue and red: as the file says, else agents in the evaluator's shape and people in the others."""
+    usual: PlayerKind = "agent" if source.shape == "evaluator" else "human"
+    blue, red = (known if known in get_args(PlayerKind) else usual for known in source.kinds)
+    return cast(PlayerKind, blue), cast(PlayerKind, red)
 
 
 def _started(source: TrajectoryFile) -> int:

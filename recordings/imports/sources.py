@@ -31,12 +31,36 @@ class TrajectoryFile:
     red: str
     time: str  # as the recorder wrote it, may be empty
     recorded_ns: int  # when the file was last changed
+    kinds: tuple[str, str] = ("", "")  # of blue and red where the file says them, as our own exports do
 
     @property
     def id(self) -> str:
         """The same for the same content, so that importing twice makes no copy."""
         content = self.steps if isinstance(self.steps, str) else json.dumps(self.steps, sort_keys=True)
         return hashlib.sha256(f"{self.map_name}\n{content}".encode()).hexdigest()[:16]
+
+    @property
+    def played(self) -> str:
+        """The same for the same states and actions, in whichever shape they were written."""
+        try:
+            steps = json.loads(self.steps) if isinstance(self.steps, str) else self.steps
+            content = json.dumps([[states, action] for _, states, action in steps], sort_keys=True)
+        except (ValueError, TypeError, RecursionError):
+            return self.id  # converting it will say what is wrong
+        return hashlib.sha256(f"{self.map_name}\n{content}".encode()).hexdigest()
+
+
+def without_copies(found: Sequence[TrajectoryFile]) -> list[TrajectoryFile]:
+    """Each trajectory once, in order; of copies in several shapes the one that says who was a person.
+
+    A folder of our own export has every episode as a recorder's file and as a row of the data set.
+    """
+    same = [source.played for source in found] if len({s.shape for s in found}) > 1 else [s.id for s in found]
+    kept: dict[str, TrajectoryFile] = {}
+    for key, source in zip(same, found, strict=True):
+        if key not in kept or (any(source.kinds) and not any(kept[key].kinds)):
+            kept[key] = source
+    return list(kept.values())
 
 
 def find(paths: Sequence[Path]) -> list[Path]:
@@ -105,6 +129,7 @@ def _row(file: Path, number: int, row: Any) -> TrajectoryFile:
         red=str(row.get("red") or ""),
         time="",
         recorded_ns=file.stat().st_mtime_ns,
+        kinds=(str(row.get("blue_kind") or ""), str(row.get("red_kind") or "")),
     )
 
 

@@ -1,0 +1,43 @@
+"""What our own export wrote comes back once, with who played it."""
+
+from pathlib import Path
+
+import pytest
+
+from movingout.recordings import SeatInfo, finalise, read_episode
+from movingout.recordings.exports import export
+from movingout.recordings.exports.plan import ExportPlan
+from movingout.server.cli import main
+from tests.recordings.support import record
+
+SEATS = (SeatInfo("human", "P-1"), SeatInfo("agent", "scripted"))
+
+
+@pytest.fixture
+def exported(tmp_path: Path) -> Path:
+    recording, _ = record(tmp_path, ticks=8, episode_id="first", map_name="LeftRight", seats=SEATS)
+    export("official", ExportPlan([finalise(recording)], tmp_path / "out"))
+    return tmp_path / "out"
+
+
+def kinds(folder: Path) -> list[tuple[str, ...]]:
+    return [tuple(seat.kind for seat in read_episode(path).header.seats) for path in folder.glob("*.mcap")]
+
+
+def test_an_exported_folder_comes_back_once_with_the_kinds(
+    exported: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["recordings", "import", str(exported), "--out", str(tmp_path / "in"), "--workers", "1"]) == 0
+    assert "copies: 1 more" in capsys.readouterr().out
+    assert kinds(tmp_path / "in") == [("human", "agent")]
+    episode = read_episode(next((tmp_path / "in").glob("*.mcap")))
+    assert episode.header.seats[1].name == "scripted"
+    assert episode.header.seats[0].name not in ("", "P-1")  # a person's name becomes a pseudonym
+    assert {tick.sources for tick in episode.ticks} == {("human", "agent")}
+
+
+@pytest.mark.parametrize("kind", ["human", "agent"])
+def test_the_kind_can_be_said(exported: Path, tmp_path: Path, kind: str) -> None:
+    command = ["recordings", "import", str(exported / "recorder"), "--out", str(tmp_path / "in"), "--kind", kind]
+    assert main([*command, "--workers", "1"]) == 0
+    assert kinds(tmp_path / "in") == [(kind, kind)]
