@@ -27,7 +27,7 @@ ErrorCode = Literal[
     "answer", "not_saved", "no_recording", "no_recordings", "too_many_pictures", "too_many_replays",
     # participants of a study
     "elsewhere", "no_participant", "link", "preview", "code", "code_used", "code_unknown", "study_full", "boxes",
-    "slow", "gamepad", "keep", "step",
+    "slow", "gamepad", "keep", "step", "too_many_arrivals",
 ]  # fmt: skip
 ReasonCode = Literal[
     "restarted", "restarted_anew", "lost", "waiting", "paused", "all_back", "not_back", "paused_too_long", "left",

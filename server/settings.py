@@ -47,6 +47,7 @@ class Limits:
     unjoined_rooms_per_address: int = 10
     rooms_for_operator: int = 10  # of all, that only the operator may open
     connects_per_address_per_minute: int = 600
+    study_arrivals_per_minute: int = 1000  # by one address: a whole class opens its links at once
     map_checks_per_minute: int = 120  # of drawn maps, by one address: the editor asks after each change
     map_solves_per_minute: int = 6  # by one address
     cpu_share: float = 0.7  # of one core, averaged over 5 s; above it no room is opened

@@ -35,6 +35,7 @@ class AdmissionControl:
         self._floods: dict[str, TokenBucket] = {}
         self._replays: dict[str, TokenBucket] = {}
         self._drawings: dict[str, TokenBucket] = {}
+        self._study_arrivals: dict[str, TokenBucket] = {}
         self._banned: dict[str, float] = {}  # until
         self._arrivals: dict[str, TokenBucket] = {}
         self._room_owners: dict[str, str] = {}  # address group by room
@@ -123,6 +124,11 @@ class AdmissionControl:
     def may_replay(self, address: str) -> bool:
         """Whether a recording may be read for this address now."""
         return self._bucket(self._replays, address_group(address), REPLAYS_PER_MINUTE).take(self._clock())
+
+    def may_arrive(self, address: str) -> bool:
+        """Whether one more participant of a study may open a link here now."""
+        per_minute = self._limits.study_arrivals_per_minute
+        return self._bucket(self._study_arrivals, address_group(address), per_minute).take(self._clock())
 
     def may_check_map(self, address: str) -> bool:
         return self._bucket(self._checks, address, self._limits.map_checks_per_minute).take(self._clock())

@@ -29,6 +29,7 @@ class ParticipantSession:
     device: str = ""
     refused: str = ""  # why the input check was not passed
     declined: bool = False
+    texts_since_ms: int = 0  # their page is shown no text that was written before
     absence_told: bool = True  # whether the experimenter knows that they are away; who has not come back yet is no news
     listeners: list[Listener] = field(default_factory=list)  # the event streams of the pages that are open
 

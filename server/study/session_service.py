@@ -2,6 +2,7 @@
 
 import secrets
 import time
+from collections.abc import Sequence
 from typing import Literal
 
 from movingout.server.security.tokens import hash_token, new_id, new_token
@@ -10,6 +11,8 @@ from movingout.server.study.participant_session import ParticipantSession, notif
 from movingout.server.study.running_study import RunningStudy
 from movingout.server.study.transaction import Transaction
 
+SINCE = "."  # in a token, before the time from which on it shows texts
+AT_ONE_SCREEN = 2
 CODE_LETTERS = 8  # 40 bits, which nobody guesses
 Elsewhere = Literal["elsewhere"]
 
@@ -23,23 +26,30 @@ class SessionService:
         self._sessions: dict[str, ParticipantSession] = {}  # by the hash of the token
         self._superseded: set[str] = set()
 
-    async def arrive(self, arrival: Arrival, language: str, beside: str = "") -> tuple[str, ParticipantSession]:
+    async def arrive(
+        self, arrival: Arrival, language: str, beside: str = "", known: Sequence[str] = ()
+    ) -> tuple[str, ParticipantSession]:
         """A new token for the page, and the participant, who is where they were. Raises ArrivalRefused.
 
-        `beside` is the token of the first person where two sit at one screen.
+        `beside` is the token of the first person where two sit at one screen. `known` are the tokens that the browser
+        has from before: whoever comes back without theirs may be anybody who knows the link, and is shown no old text.
         """
         running = self._running
         first = await self.of_token(beside) if beside else None
+        here = [await self.of_token(token) for token in known[:AT_ONE_SCREEN]]
         async with running.transaction() as tx:
             pid = await self._pid(tx, arrival)
-            session = running.participants.get(pid) or await self._admit(tx, pid, arrival.source, language)
+            before = running.participants.get(pid)
+            session = before or await self._admit(tx, pid, arrival.source, language)
             if arrival.source == CODE and session.finished:
                 raise ArrivalRefused("code_used", "This code was used already, by somebody who has finished.")
             if session.listeners:
                 running.alerts.add("duplicate", f"{pid} opened a second window; the first one was closed.", pid=pid)
             if isinstance(first, ParticipantSession):
                 await self._seat_beside(tx, first, session)
-            token = new_token()
+            if before is not None and before not in here:
+                session.texts_since_ms = running.databases.store.now()
+            token = _token(session.texts_since_ms)
             await self._open_session(tx, session, token)
             return token, session
 
@@ -54,6 +64,7 @@ class SessionService:
             if session is None:
                 return None
             self._sessions[digest] = session
+            session.texts_since_ms = _since_ms(token)  # after a restart
         session = self._sessions[digest]
         self._mark_present(session)
         return session
@@ -112,3 +123,12 @@ class SessionService:
         session.last_seen_at = time.monotonic()
         session.absence_told = False
         self._running.units.heard(session, session.last_seen_at)
+
+
+def _token(since_ms: int) -> str:
+    """A token that shows texts from this time on. Nobody can change the time in it, because its hash is kept."""
+    return f"{new_token()}{SINCE}{since_ms}" if since_ms else new_token()
+
+
+def _since_ms(token: str) -> int:
+    return int(token.partition(SINCE)[2] or 0)

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from sqlalchemy import Connection, Row, Table, func, insert, select, update
 from sqlalchemy.dialects import postgresql, sqlite
@@ -22,6 +22,16 @@ from movingout.study.store.audit import Actor, record
 from movingout.study.store.clock import now_ms
 from movingout.study.store.database import Database
 from movingout.study.store.tables import answers, consents, counts, metadata, notes, participants, study, units
+
+MOST_CHANGES = 200  # answers kept of one step with every change; then a change overwrites the one before
+
+
+class GivenAnswer(NamedTuple):
+    """The newest answer to an item."""
+
+    value: int
+    text: str
+    at_ms: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -267,7 +277,7 @@ class Store:
         elapsed_ms: float,
         hidden_ms: float = 0.0,
     ) -> None:
-        """Store one click. A changed answer is another row; the newest counts."""
+        """Store one click. A changed answer is another row, up to MOST_CHANGES of a step; the newest counts."""
         row: dict[str, Any] = {
             "pid": pid,
             "step": step,
@@ -279,13 +289,17 @@ class Store:
         with self.database.write() as connection:
             if not connection.execute(select(consents.c.id).where(consents.c.pid == pid)).first():
                 raise StudyError("nothing is kept before the consent is given")
-            connection.execute(insert(answers).values(**row))
+            newest = _newest_of_many(connection, pid, step, item)
+            if newest is None:
+                connection.execute(insert(answers).values(**row))
+            else:
+                connection.execute(update(answers).where(answers.c.id == newest).values(**row))
 
-    def answers(self, pid: str, step: str) -> dict[str, tuple[int, str]]:
-        """The newest value and text per item of a step."""
+    def answers(self, pid: str, step: str) -> dict[str, GivenAnswer]:
+        """The newest answer per item of a step."""
         query = select(answers).where(answers.c.pid == pid, answers.c.step == step).order_by(answers.c.id)
         with self.database.read() as connection:
-            return {row.item: (row.value, row.text) for row in connection.execute(query)}
+            return {row.item: GivenAnswer(row.value, row.text, row.at_ms) for row in connection.execute(query)}
 
     def note(self, text: str, unit: int | None = None) -> None:
         """Store a note of the experimenter."""
@@ -305,6 +319,15 @@ class Store:
 
     def tables(self) -> dict[str, Table]:
         return dict(metadata.tables)
+
+
+def _newest_of_many(connection: Connection, pid: str, step: str, item: str) -> int | None:
+    """The row of this answer that a new one overwrites, once there are MOST_CHANGES rows of the step."""
+    mine = (answers.c.pid == pid) & (answers.c.step == step)
+    if connection.execute(select(func.count()).select_from(answers).where(mine)).scalar_one() < MOST_CHANGES:
+        return None
+    newest: int | None = connection.execute(select(func.max(answers.c.id)).where(mine, answers.c.item == item)).scalar()
+    return newest
 
 
 def _anybody(connection: Connection) -> bool:

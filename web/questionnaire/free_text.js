@@ -31,7 +31,8 @@ export function freeText(item, given, save) {
   });
   area.value = given?.text ?? "";
   const flush = saveWhileTyping(area, (text) => save(item, NO_ANSWER, text));
-  const help = say(item.required ? "form.textHelpRequired" : "form.textHelp");
+  const usual = say(item.required ? "form.textHelpRequired" : "form.textHelp");
+  const help = given?.hidden ? `${usual} ${say("form.textElsewhere")}` : usual;
   const root = el(
     "div",
     { class: "field question", id },

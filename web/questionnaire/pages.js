@@ -16,8 +16,9 @@
  * @property {boolean} [required]
  */
 /**
- * An answer: a value of the scale, or -1 for "I prefer not to answer" and for a text.
- * @typedef {{value: number, text: string}} Given
+ * An answer: a value of the scale, or -1 for "I prefer not to answer" and for a text. A text that was written on
+ * another device is `hidden`.
+ * @typedef {{value: number, text: string, hidden?: boolean}} Given
  */
 
 export const PER_PAGE = 3;

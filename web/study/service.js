@@ -19,7 +19,7 @@ import { requestJson } from "../core/api.js";
  * @property {{id: string, text: string, required: boolean}[]} [boxes]
  * @property {string} [title]
  * @property {Item[]} [items]
- * @property {Record<string, {value: number, text: string}>} [answers]
+ * @property {Record<string, import("../questionnaire/pages.js").Given>} [answers]
  * @property {string | null} [partner_letter]
  * @property {boolean} [gamepad_required]
  * @property {number} [rtt_ms] the longest round trip allowed
@@ -77,10 +77,11 @@ export function askStudy() {
  * @param {Record<string, string>} parameters of the link, or the typed code
  * @param {string} language
  * @param {string} [beside] token of the first person at this screen
+ * @param {readonly string[]} [known] tokens that this browser has from before: they show who comes back
  * @returns {Promise<{token: string, view: View}>}
  */
-export function arrive(parameters, language, beside) {
-  return requestJson("/api/study/arrive", { body: { parameters, language, ...(beside && { beside }) } });
+export function arrive(parameters, language, beside, known = []) {
+  return requestJson("/api/study/arrive", { body: { parameters, language, known, ...(beside && { beside }) } });
 }
 
 /** One participant's place in the study. */

@@ -38,6 +38,7 @@ export class StudyPage {
   #asking = false;
   #readyFor = ""; // key of the round that somebody here is ready for
   #codeOf = 0;
+  #known = loadPeople(); // at the start of this page
   #frame = new StudyFrame({ language: (language) => void this.#setLanguage(language), stop: () => void this.#stop() });
 
   /** @param {import("./service.js").Study} study */
@@ -72,7 +73,9 @@ export class StudyPage {
   /** @param {Record<string, string>} parameters @param {boolean} [second] beside the first person */
   async #arrive(parameters, second = false) {
     const beside = second ? this.#places[0]?.token : undefined;
-    const { token, view } = await this.#persistence.until(() => arrive(parameters, currentLanguage(), beside));
+    const { token, view } = await this.#persistence.until(() =>
+      arrive(parameters, currentLanguage(), beside, this.#known),
+    );
     this.#places = second ? [this.#places[0], new Place(token)] : [new Place(token)];
     this.#views = second ? [this.#views[0], view] : [view];
     savePeople(this.#places.map((place) => place.token));

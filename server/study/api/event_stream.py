@@ -9,14 +9,36 @@ from movingout.server.host import Host
 
 KEEP_ALIVE_S = 4.0
 POLL_S = 1.0  # how soon a stream notices that the server stops
+MOST_PER_TOKEN = 3  # a page in several tabs
+EventQueue = asyncio.Queue[str | None]  # None ends the stream
+
+
+class OpenStreams:
+    """The streams by token. One more than MOST_PER_TOKEN ends the oldest; its page asks every few seconds instead."""
+
+    def __init__(self) -> None:
+        self._queues: dict[str, list[EventQueue]] = {}
+
+    def opened(self, token: str, queue: EventQueue) -> None:
+        queues = self._queues.setdefault(token, [])
+        queues.append(queue)
+        if len(queues) > MOST_PER_TOKEN:
+            queues.pop(0).put_nowait(None)
+
+    def closed(self, token: str, queue: EventQueue) -> None:
+        queues = self._queues.get(token, [])
+        if queue in queues:
+            queues.remove(queue)
+        if not queues:
+            self._queues.pop(token, None)
 
 
 def event_stream(events: AsyncIterator[str]) -> StreamingResponse:
     return StreamingResponse(events, media_type="text/event-stream", headers={"cache-control": "no-store"})
 
 
-async def queued_events(host: Host, queue: "asyncio.Queue[str]", close: Callable[[], None]) -> AsyncIterator[str]:
-    """The contents of the queue as events; `close` is called when the page has disconnected."""
+async def queued_events(host: Host, queue: EventQueue, close: Callable[[], None]) -> AsyncIterator[str]:
+    """The contents of the queue as events; `close` is called when the stream has ended."""
     quiet_s = 0.0
     try:
         yield ": open\n\n"
@@ -29,6 +51,8 @@ async def queued_events(host: Host, queue: "asyncio.Queue[str]", close: Callable
                     quiet_s = 0.0
                     yield ": beat\n\n"
             else:
+                if data is None:
+                    return
                 quiet_s = 0.0
                 yield f"data: {data}\n\n"
     finally:

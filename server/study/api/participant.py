@@ -11,7 +11,7 @@ from fastapi.responses import StreamingResponse
 
 from movingout.server.api.authentication import address_of, bearer, body_of, own_page
 from movingout.server.api.errors import ApiError
-from movingout.server.study.api.event_stream import event_stream, queued_events
+from movingout.server.study.api.event_stream import EventQueue, OpenStreams, event_stream, queued_events
 from movingout.server.study.api.participant_view import ParticipantViews, View
 from movingout.server.study.arrival_link import ArrivalRefused, read_arrival
 from movingout.server.study.participant_actions import ParticipantActions, StepRequest, StudyAnswerRequest
@@ -26,6 +26,7 @@ class ArriveRequest(msgspec.Struct):
     parameters: dict[str, str] = {}
     language: str = ""
     beside: str = ""  # the token of the first of two at one screen
+    known: list[str] = []  # the tokens that this browser has from before
 
 
 class StopRequest(msgspec.Struct):
@@ -53,6 +54,7 @@ class ParticipantApi:
         self._session_service = session_service
         self._views = views
         self._actions = ParticipantActions(running)
+        self._streams = OpenStreams()
 
     async def study(self) -> dict[str, Any]:
         study = self._running.study
@@ -68,9 +70,12 @@ class ParticipantApi:
     async def arrive(self, request: Request) -> dict[str, Any]:
         gate, running = self._running.host.admission, self._running
         wanted, address = await body_of(request, ArriveRequest), address_of(request)
+        if not gate.may_arrive(address):
+            text = "Many people are opening this study from your network; wait a minute, then try again."
+            raise ApiError(429, "too_many_arrivals", text)
         try:
             arrival = read_arrival(wanted.parameters, running.needs_code)
-            token, session = await self._session_service.arrive(arrival, wanted.language, wanted.beside)
+            token, session = await self._session_service.arrive(arrival, wanted.language, wanted.beside, wanted.known)
         except ArrivalRefused as error:
             if error.code == "code_unknown" and gate.guesses_too_often(address, "seat"):
                 raise ApiError(429, "locked", "Too many wrong codes from your address; wait a minute.") from None
@@ -111,15 +116,17 @@ class ParticipantApi:
     async def events(self, request: Request) -> StreamingResponse:
         """The participant's event stream, for as long as the page is open."""
         session, host = await self._session(request), self._running.host
-        queue: asyncio.Queue[str] = asyncio.Queue()
+        queue: EventQueue = asyncio.Queue()
+        self._streams.opened(bearer(request), queue)
         if session is None:
             queue.put_nowait(orjson.dumps({"view": self._views.elsewhere()}).decode())
-            return event_stream(queued_events(host, queue, lambda: None))
+            return event_stream(queued_events(host, queue, lambda: self._streams.closed(bearer(request), queue)))
 
         def push(news: dict[str, Any]) -> None:
             queue.put_nowait(orjson.dumps(news).decode())
 
         def close() -> None:
+            self._streams.closed(bearer(request), queue)
             session.last_seen_at = time.monotonic()
             if push in session.listeners:
                 session.listeners.remove(push)

@@ -16,6 +16,7 @@ from movingout.study.design.allocation import letters
 from movingout.study.design.consent_text import filled
 from movingout.study.design.definition import Outcome
 from movingout.study.design.steps import Step
+from movingout.study.store.store import GivenAnswer
 from movingout.world.constants import TICK_SECONDS
 
 View = dict[str, Any]
@@ -103,7 +104,7 @@ class ParticipantViews:
         return {
             "title": questionnaire.title,
             "items": [item.as_json() for item in questionnaire.items],
-            "answers": {item: {"value": value, "text": text} for item, (value, text) in given.items()},
+            "answers": {item: _shown_answer(one, session.texts_since_ms) for item, one in given.items()},
             "partner_letter": self.letter(running.units.of(session), step) if step.partner else None,
         }
 
@@ -154,6 +155,12 @@ class ParticipantViews:
             "earned": earnings(self._running.study, session.record),
             "kept": record.keep,
         }
+
+
+def _shown_answer(given: GivenAnswer, since_ms: int) -> View:
+    hidden = bool(given.text) and given.at_ms < since_ms
+    shown: View = {"value": given.value, "text": "" if hidden else given.text}
+    return shown | ({"hidden": True} if hidden else {})
 
 
 def _state(session: ParticipantSession, unit: StudyUnit | None, step: Step) -> View:

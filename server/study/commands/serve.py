@@ -92,6 +92,7 @@ def _settings(args: argparse.Namespace) -> Settings:
         waiting_per_address=AT_ONE_ADDRESS,
         connections_per_address=2 * AT_ONE_ADDRESS,
         connects_per_address_per_minute=10 * AT_ONE_ADDRESS,
+        study_arrivals_per_minute=round(AT_ONE_ADDRESS * max(1.0, speed)),
         messages_per_s=Limits().messages_per_s * max(1.0, speed),
         message_burst=Limits().message_burst * max(1.0, speed),
     )

@@ -1,0 +1,96 @@
+"""What one person can take from a served study, by floods or with the link of somebody else."""
+
+import contextlib
+import urllib.request
+from pathlib import Path
+
+import pytest
+
+from movingout.server.connection.admission import AdmissionControl
+from movingout.server.study.participant_session import notify
+from movingout.server.study.participants import CODE_LENGTH
+from movingout.server.study.participants import CODE_LETTERS as CODE_ALPHABET
+from movingout.study.store.store import MOST_CHANGES
+from movingout.study.store.tables import answers, participants
+from tests.server.live import WAIT_S, limits
+from tests.server.study.support import Served, Visitor, served
+
+
+def test_a_flood_of_arrivals_from_one_address_is_refused_and_keeps_nothing(
+    solo: Served, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    few = AdmissionControl(limits(study_arrivals_per_minute=5), lambda: 0.0)
+    monkeypatch.setattr(solo.live.host, "admission", few)
+    before = len(solo.running.databases.store.rows(participants))
+    refused = [answer["error"]["code"] for status, answer in (solo.arrive() for _ in range(20)) if status == 429]
+    assert refused == ["too_many_arrivals"] * 15
+    assert len(solo.running.databases.store.rows(participants)) == before + 5
+
+
+def test_one_token_has_three_streams_and_the_newest_work(solo: Served) -> None:
+    visitor = solo.visitor()
+    request = urllib.request.Request(f"http://{solo.live.address}/api/study/events")
+    request.add_header("Authorization", f"Bearer {visitor.token}")
+    with contextlib.ExitStack() as stack:
+        streams = []
+        for _ in range(10):
+            streams.append(stack.enter_context(urllib.request.urlopen(request, timeout=WAIT_S)))
+            assert streams[-1].readline() == b": open\n"
+        for stream in streams[:7]:
+            assert stream.read() == b"\n", "it has ended"
+        session = solo.running.participants[visitor.pid]
+        assert len(session.listeners) == 3
+        solo.live.run(lambda: notify([session]))
+        for stream in streams[7:]:
+            assert [stream.readline() for _ in range(2)][1] == b'data: {"changed":true}\n'
+
+
+def test_a_thousand_changes_of_a_text_leave_two_hundred_rows_and_the_last_text(solo: Served) -> None:
+    visitor = solo.visitor().go_to("questionnaire")
+    key = visitor.step["key"]
+    for number in range(MOST_CHANGES + 40):
+        assert visitor.answer("comment", -1, f"text {number}")[0] == 200
+    assert visitor.answer("teamwork", 5)[0] == 200, "what was not answered yet still can be"
+    mine = [
+        row for row in solo.running.databases.store.rows(answers) if (row["pid"], row["step"]) == (visitor.pid, key)
+    ]
+    assert len(mine) == MOST_CHANGES + 1
+    shown = visitor.look()["step"]["answers"]
+    assert (shown["comment"]["text"], shown["teamwork"]["value"]) == (f"text {MOST_CHANGES + 39}", 5)
+
+
+def test_who_knows_the_link_reads_no_text_that_was_written_on_another_device(tmp_path: Path) -> None:
+    with served(tmp_path) as study:
+        victim = study.visitor(PROLIFIC_PID="victim").go_to("questionnaire")
+        victim.answer("comment", -1, "I am Jane, and this was fun")
+        victim.answer("teamwork", 6)
+        thief = study.visitor(PROLIFIC_PID="victim")
+        assert thief.step["answers"] == {
+            "comment": {"value": -1, "text": "", "hidden": True},
+            "teamwork": {"value": 6, "text": ""},
+        }
+        thief.answer("comment", -1, "mine")
+        assert thief.look()["step"]["answers"]["comment"] == {"value": -1, "text": "mine"}
+        token = thief.token
+    with served(tmp_path) as study:  # nor after a restart
+        stored = study.running.databases.store
+        key = thief.step["key"]
+        with stored.database.write() as connection:
+            connection.execute(answers.delete().where(answers.c.text == "mine"))
+        assert "Jane" in stored.answers(Visitor(study, token, thief.view).pid, key)["comment"].text
+        assert Visitor(study, token, thief.view).look()["step"]["answers"]["comment"]["text"] == ""
+
+
+def test_the_link_opened_again_in_the_same_browser_shows_the_text(solo: Served) -> None:
+    visitor = solo.visitor(PROLIFIC_PID="same-browser").go_to("questionnaire")
+    visitor.answer("comment", -1, "my own words")
+    body = {"parameters": {"PROLIFIC_PID": "same-browser"}, "language": "en", "known": [visitor.token]}
+    status, answer = solo.live.call("/api/study/arrive", body)
+    assert status == 200
+    assert answer["view"]["step"]["answers"]["comment"] == {"value": -1, "text": "my own words"}
+
+
+def test_codes_have_forty_bits_at_least(solo: Served) -> None:
+    assert len(set(CODE_ALPHABET)) ** CODE_LENGTH >= 2**40
+    made = [str(solo.ask("open-next")["code"]) for _ in range(100)]
+    assert all(len(code) == 8 for code in made) and len(set("".join(made))) == 32, "5 bits a letter"
