@@ -48,11 +48,11 @@ class RoomRequest(msgspec.Struct, forbid_unknown_fields=True):
 async def open_room(host: Host, wanted: RoomRequest, address: str) -> dict[str, Any]:
     """Open the room for somebody at `address` (empty: the operator) and return how to join it.
 
-    Raises ApiError with what would be possible.
+    Raises ApiError with what would be possible; `full` names the refusal and its values.
     """
     refusal = host.refusal(for_operator=not address)
     if refusal:
-        raise ApiError(503, "full", refusal.message)
+        raise ApiError(503, "full", refusal.message, refusal=refusal.code, **refusal.values)  # the page says which
     if wanted.tutorial:
         return _open_tutorial(host, wanted)
     ghosts = await _ghosts(host, wanted.seats)

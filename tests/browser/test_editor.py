@@ -88,7 +88,7 @@ def test_a_map_is_drawn_checked_solved_and_played(open_page: OpenPage, pictures:
 
 def test_undo_redo_delete_and_duplicate_and_a_reload_loses_nothing(open_page: OpenPage) -> None:
     page = ready(open_page("/editor"))
-    tool(page, "Goal").click()
+    tool(page, "Green area").click()
     drag(page, (-1.0, -0.2), (-0.6, 0.2))
     first = drawn(page)
     page.get_by_role("button", name="Duplicate").click()

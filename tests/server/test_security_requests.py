@@ -151,6 +151,7 @@ def test_10_rooms_are_limited_with_a_sentence(tmp_path: Path) -> None:
         status, answer = live.call("/api/rooms", {"maps": ["Simple"], "seats": [{"kind": "here"}, {"kind": "link"}]})
         assert (status, answer["error"]["code"]) == (503, "full")
         assert "All 2 rooms" in answer["error"]["message"]
+        assert answer["error"]["values"] == {"refusal": "rooms_in_use", "rooms": 2}
 
 
 def test_10_a_busy_processor_opens_no_more_rooms(tmp_path: Path) -> None:

@@ -90,14 +90,15 @@ export function refusalText({ code, message, values }) {
 }
 
 /**
- * The players among the values by the names that this page gives them: "blue" for a seat without one, an agent's id.
+ * The players among the values by the names that this page gives them ("blue" for a seat without one, an agent's id),
+ * and as `count` how many they are.
  * @param {Record<string, any>} values
  */
 function withNames(values) {
   if (!Array.isArray(values.players)) return values;
   const named = (/** @type {string} */ player) =>
     has(`colour.${player}`) ? say(`colour.${player}`) : agentName(player);
-  return { ...values, players: values.players.map(named) };
+  return { ...values, players: values.players.map(named), count: values.players.length };
 }
 
 /**

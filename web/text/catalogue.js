@@ -82,7 +82,8 @@ export function sayNumber(value, decimals) {
 /** A refusal as a sentence: the reader's by its code, else the server's own. @param {unknown} error */
 export function sayError(error) {
   if (!(error instanceof ApiError)) throw error;
-  const key = `error.${error.code}`;
+  const refusal = `refusal.${error.values.refusal}`; // why the server is full
+  const key = has(refusal) ? refusal : `error.${error.code}`;
   return has(key) ? say(key, error.values) : error.message;
 }
 

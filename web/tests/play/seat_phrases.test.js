@@ -3,7 +3,14 @@ import { test } from "node:test";
 
 import { contrast, readable } from "../../core/colours.js";
 import { outline, radiusOf } from "../../shapes.js";
-import { connectionWords, playingWords, seatName, taskSentence, waitingWords } from "../../play/seat_phrases.js";
+import {
+  connectionWords,
+  playingWords,
+  reasonText,
+  seatName,
+  taskSentence,
+  waitingWords,
+} from "../../play/seat_phrases.js";
 import { speak } from "../text/support.js";
 
 speak("en");
@@ -112,4 +119,14 @@ test("the better readable of two inks is chosen", () => {
   assert.equal(readable("#ffffff", "#ffffff", "#18212c"), "#18212c");
   assert.equal(readable("#2a333f", "#ffffff", "#18212c"), "#ffffff");
   assert.ok(Math.abs(contrast("#ffffff", "#000000") - 21) < 1e-9);
+});
+
+test("a reason with two players is in the plural", () => {
+  const reason = (/** @type {string[]} */ ...players) =>
+    reasonText({ reason: "in English", reason_code: "paused", reason_values: { players } });
+  assert.equal(reason("blue", "red"), "Blue and Red paused the game.");
+  speak("de");
+  assert.equal(reason("blue"), "Blau hat das Spiel angehalten.");
+  assert.equal(reason("blue", "red"), "Blau und Rot haben das Spiel angehalten.");
+  speak("en");
 });

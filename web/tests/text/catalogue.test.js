@@ -75,6 +75,10 @@ test("a refusal is said by its code, else in the server's words", () => {
   assert.equal(sayError(new ApiError("slow", "too slow", 422, { ms: 300 })), "Zu langsam: 300 ms.");
   assert.equal(sayError(new ApiError("odd", "The disk is full.", 507)), "The disk is full.");
   assert.throws(() => sayError(new TypeError("a bug")), TypeError);
+  const full = new ApiError("full", "All 2 rooms are in use.", 503, { refusal: "rooms_in_use", rooms: 2 });
+  setTexts("de", { "error.full": "Voll.", "refusal.rooms_in_use": "Alle {rooms} Räume sind belegt." });
+  assert.equal(sayError(full), "Alle 2 Räume sind belegt.");
+  assert.equal(sayError(new ApiError("full", "Full.", 503, { refusal: "new_one" })), "Voll.");
 });
 
 test("the language is the first wish that is offered, also without its country, else the first offered", () => {
