@@ -15,6 +15,7 @@ from movingout.maps.commands.parser import add_out
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.study.commands import data
 from movingout.study.design.allocation import Visit, letters
+from movingout.study.design.consent_text import unfilled
 from movingout.study.design.review import Review, review
 from movingout.study.design.study_file import read_study
 from movingout.study.design.templates import template_names, template_text
@@ -63,7 +64,10 @@ def _new(args: argparse.Namespace) -> int:
         raise StudyError(f"{output} exists already and is not overwritten; choose another name with -o") from None
     except OSError as error:
         raise StudyError(f"cannot write {output}: {error.strerror or error}") from None
-    print(f"wrote {output}; edit it, then: movingout study check {output}")
+    print(f"wrote {output}; before it can be served:")
+    for sentence in unfilled(read_study(output)):
+        print(f"  {sentence}")
+    print(f"edit it, then: movingout study check {output}")
     return 0
 
 
@@ -98,7 +102,8 @@ def _print(found: Review) -> None:
         console.print(f"[red]wrong:[/red] {escape(sentence)}", soft_wrap=True)
     for sentence in (*found.missing, *found.untranslated, *found.unfilled):
         console.print(f"[red]missing:[/red] {escape(sentence)}", soft_wrap=True)
-    console.print(f"{'ready' if found.ready else 'not ready'}: {', '.join(_counts(found))}", soft_wrap=True)
+    counts = ", ".join(_counts(found))
+    console.print(f"{'ready' if found.ready else 'not ready'}{': ' if counts else ''}{counts}", soft_wrap=True)
 
 
 def _counts(found: Review) -> list[str]:
@@ -109,7 +114,7 @@ def _counts(found: Review) -> list[str]:
         "number# wrong": len(found.contradictions),
         "warning#": len(found.warnings),
     }
-    return [f"{count} {words.replace('#', '' if count == 1 else 's')}" for words, count in counts.items()]
+    return [f"{count} {words.replace('#', '' if count == 1 else 's')}" for words, count in counts.items() if count]
 
 
 def _pay_in_words(found: Review) -> str:
