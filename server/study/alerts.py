@@ -35,11 +35,15 @@ class Alerts:
         self._number = 0
 
     def add(self, about: AlertCode, text: str, /, detail: str = "", **values: Any) -> None:
-        """Add an alert, and log it; a repeated one is ignored. `text` is in English and says the same as `values`."""
-        text = f"{text} ({detail})" if detail else text
+        """Add an alert, and log it. `text` is in English and says the same as `values`.
+
+        The same text and values again are ignored for a minute, whatever the detail: it may hold a figure that changes.
+        """
         now = self._now()
-        if any(one.about == about and one.text == text and now - one.at < REPEAT_S for one in self._alerts):
+        recent = [one for one in self._alerts if one.about == about and now - one.at < REPEAT_S]
+        if any(one.values == values and one.text == _with_detail(text, one.detail) for one in recent):
             return
+        text = _with_detail(text, detail)
         log.warning("alert: %s", text)
         self._number += 1
         self._alerts = [*self._alerts, Alert(self._number, now, about, text, values, detail)][-MAX_ALERTS:]
@@ -47,3 +51,7 @@ class Alerts:
     def to_json(self) -> list[dict[str, Any]]:
         """The newest first."""
         return [asdict(one) for one in reversed(self._alerts)]
+
+
+def _with_detail(text: str, detail: str) -> str:
+    return f"{text} ({detail})" if detail else text

@@ -1,0 +1,16 @@
+"""Alerts for the experimenter: one is said once a minute, however its detail changes."""
+
+from movingout.server.study.alerts import REPEAT_S, Alerts
+
+
+def test_a_detail_with_a_changing_figure_does_not_repeat_an_alert_and_another_unit_does() -> None:
+    now = [0.0]
+    alerts = Alerts(lambda: now[0])
+    alerts.add("room", "Unit 2 cannot play yet.", "the agents would need 125% of a core", unit=2)
+    alerts.add("room", "Unit 2 cannot play yet.", "the agents would need 187% of a core", unit=2)
+    alerts.add("room", "Unit 3 cannot play yet.", "the agents would need 187% of a core", unit=3)
+    assert [one["values"] for one in alerts.to_json()] == [{"unit": 3}, {"unit": 2}]
+    now[0] = REPEAT_S
+    alerts.add("room", "Unit 2 cannot play yet.", unit=2)
+    newest = alerts.to_json()[0]
+    assert (newest["id"], newest["text"], newest["detail"]) == (3, "Unit 2 cannot play yet.", "")
