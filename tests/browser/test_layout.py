@@ -50,6 +50,7 @@ WINDOWS = [
     Window(844, 390, True, 370),
     Window(768, 1024, True, 750),
     Window(1024, 768, True, 700, "de-DE"),
+    Window(375, 553, False, 280, "de-DE"),
     Window(720, 450, False, 430, "de-DE"),  # 1440 by 900 at a zoom of 200 %
     Window(1024, 768, False, 730, "de-DE"),
     Window(960, 540, False, 500, "de-DE", dark=True),
@@ -133,11 +134,14 @@ def test_a_round_fits_the_window_and_nothing_moves_when_it_starts(
     begin(page, window.touch)
     page.wait_for_timeout(500)
     assert not scrolls(page)
-    parts = PARTS + (THUMBS if window.touch else ["#controls", "#connection"])
+    beside = ["#controls"] if window.width < window.height else ["#controls", "#connection"]
+    parts = PARTS + (THUMBS if window.touch else beside)
     boxes = {part: assert_inside(page, part) for part in parts}
     assert boxes["#arena"][2] - boxes["#arena"][0] >= window.arena
-    for part in parts:
-        assert part == "#arena" or apart(boxes[part], boxes["#arena"]), f"{part} covers the arena"
+    for index, part in enumerate(parts):
+        assert all(apart(boxes[part], boxes[other]) for other in parts[:index]), f"{part} covers something"
+    if not window.touch:
+        assert page.evaluate("(({ scrollHeight, clientHeight }) => scrollHeight <= clientHeight)(controls)"), "cut off"
     for part in ["#stop", *(THUMBS if window.touch else [])]:
         left, top, right, bottom = boxes[part]
         assert min(right - left, bottom - top) >= TARGET, part
@@ -152,6 +156,36 @@ def test_a_round_fits_the_window_and_nothing_moves_when_it_starts(
     assert_inside(page, "#overlay .panel")
     assert not scrolls(page)
     page.screenshot(path=pictures / f"layout-{window}-pause.png")
+
+
+@pytest.mark.parametrize(
+    "window",
+    [Window(900, 640, False, 600, "de-DE"), Window(375, 553, True, 350), Window(844, 390, True, 360)],
+    ids=str,
+)
+def test_whoever_watches_sees_the_whole_arena(
+    server: Server, open_page: OpenPage, pictures: Path, window: Window
+) -> None:
+    room = server.make_room("DistancePriority", red="scripted")
+    player = open_page(room["join_path"], room)
+    page = open_page(room["watch_path"], script=CUT_OFF, **in_window(window))
+    wait_for(page, "game.phase === 'lobby' && game.status === 'open'")
+    watched = [".play-head", *PARTS, "#mute"]
+    before = _apart_and_inside(page, watched, window)
+    player.get_by_role("button", name="I am ready").click()
+    wait_for(page, "game.phase === 'playing'")
+    after = _apart_and_inside(page, watched, window)
+    assert before["#arena"] == after["#arena"]
+    page.screenshot(path=pictures / f"layout-{window}-watch.png")
+
+
+def _apart_and_inside(page: Page, parts: list[str], window: Window) -> dict[str, Box]:
+    boxes = {part: assert_inside(page, part) for part in parts}
+    for index, part in enumerate(parts):
+        assert all(apart(boxes[part], boxes[other]) for other in parts[:index]), f"{part} covers something"
+    assert boxes["#arena"][2] - boxes["#arena"][0] >= window.arena
+    assert not scrolls(page)
+    return boxes
 
 
 PHONE_LOW = Window(375, 553, True, 330)

@@ -58,6 +58,18 @@ def test_every_tick_shows_the_recorded_state(open_page: OpenPage, episode: Episo
         page.keyboard.press("ArrowRight")
 
 
+def test_the_corners_are_drawn_and_not_clipped(open_page: OpenPage, episode: Episode) -> None:
+    """A round clip of the canvas makes each picture several times as dear in WebKit."""
+    page = replay(open_page(f"/replay/{EPISODE}"))
+    styles = "['.replay-arena', '#arena'].map((one) => getComputedStyle(document.querySelector(one)))"
+    assert page.evaluate(f"{styles}.every((style) => style.borderRadius === '0px' && style.overflowX !== 'hidden')")
+    corner, ground = page.evaluate("""() => {
+      const [red, green, blue] = document.querySelector("#arena").getContext("2d").getImageData(0, 0, 1, 1).data;
+      return [`rgb(${red}, ${green}, ${blue})`, getComputedStyle(document.body).backgroundColor];
+    }""")
+    assert corner == ground
+
+
 def test_a_deep_link_opens_at_its_tick_and_moving_on_updates_the_address(open_page: OpenPage, episode: Episode) -> None:
     page = replay(open_page(f"/replay/{EPISODE}#tick=17"))
     at_tick(page, 17)

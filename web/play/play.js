@@ -118,6 +118,7 @@ class Play {
     document.addEventListener("visibilitychange", () => this.#visibility());
     Object.assign(this.#probe, { cues: this.#cues, sounds: this.#sounds });
     this.#root.toggleAttribute("data-touch", mode === "play" && coarse.matches); // so that nothing moves later
+    this.#root.toggleAttribute("data-watch", mode === "watch");
     this.#connection.open();
     this.#probe.pings = () => this.#pings.shown;
     if (mode === "watch") void this.#decisions.offerWhenWeighing();

@@ -1,7 +1,7 @@
 // Short phrases about seats and the connection, from the state of the room and the view. Pure.
 
 import { has, say } from "../text/catalogue.js";
-import { agentName, shapeObject } from "../text/names.js";
+import { agentName, recordedPlayer, shapeObject } from "../text/names.js";
 
 /** @typedef {import("../messages.js").SeatState} SeatState */
 /** @typedef {import("./game.js").GameMap} GameMap */
@@ -17,7 +17,7 @@ const PATIENCE_MS = 1000; // a shorter interruption is not mentioned
 export function seatName(seat, own, watching = false) {
   if (own) return seat.name || say("play.you");
   if (["agent", "idle"].includes(seat.kind)) return agentName(seat.name || seat.kind);
-  if (seat.kind === "ghost" && seat.name) return say("play.ghost.of", { player: agentName(seat.name) });
+  if (seat.kind === "ghost" && seat.name) return say("play.ghost.of", { player: recordedPlayer(seat.name) });
   return seat.name || (seat.kind === "human" && !watching ? say("play.partner") : say(`play.kind.${seat.kind}`));
 }
 

@@ -252,7 +252,7 @@ class ReplayPage {
     const tick = tickAt(this.player.timeMs);
     const view = this.replay.viewAt(this.player.timeMs);
     fitCanvas(canvas);
-    drawScene(context2d(canvas), map, view);
+    drawScene(context2d(canvas), map, view, { rounded: true });
     this.show.draw(context2d(canvas), this.player.timeMs);
     this.drawLine(tick);
     this.drawWords(view);

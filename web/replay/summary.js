@@ -6,7 +6,7 @@
 import { badge, byId, el } from "../core/dom.js";
 import { outcomeText } from "../play/result_words.js";
 import { currentLanguage, say } from "../text/catalogue.js";
-import { mapTitle, playerName } from "../text/names.js";
+import { mapTitle, replayedPlayer } from "../text/names.js";
 
 /** @typedef {import("./data.js").Summary} Summary */
 
@@ -27,7 +27,7 @@ export function showSummary(summary) {
       "div",
       { class: "replay-seat" },
       badge(index),
-      el("span", { class: "replay-seat-name" }, playerName(kind, name)),
+      el("span", { class: "replay-seat-name" }, replayedPlayer(kind, name)),
       words[index],
     ),
   );

@@ -7,6 +7,8 @@
 import { currentLanguage, has, say } from "./catalogue.js";
 
 const COLOURS = ["blue", "red"];
+const ROOM_PSEUDONYM = /^person-[\da-z]{6}$/; // server/rooms/seat_assignment.py
+const STUDY_PSEUDONYM = /^P[\dA-Z]{6}$/; // study/store/identity.py
 
 /** Titles that a study gives to maps of its own, by name. @type {Map<string, string>} */
 const ownTitles = new Map();
@@ -74,6 +76,22 @@ function policyName(policy) {
   const [base, ...variant] = policy.split("-");
   const name = has(`policy.${base}`) ? say(`policy.${base}`) : base;
   return [name, variant.join(" ")].filter(Boolean).join(", ");
+}
+
+/**
+ * Whose recording one plays with: a pseudonym ("person-k3x9ab" of a room, "P7KXM2Q" of a study) tells a player nothing.
+ * @param {string} name as it is recorded
+ */
+export function recordedPlayer(name) {
+  return ROOM_PSEUDONYM.test(name) || STUDY_PSEUDONYM.test(name) ? say("play.otherPlayer") : agentName(name);
+}
+
+/**
+ * A player on the page of one replay, which players open as well; the ids are in the file.
+ * @param {string} kind @param {string} name as it is recorded
+ */
+export function replayedPlayer(kind, name) {
+  return ROOM_PSEUDONYM.test(name) ? say("play.kind.human") : playerName(kind, name);
 }
 
 /**

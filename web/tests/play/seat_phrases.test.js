@@ -74,6 +74,9 @@ test("names: mine, the partner's, an agent's", () => {
   assert.equal(seatName(seat({ kind: "agent", name: "scripted" }), false), "Computer partner");
   assert.equal(seatName(seat({ kind: "agent", name: "bass@all" }), false), "Trained partner (BASS)");
   assert.equal(seatName(seat({ kind: "ghost", name: "scripted" }), false), "Recording of Computer partner");
+  assert.equal(seatName(seat({ kind: "ghost", name: "person-k3x9ab" }), false), "Recording of the other player");
+  assert.equal(seatName(seat({ kind: "ghost", name: "P7KXM2Q" }), false), "Recording of the other player");
+  assert.equal(seatName(seat({ kind: "ghost", name: "person-Careful" }), false), "Recording of person-Careful");
   assert.equal(seatName(seat({ kind: "ghost" }), false), "Recording");
   assert.equal(seatName(seat({ name: "Ada" }), false), "Ada");
 });
@@ -81,7 +84,7 @@ test("names: mine, the partner's, an agent's", () => {
 test("the task names only what this map asks for", () => {
   assert.equal(taskSentence(map(item("star", "small"))), "Carry everything into the green area.");
   assert.match(taskSentence(map(item("star", "small"), item("star", "large"))), /marked 2 need both/);
-  assert.match(taskSentence(map(item("star", "middle"))), /1–2 are faster/);
+  assert.match(taskSentence(map(item("star", "middle"))), /1\u2060–\u20602 are faster/);
 });
 
 test("the connection is a word and a colour", () => {

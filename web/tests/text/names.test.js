@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { agentName, mapDescription, mapTitle, playerName } from "../../text/names.js";
+import { agentName, mapDescription, mapTitle, playerName, recordedPlayer, replayedPlayer } from "../../text/names.js";
 import { speak } from "./support.js";
 
 test("a map has the title of the catalogue, else its own, else its name in words", () => {
@@ -56,4 +56,14 @@ test("those who run a server see the id of an agent beside its name", () => {
   assert.equal(playerName("idle", "idle"), "Partner who stands still");
   assert.equal(playerName("ghost", "ghost:E1#red"), "Recording · ghost:E1#red");
   assert.equal(playerName("", ""), "–");
+});
+
+test("the pseudonym of a room is no name on the pages that players see", () => {
+  speak("en");
+  assert.equal(recordedPlayer("person-k3x9ab"), "the other player");
+  assert.equal(recordedPlayer("P7KXM2Q"), "the other player");
+  assert.equal(recordedPlayer("scripted"), "Computer partner");
+  assert.equal(replayedPlayer("human", "person-k3x9ab"), "A person");
+  assert.equal(replayedPlayer("human", "P7KXM2Q"), "P7KXM2Q", "whoever may open a study knows its people by these");
+  assert.equal(replayedPlayer("agent", "bass@all"), "Trained partner (BASS) · bass@all");
 });
