@@ -149,6 +149,8 @@ def _answer_routes(host: Host) -> APIRouter:
     async def save_answer(room_id: str, request: Request) -> dict[str, bool]:
         seat = seat_of_token(host, room_id, request)
         answer = await body_of(request, AnswerRequest)
+        if room_of(host, room_id).config.study:  # it would be kept beside the study, where `forget` does not find it
+            raise ApiError(409, "study", "This game belongs to a study, which asks its own questions.")
         try:
             PAPER.check_answer(answer.question, answer.value, answer.text)
         except AnswerError as error:

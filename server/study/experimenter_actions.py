@@ -71,7 +71,9 @@ class ExperimenterActions:
         episode = request.episode or self._unit(request).episode
         if not episode:
             raise StudyError("they have not played a round yet")
-        await self._databases.run(self._databases.rounds.mark, episode, False, request.reason)
+        unit = await self._databases.run(self._databases.rounds.mark, episode, False)
+        if reason := request.reason.strip():  # may say who it was: a note can be deleted, the audit cannot
+            await self._running.notes.add(f"invalid: {reason}", unit, request.pid)
 
     async def note(self, request: ExperimenterRequest) -> None:
         """A note on a participant, a unit or the whole study."""

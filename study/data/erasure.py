@@ -43,7 +43,7 @@ def erase(folder: StudyFolder, store: Store, name: str) -> Erased:
     """
     pid = resolve_participant(store, name)
     removed = remove_recordings(folder.recordings, pid, set(episodes_of(store, pid)))
-    remove_rooms(folder.rooms, pid)
+    remove_rooms(folder, pid)
     with closing(folder.open_identities()) as identities:
         known = identities.forget(pid) > 0
     return Erased(pid, remove_participant(store, pid, removed), removed, known)
@@ -104,12 +104,14 @@ def remove_recordings(folder: Path, pid: str, episodes: set[str]) -> int:
     return len(paths)
 
 
-def remove_rooms(folder: Path, pid: str) -> None:
-    """Delete the saved rooms of a stopped server that name the participant."""
+def remove_rooms(folder: StudyFolder, pid: str) -> None:
+    """Delete the saved rooms of a stopped server that name the participant, and what was answered in them."""
     try:
-        for path in folder.glob("*.json"):
+        for path in [*folder.rooms.glob("*.json"), *folder.rooms.glob("*.tmp")]:  # the last ones after a crash
             if pid.encode() in path.read_bytes():
                 path.unlink()
+                for answers in (folder.data / "answers").glob(f"{path.stem}-*.jsonl"):
+                    answers.unlink()
     except OSError as error:
         raise StudyError(f"cannot delete {error.filename}: {error.strerror or error}") from None
 

@@ -72,13 +72,14 @@ def _rows(connection: Connection, pid: str, unit: int | None) -> int:
 
 
 def _remove_data(connection: Connection, pid: str, unit: int | None) -> int:
-    """Answers, rounds and the notes about them."""
+    """Answers, rounds and the notes about them, or that name the participant."""
     mine = select(rounds.c.id).where(rounds.c.unit == unit)
     rows = _remove(connection, players, or_(players.c.pid == pid, players.c["round"].in_(mine)))
     if unit is not None:
         rows += _remove(connection, rounds, rounds.c.unit == unit)
         rows += _remove(connection, notes, notes.c.unit == unit)  # notes may say who it was
         connection.execute(update(units).where(units.c.id == unit).values(state="dropped"))
+    rows += _remove(connection, notes, notes.c.text.contains(pid, autoescape=True))
     return rows + _remove(connection, answers, answers.c.pid == pid)
 
 

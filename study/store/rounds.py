@@ -99,10 +99,12 @@ class Rounds:
         with self._store.database.read() as connection:
             return {row.episode: row.unit for row in connection.execute(query)}
 
-    def mark(self, episode: str, valid: bool, reason: str) -> None:
-        """Mark a round as valid or invalid for the experimenter."""
+    def mark(self, episode: str, valid: bool) -> int:
+        """Mark a round as valid or invalid for the experimenter, and return the unit that played it."""
         with self._store.database.write() as connection:
-            changed = connection.execute(update(rounds).where(rounds.c.episode == episode).values(valid=valid))
-            if not changed.rowcount:
+            change = update(rounds).where(rounds.c.episode == episode).values(valid=valid).returning(rounds.c.unit)
+            unit = connection.execute(change).scalar()
+            if unit is None:
                 raise StudyError(f"there is no round with the recording {episode!r}")
-            record(connection, self._store.now(), "experimenter", "mark", episode=episode, valid=valid, reason=reason)
+            record(connection, self._store.now(), "experimenter", "mark", episode=episode, valid=valid)
+            return int(unit)

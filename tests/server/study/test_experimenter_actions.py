@@ -166,6 +166,8 @@ def test_a_round_is_marked_invalid_and_the_reason_kept(long: Served) -> None:
     long.ask("invalid", episode=episode, reason="somebody helped")
     (row,) = [row for row in long.running.databases.store.rows(rounds) if row["episode"] == episode]
     assert row["valid"] is False
+    assert "invalid: somebody helped" in [note["text"] for note in long.running.databases.store.rows(notes)]
+    assert "somebody helped" not in str(long.running.databases.store.rows(audit)), "nothing can be deleted there"
     status, answer = long.live.call("/api/experimenter/invalid", {"episode": "none"}, ADMIN)
     assert (status, answer["error"]["message"]) == (409, "there is no round with the recording 'none'")
 

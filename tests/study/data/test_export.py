@@ -154,6 +154,11 @@ def test_forgetting_leaves_no_trace_of_the_participant_in_any_file(tmp_path: Pat
     place.rooms.mkdir()
     for pid in (gone, stays):  # of a server that was stopped
         (place.rooms / f"{pid == gone}.json").write_text(f'{{"seats": [{{"alias": "{pid}"}}]}}', encoding="utf-8")
+    (place.rooms / "half.tmp").write_bytes(gone.encode())  # of a crash between the write and the rename
+    (tmp_path / "answers").mkdir()
+    (tmp_path / "answers" / "True-0.jsonl").write_text('{"text": "I am worker-0000"}', encoding="utf-8")
+    store.note(f"compare with {gone} please")  # of the whole study
+    Rounds(store).mark(str(store.rows(rounds)[0]["episode"]), valid=False)
     assert len(traces(tmp_path, gone)) > 4
     done = erase(place, store, gone)
     assert (done.recordings, done.identity) == (3, True) and done.rows > 10
