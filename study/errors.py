@@ -22,3 +22,7 @@ class StudyFileError(StudyError):
 
 class StoreError(StudyError):
     """The database cannot be opened, read or written."""
+
+
+class StoreLocked(StoreError):
+    """Another program holds the database."""

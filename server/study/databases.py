@@ -1,6 +1,7 @@
 """The databases of a study for the event loop: one thread runs all queries, one after the other."""
 
 import asyncio
+import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import ParamSpec, TypeVar
@@ -8,7 +9,7 @@ from typing import ParamSpec, TypeVar
 from movingout.server.study.alerts import Alerts
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.data.versions import code_versions, model_hashes
-from movingout.study.errors import StoreError, StudyError
+from movingout.study.errors import StoreError, StoreLocked, StudyError
 from movingout.study.store import IdentityStore, Store
 from movingout.study.store.rounds import Rounds
 
@@ -29,13 +30,30 @@ class StudyDatabases:
             raise
         self.rounds = Rounds(self.store)
         self._alerts = alerts
+        self._locked_at = float("-inf")  # when a query last gave up waiting for another program
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="study-store")
 
     async def run(self, work: Callable[Arguments, Result], *args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
         """Do `work` in the thread. Raises StoreError, after alerting the experimenter."""
+        return await self.run_asked(time.monotonic(), work, *args, **kwargs)
+
+    async def run_asked(
+        self, asked: float, work: Callable[Arguments, Result], *args: Arguments.args, **kwargs: Arguments.kwargs
+    ) -> Result:
+        """The same for what has waited since `asked`, in seconds of the monotonic clock."""
+
+        def unless_locked() -> Result:
+            if asked < self._locked_at:  # it waited behind a query that gave up: it need not give up after as long
+                raise StoreLocked("the database is locked; another program holds it; close it")
+            try:
+                return work(*args, **kwargs)
+            except StoreLocked:
+                self._locked_at = time.monotonic()
+                raise
+
         loop = asyncio.get_running_loop()
         try:
-            return await loop.run_in_executor(self._thread, lambda: work(*args, **kwargs))
+            return await loop.run_in_executor(self._thread, unless_locked)
         except StoreError as error:
             self._alerts.add("database", "The database could not be read or written.", str(error))
             raise

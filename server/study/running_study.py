@@ -4,6 +4,7 @@ Every change is in the database before anybody is told of it; everything here ca
 """
 
 import asyncio
+import time
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
@@ -59,8 +60,9 @@ class RunningStudy:
     @asynccontextmanager
     async def transaction(self) -> AsyncIterator[Transaction]:
         """The right to change who is where, for one holder at a time: the two of a pair cannot overtake each other."""
+        asked = time.monotonic()
         async with self._lock:
-            tx = Transaction(self.databases)
+            tx = Transaction(self.databases, asked)
             try:
                 yield tx
             finally:

@@ -15,8 +15,10 @@ class Transaction:
     It puts changes in order and undoes nothing: each call of `run` is committed on its own.
     """
 
-    def __init__(self, databases: StudyDatabases) -> None:
+    def __init__(self, databases: StudyDatabases, asked: float) -> None:
         self._databases = databases
+        self._asked = asked  # since when it waited to begin, in seconds of the monotonic clock
+        self._began = False
         self._open = True
 
     def check(self) -> None:
@@ -27,7 +29,10 @@ class Transaction:
     async def run(self, work: Callable[Arguments, Result], *args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
         """Do `work` in the thread of the databases. Raises StoreError."""
         self.check()
-        return await self._databases.run(work, *args, **kwargs)
+        if self._began:
+            return await self._databases.run(work, *args, **kwargs)
+        self._began = True
+        return await self._databases.run_asked(self._asked, work, *args, **kwargs)
 
     def end(self) -> None:
         self._open = False

@@ -12,9 +12,10 @@ from sqlalchemy import Connection, Engine, create_engine, event, make_url
 from sqlalchemy.exc import ArgumentError, DBAPIError, SQLAlchemyError
 
 from movingout.maps.extras import needs_extra
-from movingout.study.errors import StoreError
+from movingout.study.errors import StoreError, StoreLocked
 
 Kind = Literal["main", "identity"]
+BUSY_S = 1.0  # how long a query waits for another program; all others wait behind it
 _MIGRATIONS = Path(__file__).parent / "migrations"
 
 
@@ -64,7 +65,9 @@ def _sentences(address: Path | str) -> Iterator[None]:
     try:
         yield
     except DBAPIError as error:
-        raise StoreError(f"the database {shown(address)} refuses: {_reason(error)}") from error
+        reason = _reason(error)
+        kind = StoreLocked if "locked" in reason else StoreError
+        raise kind(f"the database {shown(address)} refuses: {reason}") from error
     except SQLAlchemyError as error:
         raise StoreError(f"the database {shown(address)} cannot be used: {error}") from error
 
@@ -94,7 +97,7 @@ def _file_engine(path: Path) -> Engine:
         os.close(os.open(path, os.O_CREAT, 0o600))
     except OSError as error:
         raise StoreError(f"cannot open the database {path}: {error.strerror or error}") from None
-    engine = create_engine(f"sqlite:///{path}", connect_args={"timeout": 10.0})
+    engine = create_engine(f"sqlite:///{path}", connect_args={"timeout": BUSY_S})
 
     @event.listens_for(engine, "connect")
     def prepare(connection: Any, record: Any) -> None:

@@ -1,7 +1,9 @@
 """What one person can take from a served study, by floods or with the link of somebody else."""
 
 import contextlib
+import sqlite3
 import urllib.request
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -94,3 +96,34 @@ def test_codes_have_forty_bits_at_least(solo: Served) -> None:
     assert len(set(CODE_ALPHABET)) ** CODE_LENGTH >= 2**40
     made = [str(solo.ask("open-next")["code"]) for _ in range(100)]
     assert all(len(code) == 8 for code in made) and len(set("".join(made))) == 32, "5 bits a letter"
+
+
+# ---- a database that somebody else holds --------------------------------------------------------------------------
+
+
+def test_a_locked_database_refuses_all_at_once_and_in_a_sentence(tmp_path: Path) -> None:
+    """Twenty answers that wait one after the other would be refused after 20 waits."""
+    waits: list[float] = []
+    with served(tmp_path) as study:
+        visitor = study.visitor().go_to("form")
+        databases = study.running.databases
+        answer = databases.store.answer
+        databases.store.answer = lambda **row: (waits.append(0.0), answer(**row))  # type: ignore[method-assign, assignment]
+        with contextlib.closing(sqlite3.connect(study.folder.own / "study.sqlite")) as other:
+            other.execute("BEGIN IMMEDIATE")
+            with ThreadPoolExecutor(20) as pool:
+                told = list(pool.map(lambda _: visitor.answer("age", 1), range(20)))
+            assert {(status, body["error"]["code"]) for status, body in told} == {(507, "not_saved")}
+            assert len(waits) < 10, "the others did not wait again"
+            other.rollback()
+        assert visitor.answer("age", 1)[0] == 200
+
+
+def test_a_game_of_a_study_keeps_no_answers_beside_the_study(solo: Served) -> None:
+    visitor = solo.visitor().go_to("round")
+    visitor.next()
+    room = visitor.step["room"]
+    body = {"question": "comment", "value": -1, "text": "I am Jane"}
+    status, told = solo.live.call(f"/api/rooms/{room['id']}/answers", body, room["token"])
+    assert (status, told["error"]["code"]) == (409, "study")
+    assert list((solo.folder.data / "answers").glob("*")) == []

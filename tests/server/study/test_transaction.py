@@ -28,8 +28,8 @@ from tests.server.study.support import SOLO
 READERS = {
     Participants: {"get"},
     Units: {"get", "of", "heard", "waiting_since"},
-    Progress: {"is_paused"},
-    StudyRooms: {"prepare", "map_of", "saved"},
+    Progress: {"is_paused", "note_standing"},
+    StudyRooms: {"prepare", "map_of", "map_name", "saved"},
     Departures: {"delete_data", "deleted"},
 }
 """All public methods that may be called at any time; `heard` marks presence, `delete_data` begins in the background."""
