@@ -5,6 +5,7 @@ import sqlite3
 import urllib.request
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -108,7 +109,12 @@ def test_a_locked_database_refuses_all_at_once_and_in_a_sentence(tmp_path: Path)
         visitor = study.visitor().go_to("form")
         databases = study.running.databases
         answer = databases.store.answer
-        databases.store.answer = lambda **row: (waits.append(0.0), answer(**row))  # type: ignore[method-assign, assignment]
+
+        def counted(**row: Any) -> None:
+            waits.append(0.0)
+            answer(**row)
+
+        databases.store.answer = counted  # type: ignore[method-assign, assignment]
         with contextlib.closing(sqlite3.connect(study.folder.own / "study.sqlite")) as other:
             other.execute("BEGIN IMMEDIATE")
             with ThreadPoolExecutor(20) as pool:

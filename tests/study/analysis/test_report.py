@@ -120,7 +120,7 @@ def test_rounds_that_do_not_count_and_people_who_said_no_are_left_out(tmp_path: 
     )
     _, store, pids = fill(tmp_path, small, text, 3)
     first = collect(small, store, tmp_path).rounds[0]
-    Rounds(store).mark(first["episode"], valid=False, reason="the pad fell")
+    Rounds(store).mark(first["episode"], valid=False)
     store.keep_data(pids[2], False)
     found = collect(small, store, tmp_path)
     assert len(found.rounds) == 6 - 1 - 2
