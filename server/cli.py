@@ -2,6 +2,7 @@
 
 import argparse
 import importlib
+import os
 import sys
 from typing import NamedTuple, Protocol, cast
 
@@ -95,12 +96,28 @@ def main(argv: list[str] | None = None) -> int:
         return 2
     try:
         command, parser = configured(arguments[0])
-        return command.run(parser.parse_args(arguments[1:]))
+        code = command.run(parser.parse_args(arguments[1:]))
+        sys.stdout.flush()
+        return code
     except MovingOutError as error:
         print(f"movingout: {error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         return 130
+    except BrokenPipeError:
+        if not _reader_is_gone():
+            raise
+        return 1
+
+
+def _reader_is_gone() -> bool:
+    """Whether nobody reads standard output any more, as after `| head`; then the rest of it is dropped."""
+    try:
+        print(flush=True)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or Python complains when it ends
+        return True
+    return False
 
 
 def configured(name: str) -> tuple[CommandModule, CommandParser]:
