@@ -65,7 +65,9 @@ def _make(folder: Path) -> None:
 
 def _page(reports: Sequence[ImportReport], folder: Path, copies: int) -> list[str]:
     made = [report for report in reports if not report.problem]
-    lines = [f"{len(made)} of {len(reports)} trajectories imported into {folder}"]
+    new = [report for report in made if not report.unchanged]
+    lines = [f"{len(new)} of {len(reports)} trajectories imported into {folder}"]
+    lines += [f"  {r.file}, {r.place}: {r.unchanged}" for r in made if r.unchanged]
     lines += [f"  copies: {copies} more, of trajectories that are among these, were left out"] if copies else []
     lines += [f"  refused: {r.file}, {r.place}: {r.problem}" for r in reports if r.problem]
     if not made:

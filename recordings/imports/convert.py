@@ -22,6 +22,7 @@ from movingout.recordings.imports.map_match import official_map, played_map
 from movingout.recordings.imports.sources import TrajectoryFile
 from movingout.recordings.imports.steps import OfficialSteps, parse
 from movingout.recordings.storage.finished import SUFFIX, finalise
+from movingout.recordings.storage.listing import read_summary
 from movingout.world import World
 from movingout.world.constants import LIMIT_TICKS
 from movingout.world.scoring import delivered_items
@@ -41,6 +42,7 @@ class ImportReport:
     shape: str
     map: str
     problem: str = ""  # why it was refused, empty when it was not
+    unchanged: str = ""  # that it had been imported before, and as what; empty when it is new
     recording: str = ""  # name of the file made, empty when refused
     ticks: int = 0
     differences: tuple[str, ...] = ()  # from the map as designed
@@ -95,11 +97,16 @@ def _import(source: TrajectoryFile, folder: Path, salt: str) -> ImportReport:
         last = "simulated" if agrees else "left out"
     if not len(actions):
         raise RecordingError("there is no tick with a state before and after it")
-    path = _written(source, folder, salt, spec, states, actions)
+    header = _header(source, salt, spec)
+    path = folder / f"{header.episode_id}{SUFFIX}"
+    unchanged = _known(path, source) if path.exists() else ""
+    if not unchanged:
+        path = _written(source, folder, header, states, actions)
     return ImportReport(
         *_origin(source),
         map=spec.name,
         recording=path.name,
+        unchanged=unchanged,
         ticks=len(actions),
         differences=tuple(differences),
         participants_known=bool(source.blue and source.red),
@@ -168,14 +175,22 @@ def _checks(states: list[WorldState], actions: Floats, steps: OfficialSteps) -> 
     }
 
 
+def _known(path: Path, source: TrajectoryFile) -> str:
+    """What is said about a trajectory whose recording is there already: it is kept as it is."""
+    seats = read_summary(path)
+    kept = tuple(seat.partition(" ")[0] for seat in (seats.blue, seats.red))
+    if kept == _kinds(source):
+        return "imported before; nothing changed"
+    return (
+        f"imported before, with {kept[0]} in blue and {kept[1]} in red; nothing changed. "
+        f"To import it otherwise, move {path.name} away"
+    )
+
+
 def _written(
-    source: TrajectoryFile, folder: Path, salt: str, spec: MapSpec, states: list[WorldState], actions: Floats
+    source: TrajectoryFile, folder: Path, header: EpisodeHeader, states: list[WorldState], actions: Floats
 ) -> Path:
-    header = _header(source, salt, spec)
-    path = folder / f"{header.episode_id}{SUFFIX}"
-    if path.exists():
-        return path
-    started, kinds = header.started_ns, _kinds(source)
+    spec, started, kinds = header.map, header.started_ns, _kinds(source)
     writer = EpisodeWriter.create(folder, header, states[0], clock=lambda: started, software=SOFTWARE)
     delivered = tuple(delivered_items(spec, states[0].item_poses).tolist())
     for before, action, after in zip(states, actions, states[1:], strict=False):

@@ -41,3 +41,19 @@ def test_the_kind_can_be_said(exported: Path, tmp_path: Path, kind: str) -> None
     command = ["recordings", "import", str(exported / "recorder"), "--out", str(tmp_path / "in"), "--kind", kind]
     assert main([*command, "--workers", "1"]) == 0
     assert kinds(tmp_path / "in") == [(kind, kind)]
+
+
+def test_a_kind_said_for_a_trajectory_that_was_imported_before_changes_nothing_and_says_so(
+    exported: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["recordings", "import", str(exported / "recorder"), "--out", str(tmp_path / "in"), "--workers", "1"]
+    assert main([*command, "--kind", "human"]) == 0
+    (path,) = (tmp_path / "in").glob("*.mcap")
+    before = path.read_bytes()
+    capsys.readouterr()
+    assert main([*command, "--kind", "agent"]) == 0
+    out = capsys.readouterr().out
+    assert "0 of 1 trajectories imported" in out
+    assert "imported before, with human in blue and human in red; nothing changed." in out
+    assert f"To import it otherwise, move {path.name} away" in out
+    assert path.read_bytes() == before
