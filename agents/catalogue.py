@@ -26,6 +26,7 @@ from movingout.agents.checkpoint.checkpoint import (
     readable_checkpoints,
 )
 from movingout.agents.errors import AgentError, CheckpointError
+from movingout.agents.fault_place import located
 from movingout.agents.kinds.registry import KINDS, kind_of
 from movingout.maps import MovingOutError, map_names
 from movingout.maps.suggestion import known_names
@@ -171,7 +172,8 @@ def load_agent(agent_id: str) -> Agent:
     except MovingOutError as error:
         raise AgentError(f"agent {agent_id!r}: {error}") from error
     except Exception as error:
-        raise AgentError(f"agent {agent_id!r} could not be made: {type(error).__name__}: {error}") from error
+        sentence = f"agent {agent_id!r} could not be made: {type(error).__name__}: {error}"
+        raise AgentError(located(sentence, error)) from error
     for method in ("reset", "act"):
         if not callable(getattr(agent, method, None)):
             raise AgentError(f"agent {agent_id!r}: {reference} returns {type(agent).__name__}, which has no {method}()")
@@ -240,7 +242,7 @@ def _resolve(reference: str) -> Callable[..., object]:
     try:
         module = importlib.import_module(module_name)
     except Exception as error:
-        raise AgentError(f"cannot import {module_name!r}: {type(error).__name__}: {error}") from error
+        raise AgentError(located(f"cannot import {module_name!r}: {type(error).__name__}: {error}", error)) from error
     factory = getattr(module, attribute, None)
     if not callable(factory):
         raise AgentError(f"{module_name!r} has no factory {attribute!r}")

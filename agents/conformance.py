@@ -20,6 +20,7 @@ from movingout.agents.base import ActionChunk, Agent, BatchAgent, EpisodeInfo, O
 from movingout.agents.data.rollout import Watcher
 from movingout.agents.decision_trace import UNWRITABLE, decision_trace
 from movingout.agents.errors import AgentError
+from movingout.agents.fault_place import located
 from movingout.agents.observation.seat_observation import observe, start_state
 from movingout.maps import load_map
 from movingout.maps.spec import SEAT_COLOURS
@@ -195,8 +196,10 @@ def _blamed(what: str) -> Iterator[None]:
     """Whatever the agent's own code raises becomes a ConformanceError that says in which call."""
     try:
         yield
-    except Exception as error:
+    except AgentError as error:  # its sentence names the place already
         raise ConformanceError(f"{what} raised {type(error).__name__}: {error}") from error
+    except Exception as error:
+        raise ConformanceError(located(f"{what} raised {type(error).__name__}: {error}", error)) from error
 
 
 def _place(episode: EpisodeInfo) -> str:

@@ -21,6 +21,7 @@ from movingout.agents.base import ActionChunk, Agent, BatchAgent, EpisodeInfo, O
 from movingout.agents.catalogue import load_agent
 from movingout.agents.checkpoint.checkpoint import fingerprint
 from movingout.agents.decision_trace import decision_trace
+from movingout.agents.fault_place import located
 from movingout.agents.observation.seat_observation import observe, start_state
 from movingout.agents.worker.heartbeat import WorkerHeartbeat
 from movingout.agents.worker.messages import (
@@ -193,7 +194,7 @@ def _warm(agent: Agent, episode: EpisodeInfo) -> Agent:
 
 def _sentence(error: Exception) -> str:
     text = str(error).strip()
-    return f"{type(error).__name__}: {text}"[:500] if text else type(error).__name__
+    return located(f"{type(error).__name__}: {text}" if text else type(error).__name__, error)
 
 
 def serve(link: socket.socket, heartbeat: WorkerHeartbeat) -> None:

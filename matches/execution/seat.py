@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from movingout.agents.action_chunk import rows_to_execute
 from movingout.agents.base import Agent, BatchAgent, EpisodeInfo, Observation
 from movingout.agents.errors import AgentError
+from movingout.agents.fault_place import located
 from movingout.agents.observation.seat_observation import observe
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.matches.execution.decision_timeout import DecisionTimeout, DecisionTimer
@@ -67,9 +68,7 @@ def fault_sentence(seat: int, agent_id: str, call: str, error: BaseException, li
     """What an agent did wrong, for a person to read."""
     who = f"{SEAT_COLOURS[seat]} ({agent_id})"
     if isinstance(error, DecisionTimeout):
-        text = f"{who} did not answer {call} within {limit_s:g} s"
-    elif isinstance(error, AgentError):
-        text = f"{who}, {call}: {error}"
-    else:
-        text = f"{who} raised {type(error).__name__} in {call}: {error}"
-    return text[:500]
+        return located(f"{who} did not answer {call} within {limit_s:g} s", error)
+    if isinstance(error, AgentError):
+        return f"{who}, {call}: {error}"[:500]
+    return located(f"{who} raised {type(error).__name__} in {call}: {error}", error)
