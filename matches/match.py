@@ -64,6 +64,9 @@ class MatchResult:
     failed_seat: int = -1  # 0 blue, 1 red, -1 neither
     recording: str = field(default="", compare=False)
     cpu_s: float = field(default=0.0, compare=False)  # processor time of the match, for estimates
+    play_hash: str = field(
+        default="", compare=False
+    )  # of map, actions and end; "" if unknown: it never began, or is old
 
     def to_json(self) -> dict[str, Any]:
         """A flat JSON object; `result_from_json` reads it back."""
@@ -76,7 +79,9 @@ class MatchResult:
         return {**document, "limit_ticks": self.match.ticks}
 
 
-def failed_result(match: Match, reason: str, *, seat: int = -1, tick: int = 0, recording: str = "") -> MatchResult:
+def failed_result(
+    match: Match, reason: str, *, seat: int = -1, tick: int = 0, recording: str = "", play_hash: str = ""
+) -> MatchResult:
     """The result of a match that was not played to its end."""
     return MatchResult(
         match=match,
@@ -89,6 +94,7 @@ def failed_result(match: Match, reason: str, *, seat: int = -1, tick: int = 0, r
         failure=reason,
         failed_seat=seat,
         recording=recording,
+        play_hash=play_hash,
     )
 
 
@@ -105,10 +111,10 @@ def result_from_json(document: dict[str, Any]) -> MatchResult:
     try:
         names = [entry.name for entry in fields(Match)]
         match = Match(**{**{name: document[name] for name in names}, "ticks": document["limit_ticks"]})
-        names = [entry.name for entry in fields(MatchResult) if entry.name not in ("match", "metrics")]
+        names = [entry.name for entry in fields(MatchResult) if entry.name not in ("match", "metrics", "play_hash")]
         rest = {name: document[name] for name in names} | {"metrics": Metrics.of(document)}
     except (KeyError, TypeError) as error:
         raise MatchError(f"a result lacks the field {error}; another version wrote it") from error
     if match.id != document.get("id"):
         raise MatchError(f"the result {document.get('id')} was edited by hand; delete its line")
-    return MatchResult(match=match, **rest)
+    return MatchResult(match=match, play_hash=document.get("play_hash", ""), **rest)

@@ -16,7 +16,7 @@ from movingout.matches.errors import MatchError
 from movingout.matches.experiment.grid import POPULATION_PREFIX
 from movingout.matches.experiment.plan import PlannedMatch, agent_for_seed
 from movingout.matches.match import Match, MatchResult
-from movingout.matches.results.table import MEASURES, rows_of
+from movingout.matches.results.table import MEASURES, ResultRow, copies_note, rows_of
 from movingout.matches.run import play_matches
 from movingout.world.constants import LIMIT_TICKS, MAX_TICKS, TICKS_PER_SECOND
 from movingout.world.estimates import estimate_text
@@ -139,12 +139,12 @@ def failure_lines(results: list[MatchResult]) -> list[str]:
     return [*lines, *([f"and {len(failed) - 5} more failed matches"] if len(failed) > 5 else [])]
 
 
-def _table(blue: str, red: str, rows: list[Any]) -> str:
+def _table(blue: str, red: str, rows: list[ResultRow]) -> str:
     heads = ["map", "episodes", "delivered", *(measure.heading for measure in MEASURES)]
     lines = [heads]
     for row in rows:
         full = sum(result.ending == "delivered" for result in row.results)
-        lines.append([row.map, str(len(row.results)), str(full), *(estimate_text(row.estimate(m)) for m in MEASURES)])
+        lines.append([row.map, row.count_text, str(full), *(estimate_text(row.estimate(m)) for m in MEASURES)])
     widths = [max(len(line[k]) for line in lines) for k in range(len(heads))]
     table = "\n".join("  ".join(map(str.ljust, line, widths)).rstrip() for line in lines)
-    return f"blue {blue}, red {red}; means ± standard errors\n\n{table}"
+    return "\n\n".join([f"blue {blue}, red {red}; means ± standard errors", table, *copies_note(rows)])

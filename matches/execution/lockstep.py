@@ -20,6 +20,7 @@ from movingout.agents.decision_trace import decision_trace
 from movingout.maps.errors import MapError
 from movingout.matches.execution.batched_decisions import decide
 from movingout.matches.execution.decision_timeout import DecisionTimer
+from movingout.matches.execution.play_hash import PlayHash
 from movingout.matches.execution.recorder import MatchRecorder
 from movingout.matches.execution.seat import AgentFault, MatchSeat, attribute_agent_errors
 from movingout.matches.match import Match, MatchResult, failed_result
@@ -42,6 +43,7 @@ class RunningMatch:
         self.world = World(the_map, record_sub_poses=False)
         self.state = self.world.state()
         self.metrics = EpisodeMetrics(the_map)
+        self._hash = PlayHash(the_map)
         self.cpu_s = 0.0
         self.seats: list[MatchSeat] = []
         for seat, (agent, agent_id) in enumerate(zip(agents, match.seats, strict=True)):
@@ -71,6 +73,7 @@ class RunningMatch:
         for seat in self.seats:
             seat.state = self.state
         self.metrics.update(before, actions, self.state)
+        self._hash.update(actions)
         if self.recorder is not None:
             self.recorder.tick(actions, self.state, self.world.delivered().tolist())
 
@@ -89,13 +92,15 @@ class RunningMatch:
             waiting_share=self.metrics.waiting_share,
             recording=path,
             cpu_s=self.cpu_s,
+            play_hash=self._hash.of(self.state),
         )
 
     def fail(self, seat: int, reason: str) -> MatchResult:
         """The result of a match that failed; closes its recording."""
         tick = self.state.tick
         path = "" if self.recorder is None else str(self.recorder.close("error", tick, seat, reason))
-        return failed_result(self.match, reason, seat=seat, tick=tick, recording=path)
+        played = self._hash.of(self.state)
+        return failed_result(self.match, reason, seat=seat, tick=tick, recording=path, play_hash=played)
 
 
 class Lockstep:

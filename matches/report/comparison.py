@@ -7,7 +7,15 @@ from typing import Any, NamedTuple
 from movingout.matches.experiment.paper_reference import PAPER_METRICS, Figure, paper_figures
 from movingout.matches.match import MatchResult
 from movingout.matches.results.significance import stars, welch
-from movingout.matches.results.table import MEASURES, Measure, estimate_json, estimate_of
+from movingout.matches.results.table import (
+    COPIES,
+    MEASURES,
+    Measure,
+    count_text,
+    distinct,
+    estimate_json,
+    estimate_of,
+)
 from movingout.matches.run import GridRun
 from movingout.world.estimates import Estimate, estimate_text
 
@@ -98,7 +106,7 @@ def _table(lines: Sequence[ComparisonLine]) -> str:
         heads += [f"{measure.heading} here", "paper"]
     rows = [heads, ["---"] * 3 + ["--:"] * (len(heads) - 3)]
     for line in lines:
-        row = [line.condition, str(line.challenge), line.label, str(len(line.results))]
+        row = [line.condition, str(line.challenge), line.label, count_text(line.results)]
         for measure in COMPARED:
             row.append(estimate_text(line.ours(measure)) + _change_words(*line.change(measure)))
             row.append(_figure_words(line.theirs(measure)) + _change_words(line.their_change(measure), None))
@@ -121,6 +129,8 @@ def _figure_words(figure: Figure | None) -> str:
 def _notes(run: GridRun) -> str:
     notes = ["Means ± standard errors over matches; % is the change from the condition compared with, "
              "marked * p < 0.05, ** p < 0.01, *** p < 0.001 (Welch, uncorrected)."]  # fmt: skip
+    if any(distinct(line.results) not in (None, len(line.results)) for line in comparison_lines(run)):
+        notes.append(COPIES)
     if run.missing:
         notes.append(f"**Incomplete: {run.missing} matches have not been played.**")
     if run.failures:
@@ -140,6 +150,7 @@ def _grid_json(run: GridRun) -> dict[str, Any]:
                 "challenge": line.challenge,
                 "agent": line.label,
                 "paper_table": line.table,
+                "distinct": distinct(line.results),
                 "ours": {measure.key: estimate_json(line.ours(measure)) for measure in (*MEASURES, WAITING)},
                 "paper": {
                     measure.key: figure._asdict()

@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from movingout.matches.match import MatchResult
@@ -26,6 +26,7 @@ class Cell:
     estimate: Estimate | None
     best: bool  # of its column
     p: float | None  # that it equals the best of its column, Welch with Holm's correction in the column
+    distinct: int | None = None  # episodes that are no copies of others; None where that is unknown
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,13 +57,16 @@ class MatchMoment:
 
 def matrix(rows: Iterable[ResultRow], measure: Measure) -> Matrix:
     """The matrix of the rows of one condition, challenge and map."""
+    rows = list(rows)
     found = {(row.agent, row.partner): row.estimate(measure) for row in rows}
+    counts = {(row.agent, row.partner): row.distinct for row in rows}
     agents = tuple(dict.fromkeys(agent for agent, _ in found))
     partners = tuple(dict.fromkeys(partner for _, partner in found))
     cells: dict[tuple[str, str], Cell] = {}
     for partner in partners:
         column = {agent: found[agent, partner] for agent in agents if (agent, partner) in found}
-        cells |= {(agent, partner): cell for agent, cell in _judged(column, measure).items()}
+        judged = _judged(column, measure).items()
+        cells |= {(agent, partner): replace(cell, distinct=counts[agent, partner]) for agent, cell in judged}
     return Matrix(measure, agents, partners, cells)
 
 

@@ -10,7 +10,7 @@ from movingout.matches.match import MatchResult
 from movingout.matches.report.crossplay import Cell, Matrix, matrix, moments, worst_matches
 from movingout.matches.results.results_folder import write_whole
 from movingout.matches.results.significance import stars
-from movingout.matches.results.table import MEASURES
+from movingout.matches.results.table import MEASURES, copies_note
 from movingout.matches.run import GridRun
 from movingout.recordings.commands.report import SERVER
 from movingout.recordings.html_page import templates
@@ -56,6 +56,7 @@ def page(run: GridRun) -> str:
             worst=[(result, list(_places(run, result))) for result in worst_matches(run)],
             recorded=any(result.recording for result in run.results.values()),
             estimate_text=estimate_text,
+            notes=copies_note(run.rows),
             stars=stars,
             strength=_strength,
             tip=_tip,
@@ -90,7 +91,8 @@ def _strength(found: Matrix, cell: Cell) -> int:
 
 def _tip(cell: Cell) -> str:
     count = 0 if cell.estimate is None else cell.estimate.n
-    return f"n = {count}" + ("" if cell.p is None else f", p = {cell.p:.2g} against the best")
+    copies = "" if cell.distinct is None or cell.distinct >= count else f" ({cell.distinct} distinct)"
+    return f"n = {count}{copies}" + ("" if cell.p is None else f", p = {cell.p:.2g} against the best")
 
 
 def _places(run: GridRun, result: MatchResult) -> Iterator[Place]:

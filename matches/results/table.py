@@ -12,6 +12,10 @@ from movingout.world.estimates import Estimate, estimate, estimate_text
 from movingout.world.metrics import METRICS
 
 ALL_MAPS = "all maps"
+COPIES = (
+    "Episodes that are not distinct are copies of others, action by action: nothing in them depends on the seed. "
+    "Their ± is too small; more seeds add nothing."
+)
 
 
 class Measure(NamedTuple):
@@ -44,6 +48,14 @@ class ResultRow:
     def failed(self) -> int:
         return sum(result.ending == "failed" for result in self.results)
 
+    @property
+    def distinct(self) -> int | None:
+        return distinct(self.results)
+
+    @property
+    def count_text(self) -> str:
+        return count_text(self.results)
+
     def estimate(self, measure: Measure) -> Estimate | None:
         return estimate_of(self.results, measure)
 
@@ -56,6 +68,7 @@ class ResultRow:
             "partner": self.partner,
             "map": self.map,
             "episodes": len(self.results),
+            "distinct": self.distinct,
             "failed": self.failed,
             "full_deliveries": sum(result.ending == "delivered" for result in self.results),
             "mean_ticks": sum(ticks) / len(ticks),
@@ -84,8 +97,32 @@ def markdown(rows: Sequence[ResultRow]) -> str:
     for row in rows:
         names = [row.condition, str(row.challenge), row.map, row.agent, row.partner]
         estimates = [estimate_text(row.estimate(measure)) for measure in MEASURES]
-        lines.append(_line([*names, str(len(row.results)), *estimates, str(row.failed or "")]))
-    return "\n".join(lines) + "\n"
+        lines.append(_line([*names, row.count_text, *estimates, str(row.failed or "")]))
+    return "\n".join(lines) + "\n" + "".join(f"\n{note}\n" for note in copies_note(rows))
+
+
+def distinct(results: Iterable[MatchResult]) -> int | None:
+    """How many different episodes were played; None when an earlier version wrote a result, without its hash.
+
+    A match that failed before it began counts as one of its own.
+    """
+    hashes: list[str] = []
+    for result in results:
+        if not result.play_hash and result.ending != "failed":
+            return None
+        hashes.append(result.play_hash or result.match.id)
+    return len(set(hashes))
+
+
+def count_text(results: Sequence[MatchResult]) -> str:
+    """4, or `4 (1 distinct)` when some episodes are copies of others."""
+    found = distinct(results)
+    return str(len(results)) if found in (None, len(results)) else f"{len(results)} ({found} distinct)"
+
+
+def copies_note(rows: Iterable[ResultRow]) -> list[str]:
+    """A sentence when a row counts an episode more than once, else nothing."""
+    return [COPIES] if any(row.distinct not in (None, len(row.results)) for row in rows) else []
 
 
 def estimate_of(results: Iterable[MatchResult], measure: Measure) -> Estimate | None:

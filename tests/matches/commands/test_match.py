@@ -1,4 +1,5 @@
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -124,3 +125,37 @@ def test_a_grid_leaves_tables_a_page_and_a_report(capsys: pytest.CaptureFixture[
     assert json.loads(capsys.readouterr().out)["grids"][0]["missing"] == 0
     assert main(["match", "grid", "challenge-1", "--out", str(out), "--shard", "3/2"]) == 2
     assert "--shard is I/N" in capsys.readouterr().err
+
+
+def test_an_agent_that_raises_is_told_file_and_line_without_a_traceback(capsys: pytest.CaptureFixture[str]) -> None:
+    agent = "tests.agents.support:Raising:first=2"
+    arguments = ["--blue", agent, "--red", "idle", "--map", "HandOff", "--ticks", "5", "--workers", "1"]
+    assert main(["match", *arguments]) == 1
+    told = capsys.readouterr().err
+    assert re.search(r"raised ValueError in act\(\) at tick \d: I do not know this place "
+                     r"\(tests/agents/support.py, line \d+\)\n", told)  # fmt: skip
+    assert "Traceback" not in told
+    assert main(["agents", "check", agent, "--map", "HandOff", "--ticks", "5"]) == 1
+    told = capsys.readouterr().out
+    assert re.search(r"act raised ValueError: .* \(tests/agents/support.py, line \d+\)\n$", told)
+
+
+def test_copies_of_an_episode_are_counted_apart(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    common = ["--red", "idle", "--map", "DistancePriority", "--ticks", "12", "--episodes", "4", "--workers", "1"]
+    assert main(["match", "--blue", "scripted", *common]) == 0
+    table = capsys.readouterr().out
+    assert "4 (1 distinct)" in table and "copies of others" in table
+    assert main(["match", "--blue", f"{HERE}:Wanderer", *common, "--json"]) == 0
+    (row,) = json.loads(capsys.readouterr().out)["results"]
+    assert (row["episodes"], row["distinct"]) == (4, 4)
+
+
+def test_a_grid_shows_copies_in_its_table_and_on_its_page(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    file = tmp_path / "grid.yaml"
+    file.write_text(GRID.replace(f"{HERE}:Wanderer", "idle"), encoding="utf-8")
+    assert main(["match", "grid", str(file), "--out", str(tmp_path / "out"), "--workers", "1", "--html"]) == 0
+    assert "| 2 (1 distinct) |" in capsys.readouterr().out
+    page = (tmp_path / "out" / "results.html").read_text(encoding="utf-8")
+    assert "<td>2 (1 distinct)</td>" in page and "n = 2 (1 distinct)" in page and "copies of others" in page
+    (row,) = json.loads((tmp_path / "out" / "results.json").read_text(encoding="utf-8"))["results"]
+    assert row["distinct"] == 1

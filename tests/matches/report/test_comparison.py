@@ -1,6 +1,7 @@
 import json
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -10,7 +11,7 @@ from movingout.matches.experiment.grid import Grid, read_grid
 from movingout.matches.experiment.paper_reference import PAPER
 from movingout.matches.experiment.plan import matches_of, missing_agents, planned_matches
 from movingout.matches.experiment.shipped_grids import FOLDER, grid_path, shipped_grids
-from movingout.matches.match import failed_result
+from movingout.matches.match import failed_result, result_from_json
 from movingout.matches.report.comparison import CAUTION, comparison_lines, json_report, markdown_report
 from movingout.matches.report.crossplay import matrix, worst_matches
 from movingout.matches.report.html_page import page
@@ -65,6 +66,20 @@ def test_rows_have_means_per_map_and_over_all_and_count_a_lost_match_as_nothing(
     assert (found := rows[0].estimate(TCR)) is not None and found.mean == pytest.approx(0.45)
     assert rows[0].to_json()["wt_s"]["n"] == 3
     assert "0.300 ± 0.300" in markdown(rows)
+
+
+def test_results_of_earlier_versions_have_no_hash_and_claim_no_number_of_copies() -> None:
+    grid = small_grid(agents=["idle"], seeds=2)
+    plan = planned_matches(grid)
+    documents = [_result(match, 0.5).to_json() for match in matches_of(plan)]
+    for document in documents:
+        del document["play_hash"]
+    old = {result.match: result for result in map(result_from_json, documents)}
+    assert {row.distinct for row in rows_of(plan, old)} == {None}
+    assert "distinct" not in markdown(rows_of(plan, old))
+    new = {match: replace(result, play_hash="aa") for match, result in old.items()}
+    assert [row.count_text for row in rows_of(plan, new)] == ["4 (1 distinct)", "2 (1 distinct)", "2 (1 distinct)"]
+    assert "copies of others" in markdown_report([GridRun(Path(), grid, plan, new)])
 
 
 def test_the_best_of_a_column_is_marked_and_the_others_tested_against_it() -> None:
