@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 PIP := $(BIN)/pip --disable-pip-version-check install -c constraints.txt
 
-.PHONY: help play venv test test-slow check bench agents format generate clean
+.PHONY: help play venv test test-slow check bench agents format generate wheel clean
 
 help: ## list these commands
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -46,6 +46,9 @@ generate: .venv/dev ## write what is made from the sources: web/messages.js, tab
 	$(BIN)/python -m bench.source.frame_tables
 	$(BIN)/python -m tests.server.golden_frames
 	$(BIN)/python -m bench.source.phrases
+
+wheel: .venv/bin/python ## build the wheel into dist/
+	$(BIN)/pip --disable-pip-version-check wheel --no-deps --wheel-dir dist .
 
 clean: ## remove the environment and caches (never data/)
 	rm -rf .venv node_modules .mypy_cache .ruff_cache .pytest_cache .hypothesis
