@@ -32,6 +32,20 @@ def test_a_player_who_drops_out_comes_back_to_the_same_seat_and_the_partner_is_t
     assert blue.evaluate("window.__movingout.seats") == [0]
 
 
+def test_who_closed_the_tab_and_opens_the_link_again_sits_where_they_sat(server: Server, open_page: OpenPage) -> None:
+    room = server.make_room("HandOff", blue="link", red="scripted")
+    page = open_page(room["join_path"])
+    start(page)
+    page.keyboard.press("Escape")
+    expect(page.locator("#overlay")).to_contain_text("You paused the game.")
+    link, context = page.url, page.context
+    page.close(run_before_unload=True)
+    again = context.new_page()
+    again.goto(link)
+    wait_for(again, "game.status === 'open' && ['countdown', 'playing', 'paused'].includes(game.phase)")
+    assert again.evaluate("window.__movingout.seats") == [0]
+
+
 def test_escape_pauses_space_goes_on_and_stopping_asks_once_more(server: Server, open_page: OpenPage) -> None:
     room = server.practice(red="link")
     blue, red = open_page(room["join_path"], room), open_page(room["join_path"])

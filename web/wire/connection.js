@@ -3,7 +3,7 @@
 
 import { requestJson } from "../core/api.js";
 import * as wire from "../messages.js";
-import { loadTokens, saveTokens } from "./seat_tokens.js";
+import { leaveTokens, loadTokens, saveTokens, takeLeftTokens } from "./seat_tokens.js";
 import { has, say } from "../text/catalogue.js";
 
 /** @typedef {"connecting" | "open" | "reconnecting" | "over"} Status */
@@ -54,6 +54,9 @@ export class Connection {
     this.mode = mode;
     this.listener = listener;
     addEventListener("online", () => this.#again(0));
+    if (mode !== "play") return;
+    takeLeftTokens(room);
+    addEventListener("pagehide", () => leaveTokens(room));
   }
 
   open() {

@@ -59,6 +59,9 @@ const newest = () => /** @type {FakeSocket} */ (FakeSocket.all.at(-1));
 const KEY = "movingout.tokens.abc";
 /** @type {Map<string, string>} */
 const storage = new Map();
+const shared = new Map(); // what the next tab sees too
+/** @type {(() => void)[]} */
+let hides = [];
 /** @type {string[]} */
 let statuses = [];
 
@@ -94,12 +97,21 @@ const welcome = (more) => ({
 beforeEach(() => {
   FakeSocket.all = [];
   storage.clear();
+  shared.clear();
+  hides = [];
   mock.timers.reset();
   mock.timers.enable({ apis: ["setTimeout"] });
   Object.assign(globalThis, {
     WebSocket: FakeSocket,
     location: { protocol: "http:", host: "host:1" },
-    addEventListener: () => {},
+    addEventListener: (/** @type {string} */ kind, /** @type {() => void} */ act) => {
+      if (kind === "pagehide") hides.push(act);
+    },
+    localStorage: {
+      getItem: (/** @type {string} */ key) => shared.get(key) ?? null,
+      setItem: (/** @type {string} */ key, /** @type {string} */ value) => shared.set(key, value),
+      removeItem: (/** @type {string} */ key) => shared.delete(key),
+    },
     sessionStorage: {
       getItem: (/** @type {string} */ key) => storage.get(key) ?? null,
       setItem: (/** @type {string} */ key, /** @type {string} */ value) => storage.set(key, value),
@@ -116,6 +128,29 @@ test("the first message joins with the seats of this tab, and the new token is k
   newest().says(welcome());
   assert.equal(storage.get(KEY), '["second"]');
   assert.deepEqual(statuses, ["open"]);
+});
+
+test("a new tab takes the seat that a closed one has left, and only one tab does", () => {
+  storage.set(KEY, '["mine"]');
+  connect();
+  hides.forEach((hide) => hide());
+  storage.clear(); // the tab is closed
+  connect();
+  newest().opens();
+  assert.deepEqual([newest().joined.tokens, newest().joined.claim], [["mine"], 0]);
+  storage.clear(); // a third tab, while the second plays
+  connect();
+  newest().opens();
+  assert.deepEqual([newest().joined.tokens, newest().joined.claim], [[], 1]);
+});
+
+test("a reloaded tab keeps its own seat and leaves nothing behind", () => {
+  storage.set(KEY, '["mine"]');
+  connect();
+  hides.forEach((hide) => hide());
+  connect();
+  assert.equal(storage.get(KEY), '["mine"]');
+  assert.equal(shared.size, 0);
 });
 
 test("somebody with the link claims a seat, a spectator none", () => {
