@@ -26,7 +26,7 @@ export class Announcer {
     const passed = (/** @type {number} */ tick) => limit > 0 && before.tick < tick && scene.tick >= tick;
     if (phase === "playing" && before.phase !== "playing") this.#next = say("play.announce.start");
     if (phase === "paused" && before.phase !== "paused")
-      this.#next = say("play.announce.paused", { reason: reasonText(game.room) });
+      this.#next = say("play.announce.paused", { reason: reasonText(game.room, game.own) });
     if (passed(limit / 2)) this.#next = say("play.announce.halfTime");
     if (passed(limit - ticksOf(10))) this.#next = say("play.announce.tenSeconds");
     if (scene.stalled && !before.stalled) this.#next = say("play.announce.stalled");

@@ -216,7 +216,7 @@ export class Panels {
    * @param {readonly number[]} unready seats of this page
    */
   #pause(game, seconds, hint, presses, unready) {
-    const parts = [el("p", {}, reasonText(game.room))];
+    const parts = [el("p", {}, reasonText(game.room, game.own))];
     if (hint) parts.push(el("p", { role: "alert" }, hint));
     if (seconds >= 0) parts.push(el("p", { class: "muted" }, say("play.pause.back", { count: seconds })));
     for (const press of presses) parts.push(el("p", { class: "muted" }, press));

@@ -76,11 +76,17 @@ export function connectionWords(status, stalled, rttMs) {
 
 /**
  * Why the game waits or is over.
- * @param {Pick<import("../messages.js").RoomState, "reason" | "reason_code" | "reason_values"> | null} room
+ * @param {Pick<import("../messages.js").RoomState, "reason" | "reason_code" | "reason_values"> &
+ *   Partial<Pick<import("../messages.js").RoomState, "seats">> | null} room
+ * @param {readonly number[]} own seats of this page: its only player is told that it was they who paused
  */
-export function reasonText(room) {
+export function reasonText(room, own = []) {
   if (room === null) return "";
   const { reason, reason_code: code, reason_values: values } = room;
+  const mine = own.length === 1 ? room.seats?.[own[0]] : undefined;
+  const players = Array.isArray(values.players) ? values.players : [];
+  if (mine && code === "paused" && players.length === 1 && players[0] === (mine.name || mine.colour))
+    return say("reason.pausedByYou");
   return has(`reason.${code}`) ? say(`reason.${code}`, withNames(values)) : reason;
 }
 

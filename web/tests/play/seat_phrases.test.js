@@ -133,3 +133,17 @@ test("a reason with two players is in the plural", () => {
   assert.equal(reason("blue", "red"), "Blau und Rot haben das Spiel angehalten.");
   speak("en");
 });
+
+test("who paused alone is told that it was they, everybody else who it was", () => {
+  const room = (/** @type {string[]} */ players, name = "") => ({
+    reason: "",
+    reason_code: /** @type {const} */ ("paused"),
+    reason_values: { players },
+    seats: /** @type {[any, any]} */ ([seat({ name }), seat({ colour: "red", kind: "agent" })]),
+  });
+  assert.equal(reasonText(room(["blue"]), [0]), "You paused the game.");
+  assert.equal(reasonText(room(["Ada"], "Ada"), [0]), "You paused the game.");
+  assert.equal(reasonText(room(["blue"]), [1]), "Blue paused the game.");
+  assert.equal(reasonText(room(["blue"]), [0, 1]), "Blue paused the game.", "two at one screen");
+  assert.equal(reasonText(room(["blue"])), "Blue paused the game.", "whoever watches");
+});
