@@ -73,7 +73,7 @@ function roundFacts(context, waits) {
     step.kind === "practice"
       ? el("p", {}, say(step.tutorial ? "study.round.tutorialLead" : "study.round.practiceLead"))
       : null,
-    el("p", {}, description(step) || say("study.round.goal")),
+    step.tutorial ? null : el("p", {}, description(step) || say("study.round.goal")),
     marks(step.map),
     step.limit_s && !step.tutorial ? limitLine(step.limit_s) : null,
     problem,
