@@ -136,5 +136,7 @@ def test_before_a_map_that_an_agent_never_saw_everybody_in_the_room_is_told(
 ) -> None:
     room = server.make_room("Simple", blue="idle", red="mlp@all")
     problem = open_page(room["watch_path"]).locator("#problem")
-    expect(problem).to_have_text("MLP was not trained on this map and may play badly.", timeout=20_000)
+    expect(problem).to_have_text(
+        "Trained partner (MLP) was not trained on this map and may play badly.", timeout=20_000
+    )
     expect(problem).to_have_class("notice notice-attention small play-problem")

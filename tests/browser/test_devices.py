@@ -134,10 +134,10 @@ def test_a_key_of_ones_own_choice_is_kept_in_the_browser(server: Server, open_pa
     page.get_by_role("button", name="Change…").click()
     wait_for(page, "game.phase === 'paused'")
     page.get_by_role("button", name="grab: Space").click()
-    page.keyboard.press("KeyE")
+    page.keyboard.press("KeyQ")
     page.get_by_role("button", name="Done").click()
-    expect(page.locator("#controls kbd", has_text="E").first).to_be_visible()
-    expect(page.locator("#overlay")).to_contain_text("Press E or Enter to continue")
+    expect(page.locator("#controls kbd", has_text="Q").first).to_be_visible()
+    expect(page.locator("#overlay")).to_contain_text("Press Q or Enter to continue")
     expect(page.get_by_role("button", name="Continue")).to_be_focused()
     page.keyboard.press("Space")  # no grab key any more, but it presses the button that has the focus
     wait_for(page, "game.phase === 'playing'")
@@ -145,8 +145,8 @@ def test_a_key_of_ones_own_choice_is_kept_in_the_browser(server: Server, open_pa
     wait_for(page, "game.phase === 'paused'")
     page.reload()
     wait_for(page, "game.phase === 'paused'")
-    expect(page.locator("#overlay")).to_contain_text("Press E or Enter to continue")
-    page.keyboard.press("KeyE")
+    expect(page.locator("#overlay")).to_contain_text("Press Q or Enter to continue")
+    page.keyboard.press("KeyQ")
     wait_for(page, "game.phase === 'playing'")
 
 

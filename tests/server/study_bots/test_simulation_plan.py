@@ -1,16 +1,15 @@
 """The options of `movingout study simulate` are the fields of the plan."""
 
-import argparse
-
 import pytest
 
+from movingout.maps.commands.parser import CommandParser
 from movingout.server.options import values_of
 from movingout.server.study_bots.commands import simulate
 from movingout.server.study_bots.simulation_plan import MAX_SPEED, SimulationPlan
 
 
 def plan_of(*options: str) -> SimulationPlan:
-    parser = argparse.ArgumentParser()
+    parser = CommandParser()
     simulate.configure(parser.add_subparsers())
     args = parser.parse_args(["simulate", "study.yaml", "--participants", "4", *options])
     return SimulationPlan(**values_of(args, SimulationPlan))
