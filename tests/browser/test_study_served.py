@@ -55,7 +55,7 @@ def test_a_participant_with_agents_from_the_link_to_the_code_over_reloads_and_a_
 
         def look(kind: str) -> None:
             """Each screen once: accessible, on a phone, the same after a reload; at the break the server dies."""
-            if kind in looked:
+            if kind in looked or page.locator(SCREEN).count() == 0:  # the game page has tests of its own
                 return
             looked.add(kind)
             before = page.locator(f"{SCREEN} h1").inner_text()
