@@ -58,7 +58,7 @@ def map_from_json(document: object) -> MapSpec:
     if fields["format"] != FORMAT:
         raise _fault("format", f"format {_quoted(fields['format'])} is unknown; this program reads format {FORMAT}")
     if fields.get("units", UNITS) != UNITS:
-        raise _fault("units", f"other units than ours are not converted; leave it out or write {UNITS}")
+        raise _fault("units", f"other units are not supported; leave it out or write {UNITS}")
     robots = _object(fields["robots"], "robots", ("blue", "red"))
     items = _list(fields["items"], "items", _item, 1, MAX_ITEMS)
     if len({item.id for item in items}) < len(items):
@@ -143,7 +143,7 @@ def _list(value: object, path: str, read: Callable[[object, str], _T], least: in
     if not isinstance(value, list):
         raise _fault(path, "a list is needed here")
     if not least <= len(value) <= most:
-        raise _fault(path, f"{least} to {most} entries are allowed, here are {len(value)}")
+        raise _fault(path, f"{least} to {most} entries are allowed, not {len(value)}")
     return tuple(read(entry, f"{path}[{index}]") for index, entry in enumerate(value))
 
 

@@ -101,7 +101,7 @@ def map_from_text(text: str | bytes, path: Path | str) -> MapSpec:
     try:
         document = json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise MapError(f"{path} is no JSON text: {error}") from error
+        raise MapError(f"{path} is not JSON: {error}") from error
     try:
         return map_from_official(document, Path(path).stem) if is_official(document) else map_from_json(document)
     except MapError as error:

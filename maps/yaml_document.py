@@ -78,7 +78,7 @@ class YamlDocument:
         try:
             return self._loader.construct_object(node, deep=True)
         except ValueError as error:  # a date such as 2026-13-45
-            raise _error(node.start_mark.line + 1, path, f"{node.value!r} is no value: {error}") from None
+            raise _error(node.start_mark.line + 1, path, f"{node.value!r} is not a valid value: {error}") from None
 
     def _entries(self, node: yaml.MappingNode, path: FieldPath, around: tuple[int, ...]) -> Iterator[tuple[str, Any]]:
         seen: set[str] = set()
@@ -86,9 +86,9 @@ class YamlDocument:
             line = key.start_mark.line + 1
             name = key.value if isinstance(key, yaml.ScalarNode) else ""
             if not name:
-                raise _error(line, path, "the name of a field is a word")
+                raise _error(line, path, "the name of a field must be text")
             if name in seen:
-                raise _error(line, (*path, name), f"{name!r} stands here twice; remove one")
+                raise _error(line, (*path, name), f"{name!r} appears twice; remove one")
             seen.add(name)
             self._lines[(*path, name)] = line
             yield name, self._value(value, (*path, name), around)
@@ -114,7 +114,7 @@ def _refuse_aliases(text: str) -> None:
 
 def _readable(text: str) -> str:
     if len(text.encode()) > MAX_BYTES:
-        raise _error(1, (), "it has more than 1 MiB; what belongs here is a page or two")
+        raise _error(1, (), "the file is larger than 1 MiB; a page or two is enough")
     for number, line in enumerate(text.splitlines(), 1):
         if not all(letter.isprintable() or letter in "\t\ufeff" for letter in line):
             raise _error(number, (), "holds a control character; save it as UTF-8 text")

@@ -62,4 +62,6 @@ class BassConfig(Optimisation):
         if self.order != "joint" and self.dynamics != "vae":
             raise DataError(f"--order {self.order} is for autoencoders; --dynamics {self.dynamics} has none")
         if self.order == "fine-tuned" and self.residual:
-            raise DataError("--order fine-tuned needs --residual no: a change is not what the first autoencoder knows")
+            raise DataError(
+                "--order fine-tuned needs --residual no: the first autoencoder predicts states, not changes"
+            )

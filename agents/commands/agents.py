@@ -48,7 +48,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     probe.set_defaults(perform=_probe)
     check = commands.add_parser(
         "check",
-        help="check that it keeps the contract of an agent; exit code 1 if not",
+        help="check that it meets the rules for agents; exit code 1 if not",
         example="movingout agents check my_package.mine:Agent",
     )
     check.add_argument("--map", default=",".join(MAPS), help="map names joined by commas (%(default)s)")
@@ -114,7 +114,7 @@ def _check(arguments: argparse.Namespace) -> int:
         print(json.dumps({"id": arguments.agent, "conforms": True, "decision_ms": decision_ms}))
     else:
         seen = f"{len(found.decisions_ms)} decisions in {found.episodes} episodes on {', '.join(maps)}"
-        print(f"{arguments.agent} keeps the contract: {seen}, p50 {found.p50_ms:.1f} ms, p99 {found.p99_ms:.1f} ms")
+        print(f"{arguments.agent} meets the rules: {seen}, p50 {found.p50_ms:.1f} ms, p99 {found.p99_ms:.1f} ms")
     return 0
 
 

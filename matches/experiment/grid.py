@@ -118,7 +118,7 @@ class Grid(_GridModel):
         if (self.agents is None) == (self.conditions is None):
             raise ValueError("a grid has either 'agents' (and 'partners') or 'conditions'")
         if self.conditions is not None and self.partners is not None:
-            raise ValueError("'partners' has no effect beside 'conditions'; give each condition its own")
+            raise ValueError("'partners' has no effect with 'conditions'; give each condition its own")
         names = [condition.name for condition in self.all_conditions]
         _refuse_doubles(names, "condition")
         for condition in self.all_conditions:

@@ -57,12 +57,12 @@ def open_folder(folder: Path, grid: Grid, checkpoints: dict[str, str]) -> None:
     for name in _EXACT:
         if theirs["versions"].get(name) != versions()[name]:
             raise MatchError(
-                f"{folder} was begun with {name} {theirs['versions'].get(name)}, this is {versions()[name]}: "
+                f"{folder} was started with {name} {theirs['versions'].get(name)}, this is {versions()[name]}: "
                 "their results are not comparable; choose another folder with --out"
             )
     changed = [agent_id for agent_id, sha in checkpoints.items() if theirs["checkpoints"].get(agent_id, sha) != sha]
     if changed:
-        raise MatchError(f"{folder} was begun with other weights of {', '.join(changed)}; choose another folder")
+        raise MatchError(f"{folder} was started with other weights of {', '.join(changed)}; choose another folder")
 
 
 def read_head(folder: Path) -> dict[str, Any]:

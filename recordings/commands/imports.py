@@ -25,7 +25,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     add_data(parser)
     add_out(parser, "DIR", "where the recordings go (default: DATA/recordings)")
-    parser.add_argument("--salt", default="movingout", help="secret text that names are turned into pseudonyms with")
+    parser.add_argument("--salt", default="movingout", help="secret text for turning names into pseudonyms")
     parser.add_argument(
         "--kind",
         choices=get_args(PlayerKind),

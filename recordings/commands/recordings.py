@@ -193,7 +193,7 @@ def _info(args: argparse.Namespace) -> int:
 def _verify(args: argparse.Namespace) -> int:
     paths = expanded(args.paths)
     if not paths:
-        raise RecordingError("no recordings there to verify; name .mcap files or a folder that holds some")
+        raise RecordingError("no recordings to verify there; name .mcap files or a folder with some")
     verdicts = list(map_in_processes(_verdict, paths, min(args.workers, len(paths)), "verifying"))
     if args.json:
         print_json({"files": [_verdict_json(path, verdict) for path, verdict in zip(paths, verdicts, strict=True)]})

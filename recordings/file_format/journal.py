@@ -172,7 +172,7 @@ class Journal:
             data = path.read_bytes()
             found = scan(data)
             if found.damage or not found.end:
-                raise RecordingError(f"cannot continue {path.name}: {found.damage or 'it has no whole head'}")
+                raise RecordingError(f"cannot continue {path.name}: {found.damage or 'it has no complete header'}")
             os.ftruncate(descriptor, found.end)
             os.lseek(descriptor, found.end, os.SEEK_SET)
             undo.pop_all()

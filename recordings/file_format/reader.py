@@ -40,7 +40,7 @@ def read_episode(path: Path) -> Episode:
 def episode_of_journal(data: bytes, name: str, damage: str = "") -> Episode:
     """The episode of a journal's trusted bytes."""
     if not data:
-        raise UnreadableError(f"{name} holds no whole head, so there is nothing to read in it")
+        raise UnreadableError(f"{name} has no complete header, so nothing in it can be read")
     return _episode(records_of(data), name, damage)
 
 
@@ -60,7 +60,7 @@ def check_file(data: bytes, name: str) -> None:
     if header_profile(data) != PROFILE:
         raise UnreadableError(f"{name} is an MCAP file, but not a Moving Out recording")
     if not data.endswith(MAGIC) or len(data) < 2 * len(MAGIC) + FOOTER.size + DATA_END.size:
-        raise UnreadableError(f"{name} is torn: its end is missing; {_RESCUE}")
+        raise UnreadableError(f"{name} is incomplete: its end is missing; {_RESCUE}")
     foot = len(data) - len(MAGIC) - FOOTER.size
     opcode, length, summary, _, summary_crc = FOOTER.unpack_from(data, foot)
     end = summary - DATA_END.size
@@ -149,7 +149,7 @@ def _episode(records: Iterable[Record], name: str, damage: str = "") -> Episode:
     except (RecordingError, MapError) as error:
         raise UnreadableError(f"{name}: {error}") from error
     except UNREADABLE as error:
-        raise UnreadableError(f"{name} does not hold what a recording of format 1 must: {error!r}") from error
+        raise UnreadableError(f"{name} lacks what a recording of format 1 must contain: {error!r}") from error
 
 
 def _build(found: _Collected, damage: str) -> Episode:

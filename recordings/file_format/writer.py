@@ -101,7 +101,7 @@ class EpisodeWriter:
         try:
             episode = episode_of_journal(data, journal.name)
             if episode.outcome != "interrupted":
-                raise RecordingError(f"{journal.name} is of an episode that ended ({episode.outcome})")
+                raise RecordingError(f"{journal.name} belongs to an episode that has ended ({episode.outcome})")
         except RecordingError:
             opened.close()
             raise

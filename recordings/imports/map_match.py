@@ -45,7 +45,7 @@ def played_map(designed: MapSpec, steps: OfficialSteps, starts: bool) -> tuple[M
     try:
         return map_from_json(map_to_json(replace(found, variant="imported"))), differences
     except MapError as error:
-        raise RecordingError(f"its first state is no map: {error}") from error
+        raise RecordingError(f"its first state is not a valid map: {error}") from error
 
 
 def _item(designed: MapSpec, index: int, item: OfficialItem) -> ItemSpec:

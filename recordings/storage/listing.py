@@ -124,7 +124,7 @@ def read_metadata(path: Path) -> Mapping[str, Entries]:
     except OSError as error:
         raise cannot("read", path, error) from error
     except UNREADABLE as error:
-        raise RecordingError(f"{path.name} is torn or damaged: it has no whole index") from error
+        raise RecordingError(f"{path.name} is incomplete or damaged: its index is not complete") from error
 
 
 def _episode_record(path: Path, records: Mapping[str, Entries]) -> Entries:

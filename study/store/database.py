@@ -67,7 +67,7 @@ def _sentences(address: Path | str) -> Iterator[None]:
     except DBAPIError as error:
         reason = _reason(error)
         kind = StoreLocked if "locked" in reason else StoreError
-        raise kind(f"the database {shown(address)} refuses: {reason}") from error
+        raise kind(f"the database {shown(address)} refused this: {reason}") from error
     except SQLAlchemyError as error:
         raise StoreError(f"the database {shown(address)} cannot be used: {error}") from error
 
@@ -121,7 +121,7 @@ def _url_engine(url: str) -> Engine:
         parsed = make_url(url)
     except ArgumentError:
         raise StoreError(
-            f"{url!r} is no address of a database; it should look like postgresql://user@host/name"
+            f"{url!r} is not the address of a database; it should look like postgresql://user@host/name"
         ) from None
     if parsed.get_backend_name() != "postgresql":
         raise StoreError(

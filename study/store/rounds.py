@@ -46,7 +46,7 @@ class Rounds:
     def begin(self, unit: Unit, step: Step, episode: str, seated: Sequence[PlayerOutcome]) -> int:
         """Open a round; returns the number of the attempt. Raises StudyError where a consent is missing."""
         if step.turn is None:
-            raise StudyError(f"step {step.key} is no round")
+            raise StudyError(f"step {step.key} is not a round")
         with self._store.database.write() as connection:
             for one in seated:
                 if not connection.execute(select(consents.c.id).where(consents.c.pid == one.pid)).first():

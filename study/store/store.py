@@ -123,7 +123,7 @@ class Store:
         for name, words in (("id", "its id"), ("file_sha256", "its file"), ("models", "a model")):
             if getattr(known, name) != row[name]:
                 raise StudyError(
-                    f"study {known.id} has begun, and {words} is no longer what it began with; "
+                    f"study {known.id} has begun, and {words} has changed since; "
                     "restore it, or begin a new study with another --data folder"
                 )
         if known.code != row["code"]:
@@ -199,7 +199,9 @@ class Store:
         """A participant does not consent: only the count of such people is kept."""
         with self.database.write() as connection:
             if connection.execute(select(consents.c.id).where(consents.c.pid == pid)).first():
-                raise StudyError("consent was given already; the way out is now to stop, with or without the data")
+                raise StudyError(
+                    "consent was given already; to leave, stop the study and choose whether the data are kept"
+                )
             connection.execute(participants.delete().where(participants.c.pid == pid))
             kind = sqlite if connection.dialect.name == "sqlite" else postgresql
             added = kind.insert(counts).values(name="declined", number=1)

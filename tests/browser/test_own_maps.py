@@ -56,5 +56,5 @@ def test_they_fit_a_phone_in_german(browser: Browser, garage: Server, pictures: 
 
 def test_the_start_says_what_is_offered_and_what_is_left_out(garage: Server) -> None:
     said = garage.log.read_text()
-    assert "own map left out: half.json is no JSON text" in said
+    assert "own map left out: half.json is not JSON" in said
     assert "Your maps    1 in the lobby" in said

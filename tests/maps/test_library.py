@@ -89,7 +89,7 @@ def test_an_unknown_map_is_answered_with_what_would_be_right(name: str, message:
 def test_a_file_that_is_no_json_is_refused(tmp_path: Path, text: str) -> None:
     path = tmp_path / "broken.json"
     path.write_text(text)
-    with pytest.raises(MapError, match=r"broken.json is no JSON text"):
+    with pytest.raises(MapError, match=r"broken.json is not JSON"):
         load_map(path)
 
 
@@ -97,7 +97,7 @@ def test_a_folder_or_binary_file_is_refused(tmp_path: Path) -> None:
     binary = tmp_path / "picture.json"
     binary.write_bytes(b"\xff\xfe\x00\x01")
     for path in (tmp_path, binary):
-        with pytest.raises(MapError, match=r"cannot read|no JSON text"):
+        with pytest.raises(MapError, match=r"cannot read|not JSON"):
             load_map(path)
 
 

@@ -28,13 +28,13 @@ def test_names_that_pydantic_adds_for_unions_are_not_part_of_a_path() -> None:
     ("text", "message"),
     [
         ("a: [1\n", "line 2: the file: this is not YAML"),
-        ("a: 1\nb: {c: 1, c: 2}\n", "line 2: b.c: 'c' stands here twice; remove one"),
+        ("a: 1\nb: {c: 1, c: 2}\n", "line 2: b.c: 'c' appears twice; remove one"),
         ("a: 1\nb: \x07\n", "line 2: the file: holds a control character"),
-        ("a: 2026-13-45\n", "line 1: a: '2026-13-45' is no value"),
+        ("a: 2026-13-45\n", "line 1: a: '2026-13-45' is not a valid value"),
         ("a: &a [*a]\n", "line 1: a[0]: an alias (*) contains itself"),
-        ("? [1]\n: 2\n", "line 1: the file: the name of a field is a word"),
+        ("? [1]\n: 2\n", "line 1: the file: the name of a field must be text"),
         ("a: " + "[" * 2000 + "]" * 2000, "line 1: the file: lists or mappings are nested too deeply"),
-        ("a: " + "x" * (1 << 20), "line 1: the file: it has more than 1 MiB"),
+        ("a: " + "x" * (1 << 20), "line 1: the file: the file is larger than 1 MiB"),
     ],
 )
 def test_what_cannot_be_read_is_named_with_line_and_path(text: str, message: str) -> None:

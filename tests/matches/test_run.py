@@ -127,13 +127,13 @@ def test_results_by_another_engine_are_not_added_to(tmp_path: Path) -> None:
     open_folder(tmp_path, small_grid(), {})
     head = tmp_path / "grid.json"
     head.write_text(head.read_text().replace('"pymunk": "', '"pymunk": "0.'))
-    with pytest.raises(MatchError, match="was begun with pymunk 0"):
+    with pytest.raises(MatchError, match="was started with pymunk 0"):
         run_grid(small_grid(), tmp_path)
 
 
 def test_results_of_other_weights_are_not_added_to(tmp_path: Path) -> None:
     open_folder(tmp_path, small_grid(), {"dp@all": "1"})
-    with pytest.raises(MatchError, match="begun with other weights of dp@all"):
+    with pytest.raises(MatchError, match="started with other weights of dp@all"):
         open_folder(tmp_path, small_grid(), {"dp@all": "2"})
 
 

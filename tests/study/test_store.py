@@ -85,9 +85,9 @@ def test_a_study_that_has_begun_keeps_its_file_and_its_models(place: Path | str)
     store = open_store(place)
     open_store(place, text=TEXT + "# before anybody came\n").close()
     store.arrive("P1", "en")
-    with pytest.raises(StudyError, match="study agent-survey has begun, and its file is no longer what it began with"):
+    with pytest.raises(StudyError, match="study agent-survey has begun, and its file has changed since"):
         open_store(place, text=TEXT)
-    with pytest.raises(StudyError, match="a model is no longer"):
+    with pytest.raises(StudyError, match="a model has changed since"):
         store.freeze("agent-survey", TEXT + "# before anybody came\n", {}, {"scripted": "ab"})
     store.freeze("agent-survey", TEXT + "# before anybody came\n", {"movingout": "mended"}, {"scripted": ""})
     assert store.frozen().code == {"movingout": "mended"}
@@ -315,10 +315,10 @@ def test_what_a_participant_did_goes_at_their_wish_and_the_code_stays(place: Pat
     ("address", "reason"),
     [
         ("oracle://host/name", "oracle is not supported|cannot"),
-        ("not an address", "is no address of a database"),
+        ("not an address", "is not the address of a database"),
         (
             "postgresql://nobody:hidden@127.0.0.1:1/none",
-            r"//nobody:\*\*\*@127.0.0.1:1/none refuses",
+            r"//nobody:\*\*\*@127.0.0.1:1/none refused",
         ),
     ],
 )

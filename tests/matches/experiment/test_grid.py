@@ -49,7 +49,7 @@ def test_people_of_a_population_take_turns_and_never_meet_themselves() -> None:
         ("name: x\nagents: [idle]\nmaps: []\n", "line 3: maps: name at least one map, or write all"),
         ("- x\n", "the file should have lines like 'name: ...'"),
         ("name: x\nagents: ['people:Z']\n", "'people:Z': populations are A, B, C"),
-        ("name: x\nname: y\nagents: [idle]\n", "line 2: name: 'name' stands here twice"),
+        ("name: x\nname: y\nagents: [idle]\n", "line 2: name: 'name' appears twice"),
         ("name: x\nagents: &a [idle]\npartners: *a\n", "line 3: the file: no aliases (*a)"),
         ("name: [x\n", "line 2: the file: this is not YAML"),
         ("", "the file"),

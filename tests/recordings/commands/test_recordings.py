@@ -109,9 +109,9 @@ def test_list_names_what_it_cannot_read_and_goes_on(
     assert main(["recordings", "list", str(folder)]) == 0
     out, err = capsys.readouterr()
     assert "episode" in out
-    assert "half.mcap is torn or damaged" in err
+    assert "half.mcap is incomplete or damaged" in err
     assert "empty.mcap is empty" in err
-    assert "short.mcap is torn or damaged" in err
+    assert "short.mcap is incomplete or damaged" in err
 
 
 def test_info_has_the_promised_fields(data: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -218,7 +218,7 @@ def test_recover_finishes_what_was_left(tmp_path: Path, capsys: pytest.CaptureFi
         (["info", "nobody"], "there is no recording 'nobody'"),
         (["info", "../../etc/passwd"], "there is no recording '../../etc/passwd'"),
         (["verify", "nowhere.mcap.journal"], None),
-        (["verify", "."], "no recordings there to verify"),
+        (["verify", "."], "no recordings to verify there"),
         (["recover", "nowhere"], "there is no such file"),
     ],
 )

@@ -276,7 +276,7 @@ def test_an_interrupted_export_leaves_nothing_behind(
     broken.write_bytes(recordings[1].read_bytes()[:-100])
     plan = ExportPlan([recordings[0], broken], tmp_path / "target", side=64)
     monkeypatch.setitem(plan.__dict__, "splits", ["train", "train"])
-    with pytest.raises(RecordingError, match="torn"):
+    with pytest.raises(RecordingError, match="incomplete"):
         export(name, plan)
     assert [path.name for path in tmp_path.iterdir()] == ["broken.mcap"]
 
@@ -344,6 +344,6 @@ def test_a_copy_or_a_torn_file_among_the_recordings_is_named(name: str, recordin
     torn.write_bytes(recordings[0].read_bytes()[:-100])
     with pytest.raises(RecordingError, match=r"first.mcap and copy.mcap are the same episode, first; leave one out"):
         made(name, [*recordings, copy], tmp_path / "x")
-    with pytest.raises(RecordingError, match=r"torn.mcap is torn .*; leave it out to export the others"):
+    with pytest.raises(RecordingError, match=r"torn.mcap is incomplete .*; leave it out to export the others"):
         made(name, [*recordings, torn], tmp_path / "x")
     assert not (tmp_path / "x").exists()

@@ -120,7 +120,7 @@ def test_names_from_files_cannot_become_markup() -> None:
 
 
 def test_unreadable_files_are_listed_with_their_problem() -> None:
-    page = html(facts(), Unreadable(Path("torn.mcap"), "torn.mcap is torn: its end is missing"))
+    page = html(facts(), Unreadable(Path("torn.mcap"), "torn.mcap is incomplete: its end is missing"))
     assert "1 file cannot be read" in page and "its end is missing" in page
 
 

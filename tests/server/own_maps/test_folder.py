@@ -49,9 +49,9 @@ def test_the_good_files_are_offered_and_each_broken_one_has_a_sentence(tmp_path:
     (tmp_path / "folder.json").mkdir()
     maps = read(tmp_path)
     assert list(maps.maps) == ["Garage"]
-    assert maps.problems["half.json"].startswith("half.json is no JSON text")
+    assert maps.problems["half.json"].startswith("half.json is not JSON")
     assert maps.problems["huge.json"] == "huge.json is larger than 64 KiB, which no map is"
-    assert maps.problems["shape.json"] == "shape.json: goals: 1 to 64 entries are allowed, here are 0"
+    assert maps.problems["shape.json"] == "shape.json: goals: 1 to 64 entries are allowed, not 0"
     assert maps.problems["wall.json"].startswith("wall.json: robots.blue: stands in walls[0]")
     assert maps.problems["wall.json"].endswith("more; movingout maps check lists them)")
     assert maps.problems["folder.json"] == "folder.json is no plain file"

@@ -85,7 +85,7 @@ def test_a_questionnaire_is_built_from_a_ready_made_one_with_items_left_out_and_
         ("debrief: {text: They were programs.}\n", "", 1, "the file", "debrief is missing"),
         ("id: two", "id: one", 10, "partners[1].id", "'one' is taken"),
         ("participants: 4", "participants: 4\nlanguages: [en, de]", 8, "consent.text", "no text in 'de'"),
-        ("participants: 4", "participants: 4\nid: again", 5, "id", "stands here twice"),
+        ("participants: 4", "participants: 4\nid: again", 5, "id", "appears twice"),
         ("participants: 4", "participants: [4", 5, "the file", "this is not YAML"),
         ("participants: 4", "participants: 4\ngroup: 2", 14, "blocks[0].partners", "remove the partners"),
         (

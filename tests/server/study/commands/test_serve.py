@@ -32,7 +32,7 @@ def test_links_are_printed_and_what_cannot_work_is_refused(tmp_path: Path, capsy
         in_use = refused(capsys, file, tmp_path / "other", "--port", str(port))
         assert f"port {port} is in use already" in in_use
     file.write_text(SOLO.replace("id: solo", "id: solo\nseed: 9"), encoding="utf-8")
-    assert "study solo has begun, and its file is no longer what it began with" in refused(capsys, file, tmp_path)
+    assert "study solo has begun, and its file has changed since" in refused(capsys, file, tmp_path)
     file.write_text(SOLO, encoding="utf-8")
     simulated = refused(capsys, file, tmp_path, "--rehearse", "2")
     assert "holds what people did, and simulated participants must not be mixed with them" in simulated
