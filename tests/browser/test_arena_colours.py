@@ -82,5 +82,5 @@ def test_a_page_that_draws_slowly_goes_on_with_a_canvas_in_memory(server: Server
     )
     start(page)
     assert contrast(pixel(page, 0.0, 0.1), [0, 0, 0]) > 10, "the goal is drawn"
-    assert page.locator("#arena").get_attribute("aria-label").startswith("The room")  # type: ignore[union-attr]
+    assert page.locator("#arena").get_attribute("aria-label").startswith("The arena")  # type: ignore[union-attr]
     page.wait_for_function("() => document.querySelector('#arena').getAttribute('aria-label').includes('0 of 6')")

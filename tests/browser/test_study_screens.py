@@ -50,7 +50,7 @@ def test_arriving_by_a_platforms_link_takes_its_parameters_and_leaves_none_in_th
     study.open(page, "?PROLIFIC_PID=5f00&STUDY_ID=s1&SESSION_ID=x9")
     heading(page, "Taking part in a research study")
     assert study.sent("/arrive") == [
-        {"parameters": {"PROLIFIC_PID": "5f00", "STUDY_ID": "s1", "SESSION_ID": "x9"}, "language": "en"}
+        {"parameters": {"PROLIFIC_PID": "5f00", "STUDY_ID": "s1", "SESSION_ID": "x9"}, "language": "en", "known": []}
     ]
     assert page.url.endswith("/study")
     assert page.evaluate("localStorage.getItem('movingout-study-token')") == "token-of-person-1"
@@ -316,7 +316,9 @@ def test_two_at_one_screen_agree_one_after_the_other_and_play_together(
     page.get_by_role("button", name="I am ready").click()
     wait_for(page, "game.phase === 'playing'")
     assert page.evaluate("window.__movingout.seats") == [0, 1]
-    assert study.sent("/arrive") == [{"parameters": {}, "language": "en", "beside": "token-of-person-1"}]
+    assert study.sent("/arrive") == [
+        {"parameters": {}, "language": "en", "known": ["token-of-person-1"], "beside": "token-of-person-1"}
+    ]
     page.get_by_role("button", name="Pause or stop…").click()
     page.get_by_role("button", name="Stop the game").click()
     page.get_by_label("Person 2").check()

@@ -86,7 +86,7 @@ export function reasonText(room, own = []) {
   const mine = own.length === 1 ? room.seats?.[own[0]] : undefined;
   const players = Array.isArray(values.players) ? values.players : [];
   if (mine && code === "paused" && players.length === 1 && players[0] === (mine.name || mine.colour))
-    return say("reason.pausedByYou");
+    return say("play.pausedByYou");
   return has(`reason.${code}`) ? say(`reason.${code}`, withNames(values)) : reason;
 }
 

@@ -72,6 +72,6 @@ def test_a_process_that_died_is_replaced(tmp_path: Path) -> None:
 
 
 def test_a_map_that_takes_too_long_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(solving, "SOLVE_S", 0.0)
-    with pytest.raises(solving.TooSlow, match="longer than 0 s"):
+    monkeypatch.setattr(solving, "SOLVE_S", -1.0)
+    with pytest.raises(solving.TooSlow, match="longer than"):
         solving.solve(load_map("HandOff"))
