@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
 from functools import lru_cache
 from typing import Any, Literal
@@ -13,6 +14,7 @@ from movingout.world.constants import LIMIT_TICKS
 from movingout.world.metrics import Metrics
 
 Challenge = Literal[1, 2]
+_LATER = ("play_hash", "own_metrics")  # fields of results that earlier versions did not write
 Ending = Literal["delivered", "time", "failed"]
 
 
@@ -67,6 +69,9 @@ class MatchResult:
     play_hash: str = field(
         default="", compare=False
     )  # of map, actions and end; "" if unknown: it never began, or is old
+    own_metrics: Mapping[str, float | None] = field(
+        default_factory=dict, compare=False
+    )  # of installed packages, by key
 
     def to_json(self) -> dict[str, Any]:
         """A flat JSON object; `result_from_json` reads it back."""
@@ -76,6 +81,7 @@ class MatchResult:
                 document |= self.metrics.values()
             elif entry.name != "match":
                 document[entry.name] = getattr(self, entry.name)
+        document["own_metrics"] = dict(self.own_metrics)
         return {**document, "limit_ticks": self.match.ticks}
 
 
@@ -111,10 +117,11 @@ def result_from_json(document: dict[str, Any]) -> MatchResult:
     try:
         names = [entry.name for entry in fields(Match)]
         match = Match(**{**{name: document[name] for name in names}, "ticks": document["limit_ticks"]})
-        names = [entry.name for entry in fields(MatchResult) if entry.name not in ("match", "metrics", "play_hash")]
+        names = [entry.name for entry in fields(MatchResult) if entry.name not in ("match", "metrics", *_LATER)]
         rest = {name: document[name] for name in names} | {"metrics": Metrics.of(document)}
     except (KeyError, TypeError) as error:
         raise MatchError(f"a result lacks the field {error}; another version wrote it") from error
     if match.id != document.get("id"):
         raise MatchError(f"the result {document.get('id')} was edited by hand; delete its line")
-    return MatchResult(match=match, play_hash=document.get("play_hash", ""), **rest)
+    later = {name: document[name] for name in _LATER if name in document}
+    return MatchResult(match=match, **later, **rest)

@@ -2,6 +2,7 @@
 
 import json
 import os
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
@@ -10,11 +11,12 @@ from typing import Any
 
 from movingout.agents.catalogue import load_agent
 from movingout.agents.checkpoint.checkpoint import fingerprint
-from movingout.maps import map_names
+from movingout.maps.selection import selected_maps
 from movingout.matches.errors import MatchError
+from movingout.matches.execution.agent_objects import AgentLike, AgentObjects
 from movingout.matches.execution.dispatch import WorkerPool, dispatch
 from movingout.matches.execution.local_workers import LocalWorkerPool
-from movingout.matches.execution.lockstep import AGENT_LIMIT_S
+from movingout.matches.execution.lockstep import AGENT_LIMIT_S, Lockstep
 from movingout.matches.experiment.grid import Grid, read_grid
 from movingout.matches.experiment.plan import PlannedMatch, matches_of, missing_agents, planned_matches
 from movingout.matches.match import Challenge, Match, MatchResult
@@ -68,8 +70,8 @@ class GridRun:
 
 
 def play(
-    blue: str,
-    red: str,
+    blue: AgentLike,
+    red: AgentLike,
     map: str = "HandOff",
     *,
     episodes: int = 1,
@@ -84,8 +86,9 @@ def play(
         results = movingout.play("scripted", "idle", "HandOff", episodes=5)
         print([result.tcr for result in results])
 
-    `blue`, `red`: agent ids, such as "scripted", "person:name=A03", "bass@all" or "my_module:MyAgent".
-    `map`: a name, the path of a map file, or "all" for the paper's twelve.
+    `blue`, `red`: agent ids, such as "scripted", "person:name=A03", "bass@all" or "my_module:MyAgent"; or agents as
+    objects, a class or an instance, which play in this process, one match after the other.
+    `map`: a name, the path of a map file, "all" for the paper's twelve, or another selection (`maps.selection`).
     `episodes`: matches per map, with the seeds `seed`, `seed` + 1, ...
     `challenge`: 1 plays the maps as designed; 2 varies the items' sizes and shapes by the seed.
     `ticks`: limit of a match; a tick is 0.1 s.
@@ -93,11 +96,31 @@ def play(
     `record`: a folder that gets a recording of each match.
 
     An agent that raises an exception or exceeds its time limit ends its match with `ending` "failed" and a reason in
-    `failure`. Raises MovingOutError, before anything is played, for an unknown agent or map.
+    `failure`; a warning says so. Raises MovingOutError, before anything is played, for an unknown agent or map.
     """
-    maps = map_names() if map == "all" else (map,)
-    matches = [Match(name, blue, red, seed + k, challenge, ticks) for name in maps for k in range(episodes)]
-    return play_matches(matches, workers=workers, record=None if record is None else Path(record))
+    if episodes < 1:
+        raise MatchError(f"at least 1 episode is played, not {episodes}")
+    maps, objects = selected_maps(map), AgentObjects()
+    seats = objects.name(blue), objects.name(red)
+    matches = [Match(name, *seats, seed + k, challenge, ticks) for name in maps for k in range(episodes)]
+    folder = None if record is None else Path(record)
+    results = _play_here(matches, objects, folder) if objects else play_matches(matches, workers=workers, record=folder)
+    if failed := [result for result in results if result.ending == "failed"]:
+        warnings.warn(f"{len(failed)} of {len(results)} matches failed: {failed[0].failure}", stacklevel=2)
+    return results
+
+
+def _play_here(matches: Sequence[Match], objects: AgentObjects, record: Path | None) -> list[MatchResult]:
+    """Play one match after the other in this process, since an instance plays one at a time."""
+    for agent_id in dict.fromkeys(matches[0].seats if matches else ()):
+        objects.load(agent_id)
+    for match in matches:
+        match.world_map()
+    if record is not None:
+        make_folder(record)
+    lockstep = Lockstep(record=record, batch_size=1, load=objects.load)
+    found = {result.match: result for result in lockstep.play(dict.fromkeys(matches))}
+    return [found[match] for match in matches]
 
 
 def play_matches(

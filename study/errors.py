@@ -24,5 +24,9 @@ class StoreError(StudyError):
     """The database cannot be opened, read or written."""
 
 
+class StoreFenced(StoreError):
+    """Another server has taken over the writing of this database."""
+
+
 class StoreLocked(StoreError):
     """Another program holds the database."""

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from movingout.maps.commands.parser import add_out
+from movingout.maps.suggestion import counted
 from movingout.matches.commands.progress import bar
 from movingout.matches.commands.worker_options import add_workers, worker_pool_of, workers_of
 from movingout.matches.errors import MatchError
@@ -21,6 +22,7 @@ from movingout.matches.report.parquet import write_parquet
 from movingout.matches.results.results_folder import GRID, read_results
 from movingout.matches.results.table import ALL_MAPS, markdown
 from movingout.matches.run import GridRun, run_grid
+from movingout.recordings.report.words import DEFAULT, LANGUAGES
 from movingout.world.exactness import inexact_engine
 
 _PROBES = 4  # matches played for an estimate
@@ -34,6 +36,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--shard", default="0/1", metavar="I/N", help="every N-th match from the I-th on (0 to N-1)")
     parser.add_argument("--record", action="store_true", help="write each match as a recording into DIR/recordings")
     parser.add_argument("--html", action="store_true", help="also write DIR/results.html with the cross-play matrices")
+    parser.add_argument("--language", choices=LANGUAGES, default=DEFAULT, help=f"language of the page ({DEFAULT})")
     parser.add_argument(
         "--dry-run",
         action="store_true",
@@ -63,7 +66,7 @@ def perform(args: argparse.Namespace) -> int:
         return 130
     notes = [write_parquet(run)]
     if args.html:
-        write_page(run)
+        write_page(run, args.language)
     _show(run, args, [note for note in notes if note])
     return 0
 
@@ -102,7 +105,7 @@ def _dry_run(grid: Grid, folder: Path, workers: int, as_json: bool) -> int:
         return 0
     print(f"{grid.name}: {len(matches)} matches, {len(matches) - len(todo)} finished, {len(todo)} to play")
     if seconds:
-        print(f"about {_span(seconds)} with {workers} worker(s) here, estimated from {_PROBES} short matches")
+        print(f"about {_span(seconds)} with {counted(workers, 'worker')} here, estimated from {_PROBES} short matches")
     for sentence in missing:
         print(f"missing: {sentence}")
     return 0

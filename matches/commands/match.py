@@ -8,12 +8,15 @@ from pathlib import Path
 from typing import Any
 
 from movingout.agents.catalogue import unseen_map
-from movingout.maps import load_map, map_names
+from movingout.agents.llm.model_id import outrun
+from movingout.agents.partners.families import is_group
+from movingout.maps import load_map
+from movingout.maps.selection import HELP as MAPS_HELP
+from movingout.maps.selection import selected_maps
 from movingout.matches.commands import grid, report
 from movingout.matches.commands.progress import bar
 from movingout.matches.commands.worker_options import add_workers, worker_pool_of, workers_of
 from movingout.matches.errors import MatchError
-from movingout.matches.experiment.grid import POPULATION_PREFIX
 from movingout.matches.experiment.plan import PlannedMatch, agent_for_seed
 from movingout.matches.match import Match, MatchResult
 from movingout.matches.results.table import MEASURES, ResultRow, copies_note, rows_of
@@ -24,11 +27,9 @@ from movingout.world.exactness import inexact_engine
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--red", metavar="AGENT", help="agent id, package.module:Factory, or people:C")
+    parser.add_argument("--red", metavar="AGENT", help="agent id, package.module:Factory, people:C or family:greedy")
     parser.add_argument("--blue", metavar="AGENT")
-    parser.add_argument(
-        "--map", default="all", metavar="NAME|all", help="one, or several separated by commas; default: all"
-    )
+    parser.add_argument("--map", default="all", metavar="NAME|all", help=f"{MAPS_HELP}; default: all")
     parser.add_argument("--episodes", type=int, default=1, help="per map; default 1")
     parser.add_argument("--seed", type=int, default=0, help="seed of the first episode; the others count up from it")
     parser.add_argument("--challenge", type=int, choices=(1, 2), default=1, help="2: items not seen in training")
@@ -97,12 +98,12 @@ def _plan(args: argparse.Namespace) -> list[PlannedMatch]:
         raise MatchError("name both agents, as in: movingout match --blue scripted --red idle --map HandOff")
     if args.episodes < 1 or not 1 <= args.ticks <= MAX_TICKS or args.seed < 0:
         raise MatchError(f"--episodes from 1, --ticks from 1 to {MAX_TICKS}, --seed from 0")
-    names = map_names() if args.map == "all" else args.map.split(",")
+    names = selected_maps(args.map)
     for name in names:
         load_map(name)
     same = args.blue == args.red
     for agent_id in (args.blue, args.red):
-        if agent_id.startswith(POPULATION_PREFIX):
+        if is_group(agent_id):
             agent_for_seed(agent_id, 0)
     return [
         PlannedMatch("", args.blue, args.red, 0, Match(
@@ -127,9 +128,10 @@ def _failure_json(result: MatchResult) -> dict[str, Any]:
 
 
 def cautions(matches: list[Match]) -> list[str]:
-    """A sentence for each trained agent and map that it was not trained on."""
+    """A sentence for each trained agent and map that it was not trained on, and for models that a match outruns."""
     seated_on = dict.fromkeys((agent_id, match.map) for match in matches for agent_id in match.seats)
-    return [caution for agent_id, name in seated_on if (caution := unseen_map(agent_id, load_map(name).name))]
+    found = [caution for agent_id, name in seated_on if (caution := unseen_map(agent_id, load_map(name).name))]
+    return [*found, *filter(None, (outrun(agent_id) for agent_id in dict.fromkeys(one for one, _ in seated_on)))]
 
 
 def failure_lines(results: list[MatchResult]) -> list[str]:
@@ -139,12 +141,17 @@ def failure_lines(results: list[MatchResult]) -> list[str]:
     return [*lines, *([f"and {len(failed) - 5} more failed matches"] if len(failed) > 5 else [])]
 
 
+_LEGEND = (
+    f"all home: episodes that delivered everything; {'; '.join(f'{m.heading}: {m.title.lower()}' for m in MEASURES)}"
+)
+
+
 def _table(blue: str, red: str, rows: list[ResultRow]) -> str:
-    heads = ["map", "episodes", "delivered", *(measure.heading for measure in MEASURES)]
+    heads = ["map", "episodes", "all home", *(measure.heading for measure in MEASURES)]
     lines = [heads]
     for row in rows:
         full = sum(result.ending == "delivered" for result in row.results)
         lines.append([row.map, row.count_text, str(full), *(estimate_text(row.estimate(m)) for m in MEASURES)])
     widths = [max(len(line[k]) for line in lines) for k in range(len(heads))]
     table = "\n".join("  ".join(map(str.ljust, line, widths)).rstrip() for line in lines)
-    return "\n\n".join([f"blue {blue}, red {red}; means ± standard errors", table, *copies_note(rows)])
+    return "\n\n".join([f"blue {blue}, red {red}; means ± standard errors", table, _LEGEND, *copies_note(rows)])

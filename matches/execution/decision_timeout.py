@@ -15,7 +15,10 @@ _PERIOD_S = 0.5
 
 
 class DecisionTimeout(BaseException):
-    """Raised inside an agent's call. Not an `Exception`, so that agents that catch every exception do not catch it."""
+    """Raised inside an agent's call, with its limit in seconds.
+
+    Not an `Exception`, so that agents that catch every exception do not catch it.
+    """
 
 
 class DecisionTimer:
@@ -26,11 +29,13 @@ class DecisionTimer:
         self.limit_s = limit_s
         self._heartbeat = heartbeat
         self._started: float | None = None
+        self._allowed_s = limit_s
         self._last_heartbeat = time.monotonic()
 
-    def start(self) -> None:
-        """A call begins."""
+    def start(self, at_least_s: float = 0.0) -> None:
+        """A call begins, which may take the limit, or `at_least_s` if that is longer."""
         self._started = now = time.monotonic()
+        self._allowed_s = max(self.limit_s, at_least_s)
         if now - self._last_heartbeat > _PERIOD_S:
             self._last_heartbeat = now
             self._heartbeat()
@@ -54,6 +59,10 @@ class DecisionTimer:
             signal.signal(signal.SIGALRM, before)
 
     def _check(self, signum: int, frame: FrameType | None) -> None:
-        if self._started is not None and time.monotonic() - self._started > self.limit_s:
+        if self._started is None:
+            return
+        if time.monotonic() - self._started > self._allowed_s:
             self._started = None
-            raise DecisionTimeout
+            raise DecisionTimeout(self._allowed_s)
+        if self._allowed_s > self.limit_s:  # otherwise the silence between two calls is short enough
+            self._heartbeat()

@@ -26,8 +26,11 @@ from movingout.matches.execution.seat import AgentFault, MatchSeat, attribute_ag
 from movingout.matches.match import Match, MatchResult, failed_result
 from movingout.world import World, WorldError
 from movingout.world.metrics import EpisodeMetrics
+from movingout.world.own_metrics import own_metrics, own_values
+from movingout.world.state import Floats, WorldState
 
 AGENT_LIMIT_S = 20.0
+LOADING_S = 120.0  # at least for making an agent, which may import a library for training
 BATCH_SIZE = 32  # matches that advance together when all their agents decide in batches
 SMALL_BATCH = 8  # the same for other agents: they gain little from a batch, and results come sooner
 
@@ -44,6 +47,7 @@ class RunningMatch:
         self.state = self.world.state()
         self.metrics = EpisodeMetrics(the_map)
         self._hash = PlayHash(the_map)
+        self._played: list[tuple[WorldState, Floats]] = []  # states and what was done in them, for own metrics
         self.cpu_s = 0.0
         self.seats: list[MatchSeat] = []
         for seat, (agent, agent_id) in enumerate(zip(agents, match.seats, strict=True)):
@@ -74,6 +78,8 @@ class RunningMatch:
             seat.state = self.state
         self.metrics.update(before, actions, self.state)
         self._hash.update(actions)
+        if own_metrics():
+            self._played.append((before, actions))
         if self.recorder is not None:
             self.recorder.tick(actions, self.state, self.world.delivered().tolist())
 
@@ -93,7 +99,14 @@ class RunningMatch:
             recording=path,
             cpu_s=self.cpu_s,
             play_hash=self._hash.of(self.state),
+            own_metrics=self._own_values(),
         )
+
+    def _own_values(self) -> dict[str, float | None]:
+        if not self._played:
+            return dict.fromkeys(metric.key for metric in own_metrics())
+        states = [*(state for state, _ in self._played), self.state]
+        return own_values(self.match.world_map(), states, np.array([actions for _, actions in self._played]))
 
     def fail(self, seat: int, reason: str) -> MatchResult:
         """The result of a match that failed; closes its recording."""
@@ -167,7 +180,7 @@ class Lockstep:
             if self._free[agent_id]:
                 agents.append(self._free[agent_id].pop())
             else:
-                with attribute_agent_errors(seat, agent_id, self._timer, "its factory"):
+                with attribute_agent_errors(seat, agent_id, self._timer, "its factory", LOADING_S):
                     agents.append(self._load(agent_id))
         return RunningMatch(match, agents, self._record, self._timer)
 

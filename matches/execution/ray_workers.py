@@ -4,8 +4,6 @@ An actor that is lost with its node is replaced elsewhere and its job is played 
 this package, the agents' checkpoints and, for recordings, a folder that all nodes share.
 """
 
-import os
-import socket
 import sys
 from collections import deque
 from collections.abc import Callable, Sequence
@@ -13,13 +11,11 @@ from pathlib import Path
 from typing import Any
 
 from movingout.maps.errors import MovingOutError
-from movingout.maps.extras import needs_extra
 from movingout.matches.errors import MatchError
 from movingout.matches.execution.dispatch import WorkerMessage, WorkerPool
 from movingout.matches.execution.lockstep import Lockstep
 from movingout.matches.match import Match, match_from_json, match_to_json, result_from_json
-
-CONNECT_TIMEOUT_S = 5.0
+from movingout.recordings.ray_cluster import NoCluster, connect, processors, ray_module
 
 
 class RayWorker:
@@ -41,7 +37,7 @@ class RayWorkerPool:
     """A `WorkerPool` of actors."""
 
     def __init__(self, size: int, agent_limit_s: float, record: Path | None) -> None:
-        self._ray = _ray()
+        self._ray = ray_module()
         self.size = min(size, cluster_processors())  # an actor beyond these would wait for ever
         paths = [path or str(Path.cwd()) for path in (*sys.path, "")]
         self._settings = (paths, agent_limit_s, "" if record is None else str(record.resolve()))
@@ -86,33 +82,13 @@ class RayWorkerPool:
 
 def ray_worker_pool(address: str) -> Callable[[int, float, Path | None], WorkerPool]:
     """Connect to a cluster: `auto` is the one that runs here. Raises MatchError when there is none."""
-    ray = _ray()
-    if not ray.is_initialized():
-        os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")
-        try:
-            _check_reachable(address)
-            ray.init(address=address, logging_level="ERROR", log_to_driver=False)
-        except (OSError, ValueError, RuntimeError) as error:
-            reason = (str(error).strip().splitlines() or [type(error).__name__])[0]
-            raise MatchError(
-                f"no Ray cluster answers at {address!r} ({reason}); start one with: ray start --head"
-            ) from error
+    try:
+        connect(address)
+    except NoCluster as error:
+        raise MatchError(str(error)) from error
     return RayWorkerPool
-
-
-def _check_reachable(address: str) -> None:
-    """Raise OSError when nothing listens at HOST:PORT; Ray itself would try for minutes."""
-    host, _, port = address.rpartition("://")[2].rpartition(":")
-    if host and port.isdecimal():
-        socket.create_connection((host, int(port)), timeout=CONNECT_TIMEOUT_S).close()
 
 
 def cluster_processors() -> int:
     """Processors of the connected cluster."""
-    return max(1, int(_ray().cluster_resources().get("CPU", 1)))
-
-
-def _ray() -> Any:
-    with needs_extra("cluster", "a Ray cluster"):
-        import ray
-    return ray
+    return processors()

@@ -53,13 +53,18 @@ class MatchSeat:
 
 
 @contextmanager
-def attribute_agent_errors(seat: int, agent_id: str, timer: DecisionTimer, call: str) -> Iterator[None]:
-    """Time the block, and turn whatever an agent's code raises in it into an AgentFault of its seat."""
-    timer.start()
+def attribute_agent_errors(
+    seat: int, agent_id: str, timer: DecisionTimer, call: str, at_least_s: float = 0.0
+) -> Iterator[None]:
+    """Time the block, and turn whatever an agent's code raises in it into an AgentFault of its seat.
+
+    The block may take the timer's limit, or `at_least_s` if that is longer.
+    """
+    timer.start(at_least_s)
     try:
         yield
     except (DecisionTimeout, Exception, SystemExit) as error:
-        raise AgentFault(seat, fault_sentence(seat, agent_id, call, error, timer.limit_s)) from error
+        raise AgentFault(seat, fault_sentence(seat, agent_id, call, error, max(timer.limit_s, at_least_s))) from error
     finally:
         timer.stop()
 

@@ -22,24 +22,46 @@ from movingout.matches.match import match_from_json
 def main() -> None:
     """Play jobs until standard input ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the driver, which stops its workers
-    output = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    output = WorkerOutput(os.fdopen(os.dup(1), "w", encoding="utf-8"))
     os.dup2(2, 1)
     lines = _lines()
     settings = json.loads(next(lines))
     lockstep = Lockstep(
         record=Path(settings["record"]) if settings["record"] else None,
         agent_limit_s=settings["agent_limit_s"],
-        heartbeat=lambda: _write(output, {"kind": "heartbeat"}),
+        heartbeat=output.heartbeat,
     )
-    _write(output, {"kind": "ready"})
+    output.write({"kind": "ready"})
     for line in lines:
         try:
             for result in lockstep.play([match_from_json(one) for one in json.loads(line)]):
-                _write(output, {"kind": "result", "result": result.to_json()})
+                output.write({"kind": "result", "result": result.to_json()})
         except MovingOutError as error:
-            _write(output, {"kind": "stop", "reason": str(error)})
+            output.write({"kind": "stop", "reason": str(error)})
             return
-        _write(output, {"kind": "done"})
+        output.write({"kind": "done"})
+
+
+class WorkerOutput:
+    """Messages to the driver, one line each."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+        self._is_writing = False
+
+    def write(self, message: dict[str, Any]) -> None:
+        self._is_writing = True
+        try:
+            self._stream.write(json.dumps(message) + "\n")
+            self._stream.flush()
+        finally:
+            self._is_writing = False
+
+    def heartbeat(self) -> None:
+        """Say that this process lives. Called from a signal handler, too, which may interrupt a message: then that one
+        says so, and a stream cannot be written to twice at once."""
+        if not self._is_writing:
+            self.write({"kind": "heartbeat"})
 
 
 def _lines() -> Iterator[str]:
@@ -55,11 +77,6 @@ def _lines() -> Iterator[str]:
     threading.Thread(target=read, daemon=True).start()
     while True:
         yield lines.get()
-
-
-def _write(output: TextIO, message: dict[str, Any]) -> None:
-    output.write(json.dumps(message) + "\n")
-    output.flush()
 
 
 if __name__ == "__main__":

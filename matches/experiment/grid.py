@@ -13,17 +13,16 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
-from movingout.agents.scripted.populations import POPULATIONS
-from movingout.maps import load_map, map_names
+from movingout.agents.errors import AgentError
+from movingout.agents.partners.families import group, is_group
+from movingout.maps import load_map
 from movingout.maps.errors import MapError
+from movingout.maps.selection import selected_maps
 from movingout.maps.suggestion import known_names
 from movingout.matches.experiment.grid_file import read_grid_file
 from movingout.matches.experiment.paper_reference import paper_tables
 from movingout.matches.match import Challenge
 from movingout.world.constants import LIMIT_TICKS, MAX_TICKS
-
-POPULATION_PREFIX = "people:"
-"""The agent id `people:C` is a scripted person of population C, another one for each seed."""
 
 AgentId = Annotated[str, Field(min_length=1, max_length=300)]
 SeatName = Literal["both", "blue", "red"]
@@ -95,9 +94,10 @@ class Grid(_GridModel):
     @field_validator("maps")
     @classmethod
     def _known_maps(cls, maps: str | list[str]) -> str | list[str]:
-        for name in maps if isinstance(maps, list) else []:
+        for word in maps if isinstance(maps, list) else []:
             try:
-                load_map(name)
+                for name in selected_maps(word):
+                    load_map(name)
             except MapError as error:
                 raise ValueError(str(error)) from error
         if isinstance(maps, list):
@@ -132,11 +132,8 @@ class Grid(_GridModel):
                     f"condition {condition.name!r} is against {condition.against!r}, not another one of this grid"
                 )
             for agent_id in [a for one in condition.contestants for a in (one.agent, *condition.partners_of(one))]:
-                if (
-                    agent_id.startswith(POPULATION_PREFIX)
-                    and agent_id.removeprefix(POPULATION_PREFIX) not in POPULATIONS
-                ):
-                    raise ValueError(f"{agent_id!r}: populations are {', '.join(POPULATIONS)}, as people:C")
+                if is_group(agent_id):
+                    _check_group(agent_id)
         return self
 
     @property
@@ -148,7 +145,8 @@ class Grid(_GridModel):
 
     @property
     def map_list(self) -> list[str]:
-        return list(map_names()) if self.maps == "all" else list(self.maps)
+        words = [self.maps] if isinstance(self.maps, str) else self.maps
+        return list(dict.fromkeys(name for word in words for name in selected_maps(word)))
 
     @property
     def challenges(self) -> list[Challenge]:
@@ -175,3 +173,11 @@ def _refuse_doubles(values: list[Any], what: str) -> None:
     for value in values:
         if values.count(value) > 1:
             raise ValueError(f"{what} {value} is listed twice")
+
+
+def _check_group(name: str) -> None:
+    """Raises ValueError for a population or family that does not exist."""
+    try:
+        group(name)
+    except AgentError as error:
+        raise ValueError(str(error)) from error

@@ -5,7 +5,8 @@ from typing import TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from movingout.maps.yaml_document import YamlDocument, YamlError, path_text
+from movingout.maps.suggestion import known_names
+from movingout.maps.yaml_document import FieldPath, YamlDocument, YamlError, path_text
 from movingout.matches.errors import MatchError
 
 MOST_FAULTS = 5  # in one message
@@ -28,15 +29,25 @@ def read_grid_file(path: Path, model: type[Model]) -> Model:
     try:
         return model.model_validate(document.value)
     except ValidationError as error:
-        raise MatchError(f"{path}: {'; '.join(_faults(error, document))}") from error
+        raise MatchError(f"{path}: {'; '.join(_faults(error, document, model))}") from error
 
 
-def _faults(error: ValidationError, document: YamlDocument) -> list[str]:
+def _faults(error: ValidationError, document: YamlDocument, model: type[BaseModel]) -> list[str]:
     """One phrase per fault; of a union only the alternative that matched the most of the path."""
     deepest: dict[int, tuple[int, str]] = {}
     for fault in error.errors():
         path = document.path_of(fault["loc"], missing=fault["type"] == "missing")
-        line, message = document.line(path), fault["msg"].removeprefix("Value error, ")
+        line, message = document.line(path), _message(fault["type"], fault["msg"], path, model)
         if line not in deepest or len(path) > deepest[line][0]:
             deepest[line] = len(path), f"line {line}: {path_text(path)}: {message}"
     return [text for _, (_, text) in sorted(deepest.items())][:MOST_FAULTS]
+
+
+def _message(kind: str, message: str, path: FieldPath, model: type[BaseModel]) -> str:
+    if kind == "missing":
+        return "this field is missing"
+    if kind == "extra_forbidden":
+        known = f"; {known_names(str(path[0]), model.model_fields)}" if len(path) == 1 else ""
+        return f"there is no such field{known}"
+    message = message.removeprefix("Value error, ")
+    return message[:1].lower() + message[1:]

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 from movingout.agents.catalogue import load_agent
 from movingout.agents.errors import AgentError
-from movingout.agents.scripted.populations import population
-from movingout.matches.experiment.grid import POPULATION_PREFIX, Condition, Contestant, Grid
+from movingout.agents.partners.families import member
+from movingout.matches.experiment.grid import Condition, Contestant, Grid
 from movingout.matches.match import Challenge, Match
 
 
@@ -54,14 +54,11 @@ def missing_agents(grid: Grid) -> list[str]:
 
 
 def agent_for_seed(agent_id: str, seed: int, other: bool = False) -> str:
-    """The agent of a seed: for `people:C` a person of C, for any other id the id itself.
+    """The agent of a seed: for `people:C` or `family:greedy` one of several, for any other id the id itself.
 
-    With `other` it is the next person, for when both seats are of one population.
+    With `other` it is the next one, for when both seats are of one group. Raises AgentError for an unknown group.
     """
-    if not agent_id.startswith(POPULATION_PREFIX):
-        return agent_id
-    people = population(agent_id.removeprefix(POPULATION_PREFIX))
-    return people[(seed + other) % len(people)].agent_id
+    return member(agent_id, seed + other)
 
 
 def _agent_ids(grid: Grid) -> set[str]:

@@ -4,31 +4,23 @@ from collections import defaultdict
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from movingout.matches.experiment.paper_reference import PAPER_METRICS, Figure, paper_figures
+from movingout.matches.experiment.paper_reference import PAPER_METRICS, paper_figures
 from movingout.matches.match import MatchResult
+from movingout.matches.paper.published import Figure
+from movingout.matches.report.words import count_words, report_words, value_text
 from movingout.matches.results.significance import stars, welch
 from movingout.matches.results.table import (
-    COPIES,
     MEASURES,
     Measure,
-    count_text,
     distinct,
     estimate_json,
     estimate_of,
 )
 from movingout.matches.run import GridRun
-from movingout.world.estimates import Estimate, estimate_text
+from movingout.recordings.report.words import DEFAULT, Words
+from movingout.world.estimates import Estimate
 
-CAUTION = (
-    "Read with care. The paper's agents learned from people; ours learned from scripted people or are scripted "
-    "themselves, on other hardware, with their own training. The columns answer the same question in two different "
-    "settings: equal numbers do not mean that a result was reproduced, and different ones do not mean that it was not. "
-    "In the paper's rows called Play with Human the partners are humans; ours are scripted people. Its waiting times "
-    "are between 0 and 1; they are compared with the share of ticks that its code counts, not with seconds."
-)
-
-
-WAITING = Measure("waiting_share", "WT [share]", False, lambda result: result.waiting_share)
+WAITING = Measure("waiting_share", "WT [share]", False, lambda result: result.waiting_share, "Waiting time")
 COMPARED = tuple(next(one for one in (*MEASURES, WAITING) if one.key == key) for key in PAPER_METRICS)
 
 
@@ -87,33 +79,36 @@ def comparison_lines(run: GridRun) -> list[ComparisonLine]:
     ]  # fmt: skip
 
 
-def markdown_report(runs: Sequence[GridRun]) -> str:
+def markdown_report(runs: Sequence[GridRun], language: str = DEFAULT) -> str:
     """The report of several grids."""
-    parts = ["# Results beside the paper", CAUTION]
+    words = report_words(language)
+    parts = [f"# {words.say('paper.title')}", words.say("paper.caution")]
     for run in runs:
-        parts += [f"## {run.grid.name}", run.grid.about.strip(), _table(comparison_lines(run)), _notes(run)]
+        table = _table(comparison_lines(run), words)
+        parts += [f"## {run.grid.name}", run.grid.about.strip(), table, _notes(run, words)]
     return "\n\n".join(part for part in parts if part) + "\n"
 
 
 def json_report(runs: Sequence[GridRun]) -> dict[str, Any]:
-    """The same as one JSON document."""
-    return {"caution": CAUTION, "grids": [_grid_json(run) for run in runs]}
+    """The same as one JSON document, in English."""
+    return {"caution": report_words().say("paper.caution"), "grids": [_grid_json(run) for run in runs]}
 
 
-def _table(lines: Sequence[ComparisonLine]) -> str:
-    heads = ["condition", "challenge", "agent", "n"]
+def _table(lines: Sequence[ComparisonLine], words: Words) -> str:
+    heads = [*(words.say(f"grid.{key}") for key in ("condition", "challenge", "agent")), "n"]
     for measure in COMPARED:
-        heads += [f"{measure.heading} here", "paper"]
+        heads += [words.say("paper.here", measure=measure.heading), words.say("paper.paper")]
     rows = [heads, ["---"] * 3 + ["--:"] * (len(heads) - 3)]
     for line in lines:
-        row = [line.condition, str(line.challenge), line.label, count_text(line.results)]
+        row = [line.condition, str(line.challenge), line.label, count_words(words, line.results)]
         for measure in COMPARED:
-            row.append(estimate_text(line.ours(measure)) + _change_words(*line.change(measure)))
-            row.append(_figure_words(line.theirs(measure)) + _change_words(line.their_change(measure), None))
+            ours = value_text(words, line.ours(measure)) + words.decimal(_change_words(*line.change(measure)))
+            theirs = _figure_words(line.theirs(measure)) + _change_words(line.their_change(measure), None)
+            row += [ours, words.decimal(theirs)]
         rows.append(row)
     tables = sorted({line.table for line in lines if line.table})
-    source = f"\n\nPaper: {', '.join(tables)}." if tables else "\n\nThe paper has no such table."
-    return "\n".join("| " + " | ".join(row) + " |" for row in rows) + source
+    source = words.say("paper.tables", tables=tables) if tables else words.say("paper.none")
+    return "\n".join("| " + " | ".join(row) + " |" for row in rows) + f"\n\n{source}"
 
 
 def _change_words(percent: float | None, p: float | None) -> str:
@@ -126,16 +121,14 @@ def _figure_words(figure: Figure | None) -> str:
     return f"{figure.mean:.4f}" + ("" if figure.stderr is None else f" ± {figure.stderr:.4f}")
 
 
-def _notes(run: GridRun) -> str:
-    notes = ["Means ± standard errors over matches; % is the change from the condition compared with, "
-             "marked * p < 0.05, ** p < 0.01, *** p < 0.001 (Welch, uncorrected)."]  # fmt: skip
+def _notes(run: GridRun, words: Words) -> str:
+    notes = [words.say("paper.note")]
     if any(distinct(line.results) not in (None, len(line.results)) for line in comparison_lines(run)):
-        notes.append(COPIES)
+        notes.append(words.say("grid.copies"))
     if run.missing:
-        notes.append(f"**Incomplete: {run.missing} matches have not been played.**")
+        notes.append(f"**{words.say('grid.missing', count=run.missing)}**")
     if run.failures:
-        notes.append(f"{len(run.failures)} matches were lost to an error and count as nothing delivered, for example: "
-                     f"{run.failures[0].failure}")  # fmt: skip
+        notes.append(words.say("grid.failures", count=len(run.failures), example=run.failures[0].failure))
     return " ".join(notes)
 
 

@@ -10,9 +10,10 @@ from movingout.matches.results.significance import holm, welch
 from movingout.matches.results.table import Measure, ResultRow
 from movingout.matches.run import GridRun
 from movingout.recordings import RecordingError, read_episode
-from movingout.recordings.report.failures import TITLES, failures
+from movingout.recordings.report.failures import failures
 from movingout.recordings.report.track import Track
 from movingout.recordings.report.waiting import waits
+from movingout.recordings.report.words import Words
 from movingout.world.estimates import Estimate
 
 WORST = 12  # matches listed
@@ -96,7 +97,7 @@ def worst_matches(run: GridRun) -> list[MatchResult]:
     return [result for _, _, result in sorted(order, key=lambda one: one[:2])[:WORST]]
 
 
-def moments(run: GridRun, result: MatchResult) -> list[MatchMoment]:
+def moments(run: GridRun, result: MatchResult, words: Words) -> list[MatchMoment]:
     """Where to look: the fault, the failure cases found and the longest waits; empty without a recording."""
     if result.ending == "failed":
         return [MatchMoment(result.ticks, result.failure)]
@@ -107,7 +108,13 @@ def moments(run: GridRun, result: MatchResult) -> list[MatchMoment]:
         track = Track.of(read_episode(path))
     except RecordingError:
         return []
-    found = [MatchMoment(one.start, f"{TITLES[one.case]} ({one.seconds:.0f} s)") for one in failures(track)]
+    found = [
+        MatchMoment(
+            one.start,
+            words.say("grid.case", case=words.say(f"case.{one.case}"), seconds=round(one.seconds)),
+        )
+        for one in failures(track)
+    ]
     longest = sorted(waits(track), key=lambda wait: wait.start - wait.end)
-    found += [MatchMoment(one.start, f"waits for help ({one.seconds:.0f} s)") for one in longest[:1]]
+    found += [MatchMoment(one.start, words.say("grid.waits", seconds=round(one.seconds))) for one in longest[:1]]
     return sorted(found, key=lambda moment: moment.tick)[:MOMENTS]

@@ -8,15 +8,16 @@ from urllib.parse import quote
 
 from movingout.matches.match import MatchResult
 from movingout.matches.report.crossplay import Cell, Matrix, matrix, moments, worst_matches
+from movingout.matches.report.words import count_words, map_name, measure_title, report_words, value_text
 from movingout.matches.results.results_folder import write_whole
 from movingout.matches.results.significance import stars
 from movingout.matches.results.table import MEASURES, copies_note
 from movingout.matches.run import GridRun
 from movingout.recordings.commands.report import SERVER
 from movingout.recordings.html_page import templates
+from movingout.recordings.report.words import DEFAULT, Words
 from movingout.recordings.storage.finished import SUFFIX
 from movingout.world.constants import TICKS_PER_SECOND
-from movingout.world.estimates import estimate_text
 
 STRONGEST = 45  # % of colour in the best cell: dark ink stays readable on it
 
@@ -37,50 +38,62 @@ class Place(NamedTuple):
     text: str
 
 
-def write_page(run: GridRun) -> None:
+def write_page(run: GridRun, language: str = DEFAULT) -> None:
     """Write results.html into the results folder. Raises MatchError."""
-    write_whole(run.folder / "results.html", page(run))
+    write_whole(run.folder / "results.html", page(run, language))
 
 
-def page(run: GridRun) -> str:
+def page(run: GridRun, language: str = DEFAULT) -> str:
     """The whole document; nothing in it comes from elsewhere."""
+    words = report_words(language)
     return (
         templates(Path(__file__).parent)
         .get_template("crossplay.html.j2")
         .render(
             run=run,
             title=run.grid.name,
-            figures=_figures(run),
-            sections=list(_sections(run)),
+            say=words.say,
+            words=words,
+            language=words.language,
+            figures=_figures(run, words),
+            sections=list(_sections(run, words)),
             measures=MEASURES,
-            worst=[(result, list(_places(run, result))) for result in worst_matches(run)],
+            worst=[(result, list(_places(run, result, words))) for result in worst_matches(run)],
             recorded=any(result.recording for result in run.results.values()),
-            estimate_text=estimate_text,
-            notes=copies_note(run.rows),
+            value_text=value_text,
+            count_words=count_words,
+            map_name=map_name,
+            measure_title=measure_title,
+            notes=[words.say("grid.copies") for _ in copies_note(run.rows)],
             stars=stars,
             strength=_strength,
-            tip=_tip,
+            tip=lambda cell: _tip(cell, words),
         )
     )
 
 
-def _figures(run: GridRun) -> list[tuple[str, int, str]]:
+def _figures(run: GridRun, words: Words) -> list[tuple[str, int, str]]:
     """Name, number and note of each figure at the top."""
-    results = list(run.results.values())
-    seconds = run.grid.ticks / TICKS_PER_SECOND
+    results, say = list(run.results.values()), words.say
+    delivered = sum(result.ending == "delivered" for result in results)
+    limit = words.decimal(f"{run.grid.ticks / TICKS_PER_SECOND:g}")
     return [
-        ("Matches", len(results), f"of {len(results) + run.missing} in the grid"),
-        ("Everything delivered", sum(result.ending == "delivered" for result in results), "matches"),
-        ("Lost to an error", len(run.failures), "count as nothing delivered"),
-        ("Seeds", len(run.grid.seed_range), f"{len(run.grid.map_list)} maps, {seconds:g} s at most"),
+        (say("grid.matches"), len(results), say("grid.matches.note", number=len(results) + run.missing)),
+        (say("grid.delivered"), delivered, say("grid.delivered.note")),
+        (say("grid.lost"), len(run.failures), say("grid.lost.note")),
+        (
+            say("grid.seeds"),
+            len(run.grid.seed_range),
+            say("grid.seeds.note", count=len(run.grid.map_list), seconds=limit),
+        ),
     ]
 
 
-def _sections(run: GridRun) -> Iterator[Section]:
+def _sections(run: GridRun, words: Words) -> Iterator[Section]:
     rows = run.rows
     for (condition, challenge, name), group in groupby(rows, lambda row: (row.condition, row.challenge, row.map)):
         cells = list(group)
-        title = f"{name} · {condition} · Challenge {challenge}"
+        title = words.say("grid.section", map=map_name(words, name), condition=condition, challenge=str(challenge))
         yield Section(title, name != rows[0].map, tuple(matrix(cells, measure) for measure in MEASURES))
 
 
@@ -89,14 +102,16 @@ def _strength(found: Matrix, cell: Cell) -> int:
     return round(STRONGEST * found.strength(cell.estimate))
 
 
-def _tip(cell: Cell) -> str:
+def _tip(cell: Cell, words: Words) -> str:
     count = 0 if cell.estimate is None else cell.estimate.n
-    copies = "" if cell.distinct is None or cell.distinct >= count else f" ({cell.distinct} distinct)"
-    return f"n = {count}{copies}" + ("" if cell.p is None else f", p = {cell.p:.2g} against the best")
+    text = words.say("grid.cell", n=count)
+    if cell.distinct is not None and cell.distinct < count:
+        text = words.say("grid.cell.distinct", n=count, distinct=cell.distinct)
+    return text if cell.p is None else words.say("grid.cell.p", cell=text, p=words.decimal(f"{cell.p:.2g}"))
 
 
-def _places(run: GridRun, result: MatchResult) -> Iterator[Place]:
+def _places(run: GridRun, result: MatchResult, words: Words) -> Iterator[Place]:
     episode = quote(Path(result.recording).name.removesuffix(SUFFIX), safe="")
-    for moment in moments(run, result):
+    for moment in moments(run, result, words):
         link = f"{SERVER}/replay/{episode}#tick={moment.tick}" if result.recording else ""
         yield Place(link, moment.tick, moment.text)

@@ -1,9 +1,11 @@
 """Results as a Parquet file with a row per match (needs the extra `export`)."""
 
 import os
+from typing import Any
 
 from movingout.maps.extras import MissingExtraError
 from movingout.matches.errors import MatchError
+from movingout.matches.match import MatchResult
 from movingout.matches.run import GridRun
 
 
@@ -19,9 +21,16 @@ def write_parquet(run: GridRun) -> str:
     path = run.folder / "results.parquet"
     draft = path.with_name(f".{path.name}.{os.getpid()}")
     try:
-        parquet.write_table(pa.Table.from_pylist([result.to_json() for result in run.results.values()]), draft)
+        parquet.write_table(pa.Table.from_pylist([_row(result) for result in run.results.values()]), draft)
         draft.replace(path)
     except OSError as error:
         draft.unlink(missing_ok=True)
         raise MatchError(f"cannot write {path}: {error.strerror or error}") from error
     return ""
+
+
+def _row(result: MatchResult) -> dict[str, Any]:
+    """A result with a column for each metric."""
+    document = result.to_json()
+    own = document.pop("own_metrics")
+    return {**document, **own}

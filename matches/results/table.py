@@ -10,6 +10,7 @@ from movingout.matches.experiment.plan import PlannedMatch
 from movingout.matches.match import Match, MatchResult
 from movingout.world.estimates import Estimate, estimate, estimate_text
 from movingout.world.metrics import METRICS
+from movingout.world.own_metrics import own_metrics
 
 ALL_MAPS = "all maps"
 COPIES = (
@@ -25,11 +26,22 @@ class Measure(NamedTuple):
     heading: str
     more_is_better: bool
     value: Callable[[MatchResult], float | None]
+    title: str
 
 
-MEASURES = tuple(
-    Measure(metric.key, metric.heading, metric.higher_is_better, attrgetter(f"metrics.{metric.key}"))
-    for metric in METRICS
+def _own(key: str) -> Callable[[MatchResult], float | None]:
+    return lambda result: result.own_metrics.get(key)
+
+
+MEASURES = (
+    *(
+        Measure(metric.key, metric.heading, metric.higher_is_better, attrgetter(f"metrics.{metric.key}"), metric.title)
+        for metric in METRICS
+    ),
+    *(
+        Measure(metric.key, metric.heading, metric.higher_is_better, _own(metric.key), metric.title)
+        for metric in own_metrics()
+    ),
 )
 
 

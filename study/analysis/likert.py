@@ -4,11 +4,13 @@ from collections.abc import Sequence
 
 from markupsafe import Markup, escape
 
+from movingout.recordings.report.words import Words
+
 WIDTH, LABEL, BAR, GAP = 640.0, 150.0, 14.0, 5.0
 VALUES = tuple(range(1, 8))
 
 
-def likert_bars(rows: Sequence[tuple[str, Sequence[int]]], title: str) -> Markup:
+def likert_bars(rows: Sequence[tuple[str, Sequence[int]]], title: str, words: Words) -> Markup:
     """An SVG with one bar per row (partner, ratings 1 to 7); the neutral 4 is centred, so agreement leans right."""
     unit = (WIDTH - LABEL) / 2
     middle = LABEL + unit
@@ -18,10 +20,10 @@ def likert_bars(rows: Sequence[tuple[str, Sequence[int]]], title: str) -> Markup
         x = middle - unit * (sum(shares[:3]) + shares[3] / 2)
         parts.append(f'<text class="label" x="0" y="{y + 11:.1f}">{escape(label)}</text>')
         for value, share in zip(VALUES, shares, strict=True):
-            words = f"{label}: {value} by {share:.0%}"
+            said = words.say("study.ratings.bar", partner=label, value=value, share=f"{100 * share:.0f}")
             parts.append(
                 f'<rect class="likert l{value}" x="{x:.1f}" y="{y:.1f}" width="{share * unit:.1f}" height="{BAR:g}">'
-                f"<title>{escape(words)}</title></rect>"
+                f"<title>{escape(said)}</title></rect>"
             )
             x += share * unit
         y += BAR + GAP

@@ -1,13 +1,16 @@
 """The contents of a study's store, arranged for analysis: valid rounds, newest answers, participant flow."""
 
 from collections import defaultdict
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from movingout.recordings.report.words import Phrase
 from movingout.study.analysis.pings import PingRound, ping_rounds
+from movingout.study.analysis.sessions import Sessions, sessions_of
 from movingout.study.design.definition import Study
+from movingout.study.design.localized_text import DEFAULT
 from movingout.study.questionnaire import NO_ANSWER, QuestionnaireItem
 from movingout.study.store.store import Store
 from movingout.study.store.tables import answers, counts, participants, players, rounds, tombstones, units
@@ -15,7 +18,6 @@ from movingout.world.metrics import METRICS
 
 STORED = tuple(metric for metric in METRICS if metric.key in rounds.c)  # what the table of rounds has a column for
 FINISHED = ("delivered", "time")
-DELETED = "deleted on request or at the end of retention"
 AWAY_SHARE = 0.5  # of ticks without input
 HIDDEN_S = 2.0
 Row = dict[str, Any]
@@ -27,7 +29,7 @@ class Flag:
 
     pid: str
     step: str
-    reason: str
+    reason: Phrase
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,12 +37,13 @@ class Results:
     """Everything that the report shows, before statistics."""
 
     study: Study
-    flow: tuple[tuple[str, int], ...]
+    flow: tuple[tuple[str, int], ...]  # stage (a key of the report's sentences) and how many
     rounds: tuple[Row, ...]  # that count, in the order played
     people: dict[int, tuple[str, ...]]  # unit to participants
     answers: tuple[Row, ...]  # the newest, of questionnaires about partners and at the end
     flags: tuple[Flag, ...]
     pings: tuple[PingRound, ...] = ()  # of rounds that count, in blocks with pings; two of each round
+    sessions: Sessions = field(default_factory=Sessions)  # of rounds that count, with agents
 
     @property
     def partners(self) -> tuple[str, ...]:
@@ -81,21 +84,22 @@ class Results:
     def texts(self) -> list[Row]:
         return [row for row in self.answers if row["text"].strip()]
 
-    def scales(self) -> list[tuple[str, QuestionnaireItem]]:
+    def scales(self, language: str = DEFAULT) -> list[tuple[str, QuestionnaireItem]]:
         """Every rated question of the study, with its questionnaire."""
         names = [name for block in self.study.blocks for name in (*block.after_round, *block.after_partner)]
         return [
             (name, item)
             for name in dict.fromkeys((*names, *self.study.at_end))
-            for item in self.study.questionnaire(name).items
+            for item in self.study.questionnaire(name, language).items
             if item.kind in ("likert7", "tlx") and item.expected is None
         ]
 
 
-def collect(study: Study, store: Store, recordings: Path) -> Results:
-    """Read a store, and its recordings where there are pings in them.
+def collect(study: Study, store: Store, recordings: Path, annotations: Sequence[Path] = ()) -> Results:
+    """Read a store, and its recordings: where there are pings in them, and where partners may have failed.
 
-    Rounds and answers of participants who did not want their data kept are left out.
+    `annotations` are files of verdicts besides the one beside the recordings. Rounds and answers of participants who
+    did not want their data kept are left out.
     """
     people = store.rows(participants)
     refused = {row["pid"] for row in people if row["keep"] is False}
@@ -115,6 +119,7 @@ def collect(study: Study, store: Store, recordings: Path) -> Results:
         answers=tuple(newest.values()),
         flags=(*_round_flags(study, store, kept), *_attention_flags(study, newest.values())),
         pings=ping_rounds(study, counted, store.rows(players), recordings),
+        sessions=sessions_of(counted, store.rows(players), recordings, annotations),
     )
 
 
@@ -124,38 +129,41 @@ def _flow(store: Store, people: list[Row], refused: int) -> Iterable[tuple[str, 
     declined = next((row["number"] for row in store.rows(counts) if row["name"] == "declined"), 0)
     removed = len(store.rows(tombstones))
     yield "came", len(people) + declined + removed
-    yield "did not agree", declined
-    yield DELETED, removed
-    yield "allocated to a slot", sum(row["unit"] is not None for row in people)
+    yield "declined", declined
+    yield "deleted", removed
+    yield "allocated", sum(row["unit"] is not None for row in people)
     for outcome in ("screened-out", "no-partner", "partner-left", "withdrew"):
-        yield f"ended: {outcome.replace('-', ' ')}", outcomes.count(outcome)
-    yield "still taking part, or went away", outcomes.count(None)
+        yield outcome, outcomes.count(outcome)
+    yield "open", outcomes.count(None)
     yield "finished", outcomes.count("done")
-    yield "finished, and did not want their data kept", refused
-    yield "units that count as done", sum(row["state"] == "done" for row in store.rows(units))
+    yield "unwanted", refused
+    yield "complete", sum(row["state"] == "done" for row in store.rows(units))
 
 
 def _round_flags(study: Study, store: Store, kept: list[Row]) -> Iterable[Flag]:
     by_number = {row["id"]: row for row in kept}
     for row in kept:
         if not row["valid"]:
-            yield Flag("", row["step"], f"unit {row['unit']}: marked invalid by the experimenter")
+            yield Flag("", row["step"], Phrase("study.flag.invalid", {"unit": row["unit"]}))
         elif row["outcome"] not in FINISHED:
-            yield Flag("", row["step"], f"unit {row['unit']}: unfinished ({row['outcome'] or 'open'})")
+            why = Phrase(f"recordings.outcome.{row['outcome']}" if row["outcome"] else "study.flag.open")
+            how = {"unit": row["unit"], "outcome": why}
+            yield Flag("", row["step"], Phrase("study.flag.unfinished", how))
     for one in store.rows(players):
         step = by_number[one["round"]]["step"] if one["round"] in by_number else None
         if step is None:
             continue
         if (one["idle_share"] or 0.0) > AWAY_SHARE:
-            yield Flag(one["pid"], step, f"no input in {one['idle_share']:.0%} of the ticks")
+            yield Flag(one["pid"], step, Phrase("study.flag.idle", {"percent": f"{100 * one['idle_share']:.0f}"}))
         if (one["hidden_s"] or 0.0) > HIDDEN_S:
-            yield Flag(one["pid"], step, f"the page was hidden for {one['hidden_s']:.0f} s")
+            yield Flag(one["pid"], step, Phrase("study.flag.hidden", {"seconds": f"{one['hidden_s']:.0f}"}))
         if (one["rtt_ms"] or 0.0) > study.gate.rtt_ms:
-            yield Flag(one["pid"], step, f"round trip {one['rtt_ms']:.0f} ms")
+            yield Flag(one["pid"], step, Phrase("study.flag.rtt", {"ms": f"{one['rtt_ms']:.0f}"}))
 
 
 def _attention_flags(study: Study, newest: Iterable[Row]) -> Iterable[Flag]:
     for row in newest:
         expected = study.questionnaire(row["questionnaire"]).item(row["item"]).expected
         if expected is not None and row["value"] not in (expected, NO_ANSWER):
-            yield Flag(row["pid"], row["step"], f"attention item {row['item']} answered {row['value']}, not {expected}")
+            answer = {"item": row["item"], "value": row["value"], "expected": expected}
+            yield Flag(row["pid"], row["step"], Phrase("study.flag.attention", answer))

@@ -10,13 +10,14 @@ from typing import Any
 
 from movingout.maps.commands.parser import add_out
 from movingout.maps.extras import needs_extra
+from movingout.maps.suggestion import counted
+from movingout.recordings.commands.arguments import share
+from movingout.recordings.report.words import LANGUAGES
+from movingout.study.commands.place import add_place, folder_of
 from movingout.study.data.erasure import due_for_erasure, erase, purge
 from movingout.study.data.export import FORMATS, Options, export_study
 from movingout.study.data.study_folder import StudyFolder
-from movingout.study.design.study_file import read_study
 from movingout.study.store import Store
-
-_DATA = Path("data")
 
 
 def configure(commands: Any) -> None:
@@ -26,9 +27,18 @@ def configure(commands: Any) -> None:
         help="results: tables, figures and tests on one offline page, and CSV",
         example="movingout study report study.yaml -o report",
     )
-    _add_place(report)
+    add_place(report)
     add_out(report, "DIR", "default: ID-report, or ID-simulated-report; never overwritten")
+    report.add_argument("--language", choices=LANGUAGES, help="of the page (default: the study's first language)")
     report.add_argument("--blinded", action="store_true", help="partners by letter, as participants saw them")
+    report.add_argument(
+        "--annotations",
+        nargs="+",
+        type=Path,
+        default=(),
+        metavar="FILE",
+        help="verdicts on failure cases from elsewhere, besides those of the page /annotate here",
+    )
     report.set_defaults(perform=_report)
 
     export = commands.add_parser(
@@ -36,10 +46,10 @@ def configure(commands: Any) -> None:
         help="tables, codebook, recordings and training set, in a new folder",
         example="movingout study export study.yaml -o export",
     )
-    _add_place(export)
+    add_place(export)
     add_out(export, "DIR", "default: ID-export, or ID-simulated-export; never overwritten")
     export.add_argument("--formats", nargs="+", choices=FORMATS, default=FORMATS, help="of the tables; default: all")
-    export.add_argument("--test-share", type=_share, default=0.2, help="of the training set, by participants")
+    export.add_argument("--test-share", type=share, default=0.2, help="of the training set, by participants")
     export.add_argument("--no-training", action="store_true", help="tables only")
     export.set_defaults(perform=_export)
 
@@ -48,7 +58,7 @@ def configure(commands: Any) -> None:
         help="delete a participant's answers, identity and recordings",
         example="movingout study forget study.yaml P7KXM2Q",
     )
-    _add_place(forgetting)
+    add_place(forgetting)
     forgetting.add_argument("pid", metavar="PID", help="pseudonym, such as P7KXM2Q, or completion code")
     forgetting.set_defaults(perform=_forget)
 
@@ -57,21 +67,9 @@ def configure(commands: Any) -> None:
         help="delete what is past the study's retention period; without --apply only list it",
         example="movingout study purge study.yaml --apply",
     )
-    _add_place(purging)
+    add_place(purging)
     purging.add_argument("--apply", action="store_true", help="really remove")
     purging.set_defaults(perform=_purge)
-
-
-def _add_place(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("file", type=Path, metavar="FILE", help="the study file")
-    parser.add_argument("--data", type=Path, default=_DATA, metavar="DIR", help=f"default: {_DATA}")
-    parser.add_argument("--database", metavar="URL", help="postgresql://...; default: a file in DIR")
-    parser.add_argument("--identities", metavar="URL", help="the database of identities; default: a file in DIR")
-    parser.add_argument("--json", action="store_true", help="one JSON document on standard output")
-
-
-def _folder(args: argparse.Namespace) -> StudyFolder:
-    return StudyFolder(read_study(args.file), args.data, args.database, args.identities)
 
 
 def as_frozen(folder: StudyFolder, store: Store, file: Path) -> StudyFolder:
@@ -85,21 +83,24 @@ def as_frozen(folder: StudyFolder, store: Store, file: Path) -> StudyFolder:
 def _report(args: argparse.Namespace) -> int:
     with needs_extra("analysis", "a report"):
         analysis = importlib.import_module("movingout.study.commands.report")  # statistics take seconds to import
-    code: int = analysis.report(_folder(args), args)
+    code: int = analysis.report(folder_of(args), args)
     return code
 
 
 def _export(args: argparse.Namespace) -> int:
-    folder = _folder(args)
+    folder = folder_of(args)
     options = Options(tuple(args.formats), args.test_share, not args.no_training)
     with closing(folder.open_existing()) as store:
         folder = as_frozen(folder, store, args.file)
         target = args.out or folder.output("export", store.frozen().simulated)
         done = export_study(folder, store, target, options)
     document = {"export": str(target), "rows": done.rows, "recordings": done.recordings}
+    document |= {"repeated": done.repeated}
+    again = f" ({done.repeated} of them further attempts)" if done.repeated else ""
     _say(args, {**document, "missing": done.missing, "warnings": done.warnings}, [
-        f"wrote {target}: {done.rows['participants']} participants, {done.rows['rounds']} rounds, "
-        f"{done.rows['answers']} answers, {done.recordings} recordings",
+        f"wrote {target}: {counted(done.rows['participants'], 'participant')}, "
+        f"{counted(done.rows['rounds'], 'round')}{again}, {counted(done.rows['answers'], 'answer')}, "
+        f"{counted(done.recordings, 'recording')}",
         *(f"missing: recording {name} of a round is not in {folder.recordings}" for name in done.missing),
         *(f"warning: {sentence}" for sentence in done.warnings),
     ])  # fmt: skip
@@ -107,7 +108,7 @@ def _export(args: argparse.Namespace) -> int:
 
 
 def _forget(args: argparse.Namespace) -> int:
-    folder = _folder(args)
+    folder = folder_of(args)
     with closing(folder.open_existing()) as store, folder.exclusive():
         done = erase(folder, store, args.pid)
     document = {"pid": done.pid, "rows": done.rows, "recordings": done.recordings, "identity": done.identity}
@@ -120,7 +121,7 @@ def _forget(args: argparse.Namespace) -> int:
 
 
 def _purge(args: argparse.Namespace) -> int:
-    folder = _folder(args)
+    folder = folder_of(args)
     with closing(folder.open_existing()) as store, folder.exclusive() if args.apply else nullcontext():
         found = purge(folder, store) if args.apply else due_for_erasure(folder.study, store)
     document = {"applied": args.apply, "identities": list(found.identities), "participants": list(found.trials)}
@@ -134,10 +135,3 @@ def _purge(args: argparse.Namespace) -> int:
 
 def _say(args: argparse.Namespace, document: dict[str, object], sentences: list[str]) -> None:
     print(json.dumps(document, indent=2) if args.json else "\n".join(sentences))
-
-
-def _share(text: str) -> float:
-    share = float(text)
-    if not 0 <= share < 1:
-        raise argparse.ArgumentTypeError("a share is from 0 up to, but not including, 1")
-    return share

@@ -6,12 +6,15 @@ import json
 from contextlib import closing
 from pathlib import Path
 
+from movingout.maps.suggestion import counted
+from movingout.recordings.annotation.findings_table import finding_rows
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.exports.target import new_target
-from movingout.recordings.spreadsheet import safe_text
+from movingout.recordings.report.words import Words
+from movingout.recordings.spreadsheet import safe_cells, safe_text
 from movingout.study.analysis.page import all_tables, page
-from movingout.study.analysis.results import DELETED, Results, collect
-from movingout.study.analysis.tables import Namer, ReportTable
+from movingout.study.analysis.results import Results, collect
+from movingout.study.analysis.tables import ENGLISH, LANGUAGE_FILES, Namer, ReportTable
 from movingout.study.commands.data import as_frozen
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.allocation import letters
@@ -19,39 +22,42 @@ from movingout.study.design.definition import Study
 from movingout.study.errors import StudyError
 from movingout.study.store.store import Frozen
 
-FLOW_FIELDS = {DELETED: "forgotten at their wish or after the time of keeping"}
-"""Fields of --json whose name is not the text of the report."""
-
 
 def report(folder: StudyFolder, args: argparse.Namespace) -> int:
     """Write a folder with report.html and a CSV file per table."""
     with closing(folder.open_existing()) as store:
         folder = as_frozen(folder, store, args.file)
-        frozen, results = store.frozen(), collect(folder.study, store, folder.recordings)
+        frozen, results = store.frozen(), collect(folder.study, store, folder.recordings, args.annotations)
     target: Path = args.out or folder.output("report", frozen.simulated)
-    name = _namer(folder.study, blinded=args.blinded)
+    words = Words(args.language or folder.study.languages[0], (LANGUAGE_FILES,))
+    name, english = (_namer(folder.study, spoken, blinded=args.blinded) for spoken in (words, ENGLISH))
     try:
         with new_target(target) as part:
             part.mkdir()
-            text = page(results, name, _about(folder.study, frozen), frozen.simulated)
+            text = page(results, name, _about(folder.study, frozen, words), words, frozen.simulated)
             (part / "report.html").write_text(text, encoding="utf-8")
-            for table in all_tables(results, name):
+            for table in all_tables(results, english):  # for programs: the same in every language
                 _write(part / f"{table.name}.csv", table)
+            _write_findings(part / "findings.csv", results)
     except RecordingError as error:
         raise StudyError(str(error)) from error
     _say(target, results, as_json=args.json)
     return 0
 
 
-def _namer(study: Study, *, blinded: bool) -> Namer:
-    shown = letters(study) if blinded else {one.id: f"{one.id} ({one.agent})" for one in study.partners}
-    return lambda partner: shown.get(partner, "another participant")
+def _namer(study: Study, words: Words, *, blinded: bool) -> Namer:
+    shown = letters(study) if blinded else {one.id: _named(one.id, one.agent) for one in study.partners}
+    return lambda partner: shown.get(partner, words.say("study.another_participant"))
 
 
-def _about(study: Study, frozen: Frozen) -> str:
-    protocol = f", protocol {study.protocol}" if study.protocol else ""
+def _named(partner: str, agent: str) -> str:
+    return partner if partner == agent else f"{partner} ({agent})"
+
+
+def _about(study: Study, frozen: Frozen, words: Words) -> str:
+    key = "study.about.protocol" if study.protocol else "study.about"
     version = frozen.code.get("movingout", "unknown")
-    return f"Study {frozen.id}{protocol}; study file {frozen.file_sha256[:12]}, software {version}."
+    return words.say(key, id=frozen.id, protocol=study.protocol, file=frozen.file_sha256[:12], version=version)
 
 
 def _write(path: Path, table: ReportTable) -> None:
@@ -62,9 +68,19 @@ def _write(path: Path, table: ReportTable) -> None:
             writer.writerow([*map(safe_text, row[: table.words]), *row[table.words :]])
 
 
+def _write_findings(path: Path, results: Results) -> None:
+    """Every finding of the rounds that count, with the verdict of each annotator."""
+    columns, rows = finding_rows(results.sessions.recordings, results.sessions.verdicts)
+    with path.open("w", encoding="utf-8", newline="") as stream:
+        writer = csv.DictWriter(stream, columns)
+        writer.writeheader()
+        writer.writerows(map(safe_cells, rows))
+
+
 def _say(target: Path, results: Results, *, as_json: bool) -> None:
     if as_json:
-        flow = {FLOW_FIELDS.get(text, text): number for text, number in results.flow}
-        print(json.dumps({"report": str(target), "rounds": len(results.rounds), "flow": flow}, indent=2))
+        document = {"report": str(target), "rounds": len(results.rounds), "flow": dict(results.flow)}
+        print(json.dumps(document, indent=2))
     else:
-        print(f"wrote {target}/report.html: {len(results.rounds)} rounds, {len(results.flags)} quality flags")
+        flags = counted(len(results.flags), "quality flag")
+        print(f"wrote {target}/report.html: {counted(len(results.rounds), 'round')}, {flags}")

@@ -13,12 +13,12 @@ from rich.table import Table
 from movingout.maps import load_map
 from movingout.maps.commands.parser import add_out
 from movingout.maps.spec import SEAT_COLOURS
-from movingout.study.commands import data
+from movingout.study.commands import backup, data
 from movingout.study.design.allocation import Visit, letters
 from movingout.study.design.consent_text import unfilled
 from movingout.study.design.review import Review, review
 from movingout.study.design.study_file import read_study
-from movingout.study.design.templates import template_names, template_text
+from movingout.study.design.templates import LANGUAGES, template_names, template_text
 from movingout.study.errors import StudyError
 
 _MOST_ORDERS = 12  # rows of the order table; --json has all
@@ -34,6 +34,8 @@ def configure(parser: argparse.ArgumentParser) -> "argparse._SubParsersAction[ar
         example="movingout study new --template human_study -o study.yaml",
     )
     new.add_argument("--template", default="human_study", metavar="NAME", help=f"one of {', '.join(template_names())}")
+    known = ", ".join(LANGUAGES)
+    new.add_argument("--languages", nargs="+", default=["en"], metavar="LANGUAGE", help=f"of its texts: {known} (en)")
     add_out(new, "FILE", "default: NAME.yaml; never overwritten")
     new.set_defaults(perform=_new)
 
@@ -46,6 +48,7 @@ def configure(parser: argparse.ArgumentParser) -> "argparse._SubParsersAction[ar
     check.add_argument("--json", action="store_true", help="one JSON document on standard output")
     check.set_defaults(perform=_check)
     data.configure(commands)
+    backup.configure(commands)
     return commands
 
 
@@ -55,7 +58,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _new(args: argparse.Namespace) -> int:
-    text = template_text(args.template)
+    text = template_text(args.template, args.languages)
     output: Path = args.out or Path(f"{args.template}.yaml")
     try:
         with output.open("x", encoding="utf-8") as stream:
@@ -141,14 +144,15 @@ def _print_orders(console: Console, found: Review) -> None:
 
 
 def _maps_in_short(visit: Visit) -> str:
-    """The maps by number, each with the seats in their order: 1B 2R, or 1BR where both are played."""
+    """The maps by number, each with the seats in their order: 1B 2R, or 1BR where both are played; others by name."""
     seats: dict[str, str] = {}
     for turn in visit.turns:
         letter = SEAT_COLOURS[turn.seat][0].upper()
         known = seats.setdefault(turn.map, "")
         seats[turn.map] = known if letter in known else known + letter
-    numbers = {name: str(load_map(name).number or name) for name in seats}
-    return " ".join(numbers[name] + letters for name, letters in seats.items())
+    maps = {name: load_map(name) for name in seats}
+    starts = {name: str(the_map.number) if the_map.number else f"{the_map.name}·" for name, the_map in maps.items()}
+    return " ".join(starts[name] + letters for name, letters in seats.items())
 
 
 def _document(found: Review) -> dict[str, Any]:

@@ -4,9 +4,13 @@ from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
+from movingout.recordings.annotation.search import SEARCH_NAME
+from movingout.recordings.annotation.verdicts import VERDICTS_NAME, forget_recordings
 from movingout.recordings.errors import RecordingError
+from movingout.recordings.storage.finished import SUFFIX
 from movingout.recordings.storage.index import INDEX_NAME, list_recordings
 from movingout.recordings.storage.listing import Summary
+from movingout.recordings.storage.s3_bucket import delete_copies
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.definition import Study
 from movingout.study.errors import StudyError
@@ -93,12 +97,16 @@ def remove_recordings(folder: Path, pid: str, episodes: set[str]) -> int:
     readable = {one.path for one in found}
     try:
         rest = {path for path in folder.iterdir() if path.is_file() and path not in readable}
-        paths |= {
-            path for path in rest if path.name != INDEX_NAME and pid.encode() in path.read_bytes()
-        }  # damaged ones
+        kept = (INDEX_NAME, SEARCH_NAME, VERDICTS_NAME)
+        paths |= {path for path in rest if path.name not in kept and pid.encode() in path.read_bytes()}  # damaged ones
+        delete_copies(folder.parent, [path.name for path in paths if path.suffix == SUFFIX])
+        forget_recordings(folder, {path.name.partition(".")[0] for path in paths})
         for path in paths:
             path.unlink()
+        (folder / SEARCH_NAME).unlink(missing_ok=True)  # who sat where; it is made again from the files
         (folder / INDEX_NAME).unlink(missing_ok=True)  # it names the participant; it is rebuilt from the files
+    except RecordingError as error:
+        raise StudyError(f"nothing is deleted yet, because copies are elsewhere: {error}") from None
     except OSError as error:
         raise StudyError(f"cannot delete {error.filename}: {error.strerror or error}") from None
     return len(paths)
@@ -107,7 +115,8 @@ def remove_recordings(folder: Path, pid: str, episodes: set[str]) -> int:
 def remove_rooms(folder: StudyFolder, pid: str) -> None:
     """Delete the saved rooms of a stopped server that name the participant, and what was answered in them."""
     try:
-        for path in [*folder.rooms.glob("*.json"), *folder.rooms.glob("*.tmp")]:  # the last ones after a crash
+        # those of a cluster are in a folder per shard; *.tmp are left after a crash
+        for path in [*folder.rooms.rglob("*.json"), *folder.rooms.rglob("*.tmp")]:
             if pid.encode() in path.read_bytes():
                 path.unlink()
                 for answers in (folder.data / "answers").glob(f"{path.stem}-*.jsonl"):

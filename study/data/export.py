@@ -51,6 +51,7 @@ class Exported:
 
     rows: dict[str, int] = field(default_factory=dict)
     recordings: int = 0
+    repeated: int = 0  # rounds that are a further attempt at the same round
     missing: list[str] = field(default_factory=list)  # ids of recordings that are not in the recordings folder
     warnings: list[str] = field(default_factory=list)
 
@@ -60,6 +61,7 @@ def export_study(folder: StudyFolder, store: Store, target: Path, options: Optio
     done = Exported()
     study, frozen = folder.study, store.frozen()
     tables = _tables(study, store)
+    done.repeated = sum(row["attempt"] > 1 for row in tables["rounds"])
     tables["recordings"] = _manifest(folder.recordings, tables["rounds"], done)
     done.warnings += _small_groups(study, tables["answers"])
     try:

@@ -1,7 +1,7 @@
 """Where the data of a study are stored: its two databases, and the recordings that all studies share."""
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -11,18 +11,23 @@ from movingout.study.design.definition import Study
 from movingout.study.design.study_file import parse_study
 from movingout.study.errors import StudyError
 from movingout.study.store.clock import now_ms
+from movingout.study.store.database import alone
 from movingout.study.store.identity import IdentityStore
 from movingout.study.store.store import Store
 
 
 @dataclass(frozen=True, slots=True)
 class StudyFolder:
-    """The data folder of a study; `database` and `identities` are addresses of PostgreSQL databases, if used."""
+    """The data folder of a study; `database` and `identities` are addresses of PostgreSQL databases, if used.
+
+    `fence` is that of a node which runs the study (study.store.database).
+    """
 
     study: Study
     data: Path
     database: str | None = None
     identities: str | None = None
+    fence: int = 0
 
     @property
     def own(self) -> Path:
@@ -43,10 +48,10 @@ class StudyFolder:
 
     def open(self, now: Callable[[], int] = now_ms) -> Store:
         """The store; created if there is none."""
-        return Store(self.database or self.own / "study.sqlite", now)
+        return Store(self.database or self.own / "study.sqlite", now, self.fence)
 
     def open_identities(self, now: Callable[[], int] = now_ms) -> IdentityStore:
-        return IdentityStore(self.identities or self.own / "identity.sqlite", now)
+        return IdentityStore(self.identities or self.own / "identity.sqlite", now, self.fence)
 
     @contextmanager
     def exclusive(self) -> Iterator[None]:
@@ -65,7 +70,8 @@ class StudyFolder:
         except OSError as error:
             raise StudyError(f"cannot write to {self.own}: {error.strerror or error}") from None
         try:
-            yield
+            with alone(self.database) if self.database else nullcontext():
+                yield
         finally:
             lock.release()
 

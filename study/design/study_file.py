@@ -7,6 +7,7 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
+from movingout.maps.files.input_file import read_input
 from movingout.maps.suggestion import known_names
 from movingout.maps.yaml_document import FieldPath, FileFault, YamlDocument, YamlError, path_text
 from movingout.study.design.definition import Study
@@ -45,7 +46,7 @@ def parse_study(text: str, name: str = "study.yaml", folder: Path | None = None)
 
 def _text(path: Path) -> str:
     try:
-        return path.read_text(encoding="utf-8")
+        return read_input(path).decode("utf-8")
     except UnicodeDecodeError:
         raise StudyFileError(path.name, [FileFault(1, "the file", "is not UTF-8 text")]) from None
     except OSError as error:
@@ -64,7 +65,7 @@ def _with_files(document: YamlDocument, value: Any, path: FieldPath, folder: Pat
     if file.is_absolute() or ".." in file.parts:
         raise document.error(path, "the file must be next to the study: a relative name without ..")
     try:
-        return (folder / file).read_text(encoding="utf-8")
+        return read_input(folder / file).decode("utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise document.error(path, f"cannot read {file}: {error}") from None
 

@@ -1,4 +1,8 @@
-"""Databases: a file of SQLite, or PostgreSQL by URL; brought to the newest schema when they are opened."""
+"""Databases: a file of SQLite, or PostgreSQL by URL; brought to the newest schema when they are opened.
+
+Of several servers that share a PostgreSQL database, the one with the highest *fence* may write: it raises the number
+in the database when it opens it, and every transaction reads that number under a lock before it commits.
+"""
 
 import contextlib
 import os
@@ -8,27 +12,41 @@ from typing import Any, Literal
 
 from alembic import command
 from alembic.config import Config
-from sqlalchemy import Connection, Engine, create_engine, event, make_url
+from sqlalchemy import Connection, Engine, create_engine, event, make_url, text
 from sqlalchemy.exc import ArgumentError, DBAPIError, SQLAlchemyError
+from sqlalchemy.schema import CreateSchema
 
 from movingout.maps.extras import needs_extra
-from movingout.study.errors import StoreError, StoreLocked
+from movingout.study.errors import StoreError, StoreFenced, StoreLocked
 
 Kind = Literal["main", "identity"]
 BUSY_S = 1.0  # how long a query waits for another program; all others wait behind it
+FENCED_S = 3  # after which the database gives up a transaction of a server that hangs, so that another can go on
+UPGRADE = 7_306_412  # a lock of PostgreSQL, while tables are made: any number that nobody else uses
+SERVED = 7_306_413  # another one: fenced servers share it, who deletes or serves alone has it for itself
 _MIGRATIONS = Path(__file__).parent / "migrations"
 
 
 class Database:
-    """One database. Every method that touches it raises StoreError in a sentence."""
+    """One database. Every method that touches it raises StoreError in a sentence.
 
-    def __init__(self, address: Path | str, kind: Kind) -> None:
+    With a `fence` above 0, of PostgreSQL only, this server writes until one with a higher fence opens the database;
+    then each write raises StoreFenced.
+    """
+
+    def __init__(self, address: Path | str, kind: Kind, fence: int = 0) -> None:
         self.address = address
-        self._engine = _file_engine(address) if isinstance(address, Path) else _url_engine(address)
+        self._fence = 0
+        self._engine = _file_engine(address) if isinstance(address, Path) else _url_engine(address, fence > 0)
         self._writer = self._engine.execution_options(begin="BEGIN IMMEDIATE")  # SQLite: no upgrade can fail later
         try:
             with self.write() as connection:
+                if connection.dialect.name == "postgresql":
+                    connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({UPGRADE})")
+                    _make_schema(connection)
                 command.upgrade(alembic_config(kind, connection), "head")
+            if fence:
+                self._take_over(fence)
         except BaseException:
             self.close()
             raise
@@ -40,10 +58,40 @@ class Database:
             yield connection
 
     @contextlib.contextmanager
+    def snapshot(self) -> Iterator[Connection]:
+        """A consistent view over many queries, as of one moment."""
+        level = {"isolation_level": "REPEATABLE READ"} if self._engine.dialect.name == "postgresql" else {}
+        with _sentences(self.address), self._engine.execution_options(**level).begin() as connection:
+            yield connection
+
+    @contextlib.contextmanager
     def write(self) -> Iterator[Connection]:
         """One transaction: all of it is on the disk when the block ends, or none."""
         with _sentences(self.address), self._writer.begin() as connection:
+            if self._fence:
+                self._check_fence(connection)
             yield connection
+
+    def _take_over(self, fence: int) -> None:
+        """Wait for the writes of the last server, and let no further one begin."""
+        with self.write() as connection:
+            connection.exec_driver_sql("CREATE TABLE IF NOT EXISTS movingout_fence (number bigint PRIMARY KEY)")
+            connection.exec_driver_sql("LOCK TABLE movingout_fence IN SHARE ROW EXCLUSIVE MODE")
+            connection.exec_driver_sql(
+                "INSERT INTO movingout_fence SELECT 0 WHERE NOT EXISTS (SELECT FROM movingout_fence)"
+            )
+            raised = text("UPDATE movingout_fence SET number = :fence WHERE number <= :fence RETURNING number")
+            if connection.execute(raised, {"fence": fence}).first() is None:
+                raise StoreFenced(
+                    f"{_FENCED}, with a higher fencing token than {fence}. If none does, because the tables of the "
+                    "cluster were made anew: DELETE FROM movingout_fence in this database"
+                )
+        self._fence = fence
+
+    def _check_fence(self, connection: Connection) -> None:
+        newest = connection.execute(text("SELECT number FROM movingout_fence FOR SHARE")).scalar_one()
+        if newest != self._fence:
+            raise StoreFenced(_FENCED)
 
     def scrub(self) -> None:
         """Overwrite what was deleted, also in the write-ahead log."""
@@ -75,6 +123,9 @@ def _sentences(address: Path | str) -> Iterator[None]:
 def shown(address: Path | str) -> str:
     """The address without its password."""
     return str(address) if isinstance(address, Path) else make_url(address).render_as_string(hide_password=True)
+
+
+_FENCED = "another node runs the study now"
 
 
 def _reason(error: DBAPIError) -> str:
@@ -116,7 +167,7 @@ def _file_engine(path: Path) -> Engine:
     return engine
 
 
-def _url_engine(url: str) -> Engine:
+def _url_engine(url: str, fenced: bool) -> Engine:
     try:
         parsed = make_url(url)
     except ArgumentError:
@@ -128,7 +179,45 @@ def _url_engine(url: str) -> Engine:
             f"{parsed.get_backend_name()} is not supported; give a postgresql:// address, or none for SQLite"
         )
     with needs_extra("postgres", "PostgreSQL"):
-        return create_engine(parsed.set(drivername="postgresql+psycopg"), pool_pre_ping=True)
+        engine = create_engine(
+            parsed.set(drivername="postgresql+psycopg"),
+            pool_pre_ping=True,
+            connect_args={"connect_timeout": FENCED_S, "tcp_user_timeout": 1000 * FENCED_S} if fenced else {},
+        )
+    if fenced:
+        event.listen(engine, "connect", _give_up_soon)
+    return engine
+
+
+def _make_schema(connection: Connection) -> None:
+    """The schema that the address names first, where it is not there yet."""
+    if connection.exec_driver_sql("SELECT current_schema()").scalar_one() is None:
+        path = connection.exec_driver_sql("SHOW search_path").scalar_one()
+        name = str(path).partition(",")[0].strip().strip('"')
+        connection.execute(CreateSchema(name, if_not_exists=True))
+
+
+def _give_up_soon(connection: Any, record: Any) -> None:
+    with connection.cursor() as cursor:
+        cursor.execute(f"SET idle_in_transaction_session_timeout = '{FENCED_S}s'")
+        cursor.execute(f"SET lock_timeout = '{3 * FENCED_S}s'")
+        cursor.execute(f"SELECT pg_advisory_lock_shared({SERVED})")  # as long as this connection lasts
+    connection.commit()
+
+
+@contextlib.contextmanager
+def alone(address: str) -> Iterator[None]:
+    """Keep fenced servers out of a PostgreSQL database. Raises StoreError while one serves from it."""
+    engine = _url_engine(address, fenced=False)
+    try:
+        with _sentences(address), engine.connect() as connection:
+            free = connection.execute(text("SELECT pg_try_advisory_lock(:lock)"), {"lock": SERVED}).scalar_one()
+            connection.commit()
+            if not free:
+                raise StoreError(f"a study is being served from {shown(address)}; stop its servers first")
+            yield
+    finally:
+        engine.dispose()
 
 
 def alembic_config(kind: Kind, connection: Connection) -> Config:

@@ -2,24 +2,37 @@
 
 import json
 import secrets
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from sqlalchemy import delete, insert, select, update
+from sqlalchemy import delete, insert, make_url, select, update
+from sqlalchemy.exc import ArgumentError
 
+from movingout.study.errors import StudyError
 from movingout.study.store.clock import now_ms
 from movingout.study.store.database import Database
 from movingout.study.store.tables import identities
 
+IDENTITIES = "movingout_identities"  # the schema of identities, where they have no database of their own
 _ALPHABET = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789"  # nothing that is misread
 _PID_LENGTH = 6
+
+
+def identities_in(database: str) -> str:
+    """The address of identities beside the data: a schema of their own in the same database. Raises StudyError."""
+    try:
+        url = make_url(database).update_query_dict({"options": f"-csearch_path={IDENTITIES}"})
+    except (ArgumentError, ValueError):
+        problem = f"{database!r} is no address of a database; it looks like postgresql://user@host/name"
+        raise StudyError(problem) from None
+    return url.render_as_string(hide_password=False)
 
 
 class IdentityStore:
     """Recruitment ids and the pseudonyms that stand for them everywhere else."""
 
-    def __init__(self, address: Path | str, now: Callable[[], int] = now_ms) -> None:
-        self._database = Database(address, "identity")
+    def __init__(self, address: Path | str, now: Callable[[], int] = now_ms, fence: int = 0) -> None:
+        self._database = Database(address, "identity", fence)
         self._now = now
 
     def pid(self, source: str, external_id: str, parameters: Mapping[str, str] | None = None) -> tuple[str, bool]:
@@ -68,6 +81,11 @@ class IdentityStore:
         with self._database.read() as connection:
             rows = connection.execute(select(identities.c.pid, identities.c.source, identities.c.external_id))
             return {str(row.pid): (str(row.source), str(row.external_id)) for row in rows}
+
+    def drop(self, pids: Sequence[str]) -> None:
+        """Delete people who never consented, without the cost of overwriting the whole file each time."""
+        with self._database.write() as connection:
+            connection.execute(delete(identities).where(identities.c.pid.in_(pids)))
 
     def forget(self, pid: str) -> int:
         """Delete a participant; returns the number of rows."""

@@ -1,5 +1,7 @@
 """Deletes the rows of a participant; a tombstone says how many there were."""
 
+from collections.abc import Sequence
+
 from sqlalchemy import ColumnElement, Connection, Table, delete, insert, or_, select, update
 
 from movingout.study.errors import StudyError
@@ -62,6 +64,14 @@ def is_erased(store: Store, pid: str) -> bool:
     with store.database.read() as connection:
         query = select(tombstones.c.subject).where(tombstones.c.subject == subject_of(connection, pid))
         return connection.execute(query).first() is not None
+
+
+def drop_undecided(store: Store, pids: Sequence[str]) -> None:
+    """Delete people who opened the link and never said whether they consent; nothing of them is kept."""
+    with store.database.write() as connection:
+        consented = select(consents.c.pid)
+        chosen = participants.c.pid.in_(pids) & participants.c.pid.not_in(consented)
+        connection.execute(delete(participants).where(chosen))
 
 
 def _rows(connection: Connection, pid: str, unit: int | None) -> int:

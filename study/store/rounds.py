@@ -80,6 +80,15 @@ class Rounds:
         with self._store.database.read() as connection:
             return frozenset(connection.execute(query.where(rounds.c.outcome.in_(("delivered", "time")))).scalars())
 
+    def all_finished_steps(self) -> Mapping[int, frozenset[str]]:
+        """The same by unit, of all units that have any, in one query."""
+        query = select(rounds.c.unit, rounds.c.step).where(rounds.c.valid, rounds.c.outcome.in_(("delivered", "time")))
+        found: dict[int, set[str]] = {}
+        with self._store.database.read() as connection:
+            for row in connection.execute(query):
+                found.setdefault(row.unit, set()).add(row.step)
+        return {unit: frozenset(steps) for unit, steps in found.items()}
+
     def block_seconds(self, unit: int) -> dict[str, float]:
         """Seconds that each block has lasted: from the start of its first round to the end of its newest."""
         lasted = func.max(rounds.c.ended_ms) - func.min(rounds.c.started_ms)

@@ -76,8 +76,8 @@ class Participant:
 class Store:
     """The database of one study."""
 
-    def __init__(self, address: Path | str, now: Callable[[], int] = now_ms) -> None:
-        self.database = Database(address, "main")
+    def __init__(self, address: Path | str, now: Callable[[], int] = now_ms, fence: int = 0) -> None:
+        self.database = Database(address, "main", fence)
         self.now = now
 
     def close(self) -> None:
@@ -279,7 +279,10 @@ class Store:
         elapsed_ms: float,
         hidden_ms: float = 0.0,
     ) -> None:
-        """Store one click. A changed answer is another row, up to MOST_CHANGES of a step; the newest counts."""
+        """Store one click, once however often it is sent: its response may have been lost with a server.
+
+        A changed answer is another row, up to MOST_CHANGES of a step; the newest counts.
+        """
         row: dict[str, Any] = {
             "pid": pid,
             "step": step,
@@ -291,6 +294,8 @@ class Store:
         with self.database.write() as connection:
             if not connection.execute(select(consents.c.id).where(consents.c.pid == pid)).first():
                 raise StudyError("nothing is kept before the consent is given")
+            if _is_repeated(connection, row):
+                return
             newest = _newest_of_many(connection, pid, step, item)
             if newest is None:
                 connection.execute(insert(answers).values(**row))
@@ -330,6 +335,15 @@ def _newest_of_many(connection: Connection, pid: str, step: str, item: str) -> i
         return None
     newest: int | None = connection.execute(select(func.max(answers.c.id)).where(mine, answers.c.item == item)).scalar()
     return newest
+
+
+def _is_repeated(connection: Connection, row: Mapping[str, Any]) -> bool:
+    """Whether the newest answer to the item is this very click."""
+    mine = [answers.c[name] == row[name] for name in ("pid", "step", "item")]
+    newest = connection.execute(select(answers).where(*mine).order_by(answers.c.id.desc()).limit(1)).one_or_none()
+    return newest is not None and all(
+        getattr(newest, name) == row[name] for name in ("value", "text", "elapsed_ms", "hidden_ms")
+    )
 
 
 def _anybody(connection: Connection) -> bool:

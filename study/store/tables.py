@@ -105,7 +105,13 @@ rounds = Table(
     Column("id", Integer, primary_key=True),
     Column("unit", ForeignKey("units.id"), nullable=False, doc="who played"),
     Column("step", Text, nullable=False, doc="key of the step"),
-    Column("attempt", Integer, nullable=False, doc="from 1; more where the experimenter restarted it"),
+    Column(
+        "attempt",
+        Integer,
+        nullable=False,
+        doc="from 1; higher where the round was played again, after the experimenter restarted it or a crash ended it. "
+        "Every attempt is a row, so there may be more rows than planned rounds; `outcome` says how each ended",
+    ),
     Column("block", String(48), nullable=False, doc="block of the study"),
     Column("partner", String(48), nullable=False, doc="id of the partner, empty in pairs"),
     Column("map", Text, nullable=False, doc="name of the map"),

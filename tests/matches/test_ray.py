@@ -10,6 +10,7 @@ import pytest
 
 from movingout.matches import MatchError, run_grid
 from movingout.matches.execution.ray_workers import ray_worker_pool
+from movingout.server.cli import main
 from tests.matches.support import HERE, small_grid
 
 pytestmark = pytest.mark.filterwarnings("ignore")  # Ray's own
@@ -45,6 +46,52 @@ def test_a_node_killed_on_the_way_changes_no_number(cluster: Any, tmp_path: Path
     here = run_grid(grid, tmp_path / "here", workers=2)
     assert there.results == here.results
     assert len(there.results) == 48
+
+
+@pytest.mark.slow
+def test_recordings_are_verified_on_a_cluster_as_they_are_here(
+    cluster: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run_grid(small_grid(agents=["idle"], partners=["idle"], seeds=3, ticks=20), tmp_path, workers=1, record=True)
+    folder = tmp_path / "recordings"
+    (folder / "broken.mcap").write_bytes(b"nothing")
+    assert main(["recordings", "verify", str(folder)]) == 2
+    here = capsys.readouterr().out
+    assert main(["recordings", "verify", str(folder), "--ray", cluster.address]) == 2
+    assert capsys.readouterr().out == here
+    assert here.count("identical   ") >= 3 and "UNREADABLE" in here
+
+
+@pytest.mark.slow
+def test_recordings_are_exported_on_a_cluster_as_they_are_here(
+    cluster: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run_grid(small_grid(agents=["idle"], partners=["idle"], seeds=3, ticks=20), tmp_path, workers=1, record=True)
+    folder = tmp_path / "recordings"
+
+    def exported(name: str, to: str, *options: str) -> dict[str, bytes]:
+        command = ["recordings", "export", str(folder), "--to", to, "--out", str(tmp_path / f"{to}-{name}")]
+        assert main([*command, "--test-share", "0.3", "--split-by", "episode", *options]) == 0
+        files = sorted((tmp_path / f"{to}-{name}").rglob("*.*"))
+        return {str(path.relative_to(tmp_path / f"{to}-{name}")): path.read_bytes() for path in files}
+
+    for to in ("parquet", "csv", "lerobot", "official"):
+        assert exported("ray", to, "--ray", cluster.address) == exported("here", to)
+    (folder / "broken.mcap").write_bytes(b"nothing")
+    command = ["recordings", "export", str(folder), "--out", str(tmp_path / "none"), "--ray", cluster.address]
+    assert main([*command, "--to", "csv"]) == 2
+    assert "broken.mcap" in capsys.readouterr().err
+    assert main([*command, "--to", "gif"]) == 2
+    assert "leave --ray out" in capsys.readouterr().err
+
+
+def test_verifying_on_a_cluster_that_is_not_there_is_a_sentence(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("ray", reason="the extra `cluster` is not installed")
+    (tmp_path / "broken.mcap").write_bytes(b"nothing")
+    assert main(["recordings", "verify", str(tmp_path), "--ray", "127.0.0.1:1"]) == 2
+    assert "no Ray cluster answers at '127.0.0.1:1'" in capsys.readouterr().err
 
 
 def test_a_cluster_that_is_not_there_is_said_in_a_sentence() -> None:

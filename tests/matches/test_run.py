@@ -46,7 +46,7 @@ def test_shards_add_up_to_the_whole(tmp_path: Path) -> None:
 
 def test_a_killed_run_goes_on_and_plays_nothing_twice(tmp_path: Path) -> None:
     grid, folder = tmp_path / "grid.yaml", tmp_path / "out"
-    grid.write_text(GRID)
+    grid.write_text(GRID.replace("ticks: 60", "ticks: 240"))  # long enough for the kill to come in time
     command = [
         sys.executable,
         "-m",

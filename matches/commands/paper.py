@@ -1,0 +1,247 @@
+"""`movingout paper`: the paper's tables and figures; recordings, agents and matches that they need are made first."""
+
+import argparse
+import contextlib
+import datetime
+import json
+import os
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, get_args
+
+from movingout.maps.commands.parser import add_out
+from movingout.maps.errors import MovingOutError
+from movingout.maps.suggestion import counted
+from movingout.matches.commands.progress import bar
+from movingout.matches.errors import MatchError
+from movingout.matches.paper.bar_chart import bar_chart
+from movingout.matches.paper.budgets import BUDGETS, budget_of
+from movingout.matches.paper.costs import span
+from movingout.matches.paper.drawing import save_drawing
+from movingout.matches.paper.entry import PaperEntry
+from movingout.matches.paper.layout import laid_out
+from movingout.matches.paper.page.reproduction_page import write_page
+from movingout.matches.paper.registry import ENTRIES, chosen_entries
+from movingout.matches.paper.steps import PaperStep, paper_steps
+from movingout.matches.paper.workspace import Evaluation, Workspace, begun
+from movingout.matches.paper.writers import WRITERS
+from movingout.matches.results.results_folder import write_whole
+from movingout.world.exactness import inexact_engine
+
+_STATES = {
+    "whole": "made here", "in part": "some rows are made here", "elsewhere": "made by another command",
+    "not done": "not done", "illustration": "nothing is measured",
+}  # fmt: skip
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    actions = parser.add_subparsers(dest="action", metavar="COMMAND", required=True, title="commands")
+    listing = actions.add_parser(
+        "list", help="every label, and whether it is made here", example="movingout paper list"
+    )
+    listing.add_argument("--json", action="store_true", help="one JSON document on standard output")
+    listing.set_defaults(perform=_list)
+    for name, kinds in (("tables", "table"), ("figures", "figure")):
+        sub = actions.add_parser(
+            name,
+            help=f"make one {kinds} or all, beside the paper's",
+            example=f"movingout paper {name} {'tab:ablation' if name == 'tables' else 'fig:results_t2'} "
+            "--budget small -o data/paper",
+        )
+        sub.add_argument("label", nargs="?", default="all", metavar="LABEL|all", help="of `movingout paper list` (all)")
+        _making_options(sub)
+        sub.set_defaults(perform=_make)
+    _add_page(actions)
+
+
+def _add_page(actions: Any) -> None:
+    page = actions.add_parser(
+        "page", help="write what a folder has measured into a page, a row per label",
+        example="movingout paper page docs/reproduction.md -o data/paper",
+    )  # fmt: skip
+    page.add_argument("page", type=Path, metavar="PAGE", help="with the two comments between which it writes")
+    add_out(page, "DIR", "folder of everything: tables, agents, matches (%(default)s)", default=Path("data/paper"))
+    page.set_defaults(perform=_page)
+
+
+def _page(args: argparse.Namespace) -> int:
+    page = args.page.resolve()
+    try:
+        with contextlib.chdir(args.out):
+            write_page(page, ENTRIES.values(), begun(), datetime.date.today().isoformat())
+    except OSError as error:
+        raise MatchError(f"there is no folder {args.out}; make tables into one first") from error
+    print(f"wrote {args.page}")
+    return 0
+
+
+def _making_options(parser: argparse.ArgumentParser) -> None:
+    add_out(parser, "DIR", "folder of everything: tables, agents, matches (%(default)s)", default=Path("data/paper"))
+    parser.add_argument(
+        "--data", type=Path, nargs="+", metavar="RECORDINGS", help="episodes of your people; default: scripted people"
+    )
+    parser.add_argument("--budget", choices=BUDGETS, default="small", help=_budgets())
+    parser.add_argument(
+        "--evaluation", choices=get_args(Evaluation), default="official",
+        help="Challenge 2: evaluated on the maps as designed, as in the paper, or on held-out combinations",
+    )  # fmt: skip
+    parser.add_argument("--min-tcr", type=float, default=0.0, metavar="TCR", help="leave out poorer episodes of --data")
+    parser.add_argument("--seed", type=int, default=0, help="seed of the division into groups (%(default)s)")
+    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, metavar="N", help="default: one per core")
+    parser.add_argument("--dry-run", action="store_true", help="only say what would be done, and how long it takes")
+    parser.add_argument("--json", action="store_true", help="one JSON document on standard output")
+
+
+def _budgets() -> str:
+    return "; ".join(
+        f"{budget.name}: {budget.about.partition(';')[0].replace('%', '%%')}" for budget in BUDGETS.values()
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    perform: Callable[[argparse.Namespace], int] = args.perform
+    return perform(args)
+
+
+def _list(args: argparse.Namespace) -> int:
+    if args.json:
+        entries = [
+            {"label": entry.label, "kind": entry.kind, "title": entry.heading, "state": entry.state,
+             "section": entry.published.section if entry.published else "", "why": entry.otherwise,
+             "command": entry.command}
+            for entry in ENTRIES.values()
+        ]  # fmt: skip
+        print(json.dumps({"labels": entries}, indent=2))
+        return 0
+    for entry in ENTRIES.values():
+        why = f": {entry.otherwise}" if entry.state == "not done" and entry.otherwise else ""
+        how = f": {entry.command}" if entry.state == "elsewhere" else ""
+        print(f"{entry.label:<26} {_STATES[entry.state]}{why}{how}\n{'':<26} {entry.heading}")
+    return 0
+
+
+def _make(args: argparse.Namespace) -> int:
+    if args.workers < 1 or args.seed < 0 or not 0.0 <= args.min_tcr <= 1.0:
+        raise MatchError("--workers is at least 1, --seed at least 0, and --min-tcr from 0 to 1")
+    entries = _entries(args)
+    space = Workspace(
+        budget=budget_of(args.budget), evaluation=args.evaluation, workers=args.workers, seed=args.seed,
+        given=_existing(args.data or ()), min_tcr=args.min_tcr,
+    )  # fmt: skip
+    folder: Path = args.out
+    if args.dry_run and not folder.exists():
+        return _dry_run(paper_steps(entries, space), args.json, space.budget.preset == "paper")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise MatchError(f"cannot make the folder {folder}: {error.strerror or error}") from error
+    with contextlib.chdir(folder):  # where commands look for trained agents
+        if args.dry_run:
+            return _dry_run(paper_steps(entries, space), args.json, space.budget.preset == "paper")
+        space.begin()
+        written, failed = _made(entries, space)
+    _show(args, folder, written, failed)
+    return 1 if failed else 0
+
+
+def _entries(args: argparse.Namespace) -> list[PaperEntry]:
+    """Those to make. Raises MatchError, with the reason, for a label that cannot be made here."""
+    entries = chosen_entries(args.label)
+    if args.label == "all":
+        return [entry for entry in entries if (entry.kind == "figure") == (args.action == "figures")]
+    (entry,) = entries
+    if not entry.runnable:
+        why = f"{entry.otherwise or 'nothing in it is measured'}" + (f"; try: {entry.command}" if entry.command else "")
+        raise MatchError(f"{entry.label} is not made by this command: {why}")
+    return entries
+
+
+def _existing(paths: Sequence[Path]) -> tuple[Path, ...]:
+    for path in paths:
+        if not path.exists():
+            raise MatchError(f"there are no recordings at {path}")
+    return tuple(path.resolve() for path in paths)
+
+
+def _dry_run(steps: Sequence[PaperStep], as_json: bool, paper_networks: bool) -> int:
+    todo = [step for step in steps if not step.is_done()]
+    seconds = sum(step.seconds for step in todo)
+    if as_json:
+        document = [{"step": step.about, "estimated_s": step.seconds} for step in todo]
+        print(json.dumps({"steps": document, "finished": len(steps) - len(todo), "estimated_s": seconds}, indent=2))
+        return 0
+    for step in todo:
+        print(f"{span(step.seconds):>8}  {step.about}")
+    print(f"{counted(len(todo), 'step')} to do, {len(steps) - len(todo)} done; about {span(seconds)} in all, roughly")
+    if paper_networks:
+        print("(trainings and decisions of the paper's networks as on an NVIDIA RTX A6000; on a CPU far longer)")
+    return 0
+
+
+def _made(entries: Sequence[PaperEntry], space: Workspace) -> tuple[list[Path], dict[str, str]]:
+    """The files written, and why each of the other labels was not made. Raises what stops the only one.
+
+    One label after the other: a run that is stopped leaves whole tables.
+    """
+    if caution := inexact_engine():
+        print(f"movingout: {caution}", file=sys.stderr)
+    written: list[Path] = []
+    failed: dict[str, str] = {}
+    for number, entry in enumerate(entries, start=1):
+        where = f"{entry.label} ({number}/{len(entries)}), " if len(entries) > 1 else ""
+        try:
+            _carry_out(paper_steps([entry], space), space, where)
+            written += _write(entry, space)
+        except MovingOutError as error:
+            if len(entries) == 1:
+                raise
+            failed[entry.label] = str(error)
+    return written, failed
+
+
+def _carry_out(steps: Sequence[PaperStep], space: Workspace, where: str) -> None:
+    for number, step in enumerate(steps, start=1):
+        if not step.is_done():
+            about = f"{where}step {number}/{len(steps)}: {step.about} (about {span(step.seconds)})"
+            print(about, file=sys.stderr, flush=True)
+            begun = _processor_seconds()
+            try:
+                with bar(step.about.split()[0]) as progress:
+                    step.perform(progress)
+            finally:
+                space.note_time(step.about, _processor_seconds() - begun)
+
+
+def _processor_seconds() -> float:
+    """Of this process and of those of its workers that have ended."""
+    return sum(os.times()[:4])
+
+
+def _write(entry: PaperEntry, space: Workspace) -> list[Path]:
+    if entry.drawing:
+        return save_drawing(entry.drawing, entry.label, entry.heading, entry.notes, space)
+    folder = Path("figures" if entry.kind == "figure" else "tables")
+    table, name = laid_out(entry, space), entry.label.replace(":", "_")
+    written = []
+    for ending, write in WRITERS.items():
+        path = folder / f"{name}.{ending}"
+        write_whole(path, write(table))
+        written.append(path)
+    if entry.kind == "figure":
+        write_whole(folder / f"{name}.svg", bar_chart(entry, space))
+        written.append(folder / f"{name}.svg")
+    return written
+
+
+def _show(args: argparse.Namespace, folder: Path, written: Sequence[Path], failed: Mapping[str, str]) -> None:
+    for label, why in failed.items():
+        print(f"movingout: {label} was not made: {why}", file=sys.stderr)
+    if args.json:
+        document = {"files": [str(folder / path) for path in written], "not_made": failed}
+        print(json.dumps(document, indent=2))
+        return
+    pages = [folder / path for path in written if path.suffix == ".md"]
+    if len(pages) == 1:
+        print(pages[0].read_text(encoding="utf-8"))
+    print(f"{counted(len(pages), args.action[:-1])} in {folder}, each as Markdown, LaTeX and HTML")

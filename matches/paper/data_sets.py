@@ -1,0 +1,99 @@
+"""The episodes that agents learn from: recorded by scripted people or given, listed, and divided among groups."""
+
+from pathlib import Path
+
+from movingout.agents.data.demonstrations import EpisodeJob, episode_jobs, variant_jobs, write_all
+from movingout.agents.scripted.populations import population
+from movingout.maps import load_map, map_names
+from movingout.maps.randomize import Split
+from movingout.matches.errors import MatchError
+from movingout.matches.paper.workspace import DATA, GROUPS, Workspace
+from movingout.matches.run import OnProgress
+from movingout.recordings.errors import RecordingError
+from movingout.recordings.groups import GroupedRecording, grouped, write_groups
+from movingout.recordings.storage.finished import SUFFIX
+from movingout.recordings.storage.listing import read_summary
+
+POPULATIONS = "AB"  # those of C are never learned from
+EXPERTS = 4  # who record for Challenge 2, as in the paper
+LEAST_TICKS = 8  # that an episode must have on average: shorter ones hold no chunk of actions
+
+
+def record_scripted(challenge: int, space: Workspace, progress: OnProgress) -> None:
+    """Let scripted people record; what is there already is kept."""
+    jobs = _challenge_2(space) if challenge == 2 else _challenge_1(space)
+    folder = _recorded(challenge)
+    there = sum((folder / f"{job.episode_id}{SUFFIX}").exists() for job in jobs)
+    for number, _ in enumerate(write_all(jobs, folder, space.workers), start=there + 1):
+        progress(number, len(jobs))
+
+
+def list_episodes(challenge: int, space: Workspace) -> None:
+    """Write the list of a challenge's episodes, with two groups of participants for Challenge 1.
+
+    Raises RecordingError or MatchError for recordings that the tables cannot be made from.
+    """
+    found = _given(space) if space.given else sorted(_recorded(challenge).glob(f"*{SUFFIX}"))
+    paths = [path for path in found if bool(read_summary(path).variant) == (challenge == 2)]
+    if not paths:
+        raise MatchError(_nothing(challenge, len(found)))
+    rows = grouped(paths, len(GROUPS) if challenge == 1 else 1, space.seed, space.min_tcr if space.given else 0.0)
+    _check(rows, challenge)
+    write_groups(space.listing(f"c{challenge}"), rows)
+
+
+def _recorded(challenge: int) -> Path:
+    return DATA / "demos" / f"c{challenge}"
+
+
+def _challenge_1(space: Workspace) -> list[EpisodeJob]:
+    """Pairs of A and pairs of B; every pair plays every map, and changes seats after half of its episodes."""
+    maps, budget = [load_map(name) for name in map_names()], space.budget
+    return [
+        job
+        for name in POPULATIONS
+        for job in episode_jobs(
+            population(name)[: budget.people], maps, budget.episodes, budget.ticks, space.seed, f"{name}1"
+        )
+    ]
+
+
+def _challenge_2(space: Workspace) -> list[EpisodeJob]:
+    """Four people of A, each episode on a variant of its own."""
+    maps, experts = [load_map(name) for name in map_names()], population("A")[:EXPERTS]
+    split: Split = "official" if space.evaluation == "official" else "train"
+    return variant_jobs(experts, maps, space.budget.variants, space.budget.ticks, space.seed, "A2", split)
+
+
+def _given(space: Workspace) -> list[Path]:
+    files = [file for path in space.given for file in (path.rglob(f"*{SUFFIX}") if path.is_dir() else [path])]
+    if not files:
+        raise RecordingError(f"no recording (*{SUFFIX}) in {', '.join(map(str, space.given))}")
+    return sorted(set(files))
+
+
+def _nothing(challenge: int, count: int) -> str:
+    if challenge == 2:
+        return (
+            f"none of {count} recordings is on a varied map, which Challenge 2 learns from; ask for a table of "
+            "Challenge 1, or leave out --data, so that scripted people record"
+        )
+    return f"none of {count} recordings is on a map as designed, which Challenge 1 learns from"
+
+
+def _check(rows: list[GroupedRecording], challenge: int) -> None:
+    """Raises MatchError for a group that lacks a map, and for episodes that are too short to learn from."""
+    ticks = [read_summary(row.path).ticks for row in rows]
+    if sum(ticks) < LEAST_TICKS * len(rows):
+        raise MatchError(
+            f"{len(rows)} episodes have {sum(ticks)} frames together, too few to learn from: an agent plans "
+            f"{LEAST_TICKS} at a time"
+        )
+    for group in sorted({row.group for row in rows}):
+        lacking = [name for name in map_names() if name not in {row.map for row in rows if row.group == group}]
+        if lacking:
+            whose = f"group {group} of Challenge 1" if challenge == 1 else "Challenge 2"
+            raise MatchError(
+                f"{whose} has no episode on {', '.join(lacking)}; every group needs each of the twelve maps: record "
+                "them, or divide the participants otherwise with another --seed"
+            )

@@ -1,0 +1,102 @@
+"""How diverse the episodes of each challenge are, and what recombination adds (`agents.bass.recombination`).
+
+Means over maps of the paper's four measures, with the jackknife's standard errors. For diversity, an episode is
+recombined as the paper's example is: from a matching stretch on, the partner goes the rest of its way in the other
+episode. What agents learn from are pieces of a few ticks, of which the share of valid ones is measured.
+"""
+
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from dataclasses import astuple
+from functools import partial
+from itertools import islice
+
+import numpy as np
+
+from movingout.agents.bass.recombination import LearnedPart, Matching, RecombinedPiece, augmentation, draw_pieces
+from movingout.agents.data.dataset import Trajectory, read_trajectories
+from movingout.agents.data.diversity import path_of
+from movingout.matches.paper.cells import MeasuredCell, Measurement
+from movingout.matches.paper.workspace import Measured, Workspace
+from movingout.recordings.diversity.comparison import MEASURES
+from movingout.recordings.diversity.measures import PathSet
+from movingout.world.estimates import Estimate
+from movingout.world.state import Floats
+
+PATHS = 24  # at most, per map: all pairs of them are aligned
+PIECES = 4  # recombined paths per recorded one, at most
+
+
+def diversity_cell(data: str, field: str) -> MeasuredCell:
+    """A measure of the recorded episodes of a data set."""
+    about = f"diversity of the episodes of {data}"
+    return MeasuredCell(Measurement(f"diversity-{data}", about, partial(_recorded, data), data=(data,)), field)
+
+
+def augmented_cell(matching: Matching, field: str) -> MeasuredCell:
+    """A measure of the episodes of Challenge 1 with recombined ones, or the share of valid pieces."""
+    about = f"diversity after recombination, {matching}"
+    perform = partial(_augmented, matching)
+    return MeasuredCell(Measurement(f"diversity-{matching}", about, perform, data=("c1",)), field)
+
+
+def learned_parts(trajectories: Sequence[Trajectory]) -> list[LearnedPart]:
+    """Both seats of whole episodes."""
+    return [
+        LearnedPart(one, seat, one.targets(seat, "toggle"), ((0, one.ticks),))
+        for one in trajectories
+        for seat in (0, 1)
+    ]
+
+
+def _recorded(data: str, space: Workspace) -> Measured:
+    paths = [(one.map.name, path_of(one)) for one in read_trajectories(space.episodes(data))]
+    return diversity_over_maps(paths)
+
+
+def _augmented(matching: Matching, space: Workspace) -> Measured:
+    trajectories = read_trajectories(space.episodes("c1"))
+    parts = learned_parts(trajectories)
+    pieces = islice(draw_pieces(parts, space.seed, matching), PIECES * len(trajectories))
+    paths = [(one.map.name, path_of(one)) for one in trajectories]
+    paths += [(piece.own.trajectory.map.name, exchanged(piece)) for piece in pieces]
+    _, report = augmentation(parts, space.budget.states, space.seed, matching, confirm=False)
+    share = report.share
+    error = float(np.sqrt(share * (1.0 - share) / report.tried)) if report.tried > 1 else None
+    return {
+        **diversity_over_maps(paths),
+        **({"valid_share": Estimate(share, error, report.tried)} if report.tried else {}),
+    }
+
+
+def exchanged(piece: RecombinedPiece) -> Floats:
+    """(T + 1, 4) the own way, and from the piece on the partner's way in the other episode, as far as it goes."""
+    path, seat = path_of(piece.own.trajectory).copy(), 1 - piece.own.seat
+    rest = piece.other.robot_poses[piece.other_start :, seat, :2]
+    length = min(len(path) - piece.start, len(rest))
+    path[piece.start : piece.start + length, 2 * seat : 2 * seat + 2] = rest[:length]
+    cut: Floats = path[: piece.start + length]
+    return cut
+
+
+def diversity_over_maps(paths: Sequence[tuple[str, Floats]]) -> Measured:
+    """The four measures, averaged over the maps that have enough paths."""
+    sets = [PathSet(group) for group in _by_map(paths) if len(group) > 1]
+    if not sets:
+        return {}
+    values = np.array([astuple(one.diversity()) for one in sets])
+    errors = [astuple(error) for one in sets if (error := one.standard_errors()) is not None]
+    count = sum(len(one.alike) for one in sets)
+    of_mean = np.sqrt(np.square(errors).sum(axis=0)) / len(sets) if len(errors) == len(sets) else None
+    return {
+        name: Estimate(float(mean), None if of_mean is None else float(of_mean[k]), count)
+        for k, (name, mean) in enumerate(zip(MEASURES, values.mean(axis=0), strict=True))
+    }
+
+
+def _by_map(paths: Sequence[tuple[str, Floats]]) -> Iterator[list[Floats]]:
+    groups: defaultdict[str, list[Floats]] = defaultdict(list)
+    for name, path in paths:
+        groups[name].append(path)
+    for group in groups.values():
+        yield [group[k] for k in np.linspace(0, len(group) - 1, min(PATHS, len(group))).round().astype(int)]

@@ -1,0 +1,148 @@
+"""A table as text: the paper's rows and columns, its figure and ours side by side."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from movingout.matches.paper.cells import EmptyCell, Found
+from movingout.matches.paper.entry import EntryCell, PaperEntry
+from movingout.matches.paper.published import Figure, PublishedColumn
+from movingout.matches.paper.workspace import Workspace
+from movingout.matches.results.table import COPIES
+
+HEADINGS = {
+    "tcr": "TCR (↑)", "nfd": "NFD (↑)", "waiting_share": "WT (↓)", "ac": "AC (↑)",
+    "selection": "selection accuracy (↑)", "next_state_l2": "L2 (↓)",
+    "partner_10": "within 10 % (↑)", "partner_20": "within 20 % (↑)", "valid_share": "valid (↑)",
+    "dtw_mean": "DTW mean (↑)", "dtw_variance": "DTW variance (↑)",
+    "entropy": "entropy (↑)", "coverage": "coverage (↑)",
+    "tcr_map_1_seen": "map 1 seen", "tcr_map_1_unseen": "map 1 unseen",
+    "tcr_map_12_seen": "map 12 seen", "tcr_map_12_unseen": "map 12 unseen",
+    "tcr_map_6": "TCR, map 6 (↑)", "tcr_map_11": "TCR, map 11 (↑)",
+    "map_6_middle_first": "map 6: middle-sized first", "map_6_first_grasp_s": "map 6: first grasp [s]",
+    "map_11_first_grasp_s": "map 11: first grasp [s]", "map_11_first_shared_s": "map 11: first shared item [s]",
+    "decision_ms": "decision [ms]", "change": "change",
+    "no_handover": "no handover", "no_help": "no help", "no_grasp": "no grasp",
+}  # fmt: skip
+NOT_REPRODUCED = (
+    "The paper's agents learned from people, on other hardware. Equal numbers do not mean that a result was "
+    "reproduced, and different ones do not mean that it was not."
+)
+SCRIPTED = "Here all episodes are of scripted people, who stand in for the paper's participants."
+
+
+@dataclass(frozen=True, slots=True)
+class LaidOutTable:
+    """Headings, rows of text, and the notes below."""
+
+    label: str
+    title: str
+    heads: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    notes: tuple[str, ...]
+
+
+def laid_out(entry: PaperEntry, space: Workspace) -> LaidOutTable:
+    """The table of an entry, with whatever has been played and measured so far."""
+    cells = list(entry.cells())
+    columns = list(dict.fromkeys(cell.column for cell in cells))
+    found = {_key(cell): cell.ours.found(space) for cell in cells}
+    many = len({column.challenge for column in columns}) > 1
+    heads = ["", *(part for column in columns for part in (f"{column_head(column, many)} here", "paper")), "n"]
+    rows = []
+    for start in range(0, len(cells), len(columns)):
+        row = cells[start : start + len(columns)]
+        name = f"{row[0].row.group}: {row[0].row.name}" if row[0].row.group else row[0].row.name
+        texts = [text for cell in row for text in _texts(cell, found, entry)]
+        rows.append((name, *texts, _count(row, found)))
+    return LaidOutTable(
+        entry.label, entry.heading, tuple(heads), tuple(rows), tuple(_notes(entry, space, cells, found))
+    )
+
+
+Key = tuple[str, str, PublishedColumn]
+FoundCells = dict[Key, Found | None]
+
+
+def _key(cell: EntryCell) -> Key:
+    return cell.row.group, cell.row.name, cell.column
+
+
+def column_head(column: PublishedColumn, many: bool) -> str:
+    """The heading of a column, with the challenge where a table has several."""
+    measure = HEADINGS.get(column.measure, column.measure)
+    return f"C{column.challenge} {measure}" if many and column.challenge else measure
+
+
+def _texts(cell: EntryCell, found: FoundCells, entry: PaperEntry) -> tuple[str, str]:
+    """Ours and theirs, each with the change from the row that it is compared with."""
+    group = entry.against.get(cell.row.group)
+    ours, theirs = found[_key(cell)], cell.theirs
+    before: Found | None = None
+    published: Figure | None = None
+    if group is not None:
+        other = next((one for one in entry.cells() if _key(one) == (group, cell.row.name, cell.column)), None)
+        before, published = (found[_key(other)], other.theirs) if other else (None, None)
+    here = "not measured" if ours is None and not isinstance(cell.ours, EmptyCell) else number_text(ours)
+    return here + _change(_mean(before), _mean(ours)), paper_text(theirs) + _change(
+        published.mean if published else None, theirs.mean if theirs else None
+    )
+
+
+def _mean(found: Found | None) -> float | None:
+    return None if found is None or found.estimate is None else found.estimate.mean
+
+
+def number_text(found: Found | None) -> str:
+    """Our number with its standard error."""
+    if found is None:
+        return "–"
+    if found.estimate is None:
+        return "no value"
+    error = found.estimate.stderr
+    return f"{found.estimate.mean:.4f}" + ("" if error is None else f" ± {error:.4f}")
+
+
+def paper_text(figure: Figure | None) -> str:
+    """The paper's number as it prints it."""
+    if figure is None:
+        return "–"
+    return f"{figure.mean:g}" + ("" if figure.stderr is None else f" ± {figure.stderr:g}")
+
+
+def _change(before: float | None, now: float | None) -> str:
+    return f" ({100 * (now - before) / before:+.2f} %)" if before and now is not None else ""
+
+
+def _count(row: Sequence[EntryCell], found: FoundCells) -> str:
+    """How much stands behind a row: the counts of its cells, each once, with distinct episodes."""
+    texts = []
+    for cell in row:
+        one = found[_key(cell)]
+        if one is not None and one.estimate is not None:
+            copies = one.distinct is not None and one.distinct < one.estimate.n
+            texts.append(f"{one.estimate.n}" + (f" ({one.distinct} distinct)" if copies else ""))
+    return ", ".join(dict.fromkeys(texts)) or "0"
+
+
+def _notes(entry: PaperEntry, space: Workspace, cells: Sequence[EntryCell], found: FoundCells) -> list[str]:
+    budget = space.budget
+    notes = [
+        f"Budget {budget.name}: {budget.about}.",
+        *([] if space.given or entry.own_episodes else [SCRIPTED]),
+        NOT_REPRODUCED,
+    ]
+    if any(cell.column.challenge == 2 for cell in cells):
+        notes.append(
+            "Challenge 2: trained on varied maps, evaluated on the maps as designed."
+            if space.evaluation == "official"
+            else "Challenge 2: trained and evaluated on varied maps that share no combination of size and shape."
+        )
+    notes += entry.notes
+    if entry.published and entry.published.about:
+        notes.append(entry.published.about)
+    empty = {cell.row.name: cell.ours.reason for cell in cells if isinstance(cell.ours, EmptyCell) and cell.ours.reason}
+    reasons = {reason: [name for name in empty if empty[name] == reason] for reason in empty.values()}
+    notes += [f"Not done here: {', '.join(names)}: {reason}." for reason, names in reasons.items()]
+    if any("distinct" in _count([cell], found) for cell in cells):
+        notes.append(COPIES)
+    return [*notes, "± is the standard error over matches or samples; n counts them."]

@@ -1,0 +1,67 @@
+"""Played matches, kept by who played: a match is played once for all tables, and again only with other weights.
+
+data/matches/<key>/results-0-of-1.jsonl    one folder per pair; the key stands for ids, weights and versions
+"""
+
+import hashlib
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+from movingout.agents.checkpoint.checkpoint import fingerprint
+from movingout.matches.match import Match, MatchResult
+from movingout.matches.results.results_folder import Shard, read_results
+from movingout.matches.run import OnProgress, make_folder, no_op, play_matches
+from movingout.recordings.versions import versions
+
+_EXACT = ("movingout", "pymunk")  # another version may give other results
+
+
+class MatchStore:
+    """The results in a folder. Weights are looked up once, so that a store lives no longer than a command."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self._versions = [versions()[name] for name in _EXACT]
+        self._places: dict[tuple[str, ...], Path] = {}
+        self._untrained: set[tuple[str, ...]] = set()  # pairs whose place changes once their agents are there
+        self._results: dict[Path, dict[str, MatchResult]] = {}
+
+    def find(self, match: Match) -> MatchResult | None:
+        """The result of a match with the present weights; None when it has not been played."""
+        return self._kept(self._place(match)).get(match.id)
+
+    def missing(self, matches: Sequence[Match]) -> list[Match]:
+        """The distinct matches that have not been played. Looks again whether agents are there by now."""
+        for pair in self._untrained:
+            del self._places[pair]
+        self._untrained.clear()
+        return [match for match in dict.fromkeys(matches) if self.find(match) is None]
+
+    def play(self, matches: Sequence[Match], workers: int, progress: OnProgress = no_op) -> None:
+        """Play what is missing; each result is on disk as soon as its match ends."""
+        if todo := self.missing(matches):
+            play_matches(todo, workers=workers, on_result=self._keep, progress=progress)
+
+    def _keep(self, result: MatchResult) -> None:
+        place = self._place(result.match)
+        make_folder(place)
+        with Shard(place) as shard:
+            shard.append([result])
+        self._kept(place)[result.match.id] = result
+
+    def _kept(self, place: Path) -> dict[str, MatchResult]:
+        if place not in self._results:
+            self._results[place] = read_results(place) if place.is_dir() else {}
+        return self._results[place]
+
+    def _place(self, match: Match) -> Path:
+        """The folder of a pair; another one once an agent has weights that it did not have."""
+        pair = tuple(sorted(match.seats))
+        if pair not in self._places:
+            weights = [fingerprint(agent_id) for agent_id in pair]
+            text = json.dumps([pair, weights, self._versions])
+            self._places[pair] = self.folder / hashlib.sha256(text.encode()).hexdigest()[:16]
+            if not all(weights):
+                self._untrained.add(pair)
+        return self._places[pair]

@@ -1,0 +1,117 @@
+"""What is measured for tables besides matches: accuracy of the parts of BASS, noise that episodes stand, and time."""
+
+import time
+from collections import defaultdict
+from collections.abc import Iterable
+from functools import partial
+from pathlib import Path
+
+from movingout.agents.base import EpisodeInfo
+from movingout.agents.bass.accuracy import moment_values
+from movingout.agents.bass.agent import BassAgent
+from movingout.agents.bass.noise_validity import valid_after_noise
+from movingout.agents.catalogue import load_agent
+from movingout.agents.data.dataset import Trajectory, read_trajectories
+from movingout.agents.data.held_out import held_out_episodes
+from movingout.agents.observation.seat_observation import observe
+from movingout.maps import load_map
+from movingout.matches.errors import MatchError
+from movingout.matches.paper.cells import MeasuredCell, Measurement
+from movingout.matches.paper.methods import NOISE_MAP
+from movingout.matches.paper.workspace import Measured, Workspace
+from movingout.recordings.groups import read_groups
+from movingout.world import World
+from movingout.world.constants import LIMIT_TICKS
+from movingout.world.estimates import estimate
+
+EPISODES = 2  # per map, in which accuracy is measured
+TIMED_MAP = "HandOff"
+DECISIONS = 20  # that are timed, after one that is not
+
+
+def accuracy(method: str, options: str, challenge: int, field: str) -> MeasuredCell:
+    """A field of `BassAccuracy` of an agent, on episodes that it has not learned from.
+
+    In Challenge 1 an agent of group a, on episodes of group b; in Challenge 2, on the maps that it is evaluated on.
+    """
+    agent = f"{method}@{'a' if challenge == 1 else 'c2'}"
+    name = f"accuracy-{agent}{options}".translate(str.maketrans("@:=,", "----"))
+    measurement = Measurement(
+        name=name,
+        about=f"accuracy of {agent}{options} on episodes that it has not learned from",
+        perform=partial(_accuracy, agent + options, challenge),
+        agents=(agent,),
+        data=("b",) if challenge == 1 else ("c1",),
+        seconds=lambda budget: 5.0 + 12 * EPISODES * (1.5 + 0.2 * budget.moments) * budget.ticks / 500,
+    )
+    return MeasuredCell(measurement, field)
+
+
+def _accuracy(agent_id: str, challenge: int, space: Workspace) -> Measured:
+    agent = load_agent(agent_id)
+    if not isinstance(agent, BassAgent):
+        raise MatchError(f"{agent_id} is not a BASS agent: it has no simulator and no candidates")
+    values = moment_values(agent, _unseen_episodes(challenge, space), space.budget.moments, seed=space.seed)
+    found = {name: estimate(numbers) for name, numbers in values.items()}
+    return {name: numbers for name, numbers in found.items() if numbers is not None}
+
+
+def _unseen_episodes(challenge: int, space: Workspace) -> list[Trajectory]:
+    if challenge == 2 and space.evaluation == "held-out":
+        return held_out_episodes(2, space.budget.ticks, space.workers)
+    return read_trajectories(list(_some_of_each_map(space, "b" if challenge == 1 else "c1")))
+
+
+def _some_of_each_map(space: Workspace, data: str) -> Iterable[Path]:
+    by_map: dict[str, list[Path]] = defaultdict(list)
+    mine = set(space.episodes(data))
+    for row in read_groups(space.listing(data)):
+        if row.path in mine:
+            by_map[row.map].append(row.path)
+    return (path for paths in by_map.values() for path in sorted(paths)[:EPISODES])
+
+
+def noise_validity(level: str) -> MeasuredCell:
+    """The share of perturbed states on map 10 after which the recorded actions stay valid."""
+    measurement = Measurement(
+        name=f"noise-{level}",
+        about=f"validity of states of {NOISE_MAP} with pose noise {level}",
+        perform=partial(_noise_validity, float(level)),
+        data=("c1",),
+        seconds=lambda budget: 2.0 + 0.006 * budget.states,
+    )
+    return MeasuredCell(measurement, "valid_share")
+
+
+def _noise_validity(deviation: float, space: Workspace) -> Measured:
+    rows = read_groups(space.listing("c1"))
+    trajectories = read_trajectories([row.path for row in rows if row.map == NOISE_MAP])
+    valid = valid_after_noise(trajectories, deviation, space.budget.states, space.seed)
+    found = estimate([float(one) for one in valid])
+    return {} if found is None else {"valid_share": found}
+
+
+def decision_time(method: str, options: str) -> MeasuredCell:
+    """How long a decision takes on one thread of this machine, in milliseconds."""
+    agent = f"{method}@c1"
+    measurement = Measurement(
+        name=f"time-{method}{options}".translate(str.maketrans(":=,", "---")),
+        about=f"time of a decision of {agent}{options}",
+        perform=partial(_decision_time, agent + options),
+        agents=(agent,),
+        seconds=lambda budget: 5.0,
+    )
+    return MeasuredCell(measurement, "decision_ms")
+
+
+def _decision_time(agent_id: str, space: Workspace) -> Measured:
+    agent, the_map = load_agent(agent_id), load_map(TIMED_MAP)
+    seen = observe(the_map, World(the_map).state(), 0)
+    spent = []
+    for _ in range(1 + DECISIONS):
+        agent.reset(EpisodeInfo(the_map, 0, space.seed, LIMIT_TICKS))  # else it would go on with the chunk it has
+        begun = time.perf_counter()
+        agent.act(seen)
+        spent.append(1000 * (time.perf_counter() - begun))
+    found = estimate(spent[1:])
+    return {} if found is None else {"decision_ms": found}

@@ -1,0 +1,1 @@
+"""Labels of the paper that are measured in another game."""

@@ -1,0 +1,103 @@
+"""Labels of the paper that are no tables of agents: sentences, pictures, and what needs people or is not made here."""
+
+from movingout.matches.paper.drawing import Drawing
+from movingout.matches.paper.entry import PaperEntry
+from movingout.matches.paper.measurements import decision_time
+from movingout.matches.paper.other_games.overcooked import overcooked_change
+from movingout.matches.paper.pictures import positions, randomized, recombination_example, rollouts, tcl_distances
+from movingout.matches.paper.reinforced import behaviour
+
+NO_PEOPLE = "needs people: a study with the template `paper`, then its report"
+
+_SENTENCES = (
+    PaperEntry(
+        label="text:inference_time", kind="sentence", differs="on one core of a CPU, with the small networks",
+        rows={
+            ("", "Sample 4x independently"): lambda _: decision_time("bass", ":sampling=4"),
+            ("", "4x4 combination"): lambda _: decision_time("bass", ":sampling=4x4"),
+        },
+    ),
+    PaperEntry(
+        label="text:overcooked", kind="sentence", otherwise="needs the extra `overcooked`",
+        own_episodes=True,
+        differs="learned from the games of 16 pairs of people that come with the package; the paper tells neither data "
+        "nor sizes nor score; ours is the number of soups expected",
+        rows={("", "DP + BASS"): lambda _: overcooked_change()},
+        notes=(
+            "Cramped Room, 400 ticks, both cooks alike; the change of the mean score, n counts games of both.",
+            "They learned from 16 games of pairs of people of 2019, and have sizes of their own: "
+            "`matches/paper/other_games/overcooked.py`.",
+        ),
+    ),
+    PaperEntry(
+        label="mappo_parameters", kind="illustration", title="Summary of parameters for MAPPO",
+        differs="a definition: `train mappo --preset paper` has these numbers; target networks and exploration do "
+        "nothing in MAPPO",
+    ),
+    PaperEntry(
+        label="appx:comparsion_BC_RL", kind="sentence",
+        differs="the paper has no numbers here; what it says in words is counted in episodes of an agent with itself",
+        rows={("", "MAPPO"): behaviour("mappo-{}"), ("", "DP"): behaviour("dp")},
+        notes=("Map 6 is DistancePriority, map 11 FourCorners; MAPPO has an agent for each, from two seeds.",),
+    ),
+    PaperEntry(
+        label="tab:dense_rewards", kind="illustration", title="Dense reward settings",
+        differs="a definition: the reward itself is world/reward.py",
+    ),
+)  # fmt: skip
+_OF_PEOPLE = (
+    PaperEntry(
+        label="fig:human_study_results", kind="figure", title="User survey results in a 7-point Likert scale",
+        otherwise=NO_PEOPLE, people=True, command="movingout study report",
+    ),
+    PaperEntry(
+        label="fig:failure_cases", kind="figure", otherwise=NO_PEOPLE, people=True, command="movingout study report",
+        differs="rules find them, annotators confirm or reject each",
+    ),
+)  # fmt: skip
+_PICTURES = (
+    PaperEntry(
+        label="fig:visual_task1", kind="figure", title="Positions of both agents, by group and in all episodes",
+        drawing=Drawing(positions, data=("c1",)), notes=("Blue and red dots: where the robots were, every map.",),
+    ),
+    PaperEntry(
+        label="fig:visual_task2", kind="figure", title="Examples of randomization in Challenge 2",
+        drawing=Drawing(randomized),
+    ),
+    PaperEntry(
+        label="fig:rollout_example_task_2", kind="figure", title="Rollouts of BASS, MLP and DP in Challenge 2",
+        drawing=Drawing(rollouts, agents=("bass@c2", "mlp@c2", "dp@c2")),
+        notes=("SingleRotation, each agent with itself; eight moments from the first tick to the last.",),
+    ),
+    PaperEntry(
+        label="fig:recomb_example", kind="figure", title="An example of recombination",
+        drawing=Drawing(recombination_example, data=("c1",)),
+        notes=("Thick: the eight ticks; the third picture is what the engine makes of them.",),
+    ),
+    PaperEntry(label="fig:tcl_distance", kind="figure", title="TCL progress estimation",
+        differs="unlike the paper's, distances do not only grow: ours follow where the robots are, too",
+        drawing=Drawing(tcl_distances, agents=("bass-tcl@a",), data=("a", "b")),
+        notes=("Left: five episodes of group a, which the embedding learned from; right: five of group b.",),
+    ),
+)  # fmt: skip
+_ILLUSTRATIONS = {
+    "fig:motivation": "Collaboration in a grid world and in a physical world",
+    "fig:introduction": "The environment",
+    "fig:physical_interaction": "Physical attributes",
+    "fig:collaboration_modes": "Collaboration behaviors",
+    "fig:map_examples": "Example maps",
+    "fig:method_faas": "Overview of simulation and action selection",
+    "fig:ac_calcualtion_example": "Example of action consistency",
+    "tab:maps_coordination": "Maps of coordination; ours: movingout maps list",
+    "tab:maps_awareness": "Maps of awareness",
+    "tab:maps_action_consistency": "Maps of action consistency",
+}
+OTHER_LABELS: tuple[PaperEntry, ...] = (
+    *_SENTENCES,
+    *_OF_PEOPLE,
+    *_PICTURES,
+    *(
+        PaperEntry(label=label, kind="illustration", title=title, differs="an illustration or a description")
+        for label, title in _ILLUSTRATIONS.items()
+    ),
+)

@@ -1,0 +1,70 @@
+"""What a page says of each label: read back, so that measurements of other folders are kept where they are better."""
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from movingout.matches.paper.budgets import BUDGETS
+
+HEADS = "label", "status", "budget, day", "ours (the paper's)", "n", "time", "what differs, and why"
+_MISSING = "not measured"  # in a cell of a table
+MEASURED, IN_PART, DRAWN = "measured", "measured in part", "drawn"
+_ROW, _SECTION = re.compile(r"^\| `([^`]+)` \| .*\|$", re.M), re.compile(r"^### .*\(`([^`]+)`\)$", re.M)
+
+
+@dataclass(frozen=True, slots=True)
+class PageLabel:
+    """The row of a label, and the table of all its numbers; empty where it has none of its own."""
+
+    row: str
+    table: str = ""
+
+    @property
+    def has_numbers(self) -> bool:
+        return self._cells[1] in (MEASURED, IN_PART, DRAWN)
+
+    @property
+    def budget(self) -> int:
+        """Its place among the budgets, the smallest first."""
+        return list(BUDGETS).index(self._cells[2].partition(",")[0])
+
+    def is_better_than(self, other: "PageLabel") -> bool:
+        """Whether it has a bigger budget, or more numbers with the same."""
+        if not self.has_numbers or not other.has_numbers or self.budget != other.budget:
+            return self.has_numbers and (not other.has_numbers or self.budget > other.budget)
+        if self._cells[1] != other._cells[1] and IN_PART in (self._cells[1], other._cells[1]):
+            return other._cells[1] == IN_PART
+        if self.table and other.table:
+            return self.table.count(_MISSING) < other.table.count(_MISSING)
+        return self._cells[3].count("; ") > other._cells[3].count("; ")
+
+    @property
+    def _cells(self) -> list[str]:
+        return [cell.strip() for cell in self.row.strip("|").split(" | ")]
+
+
+def line(cells: Iterable[str]) -> str:
+    """A row of a Markdown table."""
+    return "| " + " | ".join(cell.replace("|", "\\|").replace("\n", " ") for cell in cells) + " |"
+
+
+def written_labels(text: str) -> dict[str, PageLabel]:
+    """The labels of a page. Rows that another version wrote, with other columns, are left out."""
+    starts = [*(one.start() for one in _SECTION.finditer(text)), len(text)]
+    tables = {
+        one.group(1): text[one.start() : end].strip() + "\n"
+        for one, end in zip(_SECTION.finditer(text), starts[1:], strict=True)
+    }
+    found = {
+        row.group(1): PageLabel(row.group(0), tables.get(row.group(1), ""))
+        for row in _ROW.finditer(text)
+        if row.group(0).count(" | ") == len(HEADS) - 1
+    }
+    return {label: one for label, one in found.items() if _is_readable(one)}
+
+
+def _is_readable(one: PageLabel) -> bool:
+    try:
+        return not one.has_numbers or one.budget >= 0
+    except ValueError:
+        return False

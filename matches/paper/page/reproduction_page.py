@@ -1,0 +1,150 @@
+"""The measured part of docs/reproduction.md: a row for every label of the paper, and below them all tables in full.
+
+Written between two comments of the page; what stands around them is kept. Of a label that the page has with a bigger
+budget, or with more numbers, than the folder, what stands there is kept, too.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+
+from movingout.matches.errors import MatchError
+from movingout.matches.paper.cells import EmptyCell, Found
+from movingout.matches.paper.costs import span
+from movingout.matches.paper.entry import EntryCell, PaperEntry, played_cells
+from movingout.matches.paper.layout import column_head, laid_out, number_text, paper_text
+from movingout.matches.paper.page.page_labels import DRAWN, HEADS, IN_PART, MEASURED, PageLabel, line, written_labels
+from movingout.matches.paper.published import PublishedColumn
+from movingout.matches.paper.steps import paper_steps
+from movingout.matches.paper.workspace import Workspace
+from movingout.matches.results.results_folder import write_whole
+
+BEGIN, END = "<!-- measured: written by movingout paper page -->", "<!-- end of what is measured -->"
+
+
+def write_page(page: Path, entries: Iterable[PaperEntry], space: Workspace, day: str) -> None:
+    """Bring the page up to date with the workspace. Raises MatchError for a page without the two comments."""
+    try:
+        text = page.read_text(encoding="utf-8")
+    except OSError as error:
+        raise MatchError(f"cannot read {page}: {error.strerror or error}") from error
+    before, begin, rest = text.partition(BEGIN)
+    earlier, end, after = rest.partition(END)
+    if not begin or not end:
+        raise MatchError(f"{page} has no place to write to: it needs the lines {BEGIN} and {END}")
+    measured = _measured(list(entries), space, day, written_labels(earlier))
+    write_whole(page, before + BEGIN + "\n" + measured + END + after)
+
+
+def _measured(entries: list[PaperEntry], space: Workspace, day: str, earlier: Mapping[str, PageLabel]) -> str:
+    shown = [entry for entry in entries if entry.kind != "illustration" or entry.differs]
+    tables = _in_full(shown, space)
+    labels = []
+    for entry in shown:
+        now = PageLabel(line(_row(entry, space, day)), tables.get(entry.label, ""))
+        then = earlier.get(entry.label)
+        labels.append(then if then is not None and then.is_better_than(now) else now)
+    head = "On 2 cores without a GPU: `movingout paper tables LABEL --budget small`, for figures `paper figures LABEL`."
+    rows = [line(HEADS), line(["---"] * len(HEADS)), *(one.row for one in labels)]
+    return "\n".join([head, "", *rows, "", "## All numbers", "", *(one.table for one in labels if one.table), ""])
+
+
+def _row(entry: PaperEntry, space: Workspace, day: str) -> tuple[str, ...]:
+    cells = list(entry.cells())
+    found = [(cell, cell.ours.found(space)) for cell in cells]
+    measured = [(cell, one) for cell, one in found if one is not None]
+    made = bool(measured) or entry.drawn()
+    spent = _seconds(entry, space) if made else 0.0
+    return (
+        f"`{entry.label}`", _status(entry, found, space), _made_with(space, day) if made else "–",
+        "<br>".join(_headline(measured)) or "–", _counts(measured), span(spent) if spent else "–",
+        _differs(entry, cells),
+    )  # fmt: skip
+
+
+def _made_with(space: Workspace, day: str) -> str:
+    return f"{space.budget.name}, {day}" + (", people" if space.given else "")
+
+
+def _status(entry: PaperEntry, found: list[tuple[EntryCell, Found | None]], space: Workspace) -> str:
+    if entry.kind == "illustration":
+        return "nothing is measured"
+    if entry.drawing:
+        return DRAWN if entry.drawn() else "not drawn yet"
+    ours = [one for cell, one in found if not isinstance(cell.ours, EmptyCell)]
+    there = sum(one is not None for one in ours)
+    if there:
+        return MEASURED if there == len(found) else IN_PART
+    if ours:
+        return "not measured with this budget"
+    return "needs people" if entry.people else "another command" if entry.command else "not built"
+
+
+def _headline(measured: list[tuple[EntryCell, Found]]) -> Iterator[str]:
+    """The first column of each challenge that has numbers, row by row."""
+    for column in _first_columns(measured):
+        mine = [(cell, one) for cell, one in measured if cell.column == column]
+        many = len({cell.row.group for cell, _ in mine}) > 1
+        rows = [f"{_name(cell, many)} {number_text(one)} ({paper_text(cell.theirs)})" for cell, one in mine]
+        yield f"{column_head(column, many=column.challenge > 0)}: {'; '.join(rows)}"
+
+
+def _first_columns(measured: list[tuple[EntryCell, Found]]) -> list[PublishedColumn]:
+    first: dict[int, PublishedColumn] = {}
+    for cell, _ in measured:
+        first.setdefault(cell.column.challenge, cell.column)
+    return list(first.values())
+
+
+def _name(cell: EntryCell, with_group: bool) -> str:
+    return f"{cell.row.group}: {cell.row.name}" if with_group else cell.row.name
+
+
+def _counts(measured: list[tuple[EntryCell, Found]]) -> str:
+    """Of the numbers that the row shows, with distinct episodes where some are copies."""
+    shown = _first_columns(measured)
+    found = [(one.estimate.n, one.distinct) for cell, one in measured if one.estimate and cell.column in shown]
+    distinct = [different for n, different in found if different is not None and different < n]
+    behind = f" ({_span(distinct)} distinct)" if distinct else ""
+    return _span([n for n, _ in found]) + behind if found else "–"
+
+
+def _span(counts: list[int]) -> str:
+    low, high = min(counts), max(counts)
+    return f"{low:,}" if low == high else f"{low:,} to {high:,}"
+
+
+def _differs(entry: PaperEntry, cells: list[EntryCell]) -> str:
+    """The remark of the entry, and which rows are not made, with the reason."""
+    empty: dict[str, list[str]] = {}
+    for cell in cells:
+        if isinstance(cell.ours, EmptyCell):
+            names = empty.setdefault(cell.ours.reason, [])
+            names += [] if cell.row.name in names else [cell.row.name]
+    whole = all(isinstance(cell.ours, EmptyCell) for cell in cells)
+    rows = [reason if whole else f"{', '.join(names)}: {reason}" for reason, names in empty.items()]
+    parts = [entry.differs, *rows, "" if cells or entry.differs else entry.otherwise]
+    return "; ".join(part for part in parts if part) + (f" (`{entry.command}`)" if entry.command else "")
+
+
+def _seconds(entry: PaperEntry, space: Workspace) -> float:
+    """Processor time of everything that a label needs; labels share most of it."""
+    times = space.times()
+    steps = sum(times.get(step.about, 0.0) for step in paper_steps([entry], space) if not step.matches)
+    matches = {match for cell in played_cells([entry]) for match in cell.matches(space)}
+    return steps + sum(result.cpu_s for match in matches if (result := space.result(match)) is not None)
+
+
+def _in_full(entries: list[PaperEntry], space: Workspace) -> dict[str, str]:
+    """Every table with a number of ours, by label; a table that repeats another one is left out."""
+    found: dict[str, str] = {}
+    seen: set[object] = set()
+    for entry in entries:
+        if any(cell.ours.found(space) for cell in entry.cells()):
+            table = laid_out(entry, space)
+            if table.rows not in seen:
+                seen.add(table.rows)
+                rows = [table.heads, ("---", *("--:" for _ in table.heads[1:])), *table.rows]
+                notes = ["", " ".join(entry.notes)] if entry.notes else []
+                text = [f"### {table.title} (`{table.label}`)", "", *map(line, rows), *notes]
+                found[entry.label] = "\n".join(text) + "\n"
+    return found

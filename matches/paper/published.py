@@ -1,0 +1,98 @@
+"""The paper's figures, to compare ours with: `published.yaml` as tables.
+
+The paper's agents were trained on people and played with themselves, across groups, or with people. Its waiting times
+lie between 0 and 1, so they are not seconds, as its formula would give, but the share of ticks that the official code
+counts; ours of that kind stand beside them.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Annotated, NamedTuple
+
+import yaml
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+
+FILE = Path(__file__).with_name("published.yaml")
+
+
+class Figure(NamedTuple):
+    """A mean and, where the paper gives one, its standard error."""
+
+    mean: float
+    stderr: float | None = None
+
+
+class PublishedColumn(NamedTuple):
+    """A column of a table: what is measured, in which challenge (0 where the paper names neither)."""
+
+    challenge: int
+    measure: str
+
+
+Figures = Mapping[PublishedColumn, Figure]
+
+
+class PublishedRow(NamedTuple):
+    """A row of a table."""
+
+    group: str  # of rows, empty where the table has no groups
+    name: str
+    figures: Figures  # of the columns in which the paper has one
+
+
+@dataclass(frozen=True, slots=True)
+class PublishedTable:
+    """A table, a figure or a sentence of the paper with numbers in it."""
+
+    label: str
+    title: str
+    section: str
+    about: str
+    columns: tuple[PublishedColumn, ...]
+    rows: tuple[PublishedRow, ...]
+
+
+def _column(text: object) -> PublishedColumn:
+    challenge, _, measure = str(text).partition(" ")
+    return PublishedColumn(int(challenge), measure)
+
+
+def _figure(value: object) -> object:
+    return tuple(value) if isinstance(value, list) else value if value is None else (value, None)
+
+
+class PublishedEntry(BaseModel):
+    """One entry of the file."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    title: Annotated[str, Field(min_length=1)]
+    section: Annotated[str, Field(min_length=1)]
+    about: str = ""
+    columns: tuple[Annotated[PublishedColumn, BeforeValidator(_column)], ...]
+    rows: dict[str, dict[str, tuple[Annotated[Figure | None, BeforeValidator(_figure)], ...]]]
+
+    def table(self, label: str) -> PublishedTable:
+        return PublishedTable(label, self.title, self.section, self.about, self.columns, tuple(self._rows()))
+
+    def _rows(self) -> Iterator[PublishedRow]:
+        for group, rows in self.rows.items():
+            for name, figures in rows.items():
+                pairs = zip(self.columns, figures, strict=True)
+                yield PublishedRow(group, name, {column: figure for column, figure in pairs if figure is not None})
+
+
+@cache
+def published_tables() -> Mapping[str, PublishedTable]:
+    """All tables by label, in the order of the file."""
+    document = yaml.safe_load(FILE.read_text(encoding="utf-8"))
+    return {label: PublishedEntry.model_validate(entry).table(label) for label, entry in document.items()}
+
+
+def figure(label: str, group: str, row: str, column: tuple[int, str]) -> Figure | None:
+    """One figure of the paper; None where it gives none."""
+    table = published_tables()[label]
+    rows = [one.figures for one in table.rows if (one.group, one.name) == (group, row)]
+    return rows[0].get(PublishedColumn(*column)) if rows else None

@@ -1,0 +1,112 @@
+"""What tables need, as steps in order: recordings, trainings, matches, measurements. What is done is skipped."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+from movingout.matches.match import Match
+from movingout.matches.paper.cells import Measurement
+from movingout.matches.paper.costs import match_seconds, recording_seconds, training_seconds
+from movingout.matches.paper.data_sets import list_episodes, record_scripted
+from movingout.matches.paper.entry import PaperEntry, measurements, played_cells
+from movingout.matches.paper.methods import METHODS, TrainedId, trained_before, trained_id
+from movingout.matches.paper.training import train_agent
+from movingout.matches.paper.workspace import Workspace
+from movingout.matches.run import OnProgress
+
+Bar = Callable[[str], "OnProgress"]
+
+
+@dataclass(frozen=True, slots=True)
+class PaperStep:
+    """One step."""
+
+    about: str
+    seconds: float  # on the workers of the workspace, roughly
+    is_done: Callable[[], bool]
+    perform: Callable[[OnProgress], None]
+    matches: bool = False  # whether it plays: each result says how long its match took
+
+
+def paper_steps(entries: Sequence[PaperEntry], space: Workspace) -> list[PaperStep]:
+    """Everything that entries need, done or not, in an order in which it can be done."""
+    chosen = list(entries)
+    agents = _agents(chosen, space)
+    measured = measurements(chosen)
+    challenges = {1 if agent.data != "c2" else 2 for agent in agents if not METHODS[agent.method].plays}
+    data = {name for one in measured for name in one.data}
+    data |= {name for entry in chosen if entry.drawing for name in entry.drawing.data}
+    challenges |= {2 if name == "c2" else 1 for name in data}
+    return [
+        *(step for challenge in sorted(challenges) for step in _data_steps(challenge, space)),
+        *(_training_step(agent, space) for agent in agents),
+        *_match_steps(list(dict.fromkeys(_matches(chosen, space))), space),
+        *(_measuring_step(one, space) for one in measured),
+    ]
+
+
+def _agents(entries: list[PaperEntry], space: Workspace) -> list[TrainedId]:
+    """The agents to train, each after those that it is made of."""
+    ids = dict.fromkeys(agent for entry in entries for cell in entry.cells() for agent in cell.ours.agents)
+    ids |= dict.fromkeys(agent for entry in entries if entry.drawing for agent in entry.drawing.agents)
+    played = {agent for cell in played_cells(entries) for agent in cell.agents}
+    found: dict[TrainedId, None] = {}
+    for agent_id in ids:
+        for seed in range(space.budget.trainings if agent_id in played else 1):
+            agent = trained_id(agent_id)._replace(seed=seed)
+            found |= dict.fromkeys([*trained_before(agent), agent])
+    return list(found)
+
+
+def _matches(entries: list[PaperEntry], space: Workspace) -> Iterator[Match]:
+    for cell in dict.fromkeys(played_cells(entries)):
+        yield from cell.matches(space)
+
+
+def _data_steps(challenge: int, space: Workspace) -> Iterator[PaperStep]:
+    data = f"c{challenge}"
+    listing = space.listing(data)
+    if not space.given:
+        people = "experts" if challenge == 2 else "people"
+        yield PaperStep(
+            f"record scripted {people} for Challenge {challenge}",
+            recording_seconds(challenge, space.budget) / space.workers,
+            listing.exists,
+            lambda progress: record_scripted(challenge, space, progress),
+        )
+    yield PaperStep(
+        f"list the episodes of Challenge {challenge}" + (" and divide their participants" if challenge == 1 else ""),
+        5.0,
+        listing.exists,
+        lambda progress: list_episodes(challenge, space),
+    )
+
+
+def _training_step(agent: TrainedId, space: Workspace) -> PaperStep:
+    return PaperStep(
+        f"train {agent.text} ({METHODS[agent.method].kind})",
+        training_seconds(METHODS[agent.method], space.budget),
+        partial(space.has_agent, agent.text),
+        lambda progress: train_agent(agent, space),
+    )
+
+
+def _match_steps(matches: list[Match], space: Workspace) -> Iterator[PaperStep]:
+    """All matches in one step: those of one pair alone would leave workers idle."""
+    if matches:
+        yield PaperStep(
+            f"play {len(matches):,} match{'es' * (len(matches) != 1)}",
+            sum(match_seconds(match, space.budget) for match in matches) / space.workers,
+            lambda: not space.matches.missing(matches),
+            lambda progress: space.matches.play(matches, space.workers, progress),
+            matches=True,
+        )
+
+
+def _measuring_step(one: Measurement, space: Workspace) -> PaperStep:
+    return PaperStep(
+        f"measure {one.about}",
+        one.seconds(space.budget),
+        lambda: space.measured(one.name) is not None,
+        lambda progress: space.keep(one.name, one.perform(space)),
+    )

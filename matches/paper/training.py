@@ -1,0 +1,81 @@
+"""Training the agents of the paper's tables, by `movingout train` in this process."""
+
+import contextlib
+from pathlib import Path
+from typing import Any
+
+from movingout.agents.checkpoint.checkpoint import folder_name
+from movingout.agents.commands import train
+from movingout.maps.commands.parser import CommandParser
+from movingout.matches.errors import MatchError
+from movingout.matches.paper.budgets import Budget
+from movingout.matches.paper.methods import METHODS, Method, TrainedId
+from movingout.matches.paper.workspace import DATA, Workspace
+from movingout.recordings.groups import read_groups
+
+
+def train_agent(agent: TrainedId, space: Workspace) -> None:
+    """Train an agent and write its checkpoint; what the training prints goes into a log beside it.
+
+    Raises MatchError where it has nothing to learn from, and what `movingout train` raises.
+    """
+    log = DATA / "logs" / f"{folder_name(agent.text)}.log"
+    log.parent.mkdir(parents=True, exist_ok=True)
+    parser = CommandParser(prog="movingout train")
+    train.configure(parser)
+    args = parser.parse_args([str(word) for word in _words(agent, space)])
+    with log.open("a", encoding="utf-8") as file, contextlib.redirect_stdout(file), contextlib.redirect_stderr(file):
+        train.run(args)
+
+
+def _words(agent: TrainedId, space: Workspace) -> list[Any]:
+    """The command, after `movingout train`."""
+    method, budget = METHODS[agent.method], space.budget
+    words: list[Any] = [
+        method.kind, "--id", agent.text, "--name", f"{agent.method}, {agent.data}"[:60], "--data", DATA,
+        "--preset", budget.preset, "--seed", _seed(agent), "--threads", space.workers, "--go-on",
+        *method.options, *_sizes(method, budget),
+    ]  # fmt: skip
+    if method.plays:
+        return words
+    words += ["--population", _population(agent.data, space)]
+    if method.base:
+        words += ["--base", agent.of(method.base).text]
+    if method.simulator:
+        words += ["--simulator", agent.of(method.simulator).text]
+    if method.simulator and not method.learns:
+        return words
+    return [*words[:1], *_files(agent, space, method.maps), *words[1:]]
+
+
+def _seed(agent: TrainedId) -> int:
+    """What is trained from episodes differs in these; what learns from its own play needs another seed."""
+    if METHODS[agent.method].plays:
+        return 2 * agent.seed + (agent.data == "b")
+    return agent.seed
+
+
+def _sizes(method: Method, budget: Budget) -> list[Any]:
+    """The options of the budget: a quarter of the updates on single maps, a quarter of the batch with pictures."""
+    words = list(budget.options.get(method.kind, ()))
+    fewer = ["--updates", "--progress-updates"] if method.maps else []
+    for option in [*fewer, *(["--batch"] if method.pictures else [])]:
+        if option in words:
+            there = words.index(option) + 1
+            words[there] = max(words[there] // 4, 1)
+    return words
+
+
+def _files(agent: TrainedId, space: Workspace, maps: tuple[str, ...]) -> list[Path]:
+    mine = set(space.episodes(agent.data))
+    rows = [row for row in read_groups(space.listing(agent.data)) if row.path in mine]
+    found = [row.path for row in rows if not maps or row.map in maps]
+    if not found:
+        raise MatchError(f"{agent.text} learns from {', '.join(maps)}, and no episode of it is there")
+    return found
+
+
+def _population(data: str, space: Workspace) -> str:
+    who = "people of the given recordings" if space.given else "scripted people of A and B"
+    part = {"a": ", group 1", "b": ", group 2", "c2": ", Challenge 2"}.get(data, "")
+    return who + part

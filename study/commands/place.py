@@ -1,0 +1,41 @@
+"""Options of the commands for data: which folder and databases hold a study."""
+
+import argparse
+from pathlib import Path
+
+from movingout.study.data.study_folder import StudyFolder
+from movingout.study.design.study_file import read_study
+from movingout.study.errors import StudyError
+from movingout.study.store.identity import identities_in
+
+DATA = Path("data")
+
+
+def add_place(parser: argparse.ArgumentParser) -> None:
+    """FILE and where its data are."""
+    parser.add_argument("file", type=Path, metavar="FILE", help="the study file")
+    add_databases(parser)
+    parser.add_argument("--json", action="store_true", help="one JSON document on standard output")
+
+
+def add_databases(parser: argparse.ArgumentParser) -> None:
+    """The data folder, and databases outside of it."""
+    parser.add_argument("--data", type=Path, default=DATA, metavar="DIR", help=f"default: {DATA}")
+    parser.add_argument("--database", metavar="URL", help="postgresql://...; default: a file in DIR")
+    parser.add_argument("--identities", metavar="URL", help="the database of identities; default: a file in DIR")
+    parser.add_argument("--cluster", metavar="URL", help="both databases of nodes that were served with this address")
+
+
+def databases(args: argparse.Namespace) -> tuple[str | None, str | None]:
+    """The addresses of data and of identities, None for files. Raises StudyError."""
+    if not args.cluster:
+        return args.database or None, args.identities or None
+    if not args.cluster.startswith(("postgresql://", "postgres://")):
+        raise StudyError(f"{args.cluster} is no address of PostgreSQL; it looks like postgresql://user@host/name")
+    database = args.database or args.cluster
+    return database, args.identities or identities_in(database)
+
+
+def folder_of(args: argparse.Namespace) -> StudyFolder:
+    """Where the data of the study are. Raises StudyError."""
+    return StudyFolder(read_study(args.file), args.data, *databases(args))

@@ -1,0 +1,72 @@
+"""Agents as objects in `play`: a class, an instance, and what is said about anything else."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
+from movingout.matches import play
+from movingout.matches.errors import MatchError
+from movingout.recordings import read_episode
+
+
+class Counting:
+    """Drives ahead and counts its episodes."""
+
+    def __init__(self) -> None:
+        self.episodes = 0
+
+    def reset(self, episode: EpisodeInfo) -> None:
+        self.episodes += 1
+
+    def act(self, observation: Observation) -> ActionChunk:
+        return np.array([[1.0, 1.0, 0.0, 0.0]])
+
+
+class Faulty(Counting):
+    def act(self, observation: Observation) -> ActionChunk:
+        raise ValueError("no idea")
+
+
+def test_an_instance_plays_every_match_and_its_recording_names_its_class(tmp_path: Path) -> None:
+    agent = Counting()
+    results = play(agent, "idle", "HandOff", episodes=3, ticks=5, record=tmp_path)
+    assert agent.episodes == 3 and [result.ending for result in results] == ["time"] * 3
+    assert results[0].match.blue == f"{__name__}:Counting"
+    assert read_episode(Path(results[0].recording)).header.seats[0].name == f"{__name__}:Counting"
+
+
+def test_a_class_plays_both_seats_and_two_instances_too() -> None:
+    for blue, red in ((Counting, Counting), (Counting(), Counting()), (lambda: Counting(), "idle")):
+        assert play(blue, red, ticks=3)[0].ending == "time"
+    one = Counting()
+    with pytest.raises(MatchError, match="cannot play both seats; give its class, or two instances"):
+        play(one, one, ticks=3)
+
+
+def test_objects_give_the_result_that_ids_give() -> None:
+    assert (
+        play("scripted", Counting, ticks=40)[0].play_hash
+        == play("scripted", f"{__name__}:Counting", ticks=40)[0].play_hash
+    )
+
+
+def test_no_episodes_are_a_fault() -> None:
+    with pytest.raises(MatchError, match="at least 1 episode is played, not 0"):
+        play("idle", "idle", episodes=0)
+
+
+def test_a_fault_is_told_with_its_place_and_what_is_no_agent_before_anything_is_played() -> None:
+    with pytest.warns(UserWarning, match="1 of 1 matches failed: .*ValueError"):
+        result = play(Faulty, "idle", ticks=3)[0]
+    assert (
+        result.ending == "failed" and "ValueError" in result.failure and "test_agent_objects.py, line" in result.failure
+    )
+    for wrong, sentence in (
+        (3, "3 is no agent"),
+        (dict, "makes dict, which has no reset"),
+        (lambda weights: Counting(), "missing a required argument: 'weights'.*; give an instance"),
+    ):
+        with pytest.raises(MatchError, match=sentence):
+            play(wrong, "idle", ticks=3)  # type: ignore[arg-type]

@@ -1,0 +1,126 @@
+"""The measured part of docs/reproduction.md, and the figures that are painted."""
+
+import contextlib
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+from movingout.agents.bass.recombination import RecombinedPiece
+from movingout.agents.overcooked.kitchen import is_installed
+from movingout.matches.paper.budgets import BUDGETS
+from movingout.matches.paper.diversity import diversity_cell, exchanged, learned_parts
+from movingout.matches.paper.page.reproduction_page import BEGIN, END, write_page
+from movingout.matches.paper.registry import ENTRIES
+from movingout.matches.paper.workspace import Workspace
+from movingout.recordings.groups import grouped, write_groups
+from movingout.server.cli import main
+from movingout.world.estimates import Estimate
+from tests.agents.learning import recorded, walked
+
+SMOKE = BUDGETS["smoke"]
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    monkeypatch.chdir(tmp_path)
+    yield tmp_path
+
+
+def _row(page: Path, label: str) -> list[str]:
+    (line,) = (one for one in page.read_text(encoding="utf-8").splitlines() if one.startswith(f"| `{label}` |"))
+    return [cell.strip() for cell in line.strip("|").split(" | ")]
+
+
+def test_a_page_gets_a_row_for_every_label_and_the_numbers_that_are_there(here: Path) -> None:
+    space, page = Workspace(budget=SMOKE), here / "page.md"
+    space.keep("noise-0.2", {"valid_share": Estimate(0.5, 0.1, 20)})
+    space.note_time("measure validity of states of SingleRotation with pose noise 0.2", 40.0)
+    space.note_time("measure validity of states of SingleRotation with pose noise 0.2", 20.0)
+    page.write_text(f"# Page\n{BEGIN}\nstale\n{END}\nafter\n", encoding="utf-8")
+    write_page(page, ENTRIES.values(), space, "2026-11-23")
+    text = page.read_text(encoding="utf-8")
+    assert text.startswith("# Page\n") and text.endswith("after\n") and "stale" not in text
+    assert _row(page, "tab:pose_noise_ablation")[1:6] == [
+        "measured in part", "smoke, 2026-11-23", "C1 valid (↑): 0.2 0.5000 ± 0.1000 (0.0002)", "20", "60 s",
+    ]  # fmt: skip
+    assert _row(page, "tab:ablation")[1:4] == ["not measured with this budget", "–", "–"]
+    assert _row(page, "fig:failure_cases")[1] == "needs people"
+    assert _row(page, "text:overcooked")[1] == ("not measured with this budget" if is_installed() else "not built")
+    assert _row(page, "fig:visual_task2")[1] == "not drawn yet"
+    assert all(f"| `{label}` |" in text for label in ENTRIES)
+    assert "### Ablation of different pose-noise levels" in text and "### Ablations" not in text
+    before = text
+    write_page(page, ENTRIES.values(), space, "2026-11-23")
+    assert page.read_text(encoding="utf-8") == before
+
+
+def test_a_page_keeps_what_it_has_with_a_bigger_budget_or_with_more_numbers(here: Path) -> None:
+    page, label = here / "page.md", "tab:pose_noise_ablation"
+    page.write_text(f"{BEGIN}\n{END}\n", encoding="utf-8")
+
+    def written(budget: str, day: str, *levels: str) -> list[str]:
+        folder = here / day
+        folder.mkdir()
+        with contextlib.chdir(folder):
+            space = Workspace(budget=BUDGETS[budget])
+            for level in levels:
+                space.keep(f"noise-{level}", {"valid_share": Estimate(0.5, 0.1, 20)})
+            write_page(page, ENTRIES.values(), space, day)
+        return _row(page, label)
+
+    assert written("smoke", "Monday", "0.2", "0.02")[2] == "smoke, Monday"
+    assert written("smoke", "Tuesday", "0.2")[2] == "smoke, Monday", "more numbers"
+    assert written("smoke", "Wednesday")[2] == "smoke, Monday"
+    assert written("small", "Thursday", "0.2")[2] == "small, Thursday", "a bigger budget"
+    assert written("smoke", "Friday", "0.2", "0.02")[2] == "small, Thursday"
+    assert written("small", "Saturday", "0.2")[2] == "small, Saturday", "as many, and newer"
+    assert page.read_text(encoding="utf-8").count("### Ablation of different pose-noise levels") == 1
+
+
+def test_the_command_writes_the_page_of_a_folder(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (here / "out").mkdir()
+    page = here / "page.md"
+    page.write_text(f"{BEGIN}\n{END}\n", encoding="utf-8")
+    assert main(["paper", "page", "page.md", "-o", "out"]) == 2
+    assert "no table has been made in" in capsys.readouterr().err
+    assert main(["paper", "page", "page.md", "-o", "nowhere"]) == 2
+    assert "there is no folder nowhere" in capsys.readouterr().err
+    (here / "out" / "paper.json").write_text(
+        '{"budget": "smoke", "evaluation": "official", "data": [], "min_tcr": 0.0, "seed": 0}', encoding="utf-8"
+    )
+    assert main(["paper", "page", "page.md", "-o", "out"]) == 0
+    assert "| label | status | budget, day |" in page.read_text(encoding="utf-8")
+    page.write_text("no place", encoding="utf-8")
+    assert main(["paper", "page", "page.md", "-o", "out"]) == 2
+    assert "has no place to write to" in capsys.readouterr().err
+
+
+def test_a_figure_without_numbers_is_painted(here: Path) -> None:
+    assert main(["paper", "figures", "fig:visual_task2", "--budget", "smoke", "-o", "out"]) == 0
+    picture = Image.open(here / "out" / "figures" / "fig_visual_task2.png")
+    assert picture.size[0] > 5 * 220 and len(set(picture.convert("L").tobytes())) > 10
+    assert "fig_visual_task2.png" in (here / "out" / "figures" / "fig_visual_task2.md").read_text(encoding="utf-8")
+
+
+def test_diversity_is_measured_of_the_listed_episodes_and_copies_give_no_error(here: Path) -> None:
+    files = [recorded(here / "theirs", f"{number}", 20, number, (f"a{number}", f"b{number}")) for number in range(3)]
+    space = Workspace(budget=SMOKE, given=(here / "theirs",))
+    write_groups(space.listing("c1"), grouped(files, 1))
+    cell = diversity_cell("c1", "entropy")
+    assert cell.found(space) is None
+    space.keep(cell.measurement.name, cell.measurement.perform(space))
+    found = cell.found(space)
+    assert found is not None and found.estimate is not None
+    assert found.estimate.n == 3 and 0.0 < found.estimate.mean < 1.0 and found.estimate.stderr is not None
+
+
+def test_a_recombined_path_is_the_partners_of_the_other_episode_from_the_piece_on() -> None:
+    own, other = walked(ticks=30), walked(ticks=20, seed=1)
+    (blue, _, *_) = learned_parts([own, other])
+    path = exchanged(RecombinedPiece(blue, 10, other, 5))
+    assert path.shape == (10 + 16, 4)
+    assert (path[:, :2] == own.robot_poses[:26, 0, :2]).all()
+    assert (path[:10, 2:] == own.robot_poses[:10, 1, :2]).all()
+    assert (path[10:, 2:] == other.robot_poses[5:21, 1, :2]).all()

@@ -1,0 +1,52 @@
+"""A match is played once for all tables, and again only with other weights."""
+
+from pathlib import Path
+
+import pytest
+
+from movingout.matches.match import Match, MatchResult
+from movingout.matches.paper import match_store
+from movingout.matches.paper.match_store import MatchStore
+from movingout.world.metrics import Metrics
+
+
+def played_result(match: Match) -> MatchResult:
+    return MatchResult(match, "time", 60, 0, 4, Metrics.of({"tcr": 0.5, "nfd": 0.5, "wt_s": 1.5, "ac": None}), 0.03)
+
+
+def test_a_match_is_played_once_and_again_with_other_weights(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    weights = {"dp@a": "1", "dp@b": "2"}
+    asked: list[Match] = []
+
+    def play(matches: list[Match], **options: object) -> list[MatchResult]:
+        asked.extend(matches)
+        for match in matches:
+            options["on_result"](played_result(match))  # type: ignore[operator]
+        return []
+
+    monkeypatch.setattr(match_store, "fingerprint", lambda agent_id: weights.get(agent_id, ""))
+    monkeypatch.setattr(match_store, "play_matches", play)
+    one, other = Match("HandOff", "dp@a", "dp@b", 0), Match("HandOff", "dp@b", "dp@a", 0)
+    MatchStore(tmp_path).play([one, one], workers=1)
+    assert asked == [one]
+    store = MatchStore(tmp_path)
+    assert store.find(one) == played_result(one) and store.missing([one, other]) == [other]
+    store.play([one, other], workers=1)
+    assert asked == [one, other] and len(list(tmp_path.iterdir())) == 1, "a pair has one folder, in either order"
+    weights["dp@a"] = "3"
+    assert MatchStore(tmp_path).missing([one, other]) == [one, other]
+
+
+def test_an_agent_that_is_trained_meanwhile_gets_a_place_of_its_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    weights: dict[str, str] = {}
+    monkeypatch.setattr(match_store, "fingerprint", lambda agent_id: weights.get(agent_id, ""))
+    monkeypatch.setattr(
+        match_store, "play_matches", lambda matches, **how: [how["on_result"](played_result(one)) for one in matches]
+    )
+    store, match = MatchStore(tmp_path), Match("HandOff", "dp@a", "dp@a", 0)
+    assert store.missing([match]) == [match]
+    weights["dp@a"] = "1"
+    store.play([match], workers=1)
+    assert store.find(match) is not None and MatchStore(tmp_path).find(match) is not None

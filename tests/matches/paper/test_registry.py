@@ -1,0 +1,99 @@
+"""The paper's numbers are its own, and every label of it has an entry whose rows exist."""
+
+import re
+
+import pytest
+
+from movingout.matches.errors import MatchError
+from movingout.matches.experiment.paper_reference import paper_figures, paper_tables
+from movingout.matches.paper.cells import EmptyCell
+from movingout.matches.paper.methods import METHODS, trained_before, trained_id, with_seed
+from movingout.matches.paper.published import figure, published_tables
+from movingout.matches.paper.registry import ENTRIES, chosen_entries
+from tests.support import ROOT
+
+PAPER = next(
+    (folder / "shared" / "paper.tex" for folder in (ROOT, ROOT.parent) if (folder / "shared").exists()), ROOT / "no"
+)
+needs_paper = pytest.mark.skipif(not PAPER.exists(), reason="the paper's text is not on this machine")
+
+
+def _as_printed(value: float) -> list[str]:
+    shares = [f"{value * 100:.{digits}f}" for digits in (0, 2)]
+    return [f"{value:g}", *(f"{value:.{digits}f}" for digits in (2, 3, 4)), *shares]
+
+
+@needs_paper
+def test_every_figure_stands_in_the_paper() -> None:
+    text = PAPER.read_text(encoding="utf-8")
+    for table in published_tables().values():
+        for row in table.rows:
+            for one in row.figures.values():
+                assert any(printed in text for printed in _as_printed(one.mean)), (table.label, row.name, one)
+                assert one.stderr is None or f"{one.stderr:.4f}" in text, (table.label, row.name, one)
+
+
+@needs_paper
+def test_every_label_of_the_paper_has_an_entry() -> None:
+    lines = [line for line in PAPER.read_text(encoding="utf-8").splitlines() if not line.lstrip().startswith("%")]
+    labels = set(re.findall(r"\\label\{((?:tab|table|fig):[^}]+|mappo_parameters)\}", "\n".join(lines)))
+    assert labels - set(ENTRIES) == set()
+
+
+def test_rows_of_entries_are_rows_of_the_paper_and_empty_cells_say_why() -> None:
+    for entry in ENTRIES.values():
+        assert entry.heading and (entry.published is not None or not entry.rows), entry.label
+        if entry.published is not None:
+            rows = {(row.group, row.name) for row in entry.published.rows}
+            assert set(entry.rows) <= rows, entry.label
+            assert set(entry.against) | set(entry.against.values()) <= {group for group, _ in rows}
+        for cell in entry.cells():
+            assert not isinstance(cell.ours, EmptyCell) or cell.ours.reason, (entry.label, cell.row.name)
+            assert all(trained_id(agent) for agent in cell.ours.agents)
+        if entry.state == "not done":
+            assert entry.otherwise, entry.label
+
+
+def test_the_same_result_in_two_tables_is_the_same_number() -> None:
+    full = figure("tab:full_results_in_t1", "DP", "+ Full BASS", (1, "tcr"))
+    assert full == (0.5027, 0.0619) and figure("tab:ablation", "DP", "+ Full BASS", (1, "tcr")) == (0.5027, None)
+    assert figure("tab:ablation", "DP", "no such row", (1, "tcr")) is None
+
+
+def test_grids_name_tables_as_before() -> None:
+    methods = "tab:full_results_in_t1, _t2: DP"
+    assert methods in paper_tables() and "tab:full_results_in_t2: Challenge 2" in paper_tables()
+    assert paper_figures(methods, 2, "+ Full BASS")["tcr"] == (0.4348, 0.0599)
+    assert paper_figures("tab:full_results_in_t2: Challenge 2", 2, "MLP")["nfd"] == (0.3602, 0.0315)
+    assert paper_figures("tab:random_partner: BASS", 1, "BASS") == {"tcr": (0.5027, None)}
+    assert paper_figures("no such table", 1, "BASS") == {}
+
+
+def test_an_unknown_label_is_refused_with_the_one_that_was_probably_meant() -> None:
+    with pytest.raises(MatchError, match="did you mean tab:ablation\\?"):
+        chosen_entries("tab:ablatoin")
+    assert {entry.label for entry in chosen_entries("all")} >= {"tab:ablation", "tab:task_1_results", "fig:results_t2"}
+
+
+def test_ids_have_a_method_episodes_and_a_seed() -> None:
+    assert trained_id("bass@c1-2:sampling=4x4") == ("bass", "c1", 2)
+    assert with_seed("dp@a:lag=1", 2) == "dp@a-2:lag=1" and with_seed("dp@a", 0) == "dp@a"
+    assert [one.text for one in trained_before(trained_id("bass-plain@b"))] == [
+        "dp@b", "dp-augmented@b", "bass@b",
+    ]  # fmt: skip
+    with pytest.raises(MatchError, match="did you mean dp@c1"):
+        trained_id("dp@c11")
+
+
+def test_an_agent_is_made_of_methods_that_exist() -> None:
+    for name, method in METHODS.items():
+        assert {method.base, method.simulator} - {""} <= set(METHODS), name
+        assert bool(method.base) == (method.kind == "bass")
+
+
+def test_the_page_about_reproduction_has_a_row_for_every_label_with_numbers() -> None:
+    page = (ROOT / "docs" / "reproduction.md").read_text(encoding="utf-8")
+    missing = [
+        entry.label for entry in ENTRIES.values() if entry.kind != "illustration" and f"| `{entry.label}` |" not in page
+    ]
+    assert missing == []

@@ -1,0 +1,100 @@
+"""Agents that learned by reinforcement in the paper's tables: one per map, from no episodes, and how they behave."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from movingout.maps import map_names
+from movingout.matches.paper import reinforced
+from movingout.matches.paper.budgets import BUDGETS
+from movingout.matches.paper.cells import MeasuredCell, Measurement, PlayedCell, PooledCell
+from movingout.matches.paper.costs import training_seconds
+from movingout.matches.paper.entry import PaperEntry, played_cells
+from movingout.matches.paper.methods import METHODS, trained_id
+from movingout.matches.paper.published import PublishedColumn
+from movingout.matches.paper.registry import ENTRIES
+from movingout.matches.paper.reinforced import behaviour, reinforced_seen, reinforced_unseen, zero_shot
+from movingout.matches.paper.steps import paper_steps
+from movingout.matches.paper.training import _words
+from movingout.matches.paper.workspace import Workspace
+from movingout.world.estimates import Estimate
+
+TCR = PublishedColumn(1, "tcr")
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    monkeypatch.chdir(tmp_path)
+    yield tmp_path
+
+
+def test_every_map_has_agents_of_its_own_with_two_seeds(here: Path) -> None:
+    space = Workspace(budget=BUDGETS["small"])
+    seen, unseen = reinforced_seen(TCR), reinforced_unseen(TCR)
+    assert isinstance(seen, PooledCell) and isinstance(unseen, PooledCell)
+    matches = [match for part in seen.parts for match in part.matches(space)]
+    assert [(one.map, *one.seats) for one in matches[:3]] == [
+        ("HandOff", "mappo-1@a", "mappo-1@a"), ("HandOff", "mappo-1@b", "mappo-1@b"),
+        ("PassOrSplit", "mappo-2@a", "mappo-2@a"),
+    ]  # fmt: skip
+    assert len(matches) == 24 and {one.map for one in matches} == set(map_names())
+    assert [one.seats for one in unseen.parts[11].matches(space)] == [
+        ("mappo-12@a", "mappo-12@b"), ("mappo-12@b", "mappo-12@a"),
+    ]  # fmt: skip
+    assert seen.found(space) is None and len(seen.agents) == 24
+
+
+def test_strangers_in_the_comparison_of_zero_shot_coordination_learned_from_people(here: Path) -> None:
+    cell = zero_shot("comedi")(PublishedColumn(1, "tcr_map_12_unseen"))
+    assert isinstance(cell, PlayedCell) and cell.maps == ("SequentialRotations",)
+    assert cell.agents == ("comedi-12@a", "dp@b", "comedi-12@b")
+
+
+def test_they_need_no_episodes(here: Path) -> None:
+    entry = PaperEntry(
+        label="tab:zsc_comparison", kind="table", otherwise="-",
+        rows={("", "MAPPO"): lambda column: zero_shot("mappo")(column._replace(measure="tcr_map_1_seen"))},
+    )  # fmt: skip
+    assert [step.about for step in paper_steps([entry], Workspace(budget=BUDGETS["small"]))] == [
+        "train mappo-1@a (mappo)", "train mappo-1@b (mappo)", "play 2 matches",
+    ]  # fmt: skip
+    assert {cell.agents for cell in played_cells([entry])} == {("mappo-1@a", "mappo-1@b")}
+
+
+def test_they_are_trained_on_their_map_with_a_seed_of_their_own(here: Path) -> None:
+    space = Workspace(budget=BUDGETS["small"])
+    words = [str(word) for word in _words(trained_id("comedi-12@b-1"), space)]
+    assert words[0] == "comedi" and "--population" not in words
+    said = {name: words[words.index(name) + 1] for name in ("--map", "--frames", "--members", "--seed")}
+    assert said == {"--map": "SequentialRotations", "--frames": "12000", "--members": "2", "--seed": "3"}
+    full = training_seconds(METHODS["comedi-12"], BUDGETS["full"])
+    assert full == 4 * training_seconds(METHODS["mappo-12"], BUDGETS["full"]) > 4 * 5 * 3600
+
+
+def test_behaviour_is_counted_in_episodes() -> None:
+    six = dict(reinforced._of_episode("scripted", 6, 0, 300))
+    assert set(six) == {"map_6_middle_first", "map_6_first_grasp_s", "map_6_first_shared_s"}
+    assert 0.0 < six["map_6_first_grasp_s"] <= six["map_6_first_shared_s"] <= 30.0
+    assert 0.0 <= six["map_6_middle_first"] <= 1.0
+    assert dict(reinforced._of_episode("idle", 6, 0, 20)) == {}
+
+
+def test_what_never_happened_has_no_value(here: Path) -> None:
+    space = Workspace(budget=BUDGETS["small"])
+    cell = behaviour("mappo-{}")(PublishedColumn(1, "map_11_first_shared_s"))
+    assert isinstance(cell, MeasuredCell) and cell.agents == ("mappo-11@a", "mappo-11@b")
+    assert cell.found(space) is None
+    space.keep(cell.measurement.name, {"map_11_first_grasp_s": Estimate(3.0, 0.1, 8)})
+    found = cell.found(space)
+    assert found is not None and found.estimate is None
+    assert MeasuredCell(Measurement("other", "", lambda _: {}), "x").found(space) is None
+
+
+def test_the_appendix_is_laid_out_with_what_it_needs(here: Path) -> None:
+    steps = [step.about for step in paper_steps([ENTRIES["appx:comparsion_BC_RL"]], Workspace(budget=BUDGETS["smoke"]))]
+    assert [about for about in steps if about.startswith("train")] == [
+        "train mappo-6@a (mappo)", "train mappo-6@b (mappo)", "train mappo-11@a (mappo)", "train mappo-11@b (mappo)",
+        "train dp@a (dp)", "train dp@b (dp)",
+    ]  # fmt: skip
+    assert "measure how dp behaves on FourCorners" in steps

@@ -1,0 +1,177 @@
+"""What a table needs comes in an order in which it can be done, is done once, and is refused in sentences."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from movingout.maps import map_names
+from movingout.matches.commands import paper
+from movingout.matches.errors import MatchError
+from movingout.matches.paper import measurements
+from movingout.matches.paper.bar_chart import bar_chart
+from movingout.matches.paper.budgets import BUDGETS
+from movingout.matches.paper.data_sets import list_episodes
+from movingout.matches.paper.entry import played_cells
+from movingout.matches.paper.layout import laid_out
+from movingout.matches.paper.registry import ENTRIES
+from movingout.matches.paper.steps import paper_steps
+from movingout.matches.paper.workspace import Workspace
+from movingout.matches.paper.writers import html, latex, markdown
+from movingout.recordings.errors import RecordingError
+from movingout.server.cli import main
+from movingout.world.estimates import Estimate
+from tests.agents.learning import recorded
+
+SMOKE = BUDGETS["smoke"]
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    monkeypatch.chdir(tmp_path)
+    yield tmp_path
+
+
+def _abouts(label: str, **changes: object) -> list[str]:
+    space = Workspace(budget=SMOKE, **changes)  # type: ignore[arg-type]
+    return [step.about for step in paper_steps([ENTRIES[label]], space)]
+
+
+def test_steps_come_in_an_order_in_which_they_can_be_done(here: Path) -> None:
+    assert _abouts("tab:cross_group_eval") == [
+        "record scripted people for Challenge 1",
+        "list the episodes of Challenge 1 and divide their participants",
+        "train dp@a (dp)",
+        "train dp@b (dp)",
+        "train dp-augmented@a (dp)",
+        "train bass@a (bass)",
+        "train dp-augmented@b (dp)",
+        "train bass@b (bass)",
+        "play 96 matches",
+    ]
+
+
+def test_given_recordings_are_not_recorded_again(here: Path) -> None:
+    assert _abouts("tab:cross_group_eval", given=(here,))[0].startswith("list the episodes")
+
+
+def test_full_trains_three_times(here: Path) -> None:
+    space = Workspace(budget=BUDGETS["full"])
+    steps = [step.about for step in paper_steps([ENTRIES["tab:nfd_vs_ac"]], space)]
+    assert [about for about in steps if about.startswith("train bass")] == [
+        f"train bass@c1{seed} (bass)" for seed in ("", "-1", "-2")
+    ]
+    assert steps[-1] == f"play {3 * 2 * 12 * 20:,} matches"
+
+
+def test_challenge_2_is_evaluated_on_designed_maps_or_on_held_out_combinations(here: Path) -> None:
+    cell = played_cells([ENTRIES["fig:results_t2"]])[0]
+    official = cell.matches(Workspace(budget=SMOKE))
+    held_out = cell.matches(Workspace(budget=SMOKE, evaluation="held-out"))
+    assert {match.challenge for match in official} == {1} and {match.challenge for match in held_out} == {2}
+    assert tuple(match.map for match in official) == map_names()
+
+
+def test_a_folder_is_of_one_budget(here: Path) -> None:
+    Workspace(budget=SMOKE).begin()
+    Workspace(budget=SMOKE).begin()
+    with pytest.raises(MatchError, match="was begun with budget smoke; choose another folder with --out"):
+        Workspace(budget=BUDGETS["small"]).begin()
+
+
+def test_measurements_are_kept(here: Path) -> None:
+    space = Workspace(budget=SMOKE)
+    assert space.measured("noise-0.2") is None
+    space.keep("noise-0.2", {"valid_share": Estimate(0.5, 0.1, 20)})
+    assert space.measured("noise-0.2") == {"valid_share": Estimate(0.5, 0.1, 20)}
+    table = laid_out(ENTRIES["tab:pose_noise_ablation"], space)
+    assert table.rows[-1] == ("0.2", "0.5000 ± 0.1000", "0.0002", "not measured", "0", "20")
+    assert "| 0.2 | 0.5000 ± 0.1000 | 0.0002 |" in markdown(table)
+    assert r"0.5000 $\pm$ 0.1000 & 0.0002" in latex(table) and r"\label{tab:pose_noise_ablation}" in latex(table)
+    assert "<td>0.5000 ± 0.1000</td>" in html(table)
+
+
+def test_changes_stand_beside_what_they_are_relative_to(here: Path) -> None:
+    rows = laid_out(ENTRIES["tab:cross_group_eval"], Workspace(budget=SMOKE)).rows
+    assert rows[2][:3] == ("Cross-Group: DP", "not measured", "0.2563 (-20.72 %)")
+
+
+def test_a_figure_has_a_bar_for_each_number_of_the_paper_before_anything_is_played(here: Path) -> None:
+    picture = bar_chart(ENTRIES["fig:results_t2"], Workspace(budget=SMOKE))
+    assert picture.count('class="theirs"') == 4 * 4 and 'class="ours"' not in picture
+    assert picture.count('class="error"') == 4 * 4 and "DP/BASS" in picture
+
+
+@pytest.mark.parametrize(
+    ("people", "ticks", "sentence"),
+    [
+        ([("a", "b")], 20, "2 groups need 2 participants or pairs"),
+        ([("a", "b"), ("c", "d")], 20, "group 1 of Challenge 1 has no episode on PassOrSplit"),
+        ([("a", "b"), ("c", "d")], 3, "2 episodes have 6 frames together, too few to learn from"),
+    ],
+)
+def test_recordings_that_no_table_can_be_made_from_are_refused(
+    people: list[tuple[str, str]], ticks: int, sentence: str, here: Path
+) -> None:
+    for number, pair in enumerate(people):
+        recorded(here / "theirs", f"{number}", ticks=ticks, people=pair)
+    space = Workspace(budget=SMOKE, given=(here / "theirs",))
+    with pytest.raises((MatchError, RecordingError), match=sentence):
+        list_episodes(1, space)
+    with pytest.raises(MatchError, match="on a varied map, which Challenge 2 learns from"):
+        list_episodes(2, space)
+
+
+def test_the_command_refuses_in_sentences(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for words, sentence in (
+        (["tab:ablatoin"], "did you mean tab:ablation?"),
+        (["fig:failure_cases"], "is not made by this command: needs people"),
+        (["tab:ablation", "--data", "nowhere"], "there are no recordings at nowhere"),
+        (["tab:ablation", "--workers", "0"], "--workers is at least 1"),
+    ):
+        assert main(["paper", "tables", *words]) == 2
+        assert sentence in capsys.readouterr().err
+    assert list(here.iterdir()) == []
+
+
+def test_of_all_labels_one_that_cannot_be_made_is_named_and_the_others_are_made(
+    here: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def carried_out(steps: object, space: Workspace, where: str) -> None:
+        if where.startswith("tab:ablation"):
+            raise MatchError("none of 3 recordings is on a varied map")
+
+    monkeypatch.setattr(paper, "_carry_out", carried_out)
+    assert main(["paper", "tables", "all", "--budget", "smoke", "-o", "out"]) == 1
+    assert "tab:ablation was not made: none of 3 recordings is on a varied map" in capsys.readouterr().err
+    tables = {path.stem for path in (here / "out" / "tables").iterdir()}
+    assert "tab_sampling_comparison" in tables and "tab_ablation" not in tables
+
+
+def test_a_dry_run_says_what_would_be_done_and_leaves_nothing(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["paper", "tables", "tab:nfd_vs_ac", "--dry-run", "--budget", "smoke", "-o", "out"]) == 0
+    shown = capsys.readouterr().out
+    assert "train bass@c1 (bass)" in shown and "5 steps to do, 0 done; about" in shown
+    assert list(here.iterdir()) == []
+
+
+def test_the_list_has_every_label(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["paper", "list"]) == 0
+    shown = capsys.readouterr().out
+    assert all(label in shown for label in ENTRIES)
+
+
+def test_each_decision_that_is_timed_is_made_anew(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    calls: list[str] = []
+
+    class Deciding:
+        def reset(self, episode: object) -> None:
+            calls.append("reset")
+
+        def act(self, observation: object) -> None:
+            calls.append("act")
+
+    monkeypatch.setattr(measurements, "load_agent", lambda agent_id: Deciding())
+    found = measurements.decision_time("bass", "").measurement.perform(Workspace(budget=SMOKE))
+    assert calls == ["reset", "act"] * (1 + measurements.DECISIONS)
+    assert found["decision_ms"].n == measurements.DECISIONS
