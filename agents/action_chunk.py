@@ -23,7 +23,10 @@ def checked_chunk(answer: object) -> ActionChunk:
     try:
         chunk = np.array(answer, dtype=np.float64)
     except (TypeError, ValueError) as error:
-        raise AgentError(f"an action chunk is a (H, 4) array of numbers, not {type(answer).__name__}") from error
+        what = type(answer).__name__
+        raise AgentError(
+            f"an action chunk is a (H, 4) array of numbers, which this {what} is not: {error}"[:200]
+        ) from error
     if chunk.ndim != 2 or chunk.shape[1] != 4 or not 1 <= chunk.shape[0] <= MAX_ROWS:
         raise AgentError(f"an action chunk has shape (H, 4) with H from 1 to {MAX_ROWS}, not {chunk.shape}")
     if not np.isfinite(chunk).all():

@@ -1,13 +1,14 @@
 """The contract of an agent: it turns an observation into the next actions."""
 
 from collections.abc import Callable, Hashable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
 
 from movingout.maps import MapSpec
+from movingout.world.observation.description import Description
 from movingout.world.ping import HelpPing
 from movingout.world.state import WorldState
 
@@ -27,11 +28,16 @@ class EpisodeInfo:
     ticks: int  # the limit
 
 
+def _indescribable() -> Description:
+    raise NotImplementedError("this observation was made without a map")
+
+
 @dataclass(frozen=True, slots=True)
 class Observation:
     """What an agent sees before a tick.
 
-    `encode` gives the egocentric vector (D,) of a named layout (`world.observation`). Pings are no part of any layout:
+    `encode` gives the egocentric vector (D,) of a named layout (`world.observation`), `describe` the state in words and
+    as JSON (`world.observation.description`). Pings are no part of any layout:
     an agent that answers them looks at `pings`.
     """
 
@@ -40,6 +46,7 @@ class Observation:
     seat: int
     encode: Callable[[str], npt.NDArray[np.float64]]
     pings: tuple[HelpPing, ...] = ()  # of both seats, shown now; oldest first
+    describe: Callable[[], Description] = field(default=_indescribable, compare=False, repr=False)
 
 
 class Agent(Protocol):

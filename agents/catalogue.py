@@ -1,20 +1,22 @@
 """Which agents exist, and how an id becomes an agent.
 
 An id is a catalogue name, with options where it takes any (`scripted:seed=3,patience=40`), a trained agent with a
-checkpoint (`dp@all`), a recorded seat (`ghost:FILE#red`), or `package.module:Factory` (again with `:options`) for a
-policy of your own. Every agent takes the option `lag` (`agents.baseline.delayed_agent`). Modules of agents are imported
-when they are loaded, so that heavy dependencies cost nothing until then.
+checkpoint (`dp@all`), a recorded seat (`ghost:FILE#red`), a policy's file (`onnx:path=policy.onnx`), a language model
+(`llm:model=…,url=…`), a name that an installed package has registered, or `package.module:Factory` (again with
+`:options`) for a policy of your own. Every agent takes the option `lag` (`agents.baseline.delayed_agent`). Modules of
+agents are imported when they are loaded, so that heavy dependencies cost nothing until then.
 """
 
 import importlib
-import inspect
 import sys
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import cast
 
+from movingout.agents.adapters.policy_file import POLICY_FILES, existing, policy_file
+from movingout.agents.agent_options import OptionValue, check_options, parse_options
 from movingout.agents.base import Agent
 from movingout.agents.checkpoint.checkpoint import (
     MODEL_ROOTS,
@@ -28,10 +30,12 @@ from movingout.agents.checkpoint.checkpoint import (
 from movingout.agents.errors import AgentError, CheckpointError
 from movingout.agents.fault_place import located
 from movingout.agents.kinds.registry import KINDS, kind_of
+from movingout.agents.llm.model_id import LLM, model_id
 from movingout.maps import MovingOutError, map_names
+from movingout.maps.extras import AGENTS, installed, package_of
+from movingout.maps.generated.names import PREFIX
 from movingout.maps.suggestion import known_names
 
-OptionValue = int | float | bool | str
 UNSEEN_TCR = "TCR with unseen scripted people"
 UNSEEN_NFD = "NFD with unseen scripted people"
 ALONE_TCR = "TCR of these people with an idle partner"
@@ -50,6 +54,7 @@ class AgentCard:
     scores: Mapping[str, float] = field(default_factory=dict)
     policy: str = ""  # of a trained agent: the kind of its policy, which is the base where kind is bass
     population: str = ""  # of a trained agent: whose play it was trained on
+    offered: bool = True  # to people who choose a partner in the lobby; the others are for training and measuring
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,18 +89,104 @@ _ENTRIES = (
         "movingout.agents.scripted.human_model:HumanModel",
     ),
     _Entry(
+        AgentCard(
+            "greedy",
+            "Greedy walker",
+            "scripted",
+            "all",
+            "Carries whatever is nearest the shortest way home, without a plan. "
+            "Options: order (near, far, light, heavy), patience, seed.",
+            offered=False,
+        ),
+        "movingout.agents.partners.greedy_walker:GreedyWalker",
+    ),
+    _Entry(
+        AgentCard(
+            "porter",
+            "Stubborn porter",
+            "scripted",
+            "all",
+            "One item after the other in an order of its own, straight to a goal that it never changes. "
+            "Options: patience, seed.",
+            offered=False,
+        ),
+        "movingout.agents.partners.porter:StubbornPorter",
+    ),
+    _Entry(
+        AgentCard(
+            "novice",
+            "Novice",
+            "scripted",
+            "all",
+            "Lets go early, pulls elsewhere, presses twice, wanders off; learns within the episode. "
+            "Options: learns_in, seed.",
+            offered=False,
+        ),
+        "movingout.agents.partners.novice:Novice",
+    ),
+    _Entry(
+        AgentCard(
+            "late",
+            "Late hands",
+            "scripted",
+            "all",
+            "Another agent with late and jittery hands. Options: agent, delay, jitter, slips, keys, seed.",
+            offered=False,
+        ),
+        "movingout.agents.partners.wrapped:late",
+    ),
+    _Entry(
+        AgentCard(
+            "clone",
+            "Learned clone",
+            "policy",
+            "all",
+            "A trained policy with noise and delay of its own. Options: policy, delay, jitter, slips, seed.",
+            offered=False,
+        ),
+        "movingout.agents.partners.wrapped:clone",
+    ),
+    _Entry(
         AgentCard("idle", "Idle", "idle", "all", "Does nothing: the control condition."),
         "movingout.agents.baseline.idle:IdleAgent",
     ),
 )
 _CATALOGUE = {entry.card.id: entry for entry in _ENTRIES}
 LAG = "lag"  # option of every agent: delay in ticks
+_AROUND_OTHERS, _NAMES_AN_AGENT = ("late", "clone"), ("agent", "policy")  # agents around others, and their options
 GHOST = "ghost"  # ghost:FILE#red, a recorded seat; never offered in a list, since it names a file of this machine
 
 
 def agent_cards() -> list[AgentCard]:
-    """The built-in agents, then those with a checkpoint, in display order."""
-    return [*(entry.card for entry in _ENTRIES), *trained_cards()]
+    """The built-in agents, those with a checkpoint, then those of installed packages, in display order."""
+    return [*(entry.card for entry in _ENTRIES), *trained_cards(), *map(_installed_card, _registered())]
+
+
+def open_to_all(agent_id: str) -> bool:
+    """Whether an id may come from anybody: it names an agent of `agent_cards`, and no file, module or address.
+
+    Options of built-in and of trained agents are harmless, but for those that name another agent; those of installed
+    packages are not known.
+    """
+    reference, _, options = agent_id.strip().partition(":")
+    if reference not in [card.id for card in agent_cards()] or (options and reference in _registered()):
+        return False
+    named = [part.partition("=") for part in options.split(",")] if reference in _AROUND_OTHERS else []
+    return all(open_to_all(other.replace(";", ",")) for key, _, other in named if key.strip() in _NAMES_AN_AGENT)
+
+
+def _registered() -> list[str]:
+    """Names of agents that installed packages have registered as entry points, unless they mean something else."""
+    return [name for name in installed(AGENTS) if name.isidentifier() and name not in _reserved()]
+
+
+def _reserved() -> frozenset[str]:
+    return frozenset((*_CATALOGUE, *POLICY_FILES, GHOST, LLM))
+
+
+def _installed_card(name: str) -> AgentCard:
+    entry = installed(AGENTS)[name]
+    return AgentCard(name, name, "policy", "all", f"Of the package {package_of(entry)}: {entry.value}.")
 
 
 def trained_cards() -> list[AgentCard]:
@@ -105,13 +196,16 @@ def trained_cards() -> list[AgentCard]:
 
 
 def damaged_cards() -> list[str]:
-    """One sentence per checkpoint that `trained_cards` leaves out: what is wrong with it."""
+    """One sentence per agent that `agent_cards` leaves out: what is wrong with its checkpoint, or with its name."""
     sentences = damage(*MODEL_ROOTS)
     for checkpoint in readable_checkpoints(*MODEL_ROOTS):
         try:
             kind_of(checkpoint.card)
         except CheckpointError as error:
             sentences.append(str(error))
+    for name in sorted(set(installed(AGENTS)) - set(_registered())):
+        why = "is taken" if name in _reserved() else "is no name: letters, digits and _ only"
+        sentences.append(f"the agent {name!r} of {package_of(installed(AGENTS)[name])}: its name {why}")
     return sentences
 
 
@@ -132,10 +226,23 @@ def agent_card(agent_id: str) -> AgentCard:
         return _CATALOGUE[reference].card
     if reference == GHOST:
         return AgentCard(agent_id, "Ghost", GHOST, "its own", f"Replays a recorded seat: {options['recording']}.")
+    if reference in POLICY_FILES:
+        kind, path = POLICY_FILES[reference], policy_file(agent_id)
+        if path is not None:
+            existing(reference, path, folder=path.is_dir())
+        return AgentCard(
+            agent_id, path.name if path else kind.title, "policy", "all", f"A policy of {kind.title}: {path}."
+        )
+    if reference == LLM:
+        which = model_id(options.get("model", ""), options.get("url", ""))
+        about = f"The language model {which.model} at {which.url} chooses among scripted skills."
+        return AgentCard(agent_id, which.model, LLM, "all", about)
+    if reference in _registered():
+        return replace(_installed_card(reference), id=agent_id)
     if "@" in reference:
         if any(folder.name == folder_name(reference) for folder in checkpoint_folders(*MODEL_ROOTS)):
             return _trained_card(find_checkpoint(reference, *MODEL_ROOTS).card)
-        known = [*(card.id for card in trained_cards()), *_CATALOGUE]
+        known = [*(card.id for card in trained_cards()), *_CATALOGUE, *_registered()]
         raise AgentError(f"unknown agent {agent_id!r}; {known_names(reference, known)}")
     named = f" with {', '.join(f'{key}={value}' for key, value in options.items())}" if options else ""
     return AgentCard(agent_id, reference.rpartition(":")[2], "policy", "all", f"Your own policy {reference}{named}.")
@@ -144,13 +251,14 @@ def agent_card(agent_id: str) -> AgentCard:
 def unseen_map(agent_id: str, map_name: str) -> str:
     """A sentence saying that an agent was not trained on a map; empty if it was, or if it is not a trained agent.
 
+    Who learned on generated maps learned for maps that it has never seen: nothing is said of any.
     Variants of a map (Challenge 2) share its name and count as known.
     """
     reference = agent_id.strip().partition(":")[0]
     if "@" not in reference:
         return ""
     maps = find_checkpoint(reference, *MODEL_ROOTS).card.maps
-    if map_name in maps:
+    if map_name in maps or PREFIX in maps:
         return ""
     others = ", ".join(maps) if len(maps) <= 3 else f"{len(maps)} others"
     return f"{agent_id} has never seen the map {map_name}: it was trained on {others}."
@@ -161,10 +269,12 @@ def load_agent(agent_id: str) -> Agent:
 
     Raises AgentError when the id is unknown, the module is missing, an option is wrong, or the factory fails.
     """
+    if not isinstance(agent_id, str):
+        raise AgentError(f'the id of an agent is text, such as "scripted", not {agent_id!r:.80}')
     reference, options = _parse(agent_id)
     lag = options.pop(LAG, 0)
     factory = _factory(reference)
-    _check_options(agent_id, factory, options)
+    check_options(agent_id, factory, options)
     try:
         agent = factory(**options)
     except AgentError:
@@ -180,6 +290,14 @@ def load_agent(agent_id: str) -> Agent:
     return _delayed(agent_id, cast(Agent, agent), lag) if lag != 0 else cast(Agent, agent)
 
 
+def load_live_agent(agent_id: str) -> Agent:
+    """As `load_agent`. Raises AgentError for one whose decisions wait for somebody else, too: rooms would wait."""
+    agent = load_agent(agent_id)
+    if any(getattr(one, "waits", False) for one in (agent, getattr(agent, "agent", None))):
+        raise AgentError(f"{agent_id} waits for its answers, which is for matches without people: leave out wait=yes")
+    return agent
+
+
 def _delayed(agent_id: str, agent: Agent, lag: OptionValue) -> Agent:
     from movingout.agents.baseline.delayed_agent import DelayedAgent
 
@@ -193,13 +311,14 @@ def _parse(agent_id: str) -> tuple[str, dict[str, OptionValue]]:
     head, _, rest = agent_id.strip().partition(":")
     if head == GHOST:
         return GHOST, {"recording": rest}
-    if head in _CATALOGUE or "@" in head:
-        return head, _parse_options(agent_id, rest)
+    named = "@" in head or head in _CATALOGUE or head in POLICY_FILES or head == LLM
+    if named or (head in _registered() and (not rest or "=" in rest.partition(":")[0])):
+        return head, parse_options(agent_id, rest)
     attribute, _, options = rest.partition(":")
     if not attribute.isidentifier() or not all(part.isidentifier() for part in head.split(".")):
-        known = known_names(head, dict.fromkeys([*_CATALOGUE, *(card.id for card in trained_cards())]))
+        known = known_names(head, dict.fromkeys([*(card.id for card in agent_cards()), *POLICY_FILES, LLM]))
         raise AgentError(f"unknown agent {agent_id!r}; {known}, or package.module:Factory for your own")
-    return f"{head}:{attribute}", _parse_options(agent_id, options)
+    return f"{head}:{attribute}", parse_options(agent_id, options)
 
 
 def _factory(reference: str) -> Callable[..., object]:
@@ -209,29 +328,14 @@ def _factory(reference: str) -> Callable[..., object]:
         return partial(kind_of(checkpoint.card).load, checkpoint)
     if reference == GHOST:
         return _resolve("movingout.agents.baseline.replay_agent:ReplayAgent")
+    if reference == LLM:
+        return _resolve("movingout.agents.llm.agent:llm_agent")
+    if reference in POLICY_FILES:
+        return _resolve(POLICY_FILES[reference].factory)
+    if reference in _registered():
+        return _resolve(installed(AGENTS)[reference].value)
     entry = _CATALOGUE.get(reference)
     return _resolve(entry.factory if entry else reference)
-
-
-def _parse_options(agent_id: str, text: str) -> dict[str, OptionValue]:
-    options: dict[str, OptionValue] = {}
-    for part in filter(None, text.split(",")):
-        key, equals, value = part.partition("=")
-        if not equals or not key.strip().isidentifier():
-            raise AgentError(f"agent {agent_id!r}: options are written key=value,key=value; {part!r} is not")
-        options[key.strip()] = _parse_value(value.strip())
-    return options
-
-
-def _parse_value(text: str) -> OptionValue:
-    if text.lower() in ("true", "false"):
-        return text.lower() == "true"
-    for kind in (int, float):
-        try:
-            return kind(text)
-        except ValueError:
-            continue
-    return text
 
 
 def _resolve(reference: str) -> Callable[..., object]:
@@ -241,21 +345,11 @@ def _resolve(reference: str) -> Callable[..., object]:
         sys.path.append(here)  # your module may lie in the current folder; it never shadows an installed one
     try:
         module = importlib.import_module(module_name)
+    except AgentError:
+        raise
     except Exception as error:
         raise AgentError(located(f"cannot import {module_name!r}: {type(error).__name__}: {error}", error)) from error
     factory = getattr(module, attribute, None)
     if not callable(factory):
         raise AgentError(f"{module_name!r} has no factory {attribute!r}")
     return cast(Callable[..., object], factory)
-
-
-def _check_options(agent_id: str, factory: Callable[..., object], options: Mapping[str, OptionValue]) -> None:
-    try:
-        signature = inspect.signature(factory)
-    except (TypeError, ValueError):
-        return  # written in C: it checks its own arguments
-    try:
-        signature.bind(**options)
-    except TypeError as error:
-        known = ", ".join(signature.parameters) or "none"
-        raise AgentError(f"agent {agent_id!r}: {error}; options: {known}") from error

@@ -10,6 +10,8 @@ from movingout.agents.base import Agent
 UNWRITABLE = "unwritable"
 """The key under which a trace says why it cannot be written."""
 
+MAX_PLAN = 200  # characters
+
 
 def decision_trace(agent: Agent) -> Mapping[str, object]:
     """The agent's attribute `detail` as plain JSON values, arrays as lists; empty where it is not a mapping.
@@ -24,6 +26,17 @@ def decision_trace(agent: Agent) -> Mapping[str, object]:
     except Exception as error:  # noqa: BLE001 - the code behind `detail` may be anybody's
         return {UNWRITABLE: f"{type(error).__name__}: {error}"[:200]}
     return plain
+
+
+def shown_part(trace: Mapping[str, object]) -> Mapping[str, object]:
+    """What spectators see of a trace: all of one with candidates, of another its plan in words; empty for nothing.
+
+    Prompts and answers of an agent with a plan are for the recording.
+    """
+    if "candidates" in trace:
+        return trace
+    plan = trace.get("plan")
+    return {"plan": str(plan)[:MAX_PLAN]} if plan else {}
 
 
 def _plain(value: object) -> object:

@@ -17,17 +17,20 @@ import numpy as np
 
 from movingout.agents.data.dataset import Trajectory, read_trajectories, recording_files
 from movingout.agents.data.demonstrations import episode_jobs, write_all
-from movingout.agents.data.diversity import Diversity, diversity
+from movingout.agents.data.diversity import diversity
 from movingout.agents.scripted.populations import PEOPLE, POPULATIONS, population
-from movingout.maps import MapSpec, load_map, map_names
+from movingout.maps import MapSpec, load_map
 from movingout.maps.errors import MovingOutError
+from movingout.maps.selection import selected_maps
+from movingout.matches.paper.published import published_tables
+from movingout.recordings.diversity.measures import Diversity
 from movingout.world.constants import LIMIT_TICKS
 
-PAPER = {  # `table:task_1_diversity`, "Dataset diversity across different data collection methods"
-    "paper: Moving Out Challenge 1": Diversity(7.013, 6.065, 0.888, 0.899),
-    "paper: Expert dataset": Diversity(4.642, 3.029, 0.757, 0.744),
-    "paper: RL agent collected data": Diversity(4.358, 2.499, 0.683, 0.626),
-}
+
+def published() -> dict[str, Diversity]:
+    """The paper's rows, "Dataset diversity across different data collection methods"."""
+    rows = published_tables()["table:task_1_diversity"].rows
+    return {f"paper: {row.name}": Diversity(*(figure.mean for figure in row.figures.values())) for row in rows}
 
 
 def episodes_of(name: str, maps: list[MapSpec], people: int, ticks: int, workers: int) -> dict[str, list[Trajectory]]:
@@ -72,11 +75,11 @@ def main(words: Sequence[str] | None = None) -> None:
     if min(args.ticks, args.workers) < 1:
         parser.error("--ticks and --workers must be at least 1")
     try:
-        maps = [load_map(name) for name in (map_names() if args.maps == "all" else args.maps.split(","))]
+        maps = [load_map(name) for name in selected_maps(args.maps)]
         rows = measured(maps, args.people, args.ticks, args.workers)
     except MovingOutError as error:
         parser.error(str(error))
-    print(table({**rows, **PAPER}))
+    print(table({**rows, **published()}))
     pairs = args.people // 2
     print(f"\nMaps: {len(maps)}. Per population {pairs} pairs, one episode of up to {args.ticks} ticks on each map.")
 

@@ -25,8 +25,10 @@ from movingout.agents.scripted.perception import Perception
 from movingout.agents.scripted.task_choice import TaskSelector
 from movingout.agents.scripted.tasks.lift import Lift
 from movingout.agents.scripted.tasks.task import Task
-from movingout.maps import load_map, map_names
+from movingout.maps import load_map
 from movingout.maps.errors import MovingOutError
+from movingout.maps.selection import HELP as MAPS_HELP
+from movingout.maps.selection import selected_maps
 from movingout.world.constants import LIMIT_TICKS, TICKS_PER_SECOND
 
 PATIENCE = TICKS = LIMIT_TICKS
@@ -92,7 +94,7 @@ def main(words: Sequence[str] | None = None) -> None:
     """Play and print a row per agent and map, and a total per agent."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--agents", nargs="+", default=["bass@all", "dp@all", "scripted", "idle"], metavar="ID")
-    parser.add_argument("--maps", default="all", help="a map's name, several joined by commas, or all")
+    parser.add_argument("--maps", default="all", help=MAPS_HELP)
     parser.add_argument("--episodes", type=int, default=2, help="per item and seat")
     parser.add_argument("--workers", type=int, default=2)
     args = parser.parse_args(words)
@@ -101,7 +103,7 @@ def main(words: Sequence[str] | None = None) -> None:
     try:
         for agent in args.agents:
             load_agent(agent)
-        maps = [load_map(name).name for name in (map_names() if args.maps == "all" else args.maps.split(","))]
+        maps = [load_map(name).name for name in selected_maps(args.maps)]
     except MovingOutError as error:
         raise SystemExit(f"helping: {error}") from error
     runs = [

@@ -17,9 +17,12 @@ from rich.progress import Progress
 
 from bench.results.episode_log import EpisodeLog, Outcome, Run
 from movingout.agents.catalogue import load_agent
-from movingout.agents.scripted.populations import POPULATIONS, population
-from movingout.maps import load_map, map_names
+from movingout.agents.partners.families import group
+from movingout.agents.scripted.populations import POPULATIONS
+from movingout.maps import load_map
 from movingout.maps.errors import MovingOutError
+from movingout.maps.selection import HELP as MAPS_HELP
+from movingout.maps.selection import selected_maps
 from movingout.matches import MatchError, MatchResult, play_matches
 from movingout.world.constants import LIMIT_TICKS
 from movingout.world.estimates import estimate, estimate_text
@@ -93,22 +96,16 @@ def _mean_text(values: list[float]) -> str:
 def main(words: Sequence[str] | None = None) -> None:
     """Parse, play and print; exit with a message if that is impossible."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    agents = ["dp@all", "bass@all", "scripted", "idle"]
-    parser.add_argument("--agents", nargs="+", default=agents, metavar="ID", help="agent ids")
-    parser.add_argument("--partners", default="C", help="a population (A, B, C) or an agent id")
-    parser.add_argument("--maps", default="all", help="a map's name, several joined by commas, or all")
+    add_options(parser, ["dp@all", "bass@all", "scripted", "idle"])
+    parser.add_argument("--partners", default="C", help="C, family:greedy, … or an agent id")
+    parser.add_argument("--maps", default="all", help=MAPS_HELP)
     parser.add_argument("--episodes", type=int, default=2, help="per map")
-    parser.add_argument("--ticks", type=int, default=LIMIT_TICKS)
-    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
-    parser.add_argument("--log", type=Path, help="file of finished episodes to resume from")
-    parser.add_argument("--json", action="store_true")
     args = parser.parse_args(words)
     if min(args.episodes, args.ticks, args.workers) < 1:
         parser.error("--episodes, --ticks and --workers must be at least 1")
     try:
-        maps, partners = _maps(args.maps), _partners(args.partners)
-        for agent_id in {*args.agents, *partners}:
-            load_agent(agent_id)  # fail now rather than after hours of play
+        maps, partners = _maps(args.maps), partner_ids(args.partners)
+        refuse_unknown([*args.agents, *partners])
         outcomes = play_all(runs(args.agents, partners, maps, args.episodes, args.ticks), args.workers, args.log)
     except MovingOutError as error:
         parser.error(str(error))
@@ -119,17 +116,32 @@ def main(words: Sequence[str] | None = None) -> None:
         print(table(outcomes, args.agents, maps))
 
 
+def add_options(parser: argparse.ArgumentParser, agents: list[str]) -> None:
+    """Who plays, for how long, by how many processes, and what becomes of it; `agents` play if none are named."""
+    parser.add_argument("--agents", nargs="+", default=agents, metavar="ID", help="agent ids")
+    parser.add_argument("--ticks", type=int, default=LIMIT_TICKS)
+    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--log", type=Path, help="file of finished episodes to resume from")
+    parser.add_argument("--json", action="store_true")
+
+
+def partner_ids(said: str) -> list[str]:
+    """The agents that a population (A, B, C), a family or an agent id stands for. Raises AgentError."""
+    return [member.agent_id for member in group(f"people:{said}" if said in POPULATIONS else said)]
+
+
+def refuse_unknown(agent_ids: Sequence[str]) -> None:
+    """Load each agent once: fail now rather than after hours of play. Raises AgentError."""
+    for agent_id in set(agent_ids):
+        load_agent(agent_id)
+
+
 def _maps(said: str) -> list[str]:
     """Map names. Raises MapError if one is unknown."""
-    names = list(map_names()) if said == "all" else said.split(",")
+    names = selected_maps(said)
     for name in names:
         load_map(name)
     return names
-
-
-def _partners(said: str) -> list[str]:
-    """Agent ids: the people of a population, or the one given."""
-    return [person.agent_id for person in population(said)] if said in POPULATIONS else [said]
 
 
 def _scores(outcomes: Sequence[Outcome], agents: Sequence[str]) -> dict[str, dict[str, tuple[float, float] | None]]:

@@ -56,7 +56,7 @@ async def abuse(target: RunningServer) -> None:
     while True:
         with contextlib.suppress(OSError, EOFError):
             reader, writer = await asyncio.open_connection(host, port)
-            writer.write(handshake(f"{host}:{port}"))
+            writer.write(handshake(f"{host}:{port}", room))
             await reader.readuntil(b"\r\n\r\n")
             writer.write(masked(TEXT, msgspec.json.encode(m.Join(room, "watch"))))
             for _ in range(50):

@@ -27,15 +27,17 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from bench._roster import CHOOSING_BY_NFD, CONTROL, OF_A, OF_BOTH, PAPER_BASS, SCRIPTED, Comparison
-from bench.bass import Numbers, bass_agent_of, held_out_episodes, measure
+from bench.bass import bass_agent_of
 from bench.learning import play_all, runs
 from bench.results.chart import chart
 from bench.results.episode_log import EpisodeLog, Outcome
 from bench.results.page import measured_part, write_report
+from movingout.agents.bass.accuracy import BassAccuracy, bass_accuracy
 from movingout.agents.catalogue import UNSEEN_TCR
 from movingout.agents.checkpoint.checkpoint import SHIPPED, Card, Checkpoint, Score, find_checkpoint, rescored
 from movingout.agents.curriculum.recipe import Sizes, recipe
 from movingout.agents.curriculum.steps import run_stages
+from movingout.agents.data.held_out import held_out_episodes
 from movingout.agents.scripted.populations import population
 from movingout.maps import map_names
 from movingout.maps.errors import MovingOutError
@@ -140,11 +142,11 @@ def _people(group: str) -> list[str]:
 
 def _parsed(words: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    positive = _at_least(1)
+    positive = at_least(1)
     parser.set_defaults(data=Path("data"))  # where the worker processes look for models
     for entry in dataclasses.fields(Sizes):
         if "least" in entry.metadata:
-            kind, text = _at_least(entry.metadata["least"]), f"{entry.metadata['help']} (%(default)s)"
+            kind, text = at_least(entry.metadata["least"]), f"{entry.metadata['help']} (%(default)s)"
             parser.add_argument(f"--{entry.name.replace('_', '-')}", type=kind, default=entry.default, help=text)
     parser.add_argument("--dry-run", action="store_true", help="print the training commands and exit")
     parser.add_argument(
@@ -170,7 +172,7 @@ def _parsed(words: Sequence[str] | None) -> argparse.Namespace:
     return args
 
 
-def _at_least(least: int) -> Callable[[str], int]:
+def at_least(least: int) -> Callable[[str], int]:
     """A parser for integer options of at least `least`."""
 
     def number(text: str) -> int:
@@ -183,10 +185,10 @@ def _at_least(least: int) -> Callable[[str], int]:
     return number
 
 
-def _parts_of_bass(args: argparse.Namespace) -> Numbers:
+def _parts_of_bass(args: argparse.Namespace) -> BassAccuracy:
     """Accuracy of next state, partner prediction and selection on one episode of C per map."""
     trajectories = held_out_episodes(challenge=1, ticks=args.ticks, workers=args.workers)
-    return measure(bass_agent_of(PAPER_BASS), trajectories, moments=20, seed=0)
+    return bass_accuracy(bass_agent_of(PAPER_BASS), trajectories, moments=20, seed=0)
 
 
 def scores(outcomes: Sequence[Outcome], agent: str) -> dict[str, Score]:

@@ -65,8 +65,8 @@ def encoded(trajectories: Sequence[Trajectory], config: PolicyConfig) -> tuple[W
         encoder(the_map, config.layout).encode(start_state(the_map), seat=0)
     begun = time.process_time()
     pieces = list(trajectory_samples(trajectories, config.layout, config.spec("dp").grasp))
-    rate = sum(len(features) for _, features, _ in pieces) / (time.process_time() - begun)
-    mean = sum(len(features) for _, features, _ in pieces) / len(pieces)
+    rate = sum(len(piece.features) for piece in pieces) / (time.process_time() - begun)
+    mean = sum(len(piece.features) for piece in pieces) / len(pieces)
     return windows_of(islice(cycle(pieces), max(round(ROWS / mean), len(pieces)))), rate
 
 

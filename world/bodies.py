@@ -1,4 +1,4 @@
-"""Builds the engine's world from a map: arena, goal regions, items, robots, walls, in the official order.
+"""Builds the engine's world from a map: arena, goals, items, robots, walls, in the official order.
 
 The order is part of the physics: it decides in which order contacts and joints are solved, so changing it changes
 trajectories. Nothing here knows about ticks or actions.
@@ -38,6 +38,8 @@ class RobotBody:
     body: pymunk.Body
     handle: Any
     control: Any  # the engine's own control body
+    eyes: tuple[pymunk.Body, pymunk.Body]
+    shapes: list[pymunk.Shape]
     turns_freely: bool = True  # the official "if_control_angle"; of interest only while it holds something
     item: ItemBody | None = None
     hand: Hand = EMPTY_HAND  # what holding means for driving; changes with a toggle of either robot
@@ -68,6 +70,33 @@ def build_bodies(map_spec: MapSpec) -> Bodies:
         _add_wall(space, wall)
     item_of_shape = {shape: item for item in items for shape in item.shapes}
     return Bodies(space, (blue, red), items, item_of_shape)
+
+
+def move_bodies(bodies: Bodies, robot_poses: Iterable[Iterable[float]], item_poses: Iterable[Iterable[float]]) -> None:
+    """Put robots and items, held by nobody, somewhere else, at rest and without the engine's memory of contacts.
+
+    What follows is not equal to the bit to what a new space does: contacts are solved in the order of the engine's
+    tree, and the tree keeps its shape.
+    """
+    for item, pose in zip(bodies.items, item_poses, strict=True):
+        item.body.body_type = pymunk.Body.STATIC
+        _put(item.handle, *pose)
+    for robot, pose in zip(bodies.robots, robot_poses, strict=True):
+        for handle in (robot.handle, robot.control, *(eye._body for eye in robot.eyes)):
+            _put(handle, *pose)
+    of_items = [shape._shape for item in bodies.items for shape in item.shapes]
+    shapes = of_items + [shape._shape for robot in bodies.robots for shape in robot.shapes]
+    for shape in shapes:  # the engine keeps the impulses of contacts while a shape is in the space
+        lib.cpSpaceRemoveShape(bodies.space._space, shape)
+    for shape in shapes:
+        lib.cpSpaceAddShape(bodies.space._space, shape)
+
+
+def _put(handle: Any, x: float, y: float, angle: float) -> None:
+    lib.cpBodySetPosition(handle, (x, y))
+    lib.cpBodySetAngle(handle, angle)
+    lib.cpBodySetVelocity(handle, (0.0, 0.0))
+    lib.cpBodySetAngularVelocity(handle, 0.0)
 
 
 def _add_arena(space: pymunk.Space) -> None:
@@ -141,7 +170,7 @@ def _add_robot(space: pymunk.Space, pose: Pose) -> RobotBody:
     body = pymunk.Body(c.ROBOT_MASS, moment)
     control = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
     eye_moment = moment * c.EYE_MASS
-    eyes = [pymunk.Body(c.EYE_MASS, eye_moment) for _ in range(2)]
+    eyes = pymunk.Body(c.EYE_MASS, eye_moment), pymunk.Body(c.EYE_MASS, eye_moment)
     for part in (body, control, *eyes):
         part.position = (pose.x, pose.y)
         part.angle = pose.angle
@@ -159,7 +188,7 @@ def _add_robot(space: pymunk.Space, pose: Pose) -> RobotBody:
     circle.friction = c.ROBOT_FRICTION
     space.add(body, *springs, *eyes, control, drive, turn, circle)
     assert math.isclose(eye_moment, 0.00072)
-    return RobotBody(body, body._body, control._body)
+    return RobotBody(body, body._body, control._body, eyes, [circle])
 
 
 def _add_wall(space: pymunk.Space, wall: Rect) -> None:

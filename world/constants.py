@@ -23,12 +23,12 @@ MAX_TICKS = 3600 * TICKS_PER_SECOND  # longest episode: an hour
 SOLVER_ITERATIONS = 10
 COLLISION_SLOP = 0.001  # u; collision_bias and error_bias stay at the engine's defaults, to the bit
 
-# Arena, walls, goal regions
+# Arena, walls, goals
 ARENA_WALL_RADIUS = 1.0  # u, thick segments whose inner faces are the arena's edge
 ARENA_WALL_FRICTION = 2.0
 WALL_RADIUS = 0.01  # u, added to a wall's drawn rectangle on every side
 WALL_FRICTION = 0.8
-GOAL_MARGIN = 0.05  # u, a goal region accepts this much more than is drawn, on every side
+GOAL_MARGIN = 0.05  # u, a goal accepts this much more than is drawn, on every side
 
 # Robots
 ROBOT_MASS = 1.0

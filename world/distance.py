@@ -1,4 +1,4 @@
-"""Distances around the walls: from a point to the nearest goal region, or between two points.
+"""Distances around the walls: from a point to the nearest goal, or between two points.
 
 The arena is cut into cells of 0.05; a breadth-first flood gives each cell its number of moves, and a move in any of
 the 8 directions costs 0.05. A map's flood is made once and then looked up. Two grids over the same cells:
@@ -11,13 +11,14 @@ the 8 directions costs 0.05. A map's flood is made once and then looked up. Two 
 Source: the paper's "Normalized Final Distance Calculation"; what it leaves open (the directions, what a move costs,
 when a cell is blocked) is as in the official code.
 
-A cell is blocked when a wall overlaps it by more than 0.01 in both axes, and a goal cell when a drawn goal region
+A cell is blocked when a wall overlaps it by more than 0.01 in both axes, and a goal cell when a drawn goal
 does. A flood enters blocked cells but does not go on from them, so that a point in one still has a distance.
 """
 
 import math
 from collections.abc import Callable
 from functools import lru_cache
+from typing import cast
 
 import numpy as np
 import numpy.typing as npt
@@ -34,6 +35,7 @@ OFFICIAL_NO_WAY = 1.44  # the official code's distance of an item that cannot re
 OVERLAP = 0.01  # a wall or goal counts for a cell when it overlaps by more than this
 
 Cell = tuple[int, int]
+Place = Cell | tuple[float, float]
 
 
 class Distances:
@@ -81,10 +83,14 @@ class Distances:
 
     def between_cells(self, start: Cell, target: Cell) -> float:
         """`between` of two cells, for those who look up the same points often."""
+        return self.to_cell(target).item(start)
+
+    def to_cell(self, target: Cell) -> Floats:
+        """The distances (cells, cells) of all cells to one; not to be changed."""
         found = self._to_cell.get(target)
         if found is None:
             found = self._to_cell[target] = self._flooded_from(target)
-        return found.item(start)
+        return found
 
     def cell(self, x: float, y: float) -> Cell:
         """The cell that a point belongs to."""
@@ -131,17 +137,21 @@ class OfficialDistances:
         self._grid = Distances(map_spec, OFFICIAL_CELLS, np.rint, round) if map_spec.walls else None
 
     def to_goal(self, point: Floats) -> float:
-        """From a point (2,) to the nearest drawn goal region; 1.44 where there is no way."""
+        """From a point (2,) to the nearest drawn goal; 1.44 where there is no way."""
         if self._grid is None:
             return min(_to_rect(float(point[0]), float(point[1]), goal) for goal in self._goals)
         distance = self._grid.one_to_goal(point)
         return distance if math.isfinite(distance) else OFFICIAL_NO_WAY
 
-    def between(self, start: Floats, target: Floats) -> float:
-        """From one point (2,) to another; `math.inf` where there is no way."""
+    def place(self, x: float, y: float) -> Place:
+        """A point for `between`: its cell, or on maps without walls the point itself."""
+        return (x, y) if self._grid is None else self._grid.cell(x, y)
+
+    def between(self, start: Place, target: Place) -> float:
+        """From one place to another; `math.inf` where there is no way."""
         if self._grid is None:
-            return math.hypot(*(target - start).tolist())
-        return self._grid.between(start, target)
+            return math.hypot(target[0] - start[0], target[1] - start[1])
+        return self._grid.between_cells(cast(Cell, start), cast(Cell, target))
 
 
 @lru_cache(maxsize=64)

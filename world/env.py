@@ -17,11 +17,11 @@ import numpy.typing as npt
 
 from movingout.maps import MapSpec, load_map
 from movingout.maps.extras import needs_extra
-from movingout.maps.randomize import Split, randomize
+from movingout.maps.randomize import SPLITS, Split, randomize
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.maps.suggestion import known_names
 from movingout.world import raster
-from movingout.world.action import to_world
+from movingout.world.action import POLICY_SIZE, to_world
 from movingout.world.constants import LIMIT_TICKS, TICKS_PER_SECOND
 from movingout.world.errors import ActionError, WorldError
 from movingout.world.metrics import METRICS, EpisodeMetrics
@@ -86,8 +86,10 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
         """Raises WorldError or MapError, which name what is known, for arguments that are not."""
         if reward not in REWARDS:
             raise WorldError(f"unknown reward {reward!r}; known: {', '.join(REWARDS)}")
-        if limit_ticks < 1:
-            raise WorldError(f"an episode has at least 1 tick, not {limit_ticks}")
+        if not isinstance(limit_ticks, int | np.integer) or limit_ticks < 1:
+            raise WorldError(f"limit_ticks is a whole number of ticks from 1, not {limit_ticks!r}")
+        if split is not None and split not in SPLITS:
+            raise WorldError(f"unknown split {split!r}; {known_names(str(split), SPLITS)}, None")
         if render_mode is not None and render_mode not in RENDER_MODES:
             raise WorldError(
                 f"unknown render mode {render_mode!r}; {known_names(str(render_mode), RENDER_MODES)}, None"
@@ -112,10 +114,10 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
         self._start(self.map)
 
     def observation_space(self, agent: str) -> spaces.Box:
-        return self.observation_spaces[agent]
+        return self.observation_spaces[_known_agent(agent)]
 
     def action_space(self, agent: str) -> spaces.Box:
-        return self.action_spaces[agent]
+        return self.action_spaces[_known_agent(agent)]
 
     def reset(
         self, seed: int | None = None, options: Mapping[str, Any] | None = None
@@ -141,9 +143,7 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
         """Advance by one tick; ActionError for an action that is missing, has the wrong shape or is not finite."""
         if not self.agents:
             raise WorldError("the episode is over or has not begun; call reset() first")
-        if missing := [agent for agent in self.agents if agent not in actions]:
-            raise ActionError(f"an action for {' and '.join(missing)} is missing; both agents act in every tick")
-        rewards = self._advance(to_world([actions[agent] for agent in self.agents])).tolist()
+        rewards = self._advance(to_world(_both(actions))).tolist()
         terminated = self._world.score() == 1.0
         truncated = not terminated and self._state.tick >= self._limit_ticks
         agents = self.agents
@@ -178,6 +178,8 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
 
         With "human", every reset and step shows it in a window, ten times a second.
         """
+        if self.render_mode is None:
+            warnings.warn('render() draws nothing; make the environment with render_mode="rgb_array"', stacklevel=2)
         if self.render_mode != "rgb_array":
             return None
         return raster.pixels(self._world.map, self._state, seat)
@@ -200,6 +202,8 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
             self._advance(actions)
 
     def _chosen_map(self, options: Mapping[str, Any]) -> MapSpec:
+        if not isinstance(options, Mapping):
+            raise WorldError(f"options of reset() are a dictionary such as {{'map': 'HandOff'}}, not {options!r}")
         if unknown := [repr(name) for name in options if name not in RESET_OPTIONS]:
             message = f"reset() does not know the option {', '.join(unknown)}; it knows: {', '.join(RESET_OPTIONS)}"
             warnings.warn(message, stacklevel=3)
@@ -236,6 +240,33 @@ class MovingOutEnv(ParallelEnv[str, Observation, npt.NDArray[np.float32]]):  # t
     def _show(self) -> None:
         if self._window is not None:
             self._window.show(raster.pixels(self._world.map, self._state))
+
+
+def _known_agent(agent: str) -> str:
+    if agent not in SEAT_COLOURS:
+        raise WorldError(f"unknown agent {agent!r}; {known_names(str(agent), SEAT_COLOURS)}")
+    return agent
+
+
+def _both(actions: Mapping[str, npt.ArrayLike]) -> list[npt.NDArray[np.float64]]:
+    """The actions (4,) of blue and red. Raises ActionError, which names the agent that has none or a wrong one."""
+    if not isinstance(actions, Mapping):
+        raise ActionError(f"actions are a dictionary with those of blue and red, not {type(actions).__name__}")
+    if missing := [agent for agent in SEAT_COLOURS if agent not in actions]:
+        raise ActionError(f"an action for {' and '.join(missing)} is missing; both agents act in every tick")
+    if unknown := [agent for agent in actions if agent not in SEAT_COLOURS]:
+        raise ActionError(f"there is no agent {unknown[0]!r}; known: {', '.join(SEAT_COLOURS)}")
+    return [_row(agent, actions[agent]) for agent in SEAT_COLOURS]
+
+
+def _row(agent: str, action: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    try:
+        row = np.asarray(action, np.float64)
+    except (TypeError, ValueError):
+        row = np.empty(0)
+    if row.shape != (POLICY_SIZE,):
+        raise ActionError(f"an action is 4 numbers (distance, cos, sin, grasp); that of {agent} is {action!r:.80}")
+    return row
 
 
 def _loaded(map: MapSpec | str | os.PathLike[str]) -> MapSpec:

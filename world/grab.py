@@ -20,11 +20,26 @@ def toggle_hand(bodies: Bodies, seat: int) -> None:
     """Let go of what the robot holds, or take what is in reach; nothing happens when nothing is."""
     robot, partner = bodies.robots[seat], bodies.robots[1 - seat]
     if robot.item is not None:
-        _release(bodies.space, robot, robot.item, shared=partner.item is robot.item)
-    else:
-        item = _item_in_reach(bodies, robot, partner)
-        if item is not None:
-            _grab(bodies.space, robot, partner, item)
+        let_go(bodies, seat)
+        return
+    item = _item_in_reach(bodies, robot, partner)
+    if item is not None:
+        _grab(bodies.space, robot, partner, item)
+    robot.hand, partner.hand = _hand(robot, partner), _hand(partner, robot)
+
+
+def let_go(bodies: Bodies, seat: int) -> None:
+    """Have a robot let go of what it holds."""
+    robot, partner = bodies.robots[seat], bodies.robots[1 - seat]
+    assert robot.item is not None
+    _release(bodies.space, robot, robot.item, shared=partner.item is robot.item)
+    robot.hand, partner.hand = _hand(robot, partner), _hand(partner, robot)
+
+
+def hold(bodies: Bodies, seat: int, index: int) -> None:
+    """Have a robot hold an item as it lies, in reach or not: to set up a scene in which it is held."""
+    robot, partner = bodies.robots[seat], bodies.robots[1 - seat]
+    _grab(bodies.space, robot, partner, bodies.items[index])
     robot.hand, partner.hand = _hand(robot, partner), _hand(partner, robot)
 
 

@@ -24,7 +24,7 @@ NOBODY = (-1, -1)
 class Interdependence:
     """Follows the hands of one episode: a comparison per tick, two look-ups whenever a hand opens or closes.
 
-    `distance` gives the way [u] from a point (2,) to the nearest goal region.
+    `distance` gives the way [u] from a point (2,) to the nearest goal.
     """
 
     def __init__(self, items: int, distance: Callable[[Floats], float]) -> None:

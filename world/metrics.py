@@ -301,7 +301,7 @@ def task_completion_rate(map_spec: MapSpec, delivered: npt.NDArray[np.bool_]) ->
 def normalized_final_distance(map_spec: MapSpec, item_poses: Floats) -> Floats:
     """NFD = 1 - sum(d_i final) / sum(d_i initial), for final poses (..., N, 3) and the map's own initial ones: (...).
 
-    d is the breadth-first distance from the item's centre to the nearest goal region on the 48 x 48 grid. An item
+    d is the breadth-first distance from the item's centre to the nearest goal on the 48 x 48 grid. An item
     that cannot reach a goal counts as the farthest place that can. 1 when everything is delivered from the start.
     """
     distances, farthest, before = _to_be_carried(map_spec)

@@ -3,22 +3,25 @@
 import math
 from array import array
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 from pymunk._chipmunk_cffi import lib  # the engine without its Python wrapper: the same numbers, faster
 
-from movingout.maps.spec import SEAT_COLOURS, MapSpec
+from movingout.maps.spec import SEAT_COLOURS, MapSpec, Pose
 from movingout.world import constants as c
-from movingout.world.bodies import build_bodies
+from movingout.world.bodies import build_bodies, move_bodies
 from movingout.world.drive import drive_command
 from movingout.world.errors import ActionError, WorldError
-from movingout.world.grab import toggle_hand
+from movingout.world.grab import hold, let_go, toggle_hand
 from movingout.world.scoring import goal_boxes, is_delivered
 from movingout.world.state import Floats, WorldState
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
 
 _ACTIONS_SHAPE = (2, 3)
 _TICK_BYTES = 2 * 3 * 8
@@ -48,7 +51,6 @@ def _halves(poses: int) -> tuple[tuple[int, ...], ...]:
     return tuple(tuple(b - a for a, b in pairwise(half)) for half in (cuts[: middle + 1], cuts[middle:]))
 
 
-_PLAIN_HALVES = _halves(1)  # (10,), (10,)
 _SAMPLED_HALVES = _halves(c.POSES_PER_TICK)  # (4, 4, 2), (2, 4, 4)
 
 
@@ -56,20 +58,62 @@ class World:
     """The simulated world of one map; `step` is the one way to advance time.
 
     The same map and actions give the same floats. `record_sub_poses=False` is for headless runs: it
-    skips reading poses within a tick, and `sub_poses` then raises.
+    skips reading poses within a tick, and `sub_poses` then raises. Fewer `sub_steps`, an even number, are for looking
+    ahead: nearly as exact and cheaper; what is played has all of them.
     """
 
-    def __init__(self, map_spec: MapSpec, *, record_sub_poses: bool = True) -> None:
+    def __init__(self, map_spec: MapSpec, *, record_sub_poses: bool = True, sub_steps: int = c.SUB_STEPS) -> None:
+        if not isinstance(map_spec, MapSpec):
+            raise WorldError(f'a world is made of a map, as in World(load_map("HandOff")), not of {map_spec!r:.80}')
+        if sub_steps != c.SUB_STEPS and (record_sub_poses or sub_steps < 2 or sub_steps % 2):
+            raise WorldError(f"a tick of a world without sub-poses has an even number of engine steps, not {sub_steps}")
         self.map = map_spec
         self._record_sub_poses = record_sub_poses
-        self._halves = _SAMPLED_HALVES if record_sub_poses else _PLAIN_HALVES
+        half = sub_steps // 2
+        self._halves = _SAMPLED_HALVES if record_sub_poses else ((half,), (half,))
+        self._sub_step_s = c.HALF_TICK_SECONDS / half
         self._goals = goal_boxes(map_spec)
         self._build()
+
+    @classmethod
+    def from_state(cls, map_spec: MapSpec, state: WorldState) -> "World":
+        """A world that looks like `state`, at tick 0 and without sub-poses, to simulate on from what is seen.
+
+        Close to the world that the state is of, not equal to it: contact impulses and the angle of the steering
+        bodies are not seen, and an item in a hand is held where it is. Its snapshots are of a map of its own.
+        """
+        world = cls(map_spec, record_sub_poses=False)
+        world.place(state)
+        return world
+
+    def place(self, state: WorldState) -> None:
+        """Be what `from_state` returns for the same map; six times faster than a new world."""
+        blue, red = (Pose(*row) for row in state.robot_poses.tolist())
+        poses = [Pose(*row) for row in state.item_poses.tolist()]
+        items = tuple(replace(item, pose=pose) for item, pose in zip(self.map.items, poses, strict=True))
+        self.map = replace(self.map, robots=(blue, red), items=items)
+        for seat, robot in enumerate(self._bodies.robots):
+            if robot.item is not None:
+                let_go(self._bodies, seat)
+        move_bodies(self._bodies, state.robot_poses.tolist(), state.item_poses.tolist())
+        for seat, (vx, vy, turning) in enumerate(state.robot_velocities.tolist()):
+            if state.held[seat] >= 0:
+                hold(self._bodies, seat, int(state.held[seat]))
+            robot = self._bodies.robots[seat]
+            robot.body.velocity, robot.body.angular_velocity = (vx, vy), turning
+            lib.cpBodySetVelocity(robot.control, (vx, vy))  # red drives on until its half of the tick
+        self._begin()
+        self._velocities = array("d", state.robot_velocities.ravel().tolist())
+        self._held = state.held.tolist()
 
     def _build(self) -> None:
         self._bodies = build_bodies(self.map)
         self._space = self._bodies.space._space
         self._handles = [robot.handle for robot in self._bodies.robots] + [item.handle for item in self._bodies.items]
+        self._begin()
+
+    def _begin(self) -> None:
+        """Be at tick 0, with the bodies as they are."""
         self._control_angles = [pose.angle for pose in self.map.robots]
         self._log = array("d")
         self._failed = False
@@ -133,6 +177,12 @@ class World:
             raise WorldError("this world records no sub-poses; make it with World(map, record_sub_poses=True)")
         return np.array(self._sub_poses).reshape(c.POSES_PER_TICK, -1, 3)
 
+    def render(self, side: int = 360) -> "Image":
+        """The world now as a Pillow picture of `side` x `side` pixels, which notebooks show."""
+        from movingout.world.raster import picture  # headless runs do without Pillow
+
+        return picture(self.map, self.state(), side=side)
+
     def snapshot(self) -> Snapshot:
         """This moment, to come back to with `restore`, here or in another World of the same map."""
         return Snapshot(self.map, self._log.tobytes())
@@ -189,7 +239,7 @@ class World:
         lib.cpBodySetVelocity(robot.control, (vx, vy))
 
     def _advance(self, blocks: tuple[int, ...], samples: "array[float]") -> None:
-        space, engine_step, dt = self._space, lib.cpSpaceStep, c.SUB_STEP_SECONDS
+        space, engine_step, dt = self._space, lib.cpSpaceStep, self._sub_step_s
         for block, sub_steps in enumerate(blocks):
             if block:
                 self._read_poses(self._moving)

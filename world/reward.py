@@ -1,7 +1,7 @@
 """The paper's reward for learning (appendix "Dense Reward Setting", its table's rows A to D).
 
 `world.official_reward` has what the official code pays instead; the two differ in more than scale.
-Where the table leaves something open: "inside a goal region" is what the score counts as delivered; distances are
+Where the table leaves something open: "inside a goal" is what the score counts as delivered; distances are
 those of the 48 x 48 grid; a held item's own distance to the goal counts, not its carrier's; on the tick of a grab or
 release only events are paid, because the target changes.
 """
@@ -34,29 +34,45 @@ class _Moment:
         self._grid = grid
         self._robots = [grid.distances.cell(x, y) for x, y, _ in state.robot_poses.tolist()]
         self._poses: list[list[float]] = state.item_poses.tolist()
+        self._nearest: dict[tuple[int, tuple[int, ...]], float] = {}
+        self._floods: dict[tuple[int, ...], list[Floats]] = {}
+        self._points: list[list[Cell] | None] = [None] * len(self._poses)
+        self.home: list[bool] = []
         if last is None:
             self.home = [grid.is_home(item, pose) for item, pose in enumerate(self._poses)]
-            self._points: list[list[Cell] | None] = [None] * len(self._poses)
-            return
+        elif last._poses == self._poses:
+            self.home, self._points, self._floods = last.home, last._points, last._floods
+        else:
+            self._take_over(last)
+
+    def _take_over(self, last: "_Moment") -> None:
+        """What was worked out for the items that did not move."""
         self.home, self._points = last.home.copy(), last._points.copy()
         for item, (pose, before) in enumerate(zip(self._poses, last._poses, strict=True)):
             if pose != before:
-                self.home[item] = grid.is_home(item, pose)
+                self.home[item] = self._grid.is_home(item, pose)
                 self._points[item] = None
 
     def to_goal(self, item: int) -> float:
-        """From the item's centre to the nearest goal region."""
+        """From the item's centre to the nearest goal."""
         x, y, _ = self._poses[item]
         return self._grid.distances.cell_to_goal(self._grid.distances.cell(x, y))
 
-    def reach(self, seat: int, targets: list[int]) -> float:
+    def reach(self, seat: int, targets: tuple[int, ...]) -> float:
         """From the robot's centre to the nearest of the targets' holding points."""
-        robot, between = self._robots[seat], self._grid.distances.between_cells
-        nearest = math.inf
-        for item in targets:
-            for point in self._points[item] or self._found(item):
-                nearest = min(nearest, between(robot, point))
+        nearest = self._nearest.get((seat, targets))  # asked again as the state before the next tick
+        if nearest is None:
+            robot, floods = self._robots[seat], self._floods.get(targets) or self._flooded(targets)
+            nearest = min([flood.item(robot) for flood in floods], default=math.inf)
+            self._nearest[seat, targets] = nearest
         return nearest
+
+    def _flooded(self, targets: tuple[int, ...]) -> list[Floats]:
+        """The distances to each of the targets' holding points."""
+        to_cell = self._grid.distances.to_cell
+        floods = [to_cell(point) for item in targets for point in self._points[item] or self._found(item)]
+        self._floods[targets] = floods
+        return floods
 
     def _found(self, item: int) -> list[Cell]:
         points = self._points[item] = self._grid.holding_cells(item, self._poses[item])
@@ -64,7 +80,7 @@ class _Moment:
 
 
 class _Grid:
-    """A map's items and goal regions on the 48 x 48 grid."""
+    """A map's items and goals on the 48 x 48 grid."""
 
     def __init__(self, map_spec: MapSpec) -> None:
         self.distances = paper_distances(map_spec)
@@ -129,16 +145,17 @@ class PaperReward:
         targets = self._targets((partner_held, partner_holds), then.home, now.home)
         return STEP_COST + GAMMA * _gained(then.reach(seat, targets), now.reach(seat, targets))
 
-    def _targets(self, partners: tuple[int, int], was_home: list[bool], is_home: list[bool]) -> list[int]:
+    def _targets(self, partners: tuple[int, int], was_home: list[bool], is_home: list[bool]) -> tuple[int, ...]:
         """What an empty hand should go to: the partner's item if it needs help, else the free items."""
         held, holds = partners
         if held == holds and holds >= 0 and self._big[holds] and not (was_home[holds] or is_home[holds]):
-            return [holds]
-        return [
+            return (holds,)
+        free = [
             item
             for item, (was, is_) in enumerate(zip(was_home, is_home, strict=True))
             if not (was or is_ or item in partners)
         ]
+        return tuple(free)
 
     def _is_other_big(self, partners: int, own: int) -> bool:
         """Whether the partner has a middle or large item that is not the one in the own hand."""

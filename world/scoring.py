@@ -1,6 +1,6 @@
 """Which items are delivered, and the score: functions of a map and of poses alone.
 
-An item is delivered when one goal region, with its margin of 0.05, contains the item's bounding box in
+An item is delivered when one goal, with its margin of 0.05, contains the item's bounding box in
 its current pose; being held does not matter, and lying across two regions does not count (official rule).
 """
 
@@ -68,7 +68,7 @@ def bounding_box(item: ItemSpec, pose: tuple[float, ...]) -> Box:
 
 @lru_cache(maxsize=256)
 def goal_boxes(map_spec: MapSpec) -> tuple[Box, ...]:
-    """The goal regions with their margin, as the engine holds them (centre and half sizes)."""
+    """The goals with their margin, as the engine holds them (centre and half sizes)."""
     boxes = []
     for goal in map_spec.goals:
         x, y = (goal.left + goal.right) / 2, (goal.bottom + goal.top) / 2

@@ -5,17 +5,14 @@ from collections.abc import Hashable, Sequence
 import numpy as np
 
 from movingout.agents.base import EpisodeInfo, Observation
-from movingout.agents.bass.score_functions import score_function, score_rollouts
+from movingout.agents.bass.score_functions import Estimator, score_function, score_rollouts
 from movingout.agents.bass.selection import Choice, Simulator, choice_from_scores, joint_chunks
 from movingout.agents.bass.state_vector import constant, item_places, moving, robot_places
-from movingout.agents.bass.value import Value
-from movingout.agents.checkpoint.checkpoint import Checkpoint, SelectionSpec
+from movingout.agents.checkpoint.checkpoint import SelectionSpec
 from movingout.agents.checkpoint.policy_spec import PolicySpec
-from movingout.agents.errors import AgentError, CheckpointError
-from movingout.agents.inference.network import Network, PolicyNetwork, Singles, shared_network, shared_policy_network
-from movingout.agents.inference.policy_agent import PolicyAgent, SeatView, encoded
-from movingout.world import World
-from movingout.world.physics import Snapshot
+from movingout.agents.inference.network import Network, PolicyNetwork, Singles
+from movingout.agents.inference.policy_agent import PolicyAgent, encoded
+from movingout.agents.observation.features import in_frame
 from movingout.world.state import Floats, WorldState
 
 SPREAD = 0.3  # standard deviation of the noise on distance, cos and sin for deterministic policies
@@ -25,9 +22,11 @@ class BassAgent(PolicyAgent):
     """Any base policy with simulation and selection on top."""
 
     def __init__(
-        self, spec: PolicySpec, network: PolicyNetwork, dynamics: Network, selection: SelectionSpec, execute: int = 0,
-        value: Value | None = None,
+        self, spec: PolicySpec, network: PolicyNetwork, dynamics: Network | None, selection: SelectionSpec,
+        execute: int = 0,
+        value: Estimator | None = None,
     ) -> None:  # fmt: skip
+        """`dynamics`: the learned simulator; None for agents that have another one."""
         super().__init__(spec, network, execute)
         self.dynamics = dynamics
         self.selection = selection
@@ -37,13 +36,12 @@ class BassAgent(PolicyAgent):
     def reset(self, episode: EpisodeInfo) -> None:
         super().reset(episode)
         self._partner_history = []
-        self._constant = constant(episode.map).astype(np.float32)
         self.score_function = score_function(episode.map, episode.seat, self.selection, self.value)
 
     @property
     def batch_key(self) -> Hashable:
         """Agents that share network, simulator and selection decide together."""
-        return id(self.network), id(self.dynamics), id(self.value and self.value.network), self.selection
+        return type(self), id(self.network), id(self.dynamics), id(self.value and self.value.network), self.selection
 
     def decide(self, state: WorldState, history: Singles) -> Singles:
         """Sample, simulate, select; leaves the trace of the decision in `detail`."""
@@ -54,8 +52,8 @@ class BassAgent(PolicyAgent):
     def remember_many(seen: Sequence[tuple[PolicyAgent, Observation]]) -> None:
         """Add each agent's and each partner's observation to the histories."""
         bass = [(agent, observation.state) for agent, observation in seen if isinstance(agent, BassAgent)]
-        own = [SeatView(agent.encoder, agent.episode.seat, state) for agent, state in bass]
-        theirs = [SeatView(agent.encoder, 1 - agent.episode.seat, state) for agent, state in bass]
+        own = [agent.view(state, agent.episode.seat) for agent, state in bass]
+        theirs = [agent.view(state, 1 - agent.episode.seat) for agent, state in bass]
         features = encoded([*own, *theirs])
         for (agent, _), mine, partners in zip(bass, features, features[len(bass) :], strict=False):
             agent._keep(mine)
@@ -68,8 +66,8 @@ class BassAgent(PolicyAgent):
         """What `decide` of each would return: one batch samples all candidates, another simulates all rollouts."""
         bass = [agent for agent in agents if isinstance(agent, BassAgent)]
         candidates = [
-            (own, agent.guesses(partner))
-            for agent, (own, partner) in zip(bass, _candidates(bass, histories), strict=True)
+            (own, agent.guesses(partner, state))
+            for agent, state, (own, partner) in zip(bass, states, candidates_of(bass, states, histories), strict=True)
         ]
         joints = [
             joint_chunks(agent.episode.seat, acting(own), acting(guesses), agent.selection)
@@ -90,8 +88,10 @@ class BassAgent(PolicyAgent):
         """Predicted states of each agent's joint chunks, in one batch of the learned simulator."""
         counts = [len(joint) for joint in joints]
         starts = np.stack([moving(state) for state in states]).astype(np.float32)
-        constants = np.stack([agent._constant for agent in agents])
-        predicted: Floats = agents[0].dynamics(
+        constants = np.stack([constant(agent.episode.map) for agent in agents]).astype(np.float32)
+        dynamics = agents[0].dynamics
+        assert dynamics is not None
+        predicted: Floats = dynamics(
             state=np.repeat(starts, counts, axis=0),
             constant=np.repeat(constants, counts, axis=0),
             actions=np.concatenate(joints).astype(np.float32),
@@ -115,7 +115,7 @@ class BassAgent(PolicyAgent):
         """Noise for the own candidates and for the partner's chunks; only the own noise grows at a standstill."""
         return self.noise(self.selection.own), self.network.noise(self.selection.partner, self.random)
 
-    def guesses(self, partner: Singles) -> Singles:
+    def guesses(self, partner: Singles, state: WorldState) -> Singles:
         """The predicted chunks of the partner (partner, H, 5): what this policy would do in its place."""
         return partner
 
@@ -156,7 +156,9 @@ def acting(chunks: Singles) -> Floats:
     return acting
 
 
-def _candidates(agents: Sequence[BassAgent], histories: Singles) -> list[tuple[Singles, Singles]]:
+def candidates_of(
+    agents: Sequence[BassAgent], states: Sequence[WorldState], histories: Singles
+) -> list[tuple[Singles, Singles]]:
     """Each agent's own chunks (own, H, 5) and the partner's (partner, H, 5), all sampled in one batch.
 
     The partner's come from the same policy in the partner's place. The chunks of a deterministic policy are perturbed.
@@ -168,12 +170,22 @@ def _candidates(agents: Sequence[BassAgent], histories: Singles) -> list[tuple[S
     parts = [
         (mine[: agent.selection.own], mine[agent.selection.own :]) for agent, mine in zip(agents, each, strict=True)
     ]
+    if agents[0].spec.own_frame:
+        parts = [
+            (_turned(mine, state, agent.episode.seat), _turned(theirs, state, 1 - agent.episode.seat))
+            for agent, state, (mine, theirs) in zip(agents, states, parts, strict=True)
+        ]
     if agents[0].network.noise_rows:
         return parts
     return [
         (spread(mine, noise), spread(theirs, guessed))
         for (mine, theirs), (noise, guessed) in zip(parts, noises, strict=True)
     ]
+
+
+def _turned(chunks: Singles, state: WorldState, seat: int) -> Singles:
+    """Chunks (B, H, 5) relative to the angle of a seat, with headings of the arena."""
+    return in_frame(chunks, np.full(len(chunks), state.robot_poses[seat, 2]))
 
 
 def spread(chunks: Singles, noise: Singles) -> Singles:
@@ -194,102 +206,21 @@ def spread(chunks: Singles, noise: Singles) -> Singles:
 class RandomPartnerBassAgent(BassAgent):
     """The ablation with random partner chunks (paper, "Effect of Random Partner Actions")."""
 
-    def guesses(self, partner: Singles) -> Singles:
+    def guesses(self, partner: Singles, state: WorldState) -> Singles:
         return self.random.uniform(-1.0, 1.0, partner.shape).astype(np.float32)
 
 
-class OracleBassAgent(BassAgent):
-    """The upper bound: simulates exactly, with the engine. Needs access to the world, so only in headless matches."""
+class SingleAgentBassAgent(BassAgent):
+    """The ablation that simulates its own actions alone (paper, "Comparison with Single Agent BASS").
 
-    def reset(self, episode: EpisodeInfo) -> None:
-        super().reset(episode)
-        self._watched: World | None = None
-
-    def watch(self, world: World) -> None:
-        """Be given the world that is played in; called once per episode, before the first tick."""
-        self._watched = world
-
-    @staticmethod
-    def simulate_many(
-        agents: Sequence[BassAgent], states: Sequence[WorldState], joints: Sequence[Floats]
-    ) -> Sequence[Floats]:
-        """States predicted by the engine, from each agent's own world."""
-        return [agent.simulator(state)(joint) for agent, state, joint in zip(agents, states, joints, strict=True)]
-
-    def simulator(self, state: WorldState) -> Simulator:
-        """The engine, started from the present state."""
-        if self._watched is None:
-            if state.tick > 0:
-                raise AgentError("simulator=oracle needs the world itself; use it in headless matches only")
-            learned = BassAgent.simulate_many  # the warm-up decision of a worker
-            return lambda joint: learned([self], [state], [joint])[0]
-        return engine_simulator(self._watched.snapshot(), levels=self.spec.grasp == "hold")
-
-
-def engine_simulator(moment: Snapshot, *, levels: bool) -> Simulator:
-    """The true world from a snapshot on; each rollout simulates the episode so far again (50 us per tick)."""
-
-    def simulate(joint: Floats) -> Floats:
-        return np.array([_engine_rollout(moment, chunk, levels) for chunk in joint])
-
-    return simulate
-
-
-def _engine_rollout(moment: Snapshot, chunk: Floats, levels: bool) -> Floats:
-    """Moving states (depth, 58) of one joint chunk (depth, 2, 4)."""
-    world = World(moment.map, record_sub_poses=False)
-    world.restore(moment)
-    rows = []
-    for distance, cos, sin, grasp in np.moveaxis(chunk, -1, 1):
-        press = grasp != (world.state().held >= 0) if levels else grasp
-        world.step(np.column_stack((distance, np.arctan2(sin, cos), press)))
-        rows.append(moving(world.state()))
-    return np.array(rows)
-
-
-SAMPLINGS = {
-    "4": {"own": 4, "partner": 4, "combine": "independent"},
-    "2x2": {"own": 2, "partner": 2, "combine": "product"},
-    "4x4": {"own": 4, "partner": 4, "combine": "product"},
-    "8x2": {"own": 8, "partner": 2, "combine": "product"},
-}
-
-
-def bass_agent(
-    checkpoint: Checkpoint, execute: int = 0, simulator: str = "learned", partner: str = "policy",
-    sampling: str = "", score: str = "",
-) -> BassAgent:  # fmt: skip
-    """The agent of a checkpoint of kind bass.
-
-    Options for experiments: `simulator` learned or oracle, `partner` policy or random, `sampling` 4, 2x2, 4x4 or 8x2,
-    `score` nfd, nfd+ac or value. The defaults are those of the card.
+    The partner is taken to stand still and to keep what it holds.
     """
-    card = checkpoint.card
-    if card.dynamics is None or card.selection is None:
-        raise CheckpointError(f"checkpoint {card.id} is of kind bass but has no dynamics or selection")
-    if card.selection.depth > card.network.horizon:
-        raise CheckpointError(
-            f"checkpoint {card.id} simulates {card.selection.depth} ticks, "
-            f"but its policy predicts {card.network.horizon}"
+
+    def guesses(self, partner: Singles, state: WorldState) -> Singles:
+        seat = 1 - self.episode.seat
+        angle, holds = state.robot_poses[seat, 2], self.spec.grasp == "hold" and state.held[seat] >= 0
+        yes = 1.0 if holds else -1.0
+        still: Singles = np.broadcast_to(
+            np.array([0.0, np.cos(angle), np.sin(angle), -yes, yes], dtype=np.float32), partner.shape
         )
-    variants = {
-        ("learned", "policy"): BassAgent,
-        ("learned", "random"): RandomPartnerBassAgent,
-        ("oracle", "policy"): OracleBassAgent,
-    }
-    if (simulator, partner) not in variants:
-        raise AgentError(
-            f"{card.id}: simulator=learned or oracle, partner=policy or random, not {simulator}, {partner}"
-        )
-    if sampling and sampling not in SAMPLINGS:
-        raise AgentError(f"{card.id}: sampling is one of {', '.join(SAMPLINGS)}, not {sampling}")
-    if score not in ("", "nfd", "nfd+ac", "value"):
-        raise AgentError(f"{card.id}: score is nfd, nfd+ac or value, not {score}")
-    if score == "value" and card.value is None:
-        raise AgentError(f"{card.id} has no value network; train it with --score value, or use score=nfd")
-    changes = {**SAMPLINGS.get(sampling, {}), **({"score": score} if score else {})}
-    selection = card.selection.model_copy(update=changes)
-    network = shared_policy_network(card.network, checkpoint.read("policy.onnx"))
-    dynamics = shared_network(checkpoint.read("dynamics.onnx"))
-    value = Value(card.value, shared_network(checkpoint.read("value.onnx"))) if card.value else None
-    return variants[simulator, partner](card.network, network, dynamics, selection, execute, value)
+        return still

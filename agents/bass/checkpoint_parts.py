@@ -8,12 +8,15 @@ from safetensors.torch import save
 
 from movingout.agents.bass.config import BassConfig
 from movingout.agents.bass.dynamics import Dynamics, Rollout
+from movingout.agents.bass.latent.picture_networks import PictureDynamics, PictureProgress, example_picture
+from movingout.agents.bass.progress_training import ProgressNetwork
 from movingout.agents.bass.state_vector import CONSTANT_WIDTH, MOVING_WIDTH
 from movingout.agents.bass.value_training import ValueNetwork
 from movingout.agents.checkpoint.checkpoint import (
     Checkpoint,
     DynamicsSpec,
     FileName,
+    ProgressSpec,
     Training,
     ValueSpec,
     write_checkpoint,
@@ -22,6 +25,8 @@ from movingout.agents.checkpoint.policy_spec import Grasp
 from movingout.agents.errors import CheckpointError
 from movingout.agents.policies.export import export, halved_weights
 
+_WEIGHTS = "dynamics.safetensors"
+
 
 @dataclass(frozen=True, slots=True)
 class TrainedSimulator:
@@ -29,7 +34,7 @@ class TrainedSimulator:
 
     spec: DynamicsSpec
     onnx: bytes
-    weights: bytes  # safetensors
+    weights: bytes | None  # safetensors, for other tools; agents that came with a wheel lack them
     training: Training | None  # where the weights come from; older cards do not say
 
 
@@ -40,6 +45,15 @@ class TrainedValue:
     spec: ValueSpec
     onnx: bytes
     training: Training | None  # where the weights come from; older cards do not say
+
+
+@dataclass(frozen=True, slots=True)
+class TrainedProgress:
+    """A trained embedding of progress as it lies in a checkpoint."""
+
+    spec: ProgressSpec
+    onnx: bytes
+    training: Training | None
 
 
 def export_dynamics(dynamics: Dynamics, depth: int, grasp: Grasp) -> bytes:
@@ -60,18 +74,37 @@ def packed_value(network: ValueNetwork, training: Training) -> TrainedValue:
     return TrainedValue(network.spec, export(network, (example,), ["features"], ["value"]), training)
 
 
+def packed_progress(network: ProgressNetwork, training: Training) -> TrainedProgress:
+    """An embedding that was trained just now."""
+    example = torch.zeros(2, MOVING_WIDTH), torch.zeros(2, CONSTANT_WIDTH)
+    return TrainedProgress(network.spec, export(network, example, ["state", "constant"], ["embedding"]), training)
+
+
+def packed_picture_simulator(dynamics: PictureDynamics, depth: int, training: Training) -> TrainedSimulator:
+    """ONNX of `picture` (B, D) and `actions` (B, depth, 2, 4), the own ones first, to the `after` picture (B, D)."""
+    example = example_picture(dynamics.shape), torch.zeros(2, depth, 2, 4)
+    onnx = export(dynamics, example, ["picture", "actions"], ["after"])
+    return TrainedSimulator(dynamics.spec, onnx, save(halved_weights(dynamics)), training)
+
+
+def packed_picture_progress(network: PictureProgress, training: Training) -> TrainedProgress:
+    """ONNX of `picture` (B, D) to its `embedding` (B, Z)."""
+    onnx = export(network, (example_picture(network.shape),), ["picture"], ["embedding"])
+    return TrainedProgress(network.spec, onnx, training)
+
+
 def simulator_of(checkpoint: Checkpoint, depth: int, grasp: Grasp) -> TrainedSimulator:
     """The simulator of another BASS agent. Raises CheckpointError when it has none, or one for other chunks."""
     card = checkpoint.card
     if card.dynamics is None or card.selection is None:
-        raise CheckpointError(f"{card.id} has no simulator; name an agent of kind bass")
+        raise CheckpointError(f"{card.id} has no learned simulator; name another agent of kind bass")
     if (card.selection.depth, card.network.grasp) != (depth, grasp):
         raise CheckpointError(
             f"the simulator of {card.id} is for {card.selection.depth} ticks and grasp {card.network.grasp}, "
             f"not for {depth} and {grasp}"
         )
-    onnx, weights = checkpoint.read("dynamics.onnx"), checkpoint.read("dynamics.safetensors")
-    return TrainedSimulator(card.dynamics, onnx, weights, card.dynamics_training)
+    weights = checkpoint.read(_WEIGHTS) if checkpoint.has(_WEIGHTS) else None
+    return TrainedSimulator(card.dynamics, checkpoint.read("dynamics.onnx"), weights, card.dynamics_training)
 
 
 def value_of(checkpoint: Checkpoint) -> TrainedValue:
@@ -83,27 +116,31 @@ def value_of(checkpoint: Checkpoint) -> TrainedValue:
 
 
 def save_bass(
-    folder: Path, agent_id: str, base: Checkpoint, simulator: TrainedSimulator, value: TrainedValue | None,
-    config: BassConfig, name: str, description: str,
+    folder: Path, agent_id: str, base: Checkpoint, simulator: TrainedSimulator | None, value: TrainedValue | None,
+    config: BassConfig, name: str, description: str, progress: TrainedProgress | None = None,
 ) -> Checkpoint:  # fmt: skip
-    """Write the checkpoint of a BASS agent: the base policy's network, the simulator and, if it has one, the value."""
+    """Write the checkpoint of a BASS agent: the base policy's network, and its other networks if any."""
     card = {
         **base.card.model_dump(exclude={"files", "scores"}),
         "id": agent_id,
         "name": name,
         "description": description,
         "kind": "bass",
-        "dynamics": simulator.spec.model_dump(),
+        "dynamics": simulator.spec.model_dump() if simulator else None,
         "selection": config.selection().model_dump(),
         "value": value.spec.model_dump() if value else None,
-        "dynamics_training": simulator.training.model_dump() if simulator.training else None,
+        "dynamics_training": simulator.training.model_dump() if simulator and simulator.training else None,
+        "progress": progress.spec.model_dump() if progress else None,
+        "progress_training": progress.training.model_dump() if progress and progress.training else None,
         "value_training": value.training.model_dump() if value and value.training else None,
     }
-    files: dict[FileName, bytes] = {
-        "policy.onnx": base.read("policy.onnx"),
-        "dynamics.onnx": simulator.onnx,
-        "dynamics.safetensors": simulator.weights,
-    }
+    files: dict[FileName, bytes] = {"policy.onnx": base.read("policy.onnx")}
+    if simulator:
+        files |= {"dynamics.onnx": simulator.onnx}
+    if simulator and simulator.weights:
+        files |= {_WEIGHTS: simulator.weights}
     if value:
         files |= {"value.onnx": value.onnx}
+    if progress:
+        files |= {"progress.onnx": progress.onnx}
     return write_checkpoint(folder, card, files)

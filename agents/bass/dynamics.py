@@ -3,8 +3,8 @@
     z_t = encode_1(s_t)      z_{t+1} = f(z_t, a_t, a_t^p)      s_{t+1} = decode_2(z_{t+1})
 
 The first autoencoder is of the present state, the second of the next state or, with `residual`, of the change of the
-state, so that it need not reproduce what stays. Both and the latent step are trained together. `GruDynamics` is the
-paper's baseline.
+state, so that it need not reproduce what stays. Both and the latent step are trained together. `GruDynamics` and
+`QvaeDynamics` are the paper's baselines.
 
 With `rigid`, the network predicts robots and hands only: a held item moves rigidly with its holder (within 0.001 u per
 tick of the engine, measured) and other items stay in place. With `grasping`, the effect of a press is computed instead
@@ -25,12 +25,13 @@ from movingout.agents.bass.state_vector import (
     MOVING_WIDTH,
     ROBOT_WIDTH,
 )
-from movingout.agents.checkpoint.checkpoint import DynamicsSpec
+from movingout.agents.checkpoint.checkpoint import DynamicsKind, DynamicsSpec
 from movingout.agents.checkpoint.policy_spec import Grasp
 
 KL_WEIGHT = 1e-5
 LATENT_WEIGHT = 0.1
 RECONSTRUCTION_WEIGHT = 0.1
+CODES, CODE_WIDTH, COMMITMENT = 256, 4, 0.25  # of the qVAE; the paper gives none
 
 
 def _layers(inputs: int, width: int, outputs: int) -> nn.Sequential:
@@ -188,9 +189,48 @@ class GruDynamics(Dynamics):
         return {"loss": F.smooth_l1_loss(error, torch.zeros_like(error))}
 
 
+class QvaeDynamics(Dynamics):
+    """The paper's other baseline: an autoencoder whose latent is a row of code words (van den Oord et al. 2017)."""
+
+    def __init__(self, spec: DynamicsSpec) -> None:
+        super().__init__(spec)
+        self.words = max(spec.latent // CODE_WIDTH, 1)
+        self.encoder = _layers(MOVING_WIDTH + CONSTANT_WIDTH, spec.width, self.words * CODE_WIDTH)
+        self.latent_step = _layers(self.words * CODE_WIDTH + 2 * ACTION_WIDTH, spec.width, self.words * CODE_WIDTH)
+        self.decoder = _layers(self.words * CODE_WIDTH + CONSTANT_WIDTH, spec.width, MOVING_WIDTH)
+        self.codes = nn.Parameter(torch.empty(CODES, CODE_WIDTH).uniform_(-1.0, 1.0))
+
+    def quantised(self, latent: Tensor) -> tuple[Tensor, Tensor]:
+        """The nearest code words (B, Z), with gradients as if they were the latent, and the loss that ties both."""
+        words = latent.reshape(-1, self.words, CODE_WIDTH)
+        gaps = ((words[:, :, None] - self.codes) ** 2).sum(dim=-1)  # (B, words, CODES)
+        nearest = F.embedding(gaps.argmin(dim=-1), self.codes)
+        tie = F.mse_loss(nearest, words.detach()) + COMMITMENT * F.mse_loss(words, nearest.detach())
+        return (words + (nearest - words).detach()).flatten(1), tie
+
+    def step(self, state: Tensor, constant: Tensor, actions: Tensor) -> Tensor:
+        return self._stepped(state, constant, actions)[0]
+
+    def _stepped(self, state: Tensor, constant: Tensor, actions: Tensor) -> tuple[Tensor, Tensor]:
+        of_map = self.of_map(constant)
+        now, first = self.quantised(self.encoder(torch.cat((state, of_map), dim=-1)))
+        then, second = self.quantised(self.latent_step(torch.cat((now, actions), dim=-1)))
+        predicted = self.decoder(torch.cat((then, of_map), dim=-1))
+        return (state + predicted * self.scale if self.spec.residual else predicted), first + second
+
+    def losses(self, state: Tensor, constant: Tensor, actions: Tensor, after: Tensor) -> dict[str, Tensor]:
+        predicted, tie = self._stepped(state, constant, actions)
+        error = ((predicted - after) / self.scale)[:, self.learned]
+        prediction = F.smooth_l1_loss(error, torch.zeros_like(error))
+        return {"loss": prediction + tie, "prediction": prediction, "codes": tie}
+
+
+_KINDS: dict[DynamicsKind, type[Dynamics]] = {"vae": VaeDynamics, "gru": GruDynamics, "qvae": QvaeDynamics}
+
+
 def build_dynamics(spec: DynamicsSpec) -> Dynamics:
     """The network that a spec describes, with fresh weights."""
-    return VaeDynamics(spec) if spec.kind == "vae" else GruDynamics(spec)
+    return _KINDS[spec.kind](spec)
 
 
 class Rollout(nn.Module):

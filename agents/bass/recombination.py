@@ -27,8 +27,8 @@ LENGTH = 8  # ticks of a piece
 TOLERANCE = 0.06  # [u] largest distance between the recorded and the simulated end; joints are made again
 HEADINGS = 8
 TRIES = 8  # per requested piece
-Matching = Literal["both-ends", "one-end"]
-"""`both-ends` is the paper's multi-agent rule; `one-end` its single-agent ablation."""
+Matching = Literal["both-ends", "one-end", "either-end"]
+"""`both-ends` is the paper's multi-agent rule, `either-end` its single-agent ablation; `one-end` sees starts only."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -116,76 +116,111 @@ def recombined(piece: RecombinedPiece) -> Trajectory | None:
     hands = np.array([state.held >= 0 for state in states[1:]])
     if strayed > TOLERANCE or not np.array_equal(hands, levels):
         return None
-    return replace(
-        own,
-        robot_poses=np.array([state.robot_poses for state in states]),
-        robot_velocities=np.array([state.robot_velocities for state in states]),
-        held=np.array([state.held for state in states]),
-        item_poses=np.array([state.item_poses for state in states]),
-        actions=actions,
-    )
+    return _episode(own, states, actions)
+
+
+def spliced(piece: RecombinedPiece) -> Trajectory | None:
+    """The piece as an episode of LENGTH ticks put together from the two, without the engine: it may be impossible.
+
+    None when both would hold the same item.
+    """
+    own, other, seat = piece.own.trajectory, piece.other, piece.own.seat
+    states = [
+        _mixed_state(own, piece.start + tick, other, piece.other_start + tick, seat) for tick in range(LENGTH + 1)
+    ]
+    known = [state for state in states if state is not None]
+    if len(known) < len(states):
+        return None
+    actions = own.actions[piece.start : piece.start + LENGTH].copy()
+    actions[:, 1 - seat] = other.actions[piece.other_start : piece.other_start + LENGTH, 1 - seat]
+    return _episode(own, known, actions)
 
 
 def augmentation(
-    parts: Sequence[LearnedPart], count: int, seed: int, matching: Matching = "both-ends"
+    parts: Sequence[LearnedPart], count: int, seed: int, matching: Matching = "both-ends", confirm: bool = True
 ) -> tuple[list[tuple[RecombinedPiece, Trajectory]], RecombinationReport]:
-    """Up to `count` random valid pieces with their simulated episodes, and a report.
+    """Up to `count` random pieces with their episodes, and a report on how many the engine confirms.
 
+    With `confirm`, only confirmed pieces are taken, as the engine plays them; without, all, as `spliced` makes them.
     Pieces that leave the partner's motion unchanged (both stretches end where they started) count as well.
     """
-    tried = 0
+    tried = valid = 0
 
-    def valid() -> Iterator[tuple[RecombinedPiece, Trajectory]]:
-        nonlocal tried
+    def taken() -> Iterator[tuple[RecombinedPiece, Trajectory]]:
+        nonlocal tried, valid
         for piece in islice(draw_pieces(parts, seed, matching), TRIES * count):
             tried += 1
-            trajectory = recombined(piece)
+            played = recombined(piece)
+            valid += played is not None
+            trajectory = played if confirm else spliced(piece)
             if trajectory is not None:
                 yield piece, trajectory
 
-    found = list(with_progress(islice(valid(), count), count, "recombining"))
-    return found, RecombinationReport(tried, len(found))
+    found = list(with_progress(islice(taken(), count), count, "recombining"))
+    return found, RecombinationReport(tried, valid)
 
 
 class _Index:
-    """A sorted index of where each stretch of LENGTH ticks starts and ends, for both seats of all episodes."""
+    """Where each stretch of LENGTH ticks starts and ends, for both seats of all episodes; sorted, to be looked up."""
 
     def __init__(self, trajectories: list[Trajectory], matching: Matching) -> None:
         self.trajectories = trajectories
         self._numbers = {trajectory: number for number, trajectory in enumerate(trajectories)}
-        maps: dict[MapSpec, int] = {}
+        maps: dict[object, int] = {}
         items = max((trajectory.item_poses.shape[1] for trajectory in trajectories), default=0)
-        self._keys: dict[tuple[int, int], Indices] = {}
+        keys: dict[tuple[int, int], list[Indices]] = {}
         for number, trajectory in enumerate(trajectories):
             for seat in (0, 1):
-                group = 2 * maps.setdefault(trajectory.map, len(maps)) + seat
-                self._keys[number, seat] = _keys(trajectory, seat, group, items, matching)
-        lengths = [len(keys) for keys in self._keys.values()]
-        keys = np.concatenate([np.empty(0, np.int64), *self._keys.values()])
-        order = np.argsort(keys, kind="stable")
-        self._sorted = keys[order]
-        self._walks = np.repeat([number for number, _ in self._keys], lengths)[order]
-        self._ticks = np.concatenate([np.empty(0, np.int64), *map(np.arange, lengths)])[order]
+                group = 2 * maps.setdefault(_ground(trajectory.map), len(maps)) + seat
+                keys[number, seat] = _keys(trajectory, seat, group, items, matching)
+        self._tables = [
+            StretchTable({place: each[kind] for place, each in keys.items()})
+            for kind in range(2 if matching == "either-end" else 1)
+        ]
 
     def matches(self, trajectory: Trajectory, seat: int, start: int) -> tuple[Indices, Indices]:
         """Episodes (M,) and ticks (M,) at which the seat starts and ends in the same places, in other episodes."""
         number = self._numbers[trajectory]
+        found = [table.matches(number, seat, start) for table in self._tables]
+        return np.concatenate([walks for walks, _ in found]), np.concatenate([ticks for _, ticks in found])
+
+
+class StretchTable:
+    """Keys of stretches, sorted."""
+
+    def __init__(self, keys: dict[tuple[int, int], Indices]) -> None:
+        self._keys = keys
+        lengths = [len(each) for each in keys.values()]
+        every = np.concatenate([np.empty(0, np.int64), *keys.values()])
+        order = np.argsort(every, kind="stable")
+        self._sorted = every[order]
+        self._walks = np.repeat([number for number, _ in keys], lengths)[order]
+        self._ticks = np.concatenate([np.empty(0, np.int64), *map(np.arange, lengths)])[order]
+
+    def matches(self, number: int, seat: int, start: int) -> tuple[Indices, Indices]:
+        """Episodes and ticks with the key of a stretch, in other episodes."""
         key = self._keys[number, seat][start]
         rows = slice(*(int(np.searchsorted(self._sorted, key, side)) for side in ("left", "right")))
         others = self._walks[rows] != number
         return self._walks[rows][others], self._ticks[rows][others]
 
 
-def _keys(trajectory: Trajectory, seat: int, group: int, items: int, matching: Matching) -> Indices:
-    """One key per stretch (T + 1 - LENGTH,), equal for the same group and places."""
+def _ground(the_map: MapSpec) -> object:
+    """What two episodes must share: the map, of a variant its walls and goals; its own items stay in each episode."""
+    return (the_map.name, the_map.walls, the_map.goals, len(the_map.items)) if the_map.variant else the_map
+
+
+def _keys(trajectory: Trajectory, seat: int, group: int, items: int, matching: Matching) -> list[Indices]:
+    """Keys of the stretches (T + 1 - LENGTH,), equal for the same group and places; two sets for `either-end`."""
     poses = trajectory.robot_poses[:, seat]
     cells = np.clip(np.floor((poses[:, :2] + ARENA_HALF) / CELL), 0, PAPER_CELLS - 1).astype(np.int64)
     eighths = np.round(poses[:, 2] / (2 * np.pi / HEADINGS)).astype(np.int64) % HEADINGS
     sizes = PAPER_CELLS, PAPER_CELLS, HEADINGS, items + 1
     places = np.ravel_multi_index((*cells.T, eighths, trajectory.held[:, seat] + 1), sizes)
-    begins, ends = places[:-LENGTH], places[LENGTH:] if matching == "both-ends" else 0
+    begins, ends, none = places[:-LENGTH], places[LENGTH:], np.zeros(len(places[LENGTH:]), np.int64)
+    pairs = {"both-ends": [(begins, ends)], "one-end": [(begins, none)], "either-end": [(begins, none), (none, ends)]}
     count = int(np.prod(sizes))
-    return np.asarray((group * count + begins) * count + ends, dtype=np.int64)
+    return [np.asarray((group * count + first) * count + last, dtype=np.int64) for first, last in pairs[matching]]
 
 
 def _mixed_state(own: Trajectory, tick: int, other: Trajectory, other_tick: int, seat: int) -> WorldState | None:
@@ -210,6 +245,18 @@ def _mixed_state(own: Trajectory, tick: int, other: Trajectory, other_tick: int,
         robot_velocities=mixed(own.robot_velocities[tick], other.robot_velocities[other_tick]),
         held=held,
         item_poses=items,
+    )
+
+
+def _episode(own: Trajectory, states: Sequence[WorldState], actions: Floats) -> Trajectory:
+    """These states and actions, with the map and the names of `own`."""
+    return replace(
+        own,
+        robot_poses=np.array([state.robot_poses for state in states]),
+        robot_velocities=np.array([state.robot_velocities for state in states]),
+        held=np.array([state.held for state in states]),
+        item_poses=np.array([state.item_poses for state in states]),
+        actions=actions,
     )
 
 

@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from movingout.agents.bass.progress import LearnedProgress
 from movingout.agents.bass.state_vector import item_places, robot_places
 from movingout.agents.bass.value import Value, ValueQuery
 from movingout.agents.checkpoint.checkpoint import SelectionSpec
@@ -12,25 +13,29 @@ from movingout.maps import MapSpec
 from movingout.world.metrics import normalized_final_distance
 from movingout.world.state import Floats
 
+LEARNED = {"value": "value", "tcl": "progress"}  # scores by a network, and what it is called
 AC_WEIGHT = 0.05  # weight of action consistency beside NFD; the paper does not give one
+
+Estimator = Value | LearnedProgress
+"""What is learned to score states by."""
 
 ScoreFunction = Callable[[Floats, Floats], Floats]
 """Scores (R,) of joint chunks (R, depth, 2, 4) and the states (R, depth, 58) that they lead to."""
 
 
-def score_function(map_spec: MapSpec, seat: int, spec: SelectionSpec, value: Value | None = None) -> ScoreFunction:
+def score_function(map_spec: MapSpec, seat: int, spec: SelectionSpec, value: Estimator | None = None) -> ScoreFunction:
     """The score function that `spec` names. Raises AgentError when it needs a value network and there is none."""
-    if spec.score == "value" and value is None:
-        raise AgentError("this agent has no value network to choose by; use score=nfd or nfd+ac")
+    if spec.score in LEARNED and value is None:
+        raise AgentError(f"this agent has no {LEARNED[spec.score]} network to choose by; use score=nfd or nfd+ac")
     return lambda joint, predicted: score_rollouts([(map_spec, seat)], [joint], [predicted], spec, value)[0]
 
 
 def score_rollouts(
     views: Sequence[ValueQuery], joints: Sequence[Floats], predicted: Sequence[Floats], spec: SelectionSpec,
-    value: Value | None,
+    value: Estimator | None,
 ) -> list[Floats]:  # fmt: skip
     """Scores (R,) per view, for agents with the same selection."""
-    if value is not None and spec.score == "value":
+    if value is not None and spec.score in LEARNED:
         return value.scores_of(views, [rollouts[:, -1] for rollouts in predicted], spec.depth)
     by = _by_distance if spec.score == "nfd" else _by_distance_and_consistency
     return [by(view[0], joint, rollouts) for view, joint, rollouts in zip(views, joints, predicted, strict=True)]

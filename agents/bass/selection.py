@@ -61,8 +61,13 @@ def choice_from_scores(each: Floats, predicted: Floats, spec: SelectionSpec) -> 
     """The choice, given the score of each rollout (R,) and its predicted states (R, depth, 58).
 
     A candidate's score is its mean over its rollouts. Of equal candidates the first wins, so that a tie leaves the
-    choice to the policy.
+    choice to the policy; so does an ensemble, scores (R, members), that disagrees on what is gained (`caution`).
     """
     pairs = pairs_of(spec)
-    scores = np.array([each[pairs[:, 0] == candidate].mean() for candidate in range(spec.own)])
-    return Choice(int(scores.argmax()), scores, predicted, pairs)
+    of_all = np.array([each[pairs[:, 0] == candidate].mean(axis=0) for candidate in range(spec.own)])
+    scores = of_all if of_all.ndim == 1 else of_all.mean(axis=1)
+    index = int(scores.argmax())
+    if of_all.ndim == 2 and spec.caution:
+        gains = of_all[index] - of_all[0]
+        index = index if gains.mean() > spec.caution * gains.std() else 0
+    return Choice(index, scores, predicted, pairs)

@@ -11,7 +11,7 @@ The order is blue, red instead of own, other, because a tick is not symmetric: b
 | constant (146) | |
 |---|---|
 | 0-97 | 7 items: 1 when it exists, shape (8), size (3), scale, ln(1 + mass) / 4 |
-| 98-145 | 8 walls and 4 goal regions: left, top, right, bottom |
+| 98-145 | 8 walls and 4 goals: left, top, right, bottom |
 """
 
 from functools import lru_cache

@@ -21,10 +21,9 @@ from movingout.agents.checkpoint.checkpoint import ValueSpec
 from movingout.agents.inference.network import Network
 from movingout.maps import MapSpec
 from movingout.world.metrics import WEIGHTS, normalized_final_distance
-from movingout.world.observation import AWARE_LAYOUT, ITEM_SLOTS, AwareEncoder, encoder
+from movingout.world.observation import ITEM_SLOTS, encoder
+from movingout.world.scoring import delivered_many
 from movingout.world.state import Floats
-
-LAYOUT = AWARE_LAYOUT  # input of the network, from the seat that chooses
 
 ValueQuery = tuple[MapSpec, int]
 """The map, and the seat from which its states are valued."""
@@ -40,27 +39,31 @@ class Value:
     def scores_of(self, views: Sequence[ValueQuery], rows: Sequence[Floats], depth: int) -> list[Floats]:
         """Scores (R,) per query, of its moving rows (R, 58): progress after `depth` ticks plus discounted value.
 
+        Where the network gives the value of each of its members, so do the scores: (R, members).
         The network is run once for all; rows of the same map and seat are encoded together.
         """
         groups: dict[ValueQuery, list[int]] = {}
         for index, view in enumerate(views):
             groups.setdefault(view, []).append(index)
         order = [index for group in groups.values() for index in group]
-        looked = [_encoded(*view, np.concatenate([rows[index] for index in group])) for view, group in groups.items()]
+        layout = self.spec.layout
+        looked = [
+            _encoded(*view, np.concatenate([rows[index] for index in group]), layout) for view, group in groups.items()
+        ]
         features = np.concatenate([seen for seen, _ in looked])
         follows = self.network(features=features.astype(np.float32))[0]
-        scores = np.concatenate([done for _, done in looked]) + self.spec.discount**depth * follows
+        done = np.concatenate([done for _, done in looked])
+        scores = (done[:, None] if follows.ndim == 2 else done) + self.spec.discount**depth * follows
         parts = np.split(scores, np.cumsum([len(rows[index]) for index in order])[:-1])
         found = dict(zip(order, parts, strict=True))
         return [found[index] for index in range(len(views))]
 
 
-def _encoded(map_spec: MapSpec, seat: int, rows: Floats) -> tuple[Floats, Floats]:
+def _encoded(map_spec: MapSpec, seat: int, rows: Floats, layout: str) -> tuple[Floats, Floats]:
     """Features (R, D) of moving rows (R, 58), and the progress made by then (R,)."""
-    own = encoder(map_spec, LAYOUT)
     arrays = states_of(rows, len(map_spec.items))
-    features = own.encode_arrays(*arrays, seat)
-    return features, progress(map_spec, arrays[3], AwareEncoder.delivered(features))
+    features = encoder(map_spec, layout).encode_arrays(*arrays, seat)
+    return features, progress(map_spec, arrays[3], delivered_many(map_spec, arrays[3]).astype(np.float64))
 
 
 def progress(map_spec: MapSpec, item_poses: Floats, delivered: Floats) -> Floats:

@@ -15,13 +15,16 @@ import torch
 from torch import Tensor, nn
 
 from movingout.agents.bass.config import BassConfig
-from movingout.agents.bass.value import LAYOUT, progress
+from movingout.agents.bass.value import progress
 from movingout.agents.checkpoint.checkpoint import ValueSpec
 from movingout.agents.data.dataset import Indices, Singles, Trajectory, split_rows
 from movingout.agents.errors import DataError
+from movingout.agents.observation.features import FeatureSet
 from movingout.agents.policies.encoders import ItemEncoder, ResidualBlock, alike_for_items
+from movingout.agents.policies.own_frame import OwnFrameAugmentation
 from movingout.agents.training.fit import FitResult, Losses, TrainingTask, fit
-from movingout.world.observation import LAYOUTS, AwareEncoder, encoder
+from movingout.world.observation import AWARE_LAYOUT
+from movingout.world.scoring import delivered_many
 from movingout.world.state import Floats
 
 TAIL = 60  # ticks dropped at the end of an episode cut off by the time limit: their return is not known
@@ -29,6 +32,7 @@ VALIDATION_ROWS = 16384
 RETURN_UNIT = 0.1  # brings returns to about 1
 NOISE = 0.02  # on normalised features
 DECAY = 1e-2
+MIRRORED = 0.5  # share of rows that are mirrored, in layouts in the own frame
 ITEM_WIDTH = 64
 _BOUND = 5.0  # standard deviations; features are clipped to it
 
@@ -43,14 +47,14 @@ class Returns:
     people: tuple[frozenset[str], ...]  # (E,) who is in each episode
 
 
-def returns_of(trajectories: Sequence[Trajectory], discount: float) -> Returns:
+def returns_of(trajectories: Sequence[Trajectory], discount: float, layout: str = AWARE_LAYOUT) -> Returns:
     """All states from which the end of the episode, or at least `TAIL` further ticks, are known.
 
     Raises DataError when there are none.
     """
     features, returns, episodes = [], [], []
     for number, trajectory in enumerate(trajectories):
-        seen = [trajectory.features(seat, LAYOUT) for seat in (0, 1)]
+        seen = [trajectory.features(seat, layout) for seat in (0, 1)]
         done = _progress(trajectory)
         rows = slice(0, trajectory.ticks if done[-1] == 1.0 else max(trajectory.ticks - TAIL, 0))
         follows = discounted(np.diff(done), discount)[rows].astype(np.float32)
@@ -65,9 +69,7 @@ def returns_of(trajectories: Sequence[Trajectory], discount: float) -> Returns:
 
 def _progress(trajectory: Trajectory) -> Floats:
     """Progress (T + 1,) of an episode; exactly 1 when everything is delivered."""
-    seen = encoder(trajectory.map, LAYOUT)
-    rows = seen.encode_arrays(*trajectory.state_arrays, seat=0)
-    delivered = AwareEncoder.delivered(rows)
+    delivered = delivered_many(trajectory.map, trajectory.item_poses).astype(np.float64)
     done = progress(trajectory.map, trajectory.item_poses, delivered)
     return np.where(delivered.sum(axis=1) == len(trajectory.map.items), 1.0, done)
 
@@ -82,7 +84,7 @@ def discounted(gains: Floats, discount: float) -> Floats:
 
 
 class ValueNetwork(nn.Module):
-    """Discounted progress (B,) of features (B, D): the mean of an ensemble.
+    """Discounted progress (B,) of features (B, D): the mean of an ensemble, or each member's (B, members).
 
     A single network overrates some candidates, and choosing by it would pick exactly these.
     """
@@ -92,14 +94,17 @@ class ValueNetwork(nn.Module):
 
     def __init__(self, spec: ValueSpec) -> None:
         super().__init__()
-        size = LAYOUTS[LAYOUT].size
+        seen = FeatureSet(spec.layout)
+        size = seen.size
         self.spec = spec
         self.register_buffer("mean", torch.zeros(size))
         self.register_buffer("deviation", torch.ones(size))
-        self.members = nn.ModuleList(_layers(spec.width) for _ in range(spec.members))
+        self.members = nn.ModuleList(_layers(spec.width, seen) for _ in range(spec.members))
 
     def forward(self, features: Tensor) -> Tensor:
         normal = self._normal(features)
+        if self.spec.each:
+            return torch.cat([layers(normal) for layers in self.members], dim=1) * RETURN_UNIT
         value: Tensor = sum(layers(normal)[:, 0] for layers in self.members) * (RETURN_UNIT / len(self.members))
         return value
 
@@ -114,9 +119,9 @@ class ValueNetwork(nn.Module):
         return ((features - self.mean) / self.deviation).clamp(-_BOUND, _BOUND)
 
 
-def _layers(width: int) -> nn.Sequential:
+def _layers(width: int, seen: FeatureSet) -> nn.Sequential:
     return nn.Sequential(
-        ItemEncoder(width, ITEM_WIDTH),
+        ItemEncoder(width, ITEM_WIDTH, seen=seen),
         ResidualBlock(width),
         nn.LayerNorm(width),
         nn.Linear(width, 1),
@@ -128,7 +133,9 @@ def train_value(config: BassConfig, data: Returns, folder: Path) -> FitResult[Va
     torch.manual_seed(config.seed)
     network = ValueNetwork(config.value_spec())
     sample = data.features[::7].astype(np.float32)
-    mean, deviation = alike_for_items(torch.from_numpy(sample.mean(axis=0)), torch.from_numpy(sample.std(axis=0)))
+    seen = FeatureSet(network.spec.layout)
+    augmentation = OwnFrameAugmentation(seen, MIRRORED, 0.0) if seen.own_frame else None
+    mean, deviation = alike_for_items(torch.from_numpy(sample.mean(axis=0)), torch.from_numpy(sample.std(axis=0)), seen)
     network.mean.copy_(mean)
     network.deviation.copy_(deviation.clamp(min=1e-2))
     random = np.random.default_rng(config.seed)
@@ -144,11 +151,14 @@ def train_value(config: BassConfig, data: Returns, folder: Path) -> FitResult[Va
     def losses(value: nn.Module) -> Losses:
         assert isinstance(value, ValueNetwork)
         features, returns = batch(value, random.choice(train, (config.value_members, config.batch)))
+        if augmentation is not None:
+            features = augmentation.mirrored_rows(features)
         return {"loss": ((value.each(features) - returns) / RETURN_UNIT).square().mean()}
 
     def validate(value: nn.Module) -> Losses:
         features, returns = batch(value, held_out)
-        error = value(features) - returns
+        says = value(features)
+        error = (says.mean(dim=1) if network.spec.each else says) - returns
         return {"explained": 1.0 - (error.square().mean() / returns.var().clamp(min=1e-6)).double()}
 
     how = dataclasses.replace(config, decay=DECAY)

@@ -2,7 +2,7 @@
 
     <id with @ as ->/card.json            identity, origin and scores; a strict schema
                     policy.onnx           the network that plays (onnxruntime)
-                    policy.safetensors    the same weights, for other tools
+                    policy.safetensors    the same weights, for other tools; not in the wheel
                     dynamics.onnx ...     BASS: the simulator
                     value.onnx            BASS with `score` value: the value network
 
@@ -23,8 +23,9 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
+from movingout.agents.adapters.policy_file import file_fingerprint
 from movingout.agents.checkpoint.onnx_validation import check_onnx
-from movingout.agents.checkpoint.policy_spec import KindName, PolicySpec
+from movingout.agents.checkpoint.policy_spec import KindName, LayoutName, PolicySpec
 from movingout.agents.errors import CheckpointError
 
 SHIPPED = Path(__file__).resolve().parents[1] / "checkpoints"
@@ -49,11 +50,12 @@ class _StrictModel(BaseModel):
 
 
 class FileEntry(_StrictModel):
-    """One file of the folder."""
+    """One file of the folder, or of the folder of the agent `of` beside it: agents can have a network in common."""
 
     name: FileName
     bytes: Annotated[int, Field(ge=1, le=MAX_FILE_BYTES)]
     sha256: _Sha256
+    of: _AgentId | None = None
 
 
 class Score(_StrictModel):
@@ -78,8 +80,8 @@ class Training(_StrictModel):
 
 
 Combine = Literal["independent", "product"]
-SelectionScore = Literal["nfd", "nfd+ac", "value"]
-DynamicsKind = Literal["vae", "gru"]
+SelectionScore = Literal["nfd", "nfd+ac", "value", "tcl"]
+DynamicsKind = Literal["vae", "gru", "qvae"]
 
 
 class SelectionSpec(_StrictModel):
@@ -88,8 +90,12 @@ class SelectionSpec(_StrictModel):
     own: Annotated[int, Field(ge=1, le=16)] = 4
     partner: Annotated[int, Field(ge=1, le=16)] = 4
     combine: Combine = "product"
-    score: SelectionScore = "nfd"  # value: progress made, plus predicted further progress
+    score: SelectionScore = "nfd"  # value: progress made, plus predicted further progress; tcl: learned without rewards
     depth: Annotated[int, Field(ge=1, le=32)] = 8  # ticks to simulate
+    caution: Annotated[float, Field(ge=0.0, le=10.0)] = 0.0
+    """A candidate is taken only if it is better than the first one by so many standard deviations of the ensemble."""
+    simulator: Literal["learned", "engine"] = "learned"  # engine: the world's own, started from what is seen
+    sub_steps: Literal[20, 10] = 20  # of the engine per simulated tick; the world itself makes 20
 
 
 class DynamicsSpec(_StrictModel):
@@ -109,6 +115,15 @@ class ValueSpec(_StrictModel):
     width: Annotated[int, Field(ge=4, le=2048)] = 256
     members: Annotated[int, Field(ge=1, le=16)] = 1  # size of the ensemble; its mean is the value
     discount: Annotated[float, Field(gt=0.0, lt=1.0)] = 0.98  # per tick
+    layout: LayoutName = "aware-v1"  # what it sees
+    each: bool = False  # the graph gives the value of each member (B, members), not their mean (B,)
+
+
+class ProgressSpec(_StrictModel):
+    """The embedding whose distance from the start stands for progress (time-contrastive learning)."""
+
+    width: Annotated[int, Field(ge=4, le=2048)] = 128
+    latent: Annotated[int, Field(ge=2, le=512)] = 32
 
 
 class Card(_StrictModel):
@@ -124,9 +139,11 @@ class Card(_StrictModel):
     dynamics: DynamicsSpec | None = None
     selection: SelectionSpec | None = None
     value: ValueSpec | None = None
+    progress: ProgressSpec | None = None
     training: Training  # of the policy; with BASS, of the base policy. Older cards lack the other two:
     dynamics_training: Training | None = None
     value_training: Training | None = None
+    progress_training: Training | None = None
     scores: dict[Annotated[str, Field(max_length=60)], Score] = {}
     files: Annotated[tuple[FileEntry, ...], Field(min_length=1, max_length=8)]
 
@@ -153,12 +170,19 @@ class Checkpoint:
     card: Card
     sha256: str  # of the card, and thereby of all files it names
 
+    def has(self, name: FileName) -> bool:
+        """Whether the card names this file and it is there; wheels leave out what only other tools read."""
+        return any(entry.name == name and self._path(entry).is_file() for entry in self.card.files)
+
     def read(self, name: FileName) -> bytes:
         """The contents of a file. Raises CheckpointError when they do not match the card."""
         entry = next((entry for entry in self.card.files if entry.name == name), None)
         if entry is None:
             raise CheckpointError(f"checkpoint {self.card.id} has no {name}")
-        data = _read_capped(self.folder / name, entry.bytes)
+        path = self._path(entry)
+        if entry.of and not path.is_file():
+            raise CheckpointError(f"{self.card.id} has {name} in common with {entry.of}; copy that agent beside it")
+        data = _read_capped(path, entry.bytes)
         if len(data) != entry.bytes or hashlib.sha256(data).hexdigest() != entry.sha256:
             raise CheckpointError(
                 f"{name} of checkpoint {self.card.id} is not the file its card describes; copy it anew"
@@ -166,6 +190,9 @@ class Checkpoint:
         if name.endswith(".onnx"):
             check_onnx(data)
         return data
+
+    def _path(self, entry: FileEntry) -> Path:
+        return (self.folder.with_name(folder_name(entry.of)) if entry.of else self.folder) / entry.name
 
 
 def folder_name(agent_id: str) -> str:
@@ -221,9 +248,9 @@ def find_checkpoint(agent_id: str, *roots: Path) -> Checkpoint:
 
 
 def fingerprint(agent_id: str) -> str:
-    """The SHA-256 of an agent's card, and thereby of its weights; empty for an agent without a checkpoint."""
+    """The SHA-256 of an agent's card, and thereby of its weights, or of its file; empty where it has neither."""
     card = card_bytes(agent_id)
-    return hashlib.sha256(card).hexdigest() if card else ""
+    return hashlib.sha256(card).hexdigest() if card else file_fingerprint(agent_id)
 
 
 def card_bytes(agent_id: str) -> bytes:
@@ -255,14 +282,19 @@ def damage(*roots: Path) -> list[str]:
     return sentences
 
 
-def write_checkpoint(folder: Path, card: Mapping[str, object], files: Mapping[FileName, bytes]) -> Checkpoint:
+def write_checkpoint(
+    folder: Path, card: Mapping[str, object], files: Mapping[FileName, bytes], share: bool = False
+) -> Checkpoint:
     """Write a folder atomically. `card` is a Card as a mapping, without `files`.
 
+    With `share`, a file that an agent beside it has already is named and not written.
     Raises CheckpointError when the folder belongs to another agent, or cannot be written.
     """
     entries = [
         {"name": name, "bytes": len(data), "sha256": hashlib.sha256(data).hexdigest()} for name, data in files.items()
     ]
+    if share:
+        entries = [{**entry, "of": _owner(entry, folder)} for entry in entries]
     whole = Card.model_validate_json(json.dumps({**card, "files": entries}))
     check_room(folder, whole.id)
     draft, before = (folder.with_name(f".{folder.name}.{word}") for word in ("draft", "before"))
@@ -270,8 +302,9 @@ def write_checkpoint(folder: Path, card: Mapping[str, object], files: Mapping[Fi
         _bring_back(before, folder)
         shutil.rmtree(draft, ignore_errors=True)
         draft.mkdir(parents=True)
-        for name, data in files.items():
-            (draft / name).write_bytes(data)
+        for entry in whole.files:
+            if entry.of is None:
+                (draft / entry.name).write_bytes(files[entry.name])
         (draft / CARD).write_text(whole.model_dump_json(indent=1) + "\n", encoding="utf-8")
         if folder.exists():
             folder.replace(before)
@@ -282,6 +315,14 @@ def write_checkpoint(folder: Path, card: Mapping[str, object], files: Mapping[Fi
         _bring_back(before, folder)
         raise CheckpointError(f"cannot write {folder}: {error.strerror or error}") from error
     return read_checkpoint(folder)
+
+
+def _owner(entry: Mapping[str, object], folder: Path) -> str | None:
+    """The id of an agent beside `folder` that has a file of its own with this name and content."""
+    for checkpoint in readable_checkpoints(folder.parent):
+        if checkpoint.folder != folder and FileEntry.model_validate(entry) in checkpoint.card.files:
+            return checkpoint.card.id
+    return None
 
 
 def _bring_back(before: Path, folder: Path) -> None:

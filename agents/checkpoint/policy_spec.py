@@ -4,7 +4,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from movingout.world.observation import AWARE_LAYOUT, LAYOUTS
+from movingout.world.observation import LAYOUTS
+from movingout.world.observation.memory import MEMORY_SIZE
 
 ACTION_WIDTH = 5
 """Per tick: distance, cos and sin of the heading, and the grasp one-hot (no, yes) as +1 and -1."""
@@ -12,8 +13,9 @@ ACTION_WIDTH = 5
 KindName = Annotated[str, Field(pattern=r"^[a-z][a-z0-9-]{0,23}$")]
 """The name of an agent kind (`agents.kinds.registry`)."""
 Grasp = Literal["hold", "toggle"]
-LayoutName = Literal["official-v1", "map-v1", "aware-v1"]
-Denoiser = Literal["resmlp", "items", "unet"]
+LayoutName = Literal["official-v1", "map-v1", "aware-v1", "relative-v1", "image-v1"]
+Lags = tuple[Annotated[int, Field(ge=1, le=100)], ...]
+Denoiser = Literal["resmlp", "items", "unet", "cnn"]
 Process = Literal["flow", "ddim", "ddpm"]
 
 
@@ -24,6 +26,7 @@ class PolicySpec(BaseModel):
 
     kind: KindName
     layout: LayoutName
+    lags: Annotated[Lags, Field(max_length=8)] = ()  # ticks back of what is remembered, see `world.observation.memory`
     obs_horizon: Annotated[int, Field(ge=1, le=8)]
     horizon: Annotated[int, Field(ge=1, le=32)]
     execute: Annotated[int, Field(ge=1, le=32)]
@@ -46,11 +49,28 @@ class PolicySpec(BaseModel):
                 "a U-Net halves its horizon twice and groups its channels by eight: "
                 f"horizon {self.horizon} is to be a multiple of 4, width {self.width} of 8"
             )
-        if self.denoiser == "items" and self.layout != AWARE_LAYOUT:
-            raise ValueError(f"denoiser items is for layout {AWARE_LAYOUT}; other layouts take --denoiser resmlp")
+        if (self.denoiser == "cnn") != (self.picture is not None):
+            raise ValueError("--denoiser cnn and --layout image-v1 go together: it is the one that reads pictures")
+        if self.denoiser == "items" and not LAYOUTS[self.layout].items:
+            known = " and ".join(layout.name for layout in LAYOUTS.values() if layout.items)
+            raise ValueError(f"denoiser items is for layouts {known}; other layouts take --denoiser resmlp")
+        if self.own_frame and self.obs_horizon > 1:
+            raise ValueError(f"layout {self.layout} remembers by --lags; leave --obs-horizon at 1")
+        if self.lags and not self.own_frame:
+            raise ValueError(f"--lags is for layouts in the own frame, not for {self.layout}; use --obs-horizon")
         return self
 
     @property
     def features(self) -> int:
         """D, the numbers of one observation."""
-        return LAYOUTS[self.layout].size
+        return LAYOUTS[self.layout].size + len(self.lags) * MEMORY_SIZE
+
+    @property
+    def own_frame(self) -> bool:
+        """Whether headings of actions are relative to the own heading, as in the observation."""
+        return LAYOUTS[self.layout].own_frame
+
+    @property
+    def picture(self) -> tuple[int, int, int] | None:
+        """Height, width and colours of an observation that is a picture."""
+        return LAYOUTS[self.layout].picture

@@ -1,4 +1,4 @@
-"""`movingout agents`: list, show, check and probe."""
+"""`movingout agents`: list, show, check, probe and quantize."""
 
 import argparse
 import json
@@ -23,10 +23,14 @@ from movingout.agents.catalogue import (
     load_agent,
     unseen_map,
 )
+from movingout.agents.checkpoint.checkpoint import MODEL_ROOTS, find_checkpoint
 from movingout.agents.conformance import MAPS, TICKS, ConformanceError, check_agent
 from movingout.agents.data.rollout import rollout
 from movingout.agents.errors import AgentError
+from movingout.agents.fault_place import located
 from movingout.maps import load_map
+from movingout.maps.commands.parser import add_out
+from movingout.maps.extras import needs_extra
 from movingout.world.constants import TICK_MS, TICKS_PER_SECOND
 
 
@@ -54,6 +58,17 @@ def configure(parser: argparse.ArgumentParser) -> None:
     check.add_argument("--map", default=",".join(MAPS), help="map names joined by commas (%(default)s)")
     check.add_argument("--ticks", type=int, default=TICKS, help="length of each episode (%(default)s)")
     check.set_defaults(perform=_check)
+    quantize = commands.add_parser(
+        "quantize",
+        help="store trained agents with weights of 8 bits, for half the space",
+        example="movingout agents quantize dp@mine bass@mine --out small",
+    )
+    quantize.add_argument("agents", nargs="+", metavar="ID", help="trained agents; a network in common is stored once")
+    quantize.add_argument(
+        "--keep-weights", action="store_true", help="keep the weights they were made from too, for `train --start`"
+    )
+    add_out(quantize, "DIR", "folder for their folders", required=True)
+    quantize.set_defaults(perform=_quantize)
     for command in (show, check, probe):
         command.add_argument("agent", metavar="ID", help="an id of the list, or package.module:Factory")
     for command in (listing, show, check, probe):
@@ -115,6 +130,8 @@ def _check(arguments: argparse.Namespace) -> int:
     else:
         seen = f"{len(found.decisions_ms)} decisions in {found.episodes} episodes on {', '.join(maps)}"
         print(f"{arguments.agent} meets the rules: {seen}, p50 {found.p50_ms:.1f} ms, p99 {found.p99_ms:.1f} ms")
+        if not found.deterministic:
+            print("Its answers were not compared: it is not deterministic.")
     return 0
 
 
@@ -124,7 +141,12 @@ def _probe(arguments: argparse.Namespace) -> int:
     timed, the_map = TimedAgent(load_agent(arguments.agent)), load_map(arguments.map)
     if caution := unseen_map(arguments.agent, the_map.name):
         print(f"movingout: {caution}", file=sys.stderr)
-    ticks = sum(1 for _ in rollout(the_map, (timed, IdleAgent()), seed=0, ticks=arguments.ticks))
+    try:
+        ticks = sum(1 for _ in rollout(the_map, (timed, IdleAgent()), seed=0, ticks=arguments.ticks))
+    except AgentError:
+        raise
+    except Exception as error:
+        raise AgentError(located(f"{arguments.agent} raised {type(error).__name__}: {error}", error)) from error
     p50, p99 = np.percentile(timed.decisions_ms, (50, 99)).tolist()
     holds = p99 < TICK_MS
     if arguments.json:
@@ -136,6 +158,20 @@ def _probe(arguments: argparse.Namespace) -> int:
         print(f"{arguments.agent} on {arguments.map}: {len(timed.decisions_ms)} decisions in {ticks} ticks, ", end="")
         print(f"p50 {p50:.1f} ms, p99 {p99:.1f} ms of {TICK_MS} ms: {verdict}")
     return 0 if holds else 1
+
+
+def _quantize(arguments: argparse.Namespace) -> int:
+    with needs_extra("train", "quantizing"):
+        from movingout.agents.checkpoint.quantization import write_quantized
+    for agent_id in arguments.agents:
+        checkpoint = find_checkpoint(agent_id, *MODEL_ROOTS)
+        small = write_quantized(checkpoint, arguments.out, arguments.keep_weights)
+        before, now = (sum(one.stat().st_size for one in each.folder.iterdir()) for each in (checkpoint, small))
+        common = {entry.of for entry in small.card.files if entry.of}
+        beside = f", with networks of {', '.join(sorted(common))}" if common else ""
+        print(f"{agent_id}: {before / 1e6:.1f} MB, now {now / 1e6:.1f} MB in {small.folder}{beside}")
+    print("Other weights, other play: measure them again. Their cards have no scores.")
+    return 0
 
 
 def _score(card: AgentCard, name: str) -> str:

@@ -3,24 +3,39 @@
 import argparse
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from rich.console import Console
 from rich.progress import Progress
 
-from movingout.agents.data.dagger import EXPERT, labelling_jobs
-from movingout.agents.data.demonstrations import WrittenEpisode, episode_jobs, label_all, write_all
-from movingout.agents.errors import DataError
-from movingout.agents.scripted.populations import PEOPLE, POPULATIONS, manifest, population
-from movingout.maps import MapSpec, load_map, map_names
+from movingout.agents.data.dagger import EXPERT, labelling_jobs, shuffled_partners
+from movingout.agents.data.demonstrations import (
+    Player,
+    WrittenEpisode,
+    episode_jobs,
+    label_all,
+    variant_jobs,
+    write_all,
+)
+from movingout.agents.data.proving import prove
+from movingout.agents.errors import AgentError, DataError
+from movingout.agents.partners.families import ALL, FAMILY, families, group, is_group
+from movingout.agents.scripted.populations import POPULATIONS, manifest, population
+from movingout.maps import MapSpec, load_map
 from movingout.maps.commands.parser import add_out
+from movingout.maps.generated.names import SPLITS
+from movingout.maps.randomize import SPLITS as VARIANT_SPLITS
+from movingout.maps.randomize import Split, randomize
+from movingout.maps.selection import HELP as MAPS_HELP
+from movingout.maps.selection import selected_maps
+from movingout.maps.suggestion import counted, known_names
 from movingout.recordings.commands import imports
 from movingout.world.constants import LIMIT_TICKS
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """`generate`, `label`, `import` and `people`."""
+    """`generate`, `label`, `prove`, `import` and `people`."""
     actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
     generate = actions.add_parser(
         "generate",
@@ -28,11 +43,23 @@ def configure(parser: argparse.ArgumentParser) -> None:
         example="movingout demos generate --population A --people 4 -o data/demos",
     )
     generate.add_argument(
-        "--population", choices=POPULATIONS, default="A", help="population that plays (C is for tests)"
+        "--population",
+        metavar="WHO",
+        default="A",
+        help="who plays: A, B, C (for tests), a family as family:greedy, families, or families:without-greedy",
     )
-    generate.add_argument("--people", type=int, default=PEOPLE, help=f"how many of them, an even number (1-{PEOPLE})")
-    generate.add_argument("--map", default="all", help="a map's name, several joined by commas, or all")
+    generate.add_argument("--people", type=int, default=0, help="how many of them, an even number; default: all")
+    generate.add_argument("--map", default="all", help=MAPS_HELP)
     generate.add_argument("--challenge", type=int, choices=(1, 2), default=1, help="2: four variants of each map")
+    generate.add_argument(
+        "--variants", type=int, default=0, metavar="N",
+        help="challenge 2: N episodes per map instead, each on a variant of its own; pairs take turns (paper: 60)",
+    )  # fmt: skip
+    generate.add_argument(
+        "--split", choices=VARIANT_SPLITS, default="train",
+        help="challenge 2: variants without the combinations of size and shape of the evaluation (%(default)s), or "
+        "without those of the map as designed (official)",
+    )  # fmt: skip
     generate.add_argument("--episodes", type=int, default=2, help="per pair and map; the pair changes seats after half")
     generate.add_argument("--ticks", type=int, default=LIMIT_TICKS, help="limit of an episode")
     generate.add_argument("--seed", type=int, default=0)
@@ -46,8 +73,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     label.add_argument("--learner", default=EXPERT, help="agent id (default: the expert itself)")
     label.add_argument("--expert", default=EXPERT, help=f"agent id of the expert (default {EXPERT})")
-    label.add_argument("--population", choices=("A", "B", "AB"), default="AB", help="populations of the partners")
-    label.add_argument("--map", default="all", help="a map's name, several joined by commas, or all")
+    label.add_argument(
+        "--population",
+        metavar="WHO",
+        default="AB",
+        help="the partners: A, B, AB, a family as family:greedy, families, or families:without-greedy",
+    )
+    label.add_argument("--map", default="all", help=MAPS_HELP)
     label.add_argument("--challenge", type=int, choices=(1, 2), default=1, help="2: four variants of each map")
     label.add_argument("--episodes", type=int, default=8, help="per map")
     label.add_argument("--ticks", type=int, default=LIMIT_TICKS)
@@ -55,39 +87,98 @@ def configure(parser: argparse.ArgumentParser) -> None:
     label.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     add_out(label, "DIR", "folder for the recordings (%(default)s)", default=Path("data/corrections"))
     label.add_argument("--json", action="store_true")
+    proving = actions.add_parser(
+        "prove",
+        help="list generated maps on which a pair of experts delivers everything",
+        example="movingout demos prove --split training --count 1000 -o data/maps.txt",
+    )
+    proving.add_argument("--split", choices=SPLITS, default="training", help="whose seeds to try (%(default)s)")
+    proving.add_argument("--count", type=int, default=100, help="maps of each mode in the whole file (%(default)s)")
+    proving.add_argument("--workers", type=int, default=os.cpu_count() or 1)
+    add_out(proving, "FILE", "the list, continued if it exists (%(default)s)", default=Path("data/maps.txt"))
+    proving.add_argument("--json", action="store_true")
     official = actions.add_parser(
         "import",
         help="import official trajectories (same as `recordings import`)",
         example="movingout demos import trajectories -o data/official",
     )
     imports.configure(official)
-    people = actions.add_parser("people", help="list the scripted people", example="movingout demos people")
+    people = actions.add_parser(
+        "people", help="list the scripted people and the families of partners", example="movingout demos people"
+    )
     people.add_argument("--json", action="store_true")
 
 
 def run(args: argparse.Namespace) -> int:
     """Dispatch."""
-    perform = {"generate": _generate, "label": _label, "import": imports.perform, "people": _people}
+    perform = {
+        "generate": _generate,
+        "label": _label,
+        "prove": _prove,
+        "import": imports.perform,
+        "people": _people,
+    }
     return perform[args.action](args)
 
 
 def _people(args: argparse.Namespace) -> int:
     if args.json:
-        print(json.dumps(manifest()))
+        print(json.dumps({**manifest(), "families": _families()}))
         return 0
+    print("name  habits        as an agent")
     for name in POPULATIONS:
         for person in population(name):
-            print(f"{person.name}  {person.sha256[:12]}  {person.agent_id}")
+            print(f"{person.name:4}  {person.sha256[:12]}  {person.agent_id}")
+    for family in families().values():
+        print(f"\nfamily:{family.name}: {family.about}{'' if family.trains else '; for measuring only'}")
+        if not family.members:
+            print(f"(none is trained here; the recipe is in agents/curriculum/partners.py: {family.ids[0]}, …)")
+        for partner in family.members:
+            print(f"{partner.name}  {partner.agent_id}")
     return 0
 
 
+def _families() -> dict[str, object]:
+    """The families for `demos people --json`."""
+    return {
+        family.name: {
+            "about": family.about,
+            "trains": family.trains,
+            "members": [{"name": partner.name, "id": partner.agent_id} for partner in family.members],
+        }
+        for family in families().values()
+    }
+
+
+def _players(who: str) -> Sequence[Player]:
+    """The players that `--population` names. Raises DataError for an unknown name."""
+    if who in POPULATIONS:
+        return population(who)
+    if not is_group(who):
+        known = [*POPULATIONS, *(FAMILY + name for name in families()), ALL]
+        raise DataError(f"unknown population {who!r}; {known_names(who, known)}")
+    try:
+        return group(who)
+    except AgentError as error:
+        raise DataError(f"--population: {error}") from error
+
+
 def _generate(args: argparse.Namespace) -> int:
-    if args.people < 2 or args.people > PEOPLE or args.people % 2:
-        raise DataError(f"--people must be an even number from 2 to {PEOPLE}, not {args.people}")
+    players = _players(args.population)
+    most = len(players) - len(players) % 2
+    count = args.people or most
+    if count < 2 or count > most or count % 2:
+        raise DataError(f"--people must be an even number from 2 to {most}, not {count}")
     _check_counts(args)
-    people = population(args.population)[: args.people]
-    prefix = f"{args.population}{args.challenge}s{args.seed}"
-    todo = episode_jobs(people, _maps(args), args.episodes, args.ticks, args.seed, prefix)
+    if args.variants < 0 or (args.variants and args.challenge == 1):
+        raise DataError("--variants is a number of episodes per map for --challenge 2")
+    people = players[:count]
+    prefix = f"{args.population.replace(':', '-')}{args.challenge}s{args.seed}"
+    if args.variants and args.challenge == 2:
+        designed = [load_map(name) for name in selected_maps(args.map)]
+        todo = variant_jobs(people, designed, args.variants, args.ticks, args.seed, prefix, args.split)
+    else:
+        todo = episode_jobs(people, _maps(args), args.episodes, args.ticks, args.seed, prefix)
     made = _with_progress(len(todo), write_all(todo, args.out, args.workers))
     (args.out / "people.json").write_text(json.dumps(manifest(), indent=1))
     rates = [one.tcr for one in made]
@@ -95,27 +186,57 @@ def _generate(args: argparse.Namespace) -> int:
     if args.json:
         print(json.dumps({"out": str(args.out), "episodes": len(made), "mean_tcr": mean, "tcr": _per_map(made)}))
     else:
-        print(f"{len(made)} episodes in {args.out}, mean TCR {mean:.2f}; {len(todo) - len(made)} existed already")
+        print(_summary(made, args.out, len(todo) - len(made)))
     return 0
 
 
 def _label(args: argparse.Namespace) -> int:
     _check_counts(args)
-    partners = [(person.name, person.agent_id) for name in args.population for person in population(name)]
-    order = [partners[k * 7 % len(partners)] for k in range(len(partners))]  # A and B in turn
-    todo = labelling_jobs(_maps(args), order, args.learner, args.expert, args.episodes, args.ticks, args.seed)
+    maps = _maps(args)
+    if args.population in ("A", "B", "AB"):
+        partners = [(person.name, person.agent_id) for name in args.population for person in population(name)]
+        order = [partners[k * 7 % len(partners)] for k in range(len(partners))]  # A and B in turn
+    else:
+        players = [(player.name, player.agent_id) for player in _players(args.population)]
+        order = shuffled_partners(players, len(maps) * args.episodes, args.seed)
+    todo = labelling_jobs(maps, order, args.learner, args.expert, args.episodes, args.ticks, args.seed)
     made = _with_progress(len(todo), label_all(todo, args.out, args.workers))
-    mean = sum(one.tcr for one in made) / max(len(made), 1)
     if args.json:
         print(json.dumps({"out": str(args.out), "episodes": len(made), "tcr": _per_map(made)}))
     else:
-        print(f"{len(made)} episodes in {args.out}, mean TCR {mean:.2f}: {_per_map(made)}")
+        print(_summary(made, args.out, len(todo) - len(made)))
+        for name, rate in _per_map(made).items():
+            print(f"  {name:19}  TCR {rate:.2f}")
+    return 0
+
+
+def _prove(args: argparse.Namespace) -> int:
+    if args.count < 1 or args.workers < 1:
+        raise DataError("--count and --workers must be at least 1")
+    tried = solved = 0
+    with Progress(console=Console(stderr=True)) as progress:
+        bar = progress.add_task("maps", total=None)
+        for _, ticks in prove(args.split, args.out, args.count, args.workers):
+            tried, solved = tried + 1, solved + (ticks is not None)
+            progress.update(bar, completed=tried, description=f"{solved} of {tried} maps solved")
+    if args.json:
+        print(json.dumps({"out": str(args.out), "tried": tried, "solved": solved}))
+    else:
+        print(f"{solved} of {tried} maps tried were solved; {args.out} has {args.count} of each mode")
     return 0
 
 
 def _check_counts(args: argparse.Namespace) -> None:
     if args.episodes < 1 or args.ticks < 1 or args.workers < 1:
         raise DataError("--episodes, --ticks and --workers must be at least 1")
+
+
+def _summary(made: list[WrittenEpisode], out: Path, before: int) -> str:
+    kept = f"; {before} were there already" if before else ""
+    if not made:
+        return f"nothing new in {out}{kept}"
+    mean = sum(one.tcr for one in made) / len(made)
+    return f"wrote {counted(len(made), 'episode')} to {out}, mean TCR {mean:.2f}{kept}"
 
 
 def _per_map(made: list[WrittenEpisode]) -> dict[str, float]:
@@ -125,13 +246,11 @@ def _per_map(made: list[WrittenEpisode]) -> dict[str, float]:
 
 
 def _maps(args: argparse.Namespace) -> list[MapSpec]:
-    names = map_names() if args.map == "all" else args.map.split(",")
-    maps = [load_map(name) for name in names]
+    maps = [load_map(name) for name in selected_maps(args.map)]
     if args.challenge == 1:
         return maps
-    from movingout.maps.randomize import randomize
-
-    return [randomize(the_map, args.seed + variant) for variant in range(4) for the_map in maps]
+    split: Split = getattr(args, "split", "train")
+    return [randomize(the_map, args.seed + variant, split) for variant in range(4) for the_map in maps]
 
 
 def _with_progress(total: int, episodes: Iterator[WrittenEpisode]) -> list[WrittenEpisode]:

@@ -6,6 +6,7 @@ import json
 import sys
 from pathlib import Path
 
+from movingout.agents.catalogue import load_agent
 from movingout.agents.checkpoint.checkpoint import check_labels, check_room
 from movingout.agents.kinds.registry import KINDS
 from movingout.agents.training import run_folder
@@ -13,9 +14,11 @@ from movingout.agents.training.optimisation import PRESETS
 from movingout.agents.training.options import add_fields, overridden
 from movingout.agents.training.run import TrainingRun
 from movingout.maps.extras import MissingExtraError
+from movingout.maps.suggestion import counted
+from movingout.recordings.groups import of_group
 from movingout.world.exactness import inexact_engine
 
-_NEEDS = {"bass": " --base dp@mine"}  # what the example of a kind cannot do without
+_NEEDS = {"bass": " --base dp@mine", "response": " --base dp@mine"}  # what the example of a kind cannot do without
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -41,6 +44,13 @@ def _common(parser: argparse.ArgumentParser, default_id: str) -> None:
         type=Path,
         help="recordings (*.mcap), files with an expert's labels (*.corrections.npz), or folders of them",
     )
+    parser.add_argument(
+        "--manifest",
+        type=Path,
+        metavar="FILE.csv",
+        help="a list made by `recordings split`; learn from one --group of it",
+    )
+    parser.add_argument("--group", type=int, default=1, metavar="N", help="of --manifest (default 1)")
     parser.add_argument("--id", default=default_id, help=f"id of the new agent (default {default_id})")
     parser.add_argument("--name", default="", help="name shown in the lobby (default: made from the kind)")
     parser.add_argument("--population", default="", help="who acts in the recordings, in a few words, for the card")
@@ -57,8 +67,12 @@ def run(args: argparse.Namespace) -> int:
     """Train, export, write DATA/models/<id>."""
     check_labels(args.id, args.name, args.population)
     kind = KINDS[args.kind]
+    if args.manifest is not None:
+        args.recordings = [*args.recordings, *of_group(args.manifest, args.group)]
     config = overridden(kind.presets[args.preset], args)
-    wanted = TrainingRun(kind=kind.name, config=config, options=args, kept_options=kind.option_names, tell=_tell)
+    wanted = TrainingRun(
+        kind=kind.name, config=config, options=args, kept_options=kind.option_names, tell=_tell, load_agent=load_agent
+    )
     check_room(wanted.model_folder, args.id)
     _require_torch()
     if caution := inexact_engine():
@@ -69,8 +83,8 @@ def run(args: argparse.Namespace) -> int:
     if args.json:
         print(json.dumps({"id": args.id, "folder": str(checkpoint.folder), **training.model_dump()}))
         return 0
-    where = f"in {checkpoint.folder}; tensorboard --logdir {wanted.folder}"
-    print(f"{args.id}: trained on {training.episodes} episodes, {where}")
+    learned = counted(training.episodes, "episode")
+    print(f"{args.id}: trained on {learned}, in {checkpoint.folder}; curves: tensorboard --logdir {wanted.folder}")
     if args.data.resolve() != Path("data").resolve():
         print(f"to play with it, copy {checkpoint.folder} to data/models: `play`, `match` and `agents` look there")
     return 0

@@ -5,10 +5,9 @@ same time. A step that has been done is skipped, so the whole can be stopped and
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from movingout.agents.checkpoint.checkpoint import CARD, find_checkpoint, folder_name
 from movingout.agents.curriculum.roster import (
@@ -28,17 +27,12 @@ from movingout.agents.curriculum.roster import (
     PLAIN,
     PLAIN_A,
 )
-from movingout.agents.curriculum.steps import Stage, TrainingStep
+from movingout.agents.curriculum.steps import Stage, TrainingStep, count_option
 from movingout.agents.data.dagger import EXPERT
 from movingout.world.constants import LIMIT_TICKS
 
 AUGMENTATION = "--pose-noise", 0.002, "--recombine", 0.25  # paper, "Behavior Augmentation Details"
 BY_NFD = "--score", "nfd", "--own", 4, "--partner", 4  # paper, 4 x 4 sampling
-
-
-def _count(default: int, text: str, least: int = 1) -> Any:
-    """A number that may be chosen, with its help text and lowest value."""
-    return field(default=default, metadata={"help": text, "least": least})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,15 +42,15 @@ class Sizes:
     data: Path = Path("data")
     workers: int = 1  # processes, and trainings at a time
     ticks: int = LIMIT_TICKS  # limit of an episode
-    episodes: int = _count(64, "per map in the expert's round; half in the others")
-    rounds: int = _count(2, "of labelling where the learner went", 0)
-    updates: int = _count(1200, "of the policy between rounds, after each of them")
-    policy_updates: int = _count(6000, "of Diffusion Policy on all labels; half with A's", 2)
-    batch: int = _count(512, "windows per update of Diffusion Policy")
-    width: int = _count(384, "of Diffusion Policy: units per layer")
-    simulator_updates: int = _count(5000, "of the simulator of BASS")
-    plays: int = _count(12, "episodes per map and population without the expert")
-    baseline_updates: int = _count(2000, "of MLP and GRU")
+    episodes: int = count_option(64, "per map in the expert's round; half in the others")
+    rounds: int = count_option(2, "of labelling where the learner went", 0)
+    updates: int = count_option(1200, "of the policy between rounds, after each of them")
+    policy_updates: int = count_option(6000, "of Diffusion Policy on all labels; half with A's", 2)
+    batch: int = count_option(512, "windows per update of Diffusion Policy")
+    width: int = count_option(384, "of Diffusion Policy: units per layer")
+    simulator_updates: int = count_option(5000, "of the simulator of BASS")
+    plays: int = count_option(12, "episodes per map and population without the expert")
+    baseline_updates: int = count_option(2000, "of MLP and GRU")
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,11 +5,17 @@ import sys
 import time
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 Stage = tuple["TrainingStep", ...]
 """Steps that do not wait for each other; the next stage waits for all of them."""
+
+
+def count_option(default: int, text: str, least: int = 1) -> Any:
+    """A number of a recipe's sizes that may be chosen, with its help text and lowest value."""
+    return field(default=default, metadata={"help": text, "least": least})
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from movingout.agents.data.dataset import SeatSamples, Singles, Trajectory
 from movingout.agents.errors import DataError
+from movingout.agents.observation.features import FeatureSet
 from movingout.maps import map_from_json, map_to_json
 
 SHORTEST = 4  # ticks; shorter stretches are left out
@@ -32,12 +33,15 @@ class Correction:
     taught: npt.NDArray[np.bool_]  # (T,) whether the expert acted, unperturbed
 
 
-def correction_samples(corrections: Iterable[Correction], layout: str) -> Iterator[SeatSamples]:
+def correction_samples(corrections: Iterable[Correction], layout: str | FeatureSet) -> Iterator[SeatSamples]:
     """The samples of the stretches in which the expert acted."""
+    seen = FeatureSet(layout) if isinstance(layout, str) else layout
     for one in corrections:
-        features = one.trajectory.features(one.seat, layout)
+        features, angles = one.trajectory.features(one.seat, seen), one.trajectory.angles(one.seat, seen)
         for begin, end in expert_stretches(one):
-            yield one.trajectory.participants[one.seat], features[begin:end], one.labels[begin:end]
+            part = slice(begin, end)
+            turned = None if angles is None else angles[part]
+            yield SeatSamples(one.trajectory.participants[one.seat], features[part], one.labels[part], turned)
 
 
 def expert_stretches(one: Correction) -> Iterator[tuple[int, int]]:

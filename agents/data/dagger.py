@@ -157,3 +157,13 @@ def labelling_jobs(
             partner = partners[turn % len(partners)]
             made.append(LabellingJob(the_map, learner, expert, partner, (number + index) % 2, turn, ticks))
     return made
+
+
+def shuffled_partners(partners: list[tuple[str, str]], count: int, seed: int) -> list[tuple[str, str]]:
+    """`count` partners, each as often as the others but for one time, in a random order.
+
+    Families and the modes of generated maps both come in turn: without this, a family would meet one mode only.
+    """
+    random = np.random.default_rng([seed, 78])
+    rounds = -(-count // len(partners)) if partners else 0
+    return [partners[index] for _ in range(rounds) for index in random.permutation(len(partners))][:count]

@@ -8,7 +8,7 @@ import hashlib
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -16,10 +16,10 @@ import numpy.typing as npt
 from movingout.agents.checkpoint.policy_spec import Grasp
 from movingout.agents.errors import DataError
 from movingout.agents.grasp_encoding import effective_presses, hold_levels
+from movingout.agents.observation.features import Bytes, FeatureSet, in_frame
 from movingout.maps import MapSpec
 from movingout.recordings import Episode, read_episode
 from movingout.recordings.episode import SeatKind
-from movingout.world.observation import encoder
 from movingout.world.state import Floats, Ints
 
 Singles = npt.NDArray[np.float32]
@@ -54,13 +54,15 @@ class Trajectory:
         names = (person(name).removeprefix("expert:") for name in self.participants)
         return frozenset(name for name in names if "@" not in name)
 
-    def features(self, seat: int, layout: str) -> Singles:
-        """Observations (T, D) of `seat` before each tick."""
-        whole = encoder(self.map, layout)
-        encoded = whole.encode_arrays(
-            self.robot_poses[:-1], self.robot_velocities[:-1], self.held[:-1], self.item_poses[:-1], seat
-        )
-        return encoded.astype(np.float32)
+    def features(self, seat: int, layout: str | FeatureSet) -> Singles | Bytes:
+        """Observations (T, D) of `seat` before each tick, in a layout or with memory."""
+        whole = FeatureSet(layout) if isinstance(layout, str) else layout
+        states = self.robot_poses[:-1], self.robot_velocities[:-1], self.held[:-1], self.item_poses[:-1]
+        return whole.of_episode(self.map, states, seat)
+
+    def angles(self, seat: int, seen: FeatureSet) -> Singles | None:
+        """The angles (T,) of `seat` before each tick, where the features are in its own frame."""
+        return self.robot_poses[:-1, seat, 2].astype(np.float32) if seen.own_frame else None
 
     def targets(self, seat: int, grasp: Grasp) -> Singles:
         """Actions (T, 5) of `seat` in each tick, see `policy_spec.ACTION_WIDTH`."""
@@ -123,16 +125,18 @@ def _is_learned(kind: SeatKind, name: str, choice: SeatChoice) -> bool:
 class Windows:
     """Rows of many trajectories and their targets, concatenated; there may be more targets than rows.
 
-    The index of a row identifies its window.
+    The index of a row identifies its window. Targets have headings of the arena; chunks have them relative to `angles`
+    where features are in the own frame.
     """
 
-    features: Singles  # (M, D)
+    features: Singles | Bytes  # (M, D)
     targets: Singles  # (N, 5), N >= M
     starts: Indices  # (M,) first row of the row's trajectory
     first_targets: Indices  # (M,) index of the row's own target
     ends: Indices  # (M,) one past the last target of the row's trajectory
     people: npt.NDArray[np.int32]  # (M,) index into `names`
     names: tuple[str, ...]
+    angles: Singles | None = None  # (M,) the own angle, in the own frame
 
     def __len__(self) -> int:
         return len(self.features)
@@ -140,14 +144,14 @@ class Windows:
     def observations(self, rows: Indices, history: int) -> Singles:
         """(B, history, D): the rows up to and including `rows`, oldest first."""
         back = rows[:, None] + np.arange(1 - history, 1)
-        found: Singles = self.features[np.maximum(back, self.starts[rows, None])]
+        found: Singles = self.features[np.maximum(back, self.starts[rows, None])].astype(np.float32, copy=False)
         return found
 
     def chunks(self, rows: Indices, horizon: int) -> Singles:
         """(B, horizon, 5): the actions from `rows` on; the last one is repeated past the end."""
         ahead = self.first_targets[rows, None] + np.arange(horizon)
         found: Singles = self.targets[np.minimum(ahead, self.ends[rows, None] - 1)]
-        return found
+        return found if self.angles is None else in_frame(found, -self.angles[rows])
 
     def split(self, held_out: float, seed: int) -> tuple[Indices, Indices]:
         """Rows for training and for validation, split by person. `held_out` is the share of people.
@@ -188,8 +192,13 @@ def split_rows(
     return np.flatnonzero(~out), np.flatnonzero(out)
 
 
-SeatSamples = tuple[str, Singles, Singles]
-"""One seat of an episode: participant, features (T, D), targets (T or more, 5) of these ticks and later ones."""
+class SeatSamples(NamedTuple):
+    """One seat of an episode, or a stretch of it."""
+
+    participant: str
+    features: Singles | Bytes  # (T, D)
+    targets: Singles  # (T or more, 5) of these ticks and later ones
+    angles: Singles | None = None  # (T,) the own angles, where features are in the own frame
 
 
 def windows_of(rows: Iterable[SeatSamples]) -> Windows:
@@ -199,33 +208,37 @@ def windows_of(rows: Iterable[SeatSamples]) -> Windows:
         raise DataError(
             "there is nothing to train on: no recording has a seat to learn from; --seats all takes every seat"
         )
-    names = tuple(sorted({name for name, _, _ in pieces}))
-    lengths = np.array([len(features) for _, features, _ in pieces])
+    names = tuple(sorted({piece.participant for piece in pieces}))
+    lengths = np.array([len(piece.features) for piece in pieces])
     ends = np.cumsum(lengths)
-    target_lengths = np.array([len(targets) for _, _, targets in pieces])
+    target_lengths = np.array([len(piece.targets) for piece in pieces])
+    angles = [piece.angles for piece in pieces if piece.angles is not None]
     target_ends = np.cumsum(target_lengths)
     index = {name: number for number, name in enumerate(names)}
     return Windows(
-        features=np.concatenate([features for _, features, _ in pieces]),
-        targets=np.concatenate([targets for _, _, targets in pieces]),
+        features=np.concatenate([piece.features for piece in pieces]),
+        targets=np.concatenate([piece.targets for piece in pieces]),
         starts=np.repeat(ends - lengths, lengths),
         first_targets=np.arange(ends[-1]) + np.repeat(target_ends - target_lengths - (ends - lengths), lengths),
         ends=np.repeat(target_ends, lengths),
-        people=np.repeat(np.array([index[name] for name, _, _ in pieces], dtype=np.int32), lengths),
+        people=np.repeat(np.array([index[piece.participant] for piece in pieces], dtype=np.int32), lengths),
         names=names,
+        angles=np.concatenate(angles) if angles else None,
     )
 
 
 def trajectory_samples(
-    trajectories: Sequence[Trajectory], layout: str, grasp: Grasp, seats: SeatChoice = "acting"
+    trajectories: Sequence[Trajectory], layout: str | FeatureSet, grasp: Grasp, seats: SeatChoice = "acting"
 ) -> Iterator[SeatSamples]:
     """The samples of the chosen seats of all trajectories."""
+    seen = FeatureSet(layout) if isinstance(layout, str) else layout
     for trajectory in trajectories:
         for seat in learned_seats(trajectory, seats):
-            yield (
+            yield SeatSamples(
                 person(trajectory.participants[seat]),
-                trajectory.features(seat, layout),
+                trajectory.features(seat, seen),
                 trajectory.targets(seat, grasp),
+                trajectory.angles(seat, seen),
             )
 
 

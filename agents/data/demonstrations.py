@@ -7,19 +7,34 @@ from concurrent.futures import as_completed
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Protocol
 
 from movingout.agents.catalogue import load_agent
 from movingout.agents.data.corrections import SUFFIX, save_correction
 from movingout.agents.data.dagger import LabellingJob, label_episode
 from movingout.agents.data.rollout import rollout
-from movingout.agents.scripted.populations import ScriptedPerson
 from movingout.maps import MapSpec
+from movingout.maps.randomize import Split, randomize
 from movingout.recordings import EpisodeHeader, EpisodeWriter, SeatInfo, TickRecord, finalise
 from movingout.recordings.process_pool import process_pool
 from movingout.world.metrics import EpisodeMetrics, task_completion_rate
 from movingout.world.scoring import delivered_items
 
-Pair = tuple[ScriptedPerson, ScriptedPerson]
+
+class Player(Protocol):
+    """Who plays: a scripted person, or a partner of a family."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def agent_id(self) -> str: ...
+
+    @property
+    def sha256(self) -> str: ...
+
+
+Pair = tuple[Player, Player]
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +59,7 @@ class WrittenEpisode:
 
 
 def episode_jobs(
-    people: Sequence[ScriptedPerson], maps: Sequence[MapSpec], episodes: int, ticks: int, seed: int, prefix: str
+    people: Sequence[Player], maps: Sequence[MapSpec], episodes: int, ticks: int, seed: int, prefix: str
 ) -> list[EpisodeJob]:
     """`episodes` per map and pair of neighbours in the list; the pair changes seats after half of them (paper)."""
     pairs = [(people[k], people[k + 1]) for k in range(0, len(people) - 1, 2)]
@@ -55,6 +70,25 @@ def episode_jobs(
                 seats = pair if episode < (episodes + 1) // 2 else (pair[1], pair[0])
                 name = f"{prefix}-{_map_name(the_map)}-{pair[0].name}{pair[1].name}-{episode:02d}"
                 made.append(EpisodeJob(name, the_map, seats, seed + number * episodes + episode, ticks))
+    return made
+
+
+def variant_jobs(
+    people: Sequence[Player], maps: Sequence[MapSpec], variants: int, ticks: int, seed: int, prefix: str, split: Split
+) -> list[EpisodeJob]:
+    """`variants` per map, each on a variant of its own; pairs of neighbours take turns, and change seats every round.
+
+    The paper's Challenge 2 has 60 per map by four experts. Raises MapError for a map without a playable variant.
+    """
+    pairs = [(people[k], people[k + 1]) for k in range(0, len(people) - 1, 2)]
+    made = []
+    for the_map in maps:
+        for number in range(variants):
+            turn, pair = divmod(number, len(pairs))
+            seats = pairs[pair] if turn % 2 == 0 else pairs[pair][::-1]
+            varied = randomize(the_map, seed + number, split)
+            name = f"{prefix}-{_map_name(varied)}-{seats[0].name}{seats[1].name}"
+            made.append(EpisodeJob(name, varied, (seats[0], seats[1]), seed + number, ticks))
     return made
 
 

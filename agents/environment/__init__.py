@@ -1,7 +1,7 @@
 """One seat of the world as a Gymnasium environment; an agent plays the other seat.
 
-Importing this package makes it known to Gymnasium: `gymnasium.make("MovingOut-v1", map=…, partner=…, seat=…)`. That is
-done by `import movingout` after `import gymnasium`; in any order, and in another process,
+Importing this package makes it known to Gymnasium: `gymnasium.make("MovingOut-v1", map=…, partner=…, seat=…)`. `import
+movingout` does that as soon as Gymnasium is imported too; in another process,
 `gymnasium.make("movingout.agents.environment:MovingOut-v1")` does it.
 """
 
@@ -13,4 +13,4 @@ with needs_extra("env", "the environment for reinforcement learning"):
 ENV_ID = "MovingOut-v1"
 
 if ENV_ID not in registry:
-    register(ENV_ID, entry_point="movingout.agents.environment.seat_env:SeatEnv")
+    register(ENV_ID, entry_point="movingout.agents.environment.seat_env:make_seat_env")

@@ -1,6 +1,6 @@
 """The partners that an environment draws from, one for each episode."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -9,35 +9,27 @@ from movingout.agents.base import Agent, EpisodeInfo
 from movingout.agents.catalogue import agent_card, load_agent
 from movingout.agents.errors import AgentError
 from movingout.agents.observation.seat_observation import observe
-from movingout.agents.scripted.populations import PEOPLE, POPULATIONS
-from movingout.maps.suggestion import known_names
+from movingout.agents.partners.families import group
 from movingout.world.state import Floats, WorldState
-
-_PEOPLE = "people:"
 
 
 def partner_groups(partner: str | Sequence[str]) -> tuple[tuple[str, ...], ...]:
-    """The agent ids that each name means; `people:A` stands for the twenty scripted people of population A.
+    """The agent ids that each name means; `people:A` and `family:greedy` stand for several.
+
+    All such names are in `agents.partners.families`.
 
     Raises AgentError for an id that is not known, and when there is none.
     """
-    named = [partner] if isinstance(partner, str) else list(partner)
-    groups = tuple(_ids(str(name)) for name in named)
+    named = [partner] if isinstance(partner, str) or not isinstance(partner, Iterable) else list(partner)
+    if wrong := [name for name in named if not isinstance(name, str)]:
+        raise AgentError(f'a partner is the id of an agent, such as "scripted", or a list of ids, not {wrong[0]!r:.80}')
+    groups = tuple(tuple(one.agent_id for one in group(name)) for name in named)
     if not groups:
         raise AgentError('a partner is needed: "scripted", "idle", or a list of agents to draw from')
-    for group in groups:
-        for agent_id in group:
+    for ids in groups:
+        for agent_id in ids:
             agent_card(agent_id)
     return groups
-
-
-def _ids(name: str) -> tuple[str, ...]:
-    if not name.startswith(_PEOPLE):
-        return (name,)
-    population = name.removeprefix(_PEOPLE)
-    if population not in POPULATIONS:
-        raise AgentError(f"unknown population {population!r}; {known_names(population, POPULATIONS)}")
-    return tuple(f"person:name={population}{number:02d}" for number in range(1, PEOPLE + 1))
 
 
 class PartnerSeat:

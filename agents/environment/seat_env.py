@@ -3,6 +3,7 @@
 It is `world.env.MovingOutEnv` seen from one seat: the same actions, layouts of observations, rewards and variants.
 """
 
+import inspect
 import os
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Literal, cast
@@ -121,3 +122,15 @@ class SeatEnv(gymnasium.Env[Observation, Action], EzPickle):
         """NaN, which Gymnasium's checker takes for a difference, is in the last info only."""
         info = infos[self._colour]
         return {**(info if last else {"score": info["score"]}), "partner": self.partner}
+
+
+def make_seat_env(**options: Any) -> SeatEnv:
+    """A `SeatEnv` for `gymnasium.make`. Raises TypeError, with those that it takes, for an unknown option.
+
+    In Python's own words: TorchRL tries `frameskip`, and goes without it if it reads them.
+    """
+    known = tuple(inspect.signature(SeatEnv).parameters)
+    for name in options:
+        if name not in known:
+            raise TypeError(f"unexpected keyword argument {name!r}; {known_names(name, known)}")
+    return SeatEnv(**options)

@@ -29,15 +29,18 @@ class Network:
         except Exception as error:  # onnxruntime has no common base of its own errors
             raise CheckpointError(f"onnxruntime cannot load this network: {error}"[:300]) from error
         self.input_shapes = {argument.name: list(argument.shape) for argument in self._session.get_inputs()}
+        self.metadata: dict[str, str] = dict(self._session.get_modelmeta().custom_metadata_map)
+        self._takes_one = any(shape[:1] == [1] for shape in self.input_shapes.values())
 
     def __call__(self, **inputs: Singles) -> list[Any]:
         """The outputs for named inputs, batch first; inputs that the graph does not have are ignored.
 
         onnxruntime sums a batch of one in another order than the same row in a larger batch. A single row is therefore
-        run twice in one batch, so that an agent decides the same alone and beside others.
+        run twice in one batch, so that an agent decides the same alone and beside others, unless the graph
+        takes no more than one.
         """
         asked = {name: inputs[name] for name in self.input_shapes}
-        if any(len(rows) != 1 for rows in asked.values()):
+        if self._takes_one or any(len(rows) != 1 for rows in asked.values()):
             return list(self._session.run(None, asked))
         twice = {name: np.concatenate((rows, rows)) for name, rows in asked.items()}
         return [rows[:1] for rows in self._session.run(None, twice)]

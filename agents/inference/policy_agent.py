@@ -18,7 +18,9 @@ from movingout.agents.checkpoint.policy_spec import PolicySpec
 from movingout.agents.errors import AgentError
 from movingout.agents.grasp_encoding import toggles
 from movingout.agents.inference.network import PolicyNetwork, Singles
-from movingout.world.observation import StateEncoder, encoder
+from movingout.agents.observation.features import FeatureSet, in_frame
+from movingout.maps import MapSpec
+from movingout.world.observation import encoder
 from movingout.world.state import Floats, WorldState
 
 STANDSTILL_TICKS = 20
@@ -27,29 +29,25 @@ STANDSTILL = 0.06  # [u] a robot that stayed within this distance for so long st
 
 @dataclass(frozen=True, slots=True)
 class SeatView:
-    """A state to be encoded for a seat."""
+    """A state to be encoded for a seat, and what came before it, oldest first."""
 
-    encoder: StateEncoder
+    features: FeatureSet
+    map: MapSpec
     seat: int
     state: WorldState
+    past: Sequence[WorldState] = ()
 
 
 def encoded(views: Sequence[SeatView]) -> list[Singles]:
-    """The features (D,) of each view; views of the same map and seat are encoded together."""
-    groups: dict[tuple[StateEncoder, int], list[int]] = {}
+    """The features (D,) of each view; views of the same map are encoded together."""
+    groups: dict[tuple[FeatureSet, MapSpec], list[int]] = {}
     for index, view in enumerate(views):
-        groups.setdefault((view.encoder, view.seat), []).append(index)
+        groups.setdefault((view.features, view.map), []).append(index)
     features: dict[int, Singles] = {}
-    for (own, seat), group in groups.items():
-        states = [views[index].state for index in group]
-        rows = own.encode_arrays(
-            np.stack([state.robot_poses for state in states]),
-            np.stack([state.robot_velocities for state in states]),
-            np.stack([state.held for state in states]),
-            np.stack([state.item_poses for state in states]),
-            seat,
-        )  # (B, D)
-        features |= zip(group, rows.astype(np.float32), strict=True)
+    for (seen, the_map), group in groups.items():
+        picked = [views[index] for index in group]
+        states, pasts, seats = zip(*((one.state, one.past, one.seat) for one in picked), strict=True)
+        features |= zip(group, seen.of_moments(the_map, states, pasts, seats), strict=True)
     return [features[index] for index in range(len(views))]
 
 
@@ -74,16 +72,19 @@ class PolicyAgent:
         self.network = network
         self.execute = min(execute or spec.execute, spec.horizon)
         self.detail: dict[str, object] = {}
+        self.features = FeatureSet.of(spec)
         self._history: list[Singles] = []
+        self._past: deque[WorldState] = deque(maxlen=self.features.memory_ticks + 1)
         self._trail: deque[Floats] = deque(maxlen=STANDSTILL_TICKS)
         self._plan: CurrentChunk | None = None
 
     def reset(self, episode: EpisodeInfo) -> None:
         """Start an episode: prepare the map and forget the previous episode."""
         self.episode = episode
-        self.encoder: StateEncoder = encoder(episode.map, self.spec.layout)
+        encoder(episode.map, self.spec.layout)  # made now, because it takes a while
         self.random = np.random.default_rng([episode.seed, episode.seat])
         self._history = []
+        self._past.clear()
         self._trail.clear()
         self._plan = None
         self.detail = {}
@@ -118,8 +119,12 @@ class PolicyAgent:
 
     def decide(self, state: WorldState, history: Singles) -> Singles:
         """A chunk (H, 5) for observations (To, D)."""
-        chunk: Singles = self.network.run(history[None], self.noise(1))[0]
+        chunk: Singles = self.in_arena_frame(self.network.run(history[None], self.noise(1)), [state])[0]
         return chunk
+
+    def in_arena_frame(self, chunks: Singles, states: Sequence[WorldState]) -> Singles:
+        """Sampled chunks (B, H, 5) of this seat in states (B) with headings of the arena."""
+        return _in_arena_frame([self] * len(chunks), chunks, states)
 
     def noise(self, count: int) -> Singles:
         """(count, rows, H, 5) for a decision in the present state."""
@@ -138,18 +143,23 @@ class PolicyAgent:
     ) -> Sequence[Singles]:
         """What `decide` of each would return, for observations (B, To, D)."""
         noise = np.concatenate([agent.noise(1) for agent in agents])
-        return list(agents[0].network.run(histories, noise))
+        return list(_in_arena_frame(agents, agents[0].network.run(histories, noise), states))
 
     @staticmethod
     def remember_many(seen: Sequence[tuple["PolicyAgent", Observation]]) -> None:
         """Add each agent's observation to its history."""
-        views = [SeatView(agent.encoder, agent.episode.seat, observation.state) for agent, observation in seen]
+        views = [agent.view(observation.state, agent.episode.seat) for agent, observation in seen]
         for (agent, _), features in zip(seen, encoded(views), strict=True):
             agent._keep(features)
 
+    def view(self, state: WorldState, seat: int) -> SeatView:
+        """What a seat sees in the present state."""
+        return SeatView(self.features, self.episode.map, seat, state, tuple(self._past))
+
     def _is_due(self, observation: Observation) -> bool:
-        """Whether a new decision is due; also tracks the position and clears the last decision's trace."""
+        """Whether a new decision is due; also remembers the state and clears the last decision's trace."""
         self._trail.append(observation.state.robot_poses[self.episode.seat, :2].copy())
+        self._past.append(observation.state)
         self.detail = {}
         return self._plan is None or not 0 <= observation.tick - self._plan.tick < self.execute
 
@@ -173,6 +183,14 @@ class PolicyAgent:
     def _world_rows(self, chunk: Singles, *, holding: bool) -> ActionChunk:
         """A policy's output (h, 5) as an agent's chunk (h, 4)."""
         return agent_rows(chunk, holding=holding, levels=self.spec.grasp == "hold")
+
+
+def _in_arena_frame(agents: Sequence[PolicyAgent], chunks: Singles, states: Sequence[WorldState]) -> Singles:
+    """Chunks (B, H, 5), one of each agent, with headings of the arena."""
+    if not agents[0].spec.own_frame:
+        return chunks
+    angles = [state.robot_poses[agent.episode.seat, 2] for agent, state in zip(agents, states, strict=True)]
+    return in_frame(chunks, np.array(angles))
 
 
 def agent_rows(chunk: Singles, *, holding: bool, levels: bool) -> ActionChunk:

@@ -7,23 +7,30 @@ from movingout.agents.base import Agent
 from movingout.agents.bass.config import BassConfig
 from movingout.agents.checkpoint.checkpoint import Checkpoint
 from movingout.agents.errors import DataError
+from movingout.agents.kinds.bass_on_pictures import train_on_pictures
 from movingout.agents.kinds.kind import AgentKind, Trained
 from movingout.agents.training.run import TrainingRun
 from movingout.agents.training.training_data import TrainingData
 
 if TYPE_CHECKING:
-    from movingout.agents.bass.checkpoint_parts import TrainedSimulator, TrainedValue
+    from movingout.agents.bass.checkpoint_parts import TrainedProgress, TrainedSimulator, TrainedValue
 
 
 def load_bass(
-    checkpoint: Checkpoint, execute: int = 0, simulator: str = "learned", partner: str = "policy",
-    sampling: str | int = "", score: str = "",
+    checkpoint: Checkpoint, execute: int = 0, simulator: str = "", partner: str = "policy",
+    sampling: str | int = "", score: str = "", sub_steps: int = 0,
 ) -> Agent:  # fmt: skip
-    """The agent of a checkpoint; the options are explained in `agents.bass.agent.bass_agent`."""
-    from movingout.agents.bass.agent import bass_agent
+    """The agent of a checkpoint; the options are explained in `agents.bass.loading.bass_agent`."""
+    from movingout.agents.bass.loading import bass_agent
 
     return bass_agent(
-        checkpoint, execute, simulator=simulator, partner=partner, sampling=str(sampling), score=score
+        checkpoint,
+        execute,
+        simulator=simulator,
+        partner=partner,
+        sampling=str(sampling),
+        score=score,
+        sub_steps=sub_steps,
     )  # `sampling=4` comes as a number
 
 
@@ -44,23 +51,31 @@ def _train(run: TrainingRun[BassConfig]) -> Trained:
     config, options = run.config, run.options
     base = run.find(options.base)
     _check(config, base, options)
+    if base.card.network.picture:
+        return train_on_pictures(run, base, _description(base, config))
     grasp = base.card.network.grasp
     simulator = simulator_of(run.find(options.simulator), config.depth, grasp) if options.simulator else None
     value = value_of(run.find(options.value)) if options.value else None
+    learns_simulator = simulator is None and config.dynamics != "engine"
+    learns_value = value is None and config.score == "value"
+    progress: TrainedProgress | None = None
     trained = []
-    if simulator is None or (value is None and config.score == "value"):
+    if learns_simulator or learns_value or config.score == "tcl":
         data = run.read_data()
         before = run.begin(data)
-        if simulator is None:
+        if learns_simulator:
             simulator = _train_simulator(run, config, data, base, before)
             trained.append(simulator.training)
-        if value is None and config.score == "value":
+        if learns_value:
             value = _train_value(run, config, data, before)
             trained.append(value.training)
+        if config.score == "tcl":
+            progress = _train_progress(run, config, data, before)
+            trained.append(progress.training)
     else:
         run.begin()
     checkpoint = save_bass(
-        run.model_folder, run.agent_id, base, simulator, value, config, run.name, _description(base, config)
+        run.model_folder, run.agent_id, base, simulator, value, config, run.name, _description(base, config), progress
     )
     training = next((one for one in trained if one), checkpoint.card.training)
     return Trained(checkpoint, training)
@@ -73,15 +88,26 @@ def _check(config: BassConfig, base: Checkpoint, options: argparse.Namespace) ->
         raise DataError(
             f"{options.base} predicts {horizon} ticks, so --depth {config.depth} is too far; --depth {horizon}"
         )
+    if base.card.network.picture and not (
+        config.dynamics == "vae" and config.score == "tcl" and config.order == "joint"
+        and not options.simulator and not options.value
+    ):  # fmt: skip
+        raise DataError(
+            f"{options.base} sees pictures, in which nothing tells the distance of items; take --score tcl, which is "
+            "learned from them, and leave out --dynamics, --order, --simulator and --value"
+        )
+    if options.simulator and config.dynamics == "engine":
+        raise DataError(f"--simulator {options.simulator} is for a learned simulator, not for --dynamics engine")
     if options.value and config.score != "value":
         raise DataError(f"--value {options.value} is for --score value, not for --score {config.score}")
 
 
 def _description(base: Checkpoint, config: BassConfig) -> str:
-    by = "what is done by then and expected to follow" if config.score == "value" else config.score.upper()
+    by = "progress until then and what is expected to follow" if config.score == "value" else config.score.upper()
+    what = "simulates with the game's engine" if config.dynamics == "engine" else "simulates"
     return (
-        f"{base.card.name} with simulation and selection: of {config.own} candidates, each simulated with "
-        f"{config.partner} guesses of the partner's, the best by {by}."
+        f"{base.card.name} with simulation and selection: {what} {config.own} candidates, each with "
+        f"{config.partner} guesses of what the partner does, and plays the best by {by}."
     )
 
 
@@ -92,6 +118,7 @@ def _train_simulator(
     from movingout.agents.bass.dynamics_training import train_dynamics, transitions_of
 
     transitions = transitions_of(data.episodes)
+    run.tell("training the simulator")
     fitted = train_dynamics(config, transitions, run.folder)
     run.check_learned(data, before, fitted, "--updates")
     training = run.training(data, data.people, len(transitions), fitted.updates)
@@ -102,11 +129,26 @@ def _train_value(run: TrainingRun[BassConfig], config: BassConfig, data: Trainin
     from movingout.agents.bass.checkpoint_parts import packed_value
     from movingout.agents.bass.value_training import returns_of, train_value
 
-    returns = returns_of(data.episodes, config.discount)
+    returns = returns_of(data.episodes, config.discount, config.value_layout)
+    run.tell("training the value network")
     fitted = train_value(config, returns, run.folder / "value")
     run.check_learned(data, before, fitted, "--value-updates")
     training = run.training(data, data.people, len(returns.returns), fitted.updates)
     return packed_value(fitted.network, training)
+
+
+def _train_progress(
+    run: TrainingRun[BassConfig], config: BassConfig, data: TrainingData, before: str
+) -> "TrainedProgress":
+    from movingout.agents.bass.checkpoint_parts import packed_progress
+    from movingout.agents.bass.progress_training import moments_of, train_progress
+
+    moments = moments_of(data.episodes)
+    run.tell("training the progress estimator")
+    fitted = train_progress(config, moments, run.folder / "progress")
+    run.check_learned(data, before, fitted, "--progress-updates")
+    training = run.training(data, data.people, len(moments.rows), fitted.updates)
+    return packed_progress(fitted.network, training)
 
 
 BASS = AgentKind(

@@ -12,9 +12,11 @@ from movingout.agents.checkpoint.policy_spec import Denoiser, PolicySpec
 from movingout.agents.data.dataset import SeatChoice, SeatSamples
 from movingout.agents.errors import DataError
 from movingout.agents.kinds.kind import AgentKind, Trained
+from movingout.agents.observation.features import FeatureSet
 from movingout.agents.policies.config import PolicyConfig
 from movingout.agents.training.run import TrainingRun
 from movingout.agents.training.training_data import TrainingData
+from movingout.maps.suggestion import counted
 
 if TYPE_CHECKING:
     from movingout.agents.policies.policy import Policy
@@ -40,7 +42,7 @@ def policy_kind(
         summary=summary,
         presets={"fast": fast, "paper": paper},
         add_options=_add_options,
-        option_names=("seats",),
+        option_names=("seats", "start"),
         train=lambda run: _train(name, build, denoisers, run),
         load=load_policy,
     )
@@ -61,10 +63,12 @@ def _train(kind: str, build: Build, denoisers: tuple[Denoiser, ...], run: Traini
     from movingout.agents.policies.export import save_policy
     from movingout.agents.policies.training import train_policy
 
-    config = run.config
+    base = _base(kind, run)
+    config = run.config.shaped(base.card.network) if base else run.config
     if config.denoiser not in denoisers:
         raise DataError(f"--denoiser {config.denoiser} is not for {kind}; leave the option out")
     spec = config.spec(kind)
+    first = weighted_policy(base) if base else None
     seats: SeatChoice = run.options.seats
     data = run.read_data()
     pieces = data.pieces(spec, seats)
@@ -73,30 +77,37 @@ def _train(kind: str, build: Build, denoisers: tuple[Denoiser, ...], run: Traini
         run.tell(f"--seats {seats}: {left_out} of {count} seats are not learned from")
     before = run.begin(data)
     windows = windows_of(chain(pieces, _recombined(run, data, spec)))
-    fitted = train_policy(build, spec, config, windows, run.folder)
+    fitted = train_policy(build, spec, config, windows, run.folder, first)
     run.check_learned(data, before, fitted, "--updates")
     training = run.training(data, windows.names, len(windows), fitted.updates)
-    description = f"{kind.upper()} trained on {training.episodes} episodes of {training.population}."
+    beginning = f", starting from {base.card.id}" if base else ""
+    learned = counted(training.episodes, "episode")
+    description = f"{kind.upper()} trained on {learned} of {training.population}{beginning}."
     maps = {trajectory.map.name for trajectory in data.episodes}
     checkpoint = save_policy(run.model_folder, run.agent_id, fitted.network, maps, training, run.name, description)
     return Trained(checkpoint, training)
 
 
 def _recombined(run: TrainingRun[PolicyConfig], data: TrainingData, spec: PolicySpec) -> Iterator[SeatSamples]:
-    """Samples by the paper's recombination: `config.recombine` times the recorded ticks, confirmed by the engine."""
+    """Samples by the paper's recombination: `config.recombine` times the recorded ticks."""
     from movingout.agents.bass.recombination import LENGTH, augmentation
     from movingout.agents.data.dataset import person
 
-    config = run.config
+    config, seen = run.config, FeatureSet.of(spec)
     if not config.recombine:
         return
     parts = data.parts(spec, run.options.seats)
     count = round(config.recombine * sum(part.ticks for part in parts) / LENGTH)
-    found, report = augmentation(parts, count, config.seed, config.matching)
+    found, report = augmentation(parts, count, config.seed, config.matching, config.confirm)
     run.tell(f"recombination: {report.valid} of {report.tried} pieces valid ({report.share:.1%})")
     for piece, trajectory in found:
         seat = piece.own.seat
-        yield person(trajectory.participants[seat]), trajectory.features(seat, spec.layout), piece.targets
+        yield SeatSamples(
+            person(trajectory.participants[seat]),
+            trajectory.features(seat, seen),
+            piece.targets,
+            trajectory.angles(seat, seen),
+        )
 
 
 def _add_options(parser: argparse.ArgumentParser) -> None:
@@ -106,6 +117,42 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
         default="acting",
         help="seats of recordings to learn from: acting (default; no idle seats and ghosts), human, or all",
     )
+    parser.add_argument(
+        "--start",
+        metavar="ID",
+        default="",
+        help="start from the weights of this agent instead of random ones; the network is then shaped as its is",
+    )
+
+
+def _base(kind: str, run: TrainingRun[PolicyConfig]) -> Checkpoint | None:
+    """The agent of --start. Raises CheckpointError or DataError when it cannot be trained on."""
+    if not run.options.start:
+        return None
+    base = run.find(run.options.start)
+    if base.card.network.kind != kind or base.card.kind != kind:
+        raise DataError(f"--start {base.card.id}: it is of kind {base.card.kind}; use `train {base.card.kind}`")
+    return base
+
+
+def weighted_policy(checkpoint: Checkpoint) -> "Policy":
+    """The network of a checkpoint with its weights, ready to be trained on.
+
+    Raises CheckpointError or DataError when the checkpoint has no weights that fit.
+    """
+    import torch
+    from safetensors.torch import load
+
+    network = build_policy(checkpoint.card.network)
+    weights = {name: tensor.to(torch.float32) for name, tensor in load(checkpoint.read("policy.safetensors")).items()}
+    try:
+        network.load_state_dict(weights)
+    except RuntimeError as error:
+        raise DataError(
+            f"{checkpoint.card.id} has other weights than a policy of kind {checkpoint.card.kind}; "
+            "take the agent it was made from"
+        ) from error
+    return network
 
 
 def build_policy(spec: PolicySpec) -> "Policy":

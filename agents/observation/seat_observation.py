@@ -5,6 +5,7 @@ import numpy as np
 from movingout.agents.base import Observation
 from movingout.maps import MapSpec
 from movingout.world.observation import encode_state
+from movingout.world.observation.description import Description, described
 from movingout.world.ping import HelpPing
 from movingout.world.state import Floats, WorldState
 
@@ -17,7 +18,10 @@ def observe(
     def encode(layout: str) -> Floats:
         return encode_state(map_spec, state, seat, layout)
 
-    return Observation(state, state.tick if tick is None else tick, seat, encode, pings)
+    def describe() -> Description:
+        return described(map_spec, state, seat)
+
+    return Observation(state, state.tick if tick is None else tick, seat, encode, pings, describe)
 
 
 def start_state(map_spec: MapSpec) -> WorldState:

@@ -1,11 +1,24 @@
 """How a policy is trained: the configuration that MLP, GRU and diffusion policies share. Knows no torch."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Annotated, Self
+
+from pydantic import Field
 
 from movingout.agents.bass.recombination import Matching
 from movingout.agents.checkpoint.policy_spec import Denoiser, Grasp, LayoutName, PolicySpec, Process
 from movingout.agents.errors import DataError
-from movingout.agents.training.optimisation import AtLeastOne, NotNegativeFloat, Optimisation, described, documented
+from movingout.agents.training.optimisation import (
+    AtLeastOne,
+    NotNegativeFloat,
+    Optimisation,
+    Share,
+    described,
+    documented,
+)
+from movingout.world.observation import LAYOUTS
+
+LagsText = Annotated[str, Field(pattern=r"^(\d{1,3}(,\d{1,3})*)?$")]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -13,8 +26,14 @@ class PolicyConfig(Optimisation):
     """A policy and its training; the fields that shape the network are those of its card."""
 
     layout: LayoutName = documented(
-        "aware-v1", "observation layout: official-v1, map-v1 (adds walls and goals), aware-v1 (adds ways)", "never"
+        "aware-v1",
+        "observation layout: official-v1, map-v1 (adds walls and goals), aware-v1 (adds ways), "
+        "relative-v1 (own frame), image-v1 (a picture)",
+        "never",
     )
+    lags: LagsText = documented("", "relative-v1 only: how many ticks back it remembers, such as 3,10,30", "never")
+    mirror: Share = documented(0.5, "augmentation: share of windows that are mirrored, where the layout allows it")
+    forget: Share = documented(0.2, "augmentation: share of windows whose memory says that nothing has changed")
     obs_horizon: int = documented(
         1, "observations that the policy sees: the present one and obs_horizon - 1 earlier ones", "never"
     )
@@ -27,7 +46,9 @@ class PolicyConfig(Optimisation):
     depth: int = documented(3, "layers, or residual blocks", "never")
     dropout: float = documented(0.0, "dropout in the network")
     denoiser: Denoiser = documented(
-        "resmlp", "dp only: resmlp, items (a resmlp that encodes items with shared weights) or unet", "never"
+        "resmlp",
+        "dp only: resmlp, items (a resmlp that encodes items with shared weights), cnn (for pictures) or unet",
+        "never",
     )
     process: Process = documented("flow", "dp only: flow, ddim or ddpm", "never")
     train_steps: int = documented(36, "dp only: diffusion steps in training (ddim, ddpm)", "never")
@@ -40,7 +61,12 @@ class PolicyConfig(Optimisation):
         0.0, "augmentation: recombined stretches to add, as a share of the recorded windows"
     )
     matching: Matching = documented(
-        "both-ends", "recombined stretches share start and end (both-ends, paper) or only the start (one-end)"
+        "both-ends",
+        "recombined stretches share start and end (both-ends, paper), start or end (either-end, its single-agent "
+        "ablation), or the start (one-end)",
+    )
+    confirm: bool = documented(
+        True, "recombined stretches are played by the engine, and only possible ones are kept (no: put together unseen)"
     )
     event_weight: AtLeastOne = documented(
         1, "how many times as often windows are drawn in which the hand is about to change", "free"
@@ -49,10 +75,20 @@ class PolicyConfig(Optimisation):
 
     def spec(self, kind: str) -> PolicySpec:
         """The network's description. Raises DataError for an impossible combination."""
-        names = set(PolicySpec.model_fields) - {"kind"}
-        return described(PolicySpec, {"kind": kind} | {name: getattr(self, name) for name in names})
+        names = set(PolicySpec.model_fields) - {"kind", "lags"}
+        lags = tuple(map(int, self.lags.split(","))) if self.lags else ()
+        return described(PolicySpec, {"kind": kind, "lags": lags} | {name: getattr(self, name) for name in names})
+
+    def shaped(self, network: PolicySpec) -> Self:
+        """The same training of another network."""
+        shape = network.model_dump(exclude={"kind", "lags"})
+        return replace(self, lags=",".join(map(str, network.lags)), **shape)
 
     def check(self) -> None:
         super().check()
         if self.event_weight > 1 and self.grasp != "hold":
             raise DataError("--event-weight needs hold levels; train with --grasp hold")
+        if self.pose_noise and LAYOUTS[self.layout].picture:
+            raise DataError(f"--pose-noise is for layouts of numbers; leave it out with {self.layout}")
+        if self.pose_noise and LAYOUTS[self.layout].own_frame:
+            raise DataError(f"--pose-noise is for layouts with places of the arena; leave it out with {self.layout}")

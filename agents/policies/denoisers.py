@@ -6,7 +6,9 @@ import torch
 from torch import Tensor, nn
 
 from movingout.agents.checkpoint.policy_spec import ACTION_WIDTH, PolicySpec
+from movingout.agents.observation.features import FeatureSet
 from movingout.agents.policies.encoders import FlatEncoder, ItemEncoder, ResidualBlock
+from movingout.agents.policies.pictures import ConvolutionalEncoder
 
 TIME_WIDTH = 64
 ITEM_WIDTH = 128  # size of an item's embedding
@@ -61,8 +63,10 @@ class ResMlpDenoiser(nn.Module):
 
 
 def _encoder(spec: PolicySpec) -> nn.Module:
+    if spec.picture:
+        return ConvolutionalEncoder(spec.picture, spec.obs_horizon, spec.width)
     if spec.denoiser == "items":
-        return ItemEncoder(spec.width, ITEM_WIDTH, spec.obs_horizon, spec.dropout)
+        return ItemEncoder(spec.width, ITEM_WIDTH, spec.obs_horizon, spec.dropout, FeatureSet.of(spec))
     return FlatEncoder(spec)
 
 

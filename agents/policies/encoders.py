@@ -7,9 +7,11 @@ from torch import Tensor, nn
 from torch.nn import functional as F
 
 from movingout.agents.checkpoint.policy_spec import PolicySpec
-from movingout.world.observation import AWARE_LAYOUT, ITEM_COLUMNS, LAYOUTS
+from movingout.agents.observation.features import FeatureSet
+from movingout.world.observation import AWARE_LAYOUT
 
 HEADS = 4  # the width of an item is a multiple of it
+AWARE = FeatureSet(AWARE_LAYOUT)
 
 
 class ResidualBlock(nn.Module):
@@ -50,10 +52,12 @@ class ItemEncoder(nn.Module):
     item_columns: Tensor
     other_columns: Tensor
 
-    def __init__(self, width: int, item_width: int, ticks: int = 1, dropout: float = 0.0) -> None:
-        """For `ticks` concatenated observations of layout `aware-v1`; `item_width` is the size of an item embedding."""
+    def __init__(
+        self, width: int, item_width: int, ticks: int = 1, dropout: float = 0.0, seen: FeatureSet = AWARE
+    ) -> None:
+        """For `ticks` concatenated observations; `item_width` is the size of an item embedding."""
         super().__init__()
-        items, others = columns(ticks)
+        items, others = columns(ticks, seen)
         self.register_buffer("item_columns", items.flatten(), persistent=False)
         self.register_buffer("other_columns", others, persistent=False)
         self.slots, per_item = items.shape
@@ -92,17 +96,17 @@ class ItemEncoder(nn.Module):
         return seen
 
 
-def columns(ticks: int) -> tuple[Tensor, Tensor]:
+def columns(ticks: int, seen: FeatureSet = AWARE) -> tuple[Tensor, Tensor]:
     """Of To x D features, the indices of each item's (N, K), and of those that belong to no item (L,)."""
-    size = LAYOUTS[AWARE_LAYOUT].size
-    items = torch.cat([torch.tensor(ITEM_COLUMNS) + size * tick for tick in range(ticks)], dim=1)
+    size, of_items = seen.size, torch.from_numpy(seen.items)
+    items = torch.cat([of_items + size * tick for tick in range(ticks)], dim=1)
     about_items = set(items.flatten().tolist())
     return items, torch.tensor([column for column in range(size * ticks) if column not in about_items])
 
 
-def alike_for_items(mean: Tensor, deviation: Tensor) -> tuple[Tensor, Tensor]:
+def alike_for_items(mean: Tensor, deviation: Tensor, seen: FeatureSet = AWARE) -> tuple[Tensor, Tensor]:
     """Mean and standard deviation (D,) of features, pooled over item slots."""
-    slots = torch.tensor(ITEM_COLUMNS)
+    slots = torch.from_numpy(seen.items)
     means, variances = mean[slots], deviation[slots] ** 2
     common = means.mean(dim=0)
     spread = (variances + (means - common) ** 2).mean(dim=0).sqrt()

@@ -19,8 +19,11 @@ from movingout.agents.checkpoint.checkpoint import Checkpoint, Training, write_c
 from movingout.agents.checkpoint.onnx_validation import check_onnx
 from movingout.agents.checkpoint.policy_spec import ACTION_WIDTH
 from movingout.agents.policies.policy import Policy
+from movingout.maps.generated.names import PREFIX, is_generated
+from movingout.maps.symmetry import split_name
 
 OPSET = 17
+MOST_MAPS = 60  # on a card by their own names
 LARGE = 1024  # numbers; smaller tensors (biases, normalisation) keep full precision
 
 
@@ -68,13 +71,19 @@ def save_policy(
         "name": name,
         "description": description,
         "kind": policy.spec.kind,
-        "maps": sorted(maps),
+        "maps": card_maps(maps),
         "policy": policy.spec.model_dump(),
         "training": training.model_dump(),
     }
     return write_checkpoint(
         folder, card, {"policy.onnx": export_policy(policy), "policy.safetensors": save(halved_weights(policy))}
     )
+
+
+def card_maps(names: Iterable[str]) -> list[str]:
+    """The maps of a card: thousands of generated ones are one word, and many symmetries of a map are its name."""
+    maps = {PREFIX if is_generated(name) else name for name in names}
+    return sorted(maps if len(maps) <= MOST_MAPS else {split_name(name)[0] for name in maps})
 
 
 def _is_halved(single: bool, numbers: int) -> bool:

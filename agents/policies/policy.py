@@ -4,6 +4,7 @@ import torch
 from torch import Tensor, nn
 
 from movingout.agents.checkpoint.policy_spec import PolicySpec
+from movingout.agents.observation.features import FeatureSet
 from movingout.agents.policies.encoders import alike_for_items
 
 MOTION = 3  # the first numbers of an action: distance, cos, sin; the other two are the grasp one-hot
@@ -19,13 +20,17 @@ class Policy(nn.Module):
     def __init__(self, spec: PolicySpec) -> None:
         super().__init__()
         self.spec = spec
-        self.register_buffer("mean", torch.zeros(spec.features))
-        self.register_buffer("scale", torch.ones(spec.features))
+        numbers = 1 if spec.picture else spec.features  # all pixels alike
+        self.register_buffer("mean", torch.zeros(numbers))
+        self.register_buffer("scale", torch.ones(numbers))
 
     def fit_normaliser(self, mean: Tensor, deviation: Tensor) -> None:
         """Set the normaliser from mean and standard deviation (D,); constant features are not scaled."""
         if self.spec.denoiser == "items":
-            mean, deviation = alike_for_items(mean, deviation)
+            mean, deviation = alike_for_items(mean, deviation, FeatureSet.of(self.spec))
+        if self.spec.picture:
+            spread = (deviation**2 + (mean - mean.mean()) ** 2).mean().sqrt()
+            mean, deviation = mean.mean()[None], spread[None]
         self.mean.copy_(mean)
         self.scale.copy_(torch.where(deviation > 1e-3, 1.0 / deviation.clamp(min=1e-3), torch.ones_like(deviation)))
 

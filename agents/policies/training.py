@@ -7,43 +7,55 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 import torch
-from torch import nn
+from torch import Tensor, nn
 
 from movingout.agents.checkpoint.policy_spec import PolicySpec
 from movingout.agents.data.dataset import Indices, Windows
+from movingout.agents.observation.features import FeatureSet
 from movingout.agents.policies.config import PolicyConfig
+from movingout.agents.policies.own_frame import OwnFrameAugmentation
 from movingout.agents.policies.policy import MOTION, Policy
 from movingout.agents.policies.pose_noise import noisy_partner
 from movingout.agents.training.fit import FitResult, Losses, TrainingTask, fit
 
 NORMALISER_ROWS = 200_000  # rows from which mean and deviation are estimated
+PICTURES = 256  # likewise, of which each has 49,152 numbers
 VALIDATION_ROWS = 4096
+VALIDATION_PICTURES = 128
 SOON = 4  # ticks
 HOLDS = 4  # index of the own hand, +1 or -1, in every observation layout
+Augmentation = Callable[[Tensor, Tensor], tuple[Tensor, Tensor]]
+"""Changes observations (B, To, D) and chunks (B, H, 5) of a batch."""
 
 
 def train_policy(
-    build: Callable[[PolicySpec], Policy], spec: PolicySpec, config: PolicyConfig, windows: Windows, folder: Path
-) -> FitResult[Policy]:
+    build: Callable[[PolicySpec], Policy], spec: PolicySpec, config: PolicyConfig, windows: Windows, folder: Path,
+    first: Policy | None = None,
+) -> FitResult[Policy]:  # fmt: skip
     """Fit the policy that `build` makes of `spec` to windows; curves and resume file go to `folder`.
 
+    `first`: start from this policy of the same spec instead of random weights; it keeps its normalisation.
     Raises DataError for an invalid configuration.
     """
     config.check()
     torch.manual_seed(config.seed)
-    policy = build(spec)
-    _fit_normaliser(policy, windows)
+    policy = build(spec) if first is None else first
+    if first is None:
+        _fit_normaliser(policy, windows)
+    augmentation = _augmentation(spec, config)
     train, held_out = windows.split(config.held_out, config.seed)
     random = np.random.default_rng(config.seed)
     if config.window_share < 1.0:
         train = random.choice(train, max(int(config.window_share * len(train)), 1), replace=False)
     if config.event_weight > 1:
         train = np.concatenate([train, *[train[hand_changes(windows, train)]] * (config.event_weight - 1)])
-    held_out = random.permutation(held_out if len(held_out) else train)[:VALIDATION_ROWS]
+    held_out = random.permutation(held_out if len(held_out) else train)[
+        : VALIDATION_PICTURES if spec.picture else VALIDATION_ROWS
+    ]
     updates = math.ceil(config.epochs * len(train) / config.batch) if config.epochs else config.updates
 
     def losses(network: nn.Module) -> Losses:
-        return _losses(network, config, windows, random.choice(train, config.batch), augment=True)
+        return _losses(network, config, windows, random.choice(train, config.batch), augmentation)
 
     def validate(network: nn.Module) -> Losses:
         with torch.random.fork_rng(_gpus(network)):
@@ -63,23 +75,47 @@ def _gpus(network: nn.Module) -> list[torch.device]:
 def hand_changes(windows: Windows, rows: Indices) -> npt.NDArray[np.bool_]:
     """Whether the hand is to change within the next ticks (B,), for windows whose targets are levels."""
     wanted = windows.chunks(rows, SOON)[..., 4] > 0
+    if windows.features.dtype == np.uint8:  # a picture has no such number; the wanted level is the hand's, or will be
+        shown: npt.NDArray[np.bool_] = (wanted != wanted[:, :1]).any(axis=1)
+        return shown
     changes: npt.NDArray[np.bool_] = (wanted != (windows.features[rows, HOLDS] > 0)[:, None]).any(axis=1)
     return changes
 
 
-def _losses(network: nn.Module, config: PolicyConfig, windows: Windows, rows: Indices, augment: bool = False) -> Losses:
+def _augmentation(spec: PolicySpec, config: PolicyConfig) -> Augmentation:
+    """What is done to observations and chunks of a batch in training."""
+    if spec.own_frame:
+        return OwnFrameAugmentation(FeatureSet.of(spec), config.mirror, config.forget if spec.lags else 0.0)
+    if config.pose_noise:
+        return lambda observation, chunk: (noisy_partner(observation, config.pose_noise), chunk)
+    return _unchanged
+
+
+def _unchanged(observation: Tensor, chunk: Tensor) -> tuple[Tensor, Tensor]:
+    return observation, chunk
+
+
+def _losses(
+    network: nn.Module, config: PolicyConfig, windows: Windows, rows: Indices, augmentation: Augmentation = _unchanged
+) -> Losses:
     assert isinstance(network, Policy)
     device = network.mean.device
-    observation = torch.from_numpy(windows.observations(rows, config.obs_horizon)).to(device)
-    chunk = torch.from_numpy(windows.chunks(rows, config.horizon)).to(device)
-    if augment and config.pose_noise:
-        observation = noisy_partner(observation, config.pose_noise)
+    observation, chunk = augmentation(
+        torch.from_numpy(windows.observations(rows, config.obs_horizon)),
+        torch.from_numpy(windows.chunks(rows, config.horizon)),
+    )
+    observation, chunk = observation.to(device), chunk.to(device)
     each = network.loss(observation, chunk).float()
     motion, grasp = each[..., :MOTION].mean(), each[..., MOTION:].mean()
     return {"loss": motion + config.grasp_weight * grasp, "motion": motion.detach(), "grasp": grasp.detach()}
 
 
 def _fit_normaliser(policy: Policy, windows: Windows) -> None:
-    stride = max(len(windows) // NORMALISER_ROWS, 1)
-    sample = windows.features[::stride]
+    most = PICTURES if policy.spec.picture else NORMALISER_ROWS
+    stride = max(len(windows) // most, 1)
+    sample = windows.features[::stride].astype(np.float32, copy=False)
+    mirror = FeatureSet.of(policy.spec).mirror if policy.spec.own_frame else None
+    if mirror is not None:
+        order, signs = mirror
+        sample = np.concatenate((sample, sample[:, order] * signs.astype(np.float32)))
     policy.fit_normaliser(torch.from_numpy(sample.mean(axis=0)), torch.from_numpy(sample.std(axis=0)))

@@ -7,7 +7,9 @@ import numpy as np
 
 from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
 from movingout.agents.scripted.avoidance import in_contact, partner_collision_cost, partner_path
+from movingout.agents.scripted.jam import GiveRoom, JamWatch
 from movingout.agents.scripted.navigation.motion_choice import REST, DriveCommand
+from movingout.agents.scripted.partner_intent import PartnerIntent
 from movingout.agents.scripted.perception import FreeSpaceCache, Perception
 from movingout.agents.scripted.placement.goal_places import PlacementCache
 from movingout.agents.scripted.style import Style, varied
@@ -23,6 +25,7 @@ STALLED_AFTER = 7  # ticks without progress
 AVOID_AGAIN = 40  # ticks between two attempts to go around the partner
 WIGGLE_TICKS = 3
 YIELD_AFTER_STALLS = 2  # stalls after which it gives way even with the right of way
+_AT_HAND = 0.3  # units from a small item within which it can be taken without another step
 _BESIDE = 0.5  # units from an item; a stall this near means that the gripper does not reach it
 
 
@@ -32,16 +35,23 @@ class ScriptedAgent:
     execute_rows = 1
 
     def __init__(
-        self, seed: int = 0, slices: int = SLICES_PER_TICK, yields: bool = False, **habits: float | str
+        self,
+        seed: int = 0,
+        slices: int = SLICES_PER_TICK,
+        yields: bool = False,
+        adapts: bool = True,
+        **habits: float | str,
     ) -> None:
         """`slices`: planning per tick. With a thousand it never pauses to plan, but some decisions take a second.
         `yields`: release a heavy item at once when the partner holds another one, and help there.
+        `adapts`: read from the partner's motion what it means, and give in to it; else it takes it for its like.
         `habits`: fields of `Style` that affect plans. Raises AgentError for any other.
         """
         self.style: Style = varied(seed, habits)
         self.seed = seed
         self.slices = slices
         self.yields = bool(yields)
+        self.adapts = bool(adapts)
         self.anticipates = True  # plans for where items will be, as an expert does
         self.detail: dict[str, object] = {}
 
@@ -51,6 +61,8 @@ class ScriptedAgent:
         self._random = Random(f"{self.seed}/{episode.seed}/{episode.seat}")
         self._selector = TaskSelector(episode.map, self.style, self.yields)
         self._placements = PlacementCache()
+        self._jams = JamWatch()
+        self._intent = PartnerIntent(episode.map, episode.seat) if self.adapts else None
         self._floors: FreeSpaceCache = {}
         self._task: Task | None = None
         self._trail: list[Floats] = []
@@ -61,15 +73,28 @@ class ScriptedAgent:
 
     def act(self, observation: Observation) -> ActionChunk:
         """A chunk of one row. Afterwards `detail` names the task and its item."""
-        still = self._selector.partner_is_still(observation.state.tick)
-        now = Perception(
-            self._map, observation.state, observation.seat, still, self.anticipates, self._placements, self._floors
-        )
+        now = self._perceive(observation)
         self._selector.observe_partner(now)
         self._selector.hear(now, observation.pings)
         command = self._command(now)
+        if self._intent is not None:
+            self._intent.commanded(command)
         self.detail = {"errand": type(self._task).__name__ if self._task else "", "item": self._item}
         return np.array([[command.distance, math.cos(command.heading), math.sin(command.heading), command.grasp]])
+
+    def _perceive(self, observation: Observation) -> Perception:
+        if self._intent is not None:
+            self._intent.observe(observation.state)
+        return Perception(
+            self._map,
+            observation.state,
+            observation.seat,
+            partner_is_still=self._selector.partner_is_still(observation.state.tick),
+            anticipates=self.anticipates,
+            placements=self._placements,
+            free_spaces=self._floors,
+            intent=self._intent,
+        )
 
     @property
     def _item(self) -> int:
@@ -80,7 +105,10 @@ class ScriptedAgent:
         if self._selector.lets_go_to_help(now):
             self._task, self._wiggle = None, []
             return DriveCommand(0.0, 0.0, grasp=True)
-        if not self._wiggle and self._stalled(now):
+        if self._intent is not None and not self._resting and self._jams.is_jammed(now):
+            if self._leaves_jam(now):
+                return DriveCommand(0.0, float(now.pose[2]), grasp=True)
+        elif not self._wiggle and self._stalled(now):
             self._unblock(now)
         if self._wiggle:
             return self._wiggle.pop()
@@ -102,13 +130,25 @@ class ScriptedAgent:
         return REST
 
     def _stalled(self, now: Perception) -> bool:
-        if isinstance(self._task, Aside | WalkTo | None) or len(self._trail) <= STALLED_AFTER:
+        if isinstance(self._task, Aside | WalkTo | GiveRoom | None) or len(self._trail) <= STALLED_AFTER:
             return False
         recent, last = self._trail[-STALLED_AFTER - 1], self._trail[-1]
         limit = self._least_progress(now)
         if len(self._trail) > 2 * STALLED_AFTER and _gap(self._trail[0], last) < limit:
             return True  # moves back and forth without progress
         return _gap(recent, last) < limit and abs(float(last[2] - recent[2])) < 0.3
+
+    def _leaves_jam(self, now: Perception) -> bool:
+        """Do something else than to push against the partner; whether that is to put the own item down."""
+        self._wiggle, self._trail = [], []
+        if isinstance(self._task, Fetch) and self._is_at_hand(now, self._task.item):
+            self._task.take_from_here(now)
+            return False
+        self._task = GiveRoom(now)
+        return now.own_item >= 0 and self._jams.is_stubborn(now.tick)
+
+    def _is_at_hand(self, now: Perception, item: int) -> bool:
+        return now.own_item < 0 and _gap(now.pose, now.item_pose(item)) < _AT_HAND
 
     def _least_progress(self, now: Perception) -> float:
         """Units in STALLED_AFTER ticks; less counts as a stall."""

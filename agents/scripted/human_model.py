@@ -39,7 +39,7 @@ class HumanModel:
         if wrong:
             raise AgentError(f"style: no habit {wrong[0]!r}; {known_names(wrong[0], known)}")
         self.style: Style = replace(scripted_person(name).style, **habits)  # type: ignore[arg-type]
-        self._plan = ScriptedAgent(seed=seed)
+        self._plan = ScriptedAgent(seed=seed, adapts=False)
         self._plan.style = replace(self.style, speed=1.0, delay=0, noise=0.0, hesitation=0.0, stick=0)
         self._plan.anticipates = False
         self._name = name

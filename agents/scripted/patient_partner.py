@@ -23,7 +23,7 @@ class PatientPartner(ScriptedAgent):
     """Helps with heavy items once the partner has delivered a small one, where there are any."""
 
     def __init__(self, seed: int = 0) -> None:
-        super().__init__(seed)
+        super().__init__(seed, adapts=False)
 
     def reset(self, episode: EpisodeInfo) -> None:
         super().reset(episode)

@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from movingout.agents.scripted.navigation.free_space import FreeSpace, free_space, with_robot
+from movingout.agents.scripted.partner_intent import PartnerIntent
 from movingout.agents.scripted.placement.goal_places import PlacementCache
 from movingout.agents.scripted.placement.remaining_items import RemainingItems
 from movingout.maps import ItemSpec, MapSpec
@@ -29,6 +30,7 @@ class Perception:
     anticipates: bool = True  # plan for items that will have been moved by then
     placements: PlacementCache = field(default_factory=PlacementCache)  # the agent's own, for a whole episode
     free_spaces: FreeSpaceCache = field(default_factory=dict)  # the same
+    intent: PartnerIntent | None = None  # what the partner means; None for an agent that takes it for its like
 
     @property
     def tick(self) -> int:
@@ -76,7 +78,7 @@ class Perception:
 
     @cached_property
     def delivered(self) -> npt.NDArray[np.bool_]:
-        """(N,) which items lie in a goal region."""
+        """(N,) which items lie in a goal."""
         return delivered_items(self.map, self.state.item_poses)
 
     @cached_property

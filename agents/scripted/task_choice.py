@@ -8,10 +8,12 @@ from collections.abc import Callable
 import numpy as np
 
 from movingout.agents.scripted.avoidance import exit_path, goal_area, in_contact, partner_path
+from movingout.agents.scripted.handover_trust import HandoverTrust
 from movingout.agents.scripted.help_request import HelpRequest
-from movingout.agents.scripted.navigation.free_space import FreeSpace, cell_of
+from movingout.agents.scripted.jam import GiveRoom
+from movingout.agents.scripted.navigation.free_space import cell_of
 from movingout.agents.scripted.navigation.grasp_stance import stances_facing
-from movingout.agents.scripted.navigation.walking_route import walking_costs
+from movingout.agents.scripted.navigation.walking_route import costs_beside
 from movingout.agents.scripted.perception import Perception
 from movingout.agents.scripted.placement.handover_lanes import FARTHEST, HandoverLane, handover_lane
 from movingout.agents.scripted.style import Style
@@ -23,9 +25,9 @@ from movingout.agents.scripted.tasks.wait import Aside, ComeTo, WalkTo
 from movingout.maps import MapSpec
 from movingout.maps.flood_fill import UNREACHED
 from movingout.world.ping import HelpPing
-from movingout.world.state import Floats
 
 INFEASIBLE_FOR = 40  # ticks after which an infeasible item is tried again
+LEFT_FOR = 10  # ticks after which an item that was let go for a better one is tried again
 HANDED_OVER_FOR = 80  # ticks for which an item is left to the partner
 LEFT = 400  # quarter ticks added to the partner's path to an item that it has just put down
 WAIT_ASIDE = 25  # ticks
@@ -41,7 +43,6 @@ ABOUT_TO_TAKE = 0.5  # units from an item within which the partner is about to g
 _PATH_WEIGHTS = {"equal": (1.0, 1.0), "leader": (1.0, 0.1), "follower": (0.1, 1.0)}  # weights of both paths
 _WHOLE_WAY = 400  # cells
 _MOVING = 0.05  # units/s
-_WITHIN_REACH = 10  # cells
 
 
 class TaskSelector:
@@ -60,6 +61,7 @@ class TaskSelector:
         self._handover_works = (
             self._lane.handover <= self._default_lane.handover
         )  # whether the partner comes to the handover point
+        self._handover_trust = HandoverTrust()
         self._infeasible: dict[int, int] = {}  # by item: tick until which it is not tried
         self._failed_stances: dict[int, set[int]] = {}  # by item: stances from which the gripper did not reach it
         self._rearranged: set[int] = set()
@@ -91,6 +93,8 @@ class TaskSelector:
             if self._partner_grasp[0] in now.waiting and not now.is_heavy(self._partner_grasp[0]):
                 self._partner_released[self._partner_grasp[0]] = now.tick
             self._partner_grasp = now.partner_item, now.tick
+            if now.intent is not None:
+                self._infeasible.pop(now.partner_item, None)  # it is there now
             self._handover_works |= now.partner_item in self._handed_over_at
         if now.own_item >= 0:
             self._failed_stances.pop(now.own_item, None)
@@ -156,7 +160,8 @@ class TaskSelector:
         if task.infeasible:
             if task.item == self._request.item:
                 self._request.drop()
-            self._infeasible[task.item] = now.tick + INFEASIBLE_FOR
+            early = isinstance(task, Lift) and task.left_early
+            self._infeasible[task.item] = now.tick + (LEFT_FOR if early else INFEASIBLE_FOR)
             self._failed_stances.pop(task.item, None)
             self._unanswered += isinstance(task, Lift) and task.waited_in_vain
 
@@ -170,7 +175,9 @@ class TaskSelector:
         """The task for this tick, usually the current one."""
         if now.own_item < 0 and self._request.is_open(now):
             return self._requested_task(now, task)
-        if isinstance(task, Aside):
+        if isinstance(task, Aside) and (now.intent is None or now.own_item >= 0 or not self._needs_help(now)):
+            return task
+        if isinstance(task, GiveRoom):
             return task
         if now.own_item >= 0:
             return self._task_while_holding(now, task)
@@ -208,7 +215,9 @@ class TaskSelector:
 
     def _partner_starts_another(self, now: Perception, task: Lift) -> bool:
         """Whether the partner of a follower is about to lift another heavy item than the follower's."""
-        if self.style.role != "follower" or now.partner_item >= 0:
+        if (self.style.role != "follower" and now.intent is None) or now.partner_item >= 0:
+            return False
+        if self.style.role != "follower" and not self._is_farther(now, task.item):
             return False
         item = self.their_item(now, -1)
         if item in (-1, task.item) or not now.is_heavy(item):
@@ -216,6 +225,10 @@ class TaskSelector:
         return float(np.hypot(*(now.item_pose(item) - now.partner)[:2])) < ABOUT_TO_TAKE and self._is_feasible(
             now, item
         )
+
+    def _is_farther(self, now: Perception, item: int) -> bool:
+        """Whether this robot has farther to go to its item than the partner to the one that it is at."""
+        return float(np.hypot(*(now.item_pose(item) - now.pose)[:2])) > 2 * ABOUT_TO_TAKE
 
     def _task_while_holding(self, now: Perception, task: Task | None) -> Task:
         item = now.own_item
@@ -241,6 +254,11 @@ class TaskSelector:
         heavies = [item for item in cost if now.is_heavy(item) and not self._needs_help(now)]
         smalls = [item for item in cost if not now.is_heavy(item)]
         helpful = self.partner_is_active(now.tick) and self._unanswered < 2
+        meant = now.intent.meant(now.state, [*heavies, *smalls]) if now.intent is not None else -1
+        if meant in heavies:
+            heavies = [meant]
+        elif meant in smalls and len(smalls) > 1:
+            smalls.remove(meant)
         if heavies and now.partner_item < 0 and helpful and (self.style.heavy_first or not smalls):
             return self._lift(
                 now, min(heavies, key=lambda item: (self._joint_cost(cost[item], their_cost[item]), item))
@@ -270,8 +288,8 @@ class TaskSelector:
             return {}, {}
         poses = [now.item_pose(item) for item in items]
         space = now.space()
-        mine = dict(zip(items, _costs_to(space, now.pose, poses), strict=True))
-        theirs = dict(zip(items, _costs_to(space, now.partner, poses), strict=True))
+        mine = dict(zip(items, costs_beside(space, now.pose, poses), strict=True))
+        theirs = dict(zip(items, costs_beside(space, now.partner, poses), strict=True))
         for item, since in self._partner_released.items():
             if item in theirs and now.tick - since < HANDED_OVER_FOR:
                 theirs[item] += LEFT
@@ -340,7 +358,7 @@ class TaskSelector:
 
     def _uses_handover(self, now: Perception) -> bool:
         """Whether items are handed over, because the robots cannot pass each other and the partner is active."""
-        return self._lane.locked and self.partner_is_active(now.tick)
+        return self._lane.locked and self.partner_is_active(now.tick) and self._handover_trust.lasts(now.tick)
 
     def _is_nearer_goal(self, now: Perception, seat: int = -1) -> bool:
         """Whether the robot of a seat (default: the own) is nearer to the goal than the other."""
@@ -353,10 +371,16 @@ class TaskSelector:
     def _handover_task(self, now: Perception, smalls: list[int], cost: dict[int, float]) -> Task | None:
         if self._is_nearer_goal(now):
             handed = [item for item in smalls if self._farthest.is_handed_over(now.item_pose(item))]
+            if not handed and self._handover_trust.nobody_brings(now):
+                self._handover_trust.is_lost(now)
+                return self._fetch(now, min(smalls, key=cost.__getitem__))
             if not handed:
                 return WalkTo(now, self._lane.waiting_place(), now.tick + WAIT_FOR_THINGS)
             return self._fetch(now, min(handed, key=lambda item: self._lane.left(now.item_pose(item))))
         ready = [item for item in smalls if not self._lane.is_handed_over(now.item_pose(item))]
+        if self._handover_trust.nobody_comes(now, [item for item in smalls if item not in ready]):
+            self._handover_trust.is_lost(now)
+            return self._fetch(now, min(smalls, key=cost.__getitem__))
         if not self._handover_works and len(ready) < len(smalls):
             since = min(self._handed_over_at.setdefault(item, now.tick) for item in smalls if item not in ready)
             if now.tick - since <= FETCHED_WITHIN:
@@ -364,15 +388,3 @@ class TaskSelector:
             self._lane, self._handover_works = self._default_lane, True
             ready = [item for item in smalls if not self._lane.is_handed_over(now.item_pose(item))]
         return self._fetch(now, min(ready, key=cost.__getitem__)) if ready else None
-
-
-def _costs_to(space: FreeSpace, position: Floats, poses: list[Floats]) -> list[float]:
-    """Walking cost [quarter ticks] to within reach of each pose."""
-    grid = walking_costs(space, [(float(position[0]), float(position[1]))])
-    costs = []
-    for pose in poses:
-        row, column = cell_of(float(pose[0]), float(pose[1]))
-        rows = slice(max(row - _WITHIN_REACH, 0), row + _WITHIN_REACH + 1)
-        columns = slice(max(column - _WITHIN_REACH, 0), column + _WITHIN_REACH + 1)
-        costs.append(float(grid[rows, columns].min()))
-    return costs

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Generic, Protocol, TypeVar
 
+from movingout.agents.base import Agent
 from movingout.agents.checkpoint.checkpoint import SHIPPED, Checkpoint, Training, find_checkpoint, folder_name
 from movingout.agents.errors import DataError
 from movingout.agents.training import run_folder
@@ -38,6 +39,7 @@ class TrainingRun(Generic[ConfigT]):
     options: argparse.Namespace  # of all kinds: id, name, population, preset, recordings, go_on, data; and of this one
     kept_options: tuple[str, ...]  # which of its own options the run folder keeps
     tell: Callable[[str], None]  # prints a note for the user
+    load_agent: Callable[[str], Agent]  # the agent of an id, for kinds that are trained by playing
 
     @property
     def agent_id(self) -> str:

@@ -25,6 +25,7 @@ from movingout.agents.data.dataset import (
     trajectory_samples,
 )
 from movingout.agents.errors import DataError
+from movingout.agents.observation.features import FeatureSet
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,8 +59,9 @@ class TrainingData:
         """Training samples of a policy: the chosen seats of recordings, and the expert's labels."""
         if self.corrections and spec.grasp != "hold":
             raise DataError("an expert's labels say which hold level it wants; train with --grasp hold")
-        recorded = trajectory_samples(self.trajectories, spec.layout, spec.grasp, seats)
-        return chain(recorded, correction_samples(self.corrections, spec.layout))
+        seen = FeatureSet.of(spec)
+        recorded = trajectory_samples(self.trajectories, seen, spec.grasp, seats)
+        return chain(recorded, correction_samples(self.corrections, seen))
 
     def parts(self, spec: PolicySpec, seats: SeatChoice) -> list[LearnedPart]:
         """The same samples, in the form that recombination takes."""

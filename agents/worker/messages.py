@@ -46,9 +46,10 @@ class Close(msgspec.Struct, tag=True, array_like=True, frozen=True):
 
 
 class Opened(msgspec.Struct, tag=True, array_like=True, frozen=True):
-    """The agent is loaded, warmed up and reset."""
+    """The agent is loaded, warmed up and reset; `share` of a core that its decisions take, 0 when not measured."""
 
     key: int
+    share: float = 0.0
 
 
 class Answer(msgspec.Struct, tag=True, array_like=True, frozen=True):
@@ -58,7 +59,7 @@ class Answer(msgspec.Struct, tag=True, array_like=True, frozen=True):
     tick: int
     chunk: bytes  # float64 (H, 4)
     execute: int
-    decision_ms: float
+    decision_ms: float  # of the processor, its part of a batch; waiting for a busy machine is no cost of the agent
     detail: dict[str, object]
 
 
@@ -86,7 +87,7 @@ _to_worker: msgspec.msgpack.Decoder[ToWorker] = msgspec.msgpack.Decoder(ToWorker
 _from_worker: msgspec.msgpack.Decoder[FromWorker] = msgspec.msgpack.Decoder(FromWorker)
 
 
-def frame(message: ToWorker | FromWorker) -> bytes:
+def frame(message: msgspec.Struct) -> bytes:
     """A message as bytes for the socket."""
     body = _encoder.encode(message)
     return _LENGTH.pack(len(body)) + body

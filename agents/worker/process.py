@@ -7,9 +7,11 @@ when the socket closes.
 """
 
 import os
+import resource
 import select
 import signal
 import socket
+import statistics
 import sys
 import threading
 import time
@@ -18,9 +20,10 @@ from dataclasses import dataclass
 
 from movingout.agents.action_chunk import checked_chunk, rows_to_execute
 from movingout.agents.base import ActionChunk, Agent, BatchAgent, EpisodeInfo, Observation
-from movingout.agents.catalogue import load_agent
+from movingout.agents.catalogue import load_live_agent
 from movingout.agents.checkpoint.checkpoint import fingerprint
 from movingout.agents.decision_trace import decision_trace
+from movingout.agents.errors import AgentError
 from movingout.agents.fault_place import located
 from movingout.agents.observation.seat_observation import observe, start_state
 from movingout.agents.worker.heartbeat import WorkerHeartbeat
@@ -39,9 +42,13 @@ from movingout.agents.worker.messages import (
     observed_state,
     read_to_worker,
 )
+from movingout.world.constants import TICK_SECONDS
 
 IDLE_WAIT_S = 0.5  # interval of an idle worker's heartbeat
 GIVE_UP_AFTER = 20  # consecutive failures after which a seat is not asked again
+MOST_MEMORY = 6 << 30  # bytes of one worker
+TIMED = 5  # decisions of an agent that was just loaded
+MOST_SPARE, MOST_SPARE_IDS = 64, 8  # agents kept for later seats, and different ones; the oldest are dropped
 MAX_BATCH = 10  # requests answered together; more would delay the first of them too much
 
 
@@ -84,7 +91,7 @@ class DecisionQueue:
                 self._questions.pop(message.key, None)
                 seat = self._seats.pop(message.key, None)
                 if seat is not None and seat.failures == 0:
-                    self._spare.setdefault(seat.kept_as, []).append(seat.agent)
+                    self._keep_spare(seat)
         return None
 
     def answer_next(self, now: float) -> list[FromWorker]:
@@ -118,14 +125,18 @@ class DecisionQueue:
         episode = EpisodeInfo(message.map, message.seat, message.seed, message.ticks)
         try:
             kept_as = message.agent_id, fingerprint(message.agent_id)
-            spare = self._spares(kept_as)
-            agent = spare.pop() if spare else _warm(load_agent(message.agent_id), episode)
+            spare, share = self._spares(kept_as), 0.0
+            if spare:
+                agent = spare.pop()
+            else:
+                agent = _warm(load_live_agent(message.agent_id), episode)
+                share = _timed(message.agent_id, agent, episode)
             agent.reset(episode)
             group = (type(agent), agent.batch_key) if isinstance(agent, BatchAgent) else None
         except Exception as error:  # noqa: BLE001 - the boundary around an agent
             return Failed(message.key, -1, _sentence(error), fatal=True)
         self._seats[message.key] = _Seat(agent, kept_as, episode, group)
-        return Opened(message.key)
+        return Opened(message.key, share)
 
     def _spares(self, kept_as: _Kept) -> list[Agent]:
         """Reusable agents; those of an older checkpoint of the same id are dropped."""
@@ -133,11 +144,21 @@ class DecisionQueue:
             del self._spare[other]
         return self._spare.get(kept_as, [])
 
+    def _keep_spare(self, seat: _Seat) -> None:
+        """Keep an agent for a later seat; agents with other options are other agents, and not all can be kept."""
+        kept = self._spare.pop(seat.kept_as, [])
+        self._spare[seat.kept_as] = [*kept, seat.agent]  # as the newest
+        if sum(len(agents) for agents in self._spare.values()) > MOST_SPARE or len(self._spare) > MOST_SPARE_IDS:
+            oldest = next(iter(self._spare))
+            self._spare[oldest].pop()
+            if not self._spare[oldest] or len(self._spare) > MOST_SPARE_IDS:
+                del self._spare[oldest]
+
     def _decide(self, seat: _Seat, question: Observe) -> FromWorker:
-        begun = time.perf_counter()
+        begun = time.thread_time()
         try:
             chunk = checked_chunk(seat.agent.act(_seen(seat, question)))
-            return _answer(seat, question, chunk, begun)
+            return _answer(seat, question, chunk, time.thread_time() - begun)
         except Exception as error:  # noqa: BLE001 - the boundary around an agent
             return self._failed(seat, question, error)
 
@@ -147,7 +168,7 @@ class DecisionQueue:
         A failed call may have advanced the agents' memory and random numbers: their answers are then valid, but not
         bit-equal to those they would have given alone.
         """
-        begun = time.perf_counter()
+        begun = time.thread_time()
         seats = [self._seats[question.key] for question in asked]
         first = seats[0].agent
         assert isinstance(first, BatchAgent)
@@ -155,8 +176,9 @@ class DecisionQueue:
             observations = [_seen(seat, question) for seat, question in zip(seats, asked, strict=True)]
             given = first.act_many([seat.agent for seat in seats], observations)
             chunks = [checked_chunk(chunk) for chunk in given]
+            each_s = (time.thread_time() - begun) / len(asked)
             return [
-                _answer(seat, question, chunk, begun)
+                _answer(seat, question, chunk, each_s)
                 for seat, question, chunk in zip(seats, asked, chunks, strict=True)
             ]
         except Exception:  # noqa: BLE001 - the boundary around an agent
@@ -178,11 +200,11 @@ def _seen(seat: _Seat, question: Observe) -> Observation:
     return observe(seat.episode.map, observed_state(question), seat.episode.seat, question.tick, question.pings)
 
 
-def _answer(seat: _Seat, question: Observe, chunk: ActionChunk, begun: float) -> FromWorker:
-    """The message with a checked chunk; the agent was asked at `begun`."""
+def _answer(seat: _Seat, question: Observe, chunk: ActionChunk, spent_s: float) -> FromWorker:
+    """The message with a checked chunk, which took `spent_s` of the processor."""
     execute, detail = rows_to_execute(seat.agent, chunk), decision_trace(seat.agent)
     seat.failures = 0
-    return answer_message(question.key, question.tick, chunk, execute, (time.perf_counter() - begun) * 1e3, detail)
+    return answer_message(question.key, question.tick, chunk, execute, spent_s * 1e3, detail)
 
 
 def _warm(agent: Agent, episode: EpisodeInfo) -> Agent:
@@ -192,8 +214,30 @@ def _warm(agent: Agent, episode: EpisodeInfo) -> Agent:
     return agent
 
 
+def _timed(agent_id: str, agent: Agent, episode: EpisodeInfo) -> float:
+    """The share of a core that deciding takes: the median of a few first decisions, each of a fresh episode.
+
+    Raises AgentError where even the fastest takes longer than a tick: every answer would come too late.
+    """
+    seen = observe(episode.map, start_state(episode.map), episode.seat)
+    times = []
+    for _ in range(TIMED):
+        agent.reset(episode)
+        begun = time.thread_time()
+        chunk = agent.act(seen)
+        times.append(time.thread_time() - begun)
+    if min(times) > TICK_SECONDS:
+        raise AgentError(
+            f"{agent_id} needs {1e3 * min(times):.0f} ms for a decision on this machine, and a tick has "
+            f"{1e3 * TICK_SECONDS:.0f} ms: it is for matches without people"
+        )
+    return statistics.median(times) / (TICK_SECONDS * rows_to_execute(agent, checked_chunk(chunk)))
+
+
 def _sentence(error: Exception) -> str:
     text = str(error).strip()
+    if isinstance(error, AgentError) and text:
+        return text
     return located(f"{type(error).__name__}: {text}" if text else type(error).__name__, error)
 
 
@@ -222,12 +266,20 @@ def main(arguments: list[str]) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the server's affair; it closes the socket
     os.dup2(2, 1)  # an agent that prints must not disturb the server's standard output
     os.nice(10)  # people's ticks come first
+    limit_memory()
     threading.Thread(target=_end_with_parent, args=(os.getppid(),), daemon=True).start()
     with socket.socket(fileno=int(arguments[0])) as link:
         try:
             serve(link, WorkerHeartbeat(int(arguments[1])))
         except (ConnectionResetError, BrokenPipeError):
             return  # the server is gone
+
+
+def limit_memory(most: int = MOST_MEMORY) -> None:
+    """An agent that asks for more fails, instead of the machine: a network may compute the size of what it makes."""
+    _, hard = resource.getrlimit(resource.RLIMIT_DATA)
+    most = most if hard == resource.RLIM_INFINITY else min(most, hard)
+    resource.setrlimit(resource.RLIMIT_DATA, (most, hard))
 
 
 def _end_with_parent(parent: int) -> None:

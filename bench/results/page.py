@@ -11,12 +11,12 @@ from dataclasses import asdict
 from pathlib import Path
 
 from bench._roster import PAPER_BASS, PAPER_COLUMNS, Comparison
-from bench.bass import Numbers
 from bench.learning import table
 from bench.results.bass_tables import BASS as ROLE
 from bench.results.bass_tables import tables
 from bench.results.episode_log import Outcome
 from bench.results.paired_differences import LEGEND, against_aim, leads
+from movingout.agents.bass.accuracy import BassAccuracy
 from movingout.agents.checkpoint.checkpoint import Card
 from movingout.maps import map_names
 from movingout.matches.experiment.paper_reference import paper_figures
@@ -47,7 +47,7 @@ def measured_part(
     both: tuple[Comparison, Played],
     of_a: tuple[Comparison, Played],
     cards: Mapping[str, Card],
-    numbers: Numbers | None,
+    numbers: BassAccuracy | None,
     command: str,
 ) -> str:
     """Everything between the marks: results of agents trained with A and B, and of those trained with A alone.
@@ -134,7 +134,7 @@ def _beside_paper(outcomes: Sequence[Outcome], labels: Mapping[str, str]) -> str
     return "\n".join(lines)
 
 
-def _parts(numbers: Numbers) -> str:
+def _parts(numbers: BassAccuracy) -> str:
     return tables({PAPER_BASS: asdict(numbers)}, {PAPER_BASS: ROLE}, challenge=1)
 
 

@@ -69,6 +69,13 @@ class Dying(Forward):
         return super().act(observation)
 
 
+class Hungry(Forward):
+    """Asks for 80 GB from tick 1 on."""
+
+    def act(self, observation: Observation) -> ActionChunk:
+        return np.ones(10**10) if observation.state.tick > 0 else super().act(observation)
+
+
 def broken_factory() -> Forward:
     raise RuntimeError("no weights here")
 

@@ -22,7 +22,7 @@ def test_a_good_chunk_is_clipped_and_its_toggles_made_whole() -> None:
         (np.zeros((0, 4)), "not (0, 4)"),
         ([[np.nan, 1.0, 0.0, 0.0]], "finite"),
         ([[1.0, 0.0, 0.0, 0.0]], "never both 0"),
-        ("forward", "not str"),
+        ("forward", "which this str is not: could not convert string to float"),
     ],
 )
 def test_anything_else_is_refused_with_a_sentence(answer: object, sentence: str) -> None:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from movingout.agents.catalogue import agent_card, agent_cards, load_agent, unseen_map
+from movingout.agents.catalogue import agent_card, agent_cards, load_agent, open_to_all, unseen_map
 from movingout.agents.errors import AgentError, CheckpointError
 from movingout.maps import load_map, map_names
 from movingout.maps.randomize import randomize
@@ -29,7 +29,7 @@ def test_options_reach_a_factory_of_the_user_with_their_types() -> None:
     [
         (
             "scriptet",
-            "unknown agent 'scriptet'; did you mean scripted? known: scripted, person, idle, bass@all, dp@all",
+            "unknown agent 'scriptet'; did you mean scripted? known: scripted, person, greedy, porter, novice, late",
         ),
         ("a b:c", "unknown agent 'a b:c'; known: scripted"),
         ("scripted:patient=3", "did you mean patience? known: heavy_first"),
@@ -51,7 +51,7 @@ def test_a_wrong_id_is_answered_with_a_sentence(agent_id: str, sentence: str) ->
 def test_a_card_of_a_users_agent_is_made_without_importing_it() -> None:
     card = agent_card("no_such_module:Factory")
     assert (card.id, card.name, card.kind) == ("no_such_module:Factory", "Factory", "policy")
-    with pytest.raises(AgentError, match="known: scripted, person, idle"):
+    with pytest.raises(AgentError, match="known: scripted, person, greedy"):
         agent_card("HandOf")
 
 
@@ -98,3 +98,19 @@ def test_a_trained_agent_that_does_not_exist_is_answered_with_those_that_do() ->
     for ask in (agent_card, load_agent):
         with pytest.raises(AgentError, match="dp@nowhere"):
             ask("dp@nowhere")
+
+
+def test_an_agent_around_another_is_open_to_all_where_the_other_is() -> None:
+    assert all(map(open_to_all, ("late", "late:agent=scripted:seed=3;patience=40", "clone:policy=dp@all,seed=1")))
+    wrong = (
+        "late:agent=os:system",
+        "late: agent =onnx:path=p.onnx",
+        "clone:policy=os:system:x=@",
+        "late:agent=ghost:f#red",
+    )
+    assert not any(map(open_to_all, wrong))
+
+
+def test_what_is_no_text_names_no_agent() -> None:
+    with pytest.raises(AgentError, match=r"the id of an agent is text, such as .*, not None"):
+        load_agent(None)  # type: ignore[arg-type]

@@ -5,7 +5,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import movingout.world.constants as c
-from movingout.world.physics import _PLAIN_HALVES, _SAMPLED_HALVES
+from movingout.maps import load_map
+from movingout.world import World
+from movingout.world.physics import _SAMPLED_HALVES
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("agents", "bench", "maps", "matches", "recordings", "server", "study", "world")
@@ -18,7 +20,7 @@ def test_the_sub_step_is_the_official_one_to_the_bit() -> None:
 
 
 def test_a_tick_is_two_halves_cut_where_a_pose_is_due() -> None:
-    assert _PLAIN_HALVES == ((10,), (10,))
+    assert World(load_map("Simple"), record_sub_poses=False)._halves == ((10,), (10,))
     assert _SAMPLED_HALVES == ((4, 4, 2), (2, 4, 4))
 
 

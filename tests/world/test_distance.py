@@ -10,7 +10,7 @@ from movingout.world.distance import moves_to, official_distances, paper_distanc
 
 @pytest.fixture
 def walled() -> MapSpec:
-    """A wall from the left side to x = 0.5 at y = 0, the goal region in the upper left corner."""
+    """A wall from the left side to x = 0.5 at y = 0, the goal in the upper left corner."""
     wall, goal = Rect(-1.2, -0.05, 0.5, 0.05), Rect(-1.2, 1.0, -1.0, 1.2)
     return replace(load_map("Simple"), walls=(wall,), goals=(goal,))
 
@@ -74,12 +74,13 @@ def test_official_distances_are_straight_lines_without_walls() -> None:
     assert distances.to_goal(np.array([0.0, 0.0])) == pytest.approx(0.6)
     assert distances.to_goal(np.array([0.7, 0.2])) == pytest.approx(0.5)
     assert distances.to_goal(np.array([0.1, 0.9])) == 0.0
-    assert distances.between(np.array([0.0, 0.0]), np.array([0.3, 0.4])) == pytest.approx(0.5)
+    assert distances.between(distances.place(0.0, 0.0), distances.place(0.3, 0.4)) == pytest.approx(0.5)
 
 
 def test_official_distances_have_their_own_number_where_there_is_no_way() -> None:
     closed = replace(load_map("Simple"), walls=(Rect(-1.2, -0.05, 1.2, 0.05),), goals=(Rect(-1.2, 1.0, -1.0, 1.2),))
     point = np.array([0.0, -0.5])
-    assert official_distances(closed).to_goal(point) == 1.44
-    assert official_distances(closed).between(point, np.array([0.0, 0.5])) == math.inf
+    distances = official_distances(closed)
+    assert distances.to_goal(point) == 1.44
+    assert distances.between(distances.place(0.0, -0.5), distances.place(0.0, 0.5)) == math.inf
     assert math.isinf(paper_distances(closed).to_goal(point))

@@ -111,7 +111,8 @@ def test_a_picture_is_made_when_asked_for() -> None:
     picture = env.render()
     assert picture is not None
     assert picture.shape == (256, 256, 3)
-    assert MovingOutEnv().render() is None
+    with pytest.warns(UserWarning, match='make the environment with render_mode="rgb_array"'):
+        assert MovingOutEnv().render() is None
 
 
 @pytest.mark.parametrize("reward", REWARDS)
@@ -160,6 +161,8 @@ def test_the_map_of_an_episode_is_public_and_may_be_chosen_for_it() -> None:
         env.reset(options={"mpa": "LeftRight"})
     with pytest.raises(MapError, match="LeftRigt"):
         env.reset(options={"map": "LeftRigt"})
+    with pytest.raises(WorldError, match="a dictionary such as"):
+        env.reset(options="LeftRight")  # type: ignore[arg-type]
 
 
 def test_a_window_says_what_to_install_and_where_there_is_no_display(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -189,18 +192,37 @@ def test_a_window_shows_every_state(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_wrong_arguments_and_actions_are_refused() -> None:
     with pytest.raises(WorldError, match="unknown reward 'dense'; known: paper-dense, paper-sparse, official-dense"):
         MovingOutEnv(reward="dense")  # type: ignore[arg-type]
-    with pytest.raises(WorldError, match="at least 1 tick, not 0"):
-        MovingOutEnv(limit_ticks=0)
+    for ticks in (0, 2.5, "500"):
+        with pytest.raises(WorldError, match=f"a whole number of ticks from 1, not {ticks!r}"):
+            MovingOutEnv(limit_ticks=ticks)  # type: ignore[arg-type]
+    with pytest.raises(WorldError, match="unknown split 'tran'; did you mean train"):
+        MovingOutEnv(split="tran")  # type: ignore[arg-type]
+    with pytest.raises(MapError, match="by its name or the path of its file, not by 3"):
+        MovingOutEnv(3)  # type: ignore[arg-type]
     with pytest.raises(WorldError, match="unknown layout"):
         MovingOutEnv(layout="v0")
     with pytest.raises(WorldError, match="unknown render mode 'rgb'; known: rgb_array, human, None"):
         MovingOutEnv(render_mode="rgb")  # type: ignore[arg-type]
+    with pytest.raises(WorldError, match=r"unknown agent 'green'.*known: blue, red"):
+        MovingOutEnv().action_space("green")
+
+
+@pytest.mark.parametrize(
+    ("actions", "sentence"),
+    [
+        ({"blue": STILL, "red": STILL * np.float32(np.nan)}, "must be finite"),
+        ({"blue": STILL}, "an action for red is missing"),
+        ({"blue": STILL, "red": STILL, "green": STILL}, "there is no agent 'green'; known: blue, red"),
+        ({"blue": STILL, "red": STILL[:3]}, "is 4 numbers .*; that of red is array"),
+        ({"blue": "ahead", "red": STILL}, "that of blue is 'ahead'"),
+        ([STILL, STILL], "a dictionary with those of blue and red, not list"),
+    ],
+)
+def test_wrong_actions_are_refused_with_whose_they_are(actions: Any, sentence: str) -> None:
     env = MovingOutEnv()
     env.reset()
-    with pytest.raises(ActionError):
-        env.step({"blue": STILL, "red": STILL * np.float32(np.nan)})
-    with pytest.raises(ActionError, match="an action for red is missing"):
-        env.step({"blue": STILL})
+    with pytest.raises(ActionError, match=sentence):
+        env.step(actions)
 
 
 def test_the_world_package_itself_needs_no_pettingzoo() -> None:

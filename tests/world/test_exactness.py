@@ -2,6 +2,8 @@
 
 import importlib.metadata
 import platform
+import socket
+from pathlib import Path
 
 import pytest
 
@@ -34,6 +36,19 @@ def test_a_match_says_on_standard_error_that_the_engine_is_not_exact(
     _pretend(monkeypatch, "7.0.0")
     words = "match", "--red", "idle", "--blue", "idle", "--map", "HandOff", "--ticks", "2", "--workers", "1"
     assert main(list(words)) == 0
+    assert "movingout: physics are not exact: pymunk 7.0.0" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", ["play", "study serve --rehearse 1 study.yaml"])
+def test_a_server_says_it_before_anybody_plays(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path, command: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["study", "new", "-o", "study.yaml"]) == 0
+    _pretend(monkeypatch, "7.0.0")
+    with socket.create_server(("127.0.0.1", 0)) as taken:  # so that the server ends at once
+        port = str(taken.getsockname()[1])
+        assert main([*command.split(), "--data", "data", "--port", port]) != 0
     assert "movingout: physics are not exact: pymunk 7.0.0" in capsys.readouterr().err
 
 

@@ -142,3 +142,8 @@ def test_lost_numbers_end_the_world_with_its_last_good_state() -> None:
     world.restore(snapshot)
     world.step(STILL)
     assert world.tick == 2
+
+
+def test_the_name_of_a_map_makes_no_world() -> None:
+    with pytest.raises(WorldError, match=r"World\(load_map\(.*, not of 'HandOff'"):
+        World("HandOff")  # type: ignore[arg-type]

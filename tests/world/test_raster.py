@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from movingout.maps import load_map, map_names
-from movingout.world.raster import pixels
+from movingout.world import World
+from movingout.world.raster import picture, pixels
 from tests.world.states import changed, start_of
 
 BLUE, RED, WHITE = (0x00, 0x72, 0xB2), (0xD5, 0x5E, 0x00), (255, 255, 255)
@@ -59,3 +60,13 @@ def test_painting_one_state_leaves_no_trace_in_the_next() -> None:
     first = pixels(map_spec, start)
     pixels(map_spec, changed(start, robots={0: (0.1, 0.9, 2.0)}))
     np.testing.assert_array_equal(pixels(map_spec, start), first)
+
+
+def test_a_world_shows_itself_as_it_is_now() -> None:
+    world = World(load_map("HandOff"))
+    start = world.render(side=128)
+    world.step([[1.0, 0.5, 0], [0.0, 0.0, 0]])
+    now = world.render(side=128)
+    assert start.size == now.size == (128, 128)
+    assert start.tobytes() != now.tobytes()
+    assert now.tobytes() == picture(world.map, world.state(), side=128).tobytes()

@@ -2,7 +2,9 @@
 
 from movingout.world.observation.aware import AWARE_LAYOUT, ITEM_COLUMNS, AwareEncoder
 from movingout.world.observation.egocentric import ITEM_SLOTS, ITEM_WIDTH, ROBOT_WIDTH
-from movingout.world.observation.layouts import LAYOUTS, StateEncoder, encode_state, encoder, layout_named
+from movingout.world.observation.layouts import LAYOUTS, Layout, StateEncoder, encode_state, encoder, layout_named
+from movingout.world.observation.pictures import PICTURE_LAYOUT, PICTURE_SHAPE
+from movingout.world.observation.relative import RELATIVE_LAYOUT
 
 __all__ = [
     "AWARE_LAYOUT",
@@ -10,8 +12,12 @@ __all__ = [
     "ITEM_SLOTS",
     "ITEM_WIDTH",
     "LAYOUTS",
+    "PICTURE_LAYOUT",
+    "PICTURE_SHAPE",
+    "RELATIVE_LAYOUT",
     "ROBOT_WIDTH",
     "AwareEncoder",
+    "Layout",
     "StateEncoder",
     "encode_state",
     "encoder",

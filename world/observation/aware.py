@@ -10,7 +10,7 @@ These are the ways around walls and who holds what, so that one policy can play 
 | 173 + 15 i | item i (i = 0-6): 1 when it exists, delivered, held by oneself, held by the partner, |
 | + 4-5 | item minus own position, |
 | + 6-7 | unit vector of the way from oneself to the item, + 8 its length / 4, |
-| + 9-10 | unit vector of the way from the item to its nearest goal region, + 11 its length / 4, |
+| + 9-10 | unit vector of the way from the item to its nearest goal, + 11 its length / 4, |
 | + 12 | distance from one's grasp point to the item's outline's circle [u], |
 | + 13-14 | scale, and ln(1 + mass) / 4 |
 """

@@ -12,12 +12,12 @@ policies carry over:
 | + 12-14 | its size, one-hot: small, middle, large |
 
 Layout `map-v1`, 169 numbers, is `official-v1` and then what the paper adds for one policy on several maps
-("Observation Encoding"): the top-left and the bottom-right corner of each wall and goal region.
+("Observation Encoding"): the top-left and the bottom-right corner of each wall and goal.
 
 | index | what |
 |---|---|
 | 121 + 4 j | wall j (j = 0-7): left, top, right, bottom |
-| 153 + 4 k | goal region k (k = 0-3): left, top, right, bottom, as drawn |
+| 153 + 4 k | goal k (k = 0-3): left, top, right, bottom, as drawn |
 
 Unused slots are 0. Which item is held, an item's velocity, its mass and exact scale are not in the vector, as in
 the official one.
@@ -137,7 +137,7 @@ def _template(map_spec: MapSpec, layout: ObservationLayout) -> Floats:
     for what, count, slots in (
         ("items", len(map_spec.items), ITEM_SLOTS),
         ("walls", len(map_spec.walls), layout.wall_slots),
-        ("goal regions", len(map_spec.goals), layout.goal_slots),
+        ("goals", len(map_spec.goals), layout.goal_slots),
     ):
         if slots and count > slots:
             raise WorldError(f"the layout {layout.name} has {slots} slots for {what}; {map_spec.name} has {count}")

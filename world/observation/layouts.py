@@ -7,8 +7,23 @@ from typing import Protocol
 
 from movingout.maps import MapSpec
 from movingout.world.errors import WorldError
-from movingout.world.observation.aware import AWARE_LAYOUT, AWARE_SIZE, AwareEncoder, aware_bounds
+from movingout.world.observation.aware import AWARE_LAYOUT, AWARE_SIZE, ITEM_COLUMNS, AwareEncoder, aware_bounds
 from movingout.world.observation.egocentric import OFFICIAL, WITH_MAP, Encoder, ObservationLayout
+from movingout.world.observation.pictures import (
+    PICTURE_LAYOUT,
+    PICTURE_SHAPE,
+    PICTURE_SIZE,
+    PictureEncoder,
+    picture_bounds,
+)
+from movingout.world.observation.relative import (
+    RELATIVE_ITEMS,
+    RELATIVE_LAYOUT,
+    RELATIVE_SIZE,
+    RelativeEncoder,
+    relative_bounds,
+    relative_mirror,
+)
 from movingout.world.state import Floats, Ints, WorldState
 
 
@@ -35,6 +50,15 @@ class Layout:
     size: int  # D
     bounds: Floats = field(compare=False)  # (D,) how large each number can be, up or down
     make: Callable[[MapSpec], StateEncoder]  # WorldError for a map that does not fit
+    items: tuple[tuple[int, ...], ...] = ()  # indices of each item's numbers, alike for all; empty: not known
+    mirror: tuple[Ints, Floats] | None = field(default=None, compare=False)
+    """Of a layout in the own frame: where each number of a mirrored observation comes from (D,), and its sign (D,)."""
+    picture: tuple[int, int, int] | None = None  # height, width and colours of a layout that is a picture of bytes
+
+    @property
+    def own_frame(self) -> bool:
+        """Whether directions are relative to the own heading, and headings of actions are to be as well."""
+        return self.mirror is not None
 
 
 def _egocentric(layout: ObservationLayout) -> Layout:
@@ -46,7 +70,9 @@ LAYOUTS: Mapping[str, Layout] = {
     for layout in (
         _egocentric(OFFICIAL),
         _egocentric(WITH_MAP),
-        Layout(AWARE_LAYOUT, AWARE_SIZE, aware_bounds(), AwareEncoder),
+        Layout(AWARE_LAYOUT, AWARE_SIZE, aware_bounds(), AwareEncoder, ITEM_COLUMNS),
+        Layout(PICTURE_LAYOUT, PICTURE_SIZE, picture_bounds(), PictureEncoder, picture=PICTURE_SHAPE),
+        Layout(RELATIVE_LAYOUT, RELATIVE_SIZE, relative_bounds(), RelativeEncoder, RELATIVE_ITEMS, relative_mirror()),
     )
 }
 

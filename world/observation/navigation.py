@@ -64,7 +64,7 @@ class Navigation:
         return np.where(norms > 1e-3, unit, 0.0), lengths
 
     def nearest_goal(self, of: GridPoints) -> GridPoints:
-        """The centres of the goal regions nearest by way to points."""
+        """The centres of the goals nearest by way to points."""
         nearest = self._lengths[of.cells[..., None], self._goal_cells].argmin(axis=-1)
         return GridPoints(self._goal_points[nearest], self._goal_cells[nearest])
 

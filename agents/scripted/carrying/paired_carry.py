@@ -67,17 +67,18 @@ class PairCarryPlan:
         robots: Floats,
         places: Places,
         margin: float = EASY,
+        goal: int = -1,
     ) -> None:
         """`robots` (2, 2+): positions while the item is at `item_pose`. `space` is without the item.
 
-        `places`: the costs of places in the goal regions.
+        `places`: the costs of places in the goals. `goal`: the only region to use, -1 for any.
         """
         self.item = item
         self._origin_angle = float(item_pose[2])
         self._goals = goal_boxes(space.map)
         self._space = space
         self._discs = _discs(item, item_pose, robots)
-        self._search = _search(space, item, self._origin_angle, self._discs, places, margin)
+        self._search = _search(space, item, self._origin_angle, self._discs, places, margin, goal)
         self.cost_to_go = CostToGo(self._search)
         self._places = self._search.starts
         self._progress = StallCounter()
@@ -128,14 +129,14 @@ class PairCarryPlan:
 
 @lru_cache(maxsize=32)
 def _search(
-    space: FreeSpace, item: ItemSpec, angle: float, discs: tuple[Disc, ...], places: Places, margin: float
+    space: FreeSpace, item: ItemSpec, angle: float, discs: tuple[Disc, ...], places: Places, margin: float, goal: int
 ) -> Search:
     """`angle` is the item's at body heading 0; the last two discs are the robots."""
     turns = angle + np.arange(PAIR_MOTION.headings) * 2 * np.pi / PAIR_MOTION.headings
     extents = np.array([half_extents(item, float(turn)) for turn in turns])
     holders = [(x, y) for x, y, _ in discs[-2:]]
     return shared_search(
-        space, discs, PAIR_MOTION, margin, place_costs(space, PAIR_MOTION, (0.0, 0.0), extents, holders, places)
+        space, discs, PAIR_MOTION, margin, place_costs(space, PAIR_MOTION, (0.0, 0.0), extents, holders, places, goal)
     )
 
 

@@ -39,7 +39,7 @@ from movingout.world.state import Floats
 _SETTLED = 2.0  # quarter ticks by which a place may be worse than the best reachable one
 SETTLE_AFTER = 6  # ticks without progress after which a nearly best place is accepted
 _NEAR_BEST = 25.0  # quarter ticks from the best place
-_ACCEPT_ANY_AFTER = 25  # ticks without progress after which any place in a goal region is accepted
+_ACCEPT_ANY_AFTER = 25  # ticks without progress after which any place in a goal is accepted
 _FOLLOW_PLAN_AFTER = 3  # ticks without progress after which the plan is followed step by step
 _ADJUSTMENTS = 8  # ticks at most for that, and for exact placement
 _ANGLE_TOLERANCE, _DISTANCE_TOLERANCE = 0.03, 0.006  # rad and units of exact placement
@@ -106,8 +106,8 @@ class SoloCarryPlan(DrivePlan):
     ) -> None:
         """`offset`: the item's pose in the robot's frame. `space` is without the item.
 
-        `places`: the costs of places in the goal regions. With `handover` the destination is the handover point
-        instead of a goal region.
+        `places`: the costs of places in the goals. With `handover` the destination is the handover point
+        instead of a goal.
         """
         search = _search(space, item, offset, places, margin, handover)
         super().__init__(space, _discs(item, offset), search)
@@ -121,13 +121,18 @@ class SoloCarryPlan(DrivePlan):
         self._aim: tuple[float, float, float] | None = None
         self._adjustments = 0
 
-    def drive(self, pose: Floats, item_pose: Floats, collision_cost: CollisionCost, steady: bool) -> DriveCommand:
+    def drive(
+        self, pose: Floats, item_pose: Floats, collision_cost: CollisionCost, steady: bool, only_there: bool = False
+    ) -> DriveCommand:
         """The next command of a robot at `pose` (3,) that holds the item; releases it at its place.
 
-        With `steady` steering the plan can be followed step by step and the item placed exactly.
+        With `steady` steering the plan can be followed step by step and the item placed exactly. `only_there`: never
+        hand an item over before the handover point.
         """
         left = self.look_farther(pose)
-        there = self.handover is not None or is_delivered(self.item, tuple(item_pose.tolist()), self._goals)
+        there = self._is_at_handover(item_pose, only_there) or is_delivered(
+            self.item, tuple(item_pose.tolist()), self._goals
+        )
         command, _ = best_move(pose, lambda moves: self.costs(moves) + collision_cost(moves))
         ticks = self._progress.idle_ticks(left) if there or steady else 0
         if there and self._good_enough(pose, left, ticks, command):
@@ -140,6 +145,9 @@ class SoloCarryPlan(DrivePlan):
         ):
             return self._next_step(pose) or command
         return command
+
+    def _is_at_handover(self, item_pose: Floats, only_there: bool) -> bool:
+        return self.handover is not None and (not only_there or self.handover.is_handed_over(item_pose))
 
     def _next_step(self, pose: Floats) -> DriveCommand | None:
         """The exact next step of the plan, for where there is too little room for the short moves."""

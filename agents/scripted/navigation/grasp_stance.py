@@ -15,6 +15,8 @@ from movingout.world.state import Floats
 GAP = 0.012  # units between robot and item when it grabs: nearly the gripper's reach
 _ABOUT = 0.5  # cosine of the angle within which two headings are similar
 HEADINGS: Floats = np.arange(32) * math.pi / 16
+_TURNS: Floats = np.array(sorted(np.arange(-20, 21) * math.pi / 20, key=abs))  # least first
+_SURELY = 0.006  # units within the reach
 _DISTANCES: Floats = np.arange(0.13, 0.5, 0.004)
 
 
@@ -23,6 +25,14 @@ def within_reach(item: ItemSpec, item_pose: Floats, robot_pose: Floats, slack: f
     dx, dy = forward(float(robot_pose[2]))
     probe = np.array([[robot_pose[0] + REACH * dx, robot_pose[1] + REACH * dy]])
     return float(signed_distance(item, item_pose, probe)[0]) < REACH_TOLERANCE - slack
+
+
+def reaching_heading(item: ItemSpec, item_pose: Floats, robot_pose: Floats) -> float | None:
+    """The heading nearest to the present one in which a robot that only turns can grab the item; None for none."""
+    turns = robot_pose[2] + _TURNS
+    probes = robot_pose[:2] + REACH * np.stack([-np.sin(turns), np.cos(turns)], axis=1)
+    reached = np.flatnonzero(signed_distance(item, item_pose, probes) < REACH_TOLERANCE - _SURELY)
+    return float(turns[reached[0]]) if reached.size else None
 
 
 def stances(item: ItemSpec, item_pose: Floats) -> tuple[Floats, npt.NDArray[np.bool_]]:

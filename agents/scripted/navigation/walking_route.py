@@ -16,6 +16,7 @@ WALKING = StepCosts(straight=2, diagonal=3, surcharge=3)  # quarter ticks
 _MARGIN = 0.004  # units of clearance
 _LOOK_AHEAD = 3  # doublings: the heading at a cell points 2**3 cells along the route
 _TURN_COST = 9.0  # quarter ticks per radian off the route
+_WITHIN_REACH = 10  # cells
 _NEIGHBOURS = np.arange(-1, 3)[:, None]  # of a point, per axis
 _HALF = 0.49  # of a cell: within this, a grid point is certainly the nearest
 _SHIFTS = tuple((dy, dx) for dy in (-1, 0, 1) for dx in (-1, 0, 1))
@@ -77,6 +78,18 @@ def nearest_free(free: Mask, x: float, y: float, within: int = 5) -> Cell:
 def cost_at(lengths_there: Cost, x: float, y: float) -> float:
     """Quarter ticks from (x, y); UNREACHED when there is no route."""
     return float(lengths_there[nearest_free(lengths_there < UNREACHED, x, y, within=4)])
+
+
+def costs_beside(space: FreeSpace, position: Floats, poses: list[Floats]) -> list[float]:
+    """Walking cost [quarter ticks] to within reach of each pose."""
+    grid = walking_costs(space, [(float(position[0]), float(position[1]))])
+    costs = []
+    for pose in poses:
+        row, column = cell_of(float(pose[0]), float(pose[1]))
+        rows = slice(max(row - _WITHIN_REACH, 0), row + _WITHIN_REACH + 1)
+        columns = slice(max(column - _WITHIN_REACH, 0), column + _WITHIN_REACH + 1)
+        costs.append(float(grid[rows, columns].min()))
+    return costs
 
 
 class WalkingRoute:

@@ -1,1 +1,1 @@
-"""Placement: where in the goal regions items are put down."""
+"""Placement: where in the goals items are put down."""

@@ -1,4 +1,4 @@
-"""The costs of places for an item in the goal regions, such that all other items still find a place.
+"""The costs of places for an item in the goals, such that all other items still find a place.
 
 Three rules: deep places before those near the edge where room is scarce; no place that would divide the free space or
 trap a robot; places close to walls and to items before open ones.
@@ -42,7 +42,7 @@ _MISFIT_COST = 120.0  # quarter ticks for each remaining item without a place
 class Places:
     """The effect of putting a disc down, for a coarse set of places."""
 
-    number: Cells  # (CELLS, CELLS) the place of each cell of the goal regions, -1 elsewhere
+    number: Cells  # (CELLS, CELLS) the place of each cell of the goals, -1 elsewhere
     cost: Floats  # (n,) cost of the place itself
     reach_cost: npt.NDArray[np.int16]  # (n, CELLS, CELLS) additional cost for a robot that is then at a cell
 
@@ -145,16 +145,19 @@ def place_costs(
     extents: Floats,
     robots: list[Point],
     places: Places,
+    goal: int = -1,
 ) -> Cost:
     """Start costs (headings, CELLS, CELLS) of putting an item down, for a `Search`.
 
     `offset` is the item's centre and `robots` are the robots' in the frame of the body's reference point; `extents`
-    (headings, 2) are half the width and height of its bounding box. Poses that do not deliver the item are UNREACHED.
+    (headings, 2) are half the width and height of its bounding box. `goal` is the only region to use, -1 for any. Poses
+    that do not deliver the item are UNREACHED.
     """
     angles = np.arange(motion.headings) * 2 * np.pi / motion.headings
     x, y = moved(offset, angles)
     inside = np.zeros((motion.headings, CELLS, CELLS), dtype=np.bool_)
-    for left, bottom, right, top in goal_boxes(space.map):
+    boxes = goal_boxes(space.map)
+    for left, bottom, right, top in boxes if goal < 0 else boxes[goal : goal + 1]:
         wide, high = extents[:, 0, None, None] + INSET, extents[:, 1, None, None] + INSET
         inside |= ((x > left + wide) & (x < right - wide)) & ((y > bottom + high) & (y < top - high))
     goals = np.flatnonzero(inside)

@@ -1,4 +1,4 @@
-"""The goal regions of a map as storage: their depth, how crowded they will be, and planned places."""
+"""The goals of a map as storage: their depth, how crowded they will be, and planned places."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -18,14 +18,14 @@ from movingout.world.state import Floats
 Cells = npt.NDArray[np.int64]
 
 INSET = 0.012  # units that items are put down inside of the region that counts
-_ROOMY = 0.16  # share of the goal regions covered by items, below which any place will do
+_ROOMY = 0.16  # share of the goals covered by items, below which any place will do
 EXACT_CROWDING = 2.0  # crowding from which items must be placed exactly
 _DENSE = 0.25  # share from which the choice of places matters increasingly
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GoalStorage:
-    """The goal regions of a map. `depth` (CELLS, CELLS) is the path out of the region, in quarter ticks."""
+    """The goals of a map. `depth` (CELLS, CELLS) is the path out of the region, in quarter ticks."""
 
     map: MapSpec
     depth: Floats
@@ -71,7 +71,7 @@ def _slots(map_spec: MapSpec, depth: Floats, radius: float, number: int) -> Floa
 
 
 def within_goals(map_spec: MapSpec, x: Floats, y: Floats, radius: float) -> npt.NDArray[np.bool_]:
-    """Whether discs lie within a goal region, ignoring their outermost tenth, which may be a corner."""
+    """Whether discs lie within a goal, ignoring their outermost tenth, which may be a corner."""
     inside = np.zeros(x.shape, dtype=np.bool_)
     size = 0.9 * radius
     for left, bottom, right, top in goal_boxes(map_spec):

@@ -28,7 +28,7 @@ from movingout.world.state import Floats
 
 _LONG = 4  # places on the path that a lane has at least
 _LOCKED_SHARE = 0.9  # share of the places on the path at which a robot blocks it
-_STORING = 25.0  # quarter ticks that the robot near the goal needs additionally, into the goal region and out again
+_STORING = 25.0  # quarter ticks that the robot near the goal needs additionally, into the goal and out again
 _BAND = 14.0  # quarter ticks around the handover point within which an item may lie
 FARTHEST = 0.8  # the largest share of the path to the goal at which items are handed over
 _STANDOFF = 50.0  # quarter ticks between the handover point and the robot that waits for items
@@ -36,7 +36,7 @@ _STANDOFF = 50.0  # quarter ticks between the handover point and the robot that 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HandoverLane:
-    """Handover on one map. `cost_to_goal` (CELLS, CELLS): path to the goal regions [quarter ticks]."""
+    """Handover on one map. `cost_to_goal` (CELLS, CELLS): path to the goals [quarter ticks]."""
 
     locked: bool
     last_lane: Mask  # (CELLS, CELLS) the lane just before the goal

@@ -1,4 +1,4 @@
-"""Packing: whether all remaining items find a place in the goal regions."""
+"""Packing: whether all remaining items find a place in the goals."""
 
 import numpy as np
 import numpy.typing as npt

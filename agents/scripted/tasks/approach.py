@@ -4,7 +4,7 @@ import math
 
 from movingout.agents.scripted.navigation.free_space import FreeSpace, sample
 from movingout.agents.scripted.navigation.geometry import heading_of, wrap
-from movingout.agents.scripted.navigation.grasp_stance import HEADINGS, stances, within_reach
+from movingout.agents.scripted.navigation.grasp_stance import HEADINGS, reaching_heading, stances, within_reach
 from movingout.agents.scripted.navigation.motion_choice import CollisionCost, DriveCommand, best_move, drive, turn_to
 from movingout.agents.scripted.navigation.walking_route import cost_at, route_to, walking_costs
 from movingout.agents.scripted.perception import Perception
@@ -13,6 +13,8 @@ from movingout.maps.spec import ROBOT_RADIUS
 from movingout.world.state import Floats
 
 NEAR = 0.05  # units from its stance at which the robot turns to the item
+WAITED_FOR = 0.15  # units from its stance within which any grasp will do when the partner holds the other end
+APART = 0.3  # units between the robots' centres at which both can turn what they hold
 NEARLY = 0.09  # units from its stance within which the grasp counts as the planned one
 
 
@@ -49,6 +51,10 @@ class Approach:
         gap = math.hypot(float(pose[0] - self.target[0]), float(pose[1] - self.target[1]))
         if self._well_placed(now, gap) and within_reach(now.item(self.item), goal, pose):
             return DriveCommand(0.3, float(pose[2]), grasp=True)
+        if self._is_waited_for(now, gap):
+            turned = reaching_heading(now.item(self.item), goal, pose)
+            if turned is not None:
+                return turn_to(turned)
         if gap < NEAR or self.route.cost(float(pose[0]), float(pose[1])) <= 2.0:
             gently = 0.35 if now.is_heavy(self.item) else 1.0  # with a hard push the robot would slide along the item
             return drive(to_item, gently) if abs(off) < 0.3 else turn_to(to_item)
@@ -57,7 +63,15 @@ class Approach:
 
     def _well_placed(self, now: Perception, gap: float) -> bool:
         """A small item may be grabbed from any side; for a heavy one the stance was planned."""
+        if self._is_waited_for(now, gap):
+            return True
         return not now.is_heavy(self.item) or (gap < NEARLY and abs(wrap(float(now.pose[2] - self.target[2]))) < 0.35)
+
+    def _is_waited_for(self, now: Perception, gap: float) -> bool:
+        """Whether the partner waits at the other end, so that any grasp near the planned one will do."""
+        if now.intent is None or now.partner_item != self.item or gap > WAITED_FOR:
+            return False
+        return math.dist(now.pose[:2].tolist(), now.partner[:2].tolist()) > APART
 
 
 def stance_number(target: Floats) -> int:

@@ -123,6 +123,11 @@ class Fetch:
         if other.route.cost(float(now.pose[0]), float(now.pose[1])) < UNREACHED:
             self._approach = other
 
+    def take_from_here(self, now: Perception) -> None:
+        """Turn to the item and take it from where the robot stands; the partner bars the way to a better place."""
+        self._found = True
+        self._approach = self._walk_to(now.pose)
+
     def step(self, now: Perception, collision_cost: CollisionCost, slices: int) -> DriveCommand | None:
         """Ends when the item is held, has moved, or cannot be carried anywhere."""
         if (
@@ -206,7 +211,9 @@ class Carry:
                 self._goes_around = False
         if self._carry_plan is None:
             return REST
-        return self._carry_plan.drive(now.pose, now.item_pose(self.item), collision_cost, now.anticipates)
+        return self._carry_plan.drive(
+            now.pose, now.item_pose(self.item), collision_cost, now.anticipates, only_there=now.intent is not None
+        )
 
     def go_around(self, now: Perception) -> None:
         """Plan a path around the partner as an obstacle; keep the current one if there is none."""

@@ -1,113 +1,37 @@
 """Heavy items: grabbing one end, waiting for the partner at the other end, and carrying together."""
 
-import itertools
 import math
-from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 
 from movingout.agents.scripted.avoidance import lower_bound, side_costs
 from movingout.agents.scripted.carrying import paired_carry
 from movingout.agents.scripted.carrying.paired_carry import PairCarryPlan
-from movingout.agents.scripted.navigation.free_space import FreeSpace, sample, with_robot
-from movingout.agents.scripted.navigation.geometry import heading_of, wrap
-from movingout.agents.scripted.navigation.grasp_stance import stances
+from movingout.agents.scripted.navigation.free_space import FreeSpace, with_robot
 from movingout.agents.scripted.navigation.motion_choice import REST, CollisionCost, DriveCommand, no_collision_cost
 from movingout.agents.scripted.navigation.sliced_planning import Computation, SlicedComputation, solve
 from movingout.agents.scripted.navigation.walking_route import cost_at, walking_costs
 from movingout.agents.scripted.perception import Perception
 from movingout.agents.scripted.tasks.approach import NEARLY, Approach, stance_costs, stance_number
 from movingout.agents.scripted.tasks.fetch import evaluate_places
+from movingout.agents.scripted.tasks.grasp_pairs import (
+    GraspPair,
+    distinct_grasps,
+    grasp_pairs,
+    grasps_beside_partner,
+    tight_stance_costs,
+)
+from movingout.agents.scripted.tasks.joint_carry import JointCarry
 from movingout.maps.flood_fill import UNREACHED
-from movingout.maps.spec import ROBOT_RADIUS
-from movingout.world.state import Floats
 
 GOOD_ENOUGH = 80.0  # quarter ticks above the lower bound at which a plan is accepted
-DISTINCT_ANGLE = 0.7  # rad by which distinct grasps differ
-LEAST_DISTANCE, PREFERRED_DISTANCE = 0.255, 0.33  # units between the robots' centres: required, and preferred
 RELEASE_AFTER = 60  # ticks without progress after which both release the item, to grasp it differently
 RELEASE_AT_HOME_AFTER = 8  # ticks to hold an item in its goal after the partner has released it
-COMFORTABLE_ROOM, CRAMPED = 0.04, 1000.0  # units around a stance; quarter ticks per missing unit
+WAITS_UNSEEN = 15  # ticks to hold an item to which nobody comes when there is something else to do
+YIELDS_AFTER = (9, 5)  # ticks after which blue and red let go for a partner that holds another heavy item
+_HURRY = 3  # times the usual planning while the partner holds the other end and waits
 _NEAREST_DECAY = 0.03  # units per tick: a partner that went away counts as coming when it turns back
 _CHECKED_PAIRS = 12  # grasp pairs that are checked for whether the first robot blocks the second
-NOT_OPPOSITE_COST = 12.0  # quarter ticks per radian by which two grasps are not opposite
-
-
-class GraspPair(NamedTuple):
-    """Stances of both robots at an item: poses (2, 3) in seat order, and the cost of reaching them."""
-
-    score: float
-    robots: Floats
-
-
-def grasp_pairs(now: Perception, item: int, mine: list[float], theirs: list[float]) -> list[GraspPair]:
-    """Pairs of stances, quickest to reach first. Both robots compute the same order."""
-    poses, _ = stances(now.item(item), now.item_pose(item))
-    blue_costs, red_costs = (mine, theirs) if now.seat == 0 else (theirs, mine)
-    options = []
-    for blue, red, sideways, tightness in _pairs(poses.tobytes()):
-        slower, quicker = sorted((blue_costs[blue], red_costs[red]))[::-1]
-        if slower < UNREACHED:
-            options.append((round(slower + 0.2 * quicker + sideways + tightness), blue, red))
-    return [GraspPair(float(score), poses[[blue, red]]) for score, blue, red in sorted(options)]
-
-
-@lru_cache(maxsize=64)
-def _pairs(stances_beside: bytes) -> list[tuple[int, int, float, float]]:
-    """Stances (n, 3) of blue and red that can be taken at once: both numbers, and two costs of the pair."""
-    poses = np.frombuffer(stances_beside).reshape(-1, 3)
-    pairs = []
-    for blue, red in itertools.product(range(len(poses)), repeat=2):
-        apart = abs(wrap(float(poses[blue, 2] - poses[red, 2])))
-        gap = math.dist(poses[blue, :2], poses[red, :2])
-        if gap > LEAST_DISTANCE:
-            pairs.append((blue, red, NOT_OPPOSITE_COST * (math.pi - apart), _tightness(gap)))
-    return pairs
-
-
-def distinct_grasps(options: list[GraspPair], most: int = 6) -> list[GraspPair]:
-    """The first option, and the following ones that differ from all chosen before in at least one stance."""
-    chosen: list[GraspPair] = []
-    for option in options:
-        turns = (np.abs(_wrapped(option.robots[:, 2] - other.robots[:, 2])).max() for other in chosen)
-        if all(turn > DISTINCT_ANGLE for turn in turns):
-            chosen.append(option)
-        if len(chosen) == most:
-            break
-    return chosen
-
-
-def _wrapped(angles: Floats) -> Floats:
-    return np.asarray((angles + math.pi) % (2 * math.pi) - math.pi)
-
-
-def _tightness(gap: float) -> float:
-    """The cost of two stances so near to each other that one robot may block the other."""
-    return max(PREFERRED_DISTANCE - gap, 0.0) * 1000.0
-
-
-def tight_stance_costs(now: Perception, space: FreeSpace, item: int) -> Floats:
-    """(32,) the cost of stances with so little room that imprecise steering fails; `space` is without the item."""
-    poses, _ = stances(now.item(item), now.item_pose(item))
-    room = sample(space.clearance, poses[:, 0], poses[:, 1]) - ROBOT_RADIUS
-    return CRAMPED * np.maximum(COMFORTABLE_ROOM - room, 0.0)
-
-
-def grasps_beside_partner(now: Perception, item: int, mine: list[float]) -> list[GraspPair]:
-    """Stances that go with the partner's grasp, opposite and near ones first."""
-    poses, _ = stances(now.item(item), now.item_pose(item))
-    centre = now.item_pose(item)
-    theirs = heading_of(float(centre[0] - now.partner[0]), float(centre[1] - now.partner[1]))
-    options = []
-    for number, pose in enumerate(poses):
-        apart = abs(wrap(float(pose[2]) - theirs))
-        gap = math.dist(pose[:2], now.partner[:2])
-        if mine[number] < UNREACHED and gap > LEAST_DISTANCE:
-            robots = np.stack([pose, now.partner] if now.seat == 0 else [now.partner, pose])
-            score = mine[number] + 2 * NOT_OPPOSITE_COST * (math.pi - apart) + _tightness(gap)
-            options.append((score, number, robots))
-    return [GraspPair(score, robots) for score, _, robots in sorted(options, key=lambda option: option[:2])]
 
 
 class Lift:
@@ -126,12 +50,14 @@ class Lift:
         self.item = item
         self.infeasible = False
         self.waited_in_vain = False
+        self.left_early = False  # for something that mattered more
         self.given_up: float | None = None  # the heading with which it could not be delivered
         self._failed_stances = failed_stances
         self._patience = patience
         self._yields = yields
         self._side = side
         self._waited = 0
+        self._alone = 0  # ticks for which nobody has come
         self._nearest = math.inf
         floor = now.space(also=(item,))
         self._space = with_robot(floor, now.partner) if now.partner_item == item else floor
@@ -141,6 +67,8 @@ class Lift:
         self._decided = False
         self._grasps: SlicedComputation[GraspPair | None] = SlicedComputation(self._compute_grasps(now))
         self._plan: SlicedComputation[PairCarryPlan] | None = None
+        self._joint = JointCarry()
+        self._planned_goal = -1
 
     @property
     def stance(self) -> int:
@@ -168,7 +96,8 @@ class Lift:
 
     def _go(self, now: Perception, collision_cost: CollisionCost, slices: int) -> DriveCommand | None:
         if not self._decided:
-            self._grasps.advance(slices)
+            awaited = now.intent is not None and now.partner_item == self.item
+            self._grasps.advance(_HURRY * slices if awaited else slices)
             if self._grasps.done:
                 if self._grasps.result is None:
                     self.infeasible = True
@@ -195,19 +124,52 @@ class Lift:
         if gap < self._nearest - 0.02:
             self._waited = max(self._waited - 4, 0)
         self._nearest = min(gap, self._nearest + _NEAREST_DECAY)
-        outbid = self._yields and now.partner_item >= 0 and now.is_heavy(now.partner_item)
+        outbid = self._is_outbid(now)
         home = bool(now.delivered[self.item])  # the partner released it there, so it is probably good enough
-        patience = min(self._patience, RELEASE_AT_HOME_AFTER) if home else self._patience
-        if self._waited > patience or outbid:
+        at_home = RELEASE_AT_HOME_AFTER if now.intent is None else 0  # who passes by could push it out again
+        patience = min(self._patience, at_home) if home else self._patience
+        self._alone = 0 if now.intent is None or now.intent.is_coming(now.state, self.item) else self._alone + 1
+        leaves = not home and now.intent is not None and self._alone > WAITS_UNSEEN and self._is_useful_elsewhere(now)
+        if self._waited > patience or outbid or leaves:
             self.infeasible, self.waited_in_vain = True, not (outbid or home)
+            self.left_early = now.intent is not None and (outbid or leaves)
             return DriveCommand(0.0, 0.0, grasp=True)
         return REST
 
+    def _is_outbid(self, now: Perception) -> bool:
+        """Whether to let go because the partner holds another heavy item: red before blue, so that one stays."""
+        if now.partner_item < 0 or not now.is_heavy(now.partner_item) or now.delivered[now.partner_item]:
+            return False
+        held_for = now.tick - now.intent.holds_since if now.intent is not None else 0
+        return self._yields or (now.intent is not None and min(held_for, self._waited) >= YIELDS_AFTER[now.seat])
+
+    def _is_useful_elsewhere(self, now: Perception) -> bool:
+        """Whether there is something else to do: a small item, or a heavy one to which the partner goes."""
+        assert now.intent is not None
+        heavy = [item for item in now.waiting if now.is_heavy(item)]
+        return len(heavy) < len(now.waiting) or now.intent.meant(now.state, heavy) >= 0
+
     def _carry(self, now: Perception, slices: int) -> DriveCommand:
-        self._waited, self._nearest = 0, math.inf
-        if self._plan is None:
+        self._waited, self._nearest, self._alone = 0, math.inf, 0
+        if self._plan is None or self._joint.goal != self._planned_goal:
+            self._planned_goal = self._joint.goal
             self._plan = SlicedComputation(self._compute_plan(now))
-        self._plan.advance(slices)
+        if now.intent is None:
+            self._plan.advance(slices)
+            return self._planned(now)
+        self._plan.advance(_HURRY * slices)
+        if now.delivered[self.item] and self._joint.gave_in:
+            return DriveCommand(0.0, 0.0, grasp=True)  # it lies well enough, and another pull may spoil it
+        if self._joint.is_futile:
+            self.given_up = float(now.pose[2])
+            return DriveCommand(0.0, 0.0, grasp=True)
+        if not self._plan.done or self._plan.result.cost(now.item_pose(self.item)) >= UNREACHED:
+            return self._joint.follow(now, now.intent)
+        return self._joint.command(now, now.intent, REST if self._joint.follows else self._planned(now))
+
+    def _planned(self, now: Perception) -> DriveCommand:
+        """What the plan wants."""
+        assert self._plan is not None
         if not self._plan.done:
             return REST
         if self._plan.result.idle_ticks > RELEASE_AFTER and not now.delivered[self.item]:
@@ -219,8 +181,9 @@ class Lift:
         places = yield from evaluate_places(now, self.item)
         for margin in (paired_carry.EASY, paired_carry.TIGHT):
             carry_plan = PairCarryPlan(
-                now.space(), now.item(self.item), now.item_pose(self.item), now.robots, places, margin
-            )
+                now.space(), now.item(self.item), now.item_pose(self.item), now.robots, places, margin,
+                self._planned_goal,
+            )  # fmt: skip
             yield
             yield from solve(carry_plan.cost_to_go, lambda: carry_plan.cost(now.item_pose(self.item)))  # noqa: B023
             if carry_plan.cost(now.item_pose(self.item)) < UNREACHED:
@@ -252,7 +215,10 @@ class Lift:
         if now.partner_item == self.item:
             options = grasps_beside_partner(now, self.item, mine)
         else:
-            theirs = (np.array(stance_costs(now, self._space, now.partner, self.item)) + narrow).tolist()
+            ways = np.array(stance_costs(now, self._space, now.partner, self.item))
+            if now.intent is not None and ways.min() >= UNREACHED:
+                ways[:] = 0.0  # a partner without a way now may have one soon
+            theirs = (ways + narrow).tolist()
             yield
             options = grasp_pairs(now, self.item, mine, theirs)
         if not options:
@@ -276,4 +242,4 @@ class Lift:
                     return grasps
             if best is not None:
                 return best[1]
-        return None
+        return options[0] if now.intent is not None and now.partner_item == self.item else None  # the partner may know

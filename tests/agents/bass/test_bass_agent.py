@@ -9,11 +9,12 @@ import torch
 
 from movingout.agents.action_chunk import checked_chunk
 from movingout.agents.base import EpisodeInfo
-from movingout.agents.bass.agent import BassAgent, engine_simulator, spread
+from movingout.agents.bass.agent import BassAgent, spread
 from movingout.agents.bass.checkpoint_parts import export_dynamics
 from movingout.agents.bass.config import BassConfig, Order
 from movingout.agents.bass.dynamics import Rollout, build_dynamics, carried, holding
 from movingout.agents.bass.dynamics_training import train_dynamics, transitions_of
+from movingout.agents.bass.engine_agent import engine_simulator
 from movingout.agents.bass.state_vector import ITEMS_START, moving, moving_arrays
 from movingout.agents.checkpoint.checkpoint import DynamicsKind, DynamicsSpec, SelectionSpec, find_checkpoint
 from movingout.agents.data.rollout import rollout
@@ -32,7 +33,7 @@ from tests.agents.learning import random_walk, recorded, tiny_spec, walked
 TINY = ["--updates", "4", "--batch", "32", "--width", "16"]
 
 
-@pytest.mark.parametrize(("kind", "ruled"), [("vae", False), ("gru", False), ("vae", True)])
+@pytest.mark.parametrize(("kind", "ruled"), [("vae", False), ("gru", False), ("qvae", False), ("vae", True)])
 def test_an_exported_simulator_gives_the_numbers_of_the_trained_one(kind: str, ruled: bool) -> None:
     torch.manual_seed(0)
     spec = DynamicsSpec(kind=kind, width=16, latent=8, rigid=ruled, grasping=ruled)  # type: ignore[arg-type]
@@ -50,7 +51,7 @@ def test_an_exported_simulator_gives_the_numbers_of_the_trained_one(kind: str, r
     assert served.shape == (5, 3, 58) and np.allclose(served, expected, atol=1e-4)
 
 
-@pytest.mark.parametrize("kind", ["vae", "gru"])
+@pytest.mark.parametrize("kind", ["vae", "gru", "qvae"])
 def test_the_simulator_learns_to_be_better_than_saying_that_nothing_moves(kind: DynamicsKind, tmp_path: Path) -> None:
     trajectories = [walked("DistancePriority", ticks=60, seed=seed) for seed in range(11)]
     data = transitions_of(trajectories)
@@ -217,6 +218,6 @@ def test_a_simulator_serves_another_policy_too(tmp_path: Path, capsys: pytest.Ca
     assert second.read("policy.onnx") == find_checkpoint("gru@tiny", tmp_path / "models").read("policy.onnx")
     capsys.readouterr()
     assert main([*other, "--simulator", "dp@tiny"]) == 2
-    assert "dp@tiny has no simulator" in capsys.readouterr().err
+    assert "dp@tiny has no learned simulator" in capsys.readouterr().err
     assert main(other) == 2
     assert "name recordings to learn from" in capsys.readouterr().err

@@ -13,9 +13,10 @@ from movingout.agents.bass.recombination import (
     augmentation,
     draw_pieces,
     recombined,
+    spliced,
 )
 from movingout.agents.bass.restored_world import restage
-from movingout.agents.data.dataset import Trajectory, windows_of
+from movingout.agents.data.dataset import SeatSamples, Trajectory, windows_of
 from movingout.maps import load_map
 from movingout.world.errors import WorldError
 from tests.agents.learning import states_of, trajectory_of_actions
@@ -60,6 +61,49 @@ def test_pieces_are_found_only_where_both_ends_match() -> None:
     assert all(piece.own.trajectory is not piece.other for piece in same)
 
 
+def test_the_single_agent_ablation_matches_either_end() -> None:
+    first, second = _straight(0.2, 0.1), _straight(0.2, -0.1)
+    faster = replace(second, robot_poses=second.robot_poses + np.arange(len(second.robot_poses))[:, None, None] * 0.05)
+    assert not any(piece.own.trajectory is first for piece in draw_pieces([_part(first), _part(faster)], seed=1))
+    starts = _starts(draw_pieces([_part(first), _part(faster)], 1, "either-end"))
+    assert 0 in starts, "they begin in the same place"
+    ends = replace(faster, robot_poses=faster.robot_poses + first.robot_poses[-1] - faster.robot_poses[-1])
+    assert first.ticks - LENGTH in _starts(draw_pieces([_part(first), _part(ends)], 1, "either-end"))
+    assert first.ticks - LENGTH not in _starts(draw_pieces([_part(first), _part(ends)], 1, "one-end"))
+
+
+def test_variants_of_a_map_share_their_ground_and_keep_their_own_items() -> None:
+    first, second = _variant(_straight(0.2, 0.1), 1.0), _variant(_straight(0.2, -0.1), 2.0)
+    elsewhere = replace(second, map=replace(second.map, goals=second.map.goals[:-1]))
+    assert list(draw_pieces([_part(first), _part(elsewhere)], seed=1)) == []
+    pieces = [piece for piece in draw_pieces([_part(first), _part(second)], seed=1) if piece.own.trajectory is second]
+    assert len(pieces) == second.ticks - LENGTH + 1
+    made = recombined(pieces[0])
+    assert made is not None and made.map == second.map
+
+
+def _variant(trajectory: Trajectory, mass: float) -> Trajectory:
+    items = tuple(replace(item, mass=mass * item.mass) for item in trajectory.map.items)
+    return replace(trajectory, map=replace(trajectory.map, items=items, variant=f"challenge2-train-{mass}"))
+
+
+def test_without_the_engine_pieces_are_put_together_unseen_and_the_report_still_says_what_is_possible() -> None:
+    trajectories = [_straight(0.2, 0.1), _straight(0.2, -0.1)]
+    far = np.zeros_like(trajectories[1].robot_poses)
+    far[:, 1, 0] = 0.5  # the partner is somewhere that its actions do not lead to
+    moved = replace(trajectories[1], robot_poses=trajectories[1].robot_poses + far)
+    moved.robot_poses[LENGTH:, 1, 1] += 0.5
+    piece = RecombinedPiece(_part(trajectories[0]), 2, moved, 2)
+    assert recombined(piece) is None
+    made = spliced(piece)
+    assert made is not None
+    assert np.array_equal(made.robot_poses[:, 0], trajectories[0].robot_poses[2 : 3 + LENGTH, 0])
+    assert np.array_equal(made.robot_poses[:, 1], moved.robot_poses[2 : 3 + LENGTH, 1])
+    parts = [_part(trajectories[0]), _part(trajectories[1])]
+    found, report = augmentation(parts, 3, seed=0, confirm=False)
+    assert len(found) == 3 and report.tried == 3 and report.valid == 3
+
+
 def test_a_match_may_be_at_any_tick_and_in_whichever_seat_the_other_episode_is_learned() -> None:
     own, other = _straight(0.2, 0.1), _straight(0.2, -0.1, ticks=30)
     parts = [_part(own, 0, (3, 12)), _part(other, 1, (0, 4))]
@@ -72,7 +116,7 @@ def test_what_one_did_after_a_piece_is_in_the_chunks_of_its_last_ticks() -> None
     own = _straight(0.2, 0.1, ticks=40)
     (piece, *_) = (one for one in draw_pieces([_part(own), _part(_straight(0.2, -0.1))], 1) if one.start == 2)
     features = np.zeros((LENGTH, 4), np.float32)
-    windows = windows_of([("a", features, piece.targets), ("b", features[:3], piece.targets[:3])])
+    windows = windows_of([SeatSamples("a", features, piece.targets), SeatSamples("b", features[:3], piece.targets[:3])])
     assert len(windows) == LENGTH + 3
     targets, last = own.targets(0, "hold"), 2 + LENGTH - 1
     chunks = windows.chunks(np.array([LENGTH - 1, LENGTH + 1]), LENGTH)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from movingout.agents.bass.score_functions import score_function
-from movingout.agents.bass.selection import choose, pairs_of
+from movingout.agents.bass.selection import choice_from_scores, choose, pairs_of
 from movingout.agents.bass.state_vector import ITEMS_START, item_places, moving, moving_arrays, robot_places
 from movingout.agents.checkpoint.checkpoint import SelectionSpec
 from movingout.maps import load_map
@@ -90,3 +90,14 @@ def test_the_moving_row_says_where_robots_and_items_are_and_what_is_held() -> No
     assert np.array_equal(robot_places(rows), trajectory.robot_poses[..., :2])
     assert np.array_equal(item_places(rows, 4), trajectory.item_poses[..., :2])
     assert np.flatnonzero(rows[4, 14:30]).tolist() == [3, 15]
+
+
+def test_an_ensemble_that_disagrees_leaves_the_choice_to_the_policy() -> None:
+    spec = SelectionSpec(own=2, partner=1, combine="product", score="value", caution=1.0)
+    predicted = np.zeros((2, 8, 58))
+    agreed = np.array([[0.1, 0.1, 0.1], [0.2, 0.21, 0.19]])  # (R, members)
+    assert choice_from_scores(agreed, predicted, spec).index == 1
+    torn = np.array([[0.1, 0.1, 0.1], [0.5, 0.0, 0.0]])
+    choice = choice_from_scores(torn, predicted, spec)
+    assert choice.index == 0 and np.allclose(choice.scores, [0.1, 0.5 / 3])
+    assert choice_from_scores(torn, predicted, spec.model_copy(update={"caution": 0.0})).index == 1

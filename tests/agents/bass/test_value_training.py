@@ -9,6 +9,8 @@ import torch
 
 from movingout.agents.bass.checkpoint_parts import packed_value, value_of
 from movingout.agents.bass.config import BassConfig
+from movingout.agents.bass.state_vector import moving_arrays
+from movingout.agents.bass.value import Value
 from movingout.agents.bass.value_training import (
     TAIL,
     Returns,
@@ -65,6 +67,23 @@ def test_a_value_tells_what_follows_and_is_exported_as_trained(tmp_path: Path) -
         assert np.allclose(served, network.each(both).mean(dim=0), atol=0.02), "the value is the mean of its members"
         assert not torch.equal(network.each(both)[0], network.each(both)[1])
     assert files.spec.members == 2
+
+
+def test_a_value_in_the_own_frame_tells_each_members_mind_and_mirrors(tmp_path: Path) -> None:
+    trajectory = walked("HandOff", ticks=TAIL + 20)
+    data = returns_of([trajectory] * 10, 0.98, "relative-v1")
+    config = BassConfig(
+        value_width=16, value_members=3, value_updates=2, batch=32, value_layout="relative-v1", caution=1.0
+    )
+    network = train_value(config, data, tmp_path).network
+    files = packed_value(network, find_checkpoint("dp@all", SHIPPED).card.training)
+    assert (files.spec.layout, files.spec.each) == ("relative-v1", True)
+    value = Value(files.spec, Network(files.onnx))
+    rows = moving_arrays(*trajectory.state_arrays)[:5]
+    (scores,) = value.scores_of([(trajectory.map, 0)], [rows], 8)
+    assert scores.shape == (5, 3)
+    with pytest.raises(DataError, match="--value-layout is aware-v1 and relative-v1, not map-v1"):
+        BassConfig(value_layout="map-v1").check()
 
 
 def test_the_value_of_an_agent_without_one_cannot_be_taken() -> None:

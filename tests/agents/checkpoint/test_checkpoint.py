@@ -72,6 +72,13 @@ def test_a_card_that_says_more_or_other_than_it_may_is_refused(
     assert sentence in str(raised.value)
 
 
+def test_a_file_that_the_card_names_may_be_missing_as_in_a_wheel(tmp_path: Path) -> None:
+    found = _written(tmp_path)
+    assert found.has("policy.onnx") and not found.has("value.onnx")
+    (found.folder / "policy.onnx").unlink()
+    assert not found.has("policy.onnx")
+
+
 def test_a_changed_file_is_refused_by_its_hash(tmp_path: Path) -> None:
     checkpoint = _written(tmp_path)
     file = checkpoint.folder / "policy.onnx"

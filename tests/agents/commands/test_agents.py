@@ -1,6 +1,7 @@
 """`movingout agents` as somebody at a terminal sees it."""
 
 import json
+from pathlib import Path
 
 import pytest
 
@@ -45,7 +46,7 @@ def test_one_agent_is_shown_and_an_unknown_one_is_answered_with_those_there_are(
         ("mlp@all:execute=abc", "execute is a whole number of ticks from 1 to 8, not abc"),
         ("mlp@all:execute=9", "execute is a whole number of ticks from 1 to 8, not 9"),
         ("mlp@all:lag=99", "lag is a whole number of ticks from 1 to 10, not 99"),
-        ("bass@all:simulator=0", "simulator=learned or oracle"),
+        ("bass@all:simulator=0", "simulator=learned, engine or oracle"),
         ("person:name=Z01", "there is no person 'Z01'"),
         ("scripted:patience=abc", "style: patience must lie between"),
     ],
@@ -68,6 +69,26 @@ def test_a_probe_on_a_map_that_was_never_seen_says_so_beside_its_answer(capsys: 
     printed = capsys.readouterr()
     assert printed.err.count("mlp@all has never seen the map Simple") == 1
     assert json.loads(printed.out)["map"] == "Simple"
+
+
+def test_a_probe_of_an_agent_that_raises_says_where(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    lines = (
+        "class Raising:",
+        "    def reset(self, episode):",
+        "        pass",
+        "    def act(self, seen):",
+        "        1 / 0",
+    )
+    (tmp_path / "raising_agent.py").write_text("\n".join(lines))
+    monkeypatch.syspath_prepend(tmp_path)
+    assert main(["agents", "probe", "raising_agent:Raising", "--ticks", "5"]) == 2
+    said = capsys.readouterr().err
+    assert (
+        "raising_agent:Raising raised ZeroDivisionError: division by zero (" in said
+        and "raising_agent.py, line 5)" in said
+    )
 
 
 def test_a_probe_times_the_decisions(capsys: pytest.CaptureFixture[str]) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from safetensors.numpy import load
 
 from movingout.agents.action_chunk import checked_chunk
 from movingout.agents.base import EpisodeInfo
@@ -262,6 +263,26 @@ def test_recordings_of_another_format_are_refused_in_a_sentence(
     assert main(["train", "mlp", str(recordings), "--id", "mlp@tiny", "--data", str(tmp_path), *TINY]) == 2
     said = capsys.readouterr().err
     assert "e0.mcap" in said and "is not the format 99 of this program" in said and "Traceback" not in said
+
+
+def test_an_agent_starts_from_the_weights_of_another_and_is_shaped_as_it_is(
+    recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["train", "mlp", str(recordings), "--data", str(tmp_path), "--batch", "32", "--warmup", "1"]
+    few = ["--updates", "1", "--rate", "1e-9"]  # one step that changes next to nothing
+    assert main([*command, "--id", "mlp@base", *TINY, "--seed", "1", "--execute", "3"]) == 0
+    assert main([*command, "--id", "mlp@tuned", "--start", "mlp@base", *few]) == 0
+    assert main([*command, "--id", "mlp@fresh", "--width", "16", "--depth", "1", *few]) == 0
+    base, tuned, fresh = (find_checkpoint(f"mlp@{name}", tmp_path / "models") for name in ("base", "tuned", "fresh"))
+    assert tuned.card.network == base.card.network
+    assert "starting from mlp@base" in tuned.card.description
+    weights = [load(one.read("policy.safetensors")) for one in (base, tuned, fresh)]
+    assert all(np.allclose(weights[0][name], weights[1][name], atol=1e-3) for name in weights[0])
+    assert not all(np.allclose(weights[0][name], weights[2][name], atol=1e-3) for name in weights[0])
+
+    capsys.readouterr()
+    assert main(["train", "gru", str(recordings), "--data", str(tmp_path), "--start", "mlp@base"]) == 2
+    assert "--start mlp@base: it is of kind mlp; use `train mlp`" in capsys.readouterr().err
 
 
 def test_the_same_seed_gives_the_same_weights(recordings: Path, tmp_path: Path) -> None:

@@ -1,12 +1,14 @@
 """Labels of an expert where a learner went."""
 
+from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from movingout.agents.data.corrections import LONGEST_REST, correction_samples, load_correction, save_correction
-from movingout.agents.data.dagger import LabellingJob, label_episode, labelling_jobs
+from movingout.agents.data.dagger import LabellingJob, label_episode, labelling_jobs, shuffled_partners
 from movingout.agents.data.dataset import windows_of
 from movingout.agents.errors import DataError
 from movingout.maps import load_map
@@ -86,3 +88,16 @@ def test_lessons_change_seats_and_partners() -> None:
     assert len(made) == 8
     assert {(one.seat, one.partner[0]) for one in made} == {(0, "a"), (0, "b"), (1, "a"), (1, "b")}
     assert len({one.seed for one in made}) == 8
+
+
+def test_every_family_meets_maps_of_every_mode() -> None:
+    names = [f"generated:{mode}:{seed}" for seed in range(20) for mode in ("coordination", "awareness", "consistency")]
+    partners = [(f"{family}{number}", "idle") for number in range(5) for family in ("walker", "porter", "novice")]
+    maps = [replace(load_map("HandOff"), name=name) for name in names]
+    order = shuffled_partners(partners, len(maps) * 2, seed=0)
+    assert Counter(order) == dict.fromkeys(partners, 8)
+    made = labelling_jobs(maps, order, "scripted", "scripted", 2, 100, seed=0)
+    met = Counter((job.partner[0][:6], job.map.name.split(":")[1]) for job in made)
+    assert len(met) == 9
+    assert min(met.values()) > 5
+    assert shuffled_partners(partners, 30, seed=1) != shuffled_partners(partners, 30, seed=0)

@@ -1,5 +1,7 @@
 import copy
 import pickle
+import subprocess
+import sys
 from typing import Any
 
 import numpy as np
@@ -71,6 +73,15 @@ def test_copies_and_pickles_start_anew_with_the_same_arguments() -> None:
         np.testing.assert_array_equal(twin.reset(seed=1)[0], env.reset(seed=1)[0])
 
 
+@pytest.mark.parametrize("modules", ["gymnasium, movingout", "movingout, gymnasium"])
+def test_gymnasium_knows_it_whichever_is_imported_first(modules: str) -> None:
+    code = f"import {modules}; print(gymnasium.make({ENV_ID!r}, partner='idle').reset(seed=0)[1]['partner'])"
+    assert (
+        subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, check=True).stdout
+        == "idle\n"
+    )
+
+
 def test_several_at_once() -> None:
     envs = gymnasium.make_vec(ENV_ID, num_envs=3, vectorization_mode="sync", partner="idle", limit_ticks=2)
     envs.reset(seed=1)
@@ -97,9 +108,21 @@ def test_the_picture_is_that_of_the_seat() -> None:
         ({"seat": "green"}, "unknown seat 'green'; .*known: blue, red"),
         ({"partner": "scriptd"}, "unknown agent 'scriptd'; did you mean scripted"),
         ({"partner": []}, "a partner is needed"),
+        ({"partner": 3}, 'a partner is the id of an agent, such as "scripted", or a list of ids, not 3'),
+        ({"partner": ["idle", None]}, "or a list of ids, not None"),
         ({"partner": "people:Z"}, "unknown population 'Z'; .*known: A, B, C"),
     ],
 )
 def test_wrong_arguments_are_refused_with_what_is_known(arguments: dict[str, Any], sentence: str) -> None:
     with pytest.raises(AgentError, match=sentence):
         SeatEnv(load_map("HandOff"), **arguments)
+
+
+def test_a_misspelt_option_of_make_is_answered_with_the_right_one() -> None:
+    with pytest.raises(TypeError, match="unexpected keyword argument 'partnr'; did you mean partner"):
+        gymnasium.make(ENV_ID, partnr="idle")
+
+
+def test_torchrl_makes_it_although_it_has_no_frame_skip() -> None:
+    gym = pytest.importorskip("torchrl.envs.libs.gym")
+    assert gym.GymEnv(f"movingout.agents.environment:{ENV_ID}", partner="idle").observation_spec is not None

@@ -8,7 +8,7 @@ import pytest
 
 from tests.support import ROOT
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(2400)]  # installations take minutes, on busy machines many
 TORCH = "torch==2.13.0"
 
 
@@ -23,9 +23,12 @@ def installed(folder: Path, stack: str, *packages: str) -> Path:
 
 def test_stable_baselines_trains_one_seat_and_through_supersuit_both(tmp_path: Path) -> None:
     python = installed(tmp_path, "sb3", "stable-baselines3", "supersuit")
-    said = _run([str(python), "-P", str(ROOT / "examples" / "train_sb3.py"), "512"])
+    model = tmp_path / "ppo.zip"
+    said = _run([str(python), "-P", str(ROOT / "examples" / "train_sb3.py"), "512", str(model)])
     assert "one seat:  512 steps" in said
     assert "both seats: 512 steps" in said
+    seat = [str(python), "-P", "-m", "movingout.server.cli", "match", "--red", f"sb3:path={model}", "--blue", "idle"]
+    assert "ppo.zip" in _run([*seat, "--map", "HandOff", "--ticks", "20"])
 
 
 def test_torchrl_rolls_out_past_the_end_of_an_episode(tmp_path: Path) -> None:
@@ -33,6 +36,40 @@ def test_torchrl_rolls_out_past_the_end_of_an_episode(tmp_path: Path) -> None:
     said = _run([str(python), "-P", str(ROOT / "examples" / "rollout_torchrl.py")])
     assert "both seats: 40 steps, 2 episodes ended" in said
     assert "one seat: 40 steps, 2 episodes ended" in said
+
+
+@pytest.mark.timeout(10800)  # the installation alone: a quarter of an hour on two cores, 91 minutes on overloaded ones
+@pytest.mark.large_download  # its torch brings gigabytes of CUDA libraries
+def test_lerobot_trains_from_an_export_and_what_it_trained_takes_a_seat(tmp_path: Path) -> None:
+    _run([sys.executable, "-m", "venv", str(tmp_path / "venv")])
+    python = str(tmp_path / "venv" / "bin" / "python")
+    constraints = str(ROOT / "constraints" / "lerobot.txt")
+    _run([python, "-m", "pip", "install", "--quiet", "-c", constraints, f"{ROOT}[export,video]", "lerobot"])
+    movingout = [python, "-P", "-m", "movingout.server.cli"]
+    recordings, numbers, pictures = (str(tmp_path / name) for name in ("recordings", "numbers", "pictures"))
+    _run([*movingout, "match", "--red", "scripted", "--blue", "scripted", "--ticks", "60", "--record", recordings])
+    _run([*movingout, "recordings", "export", recordings, "--to", "lerobot", "--out", numbers])
+    _run([*movingout, "recordings", "export", recordings, "--to", "lerobot", "--out", pictures, "--images", "96"])
+    for data, kind in ((numbers, "act"), (numbers, "diffusion"), (pictures, "diffusion")):
+        out = f"{data}-{kind}"
+        said = _run([python, "-P", str(ROOT / "examples" / "train_lerobot.py"), data, kind, out, "1"])
+        assert "observation.environment_state" in said and "1 steps" in said
+        assert ("observation.images.view" in said) == (data == pictures)
+        seat = ["match", "--red", f"lerobot:path={out}", "--blue", "idle", "--map", "HandOff", "--ticks", "12"]
+        assert "lerobot:path=" in _run([*movingout, *seat])
+
+
+def test_benchmarl_trains_both_seats_for_some_iterations(tmp_path: Path) -> None:
+    python = installed(tmp_path, "benchmarl", "benchmarl")
+    said = _run([str(python), "-P", str(ROOT / "examples" / "train_benchmarl.py"), "2000"])
+    assert "iteration 2: reward per tick" in said
+    assert "2000 steps of MAPPO" in said
+
+
+def test_rllib_builds_an_algorithm_and_trains_it(tmp_path: Path) -> None:
+    python = installed(tmp_path, "rllib", "ray[rllib]")
+    said = _run([str(python), "-P", str(ROOT / "examples" / "train_rllib.py"), "1"])
+    assert "iteration 1: return" in said
 
 
 def _run(command: list[str]) -> str:

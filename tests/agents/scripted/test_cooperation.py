@@ -15,8 +15,9 @@ from movingout.agents.scripted.style import Style
 from movingout.agents.scripted.task_choice import IDLE_AFTER, WAITS_HOLDING_FOR, TaskSelector
 from movingout.agents.scripted.tasks.approach import stance_costs
 from movingout.agents.scripted.tasks.fetch import Carry, Fetch
-from movingout.agents.scripted.tasks.lift import LEAST_DISTANCE, RELEASE_AT_HOME_AFTER, Lift, tight_stance_costs
+from movingout.agents.scripted.tasks.grasp_pairs import LEAST_DISTANCE, tight_stance_costs
 from movingout.agents.scripted.tasks.lift import RELEASE_AFTER as PAIR_RELEASE_AFTER
+from movingout.agents.scripted.tasks.lift import RELEASE_AT_HOME_AFTER, Lift
 from movingout.agents.scripted.tasks.wait import Aside
 from movingout.maps import load_map
 from movingout.maps.flood_fill import UNREACHED

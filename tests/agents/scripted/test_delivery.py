@@ -1,10 +1,14 @@
 """What took the scripted pair longest to learn; the whole table is printed by `python -m bench scripted`."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from movingout.agents.data.rollout import RolloutStep, rollout
+from movingout.agents.base import EpisodeInfo
+from movingout.agents.data.rollout import RolloutStep, SeatPlayer, rollout
 from movingout.agents.scripted import ScriptedAgent
+from movingout.agents.scripted.navigation.grasp_stance import stances
 from movingout.agents.scripted.navigation.pose_grid import SOLO_MOTION, grid_pose, next_pose
 from movingout.agents.scripted.perception import Perception
 from movingout.maps import load_map
@@ -23,6 +27,25 @@ def test_a_pair_turns_the_large_item_through_the_gap_and_delivers_it() -> None:
     last = _last("SingleRotation", 150)
     assert delivered_items(the_map, last.after.item_poses).all()
     assert last.after.tick < 150
+
+
+@pytest.mark.parametrize("person", [0, 1])
+def test_who_holds_the_large_item_anywhere_and_waits_is_joined_within_five_seconds(person: int) -> None:
+    """A partner once stood at its corner for longer, and did not grab."""
+    the_map = load_map("SingleRotation")
+    start = World(the_map).state()
+    now = Perception(the_map, start, person)
+    poses, _ = stances(now.item(0), now.item_pose(0))
+    for pose in poses[::5]:
+        robots, held = start.robot_poses.copy(), np.array([-1, -1])
+        robots[person], held[person] = pose, 0
+        world = World.from_state(the_map, replace(start, robot_poses=robots, held=held))
+        partner = SeatPlayer(ScriptedAgent(), EpisodeInfo(the_map, 1 - person, 0, 500))
+        for _ in range(50):
+            actions = np.array([[0.0, pose[2], 0.0]] * 2)
+            actions[1 - person] = partner.action(world.state())
+            world.step(actions)
+        assert (world.state().held == 0).all(), f"held at {pose}"
 
 
 @pytest.mark.slow

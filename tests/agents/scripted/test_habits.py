@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
 from movingout.agents.catalogue import load_agent
 from movingout.agents.data.rollout import rollout
 from movingout.agents.errors import AgentError
@@ -174,3 +175,33 @@ def test_two_who_would_hand_over_in_different_places_come_to_terms(pair: tuple[f
     blue, red = (load_agent(f"scripted:handover={share}") for share in pair)
     *_, last = rollout(the_map, (blue, red), 0, 500)
     assert delivered_items(the_map, last.after.item_poses).all()
+
+
+class HoldsOn:
+    """A person who takes an item and then waits for help."""
+
+    def __init__(self) -> None:
+        self._drives, self._waits = load_agent("scripted"), load_agent("idle")
+
+    def reset(self, episode: EpisodeInfo) -> None:
+        self._drives.reset(episode)
+        self._waits.reset(episode)
+
+    def act(self, observation: Observation) -> ActionChunk:
+        holds = observation.state.held[observation.seat] >= 0
+        return (self._waits if holds else self._drives).act(observation)
+
+
+@pytest.mark.parametrize("name", ["SingleRotation", "SequentialRotations", "LeftRight", "FourCorners"])
+@pytest.mark.parametrize("seat", [0, 1])
+def test_who_holds_a_heavy_item_and_waits_is_helped_within_two_seconds(name: str, seat: int) -> None:
+    taken = None
+    agents = (HoldsOn(), load_agent("scripted"))
+    for tick, step in enumerate(rollout(load_map(name), agents if seat == 0 else agents[::-1], 0, 300)):
+        held = step.after.held
+        if taken is None and held[seat] >= 0:
+            taken = tick
+        if taken is not None and held[0] == held[1]:
+            assert tick - taken <= 20
+            return
+    raise AssertionError(f"taken at {taken}, and nobody came")

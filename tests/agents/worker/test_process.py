@@ -2,6 +2,7 @@
 
 import os
 import re
+import time
 from collections.abc import Hashable, Sequence
 from typing import ClassVar
 
@@ -89,6 +90,38 @@ class Counted(Forward):
         Counted.made += 1
 
 
+class Waiting(Forward):
+    """Takes a while without using the processor, as a decision does on a busy machine."""
+
+    def act(self, observation: Observation) -> ActionChunk:
+        time.sleep(0.02)
+        return super().act(observation)
+
+
+def _work() -> None:
+    """Uses 20 ms of the processor."""
+    begun = time.thread_time()
+    while time.thread_time() < begun + 0.02:
+        pass
+
+
+class Slow(Forward):
+    """Works for each decision."""
+
+    def act(self, observation: Observation) -> ActionChunk:
+        _work()
+        return super().act(observation)
+
+
+class Working(Chorus):
+    """Works for each batch."""
+
+    @staticmethod
+    def act_many(agents: Sequence["Chorus"], observations: Sequence[Observation]) -> list[ActionChunk]:
+        _work()
+        return Chorus.act_many(agents, observations)
+
+
 class Keyless(Chorus):
     """Cannot say with whom it goes together."""
 
@@ -126,6 +159,16 @@ def test_questions_for_agents_that_go_together_are_answered_in_one_batch(queue: 
     assert _keys(queue.answer_next(0.0)) == [3]  # idle, whose deadline is first
     assert _keys(queue.answer_next(0.0)) == [2, 1, 0]
     assert Chorus.sizes == [3] and not queue.busy
+
+
+def test_a_decision_costs_its_part_of_the_batch_and_not_what_a_busy_machine_adds(queue: DecisionQueue) -> None:
+    for key in range(3):
+        _open(queue, key, f"{HERE}:Waiting" if key == 0 else f"{HERE}:Working")
+        _ask(queue, key, deadline=10.0 + key)
+    (alone,) = queue.answer_next(0.0)
+    assert isinstance(alone, Answer) and alone.decision_ms < 15.0
+    for together in queue.answer_next(0.0):
+        assert isinstance(together, Answer) and 10.0 <= together.decision_ms < 18.0
 
 
 def test_a_batch_is_small_enough_not_to_keep_its_first_waiting(queue: DecisionQueue) -> None:
@@ -168,6 +211,19 @@ def test_arrays_that_an_agent_says_reach_the_server(queue: DecisionQueue) -> Non
 def test_an_agent_that_cannot_say_with_whom_it_goes_is_refused_in_a_sentence(queue: DecisionQueue) -> None:
     failed = queue.take(Open(0, f"{HERE}:Keyless", MAP, 0, 0, 100))
     assert isinstance(failed, Failed) and failed.fatal and "no key" in failed.reason
+
+
+def test_an_agent_whose_every_decision_takes_longer_than_a_tick_is_refused_in_a_sentence(
+    queue: DecisionQueue, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(process, "TICK_SECONDS", 0.001)
+    failed = queue.take(Open(0, f"{HERE}:Slow", MAP, 0, 0, 100))
+    assert isinstance(failed, Failed) and failed.fatal
+    assert re.fullmatch(
+        rf"{HERE}:Slow needs \d+ ms for a decision on this machine, and a tick has 1 ms: "
+        "it is for matches without people",
+        failed.reason,
+    )
 
 
 def test_an_agent_sits_again_until_its_checkpoint_is_another(

@@ -8,12 +8,12 @@ import pytest
 
 from bench import train_agents
 from bench._roster import CHOOSING_BY_NFD, OF_A, OF_BOTH
-from bench.bass import Numbers
 from bench.results.chart import chart
 from bench.results.episode_log import Outcome, Run
 from bench.results.page import BEGIN, END, measured_part, write_report
 from bench.results.paired_differences import against_aim, gains, lead, leads
 from bench.train_agents import main
+from movingout.agents.bass.accuracy import BassAccuracy
 from movingout.agents.catalogue import UNSEEN_TCR
 from movingout.agents.checkpoint.checkpoint import SHIPPED, Checkpoint, Score, read_checkpoint
 
@@ -47,7 +47,7 @@ def test_nothing_is_said_of_agents_trained_with_one_population_before_they_have_
 
 
 def test_the_parts_of_bass_stand_beside_what_the_paper_measured() -> None:
-    numbers = Numbers(0.1, 0.2, 0.3, 0.4, 0.5, 0.125, 0.25, 0.6, 0.7, 0.8, 0.9, n=7)
+    numbers = BassAccuracy(0.1, 0.2, 0.3, 0.4, 0.5, 0.125, 0.25, 0.6, 0.7, 0.8, 0.9, n=7)
     text = measured_part(
         (OF_BOTH, {"C": [_outcome("bass@all", 0.5)]}),
         (OF_A, {group: [] for group in "ABC"}),

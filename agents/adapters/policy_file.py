@@ -1,0 +1,87 @@
+"""Agents that are files: `onnx:path=…`, `torchscript:path=…`, `sb3:path=…`, `lerobot:path=…`; imports none of them."""
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+from movingout.agents.errors import AgentError
+
+_BLOCK = 1 << 20
+
+
+@dataclass(frozen=True, slots=True)
+class PolicyFileKind:
+    """A kind of file that can take a seat."""
+
+    name: str
+    title: str
+    factory: str  # "module:attribute", imported when asked for
+    what: str  # that its path names
+
+
+_KINDS = (
+    PolicyFileKind("onnx", "ONNX", "movingout.agents.adapters.onnx_agent:OnnxAgent", "an .onnx file"),
+    PolicyFileKind(
+        "torchscript",
+        "TorchScript",
+        "movingout.agents.adapters.torchscript_agent:TorchScriptAgent",
+        "a file of torch.jit.save",
+    ),
+    PolicyFileKind("sb3", "Stable-Baselines3", "movingout.agents.adapters.sb3_agent:Sb3Agent", "a .zip of model.save"),
+    PolicyFileKind(
+        "lerobot", "LeRobot", "movingout.agents.adapters.lerobot_agent:LeRobotAgent", "a folder pretrained_model"
+    ),
+)
+POLICY_FILES: Mapping[str, PolicyFileKind] = {kind.name: kind for kind in _KINDS}
+
+
+class MissingPackageError(AgentError):
+    """A file needs a library that is not installed."""
+
+    def __init__(self, kind: str, package: str, install: str) -> None:
+        title = POLICY_FILES[kind].title
+        super().__init__(f"a policy of {title} needs the package {package}; install it with: pip install {install}")
+
+
+def existing(kind: str, path: object, folder: bool = False) -> Path:
+    """The file or folder that an option `path` names. Raises AgentError when there is none."""
+    wanted = Path(str(path)).expanduser()
+    if wanted.is_dir() if folder else wanted.is_file():
+        return wanted
+    there = f"{wanted} is a {'file' if folder else 'folder'}" if wanted.exists() else f"there is no {wanted}"
+    raise AgentError(f"{there}; {kind}:path= names {POLICY_FILES[kind].what}")
+
+
+def policy_file(agent_id: str) -> Path | None:
+    """The file or folder of an agent that is one, whether it exists or not; None for any other agent."""
+    kind, _, options = agent_id.strip().partition(":")
+    if kind not in POLICY_FILES:
+        return None
+    named = [part.partition("=") for part in options.split(",")]
+    paths = [value.strip() for key, _, value in named if key.strip() == "path"]
+    return Path(paths[0]).expanduser() if paths else None
+
+
+def file_fingerprint(agent_id: str) -> str:
+    """The SHA-256 of the file, or of all files of the folder with their names; empty where there is none."""
+    path = policy_file(agent_id)
+    if path is None or not path.exists():
+        return ""
+    files = [path] if path.is_file() else sorted(one for one in path.rglob("*") if one.is_file())
+    facts = tuple((str(one), one.stat().st_size, one.stat().st_mtime_ns) for one in files)
+    return _sha256(str(path), facts)
+
+
+@lru_cache(maxsize=32)
+def _sha256(root: str, facts: tuple[tuple[str, int, int], ...]) -> str:
+    """Computed once for files of the same sizes and times."""
+    whole = hashlib.sha256()
+    for name, _, _ in facts:
+        if name != root:
+            whole.update(str(Path(name).relative_to(root)).encode() + b"\0")
+        with open(name, "rb") as file:
+            while block := file.read(_BLOCK):
+                whole.update(block)
+    return whole.hexdigest()

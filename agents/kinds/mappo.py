@@ -1,0 +1,131 @@
+"""The kinds that learn from their own play alone: MAPPO, and CoMeDi on top of it."""
+
+import argparse
+import datetime
+import hashlib
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, TypeVar, get_args
+
+from movingout.agents.base import Agent
+from movingout.agents.checkpoint.checkpoint import Checkpoint, Training
+from movingout.agents.errors import DataError
+from movingout.agents.kinds.kind import AgentKind, Trained
+from movingout.agents.reinforcement.mappo_config import ON_COORDINATION, PAPER, ComediConfig, MappoConfig
+from movingout.agents.training.run import TrainingRun
+from movingout.maps import load_map
+from movingout.maps.json_format import map_to_json
+from movingout.maps.randomize import Split
+from movingout.maps.selection import HELP, selected_maps
+
+if TYPE_CHECKING:
+    from movingout.agents.reinforcement.mappo import Mappo
+
+ConfigT = TypeVar("ConfigT", bound=MappoConfig)
+Learn = Callable[[TrainingRun[ConfigT], ConfigT, Sequence[str], Split | None], "Sequence[Mappo]"]
+"""Learns on maps; what plays is the last one."""
+
+
+def load_sampling(checkpoint: Checkpoint, noise: float = 1.0) -> Agent:
+    """The agent of a checkpoint. `noise`: 1 draws actions as in training, 0 plays the middle of what it would draw."""
+    from movingout.agents.inference.network import shared_policy_network
+    from movingout.agents.reinforcement.sampling_agent import SamplingAgent
+
+    spec = checkpoint.card.network
+    return SamplingAgent(spec, shared_policy_network(spec, checkpoint.read("policy.onnx")), noise)
+
+
+def _add_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--map", default="HandOff", help=f"what is played: {HELP}")
+    parser.add_argument(
+        "--split", choices=get_args(Split), default=None, help="play another Challenge 2 variant in every episode"
+    )
+
+
+def _train(learn: Learn[ConfigT], run: TrainingRun[ConfigT]) -> Trained:
+    """Play and learn in turns, then export the actor."""
+    options = run.options
+    if options.recordings:
+        raise DataError(f"{run.kind} learns from its own play; name --map instead of recordings")
+    maps = selected_maps(options.map)
+    documents = [map_to_json(load_map(name)) for name in maps]
+    config = _for_maps(run, maps)
+    from movingout.agents.policies.export import save_policy
+
+    run.begin()
+    learned = learn(run, config, maps, options.split)
+    last, frames = learned[-1], sum(one.frames for one in learned)
+    where = f"{len(maps)} maps" if len(maps) > 1 else maps[0]
+    training = Training(
+        preset=options.preset,
+        data_sha256=hashlib.sha256(json.dumps(documents).encode()).hexdigest(),
+        population=options.population or "its own play",
+        episodes=sum(one.episodes for one in learned),
+        windows=frames,
+        updates=sum(one.round for one in learned),
+        seed=config.seed,
+        created=datetime.datetime.now(datetime.UTC).date().isoformat(),
+    )
+    about = f"{_TITLES[run.kind]} on {where}: {frames:,} ticks of its own play, reward {config.reward}."
+    return Trained(save_policy(run.model_folder, run.agent_id, last.actor, maps, training, run.name, about), training)
+
+
+def _for_maps(run: TrainingRun[ConfigT], maps: Sequence[str]) -> ConfigT:
+    """The configuration; the paper has other numbers on maps of coordination, unless the command line says some."""
+    if run.options.preset != "paper" or any(load_map(name).mode != "coordination" for name in maps):
+        return run.config
+    return replace(
+        run.config, **{name: value for name, value in ON_COORDINATION.items() if name not in vars(run.options)}
+    )
+
+
+def _mappo(
+    run: TrainingRun[MappoConfig], config: MappoConfig, maps: Sequence[str], split: Split | None
+) -> "list[Mappo]":
+    from movingout.agents.reinforcement.mappo import Mappo, learn_mappo
+
+    mappo = Mappo(config, config.spec(run.kind), maps, split)
+    learn_mappo(mappo, run.folder, lambda told: run.tell(_line(told, config)))
+    return [mappo]
+
+
+def _comedi(
+    run: TrainingRun[ComediConfig], config: ComediConfig, maps: Sequence[str], split: Split | None
+) -> "list[Mappo]":
+    from movingout.agents.reinforcement.comedi import learn_comedi
+
+    spec = config.spec(run.kind)
+    return learn_comedi(
+        config, spec, maps, split, run.folder, lambda name, told: run.tell(f"{name}: {_line(told, config)}")
+    )
+
+
+def _line(told: dict[str, float], config: MappoConfig) -> str:
+    whole = config.rounds * config.room_ticks * config.envs
+    rest = ", ".join(f"{name} {value:.4g}" for name, value in told.items() if name != "frames")
+    return f"{told['frames']:,.0f} of {whole:,} frames, {rest}"
+
+
+_TITLES = {"mappo": "MAPPO", "comedi": "CoMeDi"}
+
+
+def _self_play(name: str, summary: str, config: type[ConfigT], learn: Learn[ConfigT]) -> AgentKind[ConfigT]:
+    return AgentKind(
+        name=name,
+        summary=summary,
+        presets={"fast": config(), "paper": config(**PAPER)},
+        add_options=_add_options,
+        option_names=("map", "split"),
+        train=lambda run: _train(learn, run),
+        load=load_sampling,
+    )
+
+
+MAPPO = _self_play("mappo", "MAPPO: both seats learn from rewards by self-play", MappoConfig, _mappo)
+COMEDI = _self_play(
+    "comedi",
+    "CoMeDi: conventions that differ, learned one after another, and an answer to all of them",
+    ComediConfig,
+    _comedi,
+)

@@ -1,0 +1,105 @@
+"""The training `response`: a policy that is steered by reinforcement learning to answer many partners, on its leash.
+
+What it makes is a checkpoint of the policy's own kind, which is loaded and plays like any other.
+"""
+
+import argparse
+import datetime
+from typing import TYPE_CHECKING
+
+from movingout.agents.checkpoint.checkpoint import Checkpoint
+from movingout.agents.errors import DataError
+from movingout.agents.kinds.kind import AgentKind, Trained
+from movingout.agents.kinds.policy import load_policy, weighted_policy
+from movingout.agents.partners.families import group
+from movingout.agents.reinforcement.config import ResponseConfig
+from movingout.agents.training.run import TrainingRun
+from movingout.maps import load_map
+from movingout.maps.selection import HELP, selected_maps
+from movingout.world.constants import LIMIT_TICKS
+
+if TYPE_CHECKING:
+    from movingout.agents.policies.diffusion_policy import DiffusionPolicy
+    from movingout.agents.reinforcement.rooms import Company
+
+
+def _add_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--base", required=True, help="id of the imitated policy that is steered")
+    parser.add_argument("--map", default="generated:training", help=f"what is played: {HELP}")
+    parser.add_argument(
+        "--partners",
+        nargs="+",
+        default=["families"],
+        help="whom it plays with, each as often: ids, people:A, families, …",
+    )
+    parser.add_argument("--ticks", type=int, default=LIMIT_TICKS, help="limit of an episode")
+
+
+def _train(run: TrainingRun[ResponseConfig]) -> Trained:
+    """Play and learn in turns, then export the policy with its steering inside."""
+    from movingout.agents.policies.export import save_policy
+    from movingout.agents.reinforcement.best_response import BestResponse, learn_response
+    from movingout.agents.reinforcement.steered_policy import SteeredPolicy
+
+    options, config = run.options, run.config
+    if options.recordings:
+        raise DataError("a response learns from its own play; name --map and --partners instead of recordings")
+    base, company = run.find(options.base), _company(run)
+    policy = SteeredPolicy(_network(base))
+    run.begin()
+    response = BestResponse(policy, company, config)
+    learn_response(response, run.folder, lambda told: run.tell(_line(told)))
+    partners = ", ".join(options.partners)
+    training = base.card.training.model_copy(
+        update={
+            "preset": options.preset,
+            "population": options.population or f"{base.card.training.population}; then a best response to {partners}",
+            "updates": response.round,
+            "seed": config.seed,
+            "created": datetime.datetime.now(datetime.UTC).date().isoformat(),
+        }
+    )
+    about = f"{base.card.name}, steered by reinforcement learning beside {partners} on {len(company.maps)} maps."
+    maps = sorted({*base.card.maps, *company.maps})
+    return Trained(save_policy(run.model_folder, run.agent_id, policy, maps, training, run.name, about), training)
+
+
+def _company(run: TrainingRun[ResponseConfig]) -> "Company":
+    """What is played. Raises AgentError or MapError for partners or maps that are not there."""
+    from movingout.agents.reinforcement.rooms import Company
+
+    options = run.options
+    maps = selected_maps(options.map)
+    for name in maps:
+        load_map(name)
+    groups = tuple(tuple(one.agent_id for one in group(name)) for name in options.partners)
+    for one in groups:
+        run.load_agent(one[0])  # fail now rather than in some round
+    if options.ticks < 1:
+        raise DataError("--ticks must be at least 1")
+    return Company(tuple(maps), groups, options.ticks, run.load_agent)
+
+
+def _network(base: Checkpoint) -> "DiffusionPolicy":
+    """The policy of a checkpoint with its weights. Raises DataError for one that cannot be steered."""
+    from movingout.agents.policies.diffusion_policy import DiffusionPolicy
+
+    network = weighted_policy(base) if base.card.kind == "dp" else None
+    if not isinstance(network, DiffusionPolicy):
+        raise DataError(f"{base.card.id} is of kind {base.card.kind}; only policies of kind dp can be steered")
+    return network.eval()
+
+
+def _line(told: dict[str, float]) -> str:
+    return ", ".join(f"{name} {value:.4g}" for name, value in told.items())
+
+
+RESPONSE = AgentKind(
+    name="response",
+    summary="a best response to many partners: a policy steered by reinforcement learning",
+    presets={"fast": ResponseConfig(), "paper": ResponseConfig()},
+    add_options=_add_options,
+    option_names=("base", "map", "partners", "ticks"),
+    train=_train,
+    load=load_policy,
+)

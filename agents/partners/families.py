@@ -1,0 +1,172 @@
+"""The families of partners: who can be trained with and measured with, and the names by which commands take them.
+
+| name | means |
+|---|---|
+| `people:A` | the twenty scripted people of a population |
+| `family:greedy` | the members of a family |
+| `families` | the members of every family for training, each family as often as the others |
+| `families:without-greedy` | the same but for one: to measure an agent with a family that it was not trained with |
+
+Members differ within a family in options and seeds; families differ in how they are built. A family of learned partners
+has the members whose checkpoints are here.
+"""
+
+import hashlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import cycle, islice
+
+from movingout.agents.checkpoint.checkpoint import MODEL_ROOTS, checkpoint_folders, folder_name
+from movingout.agents.errors import AgentError
+from movingout.agents.scripted.populations import POPULATIONS, population
+from movingout.maps.suggestion import known_names
+
+MEMBERS = 20  # of each family
+CLONE_SEEDS = 3  # trainings of each age
+PEOPLE, FAMILY, ALL, WITHOUT = "people:", "family:", "families", "families:without-"
+
+
+@dataclass(frozen=True, slots=True)
+class FamilyMember:
+    """One partner: a short name for files and tables, and the agent id."""
+
+    name: str
+    agent_id: str
+
+    @property
+    def sha256(self) -> str:
+        """A fingerprint of what the id names, as far as the id says it."""
+        return hashlib.sha256(self.agent_id.encode()).hexdigest()
+
+
+@dataclass(frozen=True, slots=True)
+class Family:
+    """Partners that are built alike."""
+
+    name: str
+    about: str  # how they are built
+    ids: tuple[str, ...]  # agent ids
+    trains: bool = True  # False: for measuring only
+
+    @property
+    def members(self) -> tuple[FamilyMember, ...]:
+        """Those whose checkpoints are here; all of a family without any."""
+        trained = any("@" in agent_id for agent_id in self.ids)
+        here = {folder.name for folder in checkpoint_folders(*MODEL_ROOTS)} if trained else set()
+        there = [agent_id for agent_id in self.ids if _is_here(agent_id, here)]
+        return tuple(FamilyMember(f"{self.name}{number + 1:02d}", agent_id) for number, agent_id in enumerate(there))
+
+
+def families() -> dict[str, Family]:
+    """Every family by name, in the order of tables."""
+    return {family.name: family for family in _make()}
+
+
+def is_group(name: str) -> bool:
+    """Whether a name stands for several agents rather than one."""
+    return name == ALL or name.startswith((PEOPLE, FAMILY, WITHOUT))
+
+
+def group(name: str) -> tuple[FamilyMember, ...]:
+    """The partners that a name stands for; one alone for the id of an agent.
+
+    Raises AgentError for an unknown population or family, and for a family without any checkpoint here.
+    """
+    if name.startswith(PEOPLE):
+        return _people(name.removeprefix(PEOPLE))
+    if name == ALL:
+        return _in_turn(_training_families(""))
+    if name.startswith(WITHOUT):
+        return _in_turn(_training_families(_known(name.removeprefix(WITHOUT)).name))
+    if not name.startswith(FAMILY):
+        return (FamilyMember(name, name),)
+    family = _known(name.removeprefix(FAMILY))
+    if not family.members:
+        raise AgentError(
+            f"family {family.name!r} has no trained members here: {', '.join(family.ids[:3])}, … are missing"
+        )
+    return family.members
+
+
+def member(name: str, number: int) -> str:
+    """The agent id that a name stands for in episode `number`: another member for each, or the id itself."""
+    partners = group(name)
+    return partners[number % len(partners)].agent_id
+
+
+def _people(name: str) -> tuple[FamilyMember, ...]:
+    if name not in POPULATIONS:
+        raise AgentError(f"unknown population {name!r}; {known_names(name, POPULATIONS)}")
+    return tuple(FamilyMember(person.name, person.agent_id) for person in population(name))
+
+
+def _known(name: str) -> Family:
+    known = families()
+    if name not in known:
+        raise AgentError(f"unknown family {name!r}; {known_names(name, known)}")
+    return known[name]
+
+
+def _training_families(without: str) -> list[Family]:
+    return [family for family in families().values() if family.trains and family.name != without and family.members]
+
+
+def _in_turn(chosen: list[Family]) -> tuple[FamilyMember, ...]:
+    """`MEMBERS` of each family, the families in turn."""
+    columns = [list(islice(cycle(family.members), MEMBERS)) for family in chosen]
+    return tuple(partner for row in zip(*columns, strict=True) for partner in row)
+
+
+def _is_here(agent_id: str, folders: set[str]) -> bool:
+    policy = agent_id.partition("policy=")[2].partition(",")[0] or agent_id.partition(":")[0]
+    return "@" not in policy or folder_name(policy) in folders
+
+
+def _make() -> Iterator[Family]:
+    planners = [person.agent_id for name in "AB" for person in population(name)[: MEMBERS // 2]]
+    yield Family(
+        "planner", "searches poses for what it carries and packs the goals (people of A and B)", tuple(planners)
+    )
+    yield Family("greedy", "takes the nearest item the shortest way, without a plan", tuple(_greedy()))
+    yield Family("porter", "an order and a goal of its own, straight and stubborn", tuple(_porters()))
+    yield Family("novice", "makes a beginner's mistakes and learns within the episode", tuple(_novices()))
+    yield Family("late", "late and jittery hands on a planner, a greedy walker or a novice", tuple(_late()))
+    yield Family("clone", "trained policies with noise and delay", tuple(_clones()))
+
+
+def _greedy() -> Iterator[str]:
+    for number in range(MEMBERS):
+        order, patience = ("near", "heavy", "light", "far")[number % 4], 40 + 5 * (number // 2 % 9)
+        yield f"greedy:seed={number},order={order},patience={patience}"
+
+
+def _porters() -> Iterator[str]:
+    for number in range(MEMBERS):
+        yield f"porter:seed={number},patience={(300, 150, 80)[number % 3]}"
+
+
+def _novices() -> Iterator[str]:
+    for number in range(MEMBERS):
+        yield f"novice:seed={number},learns_in={(100, 250, 500)[number % 3]}"
+
+
+def _late() -> Iterator[str]:
+    for number in range(MEMBERS):
+        inner = (f"greedy:seed={number}", f"person:name=A{number % 10 + 11}", f"novice:seed={number + MEMBERS}")[
+            number % 3
+        ]
+        jitter, keys = (0.1, 0.2, 0.3)[number % 3], number % 4 == 3
+        yield f"late:agent={inner},seed={number},delay={2 + number % 4},jitter={jitter},keys={int(keys)}"
+
+
+def _clones() -> Iterator[str]:
+    shipped = ("dp@all", "gru@all", "mlp@all")
+    aged = [aged_clone(seed, age) for seed in range(CLONE_SEEDS) for age in ("young", "old")]
+    for number in range(MEMBERS):
+        policy = shipped[number % 3] if number < MEMBERS // 2 else aged[number % len(aged)]
+        yield f"clone:policy={policy},seed={number},delay={number % 3},jitter={(0.02, 0.1, 0.2)[number % 3]}"
+
+
+def aged_clone(seed: int, age: str) -> str:
+    """The id of a policy of a seed and an age, as `agents.curriculum.partners` trains it."""
+    return f"clone-{seed}-{age}@families"

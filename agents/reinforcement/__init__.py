@@ -1,0 +1,1 @@
+"""Reinforcement learning on top of imitation: a best response to partners, held near the imitated policy."""

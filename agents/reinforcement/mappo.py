@@ -1,0 +1,186 @@
+"""MAPPO (Yu et al. 2022): both seats share an actor, and a critic that sees what both see judges them.
+
+From the top: a round is played in all rooms; TorchRL's generalised advantages and clipped objective improve actor and
+critic; and so on. What is drawn in a round follows from the seed and the number of the round, and rooms are put back to
+the tick at which they were, so that a run that was interrupted arrives at the same weights.
+"""
+
+import json
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from movingout.agents.checkpoint.policy_spec import PolicySpec
+from movingout.agents.errors import DataError
+from movingout.agents.reinforcement.joint_play import RANGE, JointPlay, play_round
+from movingout.agents.reinforcement.learning_room import MODES, LearningRoom, RoomPairing
+from movingout.agents.reinforcement.mappo_config import MappoConfig
+from movingout.agents.reinforcement.resume_file import read_resume, write_resume
+from movingout.agents.reinforcement.tanh_actor import CentralCritic, TanhActor
+from movingout.agents.training.run_folder import RESUME
+from movingout.maps.extras import needs_extra
+from movingout.maps.randomize import Split
+
+with needs_extra("rl", "reinforcement learning"):
+    from tensordict.nn import TensorDictModule
+    from torchrl.modules import ProbabilisticActor, TanhNormal, ValueOperator
+    from torchrl.objectives import ClipPPOLoss
+    from torchrl.objectives.value import GAE
+
+Tell = Callable[[dict[str, float]], None]
+
+
+class Mappo:
+    """Everything that changes while MAPPO learns."""
+
+    def __init__(
+        self,
+        config: MappoConfig,
+        spec: PolicySpec,
+        maps: Sequence[str],
+        split: Split | None = None,
+        pairings: Sequence[RoomPairing] | None = None,
+        frozen: Sequence[TanhActor] = (),
+    ) -> None:
+        """`pairings`: one for each room, self-play without; `frozen`: the partners that they name."""
+        torch.set_num_threads(config.threads)
+        self.config, self.frozen, self.round, self.episodes = config, frozen, 0, 0
+        with torch.random.fork_rng(devices=[]):
+            torch.manual_seed(config.seed)
+            self.actor, self.critic = TanhActor(spec), CentralCritic(spec, len(MODES))
+        self.rooms = [
+            LearningRoom(maps, config, split, (config.seed, number), pairing)
+            for number, pairing in enumerate(pairings or [RoomPairing()] * config.envs)
+        ]
+        self._learned = nn.ModuleDict({"actor": self.actor, "critic": self.critic})
+        value = ValueOperator(self.critic, in_keys=["state"])
+        self._advantages = GAE(gamma=config.discount, lmbda=config.trace, value_network=value)
+        self._losses = _losses(self.actor, value, config)
+        self._optimiser = torch.optim.Adam(self._learned.parameters(), lr=config.rate, eps=1e-6)
+
+    @property
+    def frames(self) -> int:
+        """Ticks that were played to learn from."""
+        return self.round * self.config.room_ticks * self.config.envs
+
+    def learn(self) -> dict[str, float]:
+        """One round: play, then improve. Returns what is to be drawn as curves."""
+        seed = int(np.random.SeedSequence([self.config.seed, self.round]).generate_state(1)[0])
+        generator = torch.Generator().manual_seed(seed)
+        played = play_round(self.rooms, self.actor, self.frozen, self.config.room_ticks, generator)
+        chosen, told = self._chosen(played)
+        with torch.random.fork_rng(devices=[]):
+            torch.manual_seed(seed)  # for the loss, which estimates the entropy from samples
+            self._improve(played, chosen, generator)
+        self.round += 1
+        self.episodes += len(played.scores)
+        ended = {"score per episode": float(np.mean(played.scores))} if played.scores else {}
+        return {**told, "episodes": float(self.episodes), **ended}
+
+    def _chosen(self, played: JointPlay) -> tuple[Tensor, dict[str, float]]:
+        """Which rows (2 K, T) are learned from: of the rooms with partners, those with the most compatible one.
+
+        With rewards that count against, as in CoMeDi; where rewards count for, all partners are learned with.
+        """
+        told = {"reward per tick": played.mean_reward([k for k, one in enumerate(self.rooms) if self._is_own(one)])}
+        against = {room.pairing.partner for room in self.rooms if room.pairing.weight < 0.0}
+        if not against:
+            return played.learned, told
+        rewards = {
+            one: played.mean_reward([k for k, room in enumerate(self.rooms) if _is_cross(room, one)])
+            for one in sorted(against)
+        }
+        most = max(rewards, key=lambda one: rewards[one])
+        kept = torch.tensor([room.pairing.partner in (-1, most) for room in self.rooms]).repeat_interleave(2)
+        return played.learned & kept[:, None], {**told, "with the most compatible": rewards[most]}
+
+    def _is_own(self, room: LearningRoom) -> bool:
+        return room.pairing.mode == "self" or all(one.pairing.mode == "partner" for one in self.rooms)
+
+    def _improve(self, played: JointPlay, chosen: Tensor, generator: torch.Generator) -> None:
+        with torch.no_grad():
+            self._advantages(played.rows)
+        rows = played.rows[chosen]
+        size = 2 * self.config.batch  # both seats
+        for _ in range(self.config.passes):
+            order = torch.randperm(len(rows), generator=generator)
+            for start in range(0, len(rows), size):
+                self._update(rows[order[start : start + size]])
+
+    def _update(self, rows: object) -> None:
+        losses = self._losses(rows)
+        loss = losses["loss_objective"] + losses["loss_critic"] + losses.get("loss_entropy", 0.0)
+        self._optimiser.zero_grad(set_to_none=True)
+        loss.backward()
+        for network in (self.actor, self.critic):
+            nn.utils.clip_grad_norm_(network.parameters(), self.config.clip or 1e9)
+        self._optimiser.step()
+
+    def save(self, path: Path) -> None:
+        """Everything needed to continue, rooms included, as plain tensors."""
+        others = {"round": torch.tensor(self.round), "episodes": torch.tensor(self.episodes)}
+        for number, room in enumerate(self.rooms):
+            others |= {f"room.{number}.{name}": torch.from_numpy(one) for name, one in room.kept().items()}
+        write_resume(path, self._learned, self._optimiser, others)
+
+    def resume(self, path: Path) -> None:
+        """Load what `save` wrote, if it is there. Raises DataError when it is damaged or of another agent."""
+        if not path.exists():
+            return
+        others = read_resume(path, self._learned, self._optimiser)
+        try:
+            self.round, self.episodes = int(others["round"]), int(others["episodes"])
+            for number, room in enumerate(self.rooms):
+                room.put_back(int(others[f"room.{number}.episode"]), others[f"room.{number}.actions"].numpy())
+        except KeyError as error:
+            raise DataError(f"{path} was begun with fewer environments; choose another --id") from error
+
+
+def learn_mappo(mappo: Mappo, folder: Path, tell: Tell) -> None:
+    """Learn to the end, continuing from the folder's resume file if there is one."""
+    folder.mkdir(parents=True, exist_ok=True)
+    mappo.resume(folder / RESUME)
+    begun, rounds = time.monotonic(), mappo.config.rounds
+    with (folder / "losses.jsonl").open("a", encoding="utf-8") as curve:
+        while mappo.round < rounds:
+            values = mappo.learn()
+            told = {"frames": float(mappo.frames), **values}
+            curve.write(json.dumps({**told, "seconds": round(time.monotonic() - begun, 1)}) + "\n")
+            curve.flush()
+            tell(told)
+            if mappo.round % mappo.config.evaluate_every == 0 or mappo.round >= rounds:
+                mappo.save(folder / RESUME)
+
+
+def _losses(actor: TanhActor, value: ValueOperator, config: MappoConfig) -> ClipPPOLoss:
+    distribution = ProbabilisticActor(
+        TensorDictModule(_Moments(actor), in_keys=["observation"], out_keys=["loc", "scale"]),
+        in_keys=["loc", "scale"],
+        distribution_class=TanhNormal,
+        distribution_kwargs=RANGE,
+        return_log_prob=True,
+    )
+    return ClipPPOLoss(
+        distribution, value, clip_epsilon=config.clip_ratio, entropy_bonus=config.entropy > 0.0,
+        entropy_coeff=config.entropy or 0.01, critic_coeff=config.critic_weight, loss_critic_type="l2",
+        normalize_advantage=config.normalise,
+    )  # fmt: skip
+
+
+def _is_cross(room: LearningRoom, partner: int) -> bool:
+    return room.pairing.mode == "partner" and room.pairing.partner == partner
+
+
+class _Moments(nn.Module):
+    """The actor as what TorchRL asks for: location and scale of observations."""
+
+    def __init__(self, actor: TanhActor) -> None:
+        super().__init__()
+        self.actor = actor
+
+    def forward(self, observation: Tensor) -> tuple[Tensor, Tensor]:
+        return self.actor.moments(observation)

@@ -1,0 +1,115 @@
+"""Episodes of a learner with many partners on many maps at once: one batch of decisions for all of them."""
+
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from movingout.agents.action_chunk import world_action
+from movingout.agents.base import Agent, EpisodeInfo
+from movingout.agents.bass.value import progress
+from movingout.agents.checkpoint.policy_spec import PolicySpec
+from movingout.agents.data.rollout import SeatPlayer
+from movingout.agents.inference.policy_agent import agent_rows
+from movingout.agents.observation.features import FeatureSet, Singles, in_frame
+from movingout.maps import load_map
+from movingout.world import World
+from movingout.world.scoring import delivered_many
+from movingout.world.state import Floats, WorldState
+
+
+@dataclass(frozen=True, slots=True)
+class Company:
+    """What is played: drawn evenly for every episode."""
+
+    maps: tuple[str, ...]
+    partners: tuple[tuple[str, ...], ...]  # groups of agent ids, each group as often as the others
+    ticks: int
+    load_agent: Callable[[str], Agent]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Played:
+    """One decision in each of K rooms."""
+
+    rewards: Floats  # (K,) progress made
+    over: Floats  # (K,) 1 where the episode ended, for whatever reason
+    delivered: Floats  # (K,) 1 where everything was delivered
+
+
+class PlayRoom:
+    """One world after another, with the learner in one seat."""
+
+    def __init__(self, company: Company, spec: PolicySpec, seed: int) -> None:
+        self._company, self._spec = company, spec
+        self._seen = FeatureSet.of(spec)
+        self._random = np.random.default_rng(seed)
+        self._past: deque[WorldState] = deque(maxlen=self._seen.memory_ticks + 1)
+        self._open()
+
+    def reseed(self, seed: int) -> None:
+        """Begin another episode, drawn from another seed."""
+        self._random = np.random.default_rng(seed)
+        self._open()
+
+    def features(self) -> Singles:
+        """What the learner sees (D,)."""
+        rows = self._seen.of_moments(self._world.map, [self._past[-1]], [tuple(self._past)], [self._seat])
+        seen: Singles = rows[0]
+        return seen
+
+    def play(self, chunk: Singles) -> tuple[float, bool, bool]:
+        """Plays the first ticks of a chunk (H, 5): progress made, whether the episode is over, whether all is done."""
+        before = self._done
+        if self._spec.own_frame:
+            angle = self._past[-1].robot_poses[self._seat, 2]
+            chunk = in_frame(chunk[None], np.array([angle]))[0]
+        for tick in range(self._spec.execute):
+            self._step(chunk[tick:])
+            if self._world.delivered().all():
+                break
+        finished = bool(self._world.delivered().all())
+        over = finished or self._world.tick >= self._company.ticks
+        gained = self._progress() - before
+        if over:
+            self._open()
+        return gained, over, finished
+
+    def _step(self, rows: Singles) -> None:
+        state = self._past[-1]
+        holding = bool(state.held[self._seat] >= 0)
+        row = agent_rows(rows[:1], holding=holding, levels=self._spec.grasp == "hold")[0]
+        both = np.zeros((2, 3))
+        both[self._seat] = world_action(row)
+        both[1 - self._seat] = self._partner.action(state)
+        self._world.step(both)
+        self._past.append(self._world.state())
+
+    def _open(self) -> None:
+        """The next episode: another map, partner and seat."""
+        company, draw = self._company, self._random
+        the_map = load_map(company.maps[draw.integers(len(company.maps))])
+        family = company.partners[draw.integers(len(company.partners))]
+        partner = family[draw.integers(len(family))]
+        self._seat, seed = int(draw.integers(2)), int(draw.integers(2**31))
+        self._world = World(the_map, record_sub_poses=False)
+        self._partner = SeatPlayer(
+            company.load_agent(partner), EpisodeInfo(the_map, 1 - self._seat, seed, company.ticks)
+        )
+        self._past.clear()
+        self._past.append(self._world.state())
+        self._progress()
+
+    def _progress(self) -> float:
+        """Mean of NFD and TCR now; kept to tell the next gain."""
+        items = self._past[-1].item_poses[None]
+        delivered = delivered_many(self._world.map, items).astype(np.float64)
+        self._done = float(progress(self._world.map, items, delivered)[0])
+        return self._done
+
+
+def play_all(rooms: Sequence[PlayRoom], chunks: Singles) -> Played:
+    """One decision in every room, chunks (K, H, 5)."""
+    results = np.array([room.play(chunk) for room, chunk in zip(rooms, chunks, strict=True)], dtype=np.float64)
+    return Played(results[:, 0], results[:, 1], results[:, 2])

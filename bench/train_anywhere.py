@@ -1,0 +1,92 @@
+"""Train the agents that play anywhere, measure them and print their tables; finished steps are skipped.
+
+    python -m bench.train_anywhere --workers 2
+
+1. a pair of experts plays generated maps of the training seeds; those it solves are listed;
+2. an expert plays on them with scripted partners, with occasional slips of its hand;
+3. a Diffusion Policy that sees nothing absolute (`relative-v1`) is trained on these episodes;
+4. it takes turns with the expert (DAgger) and is trained further; `--rounds` times;
+5. Diffusion Policy is trained from scratch on all labels, `--seeds` times;
+6. it plays alone with the same partners; BASS's simulator and a value are trained on all these episodes, and the value
+   again with those that BASS then plays;
+7. with `--response-rounds N`, reinforcement learning makes a best response of the policy, on its leash;
+8. these, the expert and an idle partner play on the paper's maps, their symmetries and generated test maps.
+
+Steps 1 to 7 are `agents.curriculum.recipe_anywhere`; `--dry-run` prints their commands. A restarted command resumes
+where it stopped; finished evaluation episodes are in data/anywhere/evaluation.jsonl. Nothing is trained with people of
+C or on test seeds. Partners are the families (`agents.partners.families`) unless `--partners` names others.
+"""
+
+import argparse
+import dataclasses
+import os
+import shlex
+from collections.abc import Sequence
+from pathlib import Path
+
+from bench import anywhere
+from bench.train_agents import at_least, scores
+from movingout.agents.checkpoint.checkpoint import find_checkpoint, rescored
+from movingout.agents.curriculum.recipe_anywhere import BASS_ANY, DP_ANY, RESPONSE_ANY, AnywhereSizes, recipe_anywhere
+from movingout.agents.curriculum.steps import run_stages
+from movingout.maps.errors import MovingOutError
+from movingout.world.constants import LIMIT_TICKS
+
+
+def main(words: Sequence[str] | None = None) -> None:
+    """Parse and run the steps; exit with a message if that is impossible."""
+    args = _parsed(words)
+    names = [entry.name for entry in dataclasses.fields(AnywhereSizes)]
+    sizes = AnywhereSizes(**{name: vars(args)[name] for name in names})
+    try:
+        stages = recipe_anywhere(sizes)
+        if args.dry_run:
+            print("\n".join(shlex.join(("movingout", *step.words)) for stage in stages for step in stage))
+            return
+        if not args.only_evaluate:
+            run_stages(stages, args.workers)
+    except MovingOutError as error:
+        raise SystemExit(f"train_anywhere: {error}") from error
+    log = sizes.data / "anywhere" / "evaluation.jsonl"
+    learned = [
+        DP_ANY,
+        *([RESPONSE_ANY] * bool(sizes.response_rounds)),
+        *(f"{DP_ANY}-{seed}" for seed in range(1, sizes.seeds)),
+    ]
+    played = anywhere.main([
+        "--agents", *learned, BASS_ANY, "dp@all", "bass@all", "scripted", anywhere.CONTROL,
+        "--partners", *args.measured_with, "--runs", str(args.runs), "--ticks", str(args.ticks),
+        "--workers", str(args.workers), "--log", str(log),
+    ])  # fmt: skip
+    for agent_id in (*learned, BASS_ANY):
+        _write_scores(sizes.data / "models", agent_id, played[args.measured_with[0]])
+
+
+def _write_scores(models: Path, agent_id: str, played: anywhere.Played) -> None:
+    """Write to a card how its agent did, over all groups of maps."""
+    outcomes = [one for name in (agent_id, anywhere.CONTROL) for cell in played[name].values() for one in cell]
+    rescored(find_checkpoint(agent_id, models), scores(outcomes, agent_id))
+
+
+def _parsed(words: Sequence[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.set_defaults(data=Path("data"))  # where the worker processes look for models
+    for entry in dataclasses.fields(AnywhereSizes):
+        if "least" in entry.metadata:
+            kind, text = at_least(entry.metadata["least"]), f"{entry.metadata['help']} (%(default)s)"
+            parser.add_argument(f"--{entry.name.replace('_', '-')}", type=kind, default=entry.default, help=text)
+    parser.add_argument(
+        "--partners", default="families", help="whom `demos label --population` lets play (%(default)s)"
+    )
+    parser.add_argument("--paper-maps", action="store_true", help="train on the paper's maps too, in all symmetries")
+    parser.add_argument("--measured-with", nargs="+", default=["C"], help="groups of partners of `bench.anywhere`")
+    parser.add_argument("--runs", type=at_least(1), default=60, help="evaluation episodes per cell (%(default)s)")
+    parser.add_argument("--dry-run", action="store_true", help="print the training commands and exit")
+    parser.add_argument("--only-evaluate", action="store_true", help="train nothing")
+    parser.add_argument("--ticks", type=at_least(1), default=LIMIT_TICKS)
+    parser.add_argument("--workers", type=at_least(1), default=os.cpu_count() or 1)
+    return parser.parse_args(words)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,107 @@
+"""The registry of families: names that stand for several partners, one left out, and what commands do with them."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from movingout.agents.catalogue import load_agent
+from movingout.agents.curriculum.partners import clone_stage
+from movingout.agents.curriculum.recipe import Sizes
+from movingout.agents.environment.partners import partner_groups
+from movingout.agents.errors import AgentError
+from movingout.agents.partners.families import MEMBERS, Family, families, group, is_group, member
+from movingout.server.cli import main
+
+BUILT_IN = ("planner", "greedy", "porter", "novice", "late", "clone")
+
+
+def test_six_families_are_there_without_any_training_and_each_has_twenty_members() -> None:
+    known = families()
+    assert [len(known[name].members) for name in BUILT_IN[:5]] == [MEMBERS] * 5
+    assert len(known["clone"].members) >= MEMBERS // 2  # with the shipped policies alone
+    for name in BUILT_IN:
+        assert len({partner.agent_id for partner in known[name].members}) == len(known[name].members)
+
+
+@pytest.mark.parametrize("name", BUILT_IN)
+def test_members_can_be_loaded(name: str) -> None:
+    for partner in families()[name].members[:4]:
+        assert callable(load_agent(partner.agent_id).act)
+
+
+def test_all_families_come_in_turn_and_one_can_be_left_out() -> None:
+    everybody, others = group("families"), group("families:without-greedy")
+    trained = [family for family in families().values() if family.trains and family.members]
+    assert len(everybody) == MEMBERS * len(trained) and len(others) == len(everybody) - MEMBERS
+    assert [partner.name[:-2] for partner in everybody[: len(trained)]] == [family.name for family in trained]
+    assert not any(partner.name.startswith("greedy") for partner in others)
+    assert {partner.agent_id for partner in others} < {partner.agent_id for partner in everybody}
+
+
+def test_nobody_of_population_c_is_in_a_family() -> None:
+    assert not any("name=C" in partner.agent_id for family in families().values() for partner in family.members)
+
+
+def test_a_name_stands_for_another_member_in_each_episode_and_an_id_for_itself() -> None:
+    assert member("family:greedy", 0) != member("family:greedy", 1)
+    assert member("family:greedy", 3) == member("family:greedy", 3 + MEMBERS)
+    assert member("people:A", 2) == "person:name=A03" and member("idle", 7) == "idle"
+    assert is_group("people:C") and is_group("families") and not is_group("greedy")
+
+
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("family:gready", "unknown family 'gready'; did you mean greedy?"),
+        ("families:without-nobody", "unknown family 'nobody'"),
+        ("people:Z", "unknown population 'Z'"),
+    ],
+)
+def test_an_unknown_group_is_refused_with_the_known_ones(name: str, sentence: str) -> None:
+    with pytest.raises(AgentError) as raised:
+        group(name)
+    assert sentence in str(raised.value)
+
+
+def test_a_family_of_trained_partners_has_the_members_whose_checkpoints_are_here(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    ids = ("clone:policy=dp@all,seed=1", "clone:policy=nobody@here")
+    learned = Family("learned", "a test", ids)
+    assert [partner.agent_id for partner in learned.members] == [ids[0]]
+    monkeypatch.setattr(
+        "movingout.agents.partners.families.families", lambda: {"learned": replace(learned, ids=ids[1:])}
+    )
+    with pytest.raises(AgentError, match="family 'learned' has no trained members here: clone:policy=nobody@here"):
+        group("family:learned")
+
+
+def test_the_recipe_of_clones_trains_what_the_family_names(tmp_path: Path) -> None:
+    trained = {step.agent_id for step in clone_stage(Sizes(data=tmp_path))}
+    named = {agent_id.partition("policy=")[2].partition(",")[0] for agent_id in families()["clone"].ids}
+    assert trained <= named and len(trained) == 6
+
+
+def test_an_environment_draws_from_a_family() -> None:
+    (ids,) = partner_groups("family:novice")
+    assert ids == tuple(partner.agent_id for partner in families()["novice"].members)
+
+
+def test_demonstrations_are_played_by_a_family(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    command = "demos generate --population family:greedy --people 2 --map Simple --episodes 1 --ticks 5 --workers 1"
+    assert main([*command.split(), "--json", "--out", str(tmp_path)]) == 0
+    assert json.loads(capsys.readouterr().out)["episodes"] == 1
+    assert [path.name for path in tmp_path.glob("*.mcap")] == ["family-greedy1s0-Simple-greedy01greedy02-00.mcap"]
+    assert main(["demos", "generate", "--population", "family:x", "--out", str(tmp_path)]) == 2
+    assert "unknown family 'x'" in capsys.readouterr().err
+
+
+def test_families_are_listed_with_the_people(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["demos", "people"]) == 0
+    printed = capsys.readouterr().out
+    assert "family:greedy: takes the nearest item" in printed and "porter20  porter:seed=19" in printed
+    assert main(["demos", "people", "--json"]) == 0
+    listed = json.loads(capsys.readouterr().out)
+    assert set(listed["populations"]) == set("ABC") and listed["families"]["late"]["trains"] is True

@@ -1,0 +1,115 @@
+"""Steering a policy by its noise: the imitated policy at first, then what reward asks for, within its leash."""
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from movingout.agents.catalogue import load_agent
+from movingout.agents.checkpoint.policy_spec import PolicySpec
+from movingout.agents.data.dataset import Singles
+from movingout.agents.errors import DataError
+from movingout.agents.inference.network import PolicyNetwork
+from movingout.agents.policies.diffusion_policy import DiffusionPolicy
+from movingout.agents.policies.export import export_policy
+from movingout.agents.reinforcement.config import ResponseConfig
+from movingout.agents.reinforcement.rooms import Company, PlayRoom, play_all
+from movingout.agents.reinforcement.steered_policy import SteeredPolicy, divergence
+
+SPEC = PolicySpec(
+    kind="dp", layout="relative-v1", lags=(2,), obs_horizon=1, horizon=8, execute=2, width=16, depth=1, denoiser="items"
+)
+COMPANY = Company(("DistancePriority", "generated:awareness:1"), (("idle",), ("scripted",)), 20, load_agent)
+CONFIG = ResponseConfig(updates=2, rooms=2, decisions=6, batch=8, passes=1, evaluate_every=1)
+
+
+def policy() -> SteeredPolicy:
+    torch.manual_seed(0)
+    return SteeredPolicy(DiffusionPolicy(SPEC).eval())
+
+
+def test_before_any_training_the_imitated_policy_plays() -> None:
+    steered = policy()
+    seen, noise = torch.randn(3, 1, SPEC.features), torch.randn(3, 1, 8, 5)
+    with torch.inference_mode():
+        assert torch.allclose(steered(seen, noise), steered.base(seen, noise), atol=1e-5)
+        assert torch.allclose(divergence(*steered.steer(seen[:, 0])), torch.zeros(3), atol=1e-6)
+    served = PolicyNetwork(SPEC, export_policy(steered)).run(seen.numpy(), noise.numpy())
+    with torch.inference_mode():
+        np.testing.assert_allclose(served, steered.base(seen, noise).numpy(), atol=1e-2)
+
+
+def test_a_policy_that_draws_its_noise_otherwise_cannot_be_steered() -> None:
+    other = SPEC.model_copy(update={"process": "ddpm", "sample_steps": 2})
+    with pytest.raises(DataError, match="only a policy with --denoiser items and --process flow or ddim"):
+        SteeredPolicy(DiffusionPolicy(other))
+
+
+def test_rooms_play_one_episode_after_another_with_all_partners_on_all_maps() -> None:
+    room, maps, seats = PlayRoom(COMPANY, SPEC, 0), set(), set()
+    overs = 0
+    for _ in range(60):
+        maps.add(room._world.map.name)
+        seats.add(room._seat)
+        result = play_all([room], np.zeros((1, 8, 5), np.float32))
+        overs += int(result.over[0])
+        assert room.features().shape == (SPEC.features,)
+    assert (overs, maps, seats) == (6, set(COMPANY.maps), {0, 1})
+
+
+def test_a_room_counts_the_progress_that_was_made() -> None:
+    room = PlayRoom(
+        dataclasses.replace(COMPANY, partners=(("scripted",),), ticks=400, maps=("DistancePriority",)), SPEC, 1
+    )
+    gains = [room.play(np.zeros((8, 5), np.float32))[0] for _ in range(200)]
+    assert 0.1 < sum(gains) < 1.0  # what the expert does alone
+    assert min(gains) < max(gains)
+
+
+class _Driving:
+    """A room in which driving ahead is all that counts."""
+
+    def __init__(self, company: Company, spec: PolicySpec, seed: int) -> None:
+        self._spec, self._left = spec, 10
+
+    def features(self) -> Singles:
+        return np.full(self._spec.features, 0.1, np.float32)
+
+    def play(self, chunk: Singles) -> tuple[float, bool, bool]:
+        self._left = self._left - 1 or 10
+        return 0.02 * float(chunk[0, 0]), self._left == 10, False
+
+
+def test_reward_changes_what_is_done_and_the_leash_holds_it_back(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    pytest.importorskip("torchrl")
+    from movingout.agents.reinforcement import best_response
+
+    monkeypatch.setattr(best_response, "PlayRoom", _Driving)
+    ends = {}
+    for leash in (0.0, 10.0):
+        config = dataclasses.replace(CONFIG, updates=12, rooms=8, decisions=20, batch=80, rate=5e-3, leash=leash)
+        response = best_response.BestResponse(policy(), COMPANY, config)
+        told: list[dict[str, float]] = []
+        best_response.learn_response(response, tmp_path / str(leash), told.append)
+        ends[leash] = (told[-1]["progress per episode"] - told[0]["progress per episode"], told[-1]["divergence"])
+    assert ends[0.0][0] > 0.02, "it drives more than it did"
+    assert ends[10.0][1] < 0.1 * ends[0.0][1], "on a short leash it stays with the imitated policy"
+
+
+def test_an_interrupted_response_goes_on(tmp_path: Path) -> None:
+    pytest.importorskip("torchrl")
+    from movingout.agents.reinforcement.best_response import BestResponse, learn_response
+
+    first = BestResponse(policy(), COMPANY, dataclasses.replace(CONFIG, updates=1))
+    assert learn_response(first, tmp_path, lambda told: None) == 1
+    again = BestResponse(policy(), COMPANY, CONFIG)
+    assert learn_response(again, tmp_path, lambda told: None) == 1
+    assert again.round == 2
+    assert len((tmp_path / "losses.jsonl").read_text().splitlines()) == 2
+    (tmp_path / "resume.safetensors").write_bytes(b"x")
+    with pytest.raises(DataError, match="is damaged or of another policy"):
+        learn_response(BestResponse(policy(), COMPANY, CONFIG), tmp_path, lambda told: None)

@@ -1,0 +1,30 @@
+"""A state in words and as JSON: who is where, who holds what, and what is left."""
+
+import json
+
+from movingout.agents.observation.seat_observation import observe, start_state
+from movingout.maps import load_map
+
+MAP = load_map("HandOff")
+
+
+def test_the_text_names_everything_that_a_person_sees() -> None:
+    state = start_state(MAP)
+    state.held[1] = 0
+    lines = str(observe(MAP, state, 1).describe()).splitlines()
+    assert lines[0] == f"HandOff, 0.0 s. You are red; 0 of {len(MAP.items)} items are delivered."
+    assert lines[1].startswith("You are at (") and lines[1].endswith("and hold item 0.")
+    assert lines[2].startswith("Your partner is at (") and lines[2].endswith("and holds nothing.")
+    assert lines[3].startswith("Item 0: ") and "held by you" in lines[3]
+    assert len(lines) == 4 + len(MAP.items) and lines[-1].startswith("Goals (left, bottom, right, top): (")
+
+
+def test_the_json_is_plain_and_seen_from_the_seat() -> None:
+    state = start_state(MAP)
+    state.held[:] = 2
+    blue, red = (observe(MAP, state, seat).describe().to_json() for seat in (0, 1))
+    assert json.loads(json.dumps(blue)) == blue
+    assert (blue["you"], blue["partner"]) == (red["partner"], red["you"])
+    assert blue["items"][2]["held_by"] == ["you", "your partner"]
+    assert all(item["way_to_goal"] > 0 and not item["delivered"] for item in blue["items"])
+    assert len(blue["goals"]) == len(MAP.goals) and len(blue["walls"]) == len(MAP.walls)
