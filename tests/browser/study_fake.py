@@ -120,6 +120,7 @@ class FakeStudy:
     people: dict[str, FakePerson] = field(default_factory=dict)  # by token
     coming: list[FakePerson] = field(default_factory=list)  # who arrives next
     group: int = 1
+    pays: bool = True
     leaves_rooms: bool = False  # a round is over when the page asks where it is after having been in the room
     asks_code: bool = True
     refusals: dict[str, tuple[int, str, str]] = field(default_factory=dict)  # path to status, code, message
@@ -174,6 +175,7 @@ class FakeStudy:
                 route.fulfill(status=status, json={"error": {"code": name, "message": message}})
         elif path == "":
             study = {"title": TITLE, "languages": ["en", "de"], "asks_code": self.asks_code, "group": self.group}
+            study["pays"] = self.pays
             route.fulfill(json=study)
         elif path == "/events":
             route.fulfill(body='data: {"changed": true}\n\n', content_type="text/event-stream")

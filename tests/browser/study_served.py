@@ -18,7 +18,8 @@ EXPECTED = ("ERR_CONNECTION_REFUSED", "ERR_CONNECTION_RESET", "ERR_INCOMPLETE_CH
 class StudyServer:
     """A study that is served, and the pages that look at it."""
 
-    def __init__(self, folder: Path, text: str, browser: Browser) -> None:
+    def __init__(self, folder: Path, text: str, browser: Browser, processes: int = 1) -> None:
+        self._processes = processes
         self.file = folder / "study.yaml"
         self.file.write_text(text, encoding="utf-8")
         self.server = Server(f"http://127.0.0.1:{free_port()}", folder / "data", folder / "server.log")
@@ -29,7 +30,9 @@ class StudyServer:
         self._process: subprocess.Popen[bytes] | None = None
 
     def start(self) -> None:
-        self._process = start_process(self.server, "study", "serve", str(self.file))
+        self._process = start_process(
+            self.server, "study", "serve", str(self.file), "--processes", str(self._processes)
+        )
 
     def kill(self) -> None:
         """kill -9."""
@@ -47,7 +50,8 @@ class StudyServer:
     @property
     def token(self) -> str:
         """Of the experimenter, as the server printed it last."""
-        return str(re.findall(r"Token\s+(\S+)", self.server.log.read_text(encoding="utf-8"))[-1])
+        file = re.findall(r"Token\s+in (.+)", self.server.log.read_text(encoding="utf-8"))[-1]
+        return Path(file).read_text(encoding="ascii").strip()
 
     def page(self, path: str, **options: object) -> Page:
         """A page in a browser of its own."""
@@ -69,8 +73,8 @@ class StudyServer:
 
 
 @contextmanager
-def served_study(folder: Path, text: str, browser: Browser) -> Iterator[StudyServer]:
-    study = StudyServer(folder, text, browser)
+def served_study(folder: Path, text: str, browser: Browser, processes: int = 1) -> Iterator[StudyServer]:
+    study = StudyServer(folder, text, browser, processes)
     study.start()
     try:
         yield study

@@ -46,8 +46,16 @@ class Server:
             return json.load(answer)
 
     def post(self, path: str, body: dict[str, Any]) -> dict[str, Any]:
-        document: dict[str, Any] = self.request(path, body)
-        return document
+        for _ in range(60):  # a server that is too busy for another room says so, and has room again soon
+            try:
+                document: dict[str, Any] = self.request(path, body)
+            except urllib.error.HTTPError as error:
+                if error.code != 503:
+                    raise
+                time.sleep(0.5)
+            else:
+                return document
+        raise AssertionError(f"the server was busy for half a minute: {path}")
 
     def close_rooms(self, admin_token: str) -> None:
         for room in self.request("/api/admin/state", token=admin_token)["rooms"]:
@@ -97,7 +105,7 @@ def running_server(folder: Path, port: int = 0) -> Iterator[Server]:
 def start_process(server: Server, *action: str) -> subprocess.Popen[bytes]:
     """The process of a server, once it answers; `action` is "play" or, say, "study", "serve", FILE."""
     port = server.url.rpartition(":")[2]
-    action = action or ("play", "--countdown", "1")
+    action = action or ("play", "--countdown", "1", "--processes", "1")
     command = [sys.executable, "-m", "movingout.server.cli", *action, "--port", port, "--data", str(server.data)]
     with server.log.open("ab") as log:
         process = subprocess.Popen(

@@ -73,6 +73,50 @@ def test_letters_and_marks_have_at_least_twelve_pixels_on_a_phone(server: Server
     assert min(size for text, size in letters if text) >= 12
 
 
+PAINT_BOTH = """async () => {
+  const { Painter } = await import("/static/view/painter.js");
+  const { context2d, drawScene, startView } = await import("/static/view/render.js");
+  const map = window.__movingout.map;
+  const canvas = () => {
+    const one = document.createElement("canvas");
+    one.width = one.height = 700;
+    return context2d(one, true);
+  };
+  const [parts, whole] = [canvas(), canvas()];
+  const painter = new Painter(parts);
+  const view = startView(map);
+  let [worst, drawn] = [0, 0];
+  for (let step = 0; step < 60; step += 1) {
+    const driven = (body, angle) =>
+      [1.15 * Math.sin(step / 9 + body), 1.15 * Math.cos(step / 7 + 2 * body), angle + step / 10];
+    const poses = view.poses.map((pose, body) => (body < 3 ? driven(body, pose[2]) : pose));
+    const held = step > 20 && step < 40 ? [0, step > 30 ? 0 : -1] : [-1, -1];
+    const now = { poses, held, delivered: view.delivered.map((_, item) => step > 45 && item === 0) };
+    const options = { rounded: true, own: [0], pulse: (step % 10) / 10, reach: [step % 3 ? -1 : 1, -1],
+      intents: [{ x: 1, y: 0.5 }, null], misses: [step % 5 ? 0 : 1, 0] };
+    const fill = parts.drawImage;
+    parts.drawImage = function (...how) { drawn += how.length > 5 ? 1 : 0; return fill.apply(this, how); };
+    painter.paint(map, now, options, false);
+    delete parts.drawImage;
+    drawScene(whole, map, now, options);
+    const [one, other] = [parts, whole].map((ctx) => ctx.getImageData(0, 0, 700, 700).data);
+    let off = 0;
+    for (let at = 0; at < one.length; at += 1) off += Math.abs(one[at] - other[at]) > 64 ? 1 : 0;
+    worst = Math.max(worst, off);
+  }
+  return [worst, drawn];
+}"""
+
+
+@pytest.mark.parametrize("map_name", ["AdaptiveAssist", "LeftRight"])
+def test_drawing_only_what_changed_gives_the_same_picture(server: Server, open_page: OpenPage, map_name: str) -> None:
+    page = open_page(server.make_room(map_name, red="idle")["watch_path"])
+    wait_for(page, "game.map")
+    worst, drawn = page.evaluate(PAINT_BOTH)
+    assert drawn > 60, "most pictures are drawn in parts"
+    assert worst == 0, "smooth edges may differ by a shade; what is missing or left over differs by more"
+
+
 def test_a_page_that_draws_slowly_goes_on_with_a_canvas_in_memory(server: Server, open_page: OpenPage) -> None:
     room = server.make_room("AdaptiveAssist", red="idle")
     slow = "window.requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), 40);"

@@ -57,6 +57,11 @@ def test_escape_pauses_space_goes_on_and_stopping_asks_once_more(server: Server,
     blue.keyboard.press("Space")
     wait_for(blue, "game.phase === 'playing'")
     blue.get_by_role("button", name="Pause or stop…").click()
+    blue.get_by_role("button", name="Stop the game").press("Enter")
+    expect(blue.get_by_role("heading", name="Stop the game for both of you?")).to_be_visible()
+    expect(blue.get_by_role("button", name="No, keep playing")).to_be_focused()
+    blue.keyboard.press("Enter")
+    expect(blue.get_by_role("button", name="Continue")).to_be_focused()
     blue.get_by_role("button", name="Stop the game").click()
     blue.get_by_role("button", name="Yes, stop").click()
     wait_for(red, "game.phase === 'series_over'")
@@ -103,6 +108,17 @@ def test_a_link_that_leads_nowhere_says_so(open_page: OpenPage) -> None:
     page = open_page("/play/nosuchroom22")
     expect(page.get_by_role("alert")).to_be_visible()
     expect(page.get_by_role("link", name="To the start page")).to_be_visible()
+
+
+def test_on_a_phone_nothing_lies_over_what_is_said_of_a_link_that_leads_nowhere(open_page: OpenPage) -> None:
+    page = open_page("/play/nosuchroom22", viewport={"width": 375, "height": 553}, has_touch=True, is_mobile=True)
+    expect(page.get_by_role("alert")).to_be_visible()
+    at_its_top = """() => {
+      const panel = document.querySelector("#overlay .panel");
+      const { left, top, width } = panel.getBoundingClientRect();
+      return panel.contains(document.elementFromPoint(left + width / 2, top + 2));
+    }"""
+    assert page.evaluate(at_its_top)
 
 
 def test_a_page_of_another_protocol_asks_to_be_reloaded(server: Server, open_page: OpenPage) -> None:

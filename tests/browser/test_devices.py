@@ -44,9 +44,15 @@ def test_a_gamepad_gets_ready_drives_and_lets_go_when_unplugged(server: Server, 
     assert abs(robot(page, 0)["angle"]) < 0.3
     set_pad(page, plugged=False)
     wait_for(page, "game.phase === 'paused'")
-    expect(page.locator("#overlay")).to_contain_text("Your gamepad is gone. Plug it in again, or continue with the")
+    expect(page.locator("#overlay")).to_contain_text(
+        "Your gamepad is no longer connected. Plug it in again, or continue with the"
+    )
+    expect(page.locator("#overlay")).not_to_contain_text("You paused")
+    set_pad(page)
+    expect(page.locator("#overlay")).to_contain_text("Your gamepad is connected again.")
+    set_pad(page, plugged=False)
     expect(page.locator("#seats")).to_contain_text("You · keyboard")
-    expect(page.locator("#overlay")).to_contain_text("Press Space or Enter to continue.")
+    expect(page.locator("#overlay p", has_text="Press Space or Enter to continue.")).to_be_visible()
     page.keyboard.press("Space")
     wait_for(page, "game.phase === 'playing'")
     stands_still(page, 0)
@@ -76,6 +82,14 @@ def test_touch_drives_with_one_thumb_and_grabs_with_the_other(
     page.screenshot(path=pictures / "phone.png")
     send(touch, "touchEnd")
     stands_still(page, 0)
+    send(touch, "touchStart", {"id": 3, **grab}, {"id": 4, **grab, "x": grab["x"] + 20})  # both thumbs at once
+    wait_for(page, "game.entities().robots[0].held === -1")
+    page.wait_for_timeout(400)
+    assert robot(page, 0)["held"] == -1, "two fingers are one press"
+    send(touch, "touchEnd")
+    send(touch, "touchStart", {"id": 5, **grab})
+    wait_for(page, "game.entities().robots[0].held === 0")
+    send(touch, "touchEnd")
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
     assert page.locator("#arena").bounding_box()["width"] > 340  # type: ignore[index]
     assert grab["y"] < PHONE["height"], "the grab button is on the first screen"
@@ -137,7 +151,7 @@ def test_a_key_of_ones_own_choice_is_kept_in_the_browser(server: Server, open_pa
     page.keyboard.press("KeyQ")
     page.get_by_role("button", name="Done").click()
     expect(page.locator("#controls kbd", has_text="Q").first).to_be_visible()
-    expect(page.locator("#overlay")).to_contain_text("Press Q or Enter to continue")
+    expect(page.locator("#overlay p", has_text="Press Q or Enter to continue")).to_be_visible()
     expect(page.get_by_role("button", name="Continue")).to_be_focused()
     page.keyboard.press("Space")  # no grab key any more, but it presses the button that has the focus
     wait_for(page, "game.phase === 'playing'")
@@ -145,7 +159,7 @@ def test_a_key_of_ones_own_choice_is_kept_in_the_browser(server: Server, open_pa
     wait_for(page, "game.phase === 'paused'")
     page.reload()
     wait_for(page, "game.phase === 'paused'")
-    expect(page.locator("#overlay")).to_contain_text("Press Q or Enter to continue")
+    expect(page.locator("#overlay p", has_text="Press Q or Enter to continue")).to_be_visible()
     page.keyboard.press("KeyQ")
     wait_for(page, "game.phase === 'playing'")
 

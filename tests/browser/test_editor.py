@@ -13,6 +13,7 @@ from tests.browser.pages import overflow, violations
 from tests.browser.support import start, wait_for
 
 OpenPage = Callable[..., Page]
+TOOL_LINES = "[...new Set([...document.querySelectorAll('.editor-tools .button')].map((one) => one.offsetTop))]"
 SMALL_PHONE = {"width": 375, "height": 553}
 DROP = """text => {
     const data = new DataTransfer();
@@ -73,7 +74,7 @@ def test_a_map_is_drawn_checked_solved_and_played(open_page: OpenPage, pictures:
     assert drawn(page)["name"] == "TwoRooms"
     ready(page)
     page.get_by_role("button", name="Solve it").click()
-    expect(page.locator("#message")).to_contain_text("All 2 items were home after", timeout=40_000)
+    expect(page.locator("#message")).to_contain_text("All 2 items were delivered after", timeout=40_000)
     expect(page.locator("#trial")).to_be_visible()
     page.get_by_label("Time").fill("30")
     page.screenshot(path=pictures / "editor-solved.png")
@@ -186,6 +187,17 @@ def test_on_a_phone_a_map_is_changed_by_touch(open_page: OpenPage, pictures: Pat
     assert len(drawn(page)["walls"]) == 1
     assert overflow(page) <= 0
     page.screenshot(path=pictures / "editor-phone-german.png")
+
+
+def test_all_tools_stand_in_one_line_on_the_smallest_phone(open_page: OpenPage) -> None:
+    page = ready(open_page("/editor", viewport={"width": 360, "height": 640}, has_touch=True, is_mobile=True))
+    assert len(page.evaluate(TOOL_LINES)) == 1
+
+
+def test_all_tools_stand_in_one_line_in_german(open_page: OpenPage) -> None:
+    page = open_page("/editor?lang=de", viewport={"width": 1240, "height": 760})
+    expect(page.locator("#verdict")).to_have_text("Diese Karte ist spielbar.", timeout=20_000)
+    assert len(page.evaluate(TOOL_LINES)) == 1
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

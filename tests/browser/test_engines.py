@@ -1,18 +1,21 @@
-"""Chromium, Firefox and WebKit each play a round beside the scripted partner and fill in a questionnaire."""
+"""Chromium, Firefox and WebKit each play a round beside the scripted partner and the tutorial, and fill in a form."""
 
 import os
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from playwright.sync_api import Browser
 
 from tests.browser.engines import Tab, click_on, missing, open_tab, press, take_seats, wait_until
+from tests.browser.newcomer import SIGHT, Direction, Newcomer
 from tests.browser.support import Server, free_port, start_process
 from tests.server.study_bots.support import agents_text
 
 pytestmark = pytest.mark.slow
+AGAIN_S = 2.0  # a page that lost the focus let go of all keys: people press again
 
 
 @pytest.fixture(params=["chromium", "firefox", "webkit"])
@@ -40,6 +43,56 @@ def test_an_engine_plays_a_round_beside_the_scripted_partner(server: Server, tab
     wait_until(tab, "window.__movingout.phase.endsWith('_over')", 90)
     wait_until(tab, "document.querySelector('#result h2')?.checkVisibility()")
     assert tab.evaluate("window.__movingout.result.delivered") > 0
+
+
+class Hands(Newcomer):
+    """A newcomer at the keyboard of any engine."""
+
+    def __init__(self, tab: Tab) -> None:
+        self.tab = tab
+        self._down: set[str] = set()
+        self._changed_at = 0.0
+        self._grabbed_at = 0.0
+
+    def look(self) -> dict[str, Any]:
+        seen: dict[str, Any] = self.tab.evaluate("window.__sight()")
+        return seen
+
+    def push(self, direction: Direction = (0.0, 0.0), backward: bool = False) -> None:
+        right, down = direction
+        letter = ("d" if right > 0 else "a") if abs(right) > abs(down) else ("s" if down > 0 else "w")
+        moves = {letter} if direction != (0.0, 0.0) else set[str]()  # WebKit's driver holds one letter at a time
+        wanted = moves | ({"Shift"} if backward else set[str]())
+        if wanted == self._down and time.monotonic() - self._changed_at < AGAIN_S:
+            return
+        # Drivers know a letter by how it was typed: it has to come up with Shift as it went down.
+        anew = wanted == self._down or "Shift" in wanted ^ self._down
+        gone, new = (self._down, wanted) if anew else (self._down - wanted, wanted - self._down)
+        for key in sorted(gone, reverse=True):
+            self.tab.key(key, False)
+        for key in sorted(new):
+            self.tab.key(key, True)
+        self._down, self._changed_at = wanted, time.monotonic()
+
+    def grab(self) -> None:
+        if time.monotonic() - self._grabbed_at < 0.7:
+            return
+        self._grabbed_at = time.monotonic()
+        self.push()
+        press(self.tab, "Space")
+        time.sleep(0.25)
+
+
+def test_an_engine_teaches_the_tutorial_to_a_newcomer(server: Server, tab: Tab) -> None:
+    room = server.post("/api/rooms", {"tutorial": True})
+    take_seats(tab, server.url, room, "playing")
+    tab.evaluate(f"void (() => {{ {SIGHT}\n}})()")
+    heard = Hands(tab).play()
+    starts = ["Drive into", "Drive up to", "Bring it", "Drive backward", "A 2 needs", "Well done"]
+    assert [words.startswith(start) for words, start in zip(heard, starts, strict=True)] == [True] * 6, heard
+    assert tab.evaluate("document.querySelector('.overlay-end h2').textContent") == "You are ready to play"
+    click_on(tab, ".overlay-end button")  # once more
+    wait_until(tab, "window.__movingout.phase === 'playing'")
 
 
 @pytest.fixture

@@ -33,7 +33,7 @@ def test_a_line_that_goes_dumb_stops_the_picture_with_a_sign_and_catches_up(
         upstream = line.connect_to_server()
         upstream.on_message(lambda message: None if dumb else line.send(message))
 
-    page.route_web_socket("**/ws", between)
+    page.route_web_socket("**/ws/*", between)
     page.goto(room["join_path"])
     start(page)
     page.keyboard.down("KeyW")

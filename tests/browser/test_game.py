@@ -15,6 +15,7 @@ BLUE_ON_SIMPLE: Plan = [("grab", 0), ("deliver", 0, -0.9, 0.9), ("grab", 2), ("d
 RED_ON_SIMPLE: Plan = [("grab", 1), ("deliver", 1, 0.9, 0.9)]
 
 
+@pytest.mark.slow
 def test_two_browsers_play_a_whole_game_by_key_presses(
     server: Server, open_page: OpenPage, pictures: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -11,7 +11,8 @@ import pytest
 from playwright.sync_api import CDPSession, Page, expect
 
 from tests.browser.pages import overflow
-from tests.browser.support import Server, robot, wait_for
+from tests.browser.support import Server, robot, start, wait_for
+from tests.browser.test_thoughts import THOUGHT, think
 
 OpenPage = Callable[..., Page]
 Box = tuple[float, float, float, float]  # left, top, right, bottom in CSS pixels
@@ -130,9 +131,14 @@ def test_a_round_fits_the_window_and_nothing_moves_when_it_starts(
     wait_for(page, "game.phase === 'lobby' && game.status === 'open'")
     page.screenshot(path=pictures / f"layout-{window}-lobby.png")
     before = [box(page, part) for part in PARTS]
+    for pill in page.locator(".play-connection .row:visible").all():
+        shown = pill.bounding_box()
+        assert shown is not None
+        edges = (shown["x"], shown["y"], shown["x"] + shown["width"], shown["y"] + shown["height"])
+        assert apart(edges, box(page, "#ready")), "the connection looks out from under the question"
     page.evaluate(SHIFTS)
     begin(page, window.touch)
-    page.wait_for_timeout(500)
+    wait_for(page, "game.tick > 1")  # every part has been written since
     assert not scrolls(page)
     beside = ["#controls"] if window.width < window.height else ["#controls", "#connection"]
     parts = PARTS + (THUMBS if window.touch else beside)
@@ -179,6 +185,25 @@ def test_whoever_watches_sees_the_whole_arena(
     page.screenshot(path=pictures / f"layout-{window}-watch.png")
 
 
+@pytest.mark.parametrize("window", [Window(375, 553, True, 200, "de-DE"), Window(390, 664, False, 250)], ids=str)
+def test_on_a_phone_what_agents_consider_has_a_place_of_its_own(
+    server: Server, open_page: OpenPage, window: Window
+) -> None:
+    room = server.make_room("HandOff", red="idle")
+    page = open_page("/healthz", script=CUT_OFF, **in_window(window))
+    think(page, THOUGHT)
+    page.goto(room["watch_path"])
+    switch = "#decisions button"
+    page.locator(switch).wait_for()
+    before = _apart_and_inside(page, [".play-head", switch, *PARTS, "#mute"], window)
+    page.locator(switch).click()
+    start(open_page(room["join_path"], room))
+    expect(page.locator("#decisions").get_by_role("listitem")).to_have_count(4)
+    parts = [".play-head", switch, *PARTS, "#mute", ".decision-lists", "#watchers"]
+    after = _apart_and_inside(page, parts, window)
+    assert after[switch][1:3] == before[switch][1:3], "it stays under the finger"
+
+
 def _apart_and_inside(page: Page, parts: list[str], window: Window) -> dict[str, Box]:
     boxes = {part: assert_inside(page, part) for part in parts}
     for index, part in enumerate(parts):
@@ -191,18 +216,34 @@ def _apart_and_inside(page: Page, parts: list[str], window: Window) -> dict[str,
 PHONE_LOW = Window(375, 553, True, 330)
 
 
-@pytest.mark.parametrize("window", [PHONE_LOW, Window(667, 375, True, 350)], ids=str)
-def test_the_practice_of_a_study_fits_a_phone(server: Server, open_page: OpenPage, window: Window) -> None:
-    room = server.practice()
-    mark = {"room": room["room"], "key": "practice", "name": "Round 3 of 12 · Partner A", "practice": True}
+@pytest.mark.parametrize(
+    ("window", "tutorial"),
+    [
+        (PHONE_LOW, False),
+        (Window(667, 375, True, 350), False),
+        (PHONE_LOW, True),
+        (Window(390, 664, True, 340, "de-DE"), True),
+        (Window(360, 640, True, 320, "de-DE"), True),
+    ],
+    ids=str,
+)
+def test_the_practice_of_a_study_fits_a_phone(
+    server: Server, open_page: OpenPage, pictures: Path, window: Window, tutorial: bool
+) -> None:
+    room = server.post("/api/rooms", {"tutorial": True}) if tutorial else server.practice()
+    mark = {"room": room["room"], "key": "practice", "name": "Practice", "practice": True, "tutorial": tutorial}
+    mark["sounds"] = tutorial
     keep = f"sessionStorage.setItem('movingout-study-round', {json.dumps(json.dumps(mark))})"
     script = f"{CUT_OFF} if (location.protocol !== 'about:') {keep};"
     page = open_page(room["join_path"], room, script=script, **in_window(window))
     wait_for(page, "game.phase === 'playing'")  # in a study it was asked before whether one is ready
-    boxes = [assert_inside(page, part) for part in (*PARTS, *THUMBS, ".play-enough")]
+    told = [".tutorial-words", ".play-tutorial .row", "#arena", "#stop", "#mute"] if tutorial else PARTS
+    parts = [*told, *THUMBS[: 3 if tutorial else 4], ".play-enough"]  # a tutorial has no pings
+    boxes = [assert_inside(page, part) for part in parts]
     for index, one in enumerate(boxes):
-        assert all(apart(one, other) for other in boxes[:index]), (*PARTS, *THUMBS, ".play-enough")[index]
+        assert all(apart(one, other) for other in boxes[:index]), parts[index]
     assert not scrolls(page)
+    page.screenshot(path=pictures / f"layout-{window}-practice{'-tutorial' * tutorial}.png")
 
 
 def test_on_a_phone_with_a_notch_everything_stays_clear_of_it(server: Server, open_page: OpenPage) -> None:

@@ -23,6 +23,9 @@ WIDER = """[...document.querySelectorAll("body *")]
   .map((one) => one.outerHTML.slice(0, 120)).slice(0, 5)"""
 
 
+TWO_FRAMES = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
+
+
 def assert_narrow(page: Page, what: str) -> None:
     # A page that is too wide makes the layout viewport of a phone wider.
     width = page.evaluate("Math.max(innerWidth, document.documentElement.scrollWidth)")
@@ -49,7 +52,7 @@ def test_no_page_is_wider_than_a_small_phone(server: Server, open_page: OpenPage
         page = open_page("/healthz", room if path == room["join_path"] else None, script, **SMALL)
         page.goto(f"{path}?lang={language}")
         expect(page.locator(selector).first).to_be_visible(timeout=30_000)
-        page.wait_for_timeout(300)
+        page.evaluate(TWO_FRAMES)
         assert_narrow(page, path)
         for summary in page.locator("summary:visible").all():
             summary.click()

@@ -22,7 +22,7 @@ def garage(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     (folder / "maps" / "garage.json").write_text(json.dumps(GARAGE), encoding="utf-8")
     (folder / "maps" / "half.json").write_text('{"format": 1', encoding="utf-8")
     server = Server(f"http://127.0.0.1:{free_port()}", folder / "data", folder / "server.log")
-    process = start_process(server, "play", "--countdown", "1", "--maps", str(folder / "maps"))
+    process = start_process(server, "play", "--countdown", "1", "--processes", "1", "--maps", str(folder / "maps"))
     yield server
     process.terminate()
     process.wait(timeout=20)

@@ -58,7 +58,7 @@ def test_a_key_and_a_tap_ask_for_help_and_both_pages_show_it_for_two_seconds(
     wait_for(red, "game.pings().length === 0")
     for _ in range(6):
         blue.keyboard.press("KeyE")
-    expect(blue.locator("#problem")).to_contain_text("wait a second")
+    expect(blue.locator("#problem")).to_contain_text("Wait a second")
     wait_for(red, "game.pings().length > 0")
     assert len(pings(red)) <= 3
     assert violations(blue) == []
@@ -78,6 +78,12 @@ def test_on_a_phone_a_small_button_and_a_tap_on_an_item_do_it(
     wait_for(page, "game.pings().some(({seat, item}) => seat === 0 && item === 0)")
     tap_item(page, 1, touch=True)
     wait_for(page, "game.pings().some(({seat, item}) => seat === 0 && item === 1)")
+    for _ in range(6):
+        page.locator("#touch-ping").tap()
+    expect(page.locator("#problem")).to_be_visible()
+    problem, arena = page.locator("#problem").bounding_box(), page.locator("#arena").bounding_box()
+    assert problem is not None and arena is not None
+    assert problem["y"] + problem["height"] <= arena["y"], "the notice covers the arena"
     page.screenshot(path=pictures / f"pings-phone-{'dark' if dark else 'light'}.png")
 
 

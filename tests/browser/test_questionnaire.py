@@ -137,11 +137,12 @@ def test_on_a_phone_the_scales_fit_with_large_targets_and_the_questions_may_be_s
     page = play_to_the_questions(open_page(room["join_path"], room, viewport=PHONE))
     assert overflow(page) == 0
     sizes = page.locator(".likert-option").evaluate_all(
-        "boxes => boxes.map(box => [box.offsetWidth, box.offsetHeight])"
+        "boxes => boxes.map(box => [box.offsetWidth, box.offsetHeight, box.getBoundingClientRect().top])"
     )
     assert len(sizes) == 21
-    assert min(width for width, _ in sizes) >= 42  # 44 with the gap around it
-    assert min(height for _, height in sizes) >= 44
+    assert min(width for width, _, _ in sizes) >= 42  # 44 with the gap around it
+    assert min(height for _, height, _ in sizes) >= 44
+    assert all(len({top for _, _, top in sizes[at : at + 7]}) == 1 for at in (0, 7, 14)), "a scale is one line"
     page.get_by_role("button", name="Skip the questions").click()
     expect(page.get_by_role("button", name="Answer 10 questions")).to_be_focused()
     expect(page.get_by_role("button", name="Play again")).to_be_visible()

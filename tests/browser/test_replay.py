@@ -34,7 +34,7 @@ def episode(server: Server, tmp_path_factory: pytest.TempPathFactory) -> Iterato
 
 
 def replay(page: Page) -> Page:
-    expect(page.locator("#replay")).to_be_visible()
+    expect(page.locator("#replay")).to_be_visible(timeout=30_000)  # the first one starts the process that reads
     return page
 
 
@@ -160,7 +160,7 @@ def test_paths_and_what_agents_weighed_lie_over_the_arena_when_wanted(open_page:
     plain = page.locator("#arena").screenshot()
     page.keyboard.press("t")
     expect(page.get_by_label("paths of the last five seconds")).to_be_checked()
-    page.get_by_label("candidates").check()
+    page.get_by_label("what agents consider").check()
     expect(page.locator("#weighed")).to_contain_text("Red compares")
     assert page.locator("#arena").screenshot() != plain
     page.keyboard.press("a")
@@ -225,6 +225,7 @@ def test_where_recordings_are_for_the_experimenter_the_token_opens_and_saves_the
     with complaining_page(browser, server, "") as page:
         page.route("**/api/recordings/**", blinded)
         page.goto(f"/replay/{EPISODE}")
+        expect(page.get_by_role("heading", level=1, name="Replay")).to_be_visible()
         page.get_by_label("Admin token").fill(admin_token(server))
         expect(page.get_by_text("Loading the replay")).to_be_hidden()
         page.keyboard.press("Enter")

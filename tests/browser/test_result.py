@@ -38,13 +38,13 @@ def test_the_result_is_said_in_plain_words_and_the_measures_are_folded(server: S
 
 
 def test_the_best_so_far_is_remembered_in_this_browser(server: Server, open_page: OpenPage) -> None:
-    page = over(server, open_page, limit_ticks=400, red="scripted")
-    expect(page.get_by_role("heading", level=1)).to_have_text("You delivered everything!")
+    page = over(server, open_page, limit_ticks=50)
     expect(page.locator(".result-best")).to_have_count(0)  # the first round has nothing to be compared with
     page.get_by_role("button", name="Play again").click()
     wait_for(page, "game.phase === 'playing'")
     page.keyboard.press("Escape")
     page.get_by_role("button", name="Stop the game").click()
+    expect(page.get_by_role("heading", name="Stop the game?", exact=True)).to_be_visible()  # nobody else plays
     page.get_by_role("button", name="Yes, stop").click()
     expect(page.get_by_text("You stopped the round.")).to_be_visible()
     expect(page.locator(".result-best")).to_have_count(0)  # a round that was stopped is no result
@@ -115,6 +115,21 @@ def test_the_result_in_german_is_german_and_accessible(server: Server, open_page
     page.get_by_text("Einzelheiten").click()
     assert english_on(page) == []
     assert violations(page) == []
+    page.get_by_role("button", name="10 Fragen zu Ihrem Partner beantworten").click()
+    expect(page.get_by_role("heading", level=1, name="Über Ihren Partner")).to_be_visible()
+    assert english_on(page) == []
+
+
+def test_on_a_phone_who_delivered_what_stays_in_its_box_in_german(server: Server, open_page: OpenPage) -> None:
+    room = server.make_room("Simple", red="scripted", limit_ticks=100)
+    phone = {"viewport": {"width": 375, "height": 553}, "has_touch": True, "is_mobile": True, "locale": "de-DE"}
+    page = open_page(room["join_path"], room, **phone)
+    page.get_by_role("button", name="Ich bin bereit").tap()
+    expect(page.locator(".delivery-done")).not_to_have_count(0, timeout=60_000)
+    expect(page.locator(".delivery-done").first).to_contain_text("Computerpartner")
+    widths = page.locator(".delivery").evaluate_all("boxes => boxes.map(box => [box.scrollWidth, box.clientWidth])")
+    assert all(needed <= there for needed, there in widths)
+    assert overflow(page) == 0
 
 
 def test_one_plays_on_by_keyboard(server: Server, open_page: OpenPage) -> None:

@@ -1,10 +1,13 @@
 """The study's pages when the server or the connection fails: nothing is lost, and what is wrong is said."""
 
+from pathlib import Path
+
 from playwright.sync_api import Browser, expect
 
 from movingout.study.questionnaire import PAPER
 from tests.browser import study_fake as fake
-from tests.browser.pages import complaining_page, heading, violations
+from tests.browser.conftest import OpenPage
+from tests.browser.pages import complaining_page, heading, overflow, violations
 from tests.browser.study_fake import FakePerson, FakeStudy
 from tests.browser.support import Server
 
@@ -80,3 +83,30 @@ def test_a_place_that_is_gone_and_a_view_that_fails_lead_to_a_page_that_says_so(
         study.people.clear()
         page.reload()
         expect(page.get_by_role("alert")).to_contain_text("no longer has an open place in the study")
+
+
+def test_where_somebody_has_finished_their_code_is_shown_only_when_asked_for(
+    open_page: OpenPage, pictures: Path
+) -> None:
+    page = open_page("/", viewport={"width": 375, "height": 553})
+    study = FakeStudy.at(fake.code(long_ago=True), asks_code=False)
+    study.open(page)
+    expect(page.get_by_text("Somebody has finished this study in this browser.")).to_be_visible()
+    assert overflow(page) == 0 and violations(page) == []
+    page.screenshot(path=pictures / "study-finished-here.png")
+    expect(page.locator("#completion-code")).to_have_count(0)
+    page.get_by_role("button", name="That was me: show my code").click()
+    expect(page.locator("#completion-code")).to_have_text("K7QX4WPL2M")
+
+
+def test_the_next_person_is_asked_in_their_own_language(open_page: OpenPage) -> None:
+    page = open_page("/", locale="de-DE")
+    page.evaluate("localStorage.setItem('movingout.language', 'en')")  # chosen by whoever has finished
+    study = FakeStudy.at(fake.code(long_ago=True), asks_code=False)
+    study.open(page)
+    expect(page.get_by_text("In diesem Browser hat jemand die Studie abgeschlossen.")).to_be_visible()
+    page.locator(".language-select").select_option("en")
+    expect(page.get_by_text("Somebody has finished this study in this browser.")).to_be_visible()
+    page.locator(".language-select").select_option("de")
+    page.get_by_role("button", name="Das war ich").click()
+    expect(page.get_by_role("button", name="Copy the code")).to_be_visible()  # the code in its owner's language

@@ -118,7 +118,7 @@ def test_a_finger_can_try_the_controls_on_a_phone(open_page: OpenPage) -> None:
     page.mouse.up()
     page.get_by_role("button", name="Grab").tap()
     expect(page.get_by_text("Everything works.")).to_be_visible()
-    expect(page.get_by_text("Move with a finger on the picture")).to_be_visible()
+    expect(page.get_by_text("Drag the dot in the circle")).to_be_visible()
 
 
 def test_a_slow_connection_is_explained_with_its_figures(browser: Browser, server: Server) -> None:

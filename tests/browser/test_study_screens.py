@@ -4,6 +4,7 @@ import itertools
 import re
 from pathlib import Path
 
+import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from movingout.study.design.instruments import DEMOGRAPHICS, NASA_TLX
@@ -20,11 +21,13 @@ def resize(page: Page, size: dict[str, int]) -> None:
     page.set_viewport_size({"width": size["width"], "height": size["height"]})
 
 
+@pytest.mark.parametrize("language", ["en", pytest.param("de", marks=pytest.mark.slow)])
 def test_every_screen_is_accessible_fits_a_phone_comes_back_after_a_reload_and_asks_nobody_else(
-    open_page: OpenPage, server: Server, pictures: Path
+    open_page: OpenPage, server: Server, pictures: Path, language: str
 ) -> None:
     study = FakeStudy.at(*fake.every_screen().values())
     person = study.people["token-of-person-1"]
+    person.language = language
     page = open_page("/healthz")
     for name, step in fake.every_screen().items():
         person.steps = [step]
@@ -33,15 +36,30 @@ def test_every_screen_is_accessible_fits_a_phone_comes_back_after_a_reload_and_a
         title = page.locator("#study-screen h1")
         expect(title).to_be_focused()
         assert violations(page) == [], name
-        page.screenshot(path=pictures / f"study-{name}-dark.png", full_page=True)
-        page.emulate_media(color_scheme="light")
-        page.screenshot(path=pictures / f"study-{name}.png", full_page=True)
+        page.screenshot(path=pictures / f"study-{name}-{language}.png", full_page=True)
         resize(page, PHONE)
         assert overflow(page) == 0, name
-        page.screenshot(path=pictures / f"study-{name}-phone.png", full_page=True)
-        stops = page.get_by_role("button", name="Stop the study")
+        page.screenshot(path=pictures / f"study-{name}-{language}-phone.png", full_page=True)
+        stops = page.get_by_role("button", name={"en": "Stop the study", "de": "Studie beenden"}[language])
         expect(stops).to_have_count(0 if name.startswith(("consent", "code", "ended")) else 1)
     assert {url for url in study.urls if not url.startswith((server.url, "data:"))} == set()
+
+
+@pytest.mark.parametrize("language", ["en", "de"])
+def test_on_a_phone_the_ready_button_of_a_round_is_in_sight(open_page: OpenPage, language: str) -> None:
+    study = FakeStudy.at(fake.play(kind="practice", map_name="Simple", limit_s=120))
+    person = study.people["token-of-person-1"]
+    person.language = language
+    page = open_page("/healthz", has_touch=True, is_mobile=True)
+    study.open(page)
+    for step in (person.steps[0], fake.play(map_name="AdaptiveAssist"), fake.play(map_name="HandOff")):
+        person.steps = [step]
+        page.reload()
+        for width, height in ((375, 553), (390, 664), (360, 640)):
+            page.set_viewport_size({"width": width, "height": height})
+            expect(page.locator(".round-action button")).to_be_in_viewport(ratio=1)
+            expect(page.locator(".map-picture")).to_be_in_viewport(ratio=1)
+            assert overflow(page) == 0
 
 
 def test_arriving_by_a_platforms_link_takes_its_parameters_and_leaves_none_in_the_address(open_page: OpenPage) -> None:
@@ -147,7 +165,7 @@ def test_the_waiting_room_counts_and_goes_on_by_itself_when_somebody_comes(open_
     study.open(page)
     expect(page.get_by_text(re.compile("You have waited 1:1"))).to_be_visible()
     study.people["token-of-person-1"].steps = [fake.waiting(since_s=301)]
-    expect(page.get_by_text("One moment, it is about to continue…")).to_be_visible()
+    expect(page.get_by_text("Just a moment, we are about to continue…")).to_be_visible()
     study.people["token-of-person-1"].steps = [fake.play()]
     heading(page, "Hand Off")
 
@@ -186,7 +204,7 @@ def test_practice_may_be_ended_and_stop_in_the_game_asks_about_the_data(
     wait_for(page, "game.phase === 'playing'")
     page.get_by_role("button", name="Pause or stop…").click()
     wait_for(page, "game.phase === 'paused'")
-    page.get_by_role("button", name="Stop the game").click()
+    page.get_by_role("button", name="Stop the study").click()
     expect(page.get_by_role("dialog")).to_contain_text("You may stop at any time")
     assert violations(page) == []
     page.emulate_media(color_scheme="light")
@@ -209,7 +227,7 @@ def test_stop_with_deletion_gives_a_code_and_says_what_becomes_of_the_data(open_
     expect(page.get_by_role("dialog")).to_have_count(0)
     page.get_by_role("button", name="Stop the study").click()
     page.get_by_role("button", name="Stop, delete my data").click()
-    heading(page, "You have stopped the study")
+    heading(page, "The study was stopped")
     expect(page.locator("#completion-code")).to_have_text("K7QX4WPL2M")
     expect(page.get_by_text("Your data are deleted.")).to_be_visible()
     assert study.sent("/stop") == [{"keep": False}]
@@ -225,11 +243,12 @@ def test_the_debrief_asks_and_the_code_can_be_copied(open_page: OpenPage) -> Non
     expect(page.locator(".problem")).to_be_empty()
     page.get_by_role("button", name="Continue").press("Enter")
     expect(page.get_by_text("$20.67 for 62 min")).to_be_visible()
+    expect(page.get_by_text("Show this code to the experimenter.")).to_be_visible()
     page.get_by_role("button", name="Copy the code").click()
     expect(page.get_by_text("Copied.")).to_be_visible()
     assert page.evaluate("navigator.clipboard.readText()") == "K7QX4WPL2M"
     assert study.sent("/next") == [{"key": "debrief", "keep": True}]
-    page.get_by_role("button", name="Another person takes part").click()
+    page.get_by_role("button", name="Next person at this screen").click()
     heading(page, fake.TITLE)
 
 
@@ -238,7 +257,28 @@ def test_whom_a_platform_sent_is_not_asked_for_another_person_at_this_screen(ope
     page = open_page("/healthz")
     study.open(page)
     heading(page, "Thank you")
-    expect(page.get_by_role("button", name="Another person takes part")).to_have_count(0)
+    expect(page.get_by_text("Enter this code on the site that sent you here.")).to_be_visible()
+    expect(page.get_by_role("button", name="Next person at this screen")).to_have_count(0)
+
+
+def test_who_came_by_a_link_of_their_own_is_not_asked_for_the_next_person_and_an_unpaid_code_is_not_for_pay(
+    open_page: OpenPage,
+) -> None:
+    study = FakeStudy.at(fake.debrief(), fake.code("withdrew", earned=None))
+    study.pays = False
+    page = open_page("/healthz", script="localStorage.setItem('movingout-study-by-link', '1')")
+    study.open(page)
+    expect(page.get_by_text("You still get your code.", exact=False)).to_be_visible()
+    expect(page.get_by_text("payment")).to_have_count(0)
+    page.get_by_role("button", name="Stop the study").click()
+    expect(page.get_by_role("dialog")).to_contain_text("You get a code.")
+    expect(page.get_by_role("dialog")).not_to_contain_text("paid")
+    page.get_by_role("button", name="No, continue").click()
+    page.get_by_label("You may keep my data").check()
+    page.get_by_role("button", name="Continue", exact=True).click()
+    heading(page, "The study was stopped")
+    expect(page.get_by_role("button", name="Next person at this screen")).to_have_count(0)
+    expect(page.get_by_text("to be paid")).to_have_count(0)
 
 
 def test_a_finger_on_the_handle_of_the_nasa_tlx_line_chooses_where_it_stands(open_page: OpenPage) -> None:
@@ -320,7 +360,7 @@ def test_two_at_one_screen_agree_one_after_the_other_and_play_together(
         {"parameters": {}, "language": "en", "known": ["token-of-person-1"], "beside": "token-of-person-1"}
     ]
     page.get_by_role("button", name="Pause or stop…").click()
-    page.get_by_role("button", name="Stop the game").click()
+    page.get_by_role("button", name="Stop the study").click()
     page.get_by_label("Person 2").check()
     page.get_by_role("button", name="Stop, keep my data").click()
     page.wait_for_url("**/study")

@@ -89,6 +89,7 @@ def test_a_participant_with_agents_from_the_link_to_the_code_over_reloads_and_a_
         assert len(kept.answers) == 7 + 2 * 10 + 6
 
 
+@pytest.mark.slow
 def test_a_pair_and_the_experimenter_who_pauses_restarts_and_kills_the_server(
     browser: Browser, tmp_path: Path, pictures: Path
 ) -> None:

@@ -8,24 +8,24 @@ from typing import Any
 import pytest
 from playwright.sync_api import CDPSession, Page, expect
 
-from movingout.recordings.storage.listing import read_summary, recording_paths
+from movingout.recordings.storage.index import list_recordings
+from tests.browser import study_fake as fake
 from tests.browser.conftest import OpenPage
+from tests.browser.newcomer import SIGHT, Newcomer
+from tests.browser.study_fake import FakeStudy
 from tests.browser.support import Server, robot, wait_for
 
-SIGHT = (Path(__file__).parent / "sight.js").read_text()
 PHONE: dict[str, Any] = {"viewport": {"width": 375, "height": 553}, "has_touch": True, "is_mobile": True}
-NEAR = 0.13  # of the arena's side: own robot to what glows, when a grab is worth a try
 THUMB_PX = 40
-PLAY_S = 150.0
 
 
-class Newcomer:
-    """Looks at the page and uses two thumbs."""
+class Thumbs(Newcomer):
+    """A newcomer with a touch screen."""
 
     def __init__(self, page: Page) -> None:
         self.page = page
         self.touch: CDPSession = page.context.new_cdp_session(page)
-        self.stick, self.grab, self.backward = (
+        self.stick, self.grab_button, self.backward = (
             _centre(page, part) for part in ("#stick", "#touch-grab", "#touch-backward")
         )
         self._tapped_at = 0.0
@@ -35,41 +35,10 @@ class Newcomer:
         seen: dict[str, Any] = self.page.evaluate("window.__sight()")
         return seen
 
-    def play(self) -> list[str]:
-        """Do what the words say until the tutorial is over; returns the words in their order."""
-        heard: list[str] = []
-        deadline = time.monotonic() + PLAY_S
-        while time.monotonic() < deadline:
-            seen = self.look()
-            if seen["end"]:
-                self.thumbs()
-                return heard
-            if seen["words"] not in heard[-1:]:
-                heard.append(seen["words"])
-            self.follow(seen)
-            self.page.wait_for_timeout(60)
-        raise AssertionError(f"not finished: {heard}, {seen}")
+    def wait(self, seconds: float) -> None:
+        self.page.wait_for_timeout(1000 * seconds)
 
-    def follow(self, seen: dict[str, Any]) -> None:
-        words, me, glow, home = seen["words"], seen["me"], seen["glow"], seen["home"]
-        if "backward" in words:
-            self.thumbs((0.0, 1.0), backward=True)
-        elif "Grab" in words and glow["count"] > 20:
-            dx, dy = glow["x"] - me["x"], glow["y"] - me["y"]
-            self.thumbs((dx, dy))
-            if math.hypot(dx, dy) < NEAR + (0.06 if " 2 " in words else 0.0):
-                self.tap_grab()
-        elif "green" in words and me["y"] < home["bottom"]:
-            self.thumbs()
-            self.tap_grab()
-        elif "green" in words or "home" in words:
-            self.thumbs((0.0, -1.0))
-        elif glow["count"] > 20:
-            self.thumbs((glow["x"] - me["x"], glow["y"] - me["y"]))
-        else:
-            self.thumbs()
-
-    def thumbs(self, direction: tuple[float, float] = (0.0, 0.0), backward: bool = False) -> None:
+    def push(self, direction: tuple[float, float] = (0.0, 0.0), backward: bool = False) -> None:
         """Where the left thumb pushes (right, down), and whether the right one holds the backward button."""
         length = math.hypot(*direction)
         points = []
@@ -89,12 +58,12 @@ class Newcomer:
         if points:
             self._send("touchMove", *points)
 
-    def tap_grab(self) -> None:
+    def grab(self) -> None:
         if time.monotonic() - self._tapped_at < 0.7:
             return
         self._tapped_at = time.monotonic()
-        self.thumbs()
-        self._send("touchStart", {"id": 3, **self.grab})
+        self.push()
+        self._send("touchStart", {"id": 3, **self.grab_button})
         self._send("touchEnd")
         self.page.wait_for_timeout(250)
 
@@ -118,15 +87,43 @@ def test_a_newcomer_finishes_the_tutorial_by_touch_on_a_small_phone(
     expect(page.locator(".tutorial-words")).to_contain_text("Drive into the ring")
     page.touchscreen.tap(20, 540)
     page.screenshot(path=pictures / "tutorial-375x553.png")
-    heard = Newcomer(page).play()
+    heard = Thumbs(page).play()
     expect(page.get_by_role("heading", name="You are ready to play")).to_be_visible()
     page.screenshot(path=pictures / "tutorial-375x553-end.png")
     starts = ["Drive into", "Drive up to", "Bring it", "Drive backward", "A 2 needs", "Well done"]
     assert [words.startswith(start) for words, start in zip(heard, starts, strict=True)] == [True] * 6, heard
     assert page.evaluate("document.documentElement.scrollHeight <= innerHeight"), "nothing scrolls"
+    expect(page.locator(".overlay-end .panel")).to_be_in_viewport(ratio=1)
+    expect(page.get_by_role("link", name="Play now")).to_have_attribute("href", "/#play")
     page.get_by_role("button", name="Once more").tap()
     wait_for(page, "game.phase === 'playing'")
     expect(page.locator(".tutorial-words")).to_contain_text("Drive into the ring")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [(375, 553), (390, 664)], ids=str)
+def test_a_newcomer_finishes_the_tutorial_of_a_study_by_touch(
+    server: Server, open_page: OpenPage, pictures: Path, size: tuple[int, int]
+) -> None:
+    room = server.post("/api/rooms", {"tutorial": True})
+    seat = {"id": room["room"], "token": room["tokens"][0], "seat": 0, "path": room["join_path"]}
+    practice = fake.play(kind="practice", map_name="Simple", tutorial=True)
+    study = FakeStudy.at(practice, {**practice, "state": "playing", "room": seat}, fake.play())
+    window = {"viewport": {"width": size[0], "height": size[1]}, "has_touch": True, "is_mobile": True}
+    page = open_page("/healthz", script=SIGHT, **window)
+    study.open(page)
+    page.get_by_role("button", name="I am ready").tap()
+    page.wait_for_url("**/play/*")
+    wait_for(page, "game.phase === 'playing'")
+    page.touchscreen.tap(20, size[1] - 13)
+    heard = Thumbs(page).play()
+    assert heard[-1] == "Well done!"
+    expect(page.locator(".overlay-end .panel")).to_be_in_viewport(ratio=1)
+    expect(page.get_by_role("heading", name="You are ready to play")).to_be_visible()
+    page.screenshot(path=pictures / f"tutorial-study-{size[0]}x{size[1]}-end.png")
+    study.people["token-of-person-1"].next()
+    page.get_by_role("button", name="Continue").tap()
+    expect(page.get_by_role("heading", level=1, name="Hand Off")).to_be_visible()
 
 
 def test_the_words_name_the_keys_and_skip_is_recorded(server: Server, open_page: OpenPage, pictures: Path) -> None:
@@ -144,7 +141,7 @@ def test_the_words_name_the_keys_and_skip_is_recorded(server: Server, open_page:
     deadline = time.monotonic() + 20
     while not any(
         summary.source == "tutorial" and summary.outcome == "stopped"
-        for summary in map(read_summary, recording_paths(server.data / "recordings"))
+        for summary in list_recordings(server.data / "recordings")[0]
     ):
         assert time.monotonic() < deadline
         time.sleep(0.2)

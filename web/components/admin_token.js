@@ -31,11 +31,12 @@ function keep(token) {
  * What `path` answers to an admin, and the token that opened it; asks for the token until it is right.
  * @param {HTMLElement} container where to ask
  * @param {string} path
+ * @param {string} [title] of a page that shows none yet
  * @returns {Promise<{token: string, document: any}>} ApiError when there is nothing at `path`
  */
-export async function openWithToken(container, path) {
+export async function openWithToken(container, path, title = "") {
   let problem = "";
-  for (let token = kept(); ; token = await ask(container, problem)) {
+  for (let token = kept(); ; token = await ask(container, problem, title)) {
     if (!token) continue;
     try {
       const document = await requestJson(path, { token });
@@ -49,8 +50,8 @@ export async function openWithToken(container, path) {
   }
 }
 
-/** @param {HTMLElement} container @param {string} problem @returns {Promise<string>} */
-function ask(container, problem) {
+/** @param {HTMLElement} container @param {string} problem @param {string} title @returns {Promise<string>} */
+function ask(container, problem, title) {
   const input = el("input", {
     id: "token",
     class: "input",
@@ -72,7 +73,7 @@ function ask(container, problem) {
     ),
     el("button", { type: "submit", class: "button button-primary" }, say("dashboard.open")),
   );
-  container.replaceChildren(form);
+  container.replaceChildren(...(title ? [el("h1", {}, title)] : []), form);
   input.focus();
   return new Promise((done) => {
     form.addEventListener("submit", (event) => {

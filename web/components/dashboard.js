@@ -15,7 +15,7 @@ export const NO_PILL = Object.freeze({ words: "–", tone: "" });
 
 const FAIR_MS = 100; // round trips from which a link is no longer good, then bad
 const SLOW_MS = 250;
-const LATE_MS = 5; // p99 lateness of ticks beyond which a person might notice
+const LATE_MS = 25; // p99 lateness of ticks, a quarter of one: earlier the pictures hide it (EXTRAPOLATE_MS is 60)
 const MISSED_SHARE = 0.001; // of the ticks; less than one in a round of 50 s goes unnoticed
 const DISK_MB = 1000; // less free than this is too little
 

@@ -74,7 +74,7 @@ export function programFacts(room) {
       "dl",
       { class: "facts" },
       el("dt", {}, say("play.program.address")),
-      el("dd", {}, `${scheme}://${location.host}/ws`),
+      el("dd", {}, `${scheme}://${location.host}/ws/${room}`),
       el("dt", {}, say("play.program.room")),
       el("dd", {}, room),
     ),

@@ -33,7 +33,6 @@ const settings = { tool: "select", shape: "star", size: "small", snap: true };
 let trial = null;
 /** @type {GameMap | null} */
 let checked = null; // the map that was last sent to be checked
-let partner = "scripted";
 /** @type {GameMap[]} */
 let starts = [];
 
@@ -128,7 +127,7 @@ async function solve() {
 }
 
 async function play() {
-  const seats = [{ kind: "here" }, { kind: "agent", agent: partner }];
+  const seats = [{ kind: "here" }, { kind: "partner" }];
   const room = await requestJson("/api/rooms", { body: { maps: [], map: drawing.map, seats } });
   saveTokens(room.room, room.tokens);
   location.assign(room.join_path);
@@ -270,10 +269,9 @@ function listenForItem() {
   }
 }
 
-/** What there is to begin with, and who plays along. */
+/** What there is to begin with. */
 async function loadOffers() {
-  const [maps, agents] = await Promise.all([requestJson("/api/maps"), requestJson("/api/agents")]);
-  partner = agents.default;
+  const maps = await requestJson("/api/maps");
   starts = [...(maps.own ?? []), ...maps.maps, maps.practice];
   const options = starts.map((map) => el("option", { value: map.name }, mapTitle(map)));
   const blank = el("option", { value: "-" }, say("editor.start.empty"));

@@ -27,7 +27,7 @@ const LEAST_SIDE = 0.02;
 const LEAST_SCALE = 0.03;
 const MOST_SCALE = 0.4;
 
-/** A room to begin with: both robots, one goal region, one item. @param {string} title @returns {GameMap} */
+/** A room to begin with: both robots, one goal, one item. @param {string} title @returns {GameMap} */
 export function emptyMap(title) {
   const map = {
     format: 1,
@@ -201,7 +201,7 @@ export function movedBy(map, part, dx, dy) {
 }
 
 /**
- * A wall or goal region between two corners.
+ * A wall or goal between two corners.
  * @param {GameMap} map @param {Part} part @param {Point} from @param {Point} to
  */
 export function reshaped(map, part, from, to) {

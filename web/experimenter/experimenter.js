@@ -17,6 +17,7 @@ import {
   GROUPS,
   isIn,
   linkPill,
+  noteWords,
   pausePill,
   recordingPill,
   seatNames,
@@ -27,7 +28,9 @@ import {
   whereWords,
 } from "./words.js";
 import { LiveStream } from "../core/live_stream.js";
+import { merged } from "./study_state.js";
 import { say, sayError } from "../text/catalogue.js";
+import { mapTitle } from "../text/names.js";
 import { prepareTexts } from "../text/page.js";
 
 /** @typedef {import("./words.js").StudyState} StudyState */
@@ -82,7 +85,7 @@ class Dashboard {
     });
     this.#filter.append(...GROUPS.map((group) => el("option", { value: group }, say(`experimenter.group.${group}`))));
     this.#filter.addEventListener("change", () => this.#state && this.#showParticipants(this.#state));
-    new LiveStream("/api/experimenter/live", this.token, { onNews: (state) => this.show(state) }).open();
+    new LiveStream("/api/experimenter/live", this.token, { onNews: (news) => this.#hear(news) }).open();
     setInterval(() => performance.now() - this.#newsAtMs > STALE_MS && void this.#ask(), 1000);
   }
 
@@ -132,6 +135,11 @@ class Dashboard {
 
   // ---- what is shown ----------------------------------------------------------------------------------------
 
+  /** The whole state, what has changed of it, or more rows. @param {StudyState & {more?: ParticipantRow[]}} news */
+  #hear(news) {
+    this.show(/** @type {StudyState} */ (merged(this.#state, news)));
+  }
+
   /** @param {StudyState} state */
   show(state) {
     this.#state = state;
@@ -160,7 +168,7 @@ class Dashboard {
     }
     sorted(participants).forEach((data, index) => {
       const shown = this.#shown.get(data.pid) ?? this.#add(data);
-      fill(shown, data);
+      if (shown.data !== data || shown.cells.get("participant")?.textContent === "") fill(shown, data);
       const after = this.#rows.children[index];
       if (after !== shown.row && !shown.row.contains(document.activeElement))
         this.#rows.insertBefore(shown.row, after ?? null);
@@ -270,7 +278,10 @@ function seatsOf(data) {
   const names = seatNames(data);
   if (names === null) return [];
   const agents = names.map((name, seat) => el("span", { class: "agent" }, badge(seat), name));
-  return [el("span", { class: "room-seats" }, ...agents), ...remark(data.title ?? "")];
+  return [
+    el("span", { class: "room-seats" }, ...agents),
+    ...remark(data.map ? mapTitle({ name: data.map, title: data.title }) : ""),
+  ];
 }
 
 /** @param {StudyState} state */
@@ -285,7 +296,7 @@ function showNotes({ notes }) {
         "li",
         {},
         el("span", { class: "muted small" }, [atWords(at), pid].filter(Boolean).join(" · ")),
-        el("p", {}, text),
+        el("p", {}, noteWords(text)),
       ),
     ),
   );

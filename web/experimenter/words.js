@@ -19,6 +19,7 @@ import { currentLanguage, has, say } from "../text/catalogue.js";
  * @property {number | null} seat
  * @property {string} step
  * @property {string} kind
+ * @property {string} [map] by name, and its title
  * @property {string} [title]
  * @property {{done: number, total: number}} position
  * @property {{number: number, of: number} | null} [round]
@@ -37,6 +38,7 @@ import { currentLanguage, has, say } from "../text/catalogue.js";
  * @property {string | null} [code]
  * @property {number | null} [minutes] from arrival to the end
  * @property {string} [episode] of the newest round
+ * @property {boolean} [device_bound] whether they may come back in their own browser only
  * @property {boolean} [paused] by the experimenter, alone or with everybody
  * @property {boolean} [unit_paused] by the experimenter, they alone
  * @property {number | null} [paused_s] since when they stand still, whoever paused
@@ -70,7 +72,7 @@ import { currentLanguage, has, say } from "../text/catalogue.js";
  * @property {number} recordings
  * @property {number} partial recordings that broke off
  */
-/** @typedef {"restart-round" | "invalid" | "kick" | "note" | "pause" | "resume"} ActionName */
+/** @typedef {"restart-round" | "invalid" | "kick" | "note" | "pause" | "resume" | "allow-device"} ActionName */
 
 /** @param {StudyState} state */
 export function summaryWords({ counts: { finished, planned, active, waiting } }) {
@@ -239,7 +241,7 @@ const HOLDS = ["restart-round", "kick"];
  * @param {ParticipantRow} row
  * @returns {{action: ActionName, label: string, asks: string, danger: boolean, holds: boolean}[]}
  */
-export function actionsFor({ outcome, kind, episode, room, unit, paused }) {
+export function actionsFor({ outcome, kind, episode, room, unit, paused, device_bound: deviceBound }) {
   const inRound = ["round", "practice"].includes(kind) && room !== null && !outcome;
   /** @type {ActionName[]} */
   const actions = [];
@@ -247,6 +249,7 @@ export function actionsFor({ outcome, kind, episode, room, unit, paused }) {
   if (inRound) actions.push("restart-round");
   if (episode) actions.push("invalid");
   actions.push("note");
+  if (deviceBound && !outcome) actions.push("allow-device");
   if (!outcome) actions.push("kick");
   return actions.map((action) => ({
     action,
@@ -255,4 +258,11 @@ export function actionsFor({ outcome, kind, episode, room, unit, paused }) {
     danger: action === "kick",
     holds: inRound && !paused && HOLDS.includes(action),
   }));
+}
+
+const NOTED = /^(restart-round|invalid|kick): /; // what the server puts before the reason of an action
+
+/** A note; the reason of an action stands behind its name. @param {string} text */
+export function noteWords(text) {
+  return text.replace(NOTED, (_, action) => `${say(`experimenter.action.${action}`)}: `);
 }

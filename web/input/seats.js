@@ -41,6 +41,8 @@ export class LocalSeats {
   pauses = 0;
   /** Gamepads in use at the reading before that are gone. */
   padsLost = 0;
+  /** Gamepads at the last reading. */
+  padsPresent = 0;
 
   /** @param {Devices} devices @param {Device} firstDevice  what is shown before anything was used */
   constructor(devices, firstDevice) {
@@ -67,6 +69,7 @@ export class LocalSeats {
   read(mapping) {
     const pads = this.#devices.gamepads.read(mapping);
     this.pauses = pads.reduce((sum, pad) => sum + pad.pauses, 0);
+    this.padsPresent = pads.length;
     this.padsLost = this.#forgetLost(pads);
     if (this.#seats.length > 1) this.#assign(pads);
     const touchSeat = this.#seats[0];

@@ -29,11 +29,7 @@ export class Touch {
     this.#onChange = onChange;
     this.#knob = parts.knob;
     this.#followThumb(parts.zone);
-    parts.grab.addEventListener("pointerdown", (event) => {
-      event.preventDefault();
-      this.#grabs += 1;
-      this.#touched();
-    });
+    this.#followGrab(parts.grab);
     parts.backward.addEventListener("pointerdown", (event) => {
       event.preventDefault();
       parts.backward.setPointerCapture(event.pointerId);
@@ -41,6 +37,22 @@ export class Touch {
     });
     for (const kind of ["pointerup", "pointercancel"]) {
       parts.backward.addEventListener(kind, () => this.#setBackward(parts.backward, false));
+    }
+  }
+
+  /** Two fingers at once are one press: the second would undo the first. @param {HTMLElement} button */
+  #followGrab(button) {
+    /** @type {Set<number>} */
+    const fingers = new Set();
+    button.addEventListener("pointerdown", (event) => {
+      event.preventDefault();
+      button.setPointerCapture(event.pointerId);
+      if (fingers.size === 0) this.#grabs += 1;
+      fingers.add(event.pointerId);
+      this.#touched();
+    });
+    for (const kind of ["pointerup", "pointercancel"]) {
+      button.addEventListener(kind, (event) => fingers.delete(/** @type {PointerEvent} */ (event).pointerId));
     }
   }
 

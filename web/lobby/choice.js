@@ -20,7 +20,7 @@ import { partnerLine, partnerName } from "./partners.js";
  *   people beside a partner who stands still
  */
 /** @typedef {{value: string, label: string, help: string, group: string}} SeatOption */
-/** @typedef {{kind: "here" | "link" | "agent" | "remote", agent?: string}} SeatRequest */
+/** @typedef {{kind: "here" | "link" | "agent" | "partner" | "remote", agent?: string}} SeatRequest */
 /**
  * @typedef {object} Choice
  * @property {string} map the map's name
@@ -87,8 +87,13 @@ export function defaultPartner(agents, preferred) {
   return partner ? `agent:${partner.id}` : "link";
 }
 
-/** @param {string} value @returns {SeatRequest} */
-export function seatRequest(value) {
+/**
+ * @param {string} value of a seat option
+ * @param {string} [proposed] whom the server proposes: it seats another one where that partner cannot play
+ * @returns {SeatRequest}
+ */
+export function seatRequest(value, proposed) {
+  if (value === proposed && value.startsWith("agent:")) return { kind: "partner" };
   if (value.startsWith("agent:")) return { kind: "agent", agent: value.slice("agent:".length) };
   if (value === "here" || value === "link" || value === "remote") return { kind: value };
   throw new RangeError(`no such seat: ${value}`);
@@ -99,14 +104,15 @@ export function seatRequest(value) {
  * @param {Choice} choice
  * @param {readonly string[]} maps the rounds in order
  * @param {boolean} [practice]
+ * @param {string} [proposed] value of the seat option that nobody had to choose
  */
-export function roomRequest(choice, maps, practice = false) {
+export function roomRequest(choice, maps, practice = false, proposed = undefined) {
   return {
     maps: [...maps],
     limit_ticks: practice ? 0 : choice.limitTicks,
     practice,
     challenge2_seed: practice ? null : choice.seed,
-    seats: choice.seats.map(seatRequest),
+    seats: choice.seats.map((value) => seatRequest(value, proposed)),
   };
 }
 

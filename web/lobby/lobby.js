@@ -40,10 +40,13 @@ const playAllButton = byId("play-all", HTMLButtonElement);
 const practiceButton = byId("practice", HTMLButtonElement);
 const nowButton = byId("play-now", HTMLButtonElement);
 const learnButton = byId("learn", HTMLButtonElement);
-const BUTTONS = [learnButton, nowButton, playButton, playAllButton, practiceButton];
+const surpriseButton = byId("surprise", HTMLButtonElement);
+const BUTTONS = [learnButton, nowButton, playButton, surpriseButton, playAllButton, practiceButton];
 
 /** @type {GameMap[]} */
 let maps = [];
+/** @type {string[]} names of generated maps */
+let surprises = [];
 /** @type {import("./map_cards.js").OwnMaps} */
 let own = { maps: [], leftOut: 0 };
 /** @type {GameMap | null} */
@@ -52,11 +55,20 @@ let practiceMap = null;
 let agents = [];
 let partner = "link";
 
-async function load() {
+/** Maps and agents. A refusal is said when the answer is awaited, not before. */
+function askLists() {
+  const lists = Promise.all([requestJson("/api/maps"), requestJson("/api/agents")]);
+  lists.catch(() => {});
+  return lists;
+}
+
+/** @param {ReturnType<typeof askLists>} lists */
+async function load(lists) {
   mapsBox.setAttribute("aria-busy", "true");
   try {
-    const [mapList, agentList] = await Promise.all([requestJson("/api/maps"), requestJson("/api/agents")]);
+    const [mapList, agentList] = await lists;
     maps = mapList.maps;
+    surprises = mapList.surprise ?? [];
     own = { maps: mapList.own ?? [], leftOut: mapList.own_left_out ?? 0 };
     practiceMap = mapList.practice;
     agents = agentList.agents;
@@ -71,7 +83,7 @@ async function load() {
   } catch (error) {
     if (!(error instanceof ApiError)) throw error;
     mapsBox.replaceChildren(notice("bad", `${sayError(error)} ${say("lobby.retry")}`));
-    window.setTimeout(load, RETRY_MS);
+    window.setTimeout(() => void load(askLists()), RETRY_MS);
   } finally {
     mapsBox.removeAttribute("aria-busy");
   }
@@ -167,6 +179,8 @@ function refresh() {
   const verb = seats.includes("here") ? "play" : seats.some(isOpen) ? "open" : "watch";
   playButton.textContent = say(`lobby.${verb}`, { map: mapTitle(map) });
   playAllButton.textContent = say(`lobby.${verb}All`, { number: maps.length });
+  surpriseButton.textContent = say(`lobby.${verb}Surprise`);
+  surpriseButton.hidden = surprises.length === 0;
   byId("seed-field", HTMLElement).hidden = !randomisedBox.checked;
 }
 
@@ -221,7 +235,7 @@ async function play(names) {
     return seedInput.focus();
   }
   remember(chosen);
-  await enter(roomRequest(chosen, names), chosen.seats, problemBox);
+  await enter(roomRequest(chosen, names, false, partner), chosen.seats, problemBox);
 }
 
 async function practise() {
@@ -280,6 +294,7 @@ function showLanguages() {
   });
 }
 
+const firstLists = askLists(); // on their way while the texts are
 await prepareTexts();
 showLanguages();
 byId("controls", HTMLElement).append(controlsCard());
@@ -290,6 +305,7 @@ form.addEventListener("submit", (event) => {
   void play([choice().map]);
 });
 playAllButton.addEventListener("click", () => void play(maps.map(({ name }) => name)));
+surpriseButton.addEventListener("click", () => void play([surprises[Math.floor(Math.random() * surprises.length)]]));
 practiceButton.addEventListener("click", () => void practise());
 learnButton.addEventListener("click", () => void learn());
 nowButton.addEventListener("click", () => void playNow());
@@ -299,4 +315,4 @@ new IntersectionObserver(([{ isIntersecting }]) =>
   document.body.classList.toggle("first-in-view", isIntersecting),
 ).observe(byId("first", HTMLElement));
 window.addEventListener("movingout-theme", drawPictures);
-void load();
+void load(firstLists);

@@ -30,7 +30,7 @@ export function firstChoice(maps, partner) {
 /** @param {readonly GameMap[]} maps @param {string} partner */
 export function firstRequest(maps, partner) {
   const choice = firstChoice(maps, partner);
-  return roomRequest(choice, [choice.map]);
+  return roomRequest(choice, [choice.map], false, partner);
 }
 
 /** Writes what "Play now" leads to. @param {readonly GameMap[]} maps */

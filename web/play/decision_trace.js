@@ -8,7 +8,7 @@ import { el } from "../core/dom.js";
 import { say } from "../text/catalogue.js";
 import { ArenaContext } from "../view/arena_context.js";
 import { drawDecision } from "../view/candidates.js";
-import { decisionLegend, decisionList } from "../view/decision_words.js";
+import { decisionLegend, decisionList, toldPlan } from "../view/decision_words.js";
 import { planOf } from "../view/plan.js";
 
 const STEP = 0.06; // arena units that a robot drives in a tick at full stick
@@ -34,17 +34,22 @@ const ASK_MS = 2000; // between two questions whether an agent here weighs candi
  * @property {[Point, Point][][]} [robots]  per pair: where blue and red are expected on the way and in the end
  */
 
+/** @typedef {{seat: number, tick: number, plan: string}} ToldPlan  what an agent says that it does */
+
 export class DecisionPanel {
   /** @type {EventSource | null} */
   #source = null;
   /** @type {Map<number, {decision: DecisionTrace, atMs: number}>} by seat */
   #newest = new Map();
+  /** @type {Map<number, {told: ToldPlan, atMs: number}>} by seat */
+  #plans = new Map();
   #shown = "";
   #writtenAtMs = performance.now();
   /** @type {{map: GameMap, view: View} | null} what is shown */
   #scene = null;
   #button;
-  #list = el("div");
+  // focusable, so that keys scroll it where it has little room
+  #list = el("div", { class: "decision-lists", role: "group", tabindex: "0", "aria-labelledby": "decisions-title" });
 
   /** @param {HTMLElement} box @param {string} room  its API, /api/rooms/ROOM */
   constructor(box, room) {
@@ -71,6 +76,11 @@ export class DecisionPanel {
     this.#label();
   }
 
+  /** Whether it draws over the scene. */
+  get isOn() {
+    return this.#source !== null;
+  }
+
   /** Draws over the scene. @param {CanvasRenderingContext2D} ctx @param {GameMap} map @param {View} view */
   draw(ctx, map, view) {
     this.#scene = { map, view };
@@ -81,21 +91,28 @@ export class DecisionPanel {
   /** The scores, in words. Nothing gets stale in a pause. @param {boolean} paused */
   write(paused) {
     const nowMs = performance.now();
-    if (paused) for (const newest of this.#newest.values()) newest.atMs += nowMs - this.#writtenAtMs;
+    if (paused)
+      for (const newest of [...this.#newest.values(), ...this.#plans.values()])
+        newest.atMs += nowMs - this.#writtenAtMs;
     this.#writtenAtMs = nowMs;
     if (this.#source === null) return;
-    const fresh = this.#fresh();
-    const shown = fresh.map(({ seat, tick }) => `${seat}:${tick}`).join();
+    const scene = this.#scene;
+    const fresh = scene === null ? [] : this.#fresh();
+    const plans = this.#freshPlans();
+    const shown = [
+      ...fresh.map(({ seat, tick }) => `${seat}:${tick}`),
+      ...plans.map(({ seat, plan }) => `${seat}:${plan}`),
+    ].join();
     if (shown === this.#shown) return;
     this.#shown = shown;
-    const scene = this.#scene;
-    if (fresh.length === 0 || scene === null)
+    if (fresh.length + plans.length === 0 || scene === null)
       return this.#list.replaceChildren(el("p", { class: "muted" }, say("play.candidates.none")));
     const lists = fresh.map((trace) => {
       const decision = liveDecision(trace, scene.view);
       return decisionList(decision, planOf(scene.map, scene.view, decision), scene.map);
     });
-    this.#list.replaceChildren(...lists, decisionLegend());
+    const legend = lists.length > 0 ? [decisionLegend()] : [];
+    this.#list.replaceChildren(...plans.map(toldPlan), ...lists, ...legend);
   }
 
   #toggle() {
@@ -107,8 +124,10 @@ export class DecisionPanel {
   #open() {
     this.#source = new EventSource(`${this.room}/thoughts`);
     this.#source.onmessage = ({ data }) => {
-      const decision = /** @type {DecisionTrace} */ (JSON.parse(data));
-      this.#newest.set(decision.seat, { decision, atMs: performance.now() });
+      const decision = /** @type {DecisionTrace | ToldPlan} */ (JSON.parse(data));
+      const atMs = performance.now();
+      if ("candidates" in decision) this.#newest.set(decision.seat, { decision, atMs });
+      else this.#plans.set(decision.seat, { told: decision, atMs });
     };
     this.#shown = "?";
   }
@@ -117,12 +136,18 @@ export class DecisionPanel {
     this.#source?.close();
     this.#source = null;
     this.#newest.clear();
+    this.#plans.clear();
     this.#list.replaceChildren();
   }
 
   #label() {
     this.#button.textContent = this.#source === null ? say("play.candidates.show") : say("play.candidates.hide");
     this.#button.setAttribute("aria-pressed", String(this.#source !== null));
+  }
+
+  #freshPlans() {
+    const since = performance.now() - STALE_MS;
+    return [...this.#plans.values()].filter(({ atMs }) => atMs > since).map(({ told }) => told);
   }
 
   #fresh() {

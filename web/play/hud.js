@@ -92,17 +92,17 @@ export class Hud {
     this.#text(stopWords, stopSentence(game));
     stop.hidden = game.phase.endsWith("_over") && game.welcome?.mode !== "watch";
     if (game.round === null || scene === null) return;
-    this.#heading(game.round);
+    this.#heading(game.round, game.own.length === 0);
     this.#meters(game.round, scene);
     this.#players(game, scene);
     this.#company(game);
   }
 
-  /** @param {import("./game.js").Round} round */
-  #heading(round) {
+  /** @param {import("./game.js").Round} round @param {boolean} watching */
+  #heading(round, watching) {
     this.#text(this.#parts.round, round.practice ? say("play.practice") : roundText(round));
     this.#text(this.#parts.title, mapTitle(round.map));
-    this.#text(this.#parts.task, taskSentence(round.map));
+    this.#text(this.#parts.task, taskSentence(round.map, watching));
   }
 
   /** @param {import("./game.js").Round} round @param {Scene} scene */
@@ -134,7 +134,7 @@ export class Hud {
       const mine = own.includes(index);
       const device = has(`play.device.${seat.device}`) ? say(`play.device.${seat.device}`) : "";
       const name = own.length > 1 && mine && !seat.name ? colourName(index) : seatName(seat, mine, own.length === 0);
-      const words = running ? playingWords(seat, index, round.map, scene.view, own) : waitingWords(seat);
+      const words = running ? playingWords(seat, index, round.map, scene.view, own) : waitingWords(seat, room.phase);
       const urgent = [say("play.state.help"), say("play.state.helpPartner"), say("play.state.gone")].includes(words);
       this.#text(this.#seatRows[index].name, mine && device ? `${name} · ${device}` : name);
       this.#text(this.#seatRows[index].words, words);

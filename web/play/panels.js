@@ -6,7 +6,7 @@ import { grabName } from "./hud.js";
 import { invitation } from "./invitation.js";
 import { say } from "../text/catalogue.js";
 import { colourName, colourWord, mapDescription } from "../text/names.js";
-import { reasonText, seatName } from "./seat_phrases.js";
+import { reasonText, waitingForText } from "./seat_phrases.js";
 
 /** @typedef {import("./game.js").Game} Game */
 /** @typedef {import("../input/seats.js").SeatCard} SeatCard */
@@ -27,13 +27,13 @@ import { reasonText, seatName } from "./seat_phrases.js";
  * @property {string} hint  what else a pause is to say
  */
 
-const ACTION = ".button-primary";
+const ACTION = ".button-primary, [data-safe]"; // what goes on from here, or changes nothing
 
 export class Panels {
   #ready = byId("ready", HTMLElement);
   #overlay = byId("overlay", HTMLElement);
   #readyKey = "";
-  #overlayKey = "";
+  #overlayKey = "page"; // what the page itself says until its program has begun
   #stopping = false;
 
   /** @param {Actions} actions */
@@ -132,10 +132,9 @@ export class Panels {
   /** @param {Game} game @param {readonly SeatCard[]} cards @param {Mapping} mapping */
   #askReady(game, cards, mapping) {
     const seats = game.room?.seats ?? [];
-    const waitingFor = seats.flatMap((seat, index) =>
-      seat.ready || game.own.includes(index) ? [] : [seatName(seat, false, game.own.length === 0)],
-    );
-    const waiting = waitingFor.map((name) => el("p", { class: "muted small" }, say("play.ready.waitingFor", { name })));
+    const waiting = seats
+      .filter((seat, index) => !seat.ready && !game.own.includes(index))
+      .map((seat) => el("p", { class: "muted small" }, waitingForText(seat, game.own.length === 0)));
     if (game.own.length === 0) return [el("h2", {}, say("play.ready.soon")), ...waiting];
     if (!this.actions.asksReady) return [el("h2", {}, say("study.play.starts")), ...waiting];
     const rows = cards.map((card) => this.#readyRow(card, seats[card.seat], mapping, cards.length > 1));
@@ -196,30 +195,30 @@ export class Panels {
     const seats = game.room?.seats ?? [];
     const absent = seats.some((seat) => !seat.present);
     const shown = absent ? seconds : -1;
-    const asks = deaf ? [] : cards.filter((card) => card.device !== "touch" && !seats[card.seat]?.ready);
+    const asks = cards.filter((card) => card.device !== "touch" && !seats[card.seat]?.ready);
     const presses = asks.map((card) => {
       const who = cards.length > 1 ? `${colourName(card.seat)}: ` : "";
       return who + say("play.pause.goOn", { key: grabName(card, mapping) });
     });
     const unready = cards.map(({ seat }) => seat).filter((seat) => !seats[seat]?.ready);
-    const key = JSON.stringify([game.room?.reason, shown, this.#stopping, unready, hint, presses]);
+    const key = JSON.stringify([game.room?.reason, shown, this.#stopping, unready, hint, presses, deaf]);
     this.#say(key, () => {
       const focused = this.#overlay.contains(document.activeElement);
-      const pause = () => this.#pause(game, shown, hint, presses, unready);
+      const pause = () => this.#pause(game, shown, { hint, deaf }, presses, unready);
       this.#show("pause", this.#stopping ? this.#sure(game) : pause());
       if (focused) this.focusAction();
     });
   }
 
   /**
-   * @param {Game} game @param {number} seconds @param {string} hint @param {readonly string[]} presses
-   * @param {readonly number[]} unready seats of this page
+   * @param {Game} game @param {number} seconds @param {Pick<News, "hint" | "deaf">} news
+   * @param {readonly string[]} presses @param {readonly number[]} unready seats of this page
    */
-  #pause(game, seconds, hint, presses, unready) {
-    const parts = [el("p", {}, reasonText(game.room, game.own))];
-    if (hint) parts.push(el("p", { role: "alert" }, hint));
+  #pause(game, seconds, { hint, deaf }, presses, unready) {
+    const parts = [hint ? el("p", { role: "alert" }, hint) : el("p", {}, reasonText(game.room, game.own))];
     if (seconds >= 0) parts.push(el("p", { class: "muted" }, say("play.pause.back", { count: seconds })));
-    for (const press of presses) parts.push(el("p", { class: "muted" }, press));
+    const quiet = deaf ? "muted invisible" : "muted"; // has its place from the start, so that no button moves
+    for (const press of presses) parts.push(el("p", { class: quiet }, press));
     const buttons = [];
     if (unready.length > 0) {
       const goOn = () => unready.forEach((seat) => this.actions.ready(seat));
@@ -229,7 +228,11 @@ export class Panels {
     }
     if (game.own.length > 0)
       buttons.push(
-        el("button", { type: "button", class: "button", onclick: () => this.askStop() }, say("play.pause.stop")),
+        el(
+          "button",
+          { type: "button", class: "button", onclick: () => this.askStop() },
+          say(this.actions.askStop ? "study.page.stop" : "play.pause.stop"),
+        ),
       );
     return panel(say("play.pause.title"), ...parts, el("div", { class: "row" }, ...buttons));
   }
@@ -251,7 +254,7 @@ export class Panels {
         "div",
         { class: "row" },
         el("button", { type: "button", class: "button button-danger", onclick: yes }, say("play.pause.yes")),
-        el("button", { type: "button", class: "button", onclick: no }, say("play.pause.no")),
+        el("button", { type: "button", class: "button", "data-safe": "", onclick: no }, say("play.pause.no")),
       ),
     );
   }

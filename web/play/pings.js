@@ -25,9 +25,9 @@ export class Pings {
   /**
    * @param {Game} game
    * @param {{send(message: import("../messages.js").SayPing): void, announce(sentence: string): void}} actions
-   * @param {{canvas: HTMLCanvasElement, button: HTMLButtonElement}} parts
+   * @param {{box: HTMLElement, button: HTMLButtonElement}} parts  the box has the canvas, which may be replaced
    */
-  constructor(game, actions, { canvas, button }) {
+  constructor(game, actions, { box, button }) {
     this.game = game;
     this.actions = actions;
     this.#button = button;
@@ -38,7 +38,9 @@ export class Pings {
     });
     // A screen reader clicks without a pointer.
     button.addEventListener("click", (event) => event.detail === 0 && this.ask(game.own[0]));
-    canvas.addEventListener("pointerdown", (event) => this.#tapped(canvas, event));
+    box.addEventListener("pointerdown", (event) => {
+      if (event.target instanceof HTMLCanvasElement) this.#tapped(event.target, event);
+    });
   }
 
   /** Whether people of this page may ping in this room. */

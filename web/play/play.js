@@ -13,6 +13,7 @@ import { InputSenders } from "../input/sender.js";
 import { Touch } from "../input/touch.js";
 import { Panels } from "./panels.js";
 import { Probe } from "./probe.js";
+import { Painter } from "../view/painter.js";
 import { context2d, drawScene, fitCanvas, paintInMemory } from "../view/render.js";
 import { Series } from "./series.js";
 import { Settings } from "./settings.js";
@@ -43,6 +44,8 @@ const coarse = matchMedia("(pointer: coarse)");
 class Play {
   #canvas = byId("arena", HTMLCanvasElement);
   #context = context2d(this.#canvas);
+  /** @type {Painter | null} of a page that draws slowly */
+  #painter = null;
   #root = byId("play", HTMLElement);
   #game = new Game();
   #probe = new Probe(this.#game);
@@ -82,7 +85,7 @@ class Play {
       send: (message) => this.#connection.send(message),
       announce: (sentence) => this.#announcer.announce(sentence),
     },
-    { canvas: this.#canvas, button: byId("touch-ping", HTMLButtonElement) },
+    { box: byId("arena-box", HTMLElement), button: byId("touch-ping", HTMLButtonElement) },
   );
   #tutorial = new TutorialView(
     {
@@ -103,11 +106,13 @@ class Play {
   #intents = [null, null];
   /** @type {Status} */
   #status = "connecting";
+  #away = "";
   #statusSinceMs = 0;
   #phase = "";
   #phaseSinceMs = 0;
   #hudAtMs = 0;
   #padLost = false; // the pause that is on began with a gamepad that is gone
+  #padsWanted = 0; // how many gamepads there were before that
 
   start() {
     byId("stop", HTMLButtonElement).addEventListener("click", () => this.#pauseOrStop());
@@ -132,6 +137,11 @@ class Play {
   /** What follows a round: a tutorial of the lobby has an end of its own. */
   get #after() {
     return this.#game.tutorial !== null && this.#study === null ? this.#tutorial : this.#series;
+  }
+
+  /** Whether a result stands in place of the arena; the end of a tutorial, or in a study, lies over it. */
+  get #arenaIsGone() {
+    return this.#study === null && this.#after === this.#series && this.#series.showsResult;
   }
 
   // ---- from the connection ----------------------------------------------------------------------------------
@@ -161,9 +171,10 @@ class Play {
   }
 
   /** @param {Status} status @param {import("../wire/connection.js").Ending} [ending] why the connection ended */
-  onStatus(status, ending) {
+  onStatus(status, ending, away = "") {
     if (status !== this.#status) this.#statusSinceMs = performance.now();
     this.#status = status;
+    this.#away = away;
     if (status === "over" && this.#study && ending?.kind !== "replaced") return this.#study.leave();
     if (ending === undefined) return;
     const watchPath = mode === "play" && ending.kind !== "notFound" ? `/watch/${room}` : "";
@@ -181,7 +192,7 @@ class Play {
     if (this.#status === "open" && this.#study?.startsNow(this.#game)) this.#each((seat) => this.#ready(seat));
     if (scene !== null && this.#game.round !== null) {
       this.#pings.update(scene.view, nowMs);
-      if (!this.#after.showsResult || this.#after === this.#tutorial) this.#draw(scene, nowMs);
+      if (!this.#arenaIsGone) this.#draw(scene, nowMs);
       this.#sounds.update(this.#game, scene);
       this.#announcer.update(this.#game, scene, nowMs);
       this.#after.update(this.#game, scene.view);
@@ -194,6 +205,7 @@ class Play {
   #paintInMemory() {
     this.#canvas = paintInMemory(this.#canvas);
     this.#context = context2d(this.#canvas, true);
+    this.#painter = new Painter(this.#context);
   }
 
   /** @param {import("./game.js").Scene} scene @param {number} nowMs */
@@ -207,7 +219,10 @@ class Play {
     this.#cues.update(scene, nowMs, pulse, calm.matches);
     const { reach, misses, over } = this.#cues;
     const ringed = own.length === 1 ? own : [];
-    drawScene(this.#context, round.map, view, { intents, own: ringed, pulse, rounded: true, reach, misses, over });
+    const options = { intents, own: ringed, pulse, rounded: true, reach, misses, over };
+    const more = this.#cues.marks || this.#pings.shown.length > 0 || this.#decisions.isOn;
+    if (this.#painter) this.#painter.paint(round.map, view, options, more);
+    else drawScene(this.#context, round.map, view, options);
     if (phase === "playing") this.#decisions.draw(this.#context, round.map, view);
     this.#pings.draw(this.#context, nowMs, calm.matches);
   }
@@ -227,16 +242,16 @@ class Play {
       nowMs,
       {
         busy: this.#after.showsResult,
-        lost: lostText(this.#status, nowMs - this.#statusSinceMs),
+        lost: lostText(this.#status, nowMs - this.#statusSinceMs, this.#away),
         deaf: this.#isDeaf(nowMs),
-        hint: this.#padLost ? say("play.pause.padLost") : "",
+        hint: this.#padLost ? say(this.#misses() ? "play.pause.padLost" : "play.pause.padBack") : "",
       },
       cards,
       this.#mapping,
     );
     this.#tutorial.write(this.#game, cards, this.#mapping);
     this.#decisions.write(this.#game.phase === "paused");
-    const touch = mode === "play" && cards.some((card) => card.device === "touch") && !this.#after.showsResult;
+    const touch = mode === "play" && cards.some((card) => card.device === "touch") && !this.#arenaIsGone;
     this.#root.toggleAttribute("data-touch", touch);
     byId("touch", HTMLElement).hidden = !touch || !["countdown", "playing"].includes(this.#game.phase);
   }
@@ -252,7 +267,6 @@ class Play {
       focused.blur();
     if (this.#phase !== "playing") return;
     this.#panels.forgetStop();
-    this.#padLost = false;
   }
 
   // ---- devices ----------------------------------------------------------------------------------------------
@@ -269,10 +283,16 @@ class Play {
         this.#inputs.send(seat, playing ? reading : { ...reading, grabs: 0 }, nowMs);
     }
     if (this.#seats.pauses > 0) this.#togglePause();
-    if (playing && this.#seats.padsLost > 0) {
-      this.#padLost = true;
-      this.#togglePause();
-    }
+    if (this.#seats.padsLost > 0 && ["countdown", "playing"].includes(this.#game.phase))
+      this.#padsWanted = this.#seats.padsPresent + this.#seats.padsLost;
+    if (!playing || this.#padLost || !this.#misses()) return;
+    this.#padLost = true;
+    this.#togglePause();
+  }
+
+  /** Whether a gamepad is gone that somebody played with. */
+  #misses() {
+    return this.#seats.padsPresent < this.#padsWanted;
   }
 
   /** Between rounds the grab button means "ready". @param {number} seat @param {number} nowMs */
@@ -314,6 +334,8 @@ class Play {
 
   /** @param {number} seat */
   #ready(seat) {
+    this.#padLost = false;
+    this.#padsWanted = 0;
     this.#connection.send({ type: "ready", seat, ready: true });
   }
 

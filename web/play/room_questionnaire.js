@@ -7,7 +7,7 @@ import { ApiError, requestJson } from "../core/api.js";
 import { el, notice } from "../core/dom.js";
 import { QuestionForm } from "../questionnaire/form.js";
 import { givenAnswers } from "../questionnaire/pages.js";
-import { say, sayError } from "../text/catalogue.js";
+import { currentLanguage, say, sayError } from "../text/catalogue.js";
 
 /** @typedef {{room: string, token: string, partnerName: string, onDone: () => void, onSkip: () => void}} Options */
 
@@ -20,7 +20,8 @@ export async function showQuestionnaire(container, options) {
   const { room, token } = options;
   const path = `/api/rooms/${encodeURIComponent(room)}/answers`;
   try {
-    const [questionnaire, kept] = await Promise.all([requestJson("/api/questionnaire"), requestJson(path, { token })]);
+    const asked = `/api/questionnaire?language=${currentLanguage()}`;
+    const [questionnaire, kept] = await Promise.all([requestJson(asked), requestJson(path, { token })]);
     showForm(container, options, path, questionnaire, givenAnswers(kept.answers));
   } catch (error) {
     if (!(error instanceof ApiError)) throw error;

@@ -21,8 +21,21 @@ export function seatName(seat, own, watching = false) {
   return seat.name || (seat.kind === "human" && !watching ? say("play.partner") : say(`play.kind.${seat.kind}`));
 }
 
-/** What a seat is doing before and between rounds. @param {SeatState} seat */
-export function waitingWords(seat) {
+/**
+ * Whom everybody else still waits for before a round.
+ * @param {SeatState} seat @param {boolean} watching the reader is a spectator
+ */
+export function waitingForText(seat, watching) {
+  if (seat.kind === "human" && !seat.name && !watching) return say("play.ready.waitingForPartner");
+  return say("play.ready.waitingFor", { name: seatName(seat, false, watching) });
+}
+
+/**
+ * What a seat is doing before and between rounds; nothing after the last one.
+ * @param {SeatState} seat @param {import("../messages.js").RoomState["phase"]} phase
+ */
+export function waitingWords(seat, phase) {
+  if (phase === "series_over") return "";
   if (seat.open || (!seat.present && seat.kind !== "idle")) return say("play.state.notHere");
   if (seat.kind === "idle") return say("play.state.idle");
   return seat.ready ? say("play.state.ready") : say("play.state.notReady");
@@ -51,11 +64,12 @@ export function roundText({ index, total }) {
   return total > 1 ? say("play.round", { number: index + 1, total }) : say("play.oneRound");
 }
 
-/** The one sentence that says what to do on this map. @param {GameMap} map */
-export function taskSentence(map) {
+/** The one sentence that says what to do on this map. @param {GameMap} map @param {boolean} [watching] a spectator */
+export function taskSentence(map, watching = false) {
   const sizes = new Set(map.items.map((item) => item.size));
   const heaviest = sizes.has("large") ? "large" : sizes.has("middle") ? "middle" : "small";
-  return say(`play.task.${heaviest}`, { count: map.goals.length });
+  const values = { count: map.goals.length };
+  return watching ? say(`play.taskWatched.${heaviest}`, values) : say(`play.task.${heaviest}`, values);
 }
 
 /**
@@ -111,9 +125,11 @@ function withNames(values) {
  * What to say about a lost connection; empty during a short interruption.
  * @param {Status} status
  * @param {number} forMs how long it has had this status
+ * @param {string} [away] what the server said of the room: the code of an error
  */
-export function lostText(status, forMs) {
+export function lostText(status, forMs, away = "") {
   if (forMs < PATIENCE_MS) return "";
+  if (status === "reconnecting" && away) return say(`error.${away}`);
   if (status === "connecting") return say("play.connecting");
   return status === "reconnecting" ? say("play.reconnecting") : "";
 }

@@ -6,7 +6,7 @@
 import { canShare } from "../components/link.js";
 import { request } from "../core/api.js";
 import { el } from "../core/dom.js";
-import { say, sayError } from "../text/catalogue.js";
+import { currentLanguage, say, sayError } from "../text/catalogue.js";
 
 /** @typedef {{room: string, token: string, recording: string}} Shared */
 
@@ -43,7 +43,9 @@ function button(what, kind, shared, said) {
  * @returns {Promise<string>} what to say; ApiError when the server refuses
  */
 async function hand(kind, { room, token, recording }) {
-  const answer = await request(`/api/rooms/${room}/rounds/${recording}.${kind}`, { token });
+  const answer = await request(`/api/rooms/${room}/rounds/${recording}.${kind}?language=${currentLanguage()}`, {
+    token,
+  });
   const file = new File([await answer.blob()], `${say("play.result.fileName")}.${kind}`, { type: `image/${kind}` });
   if (canShare() && navigator.canShare?.({ files: [file] })) {
     const sent = await navigator.share({ files: [file] }).then(

@@ -15,7 +15,7 @@ import { grabName } from "./hud.js";
 export class TutorialView {
   #play = byId("play", HTMLElement);
   #box = byId("tutorial", HTMLElement);
-  #overlay = el("div", { class: "overlay", hidden: true });
+  #overlay = el("div", { class: "overlay overlay-end", hidden: true });
   #skip = el("button", { type: "button", class: "button button-wide play-enough" }, say("play.tutorial.skip"));
   #step = el("p", { class: "muted small" });
   #dots = el("p", { class: "tutorial-dots", "aria-hidden": "true" });
@@ -83,14 +83,15 @@ export class TutorialView {
     const heading = el("h2", { tabindex: "-1" }, say(learned ? "play.tutorial.end" : "play.tutorial.stopped"));
     const again = el("button", { type: "button", class: "button", onclick: () => this.actions.again() });
     again.textContent = say("play.tutorial.again");
-    const play = el("a", { class: "button button-primary", href: "/" }, say("play.tutorial.play"));
+    const play = el("a", { class: "button button-primary", href: "/#play" }, say("play.tutorial.play"));
+    const choose = el("a", { class: "button", href: "/" }, say("play.tutorial.choose"));
     this.#overlay.replaceChildren(
       el(
         "section",
         { class: "card card-roomy stack panel" },
         heading,
         learned ? el("p", {}, say("play.tutorial.endHelp")) : null,
-        el("div", { class: "row" }, play, game.own.length > 0 ? again : null),
+        el("div", { class: "row" }, play, game.own.length > 0 ? again : null, choose),
       ),
     );
     heading.focus({ preventScroll: true });

@@ -95,5 +95,5 @@ export class AnswerQueue {
 /** @param {unknown} error */
 function canRetry(error) {
   const status = error instanceof Error && "status" in error ? Number(error.status) : -1;
-  return status === 0 || status === 429 || status >= 500;
+  return status === 0 || status === 408 || status === 429 || status >= 500;
 }

@@ -4,7 +4,7 @@
  */
 
 import { clockText, secondsOf, ticksOf } from "../core/ticks.js";
-import { has, say } from "../text/catalogue.js";
+import { has, say, sayNumber } from "../text/catalogue.js";
 import { colourName } from "../text/names.js";
 
 /** @typedef {import("./data.js").ReplayEvent} ReplayEvent */
@@ -52,7 +52,7 @@ export function eventWords({ kind, seat, item, times = 1 }, map) {
 }
 
 /** "large star". @param {{shape: string, size: string} | undefined} item */
-function itemName(item) {
+export function itemName(item) {
   if (item === undefined) return say("replay.item.unknown");
   return say("replay.item", { size: say(`replay.size.${item.size}`), shape: say(`replay.shape.${item.shape}`) });
 }
@@ -64,8 +64,9 @@ export function eventTone({ kind, seat }) {
   return "attention";
 }
 
-/** The time of a tick to a tenth of a second: "0:12.3". @param {number} tick */
+/** The time of a tick to a tenth of a second: "0:12.3", in German "0:12,3". @param {number} tick */
 export function tickTime(tick) {
   const tenths = Math.floor(10 * secondsOf(tick));
-  return `${clockText(Math.floor(tenths / 10))}.${tenths % 10}`;
+  const fraction = sayNumber((tenths % 10) / 10, 1).slice(1);
+  return clockText(Math.floor(tenths / 10)) + fraction;
 }

@@ -1,22 +1,20 @@
 // @ts-check
 /*
- * The replay page: any finished recording in the game's own renderer. The episode is in data.js, the
- * position in player.js; this module joins them with the page.
+ * The replay page: any finished recording in the game's own renderer. The episode is in data.js, the picture and the
+ * time line in transport.js; this module joins them with what stands beside them.
  */
 
 import { ApiError } from "../core/api.js";
 import { byId, el, notice } from "../core/dom.js";
-import { ticksOf } from "../core/ticks.js";
 import { eventTone, eventWords, tickTime, shownEvents } from "./event_words.js";
 import { offerGhosts } from "../play/ghost.js";
 import { MetricCharts } from "./metric_curves.js";
-import { context2d, drawScene, fitCanvas } from "../view/render.js";
-import { TICK_MS } from "../messages.js";
 import { ReplayError, linkedTick, tickAt } from "./data.js";
-import { Player, SPEEDS, nextEventTick } from "./player.js";
+import { nextEventTick } from "./player.js";
 import { Show } from "./show.js";
 import { seatState, showSummary } from "./summary.js";
 import { ReplaySource, save } from "./source.js";
+import { Transport } from "./transport.js";
 import { say, sayError } from "../text/catalogue.js";
 import { prepareTexts } from "../text/page.js";
 import { playingWords } from "../play/seat_phrases.js";
@@ -24,16 +22,7 @@ import { playingWords } from "../play/seat_phrases.js";
 /** @typedef {import("./event_words.js").ShownEvent} ShownEvent */
 /** @typedef {import("./data.js").Replay} Replay */
 
-const PLAY_ICON = "M6 3.5v13l11-6.5z";
-const PAUSE_ICON = "M5 3.5h4v13H5zM11 3.5h4v13h-4z";
-const SECOND = ticksOf(1);
 const ADDRESS_MS = 300; // after the last move: browsers limit how often the address may change
-const LONGEST_FRAME_MS = 250; // a tab that was hidden does not jump ahead
-
-const canvas = byId("arena", HTMLCanvasElement);
-const line = byId("line", HTMLInputElement);
-const speedSelect = byId("speed", HTMLSelectElement);
-const playButton = byId("play", HTMLButtonElement);
 
 async function load() {
   const source = new ReplaySource(decodeURIComponent(location.pathname.split("/").at(-1) ?? ""));
@@ -64,20 +53,25 @@ class ReplayPage {
   constructor(replay, source) {
     this.replay = replay;
     this.source = source;
-    this.player = new Player(replay.durationMs, TICK_MS);
+    this.transport = new Transport(
+      (context, view, tick) => this.drawBeside(context, view, tick),
+      () => this.scheduleAddress(),
+    );
+    this.transport.open(replay);
+    this.player = this.transport.player;
     this.events = shownEvents(replay.summary.events);
     /** @type {Map<ShownEvent, HTMLElement>} */
     this.rows = new Map();
     /** @type {ShownEvent | undefined} */
     this.current = undefined;
-    this.charts = new MetricCharts(byId("curves", HTMLElement), replay.summary, (tick) => this.seekTick(tick));
+    this.charts = new MetricCharts(byId("curves", HTMLElement), replay.summary, (tick) =>
+      this.transport.seekTick(tick),
+    );
     this.show = new Show(
       replay,
       () => source.decisions(),
-      () => this.refresh(),
+      () => this.transport.refresh(),
     );
-    this.frame = 0;
-    this.lastMs = 0;
     this.addressTimer = 0;
   }
 
@@ -86,8 +80,7 @@ class ReplayPage {
     this.offerFile();
     this.showEvents();
     this.listen();
-    this.player.seek((linkedTick(location.hash, this.replay.ticks) ?? 0) * TICK_MS);
-    this.refresh();
+    this.seekLinked();
     Object.assign(window, {
       __movingout: {
         phase: "replay",
@@ -100,9 +93,6 @@ class ReplayPage {
 
   showFacts() {
     this.seatWords = showSummary(this.replay.summary);
-    speedSelect.replaceChildren(...SPEEDS.map((speed) => el("option", { value: speed }, `${speed}×`)));
-    speedSelect.value = "1";
-    line.max = String(this.replay.ticks);
   }
 
   /** A plain link where possible; a recording that needs a token is fetched and saved. */
@@ -130,7 +120,7 @@ class ReplayPage {
       byId("marks", HTMLElement).append(mark);
       const row = el(
         "button",
-        { type: "button", class: "replay-event", onclick: () => this.seekTick(event.tick) },
+        { type: "button", class: "replay-event", onclick: () => this.transport.seekTick(event.tick) },
         el("span", { class: "replay-mark", "data-tone": eventTone(event), "aria-hidden": "true" }),
         el("span", { class: "replay-event-time" }, tickTime(event.tick)),
         el("span", {}, eventWords(event, map)),
@@ -143,77 +133,29 @@ class ReplayPage {
   }
 
   listen() {
-    playButton.addEventListener("click", () => this.toggle());
-    byId("back", HTMLElement).addEventListener("click", () => this.step(-1));
-    byId("forward", HTMLElement).addEventListener("click", () => this.step(1));
     byId("copy", HTMLElement).addEventListener("click", () => void this.copyLink());
-    line.addEventListener("input", () => this.seekTick(line.valueAsNumber));
-    speedSelect.addEventListener("change", () => (this.player.speed = Number(speedSelect.value)));
-    document.addEventListener("keydown", (event) => this.press(event));
-    new ResizeObserver(() => this.refresh()).observe(canvas);
-    window.addEventListener("movingout-theme", () => this.refresh());
-    window.addEventListener("hashchange", () => this.seekTick(linkedTick(location.hash, this.replay.ticks) ?? 0));
-  }
-
-  /** @param {KeyboardEvent} event */
-  press(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey || event.target instanceof HTMLSelectElement) return;
-    const onButton =
-      event.target instanceof Element && event.target.closest("button, a, summary, input[type=checkbox]") !== null;
-    const far = event.shiftKey ? SECOND : 1;
-    /** @type {Record<string, () => void>} */
-    const keys = {
-      ArrowLeft: () => this.step(-far),
-      ArrowRight: () => this.step(far),
+    this.transport.listen({
       ",": () => this.jump(-1),
       ".": () => this.jump(1),
-      "-": () => this.changeSpeed(-1),
-      "+": () => this.changeSpeed(1),
-      "=": () => this.changeSpeed(1),
-      Home: () => this.seekTick(0),
-      End: () => this.seekTick(this.replay.ticks),
       t: () => this.show.toggle("trails"),
       a: () => this.show.toggle("decisions"),
-      ...(onButton ? {} : { " ": () => this.toggle() }),
-    };
-    const action = keys[event.key];
-    if (!action) return;
-    event.preventDefault();
-    action();
+    });
+    window.addEventListener("hashchange", () => this.seekLinked());
   }
 
-  toggle() {
-    this.player.toggle();
-    this.refresh();
-  }
-
-  /** @param {number} ticks */
-  step(ticks) {
-    this.player.step(ticks);
-    this.refresh();
-  }
-
-  /** @param {number} tick */
-  seekTick(tick) {
-    this.player.seek(tick * TICK_MS);
-    this.refresh();
+  seekLinked() {
+    this.transport.seekTick(linkedTick(location.hash, this.replay.ticks) ?? 0);
   }
 
   /** @param {-1 | 1} direction */
   jump(direction) {
     this.player.playing = false;
-    this.seekTick(nextEventTick(this.events, tickAt(this.player.timeMs), direction, this.replay.ticks));
-  }
-
-  /** @param {-1 | 1} direction */
-  changeSpeed(direction) {
-    this.player.changeSpeed(direction);
-    speedSelect.value = String(this.player.speed);
+    this.transport.seekTick(nextEventTick(this.events, this.transport.tick, direction, this.replay.ticks));
   }
 
   async copyLink() {
     this.player.playing = false;
-    this.refresh();
+    this.transport.refresh();
     this.keepAddress();
     const done = await navigator.clipboard?.writeText(location.href).then(
       () => true,
@@ -222,54 +164,27 @@ class ReplayPage {
     byId("said", HTMLElement).textContent = say(done ? "replay.copied" : "replay.notCopied");
   }
 
-  /** Draws the current instant, and keeps drawing while playing. */
-  refresh() {
-    if (this.player.playing && this.frame === 0) {
-      this.lastMs = performance.now();
-      this.frame = requestAnimationFrame((now) => this.animate(now));
-    }
+  /** The address names the moment at which the replay stands. */
+  scheduleAddress() {
     window.clearTimeout(this.addressTimer);
     if (!this.player.playing) this.addressTimer = window.setTimeout(() => this.keepAddress(), ADDRESS_MS);
-    this.draw();
   }
 
   keepAddress() {
     history.replaceState(null, "", `#tick=${tickAt(this.player.timeMs)}`);
   }
 
-  /** @param {number} now */
-  animate(now) {
-    this.frame = 0;
-    this.player.advance(Math.min(now - this.lastMs, LONGEST_FRAME_MS));
-    this.lastMs = now;
-    if (this.player.playing) this.frame = requestAnimationFrame((next) => this.animate(next));
-    else this.refresh();
-    this.draw();
-  }
-
-  draw() {
-    const { map } = this.replay.summary;
-    const tick = tickAt(this.player.timeMs);
-    const view = this.replay.viewAt(this.player.timeMs);
-    fitCanvas(canvas);
-    drawScene(context2d(canvas), map, view, { rounded: true });
-    this.show.draw(context2d(canvas), this.player.timeMs);
-    this.drawLine(tick);
+  /**
+   * What stands over the arena and beside it.
+   * @param {CanvasRenderingContext2D} context
+   * @param {import("../view/render.js").View} view
+   * @param {number} tick
+   */
+  drawBeside(context, view, tick) {
+    this.show.draw(context, this.player.timeMs);
     this.drawWords(view);
     this.charts.show(tick);
     this.markEvent(tick);
-    playButton.setAttribute("aria-label", say(this.player.playing ? "replay.pause" : "replay.play"));
-    document.getElementById("play-icon")?.setAttribute("d", this.player.playing ? PAUSE_ICON : PLAY_ICON);
-  }
-
-  /** @param {number} tick */
-  drawLine(tick) {
-    const { ticks } = this.replay;
-    line.valueAsNumber = tick;
-    line.setAttribute("aria-valuetext", say("replay.timeOf", { time: tickTime(tick), all: tickTime(ticks) }));
-    line.style.setProperty("--done", `${(100 * tick) / Math.max(ticks, 1)}%`);
-    byId("time", HTMLElement).textContent = tickTime(tick);
-    byId("tick", HTMLElement).textContent = say("replay.tickOf", { tick, ticks });
   }
 
   /** @param {import("../view/render.js").View} view */

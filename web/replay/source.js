@@ -7,6 +7,7 @@
 import { openWithToken } from "../components/admin_token.js";
 import { ApiError, request, requestJson } from "../core/api.js";
 import { decodeCurves, decodeValues } from "../core/metric_values.js";
+import { say } from "../text/catalogue.js";
 import { Replay } from "./data.js";
 
 /** @typedef {import("./overlay.js").DecisionTrace} DecisionTrace */
@@ -14,11 +15,12 @@ import { Replay } from "./data.js";
 const FORBIDDEN = 401;
 
 export class ReplaySource {
-  #token = "";
+  #token;
 
-  /** @param {string} id episode id */
-  constructor(id) {
+  /** @param {string} id episode id @param {string} [token] of the admin, where the page knows it already */
+  constructor(id, token = "") {
     this.id = id;
+    this.#token = token;
     this.path = `/api/recordings/${encodeURIComponent(id)}`;
   }
 
@@ -50,11 +52,11 @@ export class ReplaySource {
   /** @param {HTMLElement} ask */
   async #summary(ask) {
     try {
-      return await requestJson(this.path);
+      return await requestJson(this.path, { token: this.#token });
     } catch (error) {
       if (!(error instanceof ApiError) || error.status !== FORBIDDEN) throw error;
     }
-    const { token, document } = await openWithToken(ask, this.path);
+    const { token, document } = await openWithToken(ask, this.path, say("replay.title"));
     this.#token = token;
     return document;
   }

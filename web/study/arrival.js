@@ -19,6 +19,9 @@ const PARAMETERS = [
   "hitId",
   "turkSubmitTo",
   "code",
+  "id",
+  "until",
+  "sig",
 ];
 
 /**
@@ -40,12 +43,14 @@ export function recruitmentParameters(query) {
  * @property {Record<string, string>} given parameters of the link
  * @property {(parameters: Record<string, string>) => Promise<void>} arrive
  * @property {(() => void) | null} cancel
+ * @property {() => void} [finished] shows the code of whoever has finished in this browser
  */
 
 /** @param {ArrivalOptions} options @returns {Screen} */
 export function arrivalScreen(options) {
   const { title, second } = options;
-  const lead = el("p", { class: "lead" }, say(second ? "study.arrival.secondLead" : "study.arrival.lead"));
+  const leadKey = options.finished ? "study.arrival.nextLead" : "study.arrival.lead";
+  const lead = el("p", { class: "lead" }, say(second ? "study.arrival.secondLead" : leadKey));
   const head = heading(
     second ? say("study.arrival.secondTitle") : title || say("study.arrival.title"),
     second ? title : say("study.arrival.title"),
@@ -54,14 +59,16 @@ export function arrivalScreen(options) {
 }
 
 /** @param {ArrivalOptions} options */
-function arrivalForm({ asksCode, problem, given, arrive, cancel }) {
+function arrivalForm({ asksCode, problem, given, arrive, cancel, finished }) {
   const box = problemBox();
   showProblem(box, problem);
   const { input, field } = codeField(given.code);
   input.addEventListener("input", () => showProblem(box, ""));
   const begin = el("button", { type: "submit", class: "button button-primary" }, say("study.arrival.begin"));
   const back = cancel && el("button", { type: "button", class: "button", onclick: cancel }, say("study.page.cancel"));
-  const row = el("div", { class: "row" }, begin, back);
+  const mine =
+    finished && el("button", { type: "button", class: "button", onclick: finished }, say("study.arrival.mine"));
+  const row = el("div", { class: "row" }, begin, back, mine ?? null);
   const form = el("form", { class: "stack", novalidate: true }, box, asksCode ? field : null, row);
   form.addEventListener("submit", (event) => {
     event.preventDefault();

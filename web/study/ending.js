@@ -13,11 +13,11 @@ import { card, prose } from "./screen.js";
 /** @typedef {import("./service.js").Step} Step */
 
 /** @param {Context} context @returns {Screen} */
-export function debriefScreen({ step, next }) {
+export function debriefScreen({ step, next, pay }) {
   const text = prose(step.html ?? "");
   const problem = problemBox();
-  const keep = keepOption("keep");
-  const remove = keepOption("delete");
+  const keep = keepOption("keep", pay);
+  const remove = keepOption("delete", pay);
   const asks = step.ask_to_keep === true;
   for (const { input } of [keep, remove]) input.addEventListener("change", () => showProblem(problem, ""));
   const on = actionButton(say("study.page.goOn"), problem, async () => {
@@ -38,10 +38,14 @@ export function debriefScreen({ step, next }) {
   return { root: card(title, text, question, problem, el("div", { class: "row" }, on)) };
 }
 
-/** @param {"keep" | "delete"} choice */
-function keepOption(choice) {
+/** @param {"keep" | "delete"} choice @param {"paid" | "unpaid"} pay */
+function keepOption(choice, pay) {
   const input = el("input", { type: "radio", name: "keep", value: choice });
-  const help = el("span", { class: "muted small option-help" }, say(`study.debrief.${choice}Help`));
+  const help = el(
+    "span",
+    { class: "muted small option-help" },
+    say(choice === "keep" ? "study.debrief.keepHelp" : `study.debrief.deleteHelp.${pay}`),
+  );
   return {
     input,
     row: el("label", { class: "choice-option" }, input, el("span", {}, say(`study.debrief.${choice}`), help)),
@@ -49,17 +53,18 @@ function keepOption(choice) {
 }
 
 /** @param {Context} context @returns {Screen} */
-export function codeScreen({ step, several, people, leaveScreen, nextCode }) {
+export function codeScreen({ step, several, people, pay, leaveScreen, nextCode }) {
   const outcome = has(`study.code.${step.outcome}`) ? String(step.outcome) : "done";
   const who = several ? say("study.page.person", { number: people[0] + 1 }) : "";
+  const lead = `study.code.${outcome}Lead`;
   const after = nextCode
     ? el("button", { type: "button", class: "button", onclick: nextCode }, say("study.code.nextPerson"))
-    : step.from_platform
+    : step.from_platform || leaveScreen === null
       ? null // they take part alone, at home
       : el("button", { type: "button", class: "button-link small", onclick: leaveScreen }, say("study.code.newPerson"));
   const root = card(
     heading(say(`study.code.${outcome}`), who),
-    el("p", { class: "lead" }, say(`study.code.${outcome}Lead`)),
+    el("p", { class: "lead" }, say(has(`${lead}.${pay}`) ? `${lead}.${pay}` : lead)),
     step.code ? codeBlock(step, step.code) : null,
     step.code ? dataSentence(step) : null,
     el(
@@ -100,9 +105,15 @@ function codeBlock(step, code) {
       el("p", { class: "code", id: "completion-code" }, code),
       earnedLine(step),
     ),
-    el("p", {}, say("study.code.help")),
+    codeHelp(step),
     el("div", { class: "row" }, link, copy, said),
   );
+}
+
+/** Where the code is needed; nowhere in a study in a laboratory that does not pay. @param {Step} step */
+function codeHelp({ from_platform: fromPlatform, earned }) {
+  if (fromPlatform) return el("p", {}, say("study.code.help"));
+  return earned ? el("p", {}, say("study.code.helpHere")) : null;
 }
 
 /** @param {Step} step */

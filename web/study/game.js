@@ -18,7 +18,7 @@ const STUDY = "/study";
 const READ_MS = 5000; // how long the end of a round is shown
 
 export class StudyGame {
-  #end = el("div", { class: "overlay", hidden: true });
+  #end = el("div", { class: "overlay overlay-end", hidden: true });
   #places = loadPeople().map((token) => new Place(token));
   #left = false;
   #asking = false;
@@ -71,6 +71,7 @@ export class StudyGame {
     this.#asking = true;
     const stopped = await askToStop(
       this.#places.map((_, person) => person),
+      this.mark.pay ?? "paid",
       async (person, keep) => {
         await this.#places[person].stop(keep);
       },
@@ -85,7 +86,8 @@ export class StudyGame {
     if (!over || this.showsResult) return;
     this.#end.hidden = false;
     setTimeout(() => this.leave(), READ_MS);
-    this.#showEnd(game.result);
+    if (game.tutorial?.finished) this.#showEndOf("play.tutorial.end", say("play.tutorial.endHelp"));
+    else this.#showEnd(game.result);
   }
 
   /** @param {import("../play/game.js").RoundResult | null} result */
@@ -93,14 +95,19 @@ export class StudyGame {
     const title =
       { delivered: "study.play.overDelivered", time: "study.play.overTime" }[result?.outcome ?? ""] ??
       "study.play.overOther";
-    const heading = el("h2", { tabindex: "-1" }, say(title));
     const { delivered, items } = result ?? { delivered: 0, items: 0 };
+    this.#showEndOf(title, items > 0 ? say("study.play.delivered", { delivered, items }) : "");
+  }
+
+  /** @param {string} title key of its text @param {string} sentence may be empty */
+  #showEndOf(title, sentence) {
+    const heading = el("h2", { tabindex: "-1" }, say(title));
     this.#end.replaceChildren(
       el(
         "section",
         { class: "card card-roomy stack panel" },
         heading,
-        items > 0 ? el("p", {}, say("study.play.delivered", { delivered, items })) : null,
+        sentence ? el("p", {}, sentence) : null,
         el("p", { class: "muted" }, say("study.play.soon")),
         el(
           "div",

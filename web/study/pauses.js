@@ -34,12 +34,12 @@ export function clock(seconds) {
 }
 
 /** @param {Context} context @returns {Screen} */
-export function waitingScreen({ step, addPerson, refresh }) {
+export function waitingScreen({ step, addPerson, refresh, pay }) {
   const most = step.wait_s ?? 0;
   const bar = el("progress", { class: "bar", max: Math.max(1, most), "aria-label": say("study.waiting.title") });
   const since = el("p", { class: "label" });
   const others = el("p", { class: "muted small", role: "status" });
-  const then = say(step.otherwise === "agent" ? "study.waiting.thenAgent" : "study.waiting.thenCode");
+  const then = step.otherwise === "agent" ? say("study.waiting.thenAgent") : say(`study.waiting.thenCode.${pay}`);
   let base = step.since_s ?? 0;
   const show = (/** @type {number} */ seconds) => {
     const waited = base + seconds;

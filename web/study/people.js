@@ -10,6 +10,27 @@
 const KEYS = ["movingout-study-token", "movingout-study-token-2"];
 const TOGETHER = ["input-check", "practice", "round", "waiting", "break", "paused"]; // done by both at once
 
+const BY_LINK = "movingout-study-by-link"; // a link meant for them alone, so this is probably a device of their own
+
+/** @returns {boolean} whether the person here followed a link that named them */
+export function cameByLink() {
+  try {
+    return localStorage.getItem(BY_LINK) !== null;
+  } catch {
+    return false;
+  }
+}
+
+/** @param {boolean} byLink */
+export function keepByLink(byLink) {
+  try {
+    if (byLink) localStorage.setItem(BY_LINK, "1");
+    else localStorage.removeItem(BY_LINK);
+  } catch {
+    // without storage the last screen offers one button too many
+  }
+}
+
 /** @returns {string[]} the kept tokens, the first person's first */
 export function loadPeople() {
   try {

@@ -7,7 +7,7 @@
 import { ApiError } from "../core/api.js";
 
 const WAITS_MS = [500, 1000, 2000, 4000];
-const AWAY = [0, 502, 503, 504]; // no answer, or a proxy that got none
+const AWAY = [0, 408, 502, 503, 504]; // no answer, or a proxy that got none, or not the whole request in time
 
 export class Persistence {
   /**

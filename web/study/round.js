@@ -63,12 +63,12 @@ function roundFacts(context, waits) {
     ? el("p", { class: "notice", role: "status" }, say("study.round.waiting"))
     : el(
         "div",
-        { class: "row" },
+        { class: "row round-action" },
         actionButton(say("study.round.ready"), problem, () => next()),
       );
   return el(
     "div",
-    { class: "stack" },
+    { class: "stack round-facts" },
     el("ul", { class: "round-seats" }, ...seatLines(context)),
     step.kind === "practice"
       ? el("p", {}, say(step.tutorial ? "study.round.tutorialLead" : "study.round.practiceLead"))

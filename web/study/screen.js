@@ -19,7 +19,8 @@ import { el } from "../core/dom.js";
  * @property {() => Promise<void>} decline
  * @property {() => void} play goes to the room of this round
  * @property {(() => void) | null} addPerson lets a second person join, where that is offered
- * @property {() => void} leaveScreen forgets everybody at this screen
+ * @property {"paid" | "unpaid"} pay whether the study pays
+ * @property {(() => void) | null} leaveScreen forgets everybody at this screen; null where nobody else comes to it
  * @property {(() => void) | null} nextCode shows the other person's code
  * @property {() => void} refresh asks the server at once
  */

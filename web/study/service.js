@@ -41,6 +41,7 @@ import { requestJson } from "../core/api.js";
  * @property {number} [seconds]
  * @property {boolean} [ask_to_keep]
  * @property {string | null} [code]
+ * @property {boolean} [long_ago] they finished so long ago that somebody else may sit here now
  * @property {string} [outcome]
  * @property {boolean | null} [kept]
  * @property {string | null} [completion_url]
@@ -58,7 +59,8 @@ import { requestJson } from "../core/api.js";
  */
 /**
  * What is known before anybody is.
- * @typedef {{title: string, titles?: Record<string, string>, languages: string[], asks_code: boolean, group?: number}}
+ * @typedef {{title: string, titles?: Record<string, string>, languages: string[], asks_code: boolean, group?: number,
+ *   pays?: boolean}}
  *   Study
  */
 /** @typedef {import("../questionnaire/answer_queue.js").Answer} Answer */

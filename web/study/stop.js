@@ -13,10 +13,11 @@ import { say } from "../text/catalogue.js";
 
 /**
  * @param {readonly number[]} people numbers of the one or two who can stop here
+ * @param {"paid" | "unpaid"} pay whether the study pays
  * @param {Stop} stop rejects with an ApiError
  * @returns {Promise<boolean>} whether somebody has stopped
  */
-export function askToStop(people, stop) {
+export function askToStop(people, pay, stop) {
   const dialog = el("dialog", { class: "card card-roomy dialog", "aria-labelledby": "stop-title" });
   const problem = problemBox();
   const who = whoField(people);
@@ -36,7 +37,7 @@ export function askToStop(people, stop) {
       "div",
       { class: "stack" },
       el("h2", { id: "stop-title" }, say("study.stop.title")),
-      el("p", {}, say("study.stop.lead")),
+      el("p", {}, say(`study.stop.lead.${pay}`)),
       who.field,
       problem,
       choice(true, problem, stopThem),

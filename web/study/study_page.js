@@ -10,13 +10,13 @@ import { saveTokens } from "../wire/seat_tokens.js";
 import { arrivalScreen, recruitmentParameters } from "./arrival.js";
 import { StudyFrame } from "./frame.js";
 import { markStudyRound } from "../text/study_mark.js";
-import { loadPeople, savePeople, seatsToTake, whoseTurn } from "./people.js";
+import { cameByLink, keepByLink, loadPeople, savePeople, seatsToTake, whoseTurn } from "./people.js";
 import { Persistence } from "./persistence.js";
 import { roundName } from "./round.js";
 import { SCREENS } from "./screens.js";
 import { Place, arrive, titleOf } from "./service.js";
 import { askToStop } from "./stop.js";
-import { LANGUAGES, keepLanguage, pickLanguage } from "../text/language.js";
+import { LANGUAGES, browserLanguages, keepLanguage, pickLanguage } from "../text/language.js";
 import { currentLanguage, say, sayError, useLanguage } from "../text/catalogue.js";
 
 /** @typedef {import("./service.js").View} View */
@@ -38,6 +38,7 @@ export class StudyPage {
   #asking = false;
   #readyFor = ""; // key of the round that somebody here is ready for
   #codeOf = 0;
+  #asksNext = false; // somebody finished here long ago, and another person may sit here now
   #known = loadPeople(); // at the start of this page
   #frame = new StudyFrame({ language: (language) => void this.#setLanguage(language), stop: () => void this.#stop() });
 
@@ -57,6 +58,7 @@ export class StudyPage {
     this.#places = tokens.map((token) => new Place(token));
     await this.#refresh();
     this.#listen();
+    if (this.#views.length > 0 && this.#views.every(({ step }) => step.long_ago)) await this.#askNext();
   }
 
   // ---- arriving ---------------------------------------------------------------------------------------------
@@ -65,6 +67,7 @@ export class StudyPage {
   async #arriveByLink(parameters) {
     try {
       await this.#arrive(parameters);
+      keepByLink(true);
     } catch (error) {
       this.#askWho(sayError(error), parameters);
     }
@@ -76,9 +79,11 @@ export class StudyPage {
     const { token, view } = await this.#persistence.until(() =>
       arrive(parameters, currentLanguage(), beside, this.#known),
     );
+    this.#asksNext = false;
     this.#places = second ? [this.#places[0], new Place(token)] : [new Place(token)];
     this.#views = second ? [this.#views[0], view] : [view];
     savePeople(this.#places.map((place) => place.token));
+    keepByLink(false);
     history.replaceState(null, "", location.pathname); // ids must not stay in the address bar
     await this.#follow(view.language);
     this.#listen();
@@ -94,13 +99,26 @@ export class StudyPage {
     this.#showArrival(`arrival ${problem} ${currentLanguage()}`, { second: false, problem, given, cancel: null });
   }
 
+  /** Whoever sits here now is asked in their own language, not in that of the person who has finished. */
+  async #askNext(language = pickLanguage(this.study.languages, browserLanguages())) {
+    this.#asksNext = true;
+    await this.#follow(language);
+    this.#frame.setPlace(null, [], false);
+    const finished = () => {
+      this.#asksNext = false;
+      void this.#takeAll(this.#views);
+    };
+    const asked = { second: false, problem: "", given: {}, cancel: null, finished };
+    this.#showArrival(`arrival-next ${currentLanguage()}`, asked);
+  }
+
   #askSecond() {
     this.#showArrival("arrival-2", { second: true, problem: "", given: {}, cancel: () => this.#show() });
   }
 
   /**
    * @param {string} id of the screen
-   * @param {Pick<import("./arrival.js").ArrivalOptions, "second" | "problem" | "given" | "cancel">} options
+   * @param {Omit<import("./arrival.js").ArrivalOptions, "title" | "asksCode" | "arrive">} options
    */
   #showArrival(id, options) {
     const { asks_code: asksCode } = this.study;
@@ -167,6 +185,7 @@ export class StudyPage {
     if (views.length < this.#places.length) return; // the other person's view is still to come
     this.#views = views;
     this.#newsAtMs = performance.now();
+    if (this.#asksNext) return;
     await this.#follow(views[0].language);
     this.#show();
   }
@@ -218,10 +237,15 @@ export class StudyPage {
       decline: () => this.#each(people, (one) => one.decline()),
       play: () => void this.#play(this.#turn().map((person) => this.#views[person].step)),
       addPerson: this.study.group === 2 && !two ? () => this.#askSecond() : null,
-      leaveScreen: () => this.#askWho(""),
+      pay: this.#pay,
+      leaveScreen: cameByLink() ? null : () => this.#askWho(""),
       nextCode: bothDone ? () => this.#otherCode() : null,
       refresh: () => performance.now() - this.#newsAtMs > POLL_PLAYING_MS && void this.#refresh(),
     };
+  }
+
+  get #pay() {
+    return this.study.pays === false ? "unpaid" : "paid";
   }
 
   #otherCode() {
@@ -253,6 +277,7 @@ export class StudyPage {
       practice: kind === "practice",
       tutorial: steps[0].tutorial === true,
       sounds: steps[0].sounds === true,
+      pay: this.#pay,
       language,
       name: roundName(steps[0]),
       ...(named && map && title ? { map: { name: map.name, title } } : {}),
@@ -263,7 +288,7 @@ export class StudyPage {
 
   async #stop() {
     const people = this.#turn();
-    const stopped = await askToStop(people, async (person, keep) => {
+    const stopped = await askToStop(people, this.#pay, async (person, keep) => {
       this.#views[person] = await this.#persistence.until(() => this.#places[person].stop(keep));
     });
     if (stopped) await this.#takeAll([...this.#views]);
@@ -274,6 +299,7 @@ export class StudyPage {
   /** @param {string} language */
   async #setLanguage(language) {
     keepLanguage(language);
+    if (this.#asksNext) return this.#askNext(language);
     if (this.#places.length === 0) {
       await this.#follow(language);
       this.#askWho("");

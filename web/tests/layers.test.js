@@ -16,7 +16,7 @@ const LAYERS = [
   ["study"],
   ["play"], // shows the frame of a study around a round, so it lies above the study
   ["replay"],
-  ["admin", "editor", "experimenter", "lobby"],
+  ["admin", "annotate", "editor", "experimenter", "lobby"],
 ];
 
 /** @returns {Map<string, string[]>} each module with the modules it imports, as paths below web/ */

@@ -28,7 +28,13 @@ export function pickLanguage(offered, wanted) {
  * @returns {(string | null)[]}
  */
 export function wishedLanguages() {
-  return [new URLSearchParams(location.search).get("lang"), keptLanguage(), ...navigator.languages];
+  const [address, ...browser] = browserLanguages();
+  return [address, keptLanguage(), ...browser];
+}
+
+/** The same without the choice made before, which may be somebody else's. @returns {(string | null)[]} */
+export function browserLanguages() {
+  return [new URLSearchParams(location.search).get("lang"), ...navigator.languages];
 }
 
 /** The language of a page whose reader may choose freely. */

@@ -6,6 +6,7 @@
 
 import { currentLanguage, has, say } from "./catalogue.js";
 
+const GENERATED = "generated"; // maps/generated/names.py: generated:awareness:12
 const COLOURS = ["blue", "red"];
 const ROOM_PSEUDONYM = /^person-[\da-z]{6}$/; // server/rooms/seat_assignment.py
 const STUDY_PSEUDONYM = /^P[\dA-Z]{6}$/; // study/store/identity.py
@@ -35,11 +36,13 @@ export function shapeObject(shape) {
 
 /**
  * The title of a map; of an unknown one without a title its name, in words: "HandOff" -> "Hand Off". A map that is
- * mirrored or turned says so: "HandOff:mirror:rot90".
+ * mirrored or turned says so: "HandOff:mirror:rot90". A generated one is called after its seed.
  * @param {{name: string, title?: string}} map
  */
 export function mapTitle({ name, title: given }) {
-  const [base, ...symmetries] = name.split(":");
+  const [base, ...words] = name.split(":");
+  const symmetries = base === GENERATED ? words.slice(2) : words;
+  if (base === GENERATED) return symmetries.reduce(moved, say("map.generated.title", { number: words[1] }));
   const title = has(`map.${base}.title`)
     ? say(`map.${base}.title`)
     : (given ?? base.replace(/([a-z])([A-Z])/g, "$1 $2"));

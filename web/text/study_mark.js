@@ -8,8 +8,8 @@ const KEY = "movingout-study-round";
 
 /**
  * `name` is what people read: "Round 3 of 12"; `map` the study's own title of the map, where it has one.
- * @typedef {{room: string, key: string, practice: boolean, tutorial?: boolean, sounds?: boolean, language: string,
- *   name: string,
+ * @typedef {{room: string, key: string, practice: boolean, tutorial?: boolean, sounds?: boolean,
+ *   pay?: "paid" | "unpaid", language: string, name: string,
  *   map?: {name: string, title: string}}} StudyMark
  */
 

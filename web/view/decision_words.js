@@ -49,6 +49,16 @@ export function decisionList(decision, plan, map) {
   );
 }
 
+/** A plan in the agent's own words. @param {{seat: number, plan: string}} told */
+export function toldPlan({ seat, plan }) {
+  return el(
+    "div",
+    { class: "decision" },
+    el("p", { class: "label" }, say("plan.says", { who: colourName(seat) })),
+    el("p", {}, plan),
+  );
+}
+
 /** What ranks and scores mean. */
 export function decisionLegend() {
   return el("p", { class: "muted small" }, say("plan.legend"));

@@ -83,7 +83,7 @@ function cosine(start, end, place) {
   return (ax * bx + ay * by) / Math.max(Math.hypot(ax, ay) * Math.hypot(bx, by), 1e-9);
 }
 
-/** From a place to the nearest goal region, straight. @param {GameMap} map @param {Point} place */
+/** From a place to the nearest goal, straight. @param {GameMap} map @param {Point} place */
 function goalGap(map, [x, y]) {
   const gaps = map.goals.map(({ x0, y0, x1, y1 }) =>
     Math.hypot(

@@ -3,8 +3,9 @@
 
 import { currentTheme } from "../core/colours.js";
 import { ArenaContext } from "./arena_context.js";
+import { overlap } from "./box.js";
 import { drawItem } from "./item.js";
-import { staticLayer } from "./layer.js";
+import { drawEdge, edgeLayer, staticLayer } from "./layer.js";
 import { drawGrip, drawRobot } from "./robot.js";
 
 /** @typedef {import("../core/colours.js").Theme} Theme */
@@ -52,9 +53,10 @@ import { drawGrip, drawRobot } from "./robot.js";
  * @property {readonly number[]} [misses]  per seat: how a grab that missed moves the notch, -1 to 1; 0 for none
  * @property {(arena: ArenaContext) => void} [over]  draws what else belongs over the items, and under the robots
  * @property {boolean} [rounded]  with an edge and round corners on the page's ground
+ * @property {Damage} [damage]  the only places to draw; the rest of the last picture stays
  */
-
-const CORNER_PX = 12; // CSS pixels, as --radius
+/** @typedef {import("./box.js").Box} Box */
+/** @typedef {{places: readonly Box[], bodies: readonly {box: Box}[]}} Damage  bodies: robots, then items */
 
 /** The view of a map before anything moved. @param {GameMap} map @returns {View} */
 export function startView(map) {
@@ -110,35 +112,43 @@ export function paintInMemory(canvas) {
  */
 export function drawScene(ctx, map, view, options = {}) {
   const arena = new ArenaContext(ctx, options.theme ?? currentTheme(), ctx.canvas.width, densityOf(ctx.canvas));
+  const { damage } = options;
   ctx.setTransform(1, 0, 0, 1, 0, 0);
-  ctx.drawImage(staticLayer(arena, map), 0, 0);
+  ctx.save();
+  if (damage) clipTo(ctx, damage.places);
+  copyLayer(ctx, staticLayer(arena, map), damage?.places);
+  const touched = (/** @type {number} */ body) =>
+    !damage || damage.places.some((place) => overlap(place, damage.bodies[body].box));
   const order = map.items.map((_, index) => index).sort((a, b) => Number(isHeld(view, a)) - Number(isHeld(view, b)));
-  for (const index of order) drawItem(arena, map.items[index], view, index, options);
+  for (const index of order) if (touched(index + 2)) drawItem(arena, map.items[index], view, index, options);
   options.over?.(arena);
-  for (const seat of [0, 1]) drawGrip(arena, view, seat);
-  for (const seat of [0, 1]) drawRobot(arena, view.poses[seat], seat, options);
-  if (options.rounded) drawEdge(arena);
+  const seats = [0, 1].filter(touched);
+  for (const seat of seats) drawGrip(arena, view, seat);
+  for (const seat of seats) drawRobot(arena, view.poses[seat], seat, options);
+  if (options.rounded && damage) copyLayer(ctx, edgeLayer(arena), damage.places);
+  else if (options.rounded) drawEdge(arena);
+  ctx.restore();
+}
+
+/** @param {CanvasRenderingContext2D} ctx @param {readonly Box[]} places */
+function clipTo(ctx, places) {
+  ctx.beginPath();
+  for (const { left, top, right, bottom } of places) ctx.rect(left, top, right - left, bottom - top);
+  ctx.clip();
+}
+
+/** @param {CanvasRenderingContext2D} ctx @param {OffscreenCanvas} layer @param {readonly Box[]} [places]  or all */
+function copyLayer(ctx, layer, places) {
+  if (places === undefined) return ctx.drawImage(layer, 0, 0);
+  for (const { left, top, right, bottom } of places) {
+    const [width, height] = [right - left, bottom - top];
+    ctx.drawImage(layer, left, top, width, height, left, top, width, height);
+  }
 }
 
 /** Pixels of the canvas per CSS pixel. @param {HTMLCanvasElement} canvas */
-function densityOf(canvas) {
+export function densityOf(canvas) {
   return canvas.clientWidth > 0 ? canvas.width / canvas.clientWidth : 1;
-}
-
-/** The edge of the arena; drawn, because a round clip costs WebKit 60 ms per picture. @param {ArenaContext} arena */
-function drawEdge({ ctx, theme, density }) {
-  const side = ctx.canvas.width;
-  const [half, radius] = [density / 2, CORNER_PX * density];
-  ctx.beginPath();
-  ctx.rect(0, 0, side, side);
-  ctx.roundRect(half, half, side - density, side - density, radius - half);
-  ctx.fillStyle = theme.bg;
-  ctx.fill("evenodd");
-  ctx.beginPath();
-  ctx.roundRect(half, half, side - density, side - density, radius - half);
-  ctx.strokeStyle = theme.line;
-  ctx.lineWidth = density;
-  ctx.stroke();
 }
 
 /** @param {View} view @param {number} item */

@@ -12,7 +12,8 @@ import { has, say } from "../text/catalogue.js";
  * @property {(message: wire.ServerMessage, atMs: number) => void} onMessage
  * @property {(bundle: wire.Bundle, atMs: number) => void} onBundle
  * @property {(sentMs: number, serverMs: number, atMs: number) => void} onPong
- * @property {(status: Status, ending?: Ending) => void} onStatus  ending: why it is over, unless this page hung up
+ * @property {(status: Status, ending?: Ending, away?: string) => void} onStatus
+ *   ending: why it is over, unless this page hung up; away: where the room is meanwhile, a code of AWAY
  */
 /** @typedef {{kind: string, sentence: string}} Ending kind: a value of ENDINGS; the sentence is for people */
 
@@ -32,6 +33,10 @@ const ENDINGS = Object.freeze({
   [wire.CLOSE_UNAUTHORISED]: "unauthorised",
   [wire.CLOSE_NOT_FOUND]: "notFound",
 });
+
+/** Codes of a room that comes back by itself: it goes on at another machine, or waits for its own. */
+const AWAY = Object.freeze(["moving", "room_waits"]);
+const MOVING_MS = 1000; // a room that moves is back within seconds
 
 export class Connection {
   /** @type {WebSocket | null} */
@@ -62,7 +67,7 @@ export class Connection {
   open() {
     clearTimeout(this.#retry);
     const scheme = location.protocol === "https:" ? "wss" : "ws";
-    const socket = new WebSocket(`${scheme}://${location.host}/ws`, wire.SUBPROTOCOL);
+    const socket = new WebSocket(`${scheme}://${location.host}/ws/${this.room}`, wire.SUBPROTOCOL);
     socket.binaryType = "arraybuffer";
     this.#socket = socket;
     this.#goodbye = null;
@@ -169,12 +174,18 @@ export class Connection {
       this.#end(ENDINGS[event.code], this.#goodbye);
       return;
     }
-    const now = event.code === wire.CLOSE_RETRY ? 0 : Math.min(BACK_OFF_MS.last, BACK_OFF_MS.first * 2 ** this.#tries);
+    if (event.code === wire.CLOSE_RETRY) {
+      this.#again(0); // the room is in another process of the server, which expects this page now
+      return;
+    }
+    const away = AWAY.find((code) => code === this.#goodbye?.error);
+    const last = away === "moving" ? MOVING_MS : BACK_OFF_MS.last;
+    const waitMs = Math.min(last, BACK_OFF_MS.first * 2 ** this.#tries);
     this.#tries += 1;
     this.#refused += 1;
-    this.listener.onStatus("reconnecting");
+    this.listener.onStatus("reconnecting", undefined, away);
     if (this.#refused >= REFUSED_TRIES) this.#askWhy();
-    this.#again(now * (0.8 + 0.4 * Math.random())); // not everybody in the same instant
+    this.#again(waitMs * (0.8 + 0.4 * Math.random())); // not everybody in the same instant
   }
 
   /** A dead connection: gives this socket up without waiting for its close. */

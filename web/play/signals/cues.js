@@ -55,6 +55,12 @@ export class Cues {
     }
   }
 
+  /** Whether `over` draws anything in this picture. */
+  get marks() {
+    const fades = this.#deliveredAtMs.some((atMs) => this.#nowMs - atMs < DELIVERY_MS);
+    return fades || (this.#game.tutorial !== null && !this.#game.tutorial.finished);
+  }
+
   /** @param {ArenaContext} arena */
   over = (arena) => {
     const { round, tutorial, phase } = this.#game;

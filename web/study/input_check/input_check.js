@@ -74,7 +74,9 @@ class InputCheck {
         ? "study.check.gamepad"
         : context.people.length > 1
           ? "study.check.leadTwo"
-          : "study.check.lead",
+          : matchMedia("(pointer: coarse)").matches
+            ? "study.check.leadTouch"
+            : "study.check.lead",
     );
     this.goOn = actionButton(say("study.page.goOn"), this.#problem, () => this.#next());
     this.#lacking.append(...this.#wayOut());

@@ -105,10 +105,10 @@ test("a game that should be recorded and is not stands out", () => {
 });
 
 test("what the server refuses or cannot record is said in the reader's language, else in the server's words", () => {
-  const busy = { ...STATE, refusal: "Busy.", refusal_code: "busy", refusal_values: { percent: 91 } };
+  const busy = { ...STATE, refusal: "Busy.", refusal_code: "busy", refusal_values: {} };
   const row = { ...ROOM, recording_problem: "cannot write /x", recording_problem_code: "disk_full" };
   speak("de");
-  assert.match(refusalWords(busy), /91 % eines Kerns/);
+  assert.match(refusalWords(busy), /ausgelastet/);
   assert.equal(refusalWords(STATE), "");
   assert.match(refusalWords({ ...busy, refusal_code: "new" }), /Busy\.$/);
   assert.equal(remarkWords(row), "Nicht aufgezeichnet: Der Speicherplatz ist voll.");

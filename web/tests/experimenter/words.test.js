@@ -10,6 +10,7 @@ import {
   isIn,
   linkPill,
   alertWords,
+  noteWords,
   pausePill,
   recordingPill,
   seatNames,
@@ -77,8 +78,9 @@ test("pills are coloured by what needs attention", () => {
   assert.deepEqual(linkPill(row()), { words: "24 ms", tone: "ok" });
   assert.deepEqual(linkPill(row({ present: false })), { words: "away", tone: "attention" });
   assert.deepEqual(linkPill(row({ rtt_ms: 400 })), { words: "400 ms", tone: "bad" });
-  assert.deepEqual(tickPill(row({ late_ms: 9 })), { words: "9.0 ms late", tone: "attention" });
+  assert.deepEqual(tickPill(row({ late_ms: 31 })), { words: "31.0 ms late", tone: "attention" });
   assert.deepEqual(tickPill(row({ missed: 2 })), { words: "2 missed", tone: "bad" });
+  assert.deepEqual(tickPill(row({ late_ms: 8.4 })), { words: "8.4 ms late", tone: "ok" });
   assert.deepEqual(tickPill(row({ late_ms: null })), { words: "–", tone: "" });
   assert.deepEqual(recordingPill(row({ recording: "the disk is full" })), { words: "not recording", tone: "bad" });
 });
@@ -171,6 +173,13 @@ test("an alert is said in the reader's language, an unknown one in the server's 
   assert.equal(alertWords(alert), "P1 ist nicht zurückgekommen; P2 hat einen Code bekommen.");
   assert.equal(alertWords({ ...alert, about: "new" }), "English.");
   const untried = { ...alert, about: "controls", values: { pid: "P1", controls: ["grab", "left"] } };
-  assert.equal(alertWords(untried), "P1 hat ohne Probe weitergemacht: Greifen und links.");
+  assert.equal(alertWords(untried), "P1 hat weitergemacht, ohne alles auszuprobieren: Greifen und links.");
   speak("en");
+});
+
+test("a note of an action names it as the menu does", () => {
+  assert.equal(noteWords("kick: Fell asleep"), "End the study for them: Fell asleep");
+  assert.equal(noteWords("restart-round: A fire drill"), "Restart the round: A fire drill");
+  assert.equal(noteWords("invalid: kick: again"), "Mark the last round invalid: kick: again");
+  assert.equal(noteWords("They said: fine"), "They said: fine");
 });

@@ -25,6 +25,13 @@ test("a choice becomes the body of POST /api/rooms", () => {
   });
 });
 
+test("a seat with the proposed partner is left to the server, and one with another agent is not", () => {
+  const { seats } = roomRequest(CHOICE, ["HandOff"], false, "agent:bass@all");
+  assert.deepEqual(seats, [{ kind: "here" }, { kind: "partner" }]);
+  assert.deepEqual(seatRequest("agent:idle", "agent:bass@all"), { kind: "agent", agent: "idle" });
+  assert.deepEqual(seatRequest("link", "link"), { kind: "link" });
+});
+
 test("practice has neither limit nor changed items", () => {
   const body = roomRequest(CHOICE, ["Simple"], true);
   assert.deepEqual([body.practice, body.limit_ticks, body.challenge2_seed], [true, 0, null]);

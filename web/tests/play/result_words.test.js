@@ -81,6 +81,6 @@ test("a metric without a value is a dash", () => {
 
 test("items that ended farther away are said so", () => {
   const closer = measures({ ...VALUES, nfd: -0.126 })[1];
-  assert.deepEqual([closer.value, closer.help], ["\u221213 %", "items ended farther from the goal"]);
+  assert.deepEqual([closer.value, closer.help], ["\u221213 %", "items ended farther from the green area"]);
   assert.equal(percent(-0.001), "0 %");
 });

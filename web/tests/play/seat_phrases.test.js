@@ -5,10 +5,12 @@ import { contrast, readable } from "../../core/colours.js";
 import { outline, radiusOf } from "../../shapes.js";
 import {
   connectionWords,
+  lostText,
   playingWords,
   reasonText,
   seatName,
   taskSentence,
+  waitingForText,
   waitingWords,
 } from "../../play/seat_phrases.js";
 import { speak } from "../text/support.js";
@@ -62,10 +64,18 @@ test("what a seat does is said in words", () => {
 });
 
 test("a seat before the round", () => {
-  assert.equal(waitingWords(seat({ open: true, present: false })), "not here yet");
-  assert.equal(waitingWords(seat()), "getting ready");
-  assert.equal(waitingWords(seat({ ready: true })), "ready");
-  assert.equal(waitingWords(seat({ kind: "idle", ready: true })), "does nothing");
+  assert.equal(waitingWords(seat({ open: true, present: false }), "lobby"), "not here yet");
+  assert.equal(waitingWords(seat(), "round_over"), "getting ready");
+  assert.equal(waitingWords(seat({ ready: true }), "lobby"), "ready");
+  assert.equal(waitingWords(seat({ kind: "idle", ready: true }), "lobby"), "does nothing");
+  assert.equal(waitingWords(seat(), "series_over"), "");
+});
+
+test("who is not ready yet, in a sentence or as a name", () => {
+  assert.equal(waitingForText(seat(), false), "Waiting for your partner.");
+  assert.equal(waitingForText(seat({ kind: "agent", name: "scripted" }), false), "Not ready yet: Computer partner");
+  assert.equal(waitingForText(seat({ name: "Partner A" }), false), "Not ready yet: Partner A");
+  assert.equal(waitingForText(seat(), true), "Not ready yet: A person");
 });
 
 test("names: mine, the partner's, an agent's", () => {
@@ -84,6 +94,10 @@ test("names: mine, the partner's, an agent's", () => {
 test("the task names only what this map asks for", () => {
   assert.equal(taskSentence(map(item("star", "small"))), "Carry everything into the green area.");
   assert.match(taskSentence(map(item("star", "small"), item("star", "large"))), /marked 2 need both/);
+  assert.equal(
+    taskSentence(map(item("star", "large")), true),
+    "They carry everything into the green area. Items marked 2 need both of them.",
+  );
   assert.match(taskSentence(map(item("star", "middle"))), /1\u2060–\u20602 are faster/);
 });
 
@@ -146,4 +160,11 @@ test("who paused alone is told that it was they, everybody else who it was", () 
   assert.equal(reasonText(room(["blue"]), [1]), "Blue paused the game.");
   assert.equal(reasonText(room(["blue"]), [0, 1]), "Blue paused the game.", "two at one screen");
   assert.equal(reasonText(room(["blue"])), "Blue paused the game.", "whoever watches");
+});
+
+test("a lost connection: nothing at first, then why, where the server said so", () => {
+  assert.equal(lostText("reconnecting", 100, "moving"), "");
+  assert.equal(lostText("reconnecting", 60_000), "Connection lost. Trying again…");
+  assert.match(lostText("reconnecting", 60_000, "moving"), /continues in a few seconds/);
+  assert.match(lostText("reconnecting", 60_000, "room_waits"), /The game waits/);
 });

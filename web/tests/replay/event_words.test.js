@@ -86,4 +86,7 @@ test("marks have the colour of the seat, of a delivery or of a problem", () => {
 
 test("ticks are shown as minutes, seconds and tenths", () => {
   assert.deepEqual([0, 9, 123, 600, 1234].map(tickTime), ["0:00.0", "0:00.9", "0:12.3", "1:00.0", "2:03.4"]);
+  speak("de");
+  assert.equal(tickTime(123), "0:12,3");
+  speak("en");
 });

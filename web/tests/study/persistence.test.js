@@ -17,7 +17,7 @@ test("a server that is away is asked ever later, a refusal is passed on at once"
   let tries = 0;
   const answer = await persistence.until(async () => {
     tries += 1;
-    if (tries < 7) throw new ApiError("offline", "", tries === 3 ? 503 : 0);
+    if (tries < 7) throw new ApiError("offline", "", tries === 3 ? 503 : tries === 4 ? 408 : 0);
     return "here";
   });
   assert.deepEqual([answer, waits, states.at(-1)], ["here", [500, 1000, 2000, 4000, 4000, 4000], false]);

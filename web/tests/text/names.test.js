@@ -20,6 +20,15 @@ test("a mirrored or turned map says so in its title", () => {
   assert.match(mapDescription({ name: "HandOff:rot180", description: "?" }), /narrow pathway/);
 });
 
+test("a generated map is called after its seed", () => {
+  speak("en");
+  assert.equal(mapTitle({ name: "generated:awareness:12", title: "?" }), "Surprise map 12");
+  assert.equal(mapTitle({ name: "generated:consistency:7:mirror:rot90" }), "Surprise map 7, mirrored, turned 90°");
+  assert.match(mapDescription({ name: "generated:awareness:12", description: "?" }), /at random/);
+  speak("de");
+  assert.equal(mapTitle({ name: "generated:awareness:12" }), "Überraschungskarte 12");
+});
+
 test("an agent has a name that says what it is; any other name stays", () => {
   speak("en");
   const names = [

@@ -72,7 +72,8 @@ function connect(mode = "play") {
     onMessage: () => {},
     onBundle: () => {},
     onPong: () => {},
-    onStatus: (status, ending) => statuses.push(ending ? `${status}: ${ending.sentence}` : status),
+    onStatus: (status, ending, away) =>
+      statuses.push([status, ...(ending ? [ending.sentence] : []), ...(away ? [away] : [])].join(": ")),
   });
   connection.open();
   return connection;
@@ -123,7 +124,7 @@ test("the first message joins with the seats of this tab, and the new token is k
   storage.set(KEY, '["first"]');
   connect();
   newest().opens();
-  assert.equal(newest().url, "ws://host:1/ws");
+  assert.equal(newest().url, "ws://host:1/ws/abc");
   assert.deepEqual(newest().joined, { type: "join", room: "abc", mode: "play", tokens: ["first"], claim: 0 });
   newest().says(welcome());
   assert.equal(storage.get(KEY), '["second"]');
@@ -198,6 +199,19 @@ test("the reason that the server gives for its goodbye is what people read", () 
   newest().says({ type: "bye", code: wire.CLOSE_ROOM_OVER, message: "", error: "nobody_here", values: {} });
   newest().closes(wire.CLOSE_ROOM_OVER);
   assert.equal(statuses.at(-1), "over: This game was closed because nobody was here for a while.");
+});
+
+test("while a room is at another machine, its page says so and keeps trying, at least once a second", () => {
+  connect();
+  for (let time = 0; time < 8; time += 1) {
+    newest().opens();
+    newest().says({ type: "bye", code: wire.CLOSE_SHUTDOWN, message: "", error: "moving", values: {} });
+    const sockets = FakeSocket.all.length;
+    newest().closes(wire.CLOSE_SHUTDOWN);
+    assert.equal(statuses.at(-1), "reconnecting: moving");
+    mock.timers.tick(1200);
+    assert.equal(FakeSocket.all.length, sockets + 1);
+  }
 });
 
 test("a key that is not valid any more is forgotten, and the link tried once without it", () => {

@@ -1,0 +1,128 @@
+"""The annotator's page: findings are watched and judged by keys, buttons and fingers, in both languages."""
+
+import json
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from movingout.recordings.annotation.verdicts import VERDICTS_NAME, verdicts_of
+from tests.browser.pages import admin_token, overflow, violations
+from tests.browser.support import DESKTOP, PHONE, Server, running_server
+from tests.recordings.annotation.support import waiting_alone
+
+OpenPage = Callable[..., Page]
+EPISODES = ("annotated-1", "annotated-2")
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    """A server of its own: recordings that other tests leave behind may have findings, too."""
+    with running_server(tmp_path_factory.mktemp("annotated")) as running:
+        yield running
+
+
+@pytest.fixture
+def folder(server: Server) -> Iterator[Path]:
+    """Two recordings with a finding each."""
+    place = server.data / "recordings"
+    paths = [waiting_alone(place, name) for name in EPISODES]
+    yield place
+    for path in (*paths, place / VERDICTS_NAME):
+        path.unlink(missing_ok=True)
+
+
+def annotating(open_page: OpenPage, server: Server, **options: object) -> Page:
+    """The page as Ada sees it."""
+    script = f"sessionStorage.setItem('movingout.admin', {json.dumps(admin_token(server))});"
+    page = open_page("/annotate", script=script, **options)
+    page.locator("#annotator").fill("Ada")
+    page.keyboard.press("Enter")
+    expect(page.locator(".annotate-span")).to_be_attached(timeout=30_000)
+    return page
+
+
+def judged(folder: Path) -> list[str]:
+    return [line.verdict for line in verdicts_of(folder)]
+
+
+def test_all_findings_are_judged_with_the_keyboard_and_an_answer_can_be_changed(
+    open_page: OpenPage, server: Server, folder: Path
+) -> None:
+    page = annotating(open_page, server)
+    question = page.locator("#question")
+    expect(question).to_have_text("Red needs help with the large rectangle. Does Blue fail to come?")
+    for done in range(2):
+        expect(page.locator("#progress")).to_have_text(f"{done} of 2 judged")
+        page.keyboard.press("1")
+    expect(page.locator("#problem")).to_have_text("You have judged all of these. Thank you!")
+    assert judged(folder) == ["confirmed"] * 2
+    row = page.locator(".annotate-finding").first
+    row.click()
+    expect(page.locator("#confirmed")).to_have_attribute("aria-pressed", "true")
+    page.locator("#note").fill("321 r")  # typed, and no key of the page
+    page.locator("#rejected").click()
+    expect(row).to_contain_text("No")
+    page.reload()
+    expect(page.locator("#progress")).to_have_text("2 of 2 judged", timeout=30_000)
+
+
+def test_the_excerpt_plays_around_the_finding_and_can_be_watched_again(
+    open_page: OpenPage, server: Server, folder: Path
+) -> None:
+    page = annotating(open_page, server)
+    page.get_by_label("Speed").select_option("8")
+    expect(page.get_by_role("button", name="Play")).to_be_visible(timeout=30_000)  # at its end it stands still
+    stopped = page.evaluate("window.__movingout.transport.tick")
+    page.keyboard.press("r")
+    expect(page.get_by_role("button", name="Pause")).to_be_visible()
+    page.keyboard.press("Space")
+    assert page.evaluate("window.__movingout.transport.tick") < stopped
+
+
+def test_less_motion_means_that_nothing_plays_by_itself(open_page: OpenPage, server: Server, folder: Path) -> None:
+    page = annotating(open_page, server, reduced_motion="reduce")
+    expect(page.get_by_role("button", name="Play")).to_be_visible()
+    assert page.evaluate("window.__movingout.transport.player.playing") is False
+
+
+def test_a_phone_shows_question_and_buttons_below_the_arena_in_german(
+    open_page: OpenPage, server: Server, folder: Path
+) -> None:
+    page = annotating(open_page, server, viewport=PHONE, has_touch=True, locale="de-DE")
+    expect(page.get_by_role("heading", name="Fehlverhalten", level=1)).to_be_visible()
+    expect(page.locator("#question")).to_have_text("Rot braucht Hilfe: Rechteck (groß). Kommt Blau nicht zu Hilfe?")
+    expect(page.get_by_role("button", name="Unklar")).to_be_in_viewport(ratio=1)
+    assert overflow(page) <= 0
+    page.locator("#confirmed").tap()
+    expect(page.locator("#progress")).to_have_text("1 von 2 beurteilt")
+
+
+def test_what_is_asked_before_says_what_for(open_page: OpenPage, server: Server, folder: Path) -> None:
+    page = open_page("/annotate")
+    expect(page.get_by_role("heading", level=1, name="Failure cases")).to_be_visible()
+    form = page.locator(".token-form").bounding_box()
+    assert form is not None and form["width"] <= 440
+    assert violations(page) == []
+    page.get_by_label("Admin token").fill(admin_token(server))
+    page.keyboard.press("Enter")
+    expect(page.get_by_label("Your name as annotator")).to_be_focused()
+    expect(page.get_by_text("Rules found these moments.").first).to_be_visible()
+    assert violations(page) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("locale", ["en-GB", "de-DE"])
+@pytest.mark.parametrize("viewport", [DESKTOP, PHONE], ids=["desktop", "phone"])
+def test_the_page_is_accessible_before_and_after_all_are_judged(
+    open_page: OpenPage, server: Server, folder: Path, viewport: dict[str, int], locale: str
+) -> None:
+    page = annotating(open_page, server, viewport=viewport, locale=locale)
+    assert overflow(page) <= 0
+    assert violations(page) == []
+    for done in range(2):
+        expect(page.locator("#progress")).to_contain_text(f"{done} ")
+        page.keyboard.press("1")
+    expect(page.locator("#problem .notice")).to_be_visible()
+    assert violations(page) == []

@@ -1,0 +1,37 @@
+"""What a page loads, and what it says until it has loaded."""
+
+from collections.abc import Callable
+
+import pytest
+from playwright.sync_api import Page, Route, expect
+
+from tests.browser.support import Server, wait_for
+
+OpenPage = Callable[..., Page]
+
+# The names of those that were loaded, once each of them and no other was announced.
+MODULES = """() => {
+  const at = (elements, key) => [...elements].map((one) => one[key]).filter(Boolean).sort();
+  const scripts = performance.getEntriesByType("resource").filter(({ name }) => name.endsWith(".js"));
+  const links = document.querySelectorAll("[rel=modulepreload]");
+  const [announced, loaded] = [[...at(document.scripts, "src"), ...at(links, "href")].sort(), at(scripts, "name")];
+  return JSON.stringify(announced) === JSON.stringify(loaded) && loaded;
+}"""
+
+
+@pytest.mark.parametrize("path", ["/", "/editor", "/recordings"])
+def test_a_page_announces_every_module_that_it_loads(open_page: OpenPage, path: str) -> None:
+    page = open_page(path)
+    assert len(page.wait_for_function(MODULES).json_value()) > 10
+
+
+def test_the_game_says_that_it_connects_until_its_program_is_there(server: Server, open_page: OpenPage) -> None:
+    room = server.practice()
+    page = open_page("/healthz")
+    held: list[Route] = []
+    page.route("**/static/play/play.js", lambda route: held.append(route))
+    page.goto(room["watch_path"], wait_until="commit")
+    expect(page.get_by_text("Connecting…")).to_be_visible()
+    held.pop().continue_()
+    wait_for(page, "game.phase === 'lobby' && game.status === 'open'")
+    expect(page.locator("#overlay")).to_be_hidden()
