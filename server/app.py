@@ -8,8 +8,11 @@ from starlette.routing import WebSocketRoute
 from starlette.types import Lifespan
 
 from movingout.server.api import agent_debug, pages, routes
-from movingout.server.api.middleware import BodyLimit, SecureHeaders
+from movingout.server.api.middleware import BodyLimit, KnownHosts, SecureHeaders
+from movingout.server.api.request_limit import RequestLimit
+from movingout.server.connection.endpoint import App
 from movingout.server.host import Host
+from movingout.server.public_host import PublicHost
 from movingout.server.settings import Settings
 
 
@@ -23,11 +26,11 @@ def create_app(settings: Settings) -> FastAPI:
         yield
         await host.stop()
 
-    return assemble(host, lifespan)
+    return assemble(host, host.endpoint, lifespan)
 
 
-def assemble(host: Host, lifespan: Lifespan[FastAPI], *first: APIRouter) -> FastAPI:
-    """The application of a host; routes in `first` take precedence over the usual pages."""
+def assemble(host: PublicHost, endpoint: App, lifespan: Lifespan[FastAPI], *first: APIRouter) -> FastAPI:
+    """The application of a host, with `endpoint` for websockets; routes in `first` precede the usual pages."""
     app = FastAPI(title="Moving Out Live", lifespan=lifespan, docs_url=None, redoc_url=None, openapi_url=None)
     app.state.host = host
     for router in first:
@@ -35,8 +38,12 @@ def assemble(host: Host, lifespan: Lifespan[FastAPI], *first: APIRouter) -> Fast
     routes.install(app, host)
     app.include_router(pages.router)
     app.include_router(agent_debug.routes(host))
-    app.mount("/static", pages.StaticModules(directory=pages.WEB))
-    app.router.routes.append(WebSocketRoute("/ws", host.endpoint))
+    app.mount("/static", pages.StaticModules())
+    app.router.routes.append(WebSocketRoute("/ws", endpoint))
+    app.router.routes.append(WebSocketRoute("/ws/{room}", endpoint))
     app.add_middleware(BodyLimit, limit=host.settings.limits.body_bytes)
-    app.add_middleware(SecureHeaders)
+    app.add_middleware(RequestLimit, admission=host.admission)
+    # A certificate of one's own, which nobody vouches for, is not worth insisting on: only a proxy has another one.
+    app.add_middleware(SecureHeaders, hsts=bool(host.settings.trusted_proxies))
+    app.add_middleware(KnownHosts, settings=host.settings)
     return app

@@ -28,6 +28,11 @@ class BackgroundWork:
         """Work that does not end by itself: begun again when it fails."""
         self._tasks.append(asyncio.create_task(self._keep_running(name, work), name=name))
 
+    def age_s(self, name: str) -> float:
+        """For how long a repeated work has not succeeded; 0 for one that is not repeated here."""
+        at, _ = self._succeeded.get(name, (self._clock(), 0.0))
+        return self._clock() - at
+
     def faults(self) -> Iterator[str]:
         """What has not succeeded for too long, or has ended."""
         now = self._clock()

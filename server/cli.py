@@ -57,6 +57,11 @@ COMMANDS = {
         "list, show, check, render and randomize maps",
         "movingout maps show HandOff",
     ),
+    "paper": Command(
+        "movingout.matches.commands.paper",
+        "make the paper's tables and figures, beside its own",
+        "movingout paper tables tab:ablation --dry-run",
+    ),
     "recordings": Command(
         "movingout.recordings.commands.recordings",
         "list, verify, view, report, export and import recordings",
@@ -66,6 +71,11 @@ COMMANDS = {
         "movingout.server.study.commands.study",
         "write and check study files; serve them; report, export and forget their data",
         "movingout study new",
+    ),
+    "cluster": Command(
+        "movingout.server.cluster.commands.cluster",
+        "several machines: the proxy in front of them, and what they are doing",
+        "movingout cluster config --node a=10.0.0.1:8000 --node b=10.0.0.2:8000 --domain game.example.org",
     ),
     "loadtest": Command(
         "movingout.server.commands.loadtest",
@@ -88,6 +98,9 @@ COMMANDS = {
 def main(argv: list[str] | None = None) -> int:
     """Run one sub-command. Exit code 0 done, 1 the check failed, 2 wrong use or bad input."""
     arguments = sys.argv[1:] if argv is None else argv
+    # Read when torch is imported: threads of a training that wait for each other sleep. By default they spin, and where
+    # other programs want the cores, too, that takes most of the time.
+    os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
     parser = _top_parser()
     if not arguments or arguments[0].startswith("-"):
         parser.parse_args(arguments or ["--help"])  # ends the program

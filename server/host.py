@@ -1,227 +1,124 @@
-"""One running server: everything that lives as long as the process, started and stopped in order."""
+"""A server in one process: pages, API and rooms, started and stopped in order."""
 
-import asyncio
-import logging
-import shutil
-import time
+from collections.abc import Callable, Collection
+from pathlib import Path
+from typing import Any, Concatenate
 
-import psutil
-
-from movingout.agents.catalogue import agent_cards
-from movingout.maps import TUTORIAL, MapSpec, MovingOutError, load_map, shipped_map_names
+from movingout.maps import MapSpec
 from movingout.maps.randomize import Split
-from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
-from movingout.server import messages as m
-from movingout.server.agent_workers.pool import AgentPool
-from movingout.server.background import BackgroundWork
-from movingout.server.connection.admission import AdmissionControl
-from movingout.server.connection.endpoint import SocketEndpoint
-from movingout.server.memory import GarbageCollection
-from movingout.server.notices import NOTHING, Notice
-from movingout.server.own_maps.folder import MapFolder
-from movingout.server.own_maps.workers import MapWorkers
-from movingout.server.persistence.answer_log import AnswerLog
-from movingout.server.persistence.fsync import sync_recordings
-from movingout.server.persistence.recording_service import RecordingService
-from movingout.server.persistence.room_snapshot import restore_room, room_file
-from movingout.server.persistence.room_store import RoomStore
-from movingout.server.rooms.registry import RoomRegistry
+from movingout.recordings.episode import Outcome
+from movingout.server.notices import Notice
+from movingout.server.overload import ProcessHealth
+from movingout.server.public_host import AgentUse, Found, Given, NoRoom, PublicHost, Variant, agent_use
+from movingout.server.room_host import RoomHost, warm_up
+from movingout.server.rooms.lateness import Lateness
+from movingout.server.rooms.registry import close, study_rooms, views
 from movingout.server.rooms.room import Room
-from movingout.server.rooms.room_notices import NOBODY_HERE
-from movingout.server.rooms.scheduler import RoomScheduler
+from movingout.server.rooms.room_view import PlayedRound, RoomView
+from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RoomConfig
-from movingout.server.security.tokens import hash_token, new_token, token_matches
 from movingout.server.settings import Settings
-from movingout.world import World
-from movingout.world.distance import paper_distances
-
-log = logging.getLogger(__name__)
-
-SYNC_S = 1.0
-LEFT_BEHIND_S = 60.0  # a room that was empty for so long may give way to another one of the same address
-CPU_SAMPLES = 5  # seconds that the CPU share is averaged over
+from movingout.server.status import room_report, server_report
 
 
-class Host:
+class Host(PublicHost, RoomHost):
     """The parts of a server. `start` and `stop` run inside the event loop. Raises FolderError for `settings.maps`."""
 
     def __init__(self, settings: Settings) -> None:
-        self.settings = settings
-        self.admin_token = settings.admin_token or new_token()
-        self.scheduler = RoomScheduler(time.monotonic, settings.tick_s)
-        self.admission = AdmissionControl(settings.limits, time.monotonic)
-        self.agents = AgentPool(settings.agent_workers)
-        self.answer_log = AnswerLog(settings.answers)
-        self.store = RoomStore(settings.rooms)
-        self.own_maps = MapFolder(settings.maps)
-        self.own_maps.read()
-        self.map_workers = MapWorkers()
-        self.cpu_share = 0.0  # of one core, over the last seconds
-        self.started_at = time.time()
-        self.stopping = False
-        self.background = BackgroundWork()
-        self._garbage = GarbageCollection()
-        self._process = psutil.Process()
-        self._admin_hash = hash_token(self.admin_token)
-        self._preparing: set[asyncio.Task[None]] = set()
-        self._recording_service: RecordingService | None = None
-        self.registry = RoomRegistry(
-            recordings=settings.recordings,
-            agents=self.agents,
-            scheduler=self.scheduler,
-            clock=time.monotonic,
-            on_change=self.save,
-            on_closed=self._forget_room,
-            on_journal=lambda journal: self.recording_service.finalise(journal),
-        )
-        self.endpoint = SocketEndpoint(settings, self.registry, self.admission)
-
-    @property
-    def recording_service(self) -> RecordingService:
-        if self._recording_service is None:
-            raise RuntimeError("the server has not been started")
-        return self._recording_service
-
-    def is_admin(self, token: str) -> bool:
-        return token_matches(token, self._admin_hash)
+        PublicHost.__init__(self, settings)
+        RoomHost.__init__(self, settings)
 
     async def start(self) -> None:
         """Restore the rooms of the last run and start to tick."""
-        for folder in (self.settings.recordings, self.settings.rooms, self.settings.answers):
-            folder.mkdir(parents=True, exist_ok=True)
-        self._recording_service = RecordingService(self.settings.recordings)
+        self._start_public()
         await self.agents.start()
-        _warm_up()
-        self._restore_rooms()
-        self._process.cpu_percent()  # the first call begins the measurement
-        self.background.keep_running("the clock of the rooms", self.scheduler.run)
-        self.background.repeat("saving recordings to the disk", self._sync, SYNC_S)
-        self.background.repeat("watching the load", self._watch_cpu, 1.0)
-        self._garbage.start()
+        warm_up()
+        for file in list(self.store.load()):
+            self.restore(file)
+        self._recover_journals({*self.episodes()})
+        await self.start_rooms()
 
     async def suspend(self) -> None:
-        """Keep rooms and rounds as they are for the next run, and tell the clients."""
-        if self.stopping:
-            return
-        self.stopping = True
-        await self.background.stop()
-        for room in self.registry.rooms.values():
-            self._keep(room)
-            room.suspend()
-        deadline = time.monotonic() + 2.0
-        while self.endpoint.open and time.monotonic() < deadline:
-            await asyncio.sleep(0.02)
+        await RoomHost.suspend(self)
 
     async def stop(self) -> None:
         """Finalise every recording and end the other processes."""
         await self.suspend()
-        await self.recording_service.close()
-        await self.agents.close()
-        await self.map_workers.close()
-        await asyncio.to_thread(self.store.close)
-        self._garbage.stop()
+        await self._stop_public()
+        await self.stop_rooms()
 
-    def may_open_room(self, address: str) -> bool:
-        """Whether somebody at this address may open one more room now; it may take the place of one left behind."""
-        limits, now = self.settings.limits, time.monotonic()
-        opened = [self.registry.rooms[room] for room in self.admission.rooms_of(address)]
-        if sum(not room.was_joined for room in opened) >= limits.unjoined_rooms_per_address:
-            return False
-        if len(opened) >= limits.open_rooms_per_address:
-            left = max(opened, key=lambda room: room.empty_s(now))
-            if left.empty_s(now) < LEFT_BEHIND_S:
-                return False
-            left.close(m.CLOSE_ROOM_OVER, NOBODY_HERE)
-            self.registry.remove(left)
-        return self.admission.may_open_room(address)
+    def finish_journal(self, journal: Path) -> None:
+        self.recording_service.finalise(journal)
 
-    def _forget_room(self, room_id: str) -> None:
-        self.store.delete(room_id)
+    def recorded(self, room_id: str, size: int) -> None:
+        self.admission.recorded(room_id, size)
+
+    def health(self) -> ProcessHealth:
+        return self.process_health()
+
+    def room_closed(self, room_id: str) -> None:
+        super().room_closed(room_id)
         self.admission.closed_room(room_id)
 
-    def refusal(self, for_operator: bool = False) -> Notice:
-        """Why no room can be opened now, NOTHING when one can. Some rooms are kept for the operator."""
-        limits = self.settings.limits
-        reserve = 0 if for_operator or not self.settings.lobby else min(limits.rooms_for_operator, limits.rooms // 10)
-        most = limits.rooms - reserve
-        if self.stopping:
-            return Notice("restarting", "The server is being restarted; try again in a minute.")
-        if len(self.registry.rooms) >= most:
-            text = f"All {most} rooms are in use; close one or try again later."
-            return Notice("rooms_in_use", text, {"rooms": most})
-        if self.cpu_share > limits.cpu_share:
-            percent = round(100 * self.cpu_share)
-            text = f"The server is busy ({percent} % of a core), and running games come first; try again later."
-            return Notice("busy", text, {"percent": percent})
-        return self.full_disk()
+    # ---- rooms ----------------------------------------------------------------------------------------------
 
-    def full_disk(self) -> Notice:
-        """Why nothing more can be recorded, NOTHING while there is room."""
-        if shutil.disk_usage(self.settings.data).free < 50e6:
-            return Notice("disk_full", "The server's disk is almost full; free some space.")
-        return NOTHING
+    @property
+    def room_count(self) -> int:
+        return len(self.registry.rooms)
 
-    async def prepare_maps(self, config: RoomConfig) -> None:
-        """Make the randomised maps of a series in another process: wait for the first, the others follow."""
-        if config.challenge2_seed is None:
-            return
-        seed, rounds = config.challenge2_seed, range(len(config.maps))
-        wanted = [(config.designed(index), seed + index, config.split) for index in rounds]
-        await self._prepare(wanted[:1])
-        background = asyncio.create_task(self._prepare(wanted[1:]))
-        self._preparing.add(background)
-        background.add_done_callback(self._preparing.discard)
+    async def open_room(self, config: RoomConfig, seats: list[Seat]) -> str:
+        return (await self.open_kept(config, seats)).id
 
-    async def _prepare(self, wanted: list[tuple[MapSpec, int, Split]]) -> None:
-        for each in wanted:
-            if not self.registry.has_variant(*each):
-                self.registry.keep_variant(*each, await self.recording_service.variant(*each))
+    async def ask(
+        self,
+        room_id: str,
+        work: Callable[Concatenate[Room, Given], Found],
+        *args: Given.args,
+        **kwargs: Given.kwargs,
+    ) -> Found:
+        return work(self._room(room_id), *args, **kwargs)
 
-    # ---- restart --------------------------------------------------------------------------------------------
+    async def close_room(self, room_id: str, code: int, notice: Notice, outcome: Outcome = "stopped") -> PlayedRound:
+        return close(self.registry, self._room(room_id), code, notice, outcome)
 
-    def save(self, room: Room) -> None:
-        """Keep what a restart needs, until the server stops: what happens then is no change of a room."""
-        if not self.stopping:
-            self._keep(room)
+    async def look(self, rooms: Collection[str]) -> dict[str, RoomView | None]:
+        return views(self.registry, rooms)
 
-    def _keep(self, room: Room) -> None:
-        """Nobody comes back to a closed room, nor to a finished round of a study."""
-        if room.phase == "closed" or (room.config.study and room.phase == "series_over"):
-            self.store.delete(room.id)
-        else:
-            self.store.save(room_file(room, time.time()))
+    async def study_rooms(self) -> list[str]:
+        return study_rooms(self.registry)
 
-    def _restore_rooms(self) -> None:
-        for file in list(self.store.load()):
-            try:
-                room = restore_room(file, self.settings.recordings, self.registry, time.monotonic())
-            except MovingOutError as error:
-                log.warning("room %s does not come back: %s", file.id, error)
-                self.store.delete(file.id)
-                continue
-            self.registry.add(room)
-        resumed = {room.round.episode_id for room in self.registry.rooms.values() if room.round.started}
-        for journal in sorted(self.settings.recordings.glob(f"*{JOURNAL_SUFFIX}")):
-            if journal.name.removesuffix(JOURNAL_SUFFIX) not in resumed:
-                self.recording_service.recover(journal)
+    async def lateness(self) -> Lateness:
+        return self.scheduler.lateness
 
-    # ---- in the background ----------------------------------------------------------------------------------
+    def world_map(self, designed: MapSpec, seed: int | None, split: Split) -> MapSpec:
+        return self.registry.world_map(designed, seed, split)
 
-    async def _sync(self) -> None:
-        """Make what was recorded survive a power failure; in a thread, because disks are slow."""
-        writers = [room.round.writer for room in self.registry.rooms.values() if room.round.writer is not None]
-        if writers:
-            await asyncio.to_thread(sync_recordings, self.settings.recordings, writers)
+    def round_over(self, room_id: str, played: PlayedRound) -> None:
+        PublicHost.round_over(self, room_id, played)
 
-    async def _watch_cpu(self) -> None:
-        self.cpu_share += (self._process.cpu_percent() / 100.0 - self.cpu_share) / CPU_SAMPLES
-        self._garbage.consider(any(room.phase == "playing" for room in self.registry.rooms.values()))
+    async def rounds_left(self) -> int:
+        return self.hold_rounds()
 
+    async def room_reports(self) -> list[dict[str, Any]]:
+        return [room_report(self)]
 
-def _warm_up() -> None:
-    """Load every map, its distance field and the engine before the first player comes."""
-    for name in (*shipped_map_names(), TUTORIAL):
-        the_map = load_map(name)
-        paper_distances(the_map)
-        World(the_map).step([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
-    agent_cards()
+    async def report(self) -> dict[str, Any]:
+        return server_report(self, await self.room_reports())
+
+    async def agent_use(self, wanted: Collection[str], taken: Collection[str]) -> AgentUse:
+        return agent_use(self.agents, wanted, taken)
+
+    async def reset_measurements(self) -> None:
+        self.scheduler.lateness.clear()
+
+    def _has_variant(self, variant: Variant) -> bool:
+        return self.registry.has_variant(*variant)
+
+    def _keep_variant(self, variant: Variant, made: MapSpec) -> None:
+        self.registry.keep_variant(*variant, made)
+
+    def _room(self, room_id: str) -> Room:
+        room = self.registry.rooms.get(room_id)
+        if room is None:
+            raise NoRoom(f"there is no room {room_id}")
+        return room

@@ -43,7 +43,7 @@ EVENT = {name: code for code, name in enumerate(EVENT_CODES)}
 
 # ---- close codes -------------------------------------------------------------------------------------------
 
-CLOSE_RETRY = 4000  # retry now
+CLOSE_RETRY = 4000  # retry now: the room is in another process
 CLOSE_RETRY_LATER = 4001  # retry with back-off
 CLOSE_KICKED = 4003
 CLOSE_REPLACED = 4004  # the seat was taken by a newer socket with the same token

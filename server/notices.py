@@ -11,33 +11,39 @@ import msgspec
 
 ErrorCode = Literal[
     # any request
-    "fault", "bad_request", "too_large", "not_found", "origin", "locked", "no_token", "wrong_token", "full",
+    "fault", "bad_request", "too_large", "not_found", "origin", "locked", "too_many_requests", "no_token",
+    "wrong_token", "full",
     # rooms
     "no_room", "too_many_rooms", "study", "unknown_map", "maps", "seats", "limit_ticks", "challenge2_seed",
     "unknown_agent", "damaged_agent", "no_agent", "ghost", "blinded", "tutorial",
+    "agents_only", "too_many_agents",
     # maps of one's own
     "map_faulty", "map_name", "map_busy", "map_slow", "map_unsolved",
     # seats
     "room_full", "seat_taken", "watchers_full", "not_your_seat", "wrong_phase", "joined", "no_tutorial",
     "pings_off", "ping_rate", "ping_item",
     # why a connection or a room is closed
-    "replaced", "nobody_here", "room_failed", "closed_by_operator", "restarting", "too_slow", "connection_failed",
+    "replaced", "nobody_here", "room_failed", "closed_by_operator", "restarting", "moving", "room_waits", "too_slow",
+    "connection_failed",
     "round_over", "round_restarted", "practice_over", "participant_left",
     # answers and recordings
     "answer", "not_saved", "no_recording", "no_recordings", "too_many_pictures", "too_many_replays",
+    "no_finding", "annotator",
     # participants of a study
     "elsewhere", "no_participant", "link", "preview", "code", "code_used", "code_unknown", "study_full", "boxes",
-    "slow", "gamepad", "keep", "step", "too_many_arrivals",
+    "slow", "gamepad", "keep", "step", "unanswered", "too_many_arrivals", "link_expired", "other_device",
 ]  # fmt: skip
 ReasonCode = Literal[
     "restarted", "restarted_anew", "lost", "waiting", "paused", "all_back", "not_back", "paused_too_long", "left",
     "seat_free", "simulation_failed", "agent_failed", "agent_unseen", "cannot_start", "study_paused",
+    "restart_soon",
 ]  # fmt: skip
 RefusalCode = Literal["restarting", "rooms_in_use", "busy", "disk_full"]  # why no room can be opened now
 UnrecordedCode = Literal["disk_full", "not_writable", "failed"]  # why a round is not recorded
 AlertCode = Literal[
     "fault", "disk", "database", "deletion", "recovery", "not_closed", "recording", "room", "agent_failed",
     "agent_unseen", "gone", "slow", "duplicate", "controls", "full", "away",
+    "other_device", "server",
 ]  # fmt: skip
 
 

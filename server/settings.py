@@ -2,6 +2,7 @@
 
 import argparse
 import os
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -12,13 +13,24 @@ MOST_WORKERS = 64
 # Default of the commands. Twenty BASS seats that decide in the same tick keep one process busy for most of it.
 AGENT_WORKERS = min(2, os.cpu_count() or 1)
 MOST_COUNTDOWN_S = 60.0
+MOST_PROCESSES = 32  # the last letter of a room's id says which one
+PROCESSES = max(1, min(MOST_PROCESSES, (os.cpu_count() or 1) - 1))  # default of the commands: one per core but one
+PARTNER = "bass@any"  # without a choice of the operator's
 DATA = Path("data")
+NODES = "nodes"
 
 
 def worker_count(text: str) -> int:
     """A number of processes for agents."""
     if not text.isdecimal() or not 1 <= int(text) <= MOST_WORKERS:
         raise argparse.ArgumentTypeError(f"from 1 to {MOST_WORKERS} processes are possible, not {text}")
+    return int(text)
+
+
+def process_count(text: str) -> int:
+    """A number of processes for rooms."""
+    if not text.isdecimal() or not 1 <= int(text) <= MOST_PROCESSES:
+        raise argparse.ArgumentTypeError(f"from 1 to {MOST_PROCESSES} processes are possible, not {text}")
     return int(text)
 
 
@@ -30,11 +42,35 @@ def countdown(text: str) -> float:
     return seconds
 
 
+def log_form(text: str) -> str:
+    """How the log is written."""
+    if text not in ("text", "json"):
+        raise argparse.ArgumentTypeError(f"the log is written as text or json, not {text}")
+    return text
+
+
+def lease(text: str) -> float:
+    """The length of a lease in seconds."""
+    seconds = float(text)
+    if not 3.0 <= seconds <= 120.0:
+        raise argparse.ArgumentTypeError(f"from 3 to 120 seconds are possible, not {text}")
+    return seconds
+
+
+def node_name(text: str) -> str:
+    """The name of a node of a cluster: it is part of the names of files and of the proxy's configuration."""
+    if text and not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9-]{0,30}", text):
+        raise argparse.ArgumentTypeError(f"a name has up to 31 letters, digits and '-', not {text!r}")
+    return text
+
+
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """What one server process accepts before it refuses."""
+    """What one process with rooms accepts before it refuses."""
 
-    rooms: int = option(250, "rooms at the same time (%(default)s)", flag="--max-rooms", metavar="N", parse=int)
+    rooms: int = option(
+        250, "rooms at the same time per process (%(default)s)", flag="--max-rooms", metavar="N", parse=int
+    )
     sockets: int = 2000
     sockets_per_address: int = option(
         200, "connections from one address (%(default)s)", flag="--max-sockets", metavar="N", parse=int
@@ -47,12 +83,17 @@ class Limits:
     unjoined_rooms_per_address: int = 10
     rooms_for_operator: int = 10  # of all, that only the operator may open
     connects_per_address_per_minute: int = 600
+    accepts_per_address_per_s: float = 100.0  # TCP connections, in bursts of ten times as many
+    requests_per_address_per_s: float = 60.0  # HTTP, in bursts of 30 times as many: a class opens the page at once
+    recorded_per_address_per_day: float = 20e9  # bytes, about 170 hours of rooms
     study_arrivals_per_minute: int = 1000  # by one address: a whole class opens its links at once
     map_checks_per_minute: int = 120  # of drawn maps, by one address: the editor asks after each change
     map_solves_per_minute: int = 6  # by one address
-    cpu_share: float = 0.7  # of one core, averaged over 5 s; above it no room is opened
+    tick_share: float = 0.5  # of one core that ticks take, averaged over 5 s; above it no room is opened
+    late_share: float = 0.1  # of ticks that begin more than 50 ms late; above it no room is opened
     join_s: float = 5.0  # for a socket to join
     header_s: float = 10.0  # for a request to arrive
+    unread_s: float = 30.0  # for the next part of an answer to be taken
     frame_bytes: int = 4096
     body_bytes: int = 16 * 1024
     # Two seats at one screen: 2 x 20 inputs, acknowledgements with them, a ping and control messages now and then.
@@ -67,7 +108,7 @@ class Settings:
 
     host: str = option("127.0.0.1", "address to serve (%(default)s); 0.0.0.0 for all networks")
     port: int = option(8000, "port to serve (%(default)s); 0 for any free one", parse=int)
-    partner: str = option("scripted", "the partner that the lobby proposes (%(default)s)", metavar="AGENT")
+    partner: str = option(PARTNER, "the partner that the lobby proposes (%(default)s)", metavar="AGENT")
     data: Path = option(  # noqa: RUF009 (it makes a field)
         DATA, "the data folder (%(default)s)", metavar="DIR", parse=Path
     )
@@ -77,6 +118,10 @@ class Settings:
     origins: tuple[str, ...] = option(
         (), "also accept connections from pages of this origin (repeatable)", flag="--origin", metavar="URL"
     )
+    allowed_hosts: tuple[str, ...] = option(
+        (), "the name that people reach the server under, if it is not this machine's own (repeatable)",
+        flag="--allow-host", metavar="NAME",
+    )  # fmt: skip
     trusted_proxies: tuple[str, ...] = option(
         (), "trust the X-Forwarded-For of this reverse proxy (repeatable)", flag="--proxy", metavar="ADDRESS"
     )
@@ -90,10 +135,29 @@ class Settings:
     agent_workers: int = option(
         1, "agent processes (%(default)s)", metavar="N", parse=worker_count, offered=AGENT_WORKERS
     )
+    processes: int = option(
+        1, "processes for rooms (%(default)s here: one per core but one)", metavar="N", parse=process_count,
+        offered=PROCESSES,
+    )  # fmt: skip
+    cluster: str = option("", "be a node of the cluster in this PostgreSQL database (docs/deploy.md)", metavar="URL")
+    node: str = option("", "the name of this node", metavar="NAME", parse=node_name)
+    lease_s: float = option(
+        5.0, "seconds of silence after which other nodes take over this one's rooms (%(default)s)", flag="--lease",
+        metavar="S", parse=lease,
+    )  # fmt: skip
+    s3: str = option(
+        "", "also send finished recordings to this bucket, s3://BUCKET/FOLDER (docs/deploy.md)", metavar="URL",
+    )  # fmt: skip
+    log_format: str = option("text", "form of the log: text or json", metavar="FORM", parse=log_form)
     admin_token: str = ""  # made at start when empty
     lobby: bool = True  # whether anybody may open a room; a study opens its own
     tick_s: float = TICK_SECONDS  # real seconds per tick; less only to rehearse a study faster than people play
     limits: Limits = field(default_factory=Limits)
+
+    @property
+    def private(self) -> bool:
+        """Whether only programs of this machine reach the server: then nobody who comes is a stranger."""
+        return self.host in ("127.0.0.1", "::1", "localhost") and not self.trusted_proxies
 
     @property
     def recordings(self) -> Path:
@@ -102,6 +166,11 @@ class Settings:
     @property
     def rooms(self) -> Path:
         return self.data / "rooms"
+
+    @property
+    def node_folder(self) -> Path:
+        """What belongs to one node of a cluster alone."""
+        return self.data / NODES / self.node
 
     @property
     def answers(self) -> Path:

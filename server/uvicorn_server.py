@@ -6,23 +6,28 @@ import errno
 import signal
 import socket
 import threading
+import time
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
+from types import FrameType
+from typing import Any, Protocol
 
 import uvicorn
-from fastapi import FastAPI
+from starlette.applications import Starlette
 
 from movingout.maps.errors import MovingOutError
+from movingout.server.connection.connection_limits import ConnectionLimits
 from movingout.server.connection.uvicorn_protocols import GameWebSocketProtocol, http_protocol
-from movingout.server.host import Host
 from movingout.server.security.certificate import Certificate
 from movingout.server.settings import Settings
 
 SEND_BUFFER = 32 * 1024
 RECEIVE_BUFFER = 8 * 1024  # so that a flood is held back at its sender
-BACKLOG = 512
+BACKLOG = 128  # connections that are accepted in one turn of the loop
 TLS_HANDSHAKE_S = 5.0
+DRAIN = getattr(signal, "SIGUSR1", None)  # none on Windows
+DRAIN_S = 900.0  # for rounds to end; those that have not are suspended
 
 
 class CannotListen(MovingOutError):
@@ -57,12 +62,26 @@ def _why(host: str, port: int, error: Exception) -> str:
     return f"cannot listen at {host}:{port}: {error}"
 
 
-class GameServer(uvicorn.Server):
-    """Uvicorn that ends the games before it closes the connections, and reports when it is ready."""
+class SuspendedHost(Protocol):
+    """What keeps the games of a server (server.host.Host, server.processes.front.Front)."""
 
-    def __init__(self, config: uvicorn.Config, host: Host, on_ready: Callable[[], None]) -> None:
+    async def suspend(self) -> None: ...
+
+    async def drain(self, within_s: float) -> None: ...
+
+
+class GameServer(uvicorn.Server):
+    """Uvicorn that ends the games before it closes the connections, and reports when it is ready.
+
+    SIGTERM ends it at once, and rounds go on after the next start; SIGUSR1 lets those that have begun end before.
+    """
+
+    _draining: "asyncio.Task[None] | None" = None
+
+    def __init__(self, config: uvicorn.Config, app: Starlette, on_ready: Callable[[], None]) -> None:
         super().__init__(config)
-        self._host = host
+        self.app = app
+        self._host: SuspendedHost = app.state.host
         self._on_ready = on_ready
 
     @contextlib.contextmanager
@@ -72,14 +91,28 @@ class GameServer(uvicorn.Server):
             yield
             return
         before = {number: signal.signal(number, self.handle_exit) for number in (signal.SIGINT, signal.SIGTERM)}
+        if DRAIN is not None:
+            before[DRAIN] = signal.signal(DRAIN, self._drain_soon)
         try:
             yield
         finally:
             for number, handler in before.items():
                 signal.signal(number, handler)
 
+    def _drain_soon(self, number: int, frame: FrameType | None) -> None:
+        self._loop.call_soon_threadsafe(self.drain)
+
+    def drain(self) -> None:
+        """End when the rounds that have begun are over; called in the event loop."""
+        if self._draining is None:
+            self._draining = asyncio.create_task(self._end_after_rounds())
+
+    async def _end_after_rounds(self) -> None:
+        await self._host.drain(DRAIN_S)
+        self.should_exit = True
+
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        loop = asyncio.get_running_loop()
+        loop = self._loop = asyncio.get_running_loop()
         if self.config.is_ssl:  # Uvicorn has no option for it, and asyncio waits 60 s for clients that say nothing
             loop.create_server = partial(  # type: ignore[method-assign]
                 loop.create_server, ssl_handshake_timeout=TLS_HANDSHAKE_S
@@ -88,18 +121,46 @@ class GameServer(uvicorn.Server):
         if self.started:
             self._on_ready()
 
+    @property
+    def _parts(self) -> dict[str, Any]:
+        """What Uvicorn makes a protocol of."""
+        return {"config": self.config, "server_state": self.server_state, "app_state": self.lifespan.state}
+
+    async def adopt(self, connection: socket.socket) -> None:
+        """Serve a connection that was accepted elsewhere, from its first byte. Raises OSError."""
+        await asyncio.get_running_loop().connect_accepted_socket(
+            lambda: self.config.http_protocol_class(**self._parts),
+            connection,
+            ssl=self.config.ssl,
+            ssl_handshake_timeout=TLS_HANDSHAKE_S if self.config.is_ssl else None,
+        )
+
+    async def adopt_request(self, connection: socket.socket, request: bytes) -> None:
+        """Serve a connection whose request for a websocket was read elsewhere. Raises OSError."""
+        _, protocol = await asyncio.get_running_loop().connect_accepted_socket(
+            lambda: GameWebSocketProtocol(**self._parts), connection
+        )
+        protocol.data_received(request)
+
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         await self._host.suspend()
         await super().shutdown(sockets)
 
 
 def game_server(
-    app: FastAPI, settings: Settings, certificate: Certificate | None, on_ready: Callable[[], None]
+    app: Starlette,
+    settings: Settings,
+    certificate: Certificate | None,
+    on_ready: Callable[[], None],
+    kind: type[GameServer] = GameServer,
 ) -> GameServer:
     """Uvicorn set up for the game: strict frames, no compression, no access log (addresses hold room names)."""
+    refusals = app.state.host.admission.refusals
+    connections = ConnectionLimits(settings.limits, settings.trusted_proxies, time.monotonic, refusals)
     config = uvicorn.Config(
         app,
-        http=http_protocol(settings.limits),
+        http=http_protocol(settings.limits, connections),
+        backlog=BACKLOG,
         ws=GameWebSocketProtocol,
         ws_max_size=settings.limits.frame_bytes,
         ws_per_message_deflate=False,
@@ -115,7 +176,7 @@ def game_server(
         ssl_certfile=_path(certificate and certificate.certificate),
         ssl_keyfile=_path(certificate and certificate.key),
     )
-    return GameServer(config, app.state.host, on_ready)
+    return kind(config, app, on_ready)
 
 
 def _path(path: Path | None) -> str | None:

@@ -8,12 +8,14 @@ import itertools
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 
 from movingout.agents.action_chunk import NEUTRAL, world_action
 from movingout.agents.base import ActionChunk
 from movingout.agents.catalogue import agent_card, unseen_map
+from movingout.agents.decision_trace import shown_part
 from movingout.agents.errors import AgentsBusyError
 from movingout.agents.worker.heartbeat import Activity
 from movingout.agents.worker.messages import (
@@ -24,17 +26,17 @@ from movingout.agents.worker.messages import (
     Open,
     Opened,
     Skipped,
+    ToWorker,
     answered_chunk,
     observe_message,
 )
 from movingout.maps import MapSpec
+from movingout.server.agent_workers.capacity import AgentCosts, LateDecisions, per_worker
 from movingout.server.agent_workers.process import AgentProcess
 from movingout.world.constants import TICK_SECONDS
 from movingout.world.ping import HelpPing
 from movingout.world.state import Floats, WorldState
 
-MAX_LOAD = 0.8  # share of one core that a worker's seats may use
-FIRST_GUESS_MS = 3.0  # assumed cost of a decision until one is measured
 STRIKES = 3  # after losing the worker this often, a seat is not asked again
 
 
@@ -58,12 +60,42 @@ class _Question:
     asked: float
 
 
+class Worker(Protocol):
+    """Where seats are decided for: a worker process, or a service that has several."""
+
+    pid: int
+    restarts: int
+
+    @property
+    def connected(self) -> bool: ...
+
+    def start(self) -> None: ...
+
+    def send(self, message: ToWorker) -> None:
+        """Dropped while it is not connected."""
+
+    async def close(self) -> None: ...
+
+
+class SeatAtWorker(Protocol):
+    """A seat as its worker's pool sees it."""
+
+    key: int
+    agent_id: str
+    failed: str
+
+    def begin(self) -> None:
+        """The worker has just connected."""
+
+    def take(self, message: FromWorker) -> None: ...
+
+    def worker_lost(self, guilty: bool) -> None: ...
+
+
 class AgentSeat:
     """One agent in one seat for one episode. Created by `AgentPool.open`."""
 
-    def __init__(
-        self, pool: "AgentPool", key: int, worker: AgentProcess, opening: Open, clock: Callable[[], float]
-    ) -> None:
+    def __init__(self, pool: "AgentPool", key: int, worker: Worker, opening: Open, clock: Callable[[], float]) -> None:
         self._pool = pool
         self._clock = clock
         self._worker = worker
@@ -76,6 +108,7 @@ class AgentSeat:
         self.decisions = 0
         self.missed = 0
         self.failures = 0
+        self.has_weighed = False  # some decision had something to show to spectators
         self.strikes = 0
         self._problem = ""
         self._chunk: ActionChunk = np.empty((0, 4))
@@ -104,6 +137,8 @@ class AgentSeat:
         row = tick - self._chunk_tick
         missed = self._due == tick and self._chunk_tick != tick
         self.missed += missed
+        if self._due == tick:
+            self._pool.note_decision(self, missed)
         covered = 0 <= row < len(self._chunk)
         action = np.array(world_action(self._chunk[row]) if covered else NEUTRAL)
         fresh = self._chunk_tick == tick and covered
@@ -139,6 +174,7 @@ class AgentSeat:
         match message:
             case Opened():
                 self.ready = True
+                self._pool.costs.measured(self.agent_id, message.share)
             case Answer():
                 self._take_answer(message)
             case Skipped():
@@ -169,6 +205,7 @@ class AgentSeat:
         self.decisions += 1
         self._chunk = answered_chunk(message)
         self._chunk_tick, self._execute, self._detail = message.tick, message.execute, message.detail
+        self.has_weighed = self.has_weighed or bool(shown_part(message.detail))
         if self._asked is not None:
             self._latency_ms = (self._clock() - self._asked.asked) * 1e3
         self._asked = None
@@ -190,17 +227,29 @@ class AgentSeat:
 class AgentPool:
     """Worker processes for agents, and the seats they serve. Needs a running event loop."""
 
-    def __init__(self, workers: int = 1, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self,
+        workers: int = 1,
+        clock: Callable[[], float] = time.monotonic,
+        costs: AgentCosts | None = None,
+        first_key: int = 1,
+    ) -> None:
         self._clock = clock
-        self._seats: dict[int, AgentSeat] = {}
-        self._home: dict[int, AgentProcess] = {}
-        self._costs: dict[str, float] = {}  # share of a core per seat, by agent id
-        self._keys = itertools.count(1)
-        self._workers: list[AgentProcess] = []
+        self.costs = costs or AgentCosts()
+        self.decisions = 0
+        self.missed = 0
+        self._most = per_worker(workers)
+        self._late: dict[Worker, LateDecisions] = {}
+        self._seats: dict[int, SeatAtWorker] = {}
+        self._home: dict[int, Worker] = {}
+        self._keys = itertools.count(first_key)
+        self._workers: list[Worker] = []
         for _ in range(workers):
-            self._workers.append(self._make_worker())
+            worker = self._make_worker()
+            self._late[worker] = LateDecisions(clock)
+            self._workers.append(worker)
 
-    def _make_worker(self) -> AgentProcess:
+    def _make_worker(self) -> "Worker":
         def ready() -> None:
             for seat in self._seats_of(worker):
                 seat.begin()
@@ -228,13 +277,7 @@ class AgentPool:
         cannot be loaded reports it later, in `AgentSeat.failed`.
         """
         agent_card(agent_id)
-        worker = min(self._workers, key=self.load)
-        load = self.load(worker) + self._cost(agent_id)
-        if load > MAX_LOAD and self._seats_of(worker):  # a worker without seats always takes one
-            raise AgentsBusyError(
-                f"no room for one more {agent_id!r}: the agents here would need {load:.0%} of a core each tick; "
-                "close a room or start the server with more agent workers"
-            )
+        worker = self._admitted(agent_id)
         key = next(self._keys)
         taken = AgentSeat(
             pool=self,
@@ -249,9 +292,40 @@ class AgentPool:
             taken.begin()
         return taken
 
-    def load(self, worker: AgentProcess) -> float:
+    def _admitted(self, agent_id: str) -> "Worker":
+        """The worker that takes one more seat. Raises AgentsBusyError."""
+        worker = min(self._workers, key=self.load)
+        load = self.load(worker) + self.costs.of(agent_id)
+        if self._seats_of(worker):  # a worker without seats always takes one
+            if load > self._most:
+                raise AgentsBusyError(
+                    f"no room for one more {agent_id!r}: one agent process would be busy {load:.0%} of the time, and "
+                    f"at most {self._most:.0%} is safe; try again when a game has ended, or start the server with more "
+                    "--agent-workers"
+                )
+            if self._late[worker].too_many():
+                raise AgentsBusyError(
+                    f"no room for one more {agent_id!r}: the agents that play already decide too late on this machine"
+                )
+        return worker
+
+    def _left(self, worker: "Worker") -> float:
+        """The share of a core that one more agent may need of a worker that has seats."""
+        return 0.0 if self._late[worker].too_many() else self._most - self.load(worker)
+
+    def load(self, worker: "Worker") -> float:
         """Share of a core that the seats of `worker` use, as measured so far."""
-        return sum(self._cost(seat.agent_id) for seat in self._seats_of(worker))
+        return sum(self.costs.of(seat.agent_id) for seat in self._seats_of(worker))
+
+    @property
+    def connected(self) -> bool:
+        """Whether agents can be asked: some worker is up, or there are to be none."""
+        return not self._workers or any(worker.connected for worker in self._workers)
+
+    @property
+    def capacity(self) -> float:
+        """Share of a core that all seats together may use."""
+        return self._most * len(self._workers)
 
     def report(self) -> list[dict[str, float]]:
         """One row per worker for the admin page: pid, restarts, seats, load."""
@@ -265,24 +339,24 @@ class AgentPool:
             for worker in self._workers
         ]
 
-    def forget(self, seat: AgentSeat) -> None:
+    def forget(self, seat: "SeatAtWorker") -> None:
         """Called by `AgentSeat.close`."""
         if self._seats.pop(seat.key, None) is not None:
             self._home.pop(seat.key).send(Close(seat.key))
 
     def note_cost(self, agent_id: str, decision_ms: float, execute: int) -> None:
-        """Called by a seat with the cost of a decision and the number of ticks it covers.
+        """Called by a seat with the cost of a decision and the number of ticks it covers."""
+        self.costs.note(agent_id, decision_ms / 1e3 / (TICK_SECONDS * execute))
 
-        An exponential average with weight 1/20, for the first decision too: it includes one-off planning, and must not
-        make the pool refuse seats.
-        """
-        cost = decision_ms / 1e3 / (TICK_SECONDS * execute)
-        self._costs[agent_id] = 0.95 * self._cost(agent_id) + 0.05 * cost
+    def note_decision(self, seat: "SeatAtWorker", missed: bool) -> None:
+        """Called by a seat in each tick for which a decision was due."""
+        self.decisions += 1
+        self.missed += missed
+        home = self._home.get(seat.key)
+        if home is not None:
+            self._late[home].note(missed)
 
-    def _cost(self, agent_id: str) -> float:
-        return self._costs.get(agent_id, FIRST_GUESS_MS / 1e3 / TICK_SECONDS)
-
-    def _seats_of(self, worker: AgentProcess) -> list[AgentSeat]:
+    def _seats_of(self, worker: "Worker") -> "list[SeatAtWorker]":
         return [seat for key, seat in self._seats.items() if self._home[key] is worker]
 
     def _dispatch(self, message: FromWorker) -> None:

@@ -21,7 +21,7 @@ from movingout.agents.worker.messages import FrameBuffer, FromWorker, ToWorker, 
 
 log = logging.getLogger(__name__)
 
-HANG_S = {"idle": 3.0, "deciding": 2.0, "loading": 30.0}  # seconds in one phase after which the worker is replaced
+HANG_S = {"idle": 3.0, "deciding": 2.0, "loading": 90.0}  # seconds in one phase after which the worker is replaced
 WATCH_EVERY_S = 0.25
 QUICK_DEATH_S = 1.0  # a worker that died younger than this is not replaced at once
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}

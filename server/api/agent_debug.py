@@ -1,4 +1,4 @@
-"""Decision traces for spectators who ask for them: every decision with its candidates, as server-sent events.
+"""Decision traces for spectators who ask for them: their candidates or their plan, as server-sent events.
 
 Costs nothing without viewers: the stream reads what the workers' answers carry for the recording anyway.
 """
@@ -11,10 +11,11 @@ from typing import Any
 from fastapi import APIRouter, Request
 from fastapi.responses import StreamingResponse
 
+from movingout.agents.decision_trace import shown_part
 from movingout.server.agent_workers.pool import AgentSeat
-from movingout.server.api.authentication import bearer
+from movingout.server.api.authentication import bearer, in_room
 from movingout.server.api.errors import ApiError
-from movingout.server.host import Host
+from movingout.server.public_host import NoRoom, PublicHost
 from movingout.server.rooms.room import Room
 
 LOOK_S = 0.05  # half a tick
@@ -22,34 +23,33 @@ BEAT_S = 5.0
 STREAMS = 30  # at the same time, of the whole server
 
 
-def routes(host: Host) -> APIRouter:
+def routes(host: PublicHost) -> APIRouter:
     """GET /api/rooms/{room}/thoughts."""
     router = APIRouter()
     open_streams: set[object] = set()
 
     @router.get("/api/rooms/{room_id}/thoughts")
     async def decision_traces(room_id: str, request: Request) -> StreamingResponse:
-        room = host.registry.rooms.get(room_id)
-        if room is None:
-            raise ApiError(404, "no_room", "There is no such game. It may be over.")
-        if room.config.study and not host.is_admin(bearer(request)):
+        if await in_room(host, room_id, _of_study) and not host.is_admin(bearer(request)):
             raise ApiError(403, "blinded", "What the partner thinks is not shown in a round of a study.")
         if len(open_streams) >= STREAMS:
             raise ApiError(503, "full", f"{STREAMS} people look into agents here already; try again later.")
-        return StreamingResponse(stream(room), media_type="text/event-stream", headers={"cache-control": "no-store"})
+        return StreamingResponse(stream(room_id), media_type="text/event-stream", headers={"cache-control": "no-store"})
 
-    async def stream(room: Room) -> AsyncIterator[str]:
+    async def stream(room_id: str) -> AsyncIterator[str]:
         mark = object()
         open_streams.add(mark)
         try:
             yield ": open\n\n"
-            seen: dict[int, tuple[int, int]] = {}
+            seen: Seen = {}
             quiet_s = 0.0
-            while not host.stopping and host.registry.rooms.get(room.id) is room:
+            while not host.stopping:
+                try:
+                    traces, seen = await host.ask(room_id, newest, seen)
+                except NoRoom:
+                    return
                 told = [
-                    event
-                    for trace in newest(room, seen)
-                    for event in ("data: ", json.dumps(trace, separators=(",", ":")), "\n\n")
+                    event for trace in traces for event in ("data: ", json.dumps(trace, separators=(",", ":")), "\n\n")
                 ]
                 quiet_s = 0.0 if told else quiet_s + LOOK_S
                 if quiet_s >= BEAT_S:
@@ -63,20 +63,32 @@ def routes(host: Host) -> APIRouter:
     return router
 
 
-def newest(room: Room, seen: dict[int, tuple[int, int]]) -> list[dict[str, Any]]:
-    """Decisions with candidates that are not in `seen` (seat to player key and tick) yet; adds them to it."""
-    found = []
+Seen = dict[int, tuple[int, int]]  # seat to player key and tick
+
+
+def _of_study(room: Room) -> bool:
+    return bool(room.config.study)
+
+
+def newest(room: Room, seen: Seen) -> tuple[list[dict[str, Any]], Seen]:
+    """Decisions with candidates or a plan in words that are not in `seen` yet, and `seen` with them."""
+    found, seen = [], dict(seen)
     for seat in room.seats:
         player = seat.player
         if not isinstance(player, AgentSeat):
             continue
         tick, detail = player.decision_trace
-        if "candidates" in detail and seen.get(seat.index) != (player.key, tick):
+        told = shown_part(detail)
+        if told and seen.get(seat.index) != (player.key, tick):
             seen[seat.index] = (player.key, tick)
-            found.append({"seat": seat.index, "tick": tick, **detail})
-    return found
+            found.append({"seat": seat.index, "tick": tick, **told})
+    return found, seen
 
 
 def weighs(room: Room) -> bool:
-    """Whether an agent here has compared candidates. Never told of a round of a study: it says who the partner is."""
-    return not room.config.study and bool(newest(room, {}))
+    """Whether an agent here has had candidates or a plan in this round, even if its newest decision has none.
+
+    Never told of a round of a study: it says who the partner is.
+    """
+    players = [seat.player for seat in room.seats]
+    return not room.config.study and any(isinstance(player, AgentSeat) and player.has_weighed for player in players)

@@ -1,20 +1,21 @@
 """Who sends a request and what it contains: address, secret, origin, room, seat, body."""
 
-from typing import Any, TypeVar
+from collections.abc import Callable
+from typing import Any, Concatenate, NamedTuple, TypeVar
 
 import msgspec
 from fastapi import Request
 
 from movingout.server.api.errors import ApiError
 from movingout.server.connection.origin import origin_allowed
-from movingout.server.host import Host
+from movingout.server.notices import Notice
+from movingout.server.public_host import Found, Given, NoRoom, PublicHost
 from movingout.server.rooms.room import Room
-from movingout.server.rooms.seat import Seat
 
 Body = TypeVar("Body")
 
 
-def admin(host: Host) -> Any:
+def admin(host: PublicHost) -> Any:
     """Dependency of routes that are reserved to the operator."""
 
     async def check(request: Request) -> None:
@@ -29,7 +30,7 @@ def admin(host: Host) -> Any:
     return check
 
 
-def own_page(host: Host) -> Any:
+def own_page(host: PublicHost) -> Any:
     """Dependency of routes that pages of other origins may not use."""
 
     async def check(request: Request) -> None:
@@ -49,22 +50,54 @@ def address_of(request: Request) -> str:
     return request.client.host if request.client else ""
 
 
-def room_of(host: Host, room_id: str) -> Room:
-    """The room that a path names. Raises ApiError."""
-    room = host.registry.rooms.get(room_id)
-    if room is None:
-        raise ApiError(404, "no_room", "This room no longer exists. Start a new game.")
-    return room
+class TokenHolder(NamedTuple):
+    """Whose token it is."""
+
+    seat: int
+    study: bool  # whether the room belongs to a study
+    recordings: tuple[str, ...]  # of the rounds that were played in it
 
 
-def seat_of_token(host: Host, room_id: str, request: Request) -> Seat:
+async def in_room(
+    host: PublicHost,
+    room_id: str,
+    work: Callable[Concatenate[Room, Given], Found],
+    *args: Given.args,
+    **kwargs: Given.kwargs,
+) -> Found:
+    """What `work` finds in the room that a path names. Raises ApiError."""
+    try:
+        return await host.ask(room_id, work, *args, **kwargs)
+    except NoRoom:
+        raise _no_room() from None
+
+
+async def close_room(host: PublicHost, room_id: str, code: int, notice: Notice) -> None:
+    """Close the room that a path names. Raises ApiError."""
+    try:
+        await host.close_room(room_id, code, notice)
+    except NoRoom:
+        raise _no_room() from None
+
+
+def _no_room() -> ApiError:
+    return ApiError(404, "no_room", "This room no longer exists. Start a new game.")
+
+
+async def seat_of_token(host: PublicHost, room_id: str, request: Request) -> TokenHolder:
     """The seat whose token came with the request; wrong ones are counted. Raises ApiError."""
-    seat = room_of(host, room_id).seating.seat_of_token(bearer(request))
+    seat = await in_room(host, room_id, _token_holder, bearer(request))
     if seat is None:
         if host.admission.guesses_too_often(address_of(request), "seat"):
             raise ApiError(429, "locked", "Too many wrong keys from your address; wait a minute.")
         raise ApiError(401, "wrong_token", "This seat's key is not valid; reload the page of the game.")
     return seat
+
+
+def _token_holder(room: Room, token: str) -> TokenHolder | None:
+    seat = room.seating.seat_of_token(token)
+    played = tuple(result.recording for result in room.series.results if result.recording)
+    return None if seat is None else TokenHolder(seat.index, bool(room.config.study), played)
 
 
 async def body_of(request: Request, kind: type[Body]) -> Body:

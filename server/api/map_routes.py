@@ -4,16 +4,17 @@ from typing import Any
 
 import msgspec
 from fastapi import APIRouter, Depends, Request
-from fastapi.responses import FileResponse
+from fastapi.responses import Response
 
 from movingout.maps import PRACTICE, MapSpec, MovingOutError, is_reserved, load_map, map_to_json, shipped_map_names
 from movingout.maps.check import MapFault
+from movingout.maps.generated.proved import proved_maps
 from movingout.server.api import pages
 from movingout.server.api.authentication import address_of, body_of, own_page
 from movingout.server.api.errors import ApiError
-from movingout.server.host import Host
 from movingout.server.own_maps.solving import TooSlow
 from movingout.server.own_maps.workers import Busy
+from movingout.server.public_host import PublicHost
 
 
 class DrawnMap(msgspec.Struct, forbid_unknown_fields=True):
@@ -22,7 +23,7 @@ class DrawnMap(msgspec.Struct, forbid_unknown_fields=True):
     map: Any
 
 
-def map_routes(host: Host) -> APIRouter:
+def map_routes(host: PublicHost) -> APIRouter:
     """`/api/maps`, and the editor's requests where anybody may open rooms."""
     router = APIRouter()
 
@@ -34,19 +35,20 @@ def map_routes(host: Host) -> APIRouter:
             "practice": map_to_json(load_map(PRACTICE)),
             "own": [map_to_json(spec) for spec in host.own_maps.maps.values()],
             "own_left_out": len(host.own_maps.problems),
+            "surprise": proved_maps("test"),
         }
 
     if host.settings.lobby:
         router.include_router(_editor_routes(host))
 
         @router.get("/editor")
-        async def editor() -> FileResponse:
+        async def editor() -> Response:
             return pages.page("editor/editor.html")
 
     return router
 
 
-def _editor_routes(host: Host) -> APIRouter:
+def _editor_routes(host: PublicHost) -> APIRouter:
     router = APIRouter(prefix="/api/editor", dependencies=[Depends(own_page(host))])
 
     @router.post("/check")
@@ -78,7 +80,7 @@ def _editor_routes(host: Host) -> APIRouter:
     return router
 
 
-async def playable(host: Host, document: object, own_name: bool = True) -> MapSpec:
+async def playable(host: PublicHost, document: object, own_name: bool = True) -> MapSpec:
     """The map of a drawn document. Raises ApiError with its first fault; with `own_name`, also for a shipped name."""
     spec, faults = await _checked(host, document)
     if spec is None or faults:
@@ -88,7 +90,7 @@ async def playable(host: Host, document: object, own_name: bool = True) -> MapSp
     return spec
 
 
-async def _checked(host: Host, document: object) -> tuple[MapSpec | None, tuple[MapFault, ...]]:
+async def _checked(host: PublicHost, document: object) -> tuple[MapSpec | None, tuple[MapFault, ...]]:
     try:
         return await host.map_workers.check(document)
     except Busy as error:

@@ -7,7 +7,9 @@ from typing import Any
 import orjson
 
 from movingout.server.api.errors import error_json
+from movingout.server.connection.hosts import host_allowed
 from movingout.server.connection.origin import header
+from movingout.server.settings import Settings
 
 Message = MutableMapping[str, Any]
 Receive = Callable[[], Awaitable[Message]]
@@ -34,23 +36,48 @@ def content_security_policy(host: str) -> str:
 
 
 class SecureHeaders:
-    """ASGI middleware: the security headers on every HTTP response."""
+    """ASGI middleware: the security headers on every HTTP response; `hsts` where https is for good."""
 
-    def __init__(self, app: App) -> None:
+    def __init__(self, app: App, hsts: bool = False) -> None:
         self._app = app
+        self._hsts = hsts
 
     async def __call__(self, scope: Message, receive: Receive, send: Send) -> None:
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
+        fixed = (*FIXED, HSTS) if self._hsts and scope["scheme"] == "https" else FIXED
         policy = content_security_policy(header(scope["headers"], b"host")).encode("latin-1")
 
         async def send_with_headers(message: Message) -> None:
             if message["type"] == "http.response.start":
-                message["headers"] = [*message["headers"], *FIXED, (b"content-security-policy", policy)]
+                message["headers"] = [*message["headers"], *fixed, (b"content-security-policy", policy)]
             await send(message)
 
         await self._app(scope, receive, send_with_headers)
+
+
+HSTS = (b"strict-transport-security", b"max-age=31536000")
+UNKNOWN_HOST = (
+    b"This server does not answer under that name. Whoever runs it can add the name with --allow-host, "
+    b"or open it by the address that it printed at its start.\n"
+)
+
+
+class KnownHosts:
+    """ASGI middleware: refuses requests for another site's name; websockets are refused at their handshake."""
+
+    def __init__(self, app: App, settings: Settings) -> None:
+        self._app = app
+        self._settings = settings
+
+    async def __call__(self, scope: Message, receive: Receive, send: Send) -> None:
+        if scope["type"] == "http" and not host_allowed(scope["headers"], self._settings):
+            headers = [(b"content-type", b"text/plain; charset=utf-8"), (b"connection", b"close")]
+            await send({"type": "http.response.start", "status": 421, "headers": headers})
+            await send({"type": "http.response.body", "body": UNKNOWN_HOST})
+            return
+        await self._app(scope, receive, send)
 
 
 class BodyTooLarge(Exception):

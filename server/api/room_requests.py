@@ -4,17 +4,20 @@ from typing import Any, Literal
 
 import msgspec
 
-from movingout.agents.catalogue import agent_card, agent_cards
+from movingout.agents.catalogue import agent_card, agent_cards, open_to_all
 from movingout.agents.errors import AgentError, CheckpointError
 from movingout.maps import TUTORIAL, MapSpec, MovingOutError, is_shipped, map_to_json, shipped_map_names
+from movingout.maps.generated.names import is_generated
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.recordings import RecordingError
 from movingout.recordings.recorded_seat import GHOST, is_ghost
+from movingout.server.api.agent_seats import admit_agents
 from movingout.server.api.errors import ApiError
 from movingout.server.api.map_routes import playable
-from movingout.server.host import Host
+from movingout.server.api.proposed_partner import proposed_partners
+from movingout.server.own_maps.workers import Busy
+from movingout.server.public_host import Away, PublicHost
 from movingout.server.rooms.ghost_partner import GhostError, GhostSeat, ghost_config
-from movingout.server.rooms.room import Room
 from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RoomConfig
 from movingout.server.rooms.tutorial import partner_seat
@@ -22,12 +25,13 @@ from movingout.server.security.tokens import hash_token, new_token
 from movingout.world.constants import LIMIT_TICKS, MAX_TICKS, TICK_SECONDS, TUTORIAL_TICKS
 
 MAX_ROUNDS = 36
+_CANNOT_PLAY = ("no_agent", "too_many_agents", "damaged_agent", "unknown_agent")  # errors that another agent may avoid
 
 
 class SeatRequest(msgspec.Struct, forbid_unknown_fields=True):
     """Who is to take a seat."""
 
-    kind: Literal["here", "link", "agent", "remote", "ghost"]
+    kind: Literal["here", "link", "agent", "partner", "remote", "ghost"]  # partner: whom the server proposes
     agent: str = ""
     recording: str = ""  # of a ghost: the episode whose seat of this colour plays again
 
@@ -45,7 +49,7 @@ class RoomRequest(msgspec.Struct, forbid_unknown_fields=True):
     map: dict[str, Any] | None = None  # a drawn map, as a JSON document: a room of this one map, with `maps` empty
 
 
-async def open_room(host: Host, wanted: RoomRequest, address: str) -> dict[str, Any]:
+async def open_room(host: PublicHost, wanted: RoomRequest, address: str) -> dict[str, Any]:
     """Open the room for somebody at `address` (empty: the operator) and return how to join it.
 
     Raises ApiError with what would be possible; `full` names the refusal and its values.
@@ -54,7 +58,28 @@ async def open_room(host: Host, wanted: RoomRequest, address: str) -> dict[str, 
     if refusal:
         raise ApiError(503, "full", refusal.message, refusal=refusal.code, **refusal.values)  # the page says which
     if wanted.tutorial:
-        return _open_tutorial(host, wanted)
+        return await _open_tutorial(host, wanted, address)
+    if all(seat.kind != "partner" for seat in wanted.seats):
+        return await _open_seated(host, wanted, address)
+    *better, last = proposed_partners(host.settings)
+    for partner in better:
+        try:
+            return await _open_seated(host, _with_partner(wanted, partner), address)
+        except ApiError as error:
+            if error.code not in _CANNOT_PLAY:
+                raise
+    return await _open_seated(host, _with_partner(wanted, last), address)
+
+
+def _with_partner(wanted: RoomRequest, partner: str) -> RoomRequest:
+    """The request with an agent in each seat that is left to the server."""
+    seats = [SeatRequest("agent", partner) if seat.kind == "partner" else seat for seat in wanted.seats]
+    return msgspec.structs.replace(wanted, seats=seats)
+
+
+async def _open_seated(host: PublicHost, wanted: RoomRequest, address: str) -> dict[str, Any]:
+    kinds, agents = [seat.kind for seat in wanted.seats], [seat.agent for seat in wanted.seats if seat.kind == "agent"]
+    await admit_agents(host, kinds, agents, address)
     ghosts = await _ghosts(host, wanted.seats)
     if ghosts and not wanted.maps:
         wanted.maps = [next(iter(ghosts.values())).map]
@@ -67,28 +92,37 @@ async def open_room(host: Host, wanted: RoomRequest, address: str) -> dict[str, 
         raise ApiError(422, "ghost", str(error)) from None
     try:
         await host.prepare_maps(config)
-        room = host.registry.open(config, seats)
-        if address:
-            host.admission.opened_room(address, room.id)
+        return await _opened(host, config, seats, tokens, address)
+    except Away:
+        raise
     except MovingOutError as error:
         raise ApiError(503, "no_agent", str(error)) from None
-    return _joining(room, tokens)
 
 
-def _joining(room: Room, tokens: list[str | None]) -> dict[str, Any]:
+async def _opened(
+    host: PublicHost, config: RoomConfig, seats: list[Seat], tokens: list[str | None], address: str
+) -> dict[str, Any]:
+    """Open the room and count it for the address. Raises MapError and AgentError."""
+    room_id = await host.open_room(config, seats)
+    if address:
+        host.admission.opened_room(address, room_id)
+    return _joining(room_id, tokens)
+
+
+def _joining(room_id: str, tokens: list[str | None]) -> dict[str, Any]:
     return {
-        "room": room.id,
+        "room": room_id,
         "tokens": tokens,
-        "join_path": f"/play/{room.id}",
-        "watch_path": f"/watch/{room.id}",
+        "join_path": f"/play/{room_id}",
+        "watch_path": f"/watch/{room_id}",
     }
 
 
-def _open_tutorial(host: Host, wanted: RoomRequest) -> dict[str, Any]:
+async def _open_tutorial(host: PublicHost, wanted: RoomRequest, address: str) -> dict[str, Any]:
     """A room that plays the tutorial, for one or two players; the partner takes the seat of an agent."""
     requests = wanted.seats or [SeatRequest("here"), SeatRequest("agent")]
     kinds = {request.kind for request in requests}
-    if wanted.maps or len(requests) != 2 or kinds == {"agent"} or "ghost" in kinds:
+    if wanted.maps or len(requests) != 2 or kinds == {"agent"} or kinds & {"ghost", "partner"}:
         raise ApiError(422, "tutorial", "a tutorial has its own map, and seats for one or two players")
     tokens = [new_token() if request.kind == "here" else None for request in requests]
     seats = [
@@ -103,12 +137,14 @@ def _open_tutorial(host: Host, wanted: RoomRequest) -> dict[str, Any]:
         countdown_s=host.settings.countdown_s,
     )
     try:
-        return _joining(host.registry.open(config, seats), tokens)
+        return await _opened(host, config, seats, tokens, address)
+    except Away:
+        raise
     except MovingOutError as error:
         raise ApiError(503, "no_agent", str(error)) from None
 
 
-async def _ghosts(host: Host, seats: list[SeatRequest]) -> dict[int, GhostSeat]:
+async def _ghosts(host: PublicHost, seats: list[SeatRequest]) -> dict[int, GhostSeat]:
     """The recorded seats among `seats`: from this server's recordings, or the partner that the operator named."""
     found = {}
     try:
@@ -123,17 +159,29 @@ async def _ghosts(host: Host, seats: list[SeatRequest]) -> dict[int, GhostSeat]:
     return found
 
 
-async def _own_maps(host: Host, wanted: RoomRequest, ghosts: dict[int, GhostSeat]) -> dict[str, MapSpec]:
-    """The wanted maps that are not shipped: a drawn one, of the operator's folder as they are now, of a recording."""
+async def _own_maps(host: PublicHost, wanted: RoomRequest, ghosts: dict[int, GhostSeat]) -> dict[str, MapSpec]:
+    """The wanted maps that are not shipped: drawn, generated, of the operator's folder as they are now, recorded."""
     if wanted.map is not None:
         drawn = await playable(host, wanted.map)
         if wanted.maps:
             raise ApiError(422, "maps", "a drawn map is played alone; leave `maps` empty", most=MAX_ROUNDS)
         wanted.maps = [drawn.name]
         return {drawn.name: drawn}
-    found = {name: host.own_maps.find(name) for name in wanted.maps if not is_shipped(name)}
+    found = {name: await _found(host, name) for name in dict.fromkeys(wanted.maps) if not is_shipped(name)}
     recorded = {ghost.map: ghost.own for ghost in ghosts.values()}
     return {name: spec for name, spec in {**found, **recorded}.items() if spec is not None}
+
+
+async def _found(host: PublicHost, name: str) -> MapSpec | None:
+    """A map of the operator's folder, or a generated one, which is made where it delays no tick."""
+    if not is_generated(name):
+        return host.own_maps.find(name)
+    try:
+        return await host.map_workers.generate(name)
+    except Busy as error:
+        raise ApiError(503, "map_busy", str(error)) from None
+    except MovingOutError as error:
+        raise ApiError(422, "unknown_map", str(error), map=name) from None
 
 
 def _checked_config(wanted: RoomRequest, own_maps: dict[str, MapSpec], countdown_s: float) -> RoomConfig:
@@ -160,7 +208,7 @@ def _checked_config(wanted: RoomRequest, own_maps: dict[str, MapSpec], countdown
     )
 
 
-def _seat(host: Host, index: int, wanted: SeatRequest, token: str | None, ghost: GhostSeat | None) -> Seat:
+def _seat(host: PublicHost, index: int, wanted: SeatRequest, token: str | None, ghost: GhostSeat | None) -> Seat:
     if ghost is not None:
         return ghost.seat_at(index)
     if wanted.kind == "agent":
@@ -180,10 +228,9 @@ def _player_seat(index: int, kind: str, token: str | None) -> Seat:
     return seat
 
 
-def _checked_agent(host: Host, agent_id: str) -> str:
-    """Only agents of the catalogue and the operator's own: any other id could import any module."""
-    known = [card.id for card in agent_cards()]
-    if agent_id == host.settings.partner or agent_id.partition(":")[0] in known:
+def _checked_agent(host: PublicHost, agent_id: str) -> str:
+    """Only agents of the catalogue and the operator's own: any other id could import a module or read a file."""
+    if agent_id == host.settings.partner or open_to_all(agent_id):
         return agent_id
     try:
         if "@" in agent_id.partition(":")[0]:
@@ -192,4 +239,5 @@ def _checked_agent(host: Host, agent_id: str) -> str:
         raise ApiError(422, "damaged_agent", f"{agent_id} cannot play: {error}", agent=agent_id) from None
     except AgentError:
         pass
+    known = [card.id for card in agent_cards()]
     raise ApiError(422, "unknown_agent", f"unknown agent {agent_id!r}; known: {', '.join(known)}", agent=agent_id)

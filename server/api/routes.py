@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import io
+from functools import lru_cache
 from typing import Any
 
 import msgspec
@@ -14,25 +15,33 @@ from movingout.agents.catalogue import ALONE_TCR, UNSEEN_TCR, AgentCard, agent_c
 from movingout.agents.errors import CheckpointError
 from movingout.recordings import RecordingError
 from movingout.server import messages as m
-from movingout.server.api import agent_debug, pages, share
+from movingout.server.api import agent_debug, findings, pages, share
 from movingout.server.api.authentication import (
     address_of,
     admin,
     bearer,
     body_of,
+    close_room,
+    in_room,
     own_page,
-    room_of,
     seat_of_token,
 )
 from movingout.server.api.errors import ApiError, error_json
+from movingout.server.api.health import health_routes
 from movingout.server.api.map_routes import map_routes
+from movingout.server.api.proposed_partner import proposed_partner
 from movingout.server.api.room_requests import RoomRequest, open_room
-from movingout.server.api.status import report
-from movingout.server.host import Host
 from movingout.server.notices import Notice
+from movingout.server.persistence.answer_log import TooManyAnswers
 from movingout.server.persistence.recording_service import ReplayFiles
+from movingout.server.public_host import Away, PublicHost
 from movingout.server.rooms.room import Room
+from movingout.study.design.instruments import instrument
 from movingout.study.questionnaire import PAPER, AnswerError
+
+CLOSED_BY_OPERATOR = Notice("closed_by_operator", "This room was closed by the person who runs the server.")
+
+REFUSED = (401, 403, 429, 503, 507)  # answers that are counted by their code
 
 
 class AnswerRequest(msgspec.Struct, forbid_unknown_fields=True):
@@ -44,12 +53,31 @@ class AnswerRequest(msgspec.Struct, forbid_unknown_fields=True):
     elapsed_ms: float = 0.0
 
 
-def install(app: FastAPI, host: Host) -> None:
+def install(app: FastAPI, host: PublicHost) -> None:
     """Add the routes and the shape of errors."""
+    shape_errors(app, host)
+    app.include_router(health_routes(host))
+    app.include_router(_play_routes(host))
+    app.include_router(map_routes(host))
+    app.include_router(_answer_routes(host))
+    app.include_router(_recording_routes(host))
+    app.include_router(findings.routes(host))
+    app.include_router(share.routes(host))
+    app.include_router(_admin_routes(host))
+
+
+def shape_errors(app: FastAPI, host: PublicHost) -> None:
+    """Every refusal is JSON with a code; an unknown address of a page is a page."""
 
     @app.exception_handler(ApiError)
     async def api_error(request: Request, error: ApiError) -> JSONResponse:
+        if error.status in REFUSED:
+            host.admission.refusals[error.code] += 1
         return JSONResponse(error.as_json(), error.status)
+
+    @app.exception_handler(Away)
+    async def away(request: Request, error: Away) -> JSONResponse:
+        return JSONResponse(error_json(error.code, str(error)), 503)
 
     @app.exception_handler(404)
     async def not_found(request: Request, error: Exception) -> Response:
@@ -57,29 +85,21 @@ def install(app: FastAPI, host: Host) -> None:
             return pages.missing()
         return JSONResponse(error_json("not_found", "There is nothing at this address."), 404)
 
-    app.include_router(_play_routes(host))
-    app.include_router(map_routes(host))
-    app.include_router(_answer_routes(host))
-    app.include_router(_recording_routes(host))
-    app.include_router(share.routes(host))
-    app.include_router(_admin_routes(host))
+    @app.exception_handler(405)
+    async def wrong_method(request: Request, error: Exception) -> Response:
+        text = f"This address does not answer to {request.method}."
+        return JSONResponse(error_json("bad_request", text), 405, getattr(error, "headers", None))
 
 
 # ---- rooms ----------------------------------------------------------------------------------------------------
 
 
-def _play_routes(host: Host) -> APIRouter:
+def _play_routes(host: PublicHost) -> APIRouter:
     router = APIRouter()
-
-    @router.get("/healthz")
-    async def health(response: Response) -> dict[str, Any]:
-        faults = [*host.background.faults()]
-        response.status_code = 503 if faults else 200
-        return {"ok": not (host.stopping or faults), "rooms": len(host.registry.rooms), "faults": faults}
 
     @router.get("/api/agents")
     async def agents() -> dict[str, Any]:
-        partner, cards = host.settings.partner, agent_cards()
+        partner, cards = proposed_partner(host.settings), [card for card in agent_cards() if card.offered]
         if partner not in {card.id for card in cards}:  # the operator's own, or with options
             with contextlib.suppress(CheckpointError):  # damaged since the start: the others can be chosen
                 cards.append(agent_card(partner))
@@ -90,22 +110,31 @@ def _play_routes(host: Host) -> APIRouter:
         if not host.settings.lobby and not host.is_admin(bearer(request)):
             raise ApiError(403, "study", "This server runs a study, which opens its rooms by itself.")
         address = "" if host.is_admin(bearer(request)) else address_of(request)
-        if address and not host.may_open_room(address):
+        if address and not await host.may_open_room(address):
             raise ApiError(429, "too_many_rooms", "Too many rooms were opened from your address; wait a minute.")
         return await open_room(host, await body_of(request, RoomRequest), address)
 
     @router.get("/api/rooms/{room_id}")
     async def room(room_id: str) -> dict[str, Any]:
-        return _room_view(room_of(host, room_id))
+        return await in_room(host, room_id, _room_view)
 
     @router.get("/api/rooms/{room_id}/qr.svg")
     async def qr(room_id: str, request: Request) -> Response:
-        address = str(request.base_url).rstrip("/") + f"/play/{room_of(host, room_id).id}"
-        picture = io.BytesIO()  # with its namespace: the page shows it in an <img>
-        segno.make(address, error="m").save(picture, kind="svg", border=2, scale=4, dark="#000", light="#fff")
-        return Response(picture.getvalue(), media_type="image/svg+xml", headers={"cache-control": "no-store"})
+        address = str(request.base_url).rstrip("/") + f"/play/{await in_room(host, room_id, _id)}"
+        return Response(_qr_code(address), media_type="image/svg+xml", headers={"cache-control": "no-store"})
 
     return router
+
+
+@lru_cache(256)
+def _qr_code(address: str) -> bytes:
+    picture = io.BytesIO()  # with its namespace: the page shows it in an <img>
+    segno.make(address, error="m").save(picture, kind="svg", border=2, scale=4, dark="#000", light="#fff")
+    return picture.getvalue()
+
+
+def _id(room: Room) -> str:
+    return room.id
 
 
 def _offer(card: AgentCard) -> dict[str, Any]:
@@ -138,35 +167,36 @@ def _room_view(room: Room) -> dict[str, Any]:
 # ---- questionnaire --------------------------------------------------------------------------------------------
 
 
-def _answer_routes(host: Host) -> APIRouter:
+def _answer_routes(host: PublicHost) -> APIRouter:
     router = APIRouter()
 
     @router.get("/api/questionnaire")
-    async def questionnaire() -> dict[str, object]:
-        return PAPER.as_json()
+    async def questionnaire(language: str = "en") -> dict[str, object]:
+        return instrument(PAPER.id, language).as_json()
 
     @router.post("/api/rooms/{room_id}/answers")
     async def save_answer(room_id: str, request: Request) -> dict[str, bool]:
-        seat = seat_of_token(host, room_id, request)
+        holder = await seat_of_token(host, room_id, request)
         answer = await body_of(request, AnswerRequest)
-        if room_of(host, room_id).config.study:  # it would be kept beside the study, where `forget` does not find it
+        if holder.study:  # it would be kept beside the study, where `forget` does not find it
             raise ApiError(409, "study", "This game belongs to a study, which asks its own questions.")
         try:
             PAPER.check_answer(answer.question, answer.value, answer.text)
         except AnswerError as error:
             raise ApiError(422, "answer", str(error)) from None
         try:
-            await asyncio.to_thread(
-                host.answer_log.save, room_id, seat.index, answer.question, answer.value, answer.text, answer.elapsed_ms
-            )
+            given = answer.question, answer.value, answer.text, answer.elapsed_ms
+            await asyncio.to_thread(host.answer_log.save, room_id, holder.seat, *given)
+        except TooManyAnswers:
+            raise ApiError(429, "too_many_requests", "Too much was answered at this seat.") from None
         except OSError as error:
             raise ApiError(507, "not_saved", f"The answer could not be saved: {error.strerror}.") from None
         return {"saved": True}
 
     @router.get("/api/rooms/{room_id}/answers")
     async def answers(room_id: str, request: Request) -> dict[str, Any]:
-        seat = seat_of_token(host, room_id, request)
-        return {"answers": await asyncio.to_thread(host.answer_log.of, room_id, seat.index)}
+        holder = await seat_of_token(host, room_id, request)
+        return {"answers": await asyncio.to_thread(host.answer_log.of, room_id, holder.seat)}
 
     return router
 
@@ -174,7 +204,7 @@ def _answer_routes(host: Host) -> APIRouter:
 # ---- recordings -----------------------------------------------------------------------------------------------
 
 
-def _recording_routes(host: Host) -> APIRouter:
+def _recording_routes(host: PublicHost) -> APIRouter:
     blinded = [] if host.settings.lobby else [Depends(admin(host))]  # a recording says who the partner was
     router = APIRouter(dependencies=blinded)
 
@@ -187,7 +217,8 @@ def _recording_routes(host: Host) -> APIRouter:
         return Response(document, media_type="application/json")
 
     async def replay_of(episode_id: str, request: Request) -> ReplayFiles:
-        if not host.recording_service.has_replay(episode_id) and not host.admission.may_replay(address_of(request)):
+        free = host.recording_service.has_replay(episode_id) or host.is_admin(bearer(request))
+        if not free and not host.admission.may_replay(address_of(request)):
             raise ApiError(429, "too_many_replays", "Many recordings were asked for; wait a minute.")
         try:
             return await host.recording_service.replay(episode_id)
@@ -220,25 +251,21 @@ def _recording_routes(host: Host) -> APIRouter:
 # ---- administration -------------------------------------------------------------------------------------------
 
 
-def _admin_routes(host: Host) -> APIRouter:
+def _admin_routes(host: PublicHost) -> APIRouter:
     router = APIRouter(prefix="/api/admin", dependencies=[Depends(admin(host))])
 
     @router.get("/state")
     async def state() -> dict[str, Any]:
-        return report(host)
+        return await host.report()
 
     @router.post("/rooms/{room_id}/close")
     async def close(room_id: str) -> dict[str, bool]:
-        room = room_of(host, room_id)
-        room.close(
-            m.CLOSE_KICKED, Notice("closed_by_operator", "This room was closed by the person who runs the server.")
-        )
-        host.registry.remove(room)
+        await close_room(host, room_id, m.CLOSE_KICKED, CLOSED_BY_OPERATOR)
         return {"closed": True}
 
     @router.post("/measurements/reset")
     async def reset() -> dict[str, bool]:
-        host.scheduler.lateness.clear()
+        await host.reset_measurements()
         return {"reset": True}
 
     return router

@@ -8,39 +8,39 @@ from fastapi.responses import Response
 
 from movingout.recordings import RecordingError
 from movingout.recordings.exports.share import SHARE_KINDS, ShareKind, share_bytes
-from movingout.server.api.authentication import address_of, room_of, seat_of_token
+from movingout.recordings.report.words import Words
+from movingout.server.api.authentication import address_of, seat_of_token
 from movingout.server.api.errors import ApiError
-from movingout.server.host import Host
+from movingout.server.public_host import PublicHost
 
 KEPT = 32  # pictures, each well below a megabyte
 
 
-def routes(host: Host) -> APIRouter:
-    """GET /api/rooms/{room}/rounds/{episode}.{png or gif}."""
+def routes(host: PublicHost) -> APIRouter:
+    """GET /api/rooms/{room}/rounds/{episode}.{png or gif}?language=de."""
     router = APIRouter()
-    kept: OrderedDict[tuple[str, str], bytes] = OrderedDict()
+    kept: OrderedDict[tuple[str, str, str], bytes] = OrderedDict()
 
     @router.get("/api/rooms/{room_id}/rounds/{episode_id}.{kind}")
-    async def picture(room_id: str, episode_id: str, kind: str, request: Request) -> Response:
-        seat_of_token(host, room_id, request)
-        room = room_of(host, room_id)
-        if room.config.study:
+    async def picture(room_id: str, episode_id: str, kind: str, request: Request, language: str = "en") -> Response:
+        holder = await seat_of_token(host, room_id, request)
+        if holder.study:
             raise ApiError(403, "blinded", "This is not shown in a round of a study.")
-        played = {result.recording for result in room.series.results}
-        if not episode_id or episode_id not in played or kind not in SHARE_KINDS:
+        if episode_id not in holder.recordings or kind not in SHARE_KINDS:
             raise ApiError(404, "no_recording", "There is no such round in this room.")
-        if (episode_id, kind) not in kept:
-            kept[episode_id, kind] = await drawn(episode_id, kind, request)
+        spoken = Words(language).language
+        if (key := (episode_id, kind, spoken)) not in kept:
+            kept[key] = await drawn(episode_id, kind, spoken, request)
             while len(kept) > KEPT:
                 kept.popitem(last=False)
         headers = {"cache-control": "private, max-age=3600"}
-        return Response(kept[episode_id, kind], media_type=f"image/{kind}", headers=headers)
+        return Response(kept[key], media_type=f"image/{kind}", headers=headers)
 
-    async def drawn(episode_id: str, kind: ShareKind, request: Request) -> bytes:
+    async def drawn(episode_id: str, kind: ShareKind, language: str, request: Request) -> bytes:
         if not host.admission.may_draw(address_of(request)):
             raise ApiError(429, "too_many_pictures", "Many pictures were asked for; wait a minute.")
         try:
-            return await host.recording_service.read(episode_id, partial(share_bytes, kind=kind))
+            return await host.recording_service.read(episode_id, partial(share_bytes, kind=kind, language=language))
         except RecordingError as error:
             raise ApiError(404, "no_recording", str(error)) from None
 

@@ -54,7 +54,7 @@ class LoadClient(asyncio.Protocol):
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         self._transport = cast(asyncio.Transport, transport)
-        self._transport.write(handshake(self._host))
+        self._transport.write(handshake(self._host, self._room))
 
     def connection_lost(self, exc: Exception | None) -> None:
         if self._task is not None:
@@ -162,11 +162,11 @@ class LoadClient(asyncio.Protocol):
             self._transport.write(masked(opcode, payload))
 
 
-def handshake(host: str) -> bytes:
-    """The HTTP request that opens a websocket with our subprotocol."""
+def handshake(host: str, room: str) -> bytes:
+    """The HTTP request that opens a websocket to a room with our subprotocol."""
     key = base64.b64encode(os.urandom(16)).decode()
     return (
-        f"GET /ws HTTP/1.1\r\nHost: {host}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+        f"GET /ws/{room} HTTP/1.1\r\nHost: {host}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
         f"Sec-WebSocket-Key: {key}\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Protocol: {m.SUBPROTOCOL}\r\n\r\n"
     ).encode()
 

@@ -1,27 +1,37 @@
 """`movingout play`: serve the game and print its links."""
 
 import argparse
-import logging
+import os
 import sys
 from dataclasses import replace
 
-from movingout.agents.catalogue import agent_card
+from fastapi import FastAPI
+
+from movingout.agents.catalogue import agent_card, load_live_agent
+from movingout.agents.llm.model_id import LLM
 from movingout.recordings.recorded_seat import GHOST, is_ghost
 from movingout.server.app import create_app
-from movingout.server.host import Host
+from movingout.server.cluster.errors import ClusterError
+from movingout.server.logs import log_to
 from movingout.server.open_files import raise_open_files
 from movingout.server.options import add_options, values_of
 from movingout.server.own_maps.folder import map_files
 from movingout.server.persistence.data_folder import (
     BadDataFolder,
     exclusive_data_folder,
+    refuse_cluster_folder,
+    refuse_served_folder,
     refuse_study_folder,
     told_interrupted,
 )
+from movingout.server.persistence.recording_uploads import check_bucket
+from movingout.server.processes.front import Front
+from movingout.server.processes.front_server import create_front_app, front_server
+from movingout.server.public_host import PublicHost
 from movingout.server.rooms.ghost_partner import ghost_seat
 from movingout.server.security.admin_token import NAME, kept_token
 from movingout.server.security.certificate import Certificate, certificate_in, lan_addresses
-from movingout.server.settings import Limits, Settings
+from movingout.server.settings import PROCESSES, Limits, Settings
 from movingout.server.uvicorn_server import game_server, listen
 from movingout.world.exactness import inexact_engine
 
@@ -35,42 +45,79 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     settings = _settings(args)
-    agent_card(settings.partner)
+    if agent_card(settings.partner).kind == LLM:
+        load_live_agent(settings.partner)  # nothing answers, or the key is wrong: now rather than in somebody's room
     if is_ghost(settings.partner):
         ghost_seat(settings.partner.removeprefix(f"{GHOST}:"))
     if settings.maps is not None:
         map_files(settings.maps)
     refuse_study_folder(settings.data)
-    if caution := inexact_engine():
-        print(f"movingout: {caution}", file=sys.stderr)
-    if caution := raise_open_files(settings.limits):
-        print(f"movingout: {caution}", file=sys.stderr)
-    with exclusive_data_folder(settings.data):
-        listening = listen(settings.host, settings.port)
+    (refuse_served_folder if settings.cluster else refuse_cluster_folder)(settings.data)
+    os.umask(0o077)  # what people do and say is for whoever runs the server
+    if settings.s3:
+        check_bucket(settings.s3, settings.data)
+    tell_cautions(settings)
+    with (
+        exclusive_data_folder(settings.node_folder if settings.cluster else settings.data) as lock,
+        listen(settings.host, settings.port) as listening,
+    ):
         settings = replace(with_kept_token(settings), port=listening.getsockname()[1])
         certificate = certificate_for(settings) if settings.tls else None
-        logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s", stream=sys.stderr)
-        app = create_app(settings)
+        log_to(form="json" if settings.log_format == "json" else "text")
+        app = app_for(settings, lock, certificate)
         links = _links(settings, app.state.host)
         for problem in app.state.host.own_maps.problems.values():
             print(f"movingout: own map left out: {problem}", file=sys.stderr)
-        server = game_server(app, settings, certificate, on_ready=lambda: print(links, flush=True))
+        serve = game_server if settings.processes == 1 else front_server
+        server = serve(app, settings, certificate, on_ready=lambda: print(links, flush=True))
         server.run([listening])
-    if told := told_interrupted(settings.data):
+    if told := told_interrupted(settings.data) if not settings.cluster else "":
         print(told)
     return 0 if server.started else 1
 
 
+def tell_cautions(settings: Settings) -> None:
+    """Say on standard error what works, but not as well as it should: the physics engine, the limit of open files."""
+    for caution in (inexact_engine(), raise_open_files(settings.limits)):
+        if caution:
+            print(f"movingout: {caution}", file=sys.stderr)
+
+
+def app_for(settings: Settings, lock: int, certificate: Certificate | None) -> FastAPI:
+    """The server in this process, a node of a cluster, or the front of several. Raises FolderError, ClusterError."""
+    if settings.cluster:
+        from movingout.server.cluster.app import create_cluster_app  # what a cluster needs comes with an extra
+
+        return create_cluster_app(settings)
+    if settings.processes == 1:
+        return create_app(settings)
+    return create_front_app(Front(settings, settings.processes, lock, certificate))
+
+
 def _settings(args: argparse.Namespace) -> Settings:
-    """More sockets per address also raise the limits on waiting sockets and connections per address."""
+    """More sockets per address also raise the other limits of an address: on waiting sockets, connections, requests."""
     given = Limits(**values_of(args, Limits))
     limits = replace(
         given,
         waiting_per_address=max(given.waiting_per_address, given.sockets_per_address),
         connections_per_address=max(given.connections_per_address, 2 * given.sockets_per_address),
+        accepts_per_address_per_s=max(given.accepts_per_address_per_s, 0.5 * given.sockets_per_address),
+        requests_per_address_per_s=max(given.requests_per_address_per_s, 0.3 * given.sockets_per_address),
         connects_per_address_per_minute=max(given.connects_per_address_per_minute, 10 * given.sockets_per_address),
     )
-    return Settings(**values_of(args, Settings), limits=limits)
+    settings = Settings(**values_of(args, Settings), limits=limits)
+    return as_node(settings) if settings.cluster or settings.node else settings
+
+
+def as_node(settings: Settings) -> Settings:
+    """The settings of a node of a cluster, which has one process with rooms. Raises ClusterError."""
+    if not settings.cluster or not settings.node:
+        raise ClusterError("a node of a cluster needs both: --cluster postgresql://user@host/name and --node NAME")
+    if settings.processes not in (1, PROCESSES):
+        raise ClusterError("a node of a cluster has one process: start one node per core, each with its own --node")
+    if settings.tls:
+        raise ClusterError("a node of a cluster speaks http: the proxy in front has the certificate; leave --tls out")
+    return replace(settings, processes=1)
 
 
 def certificate_for(settings: Settings) -> Certificate:
@@ -89,18 +136,23 @@ def with_kept_token(settings: Settings) -> Settings:
         raise BadDataFolder(f"cannot keep the admin token in {settings.data / NAME} ({error.strerror})") from None
 
 
-def _links(settings: Settings, host: Host) -> str:
+def _links(settings: Settings, host: PublicHost) -> str:
     """The links to print at the start."""
     bases = addresses(settings)
     lines = ["", "Moving Out Live is ready.", ""]
     lines += [f"  Play         {base}/" for base in bases]
     lines += [f"  Watch        {bases[0]}/watch/ROOM (every room shows its own link)"]
     lines += [f"  Recordings   {bases[0]}/recordings"]
-    lines += [f"  Admin        {bases[0]}/admin", f"  Admin token  {host.admin_token}"]
+    lines += [f"  Admin        {bases[0]}/admin", f"  Admin token  {shown_token(settings, host.admin_token)}"]
     if settings.maps is not None:
         lines += [f"  Your maps    {len(host.own_maps.maps)} in the lobby, from {settings.maps.resolve()}"]
     lines += [f"  Data         {settings.data.resolve()}", ""]
     return "\n".join(lines + hints(settings, "movingout play"))
+
+
+def shown_token(settings: Settings, token: str) -> str:
+    """The admin token for people at a terminal; for a log file, where it is kept."""
+    return token if sys.stdout.isatty() else f"in {(settings.data / NAME).resolve()}"
 
 
 def addresses(settings: Settings) -> list[str]:

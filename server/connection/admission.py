@@ -1,10 +1,11 @@
 """Limits on what one address, and all together, may use of this server."""
 
 import ipaddress
-from collections import defaultdict
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Iterable
 from typing import Literal, TypeVar
 
+from movingout.server.connection.socket_counts import SocketCounts
 from movingout.server.connection.token_bucket import TokenBucket
 from movingout.server.settings import Limits
 
@@ -14,20 +15,29 @@ FLOODS_PER_MINUTE = 10
 BAN_S = 10.0
 PICTURES_PER_MINUTE = 12
 REPLAYS_PER_MINUTE = 60
+DAY_S = 86_400.0
+ROUND_BYTES = 100_000  # a short one
 
 Secret = Literal["seat", "admin"]
+SocketNews = Literal["entered", "joined", "left", "flooded"]
 Key = TypeVar("Key")
 Kept = TypeVar("Kept")
 
 
 class AdmissionControl:
-    """Counts sockets and wrong tokens per address. A refusal is a sentence; empty means admitted."""
+    """Counts sockets and wrong tokens per address. A refusal is a sentence; empty means admitted.
 
-    def __init__(self, limits: Limits, clock: Callable[[], float]) -> None:
+    `elsewhere` counts the sockets of other processes, where there are some; `on_socket` is told of those here.
+    """
+
+    def __init__(
+        self, limits: Limits, clock: Callable[[], float], elsewhere: Callable[[], Iterable[SocketCounts]] = tuple
+    ) -> None:
         self._limits = limits
         self._clock = clock
-        self._sockets: defaultdict[str, int] = defaultdict(int)
-        self._waiting: defaultdict[str, int] = defaultdict(int)
+        self._here = SocketCounts()
+        self._elsewhere = elsewhere
+        self.on_socket: Callable[[SocketNews, str], None] = lambda news, address: None
         self._guesses: dict[tuple[str, Secret], TokenBucket] = {}
         self._openings: dict[str, TokenBucket] = {}
         self._checks: dict[str, TokenBucket] = {}
@@ -36,6 +46,9 @@ class AdmissionControl:
         self._replays: dict[str, TokenBucket] = {}
         self._drawings: dict[str, TokenBucket] = {}
         self._study_arrivals: dict[str, TokenBucket] = {}
+        self._requests: dict[str, TokenBucket] = {}
+        self._recorded: dict[str, TokenBucket] = {}  # bytes that may still be recorded
+        self.refusals: Counter[str] = Counter()  # by reason
         self._banned: dict[str, float] = {}  # until
         self._arrivals: dict[str, TokenBucket] = {}
         self._room_owners: dict[str, str] = {}  # address group by room
@@ -44,37 +57,53 @@ class AdmissionControl:
 
     @property
     def sockets(self) -> int:
-        return sum(self._sockets.values())
+        """Of this process."""
+        return self._here.total
 
     def enter(self, address: str) -> str:
-        """Admit a socket, or return why not; an admitted one must `leave`."""
+        """Admit a socket, or return why not; an admitted one must be `joined` and `leave`."""
+        refusal = self.try_socket(address)
+        if not refusal:
+            self._here.entered(address_group(address))
+            self.on_socket("entered", address)
+        return refusal
+
+    def try_socket(self, address: str) -> str:
+        """Why one more socket from here may not enter now; one that may can enter here or in another process."""
         limits, address = self._limits, address_group(address)
+        counts = (self._here, *self._elsewhere())
         if self._clock() < self._banned.get(address, 0.0):
             return "Connections from your address have flooded this server; wait a few seconds."
-        if self.sockets >= limits.sockets:
+        if sum(each.total for each in counts) >= limits.sockets:
             return "The server is full; try again in a minute."
-        if self._sockets[address] >= limits.sockets_per_address:
+        if sum(each.open.get(address, 0) for each in counts) >= limits.sockets_per_address:
             return f"There are {limits.sockets_per_address} connections from your address already; close some of them."
-        if self._waiting[address] >= limits.waiting_per_address:
+        if sum(each.waiting.get(address, 0) for each in counts) >= limits.waiting_per_address:
             return "Too many connections from your address have not joined a room yet; try again in a few seconds."
         if not self._bucket(self._arrivals, address, limits.connects_per_address_per_minute).take(self._clock()):
             return "Too many connections were made from your address in the last minute; wait a few seconds."
-        self._sockets[address] += 1
-        self._waiting[address] += 1
         return ""
 
     def joined(self, address: str) -> None:
         """The socket has joined a room or stopped waiting."""
-        _count_down(self._waiting, address_group(address))
+        self._here.joined(address_group(address))
+        self.on_socket("joined", address)
 
     def leave(self, address: str) -> None:
-        _count_down(self._sockets, address_group(address))
+        self._here.left(address_group(address))
+        self.on_socket("left", address)
 
     def flooded(self, address: str) -> bool:
         """A socket was cut off for flooding; True for the first of a series, which is worth logging.
 
         An address that keeps flooding is banned for a while; its running games continue.
         """
+        self.refusals["flood"] += 1
+        self.on_socket("flooded", address)
+        return self.strike(address)
+
+    def strike(self, address: str) -> bool:
+        """The same for a socket of another process, which counts the refusal."""
         address = address_group(address)
         strikes = self._bucket(self._floods, address, FLOODS_PER_MINUTE)
         first = strikes.full(self._clock())
@@ -95,6 +124,31 @@ class AdmissionControl:
             return False
         keep(self._locked, key, now + LOCK_S)
         return True
+
+    def may_request(self, address: str, cost: float) -> bool:
+        """Whether an HTTP request may be answered for this address now; refusals are counted."""
+        group, per_s = address_group(address), self._limits.requests_per_address_per_s
+        if group not in self._requests:
+            keep(self._requests, group, TokenBucket(per_s, 30.0 * per_s, self._clock()))
+        allowed = self._requests[group].take(self._clock(), cost)
+        self.refusals["requests"] += not allowed
+        return allowed
+
+    def recorded(self, room_id: str, size: int) -> None:
+        """A room has recorded so many bytes."""
+        group = self._room_owners.get(room_id)
+        if group is None:
+            return
+        now, per_day = self._clock(), self._limits.recorded_per_address_per_day
+        if group not in self._recorded:
+            keep(self._recorded, group, TokenBucket(per_day / DAY_S, per_day, now))
+        if not self._recorded[group].take(now, size):
+            self._recorded[group].empty(now)
+
+    def may_record(self, address: str) -> bool:
+        """Whether rooms of this address may fill the disk further today."""
+        bucket = self._recorded.get(address_group(address))
+        return bucket is None or bucket.holds(self._clock(), ROUND_BYTES)
 
     def may_open_room(self, address: str) -> bool:
         per_minute = self._limits.rooms_per_address_per_minute
@@ -161,9 +215,3 @@ def keep(kept: dict[Key, Kept], key: Key, value: Kept) -> None:
     kept[key] = value
     if len(kept) > MOST_KEPT:
         del kept[next(iter(kept))]
-
-
-def _count_down(counts: defaultdict[str, int], address: str) -> None:
-    counts[address] -= 1
-    if counts[address] <= 0:
-        del counts[address]

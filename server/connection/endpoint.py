@@ -16,6 +16,7 @@ import msgspec
 from movingout.server import messages as m
 from movingout.server.connection import control_messages
 from movingout.server.connection.admission import AdmissionControl
+from movingout.server.connection.hosts import host_allowed
 from movingout.server.connection.origin import origin_allowed
 from movingout.server.connection.send_queue import Client
 from movingout.server.connection.token_bucket import TokenBucket
@@ -24,6 +25,7 @@ from movingout.server.frames import Ping, Pong, decode_client_frame
 from movingout.server.notices import NOTHING, Notice
 from movingout.server.rooms.registry import RoomRegistry
 from movingout.server.rooms.room import Room
+from movingout.server.rooms.room_notices import RESTARTING
 from movingout.server.rooms.services import Refused, WrongRequest
 from movingout.server.settings import Limits, Settings
 
@@ -34,6 +36,7 @@ Said = TypeVar("Said")
 Message = MutableMapping[str, Any]
 Receive = Callable[[], Awaitable[Message]]
 Send = Callable[[Message], Awaitable[None]]
+App = Callable[[Message, Receive, Send], Awaitable[None]]
 OnBinary = Callable[[bytes], bool]  # False: the connection is closing
 WIRE = "movingout.wire"  # where the scope's extensions hold the DirectSocket of a connection
 
@@ -57,6 +60,8 @@ class DirectSocket(Protocol):
 
     def abort(self) -> None: ...
 
+    def hand_over(self, give: Callable[[int, bytes], None]) -> bool: ...
+
 
 class CloseConnection(Exception):
     """Ends the connection with a close code and a notice; 0 drops the connection without a word."""
@@ -67,13 +72,20 @@ class CloseConnection(Exception):
         self.notice = notice
 
 
+def no_room(room_id: str) -> CloseConnection:
+    """How a connection ends whose room is not here."""
+    return CloseConnection(m.CLOSE_NOT_FOUND, NO_ROOM)
+
+
 class SocketEndpoint:
-    """The ASGI application behind /ws."""
+    """The ASGI application behind /ws and /ws/ROOM."""
 
     def __init__(self, settings: Settings, registry: RoomRegistry, admission: AdmissionControl) -> None:
+        self.absence: Callable[[str], CloseConnection] = no_room
         self._settings = settings
         self._registry = registry
         self._admission = admission
+        self.stopping = False  # who comes now is told to come back
         self.open: set[ClientConnection] = set()
         self._bytes_sent = 0  # to clients that have left
 
@@ -83,25 +95,23 @@ class SocketEndpoint:
     async def __call__(self, scope: Message, receive: Receive, send: Send) -> None:
         await receive()  # websocket.connect
         address = scope["client"][0] if scope.get("client") else ""
-        refusal = self._refusal(scope) or ((503, self._admission.enter(address)))
+        refusal = handshake_refusal(self._settings, scope) or ((503, self._admission.enter(address)))
         if refusal[1]:
-            await _refuse(send, *refusal)
+            self._admission.refusals["socket"] += 1
+            await refuse(send, *refusal)
             return
         try:
             await send({"type": "websocket.accept", "subprotocol": m.SUBPROTOCOL})
             wire: DirectSocket = scope["extensions"][WIRE]
-            connection = ClientConnection(self._settings.limits, self._registry, self._admission, wire, address)
+            if self.stopping:
+                await say_goodbye(send, CloseConnection(m.CLOSE_SHUTDOWN, RESTARTING))
+                return
+            connection = ClientConnection(
+                self._settings.limits, self._registry, self._admission, wire, address, self.absence
+            )
             await self._serve(connection, receive, send)
         finally:
             self._admission.leave(address)
-
-    def _refusal(self, scope: Message) -> tuple[int, str] | None:
-        scheme = "https" if scope["scheme"] == "wss" else "http"
-        if not origin_allowed(scope["headers"], scheme, self._settings.origins):
-            return 403, "This page may not talk to this server: its address is not the server's own (see --origin)."
-        if m.SUBPROTOCOL not in scope["subprotocols"]:
-            return 400, f"This server speaks {m.SUBPROTOCOL}; reload the page, or update the program."
-        return None
 
     async def _serve(self, connection: "ClientConnection", receive: Receive, send: Send) -> None:
         self.open.add(connection)
@@ -116,12 +126,31 @@ class SocketEndpoint:
             connection.leave()
 
 
+def handshake_refusal(settings: Settings, scope: Message) -> tuple[int, str] | None:
+    """The status and the sentence with which a handshake is refused, whatever its address; None for none."""
+    if not host_allowed(scope["headers"], settings):
+        return 421, "This server does not answer under that name; see --allow-host."
+    scheme = "https" if scope["scheme"] == "wss" else "http"
+    if not origin_allowed(scope["headers"], scheme, settings.origins):
+        return 403, "This page may not talk to this server: its address is not the server's own (see --origin)."
+    if m.SUBPROTOCOL not in scope["subprotocols"]:
+        return 400, f"This server speaks {m.SUBPROTOCOL}; reload the page, or update the program."
+    return None
+
+
 class ClientConnection:
-    """One connected client."""
+    """One connected client. `absence` says how it ends when its room is not here."""
 
     def __init__(
-        self, limits: Limits, registry: RoomRegistry, admission: AdmissionControl, wire: DirectSocket, address: str
+        self,
+        limits: Limits,
+        registry: RoomRegistry,
+        admission: AdmissionControl,
+        wire: DirectSocket,
+        address: str,
+        absence: Callable[[str], CloseConnection],
     ) -> None:
+        self._absence = absence
         self._limits = limits
         self._wire = wire
         self._registry = registry
@@ -191,11 +220,7 @@ class ClientConnection:
     async def _send_goodbye(self, closing: CloseConnection, send: Send) -> None:
         while (frame := self.client.next_frame()) is not None:
             await _send(send, frame)
-        bye = msgspec.json.encode(
-            m.Bye(closing.code, closing.notice.message, closing.notice.code, closing.notice.values)
-        ).decode()
-        await send({"type": "websocket.send", "text": bye})
-        await send({"type": "websocket.close", "code": closing.code})
+        await say_goodbye(send, closing)
 
     # ---- what the client says -------------------------------------------------------------------------------
 
@@ -208,7 +233,7 @@ class ClientConnection:
         request = _parse(_decode_join, message["text"])
         room = self._registry.rooms.get(request.room)
         if room is None:
-            raise CloseConnection(m.CLOSE_NOT_FOUND, NO_ROOM)
+            raise self._absence(request.room)
         self._enter(room, request)
 
     def _enter(self, room: Room, request: m.Join) -> None:
@@ -274,7 +299,7 @@ class ClientConnection:
     def _count_message(self, now: float) -> None:
         if not self._bucket.take(now):
             if self._admission.flooded(self._address):
-                log.warning("a client at %s sent too many messages and was cut off", self._address)
+                log.warning("a client sent too many messages and was cut off")
             raise CloseConnection(0)
 
 
@@ -306,7 +331,16 @@ async def _send(send: Send, frame: str | bytes) -> None:
     await send({"type": "websocket.send", "text" if isinstance(frame, str) else "bytes": frame})
 
 
-async def _refuse(send: Send, status: int, sentence: str) -> None:
+async def say_goodbye(send: Send, closing: CloseConnection) -> None:
+    """Close an accepted connection with a code and the reason."""
+    notice = closing.notice
+    bye = m.Bye(code=closing.code, message=notice.message, error=notice.code, values=notice.values)
+    await send({"type": "websocket.send", "text": msgspec.json.encode(bye).decode()})
+    await send({"type": "websocket.close", "code": closing.code})
+
+
+async def refuse(send: Send, status: int, sentence: str) -> None:
+    """Answer a handshake with an error."""
     body = sentence.encode()
     headers = [(b"content-type", b"text/plain; charset=utf-8")]
     await send({"type": "websocket.http.response.start", "status": status, "headers": headers})

@@ -15,6 +15,7 @@ from movingout.server.notices import Notice
 
 WINDOW = 10  # unacknowledged bundles before the client counts as stalled
 TOO_SLOW_S = 5.0
+PAUSE_S = 1.0  # without a tick: the round is over, or stands still
 CONTROL_LIMIT = 64
 RTT_SAMPLES = 16
 TOO_SLOW = Notice("too_slow", "This connection is too slow for the game; check the network.")
@@ -40,6 +41,7 @@ class Client:
         self._bundle: bytes | None = None
         self._under_way: deque[tuple[int, float]] = deque()  # (tick, when shown)
         self._stalled = False
+        self._shown_at = 0.0
         self._rtts: deque[float] = deque(maxlen=RTT_SAMPLES)
 
     # ---- called by the room ---------------------------------------------------------------------------------
@@ -50,11 +52,14 @@ class Client:
             self.push(text)
 
     def show(self, tick: int, frame: bytes, now: float) -> None:
+        if self._under_way and self._under_way[-1][0] >= tick:  # a new round counts from 1 again
+            self._under_way.clear()
+        if now - self._shown_at > PAUSE_S:  # nothing was asked of the client meanwhile
+            self._under_way = deque((older, now) for older, _ in self._under_way)
+        self._shown_at = now
         if self._too_slow(now):
             self.dismiss(m.CLOSE_TOO_SLOW, TOO_SLOW)
             return
-        if self._under_way and self._under_way[-1][0] >= tick:  # a new round counts from 1 again
-            self._under_way.clear()
         self._stalled = self._stalled or len(self._under_way) >= WINDOW
         if self._stalled:
             return

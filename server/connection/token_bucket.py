@@ -14,11 +14,19 @@ class TokenBucket:
         """Whether nothing has been taken lately."""
         return self._left + (now - self._at) * self.per_s >= self.burst
 
-    def take(self, now: float) -> bool:
-        """Take one; False when there is none left."""
+    def holds(self, now: float, cost: float) -> bool:
+        """Whether so much could be taken."""
+        return self._left + (now - self._at) * self.per_s >= cost
+
+    def empty(self, now: float) -> None:
+        """Take all there is."""
+        self._left, self._at = 0.0, now
+
+    def take(self, now: float, cost: float = 1.0) -> bool:
+        """Take one, or `cost`; False when there is less."""
         left = self._left + (now - self._at) * self.per_s
         if left > self.burst:
             left = self.burst
-        enough = left >= 1.0
-        self._left, self._at = left - enough, now
+        enough = left >= cost
+        self._left, self._at = left - cost * enough, now
         return enough

@@ -2,13 +2,13 @@
 
 import asyncio
 import struct
-from collections import defaultdict
 from collections.abc import Callable
 from typing import Any
 
 from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
+from movingout.server.connection.connection_limits import ConnectionLimits
 from movingout.server.connection.endpoint import WIRE, OnBinary
 from movingout.server.settings import Limits
 
@@ -40,9 +40,8 @@ class HeadTooLarge(Exception):
     """Raised in the parser's callbacks; ends as `send_400_response`."""
 
 
-def http_protocol(limits: Limits) -> type[HttpToolsProtocol]:
-    """The HTTP protocol of one server: a whole request within the deadline, so many connections per address."""
-    connections: defaultdict[str, int] = defaultdict(int)
+def http_protocol(limits: Limits, connections: ConnectionLimits) -> type[HttpToolsProtocol]:
+    """The HTTP protocol of one server: whole requests, and whole answers taken, within deadlines."""
 
     class DeadlineHttpProtocol(HttpToolsProtocol):
         """Drops a connection that trickles its request (slowloris) or sends a head without end.
@@ -51,6 +50,7 @@ def http_protocol(limits: Limits) -> type[HttpToolsProtocol]:
         """
 
         _deadline: asyncio.TimerHandle | None = None
+        _write_deadline: asyncio.TimerHandle | None = None
         _address = ""
         _head_bytes = 0  # received since the request began, while its head is not whole
         _head_is_whole = True
@@ -60,16 +60,28 @@ def http_protocol(limits: Limits) -> type[HttpToolsProtocol]:
         def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
             super().connection_made(transport)
             self._address = self.client[0] if self.client else ""
-            connections[self._address] += 1
-            if connections[self._address] > limits.connections_per_address:
-                transport.abort()
-            else:
+            if connections.opened(self._address):
                 self._set_deadline()
+            else:
+                transport.abort()
 
         def connection_lost(self, exc: Exception | None) -> None:
             self._clear_deadline()
-            self._count_down()
+            self.resume_writing()
+            connections.closed(self._address)
             super().connection_lost(exc)
+
+        def pause_writing(self) -> None:
+            """More waits to be sent than should; whoever takes none of it in time is gone, or never wanted it."""
+            super().pause_writing()
+            if self._write_deadline is None:
+                self._write_deadline = self.loop.call_later(limits.unread_s, self.transport.abort)
+
+        def resume_writing(self) -> None:
+            if self._write_deadline is not None:
+                self._write_deadline.cancel()
+                self._write_deadline = None
+            super().resume_writing()
 
         def data_received(self, data: bytes) -> None:
             super().data_received(data)
@@ -116,7 +128,7 @@ def http_protocol(limits: Limits) -> type[HttpToolsProtocol]:
 
         def handle_websocket_upgrade(self) -> None:
             self._clear_deadline()
-            self._count_down()
+            connections.closed(self._address)
             super().handle_websocket_upgrade()
 
         def _set_deadline(self) -> None:
@@ -127,11 +139,6 @@ def http_protocol(limits: Limits) -> type[HttpToolsProtocol]:
             if self._deadline is not None:
                 self._deadline.cancel()
                 self._deadline = None
-
-        def _count_down(self) -> None:
-            connections[self._address] -= 1
-            if connections[self._address] <= 0:
-                del connections[self._address]
 
     return DeadlineHttpProtocol
 
@@ -146,6 +153,7 @@ class GameWebSocketProtocol(WebSocketsSansIOProtocol):
 
     _on_binary: OnBinary | None = None
     _on_writable: Callable[[], None] | None = None
+    _head = b""  # the request that begins the connection
     _rest = b""
     _after_close = 0
     _controls = 0.0
@@ -172,6 +180,7 @@ class GameWebSocketProtocol(WebSocketsSansIOProtocol):
 
     def data_received(self, data: bytes) -> None:
         if not self.handshake_initiated:
+            self._head += data
             super().data_received(data)
             return
         if self.close_sent and self._floods_on(len(data)):
@@ -207,6 +216,18 @@ class GameWebSocketProtocol(WebSocketsSansIOProtocol):
             return False
         head = bytes((kind, size)) if size < LONG else _LONG_HEAD.pack(kind, LONG, size)
         self.transport.write(head + payload)
+        return True
+
+    def hand_over(self, give: Callable[[int, bytes], None]) -> bool:
+        """Give the connection away before its handshake: `give` gets its descriptor and the request on it.
+
+        False over TLS, whose state cannot leave this process.
+        """
+        if self.transport.get_extra_info("ssl_object") is not None:
+            return False
+        give(self.transport.get_extra_info("socket").fileno(), self._head)
+        self.handshake_complete = True  # nothing is left for Uvicorn to answer
+        self.transport.abort()
         return True
 
     def resume_writing(self) -> None:

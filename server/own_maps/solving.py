@@ -9,8 +9,9 @@ import numpy as np
 
 from movingout.agents.catalogue import load_agent
 from movingout.agents.data.rollout import rollout
-from movingout.maps import MapSpec, map_from_json
-from movingout.maps.check import MapFault, check_document, check_map
+from movingout.maps import MapSpec, load_map, map_from_json
+from movingout.maps.check import MapFault, check_map
+from movingout.maps.document_check import check_document
 from movingout.maps.errors import MapError
 from movingout.maps.official import is_official, map_from_official
 from movingout.matches.execution.decision_timeout import DecisionTimeout, DecisionTimer
@@ -44,6 +45,12 @@ def check(document: object) -> Checked:
             official_fault = (MapFault("the map", str(error)),)
             return None, official_fault if official else check_document(document)
         return spec, check_map(spec)
+
+
+def generate(name: str) -> MapSpec:
+    """The generated map of a name. Raises TooSlow, and MapError for a name of none."""
+    with _time_limit(CHECK_S):
+        return load_map(name)
 
 
 def read_file(path: Path) -> Outcome:

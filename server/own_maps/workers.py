@@ -1,4 +1,4 @@
-"""The processes that check and solve drawn maps, at lower priority, so that no tick is late."""
+"""The processes that check and solve drawn maps and make generated ones, at lower priority, so that no tick is late."""
 
 import asyncio
 import logging
@@ -42,6 +42,17 @@ class MapWorkers:
         finally:
             self._waiting -= 1
         return checked
+
+    async def generate(self, name: str) -> MapSpec:
+        """The generated map of a name. Raises Busy, solving.TooSlow, and MapError for a name of none."""
+        if self._waiting >= MOST_WAITING:
+            raise Busy("The server is checking many maps at the moment; try again in a few seconds.")
+        self._waiting += 1
+        try:
+            spec: MapSpec = await self._run("checks", solving.generate, name)
+        finally:
+            self._waiting -= 1
+        return spec
 
     async def read_file(self, path: Path) -> Outcome:
         """The map of a file of the operator's folder, or what is wrong with it."""

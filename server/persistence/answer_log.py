@@ -5,6 +5,14 @@ import os
 import time
 from pathlib import Path
 
+from movingout.maps.errors import MovingOutError
+
+MOST_BYTES = 400_000  # of one seat; a whole questionnaire takes a few thousand
+
+
+class TooManyAnswers(MovingOutError):
+    """More was answered at a seat than any questionnaire asks."""
+
 
 class AnswerLog:
     """The answers of all rooms, one file per room and seat. Blocks for the disk: call it in a thread."""
@@ -13,11 +21,13 @@ class AnswerLog:
         self._folder = folder
 
     def save(self, room_id: str, seat: int, question: str, value: int, text: str, elapsed_ms: float) -> None:
-        """Append and fsync. Raises OSError."""
+        """Append and fsync. Raises OSError and TooManyAnswers."""
         self._folder.mkdir(parents=True, exist_ok=True)
         answer = {"question": question, "value": value, "text": text, "elapsed_ms": elapsed_ms, "at": time.time()}
         line = json.dumps(answer, ensure_ascii=False) + "\n"
         with self._path(room_id, seat).open("a", encoding="utf-8") as stream:
+            if stream.tell() + len(line) > MOST_BYTES:
+                raise TooManyAnswers("too much was answered at this seat")
             stream.write(line)
             stream.flush()
             os.fsync(stream.fileno())

@@ -9,6 +9,7 @@ from filelock import FileLock, Timeout
 
 from movingout.maps.errors import MovingOutError
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
+from movingout.server.settings import NODES
 
 LOCK = "serving.lock"
 
@@ -18,9 +19,10 @@ class BadDataFolder(MovingOutError):
 
 
 @contextmanager
-def exclusive_data_folder(folder: Path) -> Iterator[None]:
+def exclusive_data_folder(folder: Path) -> Iterator[int]:
     """Create the folder and hold it for this process: a second server would restore the rooms of the first one.
 
+    Yields the descriptor of the lock: the folder stays locked until every process that keeps it open has ended.
     Writes a byte, so that an error shows now and not after the first game. Raises BadDataFolder.
     """
     lock = FileLock(folder / LOCK, blocking=False, thread_local=False)
@@ -30,6 +32,7 @@ def exclusive_data_folder(folder: Path) -> Iterator[None]:
             probe.write(b"x")
             probe.flush()
         lock.acquire()
+        descriptor: int = lock._context.lock_file_fd or 0
     except Timeout:
         problem = f"the data folder {folder} is in use by another server; stop that one or choose another: --data DIR"
         raise BadDataFolder(problem) from None
@@ -37,7 +40,7 @@ def exclusive_data_folder(folder: Path) -> Iterator[None]:
         problem = f"cannot write to the data folder {folder} ({error.strerror}); choose another one: --data DIR"
         raise BadDataFolder(problem) from None
     try:
-        yield
+        yield descriptor
     finally:
         lock.release()
 
@@ -50,6 +53,30 @@ def refuse_study_folder(folder: Path) -> None:
             f"the data folder {folder} holds a study ({', '.join(studies)}), whose recordings are not for players; "
             "choose another one for games: --data DIR"
         )
+
+
+def refuse_cluster_folder(folder: Path) -> None:
+    """Raise BadDataFolder where nodes of a cluster keep their rooms: a server of its own would take them."""
+    nodes = sorted(path.parent.name for path in folder.glob(f"{NODES}/*/{LOCK}"))
+    if nodes:
+        raise BadDataFolder(
+            f"the data folder {folder} belongs to nodes of a cluster ({', '.join(nodes)}); start one of these with "
+            "--cluster and --node, or choose another folder: --data DIR"
+        )
+
+
+def refuse_served_folder(folder: Path) -> None:
+    """Raise BadDataFolder where a server that is no node of a cluster uses the folder."""
+    if not (folder / LOCK).exists():
+        return
+    try:
+        with FileLock(folder / LOCK, timeout=2.0):  # another node that starts looks for a moment, too
+            pass
+    except Timeout:
+        raise BadDataFolder(
+            f"the data folder {folder} is in use by a server that is no node of a cluster; stop that one or choose "
+            "another: --data DIR"
+        ) from None
 
 
 def told_interrupted(folder: Path) -> str:

@@ -17,7 +17,7 @@ import orjson
 from movingout.maps import MapSpec
 from movingout.maps.randomize import Split, randomize
 from movingout.recordings import RecordingError, browser_replay, finalise
-from movingout.recordings.storage.finished import recover_journal
+from movingout.recordings.storage.finished import Recovery, recover_journal
 from movingout.recordings.storage.index import list_recordings
 from movingout.recordings.storage.listing import Summary
 from movingout.server import messages as m
@@ -44,8 +44,9 @@ class ReplayFiles(NamedTuple):
 class RecordingService:
     """The recordings of one folder. Use inside a running event loop."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, on_finished: Callable[[Path], None] = lambda recording: None) -> None:
         self.folder = folder
+        self._on_finished = on_finished
         self.unfinished: dict[str, str] = {}  # why, by journal name
         self._finishing = WorkProcess("finishing recordings")
         self._reading = WorkProcess("reading recordings")
@@ -58,6 +59,10 @@ class RecordingService:
     def pending(self) -> int:
         """Journals being finalised."""
         return len(self._pending)
+
+    def knows(self, journal: Path) -> bool:
+        """Whether a journal is being finished, or will be tried again."""
+        return journal.name in self._pending or journal.name in self._retries
 
     def finalise(self, journal: Path) -> None:
         """Turn a closed journal into a recording, in the background."""
@@ -111,6 +116,11 @@ class RecordingService:
         found: Result = await self._reading.run(work, await self.path(episode_id))
         return found
 
+    async def compute(self, work: Callable[[], Result]) -> Result:
+        """What `work` finds, in the other process. Raises RecordingError."""
+        found: Result = await self._reading.run(work)
+        return found
+
     async def variant(self, designed: MapSpec, seed: int, split: Split) -> MapSpec:
         """A randomised map, made in the other process. Raises MapError."""
         the_map: MapSpec = await self._reading.run(randomize, designed, seed, split)
@@ -140,9 +150,16 @@ class RecordingService:
 
     async def _finish(self, journal: Path, work: Any, attempt: int) -> None:
         try:
-            await self._finishing.run(work, journal, urgent=True)
+            done: Path | Recovery = await self._finishing.run(work, journal, urgent=True)
             self.unfinished.pop(journal.name, None)
+            recording = done.recording if isinstance(done, Recovery) else done
+            if recording is not None:
+                self._on_finished(recording)
         except (RecordingError, OSError) as error:
+            if not journal.exists() and journal.with_name(journal.name.removesuffix(".journal")).exists():
+                # another node that shares the folder was faster
+                self.unfinished.pop(journal.name, None)
+                return
             log.error("the recording %s stays a journal for now: %s", journal.name, error)
             self._try_later(journal, work, attempt, error)
         except Exception as error:  # of any kind: the journal is whole, and another time may succeed

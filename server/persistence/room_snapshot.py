@@ -2,9 +2,11 @@
 
 import logging
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
+from movingout.maps.errors import MovingOutError
 from movingout.recordings import EpisodeWriter, RecordingError
 from movingout.recordings.episode import Episode
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
@@ -38,11 +40,27 @@ def room_file(room: Room, saved: float) -> RoomFile:
         epoch=room.series.epoch,
         episode=room.round.episode_id if in_round else "",
         results=room.series.results,
+        next_episode="" if room.round.started else room.round.episode_id,
     )
+
+
+class InterruptedRound(NamedTuple):
+    """A round that goes on where its journal ends."""
+
+    writer: EpisodeWriter
+    episode: Episode
 
 
 def restore_room(file: RoomFile, recordings: Path, services: Services, now: float) -> Room:
     """The room as it was, paused if it was playing. Raises MapError or AgentError when it cannot be."""
+    room = room_again(file, interrupted_round(file, recordings), services, now)
+    if file.next_episode and not (recordings / f"{file.next_episode}{JOURNAL_SUFFIX}").exists():
+        room.round.episode_id = file.next_episode  # a study has its row already
+    return room
+
+
+def room_again(file: RoomFile, interrupted: InterruptedRound | None, services: Services, now: float) -> Room:
+    """The same, with its round as it was read before."""
     seats = [_seat(index, kept, now - file.config.resume_s) for index, kept in enumerate(file.seats)]
     broken_off = file.phase in IN_ROUND
     progress = RoomProgress(
@@ -52,24 +70,34 @@ def restore_room(file: RoomFile, recordings: Path, services: Services, now: floa
         phase="lobby" if broken_off else file.phase,
         notice=RESTARTED if broken_off else Notice(message=file.reason),
     )
-    room = Room(room_id=file.id, config=file.config, seats=seats, services=services, now=now, progress=progress)
-    if file.episode:
-        _resume_round(room, recordings / f"{file.episode}{JOURNAL_SUFFIX}", now)
+    try:
+        room = Room(room_id=file.id, config=file.config, seats=seats, services=services, now=now, progress=progress)
+    except MovingOutError:
+        if interrupted is not None:
+            interrupted.writer.abandon()
+        raise
+    if interrupted is not None:
+        room.resume(interrupted.episode, interrupted.writer, now + RESTART_RESUME_S)
     return room
 
 
-def _resume_round(room: Room, journal: Path, now: float) -> None:
-    """Bring the world to where the journal ends, unless that is not possible to the bit."""
+def interrupted_round(file: RoomFile, recordings: Path) -> InterruptedRound | None:
+    """The round that a room was playing, where it can go on to the bit. Takes a tenth of a second; needs no event loop.
+
+    It holds the journal open: give it to `room_again`, or abandon its writer.
+    """
+    if not file.episode:
+        return None
     try:
-        writer, episode = EpisodeWriter.resume(journal)
+        writer, episode = EpisodeWriter.resume(recordings / f"{file.episode}{JOURNAL_SUFFIX}")
     except RecordingError as error:
-        log.warning("room %s: the round cannot be resumed: %s", room.id, error)
-        return
+        log.warning("room %s: the round cannot be resumed: %s", file.id, error)
+        return None
     if not _reproduces(episode):
-        log.warning("room %s: the recorded actions lead elsewhere on this machine; the round is not resumed", room.id)
+        log.warning("room %s: the recorded actions lead elsewhere on this machine; the round is not resumed", file.id)
         writer.abandon()
-        return
-    room.resume(episode, writer, now + RESTART_RESUME_S)
+        return None
+    return InterruptedRound(writer, episode)
 
 
 def _reproduces(episode: Episode) -> bool:
@@ -95,6 +123,7 @@ def _seat_file(seat: Seat) -> SeatFile:
         previous_token=seat.previous_token.hex() if seat.previous_token else "",
         ready=seat.ready,
         gone=seat.gone,
+        key=seat.key.hex() if seat.key else "",
     )
 
 
@@ -110,5 +139,6 @@ def _seat(index: int, kept: SeatFile, absent_since: float) -> Seat:
         previous_token=bytes.fromhex(kept.previous_token) or None,
         ready=kept.ready,
         gone=kept.gone,
+        key=bytes.fromhex(kept.key) or None,
         absent_since=absent_since + RESTART_RESUME_S,
     )

@@ -4,11 +4,12 @@ One thread writes the newest state of each room and replaces its file atomically
 milliseconds old at most. Of tokens it holds hashes only.
 """
 
+import asyncio
 import contextlib
 import logging
 import os
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from threading import Lock
@@ -36,6 +37,7 @@ class SeatFile(msgspec.Struct, forbid_unknown_fields=True):
     previous_token: str
     ready: bool
     gone: bool
+    key: str = ""
 
 
 class RoomFile(msgspec.Struct, forbid_unknown_fields=True):
@@ -52,6 +54,7 @@ class RoomFile(msgspec.Struct, forbid_unknown_fields=True):
     epoch: int
     episode: str
     results: list[m.Result]
+    next_episode: str = ""  # of the round that has not begun
 
 
 class RoomStore:
@@ -74,12 +77,22 @@ class RoomStore:
         """Wait until everything is written."""
         self._thread.submit(lambda: None).result()
 
+    async def written(self) -> None:
+        """Wait until everything is written that was to be kept before this call."""
+        await asyncio.wrap_future(self._thread.submit(lambda: None))
+
     def close(self) -> None:
         self._thread.shutdown()
 
-    def load(self) -> Iterator[RoomFile]:
-        """The rooms of the last run; files that are too old or not understood are removed."""
-        for path in sorted(self._folder.glob("*.json")):
+    def load(self, mine: Callable[[str], bool] = lambda room_id: True) -> Iterator[RoomFile]:
+        """The rooms of the last run whose id is `mine`; files that are too old or not understood are removed."""
+        return self.load_from(self._folder, mine)
+
+    def load_from(self, folder: Path, mine: Callable[[str], bool] = lambda room_id: True) -> Iterator[RoomFile]:
+        """The same for another folder."""
+        for path in sorted(folder.glob("*.json")):
+            if not mine(path.stem):
+                continue
             room = _read(path)
             if room is None or room.version != VERSION or time.time() - room.saved > KEEP_S:
                 path.unlink(missing_ok=True)
@@ -95,8 +108,10 @@ class RoomStore:
     def _write(self, room_id: str) -> None:
         with self._lock:
             content = self._waiting.pop(room_id)
-        path = self._folder / f"{room_id}.json"
+        path = self._path(room_id)
         try:
+            if path is None:
+                return
             if content is None:
                 path.unlink(missing_ok=True)
             else:
@@ -105,6 +120,10 @@ class RoomStore:
                 os.replace(part, path)
         except OSError as error:
             log.error("the room %s would not survive a restart now: %s", room_id, error)
+
+    def _path(self, room_id: str) -> Path | None:
+        """The file of a room; None for one that is not to be kept here any more."""
+        return self._folder / f"{room_id}.json"
 
 
 def _read(path: Path) -> RoomFile | None:

@@ -16,12 +16,32 @@ class Lateness:
         self.ticks = 0
         self.skipped = 0
         self.max_ms = 0.0
+        self.total_ms = 0.0
 
     def add(self, late_ms: float, skipped: int) -> None:
         self._counts[min(BUCKETS - 1, int(late_ms / BUCKET_MS))] += 1
         self.ticks += 1
         self.skipped += skipped
+        self.total_ms += late_ms
         self.max_ms = max(self.max_ms, late_ms)
+
+    def later_than(self, ms: float) -> int:
+        """How many ticks began more than so many milliseconds late."""
+        return sum(self._counts[int(ms / BUCKET_MS) :])
+
+    def counts(self) -> tuple[dict[int, int], int, float]:
+        """What was measured, for `include` in another process: ticks by bucket, ticks skipped, the maximum in ms."""
+        return {index: count for index, count in enumerate(self._counts) if count}, self.skipped, self.max_ms
+
+    def include(self, counts: tuple[dict[int, int], int, float]) -> None:
+        """Add what was measured elsewhere."""
+        found, skipped, max_ms = counts
+        for index, count in found.items():
+            self._counts[index] += count
+            self.ticks += count
+            self.total_ms += count * (index + 0.5) * BUCKET_MS
+        self.skipped += skipped
+        self.max_ms = max(self.max_ms, max_ms)
 
     def percentile_ms(self, share: float) -> float:
         """The lateness that `share` of the ticks do not exceed; 0 before the first tick."""

@@ -2,16 +2,18 @@
 
 import logging
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from pathlib import Path
 
 from movingout.agents.recording_metadata import cards
 from movingout.maps import MapSpec
 from movingout.maps.randomize import Split, randomize
 from movingout.recordings import EpisodeHeader, EpisodeWriter
+from movingout.recordings.episode import Outcome
 from movingout.server import messages as m
 from movingout.server.notices import Notice
 from movingout.server.rooms.room import Room
+from movingout.server.rooms.room_view import PlayedRound, RoomView, room_view, stopped_round
 from movingout.server.rooms.scheduler import RoomScheduler, ScheduledRoom
 from movingout.server.rooms.seat import AgentSource, Seat
 from movingout.server.rooms.services import RoomConfig
@@ -26,7 +28,10 @@ RoundWatcher = Callable[[str, str, m.Result], None]  # room, episode
 
 
 class RoomRegistry:
-    """The rooms by id. `on_change(room)` reports what a restart needs, `on_journal` a journal to finalise."""
+    """The rooms by id. `on_change(room)` reports what a restart needs, `on_journal` a journal to finalise.
+
+    A room that this process does not own for the moment, as `owns` says, does not tick.
+    """
 
     def __init__(
         self,
@@ -37,6 +42,8 @@ class RoomRegistry:
         on_change: Callable[[Room], None],
         on_closed: Callable[[str], None],
         on_journal: Callable[[Path], None],
+        new_room_id: Callable[[], str] = new_id,
+        owns: Callable[[str], bool] = lambda room_id: True,
     ) -> None:
         self.rooms: dict[str, Room] = {}
         self._variants: dict[tuple[MapSpec, int, Split], MapSpec] = {}  # randomised maps made ahead
@@ -48,11 +55,13 @@ class RoomRegistry:
         self._on_change = on_change
         self._on_closed = on_closed
         self._on_journal = on_journal
+        self._new_room_id = new_room_id
+        self._owns = owns
         self._round_watchers: list[RoundWatcher] = []
 
     def open(self, config: RoomConfig, seats: list[Seat]) -> Room:
         """A new room that ticks from now on. Raises MapError and AgentError."""
-        room = Room(room_id=new_id(), config=config, seats=seats, services=self, now=self._clock())
+        room = Room(room_id=self._new_room_id(), config=config, seats=seats, services=self, now=self._clock())
         self.add(room)
         return room
 
@@ -78,15 +87,23 @@ class RoomRegistry:
 
     def remove(self, room: Room) -> None:
         """Forget a closed room."""
-        if self.rooms.pop(room.id, None) is not None:
-            self._scheduler.remove(self._entries.pop(room.id))
+        if self.let_go(room):
             self._on_closed(room.id)
+
+    def let_go(self, room: Room) -> bool:
+        """Tick a room no more, without a word to anybody: it lives on elsewhere. False when it is not here."""
+        if self.rooms.pop(room.id, None) is None:
+            return False
+        self._scheduler.remove(self._entries.pop(room.id))
+        return True
 
     def deadline_misses(self) -> int:
         """Agent decisions that came too late, in the rounds being played."""
         return sum(room.round.deadline_misses for room in self.rooms.values())
 
     def _tick(self, room: Room, now: float, due: float, skipped: int) -> None:
+        if not self._owns(room.id):
+            return
         try:
             room.tick(now, due, skipped)
         except Exception:  # a fault in one room must not stop the others
@@ -121,6 +138,9 @@ class RoomRegistry:
     def new_id(self) -> str:
         return new_id(20)
 
+    def new_episode_id(self, room_id: str) -> str:
+        return room_id[:1] + new_id(19)
+
     def new_token(self) -> str:
         return new_token()
 
@@ -131,3 +151,21 @@ class RoomRegistry:
         room = self.rooms.get(room_id)
         if room is not None:
             self._on_change(room)
+
+
+def close(registry: RoomRegistry, room: Room, code: int, notice: Notice, outcome: Outcome = "stopped") -> PlayedRound:
+    """Close a room and forget it; how its round went."""
+    room.close(code, notice, outcome)
+    played = stopped_round(room, outcome)
+    registry.remove(room)
+    return played
+
+
+def views(registry: RoomRegistry, wanted: Collection[str]) -> dict[str, RoomView | None]:
+    """These rooms as they are, None for those that are gone."""
+    found = {room_id: registry.rooms.get(room_id) for room_id in wanted}
+    return {room_id: None if room is None else room_view(room) for room_id, room in found.items()}
+
+
+def study_rooms(registry: RoomRegistry) -> list[str]:
+    return [room.id for room in registry.rooms.values() if room.config.study]

@@ -1,10 +1,8 @@
-"""A room: two seats, a series of maps, and what may happen when.
+"""A room: two seats, a series of maps, and what may happen when; its phases are the table of phases.py.
 
 Pure and synchronous: nothing here awaits, sleeps or reads a clock; times (seconds of the server's monotonic clock)
 are arguments, and everything else comes in as `Services`. `tick` computes ahead: at time T it takes the
 inputs, steps the world to T + 100 ms at once, and sends what will be seen until then.
-
-The phases and what leads from one to the next are the table of server/rooms/phases.py.
 """
 
 import math
@@ -49,13 +47,12 @@ class Room:
         self.missed_ticks = 0
         self.was_joined = progress is not AT_THE_START  # whether anybody ever came
         self.held = NOTHING  # why the person who runs a study has stopped the clock
+        self._held_next = NOTHING  # why no further round begins
         self.seating = SeatAssignment(room_id, seats, services.new_token, services.new_id)
         self._services = services
         self._due = now  # of the newest tick
-        self._announced = now
-        self._empty_since = now
-        self._over_since = now
-        self.series = RoundSeries(config, seats, services, progress)
+        self._announced = self._empty_since = self._over_since = now
+        self.series = RoundSeries(config, seats, services, progress, room_id)
         self.round = self.series.prepare()
 
     # ---- clients --------------------------------------------------------------------------------------------
@@ -104,12 +101,12 @@ class Room:
     def resume(self, episode: Episode, writer: EpisodeWriter, until: float) -> None:
         """Resume a round that a crash interrupted; its players have until `until` to return."""
         self.round.resume(episode, writer)
-        self._move(PhaseEvent.INTERRUPTED, notices.RESUMED, until)
+        self._move(PhaseEvent.INTERRUPTED, notices.resumed(self.round.state.tick), until)
 
-    def suspend(self) -> None:
+    def suspend(self, notice: Notice = notices.RESTARTING) -> None:
         """The server shuts down: a round stays as recorded so far, to be resumed after the restart."""
         self.round.suspend()
-        self.seating.dismiss(m.CLOSE_SHUTDOWN, notices.RESTARTING)
+        self.seating.dismiss(m.CLOSE_SHUTDOWN, notice)
         self.series.free_agents()
 
     def take_input(self, client: ClientHandle, frame: Input, now: float) -> None:
@@ -255,6 +252,7 @@ class Room:
             seat.ready = False
         goes_on = self.series.more and outcome in ("delivered", "time")
         self._enter(PhaseEvent.ROUND_ENDED if goes_on else PhaseEvent.SERIES_ENDED, notice)
+        self.hold_next(self._held_next)
 
     def _end_round(self, outcome: Outcome) -> None:
         result = self.series.end(self.round, outcome)
@@ -328,6 +326,13 @@ class Room:
             self._enter_pause(now)
         elif self.phase == "countdown":
             self._enter(PhaseEvent.CALLED_OFF, notice)
+
+    def hold_next(self, notice: Notice) -> None:
+        """Let no further round begin; one that has begun goes on."""
+        self._held_next = notice
+        if notice and not self.held and self.phase != "closed" and self.phase not in IN_ROUND:
+            self.held = self.notice = notice
+            self.seating.tell(self.state())
 
     def release(self, now: float) -> None:
         """The experimenter ends the pause: a countdown starts as soon as everybody is present and ready."""

@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from movingout.recordings import RecordingError
 from movingout.server.notices import NOTHING, Notice, ReasonCode
 from movingout.server.rooms.seat import Seat
+from movingout.world.constants import TICK_SECONDS
 
 RESTARTED = Notice("restarted_anew", "The server was restarted; this round starts again.")
 RESTARTING = Notice("restarting", "The server is being restarted; this page comes back by itself.")
-RESUMED = Notice("restarted", "The server was restarted. The game waits.")
+RESTART_SOON = Notice("restart_soon", "The server restarts in a moment; the next round begins after that.")
 REPLACED = Notice("replaced", "This seat is now played from another window.")
 NOBODY_HERE = Notice("nobody_here", "Nobody was here for a while.")
 NO_SPACE = (errno.ENOSPC, errno.EDQUOT)
@@ -29,6 +30,12 @@ def agent_notice(seats: Sequence[Seat], with_cautions: bool) -> Notice:
     if failed:
         return Notice("agent_failed", message, {"players": _names(failed)})
     return Notice("agent_unseen", message, {"players": _names(unseen)}) if unseen else NOTHING
+
+
+def resumed(tick: int) -> Notice:
+    """The round goes on where its recording ends: a disk that was full may have ended it earlier than the game."""
+    seconds = round(tick * TICK_SECONDS)
+    return Notice("restarted", f"The server was restarted. The game waits, at second {seconds}.", {"seconds": seconds})
 
 
 def recording_problem(error: RecordingError) -> Notice:

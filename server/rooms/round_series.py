@@ -41,6 +41,7 @@ class RoundSeries:
         seats: list[Seat],
         services: Services,
         progress: RoomProgress,
+        room_id: str,
     ) -> None:
         self.index = progress.index  # of the round in the series
         self.epoch = progress.epoch  # counts rounds, replays included
@@ -48,6 +49,7 @@ class RoundSeries:
         self._config = config
         self._seats = seats
         self._services = services
+        self._room_id = room_id
 
     @property
     def more(self) -> bool:
@@ -66,7 +68,7 @@ class RoundSeries:
             map_spec=the_map,
             limit_ticks=self._config.round_ticks,
             epoch=self.epoch,
-            episode_id=self._services.new_id(),
+            episode_id=self._services.new_episode_id(self._room_id),
             seed=seed or 0,
             tutorial=tutorial,
         )

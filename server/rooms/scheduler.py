@@ -37,6 +37,7 @@ class RoomScheduler:
 
     def __init__(self, clock: Callable[[], float], tick_s: float = TICK_SECONDS) -> None:
         self.lateness = Lateness()
+        self.busy_s = 0.0  # that ticks and beats have taken
         self._tick_s = tick_s
         self._clock = clock
         self._origin = clock()
@@ -61,12 +62,14 @@ class RoomScheduler:
 
     def run_due(self) -> float | None:
         """Run what is due, at most `MOST_PER_WAKE` ticks; returns when to call again, None for never."""
+        begun = self._clock()
         for _ in range(MOST_PER_WAKE):
             if not self._queue or self._queue[0][0] > self._clock() + EARLY_S:
                 break
             due, _, entry, is_beat = heapq.heappop(self._queue)
             if entry.alive:
                 self._run(due, entry, is_beat)
+        self.busy_s += self._clock() - begun
         return self._queue[0][0] if self._queue else None
 
     async def run(self) -> None:

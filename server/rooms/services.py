@@ -67,6 +67,9 @@ class Services(Protocol):
 
     def new_id(self) -> str: ...
 
+    def new_episode_id(self, room_id: str) -> str:
+        """A new name of an episode; it begins like its room's."""
+
     def new_token(self) -> str: ...
 
     def wall_ns(self) -> int: ...

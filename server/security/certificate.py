@@ -3,20 +3,11 @@
 Gamepads need a secure context, which a page from another machine over plain HTTP is not.
 """
 
-import datetime
-import ipaddress
-import os
 import socket
 from pathlib import Path
 from typing import NamedTuple
 
-from cryptography import x509
-from cryptography.hazmat.primitives import hashes, serialization
-from cryptography.hazmat.primitives.asymmetric import ec
-from cryptography.x509.oid import NameOID
-
-VALID_DAYS = 365
-RENEW_DAYS = 30
+from movingout.maps.extras import needs_extra
 
 
 class Certificate(NamedTuple):
@@ -27,12 +18,14 @@ class Certificate(NamedTuple):
 
 
 def certificate_in(folder: Path, host: str) -> Certificate:
-    """The certificate of this folder, made or renewed when needed. Raises OSError."""
+    """The certificate of this folder, made or renewed when needed. Raises OSError, and MissingExtraError."""
+    with needs_extra("tls", "--tls"):
+        from movingout.server.security.self_signed import covers, make
     files = Certificate(folder / "certificate.pem", folder / "key.pem")
     names = host_names(host)
-    if not _still_good(files, names):
+    if not covers(files.certificate, names) or not files.key.is_file():
         folder.mkdir(parents=True, exist_ok=True)
-        _make(files, names)
+        make(files.certificate, files.key, names)
     return files
 
 
@@ -58,46 +51,3 @@ def lan_addresses() -> list[str]:
     finally:
         probe.close()
     return [] if address.startswith(("127.", "0.")) else [address]
-
-
-def _still_good(files: Certificate, names: list[str]) -> bool:
-    try:
-        certificate = x509.load_pem_x509_certificate(files.certificate.read_bytes())
-    except (OSError, ValueError):
-        return False
-    extension = certificate.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
-    covered = {str(name.value) for name in extension}
-    soon = datetime.datetime.now(datetime.UTC) + datetime.timedelta(days=RENEW_DAYS)
-    return files.key.is_file() and certificate.not_valid_after_utc > soon and covered >= set(names)
-
-
-def _make(files: Certificate, names: list[str]) -> None:
-    key = ec.generate_private_key(ec.SECP256R1())
-    subject = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, "Moving Out Live")])
-    now = datetime.datetime.now(datetime.UTC)
-    certificate = (
-        x509.CertificateBuilder()
-        .subject_name(subject)
-        .issuer_name(subject)
-        .public_key(key.public_key())
-        .serial_number(x509.random_serial_number())
-        .not_valid_before(now - datetime.timedelta(hours=1))
-        .not_valid_after(now + datetime.timedelta(days=VALID_DAYS))
-        .add_extension(x509.SubjectAlternativeName([_general_name(name) for name in names]), critical=False)
-        .add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=True)
-        .sign(key, hashes.SHA256())
-    )
-    files.certificate.write_bytes(certificate.public_bytes(serialization.Encoding.PEM))
-    with os.fdopen(os.open(files.key, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), "wb") as stream:
-        stream.write(
-            key.private_bytes(
-                serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
-            )
-        )
-
-
-def _general_name(name: str) -> x509.GeneralName:
-    try:
-        return x509.IPAddress(ipaddress.ip_address(name))
-    except ValueError:
-        return x509.DNSName(name)

@@ -7,14 +7,17 @@ import secrets
 Hash = bytes
 
 
+ID_LETTERS = "abcdefghijkmnpqrstuvwxyz23456789"  # without those that look alike
+
+
 def new_token() -> str:
     """A new secret of URL-safe letters (it travels in messages and headers, never in a URL)."""
     return secrets.token_urlsafe(16)
 
 
 def new_id(length: int = 12) -> str:
-    """An unguessable name of a room or episode: 5 bits per letter, without letters that look alike."""
-    return "".join(secrets.choice("abcdefghijkmnpqrstuvwxyz23456789") for _ in range(length))
+    """An unguessable name of a room or episode: 5 bits per letter."""
+    return "".join(secrets.choice(ID_LETTERS) for _ in range(length))
 
 
 def hash_token(token: str) -> Hash:

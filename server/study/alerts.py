@@ -40,13 +40,18 @@ class Alerts:
         The same text and values again are ignored for a minute, whatever the detail: it may hold a figure that changes.
         """
         now = self._now()
-        recent = [one for one in self._alerts if one.about == about and now - one.at < REPEAT_S]
+        recent = [one for one in self._alerts if one.about == about and 0.0 <= now - one.at < REPEAT_S]
         if any(one.values == values and one.text == _with_detail(text, one.detail) for one in recent):
             return
         text = _with_detail(text, detail)
         log.warning("alert: %s", text)
         self._number += 1
         self._alerts = [*self._alerts, Alert(self._number, now, about, text, values, detail)][-MAX_ALERTS:]
+
+    @property
+    def number(self) -> int:
+        """How many there have been, older ones included."""
+        return self._number
 
     def to_json(self) -> list[dict[str, Any]]:
         """The newest first."""

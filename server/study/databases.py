@@ -30,6 +30,7 @@ class StudyDatabases:
             raise
         self.rounds = Rounds(self.store)
         self._alerts = alerts
+        self.problem = ""  # of the newest query, empty when it succeeded
         self._locked_at = float("-inf")  # when a query last gave up waiting for another program
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="study-store")
 
@@ -53,8 +54,11 @@ class StudyDatabases:
 
         loop = asyncio.get_running_loop()
         try:
-            return await loop.run_in_executor(self._thread, unless_locked)
+            found = await loop.run_in_executor(self._thread, unless_locked)
+            self.problem = ""
+            return found
         except StoreError as error:
+            self.problem = str(error)
             self._alerts.add("database", "The database could not be read or written.", str(error))
             raise
 

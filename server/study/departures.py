@@ -3,13 +3,13 @@
 import asyncio
 from pathlib import Path
 
-from movingout.server.host import Host
 from movingout.server.notices import Notice
+from movingout.server.public_host import PublicHost
 from movingout.server.study.alerts import Alerts
 from movingout.server.study.databases import StudyDatabases
 from movingout.server.study.participant_session import ParticipantSession, notify
 from movingout.server.study.participants import Participants
-from movingout.server.study.study_rooms import StudyRooms
+from movingout.server.study.rounds.study_rooms import StudyRooms
 from movingout.server.study.transaction import Transaction
 from movingout.server.study.unit import StudyUnit
 from movingout.server.study.units import Units
@@ -27,7 +27,7 @@ class Departures:
     def __init__(
         self,
         recordings: Path,
-        host: Host,
+        host: PublicHost,
         databases: StudyDatabases,
         alerts: Alerts,
         participants: Participants,
@@ -61,7 +61,7 @@ class Departures:
 
     async def release_partners(self, tx: Transaction, unit: StudyUnit) -> None:
         """Somebody of the unit has left: finish those whose remaining rounds cannot be played."""
-        self._rooms.close(tx, unit, PARTICIPANT_LEFT, "left")
+        await self._rooms.close(tx, unit, PARTICIPANT_LEFT, "left")
         for session in unit.members:
             if not session.finished and session.has_rounds_left():
                 await self._participants.finish(tx, session, "partner-left")
@@ -75,7 +75,7 @@ class Departures:
 
     async def _delete(self, pid: str) -> None:
         """Delete answers and recordings once the last recording is on the disk. The code stays, for the payment."""
-        await self._rooms.saved()
+        await self._rooms.finished.saved()
         await self._host.recording_service.settled()
         store, run = self._databases.store, self._databases.run
         try:

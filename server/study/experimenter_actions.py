@@ -6,10 +6,10 @@ import msgspec
 
 from movingout.recordings.spreadsheet import safe_text
 from movingout.server.notices import Notice
+from movingout.server.study.arrivals.session_service import SessionService
 from movingout.server.study.earnings import earnings
 from movingout.server.study.participant_session import ParticipantSession
 from movingout.server.study.running_study import RunningStudy
-from movingout.server.study.session_service import SessionService
 from movingout.server.study.unit import StudyUnit
 from movingout.study.errors import StudyError
 
@@ -56,8 +56,8 @@ class ExperimenterActions:
             if unit.running_round is None:
                 raise StudyError("no round is running now")
             await self._audit("restart-round", request)
-            rooms.close(tx, unit, RESTARTED)
-            await rooms.save(tx, unit)
+            await rooms.close(tx, unit, RESTARTED)
+            await rooms.finished.save(tx, unit)
 
     async def kick(self, request: ExperimenterRequest) -> None:
         """End the study for a participant, who gets a code."""
@@ -86,6 +86,12 @@ class ExperimenterActions:
         if unit is None and request.pid:
             unit = self._session(request).record.unit
         await self._running.notes.add(text, unit, request.pid)
+
+    async def allow_device(self, request: ExperimenterRequest) -> None:
+        """Let a participant continue in another browser, once."""
+        session = self._session(request)
+        await self._audit("allow-device", request)
+        session.any_device = True
 
     async def open_next(self, request: ExperimenterRequest) -> dict[str, str]:
         """A code for the next participant, and the link with it."""

@@ -5,7 +5,7 @@ import logging
 import time
 from typing import Any
 
-from movingout.server.rooms.room import Room
+from movingout.server.rooms.room_view import RoomView
 from movingout.server.study.participant_session import ParticipantSession
 from movingout.server.study.running_study import RunningStudy
 from movingout.server.study.transaction import Transaction
@@ -49,6 +49,7 @@ class StudyMonitor:
     async def check(self, tx: Transaction) -> None:
         """All checks, once."""
         running, now = self._running, time.monotonic()
+        await running.rooms.look(tx, running.units)
         running.progress.note_standing(now)
         self._notice_absent(now)
         for unit in running.units:
@@ -56,9 +57,13 @@ class StudyMonitor:
                 running.units.remove(tx, unit)
             else:
                 await self._check_unit(tx, unit, now)
+        await running.progress.hold_rooms(tx)
         await running.rooms.check(tx, running.units, now, may_begin=not running.progress.paused)
         if not running.progress.paused:
             await running.units.match(tx)
+        await running.participants.drop_undecided(tx, now)
+        for fault in running.host.health().faults:
+            running.alerts.add("server", "Something on the server does not work any more.", fault)
         full = running.host.full_disk()
         if full:
             running.alerts.add("disk", full.message)
@@ -70,13 +75,13 @@ class StudyMonitor:
             await self._dismiss_absent(tx, unit, now)
             self._notice_slow_partner(unit, now)
         if unit.running_round is not None:
-            self._notice_room(unit.record.id, unit.running_round.room)
+            self._notice_room(unit.record.id, unit.running_round.view)
 
     def _mark_players_present(self, unit: StudyUnit, now: float) -> None:
         """Whoever is connected to the game is present, even without a page of the study."""
         if unit.running_round is not None:
             for pid, seat in unit.running_round.seats.items():
-                if unit.running_round.room.seats[seat].client is not None:
+                if unit.running_round.view.seats[seat].present:
                     self._running.participants[pid].last_seen_at = now
 
     async def _dismiss_absent(self, tx: Transaction, unit: StudyUnit, now: float) -> None:
@@ -110,7 +115,7 @@ class StudyMonitor:
             pid = ", ".join(sorted(unit.ready))
             self._running.alerts.add("slow", f"{pid} is waiting: the partner is there but not ready.", pid=pid)
 
-    def _notice_room(self, unit: int, room: Room) -> None:
+    def _notice_room(self, unit: int, room: RoomView) -> None:
         """Alert the experimenter, who does not know which partner is which agent, to problems of a room."""
         alerts = self._running.alerts
         for seat in room.seats:
@@ -120,6 +125,6 @@ class StudyMonitor:
             if seat.agent_caution:
                 text = f"{seat.title} of unit {unit} was not trained on this map and may play badly."
                 alerts.add("agent_unseen", text, **who)
-        if room.phase == "playing" and not room.recording and not room.config.practice:
-            problem = room.round.recording_problem.message
-            alerts.add("recording", f"The round of unit {unit} is not being recorded.", problem, unit=unit)
+        if room.phase == "playing" and not room.recording and not room.practice:
+            text = f"The round of unit {unit} is not being recorded."
+            alerts.add("recording", text, room.recording_problem, unit=unit)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import msgspec
 
 from movingout.server.notices import ErrorCode, Notice
+from movingout.server.rooms import room_view
 from movingout.server.study.participant_session import ParticipantSession, notify
 from movingout.server.study.running_study import RunningStudy
 from movingout.server.study.transaction import Transaction
@@ -77,7 +78,16 @@ class ParticipantActions:
             elif step.kind == "debrief":
                 await self._debriefed(tx, session, request.keep)
             else:
+                await self._refuse_unanswered(tx, session, step)
                 await running.progress.advance(tx, session)
+
+    async def _refuse_unanswered(self, tx: Transaction, session: ParticipantSession, step: Step) -> None:
+        """Every scale and choice needs an answer, be it "I prefer not to answer": nobody is done without any."""
+        if step.questionnaire:
+            given = await tx.run(self._store.answers, session.pid, step.key)
+            items = self._study.questionnaire(step.questionnaire).items
+            if any(item.kind != "text" and item.id not in given for item in items):
+                raise StepRefused("unanswered", "Some questions have no answer yet; it may be that you prefer none.")
 
     async def _consent(self, tx: Transaction, session: ParticipantSession, boxes: Sequence[str]) -> None:
         consent = self._study.consent
@@ -116,7 +126,7 @@ class ParticipantActions:
         rooms, unit = self._running.rooms, self._running.units.of(session)
         if unit is None:
             return
-        await rooms.save(tx, unit)
+        await rooms.finished.save(tx, unit)
         if unit.finished_round is not None or session.record.step != step.key:
             return  # the last round is not saved yet, or it was this one
         if step.kind == "practice" and done:
@@ -133,12 +143,12 @@ class ParticipantActions:
         running_round = unit.running_round
         if running_round is None or running_round.step.key != step.key:
             return
-        room = running_round.room
+        rooms, seat = self._running.rooms, running_round.seats[session.pid]
         if unit.members_at(step):
-            room.retire(room.seats[running_round.seats[session.pid]], time.monotonic())
+            await rooms.ask(tx, unit, room_view.retire, seat)
         else:
-            room.round.note_skip(running_round.seats[session.pid])
-            self._running.rooms.close(tx, unit, PRACTICE_OVER)
+            await rooms.ask(tx, unit, room_view.note_skip, seat)
+            await rooms.close(tx, unit, PRACTICE_OVER)
 
     async def _debriefed(self, tx: Transaction, session: ParticipantSession, keep: bool | None) -> None:
         running = self._running

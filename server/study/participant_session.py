@@ -30,6 +30,7 @@ class ParticipantSession:
     refused: str = ""  # why the input check was not passed
     declined: bool = False
     texts_since_ms: int = 0  # their page is shown no text that was written before
+    any_device: bool = False  # whether they may come back in another browser, once
     absence_told: bool = True  # whether the experimenter knows that they are away; who has not come back yet is no news
     listeners: list[Listener] = field(default_factory=list)  # the event streams of the pages that are open
 
@@ -45,6 +46,11 @@ class ParticipantSession:
     def step(self) -> Step | None:
         """The current step; None in the waiting room."""
         return next((step for step in self.steps if step.key == self.record.step), None)
+
+    @property
+    def has_consented(self) -> bool:
+        """Whether they are past the first screen, which asks for their consent."""
+        return self.record.step != self.steps[0].key
 
     @property
     def before_unit_steps(self) -> bool:

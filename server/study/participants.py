@@ -10,10 +10,13 @@ from movingout.server.study.transaction import Transaction
 from movingout.study.design.allocation import assign
 from movingout.study.design.definition import Outcome, Study
 from movingout.study.design.steps import steps
+from movingout.study.store.removal import drop_undecided
 from movingout.study.store.store import Participant
 
 CODE_LETTERS = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789"
 CODE_LENGTH = 10
+UNDECIDED_S = 1800.0  # how long somebody who has not consented yet may be away
+MOST_AT_ONCE = 100
 
 
 class Participants:
@@ -57,6 +60,18 @@ class Participants:
         await tx.run(self._identities.forget, session.pid)
         session.declined = True
         del self._sessions[session.pid]
+
+    async def drop_undecided(self, tx: Transaction, now: float) -> None:
+        """Forget who opened the link and left without an answer to the consent: a row stays only with a consent."""
+        gone = [
+            one for one in self._sessions.values() if not one.has_consented and now - one.last_seen_at > UNDECIDED_S
+        ]
+        pids = [session.pid for session in gone[:MOST_AT_ONCE]]
+        if pids:
+            await tx.run(drop_undecided, self._store, pids)
+            await tx.run(self._identities.drop, pids)
+            for pid in pids:
+                del self._sessions[pid]
 
     async def move(self, tx: Transaction, session: ParticipantSession, key: str) -> None:
         """To the step with this key."""

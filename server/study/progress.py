@@ -1,8 +1,8 @@
 """From step to step, and the pauses in between. Reading is free; a change needs a transaction."""
 
 import time
+from collections.abc import Awaitable, Callable, Collection
 
-from movingout.server.notices import Notice
 from movingout.server.study.databases import StudyDatabases
 from movingout.server.study.participant_session import ParticipantSession, notify
 from movingout.server.study.participants import Participants
@@ -12,13 +12,19 @@ from movingout.server.study.units import Units
 from movingout.study.design.definition import Study
 from movingout.study.design.step_order import blocks_over, next_step
 
-PAUSED = Notice("study_paused", "The experimenter has paused the study. Please wait.")
-
 
 class Progress:
     """Moves participants on, unless the experimenter has paused them."""
 
-    def __init__(self, study: Study, participants: Participants, units: Units, databases: StudyDatabases) -> None:
+    def __init__(
+        self,
+        study: Study,
+        participants: Participants,
+        units: Units,
+        databases: StudyDatabases,
+        hold: Callable[[Transaction, StudyUnit, bool], Awaitable[None]],
+    ) -> None:
+        self._hold = hold  # stops the clock of a unit's room, or lets it go on
         self._study = study
         self._participants = participants
         self._units = units
@@ -49,7 +55,15 @@ class Progress:
 
     async def catch_up(self, tx: Transaction, unit: StudyUnit) -> None:
         """Move past rounds that are finished in the database, where a kill came before the move."""
-        finished = await tx.run(self._databases.rounds.finished_steps, unit.record.id)
+        await self._move_past(tx, unit, await tx.run(self._databases.rounds.finished_steps, unit.record.id))
+
+    async def catch_up_all(self, tx: Transaction) -> None:
+        """The same for everybody, after a start: with one query, because others wait."""
+        finished = await tx.run(self._databases.rounds.all_finished_steps)
+        for unit in self._units:
+            await self._move_past(tx, unit, finished.get(unit.record.id, frozenset()))
+
+    async def _move_past(self, tx: Transaction, unit: StudyUnit, finished: Collection[str]) -> None:
         for session in unit.members:
             while not session.finished and session.record.step in finished:
                 await self.advance(tx, session)
@@ -69,7 +83,7 @@ class Progress:
     async def restore(self, tx: Transaction) -> None:
         """After a start: what was paused stays paused. Rooms must have been resumed."""
         self._paused = await tx.run(self._databases.store.paused)
-        self._hold_rooms()
+        await self.hold_rooms(tx)
 
     async def set_paused(self, tx: Transaction, paused: bool, unit: StudyUnit | None = None) -> None:
         """Pause or resume a unit or everybody; a restart of the server changes nothing."""
@@ -78,7 +92,7 @@ class Progress:
             self._paused = paused
         else:
             unit.paused = paused
-        self._hold_rooms()
+        await self.hold_rooms(tx)
         self.note_standing(time.monotonic())
         if not paused:
             self._restart_waits(tx, unit)
@@ -88,7 +102,7 @@ class Progress:
         """For the experimenter's page: since when each unit stands still."""
         for unit in self._units:
             running_round = unit.running_round
-            by_player = running_round is not None and running_round.room.phase == "paused"
+            by_player = running_round is not None and running_round.view.phase == "paused"
             unit.note_standing(self._paused or unit.paused or by_player, now)
 
     def _restart_waits(self, tx: Transaction, unit: StudyUnit | None) -> None:
@@ -97,10 +111,8 @@ class Progress:
             session.last_seen_at = time.monotonic()
         self._units.restart_waits(tx)
 
-    def _hold_rooms(self) -> None:
+    async def hold_rooms(self, tx: Transaction) -> None:
+        """Stop the clocks of those who are paused, of nobody else. Repeated: a process that ends forgets it."""
+        tx.check()
         for unit in self._units:
-            room, paused = unit.running_round and unit.running_round.room, self._paused or unit.paused
-            if room and paused and not room.held:
-                room.hold(PAUSED, time.monotonic())
-            elif room and room.held and not paused:
-                room.release(time.monotonic())
+            await self._hold(tx, unit, self._paused or unit.paused)

@@ -5,39 +5,62 @@ Every change is in the database before anybody is told of it; everything here ca
 
 import asyncio
 import time
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 
-from movingout.server.host import Host
+from movingout.server.public_host import PublicHost
 from movingout.server.study.alerts import Alerts
+from movingout.server.study.arrivals.arrival_link import PLATFORMS
+from movingout.server.study.arrivals.signed_links import LinkSigner
 from movingout.server.study.databases import StudyDatabases
 from movingout.server.study.departures import Departures
 from movingout.server.study.notes import ExperimenterNotes
+from movingout.server.study.participant_session import ParticipantSession
 from movingout.server.study.participants import Participants
 from movingout.server.study.progress import Progress
-from movingout.server.study.room_setup import RoomSetup
-from movingout.server.study.study_rooms import StudyRooms
+from movingout.server.study.rounds.room_setup import RoomSetup
+from movingout.server.study.rounds.study_rooms import StudyRooms
 from movingout.server.study.transaction import Transaction
+from movingout.server.study.unit import StudyUnit
 from movingout.server.study.units import Units
 from movingout.study.data.study_folder import StudyFolder
+
+
+def always() -> bool:
+    """Of a study in one server."""
+    return True
 
 
 class RunningStudy:
     """One study in one server. `start` and `stop` run inside the event loop, after and before the host's."""
 
     def __init__(
-        self, folder: StudyFolder, file_text: str, host: Host, needs_code: bool = False, simulated: bool = False
+        self,
+        folder: StudyFolder,
+        file_text: str,
+        host: PublicHost,
+        *,
+        needs_code: bool = False,
+        needs_signature: bool = False,
+        any_device: bool = False,
+        simulated: bool = False,
+        in_charge: Callable[[], bool] = always,
     ) -> None:
         self.study = folder.study
         self.host = host
         self.needs_code = needs_code
+        self.needs_signature = needs_signature
+        self.any_device = any_device  # whether a platform's link leads back to its place in any browser
+        self.signer = LinkSigner.in_folder(folder.own, folder.study.id)
         self.simulated = simulated
+        self.let_go = False  # whether another server goes on with it
+        self._in_charge = in_charge  # whether no other server runs the study meanwhile
         self.alerts = Alerts()
         self.databases = StudyDatabases(folder, file_text, self.alerts, simulated)
         self._lock = asyncio.Lock()
         self.participants = Participants(self.study, self.databases)
         self.units = Units(self.study, self.participants, self.databases, self.alerts)
-        self.progress = Progress(self.study, self.participants, self.units, self.databases)
+        self.progress = Progress(self.study, self.participants, self.units, self.databases, self._hold)
         self.rooms = StudyRooms(
             RoomSetup(self.study, host, simulated),
             host=host,
@@ -45,6 +68,7 @@ class RunningStudy:
             alerts=self.alerts,
             transaction=self.transaction,
             on_saved=self.progress.round_ended,
+            on_recovered=self.progress.catch_up,
         )
         self.departures = Departures(
             folder.recordings,
@@ -57,12 +81,27 @@ class RunningStudy:
         )
         self.notes = ExperimenterNotes(self.databases, self.participants)
 
+    def is_over(self) -> bool:
+        """Whether nobody hears anything more from here."""
+        return self.host.stopping or self.let_go or not self._in_charge()
+
+    async def _hold(self, tx: Transaction, unit: StudyUnit, paused: bool) -> None:
+        await self.rooms.hold(tx, unit, paused)
+
+    def device_bound(self, session: ParticipantSession) -> bool:
+        """Whether they may come back in their own browser only.
+
+        Anybody who knows somebody's id on a platform can make that link; the other links are secrets themselves.
+        """
+        free = self.any_device or session.any_device or not session.has_consented
+        return session.source in PLATFORMS and not free
+
     @asynccontextmanager
     async def transaction(self) -> AsyncIterator[Transaction]:
         """The right to change who is where, for one holder at a time: the two of a pair cannot overtake each other."""
         asked = time.monotonic()
         async with self._lock:
-            tx = Transaction(self.databases, asked)
+            tx = Transaction(self.databases, asked, self._in_charge)
             try:
                 yield tx
             finally:
@@ -77,14 +116,14 @@ class RunningStudy:
             await self.units.restore(tx)
             await self.rooms.resume(tx, self.units)
             await self.progress.restore(tx)
+            await self.progress.catch_up_all(tx)
             for unit in self.units:
-                await self.progress.catch_up(tx, unit)
                 await self.units.move_to_first_step(tx, unit)
         for session in self.participants:
             if session.record.keep is False and session.finished:
                 self.departures.delete_data(session)
 
     async def stop(self) -> None:
-        await self.rooms.saved()
+        await self.rooms.finished.saved()
         await self.departures.deleted()
-        self.databases.close()
+        await asyncio.to_thread(self.databases.close)  # a query may have to be given up first

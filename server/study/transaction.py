@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import ParamSpec, TypeVar
 
 from movingout.server.study.databases import StudyDatabases
+from movingout.study.errors import StoreFenced
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
@@ -15,16 +16,19 @@ class Transaction:
     It puts changes in order and undoes nothing: each call of `run` is committed on its own.
     """
 
-    def __init__(self, databases: StudyDatabases, asked: float) -> None:
+    def __init__(self, databases: StudyDatabases, asked: float, in_charge: Callable[[], bool]) -> None:
         self._databases = databases
+        self._in_charge = in_charge
         self._asked = asked  # since when it waited to begin, in seconds of the monotonic clock
         self._began = False
         self._open = True
 
     def check(self) -> None:
-        """Raises RuntimeError once the block has ended."""
+        """Raises RuntimeError once the block has ended, StoreFenced where another server runs the study now."""
         if not self._open:
             raise RuntimeError("this transaction has ended; begin another: async with study.transaction()")
+        if not self._in_charge():
+            raise StoreFenced("another node runs the study now")
 
     async def run(self, work: Callable[Arguments, Result], *args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
         """Do `work` in the thread of the databases. Raises StoreError."""

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from movingout.server.rooms.room import Room
+from movingout.server.rooms.room_view import RoomView
 from movingout.server.study.participant_session import ParticipantSession
 from movingout.study.design.steps import Step
 from movingout.study.store import Unit
@@ -11,14 +11,24 @@ from movingout.study.store.rounds import PlayerOutcome, RoundOutcome
 FINISHED = ("delivered", "time")  # outcomes of rounds that count
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class RunningRound:
-    """A round or the practice in its room."""
+    """A round or the practice in its room, which may be in another process."""
 
-    room: Room
+    view: RoomView  # at most about a second old
     step: Step
     keys: dict[str, str]  # of the seats, by pid
     seats: dict[str, int]  # by pid
+    lost_since: float | None = None  # when its room was found gone, in seconds of the monotonic clock
+
+    @property
+    def room(self) -> str:
+        """The id of the room."""
+        return self.view.id
+
+    @property
+    def is_lost(self) -> bool:
+        return self.lost_since is not None
 
 
 @dataclass(frozen=True, slots=True)

@@ -47,7 +47,7 @@ class RehearsalServer:
         timer = threading.Timer(START_S, self._process.kill)
         timer.start()
         try:
-            self.address = self._read_links(self._process)
+            self.address = self._read_links(self._process, timer)
         finally:
             timer.cancel()
         self._port = self.address.base.rpartition(":")[2]
@@ -68,13 +68,17 @@ class RehearsalServer:
         self._process.stdout.close()
         self._process = None
 
-    def _read_links(self, process: "subprocess.Popen[str]") -> ServerAddress:
+    def _read_links(self, process: "subprocess.Popen[str]", timer: threading.Timer) -> ServerAddress:
         assert process.stdout is not None
         base = ""
         for line in process.stdout:
             if found := re.search(r"(https?://\S+?)/study\b", line):
                 base = base or found[1]
-            if found := re.search(r"Token\s+(\S+)", line):
-                return ServerAddress(base, found[1])
+            if found := re.search(r"Token\s+in (.+)", line):
+                return ServerAddress(base, Path(found[1]).read_text(encoding="ascii").strip())
         self._wait()
+        if timer.finished.is_set():
+            raise SimulationError(
+                f"the server for the rehearsal did not start within {START_S:g} s; this machine is too busy"
+            )
         raise SimulationError("the server for the rehearsal did not start; the lines above say why")

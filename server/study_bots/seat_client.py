@@ -41,7 +41,7 @@ class SeatClient:
         """
         with contextlib.suppress(OSError, TimeoutError, WebSocketException):
             options: dict[str, Any] = {"subprotocols": [m.SUBPROTOCOL], "compression": None, "max_queue": None}
-            async with connect(f"{self._address}/ws", close_timeout=1, **options) as socket:
+            async with connect(f"{self._address}/ws/{self._join.room}", close_timeout=1, **options) as socket:
                 await socket.send(msgspec.json.encode(self._join).decode())
                 reading = asyncio.create_task(self._read(socket))
                 try:

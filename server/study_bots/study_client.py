@@ -12,7 +12,13 @@ from movingout.study.errors import StudyError
 
 RETRY_S = 0.25
 GIVE_UP_S = 120.0  # without a response
-RETRIED = (HTTPStatus.BAD_GATEWAY, HTTPStatus.SERVICE_UNAVAILABLE, HTTPStatus.INSUFFICIENT_STORAGE)
+RETRIED = (
+    HTTPStatus.REQUEST_TIMEOUT,  # of a proxy that the request did not reach in time
+    HTTPStatus.BAD_GATEWAY,
+    HTTPStatus.SERVICE_UNAVAILABLE,
+    HTTPStatus.GATEWAY_TIMEOUT,
+    HTTPStatus.INSUFFICIENT_STORAGE,
+)
 View = dict[str, Any]
 
 

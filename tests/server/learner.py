@@ -38,7 +38,7 @@ class Learner:
         if held == target:
             if self.table.room.round.delivered[target]:
                 self._press()
-            return 1.0, 0.0  # up, into the goal region
+            return 1.0, 0.0  # up, into the goal
         return self._fetch(target, angle)
 
     def _fetch(self, target: int, angle: float) -> tuple[float, float]:

@@ -24,7 +24,7 @@ from movingout.server.host import Host
 from movingout.server.rooms.room import Room
 from movingout.server.security.certificate import Certificate
 from movingout.server.settings import Limits, Settings
-from movingout.server.uvicorn_server import game_server, listen
+from movingout.server.uvicorn_server import GameServer, game_server, listen
 from tests.server.support import make_input
 
 ADMIN = "the-admin-token-of-the-tests"
@@ -39,6 +39,7 @@ class Live:
     host: Host
     loop: asyncio.AbstractEventLoop
     connections: list[ClientConnection] = field(default_factory=list)
+    server: GameServer | None = None
 
     @property
     def address(self) -> str:
@@ -74,9 +75,9 @@ class Live:
         assert status == 200, answer
         return dict(answer)
 
-    def connect(self, **options: Any) -> ClientConnection:
+    def connect(self, room: str = "", **options: Any) -> ClientConnection:
         connection = connect(
-            f"ws://{self.address}/ws",
+            f"ws://{self.address}/ws/{room}" if room else f"ws://{self.address}/ws",
             subprotocols=[m.SUBPROTOCOL],  # type: ignore[list-item]
             ping_interval=None,
             close_timeout=1,
@@ -91,7 +92,7 @@ class Live:
             self.connections.pop().close()
 
     def person(self, room: str, **join: object) -> "Person":
-        return Person(self.connect(), room, **join)
+        return Person(self.connect(room), room, **join)
 
     def run(self, work: Any) -> Any:
         """Run a function in the server's thread."""
@@ -196,6 +197,11 @@ class Person:
             return code, self.told[before:]
 
 
+_UNHURRIED = Limits(
+    tick_share=9.0, late_share=9.0, requests_per_address_per_s=100_000, accepts_per_address_per_s=100_000
+)
+
+
 @contextmanager
 def serve(
     data: Path,
@@ -203,16 +209,17 @@ def serve(
     app_of: Callable[[Settings], FastAPI] = create_app,
     port: int = 0,
     certificate: Certificate | None = None,
+    server_of: Callable[..., GameServer] = game_server,
     **settings: Any,
 ) -> Iterator[Live]:
     """A server for one `with` block."""
     listening = listen("127.0.0.1", port)
     port = listening.getsockname()[1]
     settings = {"countdown_s": 0.3, **settings}
-    chosen = Settings(port=port, data=data, admin_token=ADMIN, limits=limits or Limits(cpu_share=9.0), **settings)
+    chosen = Settings(port=port, data=data, admin_token=ADMIN, limits=limits or _UNHURRIED, **settings)
     started = threading.Event()
     app = app_of(chosen)
-    server = game_server(app, chosen, certificate, on_ready=started.set)
+    server = server_of(app, chosen, certificate, on_ready=started.set)
     loops: list[asyncio.AbstractEventLoop] = []
 
     async def serve_until_told() -> None:
@@ -223,7 +230,7 @@ def serve(
     thread.start()
     if not started.wait(60):
         raise AssertionError("the server did not start")
-    live = Live(port, app.state.host, loops[0])
+    live = Live(port, app.state.host, loops[0], server=server)
     try:
         yield live
     finally:
@@ -235,7 +242,7 @@ def serve(
 
 def limits(**changed: Any) -> Limits:
     """The limits of a test: the machine may be busy."""
-    return replace(Limits(cpu_share=9.0), **changed)
+    return replace(_UNHURRIED, **changed)
 
 
 def raw_socket(live: Live) -> socket.socket:

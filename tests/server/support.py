@@ -151,6 +151,9 @@ class FakeServices:
     def new_id(self) -> str:
         return f"id{next(self.numbers):06d}"
 
+    def new_episode_id(self, room_id: str) -> str:
+        return self.new_id()
+
     def new_token(self) -> str:
         return f"token{next(self.numbers)}"
 

@@ -91,3 +91,18 @@ def test_a_disk_that_fails_for_long_is_a_fault_of_the_server(tmp_path: Path, mon
                 break
         assert (status, answer["ok"]) == (503, False)
         assert answer["faults"][0].startswith("saving recordings to the disk: not done for ")
+
+
+def test_recordings_that_were_moved_away_are_a_fault(tmp_path: Path) -> None:
+    with serve(tmp_path) as live:
+        folder = live.host.settings.recordings
+        live.run(lambda: None)
+        folder.rename(tmp_path / "elsewhere")
+        with pytest.raises(FileNotFoundError, match="moved away or replaced"):
+            asyncio.run_coroutine_threadsafe(live.host._sync(), live.loop).result(10)
+        folder.mkdir()
+        with pytest.raises(FileNotFoundError, match="moved away or replaced"):
+            asyncio.run_coroutine_threadsafe(live.host._sync(), live.loop).result(10)
+        folder.rmdir()
+        (tmp_path / "elsewhere").rename(folder)
+        asyncio.run_coroutine_threadsafe(live.host._sync(), live.loop).result(10)

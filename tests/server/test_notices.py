@@ -10,6 +10,7 @@ import pytest
 from movingout.server import messages as m
 from movingout.server.api.errors import ApiError
 from movingout.server.notices import NOTHING, AlertCode, ErrorCode, Notice, ReasonCode, RefusalCode, UnrecordedCode
+from movingout.server.rooms.room_notices import resumed
 from tests.server.support import Table
 
 CATALOGUES = sorted((Path(__file__).parents[2] / "web" / "words").glob("*.json"))
@@ -57,3 +58,9 @@ def test_messages_of_an_earlier_server_without_codes_are_still_read() -> None:
 
 def test_nothing_to_say_is_false() -> None:
     assert not NOTHING and Notice("paused", "Red paused the game.")
+
+
+def test_a_round_that_goes_on_after_a_restart_says_from_when() -> None:
+    """A full disk may have ended its recording before the kill: then people see the game jump back, and why."""
+    told = resumed(217)
+    assert told.values == {"seconds": 22} and told.message.endswith("at second 22.")

@@ -155,8 +155,8 @@ def test_10_rooms_are_limited_with_a_sentence(tmp_path: Path) -> None:
 
 
 def test_10_a_busy_processor_opens_no_more_rooms(tmp_path: Path) -> None:
-    with serve(tmp_path, limits(cpu_share=0.7)) as live:
-        live.host.cpu_share = 0.9
+    with serve(tmp_path, limits(tick_share=0.5)) as live:
+        live.host.overload.tick_share = 0.9
         status, answer = live.call("/api/rooms", {"maps": ["Simple"], "seats": [{"kind": "here"}, {"kind": "link"}]})
         assert status == 503 and "busy" in answer["error"]["message"]
 

@@ -6,22 +6,17 @@ from contextlib import asynccontextmanager
 
 from fastapi import APIRouter, FastAPI, Request
 from fastapi.responses import JSONResponse, RedirectResponse
-from starlette.responses import FileResponse
+from starlette.responses import Response
 
 from movingout.server.api import pages
 from movingout.server.api.errors import error_json
 from movingout.server.app import assemble
-from movingout.server.host import Host
+from movingout.server.connection.endpoint import App
 from movingout.server.notices import ErrorCode
-from movingout.server.settings import Settings
-from movingout.server.study.api import experimenter, participant
-from movingout.server.study.api.dashboard import Dashboard
-from movingout.server.study.api.participant_view import ParticipantViews
-from movingout.server.study.experimenter_actions import ExperimenterActions
-from movingout.server.study.monitor import StudyMonitor
+from movingout.server.public_host import PublicHost
+from movingout.server.study.api.served_study import Admission, ServedStudy
 from movingout.server.study.participant_actions import StepRefused
 from movingout.server.study.running_study import RunningStudy
-from movingout.server.study.session_service import SessionService
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.errors import StoreError, StudyError
 from movingout.study.questionnaire import AnswerError
@@ -33,40 +28,49 @@ FAULT = "Something went wrong on the server. Please try again; the experimenter 
 
 
 def create_study_app(
-    settings: Settings, folder: StudyFolder, file_text: str, needs_code: bool = False, simulated: bool = False
+    host: PublicHost,
+    endpoint: App,
+    folder: StudyFolder,
+    file_text: str,
+    *,
+    needs_code: bool = False,
+    needs_signature: bool = False,
+    any_device: bool = False,
+    simulated: bool = False,
 ) -> FastAPI:
     """A server that runs one study; `app.state` has its `host`, `running`, `monitor` and `session_service`.
 
+    `endpoint` is for the websockets of the host.
+
     Raises StudyError when the databases cannot be used, or when the study is not what it began with.
     """
-    host = Host(settings)
-    running = RunningStudy(folder, file_text, host, needs_code=needs_code, simulated=simulated)
-    monitor, session_service, views = StudyMonitor(running), SessionService(running), ParticipantViews(running)
+    served = ServedStudy(
+        host,
+        folder,
+        file_text,
+        Admission(needs_code, needs_signature, any_device, simulated),
+    )
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         await host.start()
-        await running.start()
-        monitor.start()
+        await served.start()
         yield
         await host.suspend()
-        await monitor.stop()
-        await running.stop()
+        await served.stop()
         await host.stop()
 
-    app = assemble(
-        host,
-        lifespan,
-        _pages(),
-        participant.routes(running, session_service, views),
-        experimenter.routes(running, ExperimenterActions(running, session_service), Dashboard(running, views)),
+    app = assemble(host, endpoint, lifespan, study_pages(), *served.routers)
+    app.state.running, app.state.monitor, app.state.session_service = (
+        served.running,
+        served.monitor,
+        served.session_service,
     )
-    app.state.running, app.state.monitor, app.state.session_service = running, monitor, session_service
-    _add_error_handlers(app, running)
+    add_study_errors(app, served.running)
     return app
 
 
-def _pages() -> APIRouter:
+def study_pages() -> APIRouter:
     router = APIRouter(include_in_schema=False)
 
     @router.get("/")
@@ -75,17 +79,17 @@ def _pages() -> APIRouter:
         return RedirectResponse(f"/study{query}")
 
     @router.get("/study")
-    async def study() -> FileResponse:
+    async def study() -> Response:
         return pages.page("study/study.html")
 
     @router.get("/experimenter")
-    async def experimenter() -> FileResponse:
+    async def experimenter() -> Response:
         return pages.page("experimenter/experimenter.html")
 
     return router
 
 
-def _add_error_handlers(app: FastAPI, running: RunningStudy) -> None:
+def add_study_errors(app: FastAPI, running: RunningStudy) -> None:
     def error_response(status: int, code: ErrorCode, message: str) -> JSONResponse:
         return JSONResponse(error_json(code, message), status)
 

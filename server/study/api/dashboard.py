@@ -1,11 +1,14 @@
 """The state of the experimenter's page as JSON. Partners are letters here too, so that the experimenter stays blind."""
 
+import asyncio
 import shutil
 import time
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import orjson
 
+from movingout.server.rooms.lateness import Lateness
 from movingout.server.study.api.participant_view import ParticipantViews
 from movingout.server.study.earnings import minutes_here
 from movingout.server.study.participant_session import ParticipantSession
@@ -13,28 +16,83 @@ from movingout.server.study.running_study import RunningStudy
 from movingout.server.study.unit import RunningRound, StudyUnit
 
 State = dict[str, Any]
+ROWS_AT_ONCE = 200  # made, or sent, before the games have their turn
 
 
 class Dashboard:
-    """Made at most once a second, however many pages are open."""
+    """Made at most once a second, however many pages are open, in steps between which the games go on.
+
+    Whoever has finished costs nothing any more, and a page is sent the rows that have changed.
+    """
 
     def __init__(self, running: RunningStudy, views: ParticipantViews) -> None:
         self._running = running
         self._views = views
         self._made_at = -1.0
-        self._made = ""
+        self._making = asyncio.Lock()
+        self._lateness = Lateness()
+        self._rows: dict[str, State] = {}
+        self._changed: dict[str, int] = {}  # at which version each row was last another one, gone ones too
+        self.version = 0
 
-    def newest(self) -> str:
-        """The state as JSON, at most a second old."""
-        now = time.monotonic()
-        if now - self._made_at >= 0.9:
-            self._made, self._made_at = orjson.dumps(self.state()).decode(), now
-        return self._made
+    async def newest(self) -> bytes:
+        """The whole state as JSON, at most a second old."""
+        await self.refresh()
+        return orjson.dumps(self._head([*self._rows.values()]) | {"participants": [*self._rows.values()]})
 
-    def state(self) -> State:
-        running, now = self._running, time.monotonic()
+    async def refresh(self) -> None:
+        """Bring the rows up to date, unless that was done in the last second."""
+        async with self._making:
+            if time.monotonic() - self._made_at < 0.9:
+                return
+            self.version += 1
+            await self._look()
+            sessions = list(self._running.participants)
+            for first in range(0, len(sessions), ROWS_AT_ONCE):
+                self._update(sessions[first : first + ROWS_AT_ONCE], time.monotonic())
+                await asyncio.sleep(0)
+            for pid in self._rows.keys() - {session.pid for session in sessions}:
+                del self._rows[pid]
+                self._changed[pid] = self.version
+            self._made_at = time.monotonic()
+
+    async def _look(self) -> None:
+        """Ask the rooms, which may be in other processes."""
+        await self._running.rooms.refresh(self._running.units)
+        self._lateness = await self._running.host.lateness()
+
+    def _update(self, sessions: Sequence[ParticipantSession], now: float) -> None:
+        for session in sessions:
+            known = self._rows.get(session.pid)
+            if known is not None and known["outcome"] and session.finished:
+                continue
+            row = self._row(session, now)
+            if row != known:
+                self._rows[session.pid], self._changed[session.pid] = row, self.version
+
+    def news(self, since: int) -> Iterator[str]:
+        """What a page has to know that has seen version `since`, -1 for nothing: documents of few rows each.
+
+        The first one has everything but the rows of the others, which are named `more`.
+        """
+        changed = [pid for pid, version in self._changed.items() if version > since]
+        rows = [self._rows[pid] for pid in changed if pid in self._rows]
+        gone = [pid for pid in changed if pid not in self._rows]
+        head = self._head([*self._rows.values()])
+        head |= {"participants": rows[:ROWS_AT_ONCE], "partial": since >= 0, "gone": gone if since >= 0 else []}
+        yield orjson.dumps(head).decode()
+        for first in range(ROWS_AT_ONCE, len(rows), ROWS_AT_ONCE):
+            yield orjson.dumps({"more": rows[first : first + ROWS_AT_ONCE]}).decode()
+
+    async def state(self) -> State:
+        """The whole state, as of now."""
+        await self._look()
+        rows = [self._row(session, time.monotonic()) for session in self._running.participants]
+        return self._head(rows) | {"participants": rows}
+
+    def _head(self, rows: Sequence[State]) -> State:
+        running = self._running
         sessions = list(running.participants)
-        rows = [self._row(session, now) for session in sessions]
         return {
             "study": {"id": running.study.id, "title": running.study.title.text(running.study.languages[0])},
             "paused": running.progress.paused,
@@ -44,9 +102,8 @@ class Dashboard:
                 "active": sum(not row["outcome"] and row["present"] for row in rows),
                 "waiting": running.units.waiting_count,
             },
-            "participants": rows,
             "waiting": [session.pid for session in sessions if running.units.waiting_since(session) is not None],
-            "rooms": [unit.running_round.room.id for unit in running.units if unit.running_round],
+            "rooms": [unit.running_round.room for unit in running.units if unit.running_round],
             "alerts": running.alerts.to_json(),
             "notes": running.notes.to_json(),
             "server": self._server(),
@@ -54,14 +111,14 @@ class Dashboard:
 
     def _server(self) -> State:
         host, rooms = self._running.host, self._running.rooms
-        lateness = host.scheduler.lateness
+        lateness = self._lateness
         return {
             "late_p99_ms": round(lateness.percentile_ms(0.99), 2),
             "missed": lateness.skipped,
             "ticks": lateness.ticks,
             "disk_free_mb": round(shutil.disk_usage(host.settings.data).free / 1e6),
-            "recordings": rooms.recorded,
-            "partial": rooms.partial,
+            "recordings": rooms.finished.recorded,
+            "partial": rooms.finished.partial,
         }
 
     def _row(self, session: ParticipantSession, now: float) -> State:
@@ -69,6 +126,7 @@ class Dashboard:
         rounds = [one.key for one in session.steps if one.kind == "round"]
         others = unit.others(session) if unit else []
         plays = step is not None and step.kind in ("practice", "round")
+        room = unit.running_round.view if unit and unit.running_round else None
         return {
             "pid": session.pid,
             "unit": session.record.unit,
@@ -77,12 +135,14 @@ class Dashboard:
             "seat": unit.seat_of(step, session) if unit and step and plays else None,
             "step": session.record.step,
             "kind": "code" if session.finished else step.kind if step else "waiting",
-            "title": unit.running_round.room.round.map.title if unit and unit.running_round else "",
+            "map": room.map_name if room else "",
+            "title": room.map_title if room else "",
             "position": {"done": session.steps_done(), "total": len(session.steps)},
             "round": {"number": rounds.index(step.key) + 1, "of": len(rounds)} if step and step.turn else None,
             "since_s": round(_standing_since(unit, now) - session.step_since),
             "present": session.present(now) or _connected(session, unit),
             "outcome": session.record.outcome,
+            "device_bound": running.device_bound(session),
             "code_given": session.record.code is not None,
             "code": session.record.code,
             "minutes": minutes_here(session.record),
@@ -106,7 +166,7 @@ def _round_of(session: ParticipantSession, unit: StudyUnit | None) -> RunningRou
 
 def _connected(session: ParticipantSession, unit: StudyUnit | None) -> bool:
     running_round = _round_of(session, unit)
-    return running_round is not None and running_round.room.seats[running_round.seats[session.pid]].client is not None
+    return running_round is not None and running_round.view.seats[running_round.seats[session.pid]].present
 
 
 def _round_state(session: ParticipantSession, unit: StudyUnit | None) -> State:
@@ -115,18 +175,16 @@ def _round_state(session: ParticipantSession, unit: StudyUnit | None) -> State:
     if running_round is None:
         return {"room": None, "phase": "", "tick": None, "limit_ticks": None, "late_ms": None, "missed": None,
                 "recording": "", "rtt_ms": session.rtt_ms}  # fmt: skip
-    room = running_round.room
-    client = room.seats[running_round.seats[session.pid]].client
-    late_ms = room.round.quality.late_p99_ms() if room.round.started else None
-    problem = room.round.recording_problem.message or "not recording"
-    recording = "recording" if room.recording else "" if room.config.practice else problem
+    room = running_round.view
+    seat = room.seats[running_round.seats[session.pid]]
+    recording = "recording" if room.recording else "" if room.practice else room.recording_problem or "not recording"
     return {
         "room": room.id,
         "phase": room.phase,
-        "tick": room.round.state.tick,
-        "limit_ticks": room.round.limit_ticks or None,
-        "late_ms": None if late_ms is None else round(late_ms, 2),
-        "missed": room.missed_ticks,
-        "recording": recording if room.round.started else "",
-        "rtt_ms": client.rtt_ms if client is not None else session.rtt_ms,
+        "tick": room.tick,
+        "limit_ticks": room.limit_ticks or None,
+        "late_ms": None if room.late_ms is None else round(room.late_ms, 2),
+        "missed": room.missed,
+        "recording": recording if room.started else "",
+        "rtt_ms": seat.rtt_ms if seat.present else session.rtt_ms,
     }

@@ -5,7 +5,8 @@ from collections.abc import AsyncIterator, Callable
 
 from fastapi.responses import StreamingResponse
 
-from movingout.server.host import Host
+from movingout.server.study.api.dashboard import Dashboard
+from movingout.server.study.running_study import RunningStudy
 
 KEEP_ALIVE_S = 4.0
 POLL_S = 1.0  # how soon a stream notices that the server stops
@@ -37,12 +38,12 @@ def event_stream(events: AsyncIterator[str]) -> StreamingResponse:
     return StreamingResponse(events, media_type="text/event-stream", headers={"cache-control": "no-store"})
 
 
-async def queued_events(host: Host, queue: EventQueue, close: Callable[[], None]) -> AsyncIterator[str]:
+async def queued_events(running: RunningStudy, queue: EventQueue, close: Callable[[], None]) -> AsyncIterator[str]:
     """The contents of the queue as events; `close` is called when the stream has ended."""
     quiet_s = 0.0
     try:
         yield ": open\n\n"
-        while not host.stopping:
+        while not running.is_over():
             try:
                 data = await asyncio.wait_for(queue.get(), POLL_S)
             except TimeoutError:
@@ -59,8 +60,13 @@ async def queued_events(host: Host, queue: EventQueue, close: Callable[[], None]
         close()
 
 
-async def every_second(host: Host, news: Callable[[], str]) -> AsyncIterator[str]:
-    """The newest state, once a second."""
-    while not host.stopping:
-        yield f"data: {news()}\n\n"
+async def every_second(running: RunningStudy, dashboard: Dashboard) -> AsyncIterator[str]:
+    """The whole state, then once a second what has changed."""
+    seen = -1
+    while not running.is_over():
+        await dashboard.refresh()
+        news, seen = dashboard.news(seen), dashboard.version
+        for document in news:
+            yield f"data: {document}\n\n"
+            await asyncio.sleep(0)
         await asyncio.sleep(1.0)

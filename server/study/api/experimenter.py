@@ -23,11 +23,11 @@ def routes(running: RunningStudy, experimenter: ExperimenterActions, dashboard: 
 
     @router.get("/state")
     async def state() -> Response:
-        return Response(dashboard.newest(), media_type="application/json", headers=NO_STORE)
+        return Response(await dashboard.newest(), media_type="application/json", headers=NO_STORE)
 
     @router.get("/live")
     async def live() -> StreamingResponse:
-        return event_stream(every_second(running.host, dashboard.newest))
+        return event_stream(every_second(running, dashboard))
 
     actions: dict[str, Callable[[ExperimenterRequest], Awaitable[None]]] = {
         "pause": experimenter.pause,
@@ -36,6 +36,7 @@ def routes(running: RunningStudy, experimenter: ExperimenterActions, dashboard: 
         "kick": experimenter.kick,
         "invalid": experimenter.invalid,
         "note": experimenter.note,
+        "allow-device": experimenter.allow_device,
     }
     for name, action in actions.items():
         router.add_api_route(f"/{name}", _handler(action), methods=["POST"])

@@ -13,11 +13,11 @@ from movingout.server.api.authentication import address_of, bearer, body_of, own
 from movingout.server.api.errors import ApiError
 from movingout.server.study.api.event_stream import EventQueue, OpenStreams, event_stream, queued_events
 from movingout.server.study.api.participant_view import ParticipantViews, View
-from movingout.server.study.arrival_link import ArrivalRefused, read_arrival
+from movingout.server.study.arrivals.arrival_link import ArrivalRefused, read_arrival
+from movingout.server.study.arrivals.session_service import SessionService
 from movingout.server.study.participant_actions import ParticipantActions, StepRequest, StudyAnswerRequest
 from movingout.server.study.participant_session import ParticipantSession
 from movingout.server.study.running_study import RunningStudy
-from movingout.server.study.session_service import SessionService
 
 
 class ArriveRequest(msgspec.Struct):
@@ -64,6 +64,7 @@ class ParticipantApi:
             "languages": list(study.languages),
             "asks_code": self._running.needs_code,
             "group": study.group,
+            "pays": study.pay is not None,
             "simulated": self._running.simulated,
         }
 
@@ -74,7 +75,9 @@ class ParticipantApi:
             text = "Many people are opening this study from your network; wait a minute, then try again."
             raise ApiError(429, "too_many_arrivals", text)
         try:
-            arrival = read_arrival(wanted.parameters, running.needs_code)
+            arrival = read_arrival(
+                wanted.parameters, running.needs_code, running.signer, needs_signature=running.needs_signature
+            )
             token, session = await self._session_service.arrive(arrival, wanted.language, wanted.beside, wanted.known)
         except ArrivalRefused as error:
             if error.code == "code_unknown" and gate.guesses_too_often(address, "seat"):
@@ -115,12 +118,12 @@ class ParticipantApi:
 
     async def events(self, request: Request) -> StreamingResponse:
         """The participant's event stream, for as long as the page is open."""
-        session, host = await self._session(request), self._running.host
+        session, running = await self._session(request), self._running
         queue: EventQueue = asyncio.Queue()
         self._streams.opened(bearer(request), queue)
         if session is None:
             queue.put_nowait(orjson.dumps({"view": self._views.elsewhere()}).decode())
-            return event_stream(queued_events(host, queue, lambda: self._streams.closed(bearer(request), queue)))
+            return event_stream(queued_events(running, queue, lambda: self._streams.closed(bearer(request), queue)))
 
         def push(news: dict[str, Any]) -> None:
             queue.put_nowait(orjson.dumps(news).decode())
@@ -132,7 +135,7 @@ class ParticipantApi:
                 session.listeners.remove(push)
 
         session.listeners.append(push)
-        return event_stream(queued_events(host, queue, close))
+        return event_stream(queued_events(running, queue, close))
 
     async def _session(self, request: Request) -> ParticipantSession | None:
         """The participant of a request; None for a page that was superseded by another one."""

@@ -7,7 +7,7 @@ from typing import Any
 from markdown_it import MarkdownIt
 
 from movingout.maps import TUTORIAL, map_to_json
-from movingout.server.study.arrival_link import PLATFORMS, PROLIFIC
+from movingout.server.study.arrivals.arrival_link import PLATFORMS, PROLIFIC
 from movingout.server.study.earnings import earnings
 from movingout.server.study.participant_session import ParticipantSession
 from movingout.server.study.running_study import RunningStudy
@@ -21,6 +21,7 @@ from movingout.world.constants import TICK_SECONDS
 
 View = dict[str, Any]
 PROLIFIC_ADDRESS = "https://app.prolific.com/submissions/complete?cc="
+LONG_AGO_S = 900.0  # who opens the page so long after the end may be the next person at that machine
 AGENT_IN_PAIRS = "A"  # the letter of the agent that replaces a partner who never came
 
 _markdown = MarkdownIt("commonmark", {"html": False}).enable("table")
@@ -149,6 +150,7 @@ class ParticipantViews:
             "key": "code",
             "kind": "code",
             "code": record.code,
+            "long_ago": record.finished_ms is not None and time.time() - record.finished_ms / 1e3 > LONG_AGO_S,
             "outcome": outcome,
             "completion_url": f"{PROLIFIC_ADDRESS}{record.code}" if from_prolific else None,
             "from_platform": session.source in PLATFORMS,
@@ -172,9 +174,9 @@ def _state(session: ParticipantSession, unit: StudyUnit | None, step: Step) -> V
     running_round = unit.running_round
     if running_round is not None and running_round.step.key == step.key and session.pid in running_round.keys:
         room = {
-            "id": running_round.room.id,
+            "id": running_round.room,
             "token": running_round.keys[session.pid],
             "seat": running_round.seats[session.pid],
         }
-        return {"state": "playing", "room": {**room, "path": f"/play/{running_round.room.id}"}}
+        return {"state": "playing", "room": {**room, "path": f"/play/{running_round.room}"}}
     return {"state": "waiting" if session.pid in unit.ready else "card", "room": None}

@@ -2,20 +2,39 @@
 
 import argparse
 import asyncio
-import logging
+import os
 import sys
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
+from urllib.parse import urlsplit
 
 from fastapi import FastAPI
 
-from movingout.server.commands.play import addresses, certificate_for, hints, with_kept_token
-from movingout.server.open_files import raise_open_files
+from movingout.server.commands.play import (
+    addresses,
+    as_node,
+    certificate_for,
+    hints,
+    shown_token,
+    tell_cautions,
+    with_kept_token,
+)
+from movingout.server.connection.endpoint import App
+from movingout.server.host import Host
+from movingout.server.logs import log_to
 from movingout.server.options import values_of
-from movingout.server.persistence.data_folder import exclusive_data_folder, told_interrupted
+from movingout.server.persistence.data_folder import exclusive_data_folder, refuse_cluster_folder, told_interrupted
+from movingout.server.persistence.recording_uploads import check_bucket
+from movingout.server.processes.front import Front
+from movingout.server.processes.front_endpoint import FrontEndpoint
+from movingout.server.processes.front_server import front_server
+from movingout.server.public_host import PublicHost
+from movingout.server.security.certificate import Certificate
 from movingout.server.settings import Limits, Settings
 from movingout.server.study.api.app import create_study_app
+from movingout.server.study.api.served_study import Admission
+from movingout.server.study.commands.serve_node import folder_of_node, serve_node
 from movingout.server.uvicorn_server import game_server, listen
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.review import Review, review
@@ -25,6 +44,10 @@ from movingout.study.errors import StudyError
 SWITCH_S = 0.0005  # the database thread yields to a tick within this time
 AT_ONE_ADDRESS = 1000  # a whole class may share one address
 FASTEST = 50.0
+PASSWORD_SEEN = (
+    "movingout: everybody on this machine can read the password of the database in the list of processes; "
+    "leave it out of the address, and set PGPASSWORD or use ~/.pgpass"
+)
 
 
 def serve(args: argparse.Namespace) -> int:
@@ -33,11 +56,24 @@ def serve(args: argparse.Namespace) -> int:
     found = review(study)
     _refuse_missing(found, args.file)
     settings = _settings(args)
+    admission = Admission(args.codes, args.signed, args.any_device, simulated=args.rehearse is not None)
+    for address in (args.database, args.identities, settings.cluster):
+        if address and _has_password(address):
+            print(PASSWORD_SEEN, file=sys.stderr)
+    if settings.cluster or settings.node:
+        folder = folder_of_node(as_node(settings), study, args.database, args.identities)
+        if not admission.simulated and not _has_begun(folder):
+            _refuse_blanks(found, args.file)
+        sys.setswitchinterval(SWITCH_S)
+        return serve_node(settings, folder, args.file.read_text(encoding="utf-8"), admission)
     folder = StudyFolder(study, settings.data, args.database, args.identities)
-    if caution := raise_open_files(settings.limits):
-        print(f"movingout: {caution}", file=sys.stderr)
+    refuse_cluster_folder(settings.data)
+    if settings.s3:
+        check_bucket(settings.s3, settings.data)
+    os.umask(0o077)  # what people do and say is for whoever runs the server
+    tell_cautions(settings)
     with (
-        exclusive_data_folder(settings.data),
+        exclusive_data_folder(settings.data) as lock,
         folder.exclusive(),
         closing(listen(settings.host, settings.port)) as listening,
     ):
@@ -45,18 +81,38 @@ def serve(args: argparse.Namespace) -> int:
             _refuse_blanks(found, args.file)
         settings = replace(with_kept_token(settings), port=listening.getsockname()[1])
         certificate = certificate_for(settings) if settings.tls else None
-        logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s", stream=sys.stderr)
+        log_to(form="json" if settings.log_format == "json" else "text")
         app = create_study_app(
-            settings, folder, args.file.read_text(encoding="utf-8"), args.codes, args.rehearse is not None
+            *_host(settings, lock, certificate),
+            folder,
+            args.file.read_text(encoding="utf-8"),
+            **admission._asdict(),
         )
         code = asyncio.run(app.state.session_service.new_code()) if args.codes else ""
         links = _links(app, settings, folder, code)
         sys.setswitchinterval(SWITCH_S)
-        server = game_server(app, settings, certificate, on_ready=lambda: print(links, flush=True))
+        server_of = game_server if settings.processes == 1 else front_server
+        server = server_of(app, settings, certificate, on_ready=lambda: print(links, flush=True))
         server.run([listening])
     if told := told_interrupted(settings.data):
         print(told)
     return 0 if server.started else 1
+
+
+def _host(settings: Settings, lock: int, certificate: Certificate | None) -> tuple[PublicHost, App]:
+    """The rooms in this process or in several, and the endpoint for their websockets."""
+    if settings.processes == 1:
+        host = Host(settings)
+        return host, host.endpoint
+    front = Front(settings, settings.processes, lock, certificate)
+    return front, FrontEndpoint(front)
+
+
+def _has_password(address: str) -> bool:
+    try:
+        return bool(urlsplit(address).password)
+    except ValueError:  # it is no address, which is said later
+        return False
 
 
 def _refuse_missing(found: Review, file: Path) -> None:
@@ -92,6 +148,8 @@ def _settings(args: argparse.Namespace) -> Settings:
         waiting_per_address=AT_ONE_ADDRESS,
         connections_per_address=2 * AT_ONE_ADDRESS,
         connects_per_address_per_minute=10 * AT_ONE_ADDRESS,
+        accepts_per_address_per_s=AT_ONE_ADDRESS * max(1.0, speed),
+        requests_per_address_per_s=AT_ONE_ADDRESS * max(1.0, speed),
         study_arrivals_per_minute=round(AT_ONE_ADDRESS * max(1.0, speed)),
         messages_per_s=Limits().messages_per_s * max(1.0, speed),
         message_burst=Limits().message_burst * max(1.0, speed),
@@ -114,6 +172,6 @@ def _links(app: FastAPI, settings: Settings, folder: StudyFolder, code: str) -> 
     lines += (
         [f"  First code     {code}  {bases[0]}/study?code={code} (the experimenter's page makes more)"] if code else []
     )
-    lines += [f"  Experimenter   {bases[0]}/experimenter", f"  Token          {token}"]
+    lines += [f"  Experimenter   {bases[0]}/experimenter", f"  Token          {shown_token(settings, token)}"]
     lines += [f"  Data           {settings.data.resolve()}", ""]
     return "\n".join(lines + hints(settings, "movingout study serve FILE"))

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from movingout.server.options import add_options
 from movingout.server.settings import Settings
+from movingout.server.study.commands import links
 from movingout.server.study_bots.commands import simulate as bots_command
 from movingout.study.commands import study
 from movingout.study.commands.study import run
@@ -25,12 +26,18 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add("--database", metavar="URL", help="postgresql://...; default: a file in DIR")
     add("--identities", metavar="URL", help="the database of identities; default: a file in DIR")
     add("--codes", action="store_true", help="admit only participants with a code from the experimenter")
+    add("--signed", action="store_true", help="admit only participants with a link of `movingout study links`")
+    add(
+        "--any-device", action="store_true",
+        help="let people continue in another browser with a platform's link, which anybody who knows their id can make",
+    )  # fmt: skip
     add_options(serve, Settings, without=("partner", "maps", "countdown_s"))
     add(
         "--rehearse", type=float, metavar="SPEED",
         help="admit only simulated participants, at SPEED times the speed of people; the data are marked as simulated",
     )  # fmt: skip
     serve.set_defaults(perform=_serve)
+    links.configure(commands)
     bots_command.configure(commands)
 
 

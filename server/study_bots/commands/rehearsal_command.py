@@ -118,7 +118,11 @@ def _say(args: argparse.Namespace, done: RehearsalResult) -> None:
         return
     table = Table(box=None, pad_edge=False, show_header=False)
     for name, value in counts.items():
-        shown = ", ".join(f"{count} {word}" for word, count in value.items()) if isinstance(value, dict) else str(value)
+        shown = (
+            ", ".join(f"{count} {_ENDINGS.get(word, word)}" for word, count in value.items())
+            if isinstance(value, dict)
+            else str(value)
+        )
         table.add_row(name, shown)
     console.print(table)
     for sentence in done.lost:
@@ -129,6 +133,9 @@ def _say(args: argparse.Namespace, done: RehearsalResult) -> None:
         console.print(f"The data are in {done.data}, marked as simulated. Next:")
         for action in ("report", "export"):
             console.print(f"  movingout study {action} {args.file} --data {done.data}")
+
+
+_ENDINGS = {"delivered": "with everything delivered", "time": "until time was up", "done": "finished"}
 
 
 def _counts(done: RehearsalResult) -> dict[str, Any]:

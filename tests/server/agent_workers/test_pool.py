@@ -203,7 +203,7 @@ def test_a_pool_without_time_left_refuses_one_more() -> None:
         pool.note_cost("idle", 35.0, 1)
     open_seat(pool, "idle")
     open_seat(pool, "idle")
-    with pytest.raises(AgentsBusyError, match="of a core"):
+    with pytest.raises(AgentsBusyError, match="no room for one more 'idle': one agent process would be busy"):
         open_seat(pool, "idle")
 
 
@@ -216,3 +216,17 @@ def test_one_slow_first_decision_refuses_nobody_and_one_seat_is_always_had() -> 
     for _ in range(200):
         slow.note_cost("idle", 500.0, 1)
     open_seat(slow, "idle")
+
+
+def test_an_agent_that_asks_for_all_memory_fails_alone() -> None:
+    """A network may compute the size of what it makes: ConstantOfShape with 10^10 elements."""
+
+    async def scenario(pool: AgentPool) -> None:
+        hungry, neighbour = open_seat(pool, f"{HERE}:Hungry"), open_seat(pool, f"{HERE}:Forward")
+        await until(lambda: hungry.ready and neighbour.ready)
+        answer = await ask(hungry, 1)
+        assert answer.action[0] == 0.0 and "Memory" in answer.problem
+        assert (await ask(neighbour, 1)).action[0] == 1.0
+        assert pool.report()[0]["restarts"] == 0
+
+    with_pool(scenario)

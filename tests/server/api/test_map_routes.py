@@ -60,6 +60,20 @@ def test_maps_of_the_folder_are_offered_played_recorded_and_played_against(tmp_p
         assert live.call(f"/api/rooms/{again['room']}")[1]["map"] == "Garage"
 
 
+def test_generated_maps_are_offered_played_and_recorded_whole(tmp_path: Path) -> None:
+    with serve(tmp_path / "data") as live:
+        _, offered = live.call("/api/maps")
+        name = f"{offered['surprise'][0]}:mirror"
+        status, room = asked(live, maps=[name])
+        assert status == 200, room
+        path = live.host.settings.recordings / f"{played(live, room)}.mcap"
+        assert read_episode(path).header.map == load_map(name)
+        assert verify(path).identical
+        status, refused = asked(live, maps=["generated:awarenes:1"])
+        assert status == 422
+        assert "did you mean awareness?" in json.dumps(refused)
+
+
 def test_mirrored_turned_and_randomised_maps_of_the_folder_are_played(tmp_path: Path) -> None:
     put(tmp_path / "mine", "garage.json", document())
     with serve(tmp_path / "data", maps=tmp_path / "mine") as live:

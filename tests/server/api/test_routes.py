@@ -1,5 +1,6 @@
 """The HTTP API as the pages use it."""
 
+import gzip
 import http.client
 from pathlib import Path
 
@@ -9,6 +10,7 @@ from movingout.agents.catalogue import ALONE_TCR, UNSEEN_TCR
 from movingout.agents.checkpoint.checkpoint import SHIPPED, read_checkpoint
 from movingout.maps import map_from_json, shipped_map_names
 from movingout.server import messages as m
+from movingout.server.api.pages import WEB
 from tests.server.live import ADMIN, Live, serve
 
 
@@ -22,7 +24,7 @@ def test_all_maps_come_with_the_practice_room(live: Live) -> None:
 def test_the_catalogue_names_its_agents_and_the_proposed_one(live: Live) -> None:
     _, answer = live.call("/api/agents")
     assert {"scripted", "idle"} <= {agent["id"] for agent in answer["agents"]}
-    assert answer["default"] == "scripted"
+    assert answer["default"] == "bass@any"
 
 
 def test_the_catalogue_says_what_a_trained_agent_learned_from_and_reaches_and_nothing_of_others(live: Live) -> None:
@@ -118,6 +120,11 @@ def test_the_qr_code_is_a_picture_of_the_join_link(live: Live) -> None:
     assert status == 200 and b"<svg" in picture and b"<path" in picture
 
 
+def test_the_questionnaire_comes_in_the_language_that_is_asked_for(live: Live) -> None:
+    titles = [live.call(f"/api/questionnaire?language={language}")[1]["title"] for language in ("de", "en", "xx")]
+    assert titles == ["Über Ihren Partner", "About your partner", "About your partner"]
+
+
 @pytest.mark.parametrize("path", ["/api/rooms/nowhere", "/api/rooms/nowhere/qr.svg", "/api/rooms/nowhere/answers"])
 def test_a_room_that_is_gone_is_told_in_a_sentence(live: Live, path: str) -> None:
     status, answer = live.call(path)
@@ -193,6 +200,27 @@ def test_a_browser_gets_a_page_and_a_program_json_where_nothing_is(live: Live) -
     status, page = live.call("/nothing")
     assert status == 404 and b"<!doctype html>" in page.lower()
     assert live.call("/api/nothing")[1]["error"]["code"] == "not_found"
+
+
+@pytest.mark.parametrize(
+    ("accepted", "packed"),
+    [("gzip, deflate, br", True), ("br;q=1.0, gzip;q=0.5", True), ("gzip;q=0", False), ("", False)],
+)
+def test_texts_go_compressed_to_whoever_understands_it(live: Live, accepted: str, packed: bool) -> None:
+    connection = http.client.HTTPConnection("127.0.0.1", live.port)
+    connection.request("GET", "/static/words/en.json", headers={"Accept-Encoding": accepted})
+    answer = connection.getresponse()
+    body = answer.read()
+    assert answer.getheader("vary") == "accept-encoding"
+    assert answer.getheader("content-encoding") == ("gzip" if packed else None)
+    plain = (WEB / "words" / "en.json").read_bytes()
+    assert (gzip.decompress(body) if packed else body) == plain
+    assert not packed or len(body) < len(plain) / 3
+    known = {"Accept-Encoding": accepted, "If-None-Match": answer.getheader("etag") or ""}
+    connection.request("GET", "/static/words/en.json", headers=known)
+    again = connection.getresponse()
+    assert (again.status, again.read()) == (304, b"")
+    connection.close()
 
 
 def test_static_files_are_revalidated(live: Live) -> None:

@@ -1,6 +1,7 @@
 """A picture of a finished round: for its players, never for others, never in a study, and not without end."""
 
 import io
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -41,8 +42,10 @@ def test_others_get_none_and_no_other_round(live: Live) -> None:
     assert other_room != room
 
 
-def test_pictures_are_drawn_once_and_so_many_a_minute(tmp_path: Path) -> None:
+def test_pictures_are_drawn_once_and_so_many_a_minute(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with serve(tmp_path) as live:
+        admission = live.host.admission
+        monkeypatch.setattr(admission, "_clock", partial(float, admission._clock()))  # the minute never ends
         rounds = [played(live) for _ in range(PICTURES_PER_MINUTE // 2 + 1)]
         paths = [(f"/api/rooms/{room}/rounds/{name}", token) for room, name, token in rounds]
         answers = [live.call(f"{path}.{kind}", token=token)[0] for path, token in paths for kind in ("png", "gif")]

@@ -22,7 +22,14 @@ def every_parser() -> Iterator[argparse.ArgumentParser]:
 
 
 PARSERS = {parser.prog: parser for parser in every_parser()}
-WITH_ACTIONS = {"movingout agents", "movingout demos", "movingout maps", "movingout recordings", "movingout study"}
+WITH_ACTIONS = {
+    "movingout agents",
+    "movingout cluster",
+    "movingout demos",
+    "movingout maps",
+    "movingout recordings",
+    "movingout study",
+}
 
 
 @pytest.mark.parametrize("prog", PARSERS)
@@ -62,12 +69,43 @@ def test_the_former_name_of_out_is_understood(tmp_path: Path) -> None:
     ],
 )
 def test_what_was_probably_meant_is_asked(typed: list[str], meant: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert meant in refused(typed, capsys)
+
+
+@pytest.mark.parametrize(
+    ("typed", "said"),
+    [
+        (
+            ["recordings", "export", "--to", "nosuch", "x"],
+            "recordings export: --to: unknown value 'nosuch'; known: par",
+        ),
+        (["recordings", "expor"], "recordings: unknown command 'expor'; did you mean export? known: list, info"),
+        (["recordings"], "recordings: name one of: list, info, verify"),
+        (["recordings", "export"], "recordings export: missing: FILE|DIR, --to, -o/--out"),
+        (["recordings", "export", "--test-share", "x"], "--test-share: 'x' is no share; write 0.2 for a fifth"),
+        (["study", "export", "--test-share", "x"], "--test-share: 'x' is no share; write 0.2 for a fifth"),
+        (["recordings", "list", "--sort", "date"], "recordings list: unknown option --sort"),
+        (["match", "--epsodes", "3"], "match: unknown option --epsodes; did you mean --episodes?"),
+        (["match", "--seed"], "match: --seed: a value is missing"),
+        (["match", "--challenge", "3"], "match: --challenge: unknown value 3; known: 1, 2"),
+        (["play", "--port", "abc"], "play: --port: 'abc' is not a whole number"),
+        (["doctor", "please"], "doctor: unexpected: please"),
+        (["--nosuch"], "movingout: unknown option --nosuch"),
+    ],
+)
+def test_wrong_use_is_answered_in_two_lines(typed: list[str], said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    fault, hint = refused(typed, capsys).splitlines()
+    assert said in fault
+    assert hint.startswith("For help: movingout") and hint.endswith(" --help")
+
+
+def refused(typed: list[str], capsys: pytest.CaptureFixture[str]) -> str:
     try:
         code: object = main(typed)
     except SystemExit as end:
         code = end.code
     assert code == 2
-    assert meant in capsys.readouterr().err
+    return capsys.readouterr().err
 
 
 def test_a_grid_that_does_not_exist_is_answered_with_those_that_are_shipped(capsys: pytest.CaptureFixture[str]) -> None:

@@ -11,8 +11,9 @@ from movingout.server.options import add_options, option, values_of
 from movingout.server.settings import AGENT_WORKERS, Limits, Settings
 
 PLAY = (
-    "--host", "--port", "--partner", "--data", "--tls", "--origin", "--proxy", "--maps", "--countdown",
-    "--agent-workers", "--max-rooms", "--max-sockets",
+    "--host", "--port", "--partner", "--data", "--tls", "--origin", "--allow-host", "--proxy", "--maps", "--countdown",
+    "--agent-workers", "--processes", "--cluster", "--node", "--lease", "--s3",
+        "--log-format", "--max-rooms", "--max-sockets",
 )  # fmt: skip
 
 

@@ -166,3 +166,18 @@ def test_released_controls_stand_still_and_forget_presses() -> None:
     controls.submit(make_input(move=1.0, heading=1.0, grabs=1), 0.0)
     controls.release()
     assert controls.tick_input(0.0).action == (0.0, 1.0, 0.0)
+
+
+def test_the_first_tick_after_a_pause_finds_nobody_too_slow() -> None:
+    """The last bundle of a round is not acknowledged: the page sends no inputs between rounds, nor while it waits."""
+    line = Line()
+    for tick in (499, 500):
+        line.client.show(tick, b"last", tick / 10)
+    line.client.show(1, b"first of the next round", 62.0)
+    assert line.client.goodbye is None and line.written[-1] == b"first of the next round"
+    line.client.show(2, b"two", 62.1)
+    line.client.show(3, b"after a partner was away", 92.0)
+    assert line.client.goodbye is None
+    for tick in range(4, 80):
+        line.client.show(tick, b"unread", 92.0 + tick / 10)
+    assert line.client.goodbye is not None, "who acknowledges nothing while ticks come is too slow"

@@ -24,7 +24,7 @@ from movingout.server.cli import main
 from movingout.server.uvicorn_server import listen
 from tests.server.live import Live, Person
 
-COMMAND = [sys.executable, "-m", "movingout.server.cli", "play", "--countdown", "0.3"]
+COMMAND = [sys.executable, "-m", "movingout.server.cli", "play", "--countdown", "0.3", "--processes", "1"]
 
 
 @dataclass
@@ -54,9 +54,10 @@ def program(data: Path, port: int, *options: str) -> Iterator[Program]:
                 line = process.stdout.readline()
                 assert line, process.stderr and process.stderr.read()
                 printed += line
-            found = re.search(r"Admin token\s+(\S+)", printed)
+            found = re.search(r"Admin token\s+in (.+)", printed)
             assert found
-            yield Program(process, Live(port, None, None), found[1], printed)  # type: ignore[arg-type]
+            token = Path(found[1]).read_text().strip()
+            yield Program(process, Live(port, None, None), token, printed)  # type: ignore[arg-type]
         finally:
             process.kill()
             process.wait(20)
@@ -89,12 +90,12 @@ def read_to_the_end(person: Person) -> None:
         pass
 
 
-def kill_and_return(tmp_path: Path, kills: list[int], limit_ticks: int) -> None:
+def kill_and_return(tmp_path: Path, kills: list[int], limit_ticks: int, *options: str) -> None:
     """Play, killing the server after so many ticks each time, and end the round; check what was recorded."""
     port = free_port()
     room, tokens, seen = "", [["", ""], ["", ""]], 0
     for turn, ticks in enumerate([*kills, 0]):
-        with program(tmp_path, port) as running:
+        with program(tmp_path, port, *options) as running:
             live = running.live
             if not turn:
                 room, blue, red = start_game(live, limit_ticks)
@@ -130,6 +131,11 @@ def kill_and_return(tmp_path: Path, kills: list[int], limit_ticks: int) -> None:
 
 def test_after_kill_9_the_same_people_play_on_where_they_were(tmp_path: Path) -> None:
     kill_and_return(tmp_path, [7], limit_ticks=20)
+
+
+@pytest.mark.slow
+def test_the_same_with_several_processes(tmp_path: Path) -> None:
+    kill_and_return(tmp_path, [7], 20, "--processes", "2")
 
 
 @pytest.mark.slow

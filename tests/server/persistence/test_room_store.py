@@ -1,5 +1,8 @@
 """Which room files a server keeps: a finished round of a study must not leave a pseudonym and a result behind."""
 
+import asyncio
+import os
+import time
 from pathlib import Path
 
 import pytest
@@ -25,3 +28,18 @@ def test_a_finished_round_of_a_study_leaves_no_room_file(tmp_path: Path, study: 
     host.store.close()
     assert room.phase == "series_over"
     assert file.exists() == kept
+
+
+def test_a_room_is_known_to_nobody_before_a_restart_would_bring_it_back(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def slow_disk(part: Path, path: Path) -> None:
+        time.sleep(0.3)
+        os.rename(part, path)
+
+    host = Host(Settings(data=tmp_path))
+    host.settings.rooms.mkdir()
+    monkeypatch.setattr(os, "replace", slow_disk)
+    room_id = asyncio.run(host.open_room(RoomConfig(maps=("Simple",)), [Seat(0, "human"), Seat(1, "idle")]))
+    assert (host.settings.rooms / f"{room_id}.json").exists()
+    host.store.close()

@@ -1,6 +1,7 @@
 """The admin token of a data folder: the same at every start, and read by nobody but its owner."""
 
 import stat
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -60,3 +61,13 @@ def test_a_place_where_no_file_can_be_is_told(tmp_path: Path) -> None:
     with pytest.raises(BadDataFolder, match=r"cannot keep the admin token in .*admin-token"):
         with_kept_token(Settings(data=tmp_path))
     assert [path.name for path in tmp_path.iterdir()] == [NAME], "nothing is left beside it"
+
+
+def test_two_servers_that_start_at_once_in_a_fresh_folder_have_one_token(tmp_path: Path) -> None:
+    for number in range(20):
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        with ThreadPoolExecutor(8) as threads:
+            made = list(threads.map(lambda _, folder=folder: kept_token(folder), range(8)))
+        assert set(made) == {kept_token(folder)}
+        assert [path.name for path in folder.iterdir()] == [NAME]

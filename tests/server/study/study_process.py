@@ -23,9 +23,9 @@ class StudyProcess:
     @property
     def token(self) -> str:
         """The experimenter's token."""
-        found = re.search(r"Token\s+(\S+)", self.printed)
+        found = re.search(r"Token\s+in (.+)", self.printed)
         assert found, self.printed
-        return found[1]
+        return Path(found[1]).read_text(encoding="ascii").strip()
 
     def ask(self, action: str, **order: Any) -> None:
         """An action of the experimenter, which must succeed."""
@@ -42,7 +42,7 @@ class StudyProcess:
 @contextmanager
 def study_process(file: Path, data: Path, port: int, *options: str) -> Iterator[StudyProcess]:
     command = [sys.executable, "-m", "movingout.server.cli", "study", "serve", str(file), "--data", str(data)]
-    command += ["--port", str(port), *options]
+    command += ["--port", str(port), "--processes", "1", *options]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         try:
             assert process.stdout is not None

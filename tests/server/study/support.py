@@ -5,20 +5,26 @@ import contextlib
 import json
 import time
 import urllib.request
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from websockets.exceptions import ConnectionClosed
+from websockets.exceptions import ConnectionClosed, InvalidHandshake
 
+from movingout.server.connection.endpoint import App
+from movingout.server.host import Host
+from movingout.server.processes.front_server import front_server
+from movingout.server.public_host import PublicHost
 from movingout.server.security.tokens import hash_token
+from movingout.server.settings import Settings
 from movingout.server.study.api.app import create_study_app
 from movingout.server.study.api.dashboard import Dashboard
 from movingout.server.study.api.participant_view import ParticipantViews
 from movingout.server.study.monitor import StudyMonitor
 from movingout.server.study.running_study import RunningStudy
+from movingout.server.uvicorn_server import game_server
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.study_file import parse_study
 from tests.server.live import ADMIN, WAIT_S, Live, Person, limits, serve
@@ -57,6 +63,11 @@ pairing: {wait_s: 30, return_s: 5}
 """
 
 
+def one_process(settings: Settings) -> tuple[Host, App]:
+    host = Host(settings)
+    return host, host.endpoint
+
+
 @dataclass
 class Served:
     """A running study."""
@@ -79,21 +90,26 @@ class Served:
 
     def row(self, pid: str) -> dict[str, Any]:
         """A participant's row on the experimenter's page, as of now."""
-        state = self.live.run(Dashboard(self.running, ParticipantViews(self.running)).state)
+        asked = Dashboard(self.running, ParticipantViews(self.running)).state()
+        state = asyncio.run_coroutine_threadsafe(asked, self.live.loop).result(WAIT_S)
         return next(dict(row) for row in state["participants"] if row["pid"] == pid)
 
     def alerts(self) -> list[str]:
         """The kinds of the alerts, the newest first."""
         return [alert["about"] for alert in self.running.alerts.to_json()]
 
-    def visitor(self, language: str = "en", beside: str = "", **parameters: str) -> "Visitor":
-        """Somebody who opens the link."""
-        status, answer = self.arrive(language, beside, **parameters)
+    def visitor(
+        self, language: str = "en", beside: str = "", known: Sequence[str] = (), **parameters: str
+    ) -> "Visitor":
+        """Somebody who opens the link, in a browser that has the tokens `known`."""
+        status, answer = self.arrive(language, beside, known, **parameters)
         assert status == 200, answer
         return Visitor(self, answer["token"], answer["view"])
 
-    def arrive(self, language: str = "en", beside: str = "", **parameters: str) -> tuple[int, Any]:
-        body = {"parameters": parameters, "language": language, "beside": beside}
+    def arrive(
+        self, language: str = "en", beside: str = "", known: Sequence[str] = (), **parameters: str
+    ) -> tuple[int, Any]:
+        body = {"parameters": parameters, "language": language, "beside": beside, "known": [*known]}
         return self.live.call("/api/study/arrive", body)
 
     def look(self) -> None:
@@ -173,12 +189,15 @@ class Visitor:
         self.next(boxes=["adult"])
 
     def fill_in(self) -> None:
-        """Answer everything that is asked on this screen."""
+        """Answer everything that is asked on this screen, and go on."""
+        self.answer_all()
+        self.next()
+
+    def answer_all(self) -> None:
         for item in self.step["items"]:
             text = "fine" if item["kind"] == "text" else ""
             value = {"likert7": 4, "tlx": 10, "choice": 0, "text": -1}[item["kind"]]
             assert self.answer(item["id"], value, text) == (200, {"saved": True})
-        self.next()
 
     def wait_until(self, reached: Callable[["Visitor"], bool]) -> None:
         """Reload until `reached` is true."""
@@ -189,9 +208,15 @@ class Visitor:
             self.look()
 
     def player(self) -> Person:
-        """Join the room of the round, and be ready."""
-        room = self.step["room"]
-        person = self.served.live.person(room["id"], mode="play", tokens=[room["token"]])
+        """Join the room of the round, and be ready; as a page does, again where a process is being replaced."""
+        room, deadline = self.step["room"], time.monotonic() + WAIT_S
+        while True:
+            try:
+                person = self.served.live.person(room["id"], mode="play", tokens=[room["token"]])
+                break
+            except (ConnectionError, TimeoutError, InvalidHandshake, ConnectionClosed):
+                assert time.monotonic() < deadline
+                time.sleep(0.1)
         person.say(type="ready", seat=room["seat"], ready=True)
         return person
 
@@ -231,7 +256,16 @@ class Visitor:
 
 @contextmanager
 def served(
-    data: Path, text: str = SOLO, *, codes: bool = False, database: str | None = None, port: int = 0, **settings: Any
+    data: Path,
+    text: str = SOLO,
+    *,
+    codes: bool = False,
+    signed: bool = False,
+    any_device: bool = False,
+    database: str | None = None,
+    port: int = 0,
+    host_of: Callable[[Settings], tuple[PublicHost, App]] = one_process,
+    **settings: Any,
 ) -> Iterator[Served]:
     """Serve a study for one `with` block; its data remain."""
     folder = StudyFolder(parse_study(text), data, database)
@@ -239,7 +273,9 @@ def served(
     made: list[Any] = []
 
     def app_of(chosen: Any) -> Any:
-        app = create_study_app(chosen, folder, text, codes)
+        app = create_study_app(
+            *host_of(chosen), folder, text, needs_code=codes, needs_signature=signed, any_device=any_device
+        )
         made.append(app.state)
         return app
 
@@ -250,7 +286,8 @@ def served(
         messages_per_s=60.0 * SPEED,
         message_burst=60.0 * SPEED,
     )
-    with serve(data, many, app_of, port, **options) as live:
+    server_of = game_server if host_of is one_process else front_server
+    with serve(data, many, app_of, port, server_of=server_of, **options) as live:
         yield Served(live, made[0].running, made[0].monitor, folder)
 
 

@@ -14,3 +14,12 @@ def test_a_detail_with_a_changing_figure_does_not_repeat_an_alert_and_another_un
     alerts.add("room", "Unit 2 cannot play yet.", unit=2)
     newest = alerts.to_json()[0]
     assert (newest["id"], newest["text"], newest["detail"]) == (3, "Unit 2 cannot play yet.", "")
+
+
+def test_a_clock_that_is_put_back_hides_no_alert() -> None:
+    now = [10_000.0]
+    alerts = Alerts(lambda: now[0])
+    alerts.add("disk", "The disk is almost full.")
+    now[0] -= 3600.0
+    alerts.add("disk", "The disk is almost full.")
+    assert len(alerts.to_json()) == 2

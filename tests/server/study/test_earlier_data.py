@@ -36,7 +36,7 @@ def test_participants_are_where_they_were_and_go_on_to_their_codes(tmp_path: Pat
     data = tmp_path / "data"
     shutil.copytree(STUDY / "data", data)
     text = (STUDY / "study.yaml").read_text(encoding="utf-8")
-    with served(data, text, agent_workers=1, tick_s=0.025) as study:
+    with served(data, text, any_device=True, agent_workers=1, tick_s=0.025) as study:
         for name in ("fixture-done-1", "fixture-done-2", "fixture-stopped"):
             assert returning(study, name).step["code"] == ABOUT[name]["code"]
         asked, card = returning(study, "fixture-asked"), returning(study, "fixture-card")
@@ -59,7 +59,9 @@ def test_a_round_that_was_cut_off_by_a_kill_resumes_after_its_last_recorded_tick
     shutil.copytree(UNFINISHED / "data", data)
     for path in (data / "rooms").glob("*.json"):  # rooms older than a day are not brought back
         path.write_text(json.dumps(json.loads(path.read_text()) | {"saved": time.time()}))
-    with served(data, (UNFINISHED / "study.yaml").read_text(encoding="utf-8"), agent_workers=1) as study:
+    with served(
+        data, (UNFINISHED / "study.yaml").read_text(encoding="utf-8"), any_device=True, agent_workers=1
+    ) as study:
         visitor = returning(study, "fixture-playing")
         assert (visitor.step["key"], visitor.step["state"]) == ("play/1/Simple-1", "playing")
         seat, person = visitor.step["room"]["seat"], visitor.player()

@@ -58,7 +58,7 @@ def test_the_screen_shows_who_is_where(long: Served) -> None:
     }  # fmt: skip
     assert row["room"] == visitor.step["room"]["id"] and row["tick"] > 0 and row["late_ms"] is not None
     assert (row["partner_letter"], row["present"], row["paused"]) == (visitor.step["partner_letter"], True, False)
-    assert row["title"] == "Hand Off" and row["episode"]
+    assert (row["map"], row["title"]) == ("HandOff", "Hand Off") and row["episode"]
     visitor.stop(True)
     row = long.row(visitor.pid)
     assert (row["kind"], row["outcome"], row["code_given"], row["room"]) == ("code", "withdrew", True, None)

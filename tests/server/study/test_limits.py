@@ -1,21 +1,26 @@
 """What one person can take from a served study, by floods or with the link of somebody else."""
 
+import asyncio
 import contextlib
+import json
 import sqlite3
 import urllib.request
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from movingout.server.connection.admission import AdmissionControl
+from movingout.server.study.api.dashboard import Dashboard
+from movingout.server.study.api.participant_view import ParticipantViews
 from movingout.server.study.participant_session import notify
-from movingout.server.study.participants import CODE_LENGTH
+from movingout.server.study.participants import CODE_LENGTH, Participants
 from movingout.server.study.participants import CODE_LETTERS as CODE_ALPHABET
 from movingout.study.store.store import MOST_CHANGES
 from movingout.study.store.tables import answers, participants
-from tests.server.live import WAIT_S, limits
+from tests.server.live import ADMIN, WAIT_S, limits
 from tests.server.study.support import Served, Visitor, served
 
 
@@ -67,6 +72,7 @@ def test_who_knows_the_link_reads_no_text_that_was_written_on_another_device(tmp
         victim = study.visitor(PROLIFIC_PID="victim").go_to("questionnaire")
         victim.answer("comment", -1, "I am Jane, and this was fun")
         victim.answer("teamwork", 6)
+        study.ask("allow-device", pid=victim.pid)
         thief = study.visitor(PROLIFIC_PID="victim")
         assert thief.step["answers"] == {
             "comment": {"value": -1, "text": "", "hidden": True},
@@ -133,3 +139,53 @@ def test_a_game_of_a_study_keeps_no_answers_beside_the_study(solo: Served) -> No
     status, told = solo.live.call(f"/api/rooms/{room['id']}/answers", body, room["token"])
     assert (status, told["error"]["code"]) == (409, "study")
     assert list((solo.folder.data / "answers").glob("*")) == []
+
+
+# ---- the experimenter's page with thousands of people -------------------------------------------------------------
+
+
+def test_the_dashboard_of_three_thousand_sends_what_has_changed_in_small_documents(solo: Served) -> None:
+    running = solo.running
+    visitor = solo.visitor().go_to("form")
+    sample = running.participants[visitor.pid]
+
+    def crowd() -> Participants:
+        many = Participants(running.study, running.databases)
+        for number in range(3000):
+            outcome = "done" if number >= 10 else None
+            record = replace(sample.record, pid=f"X{number}", outcome=outcome, code="CODE" if outcome else None)
+            many._add(record, "link")
+        return many
+
+    async def watched() -> tuple[list[str], list[str]]:
+        dashboard = Dashboard(running, ParticipantViews(running))
+        running.participants, real = crowd(), running.participants
+        try:
+            await dashboard.refresh()
+            whole = list(dashboard.news(-1))
+            seen, dashboard._made_at = dashboard.version, -1.0
+            await dashboard.refresh()
+            return whole, list(dashboard.news(seen))
+        finally:
+            running.participants = real
+
+    whole, later = asyncio.run_coroutine_threadsafe(watched(), solo.live.loop).result(WAIT_S)
+    assert len(whole) == 15 and max(len(document) for document in whole) < 150_000
+    assert sum(len(json.loads(document).get("more", [])) for document in whole[1:]) == 2800
+    assert not json.loads(whole[0])["partial"] and json.loads(later[0])["partial"]
+    assert len(later) == 1 and len(json.loads(later[0])["participants"]) <= 10, "who has finished does not change"
+
+
+def test_the_live_stream_begins_with_everybody_and_goes_on_with_changes(solo: Served) -> None:
+    visitor = solo.visitor().go_to("form")
+    request = urllib.request.Request(f"http://{solo.live.address}/api/experimenter/live")
+    request.add_header("Authorization", f"Bearer {ADMIN}")
+    with urllib.request.urlopen(request, timeout=WAIT_S) as stream:
+        first = json.loads(stream.readline()[6:])
+        assert visitor.pid in [row["pid"] for row in first["participants"]] and not first["partial"]
+        visitor.stop(keep=True)
+        while True:
+            line = stream.readline()
+            changed = json.loads(line[6:])["participants"] if line.startswith(b"data: ") else []
+            if any(row["pid"] == visitor.pid and row["outcome"] for row in changed):
+                break

@@ -28,14 +28,14 @@ def test_from_the_link_to_the_code_a_reload_anywhere_returns_to_the_same_place(s
         kinds.append(visitor.kind)
         shown = dict(visitor.view)
         assert visitor.look() == shown
-        visitor = solo.visitor(PROLIFIC_PID="whole-way")
+        visitor = solo.visitor(PROLIFIC_PID="whole-way", known=[visitor.token])
         assert visitor.view == shown, "the link brings them back, too"
     assert kinds == WAY
     step = visitor.step
     minutes, amount = step["earned"].pop("minutes"), step["earned"].pop("amount")
     assert amount == pytest.approx(0.2 * minutes, abs=0.02)
     assert step == {
-        "key": "code", "kind": "code", "code": step["code"], "outcome": "done", "kept": True,
+        "key": "code", "kind": "code", "code": step["code"], "outcome": "done", "kept": True, "long_ago": False,
         "completion_url": f"https://app.prolific.com/submissions/complete?cc={step['code']}",
         "earned": {"currency": "USD"}, "from_platform": True,
     }  # fmt: skip
@@ -86,7 +86,7 @@ def test_the_consent_is_kept_with_the_language_and_the_hash_of_the_shown_text(so
     status, answer = visitor.call("next", {"key": "consent", "boxes": ["release"]})
     assert (status, answer["error"]["code"]) == (422, "boxes")
     visitor.next(boxes=["adult", "unknown"])
-    visitor.next(boxes=["adult"])
+    visitor.call("next", {"key": "consent", "boxes": ["adult"]})
     mine = [row for row in solo.running.databases.store.rows(consents) if row["pid"] == visitor.pid]
     text = solo.running.study.consent.text.text("de")
     assert [(row["language"], row["sha256"], row["boxes"]) for row in mine] == [
@@ -181,6 +181,8 @@ def test_data_are_deleted_too_when_somebody_says_so_after_the_debrief(solo: Serv
 def test_double_clicks_do_what_one_click_does(solo: Served) -> None:
     visitor = solo.visitor()
     for _ in range(4):
+        if visitor.kind == "form":
+            visitor.answer_all()
         said = {"key": visitor.step["key"], "boxes": ["adult"], "rtt_ms": 3.0, "device": "touch"}
         with ThreadPoolExecutor(3) as pool:
             heard = [pool.submit(visitor.call, "next", said) for _ in range(3)]
@@ -199,7 +201,7 @@ def test_of_two_with_one_link_the_second_goes_on_and_the_first_is_told(solo: Ser
         heard = pool.submit(events_of, first, 1)
         while not solo.running.participants[first.pid].listeners:
             pass
-        second = solo.visitor(PROLIFIC_PID="shared")
+        second = solo.visitor(known=[first.token], PROLIFIC_PID="shared")
         assert heard.result(20) == [{"changed": True}]
     assert second.kind == "form"
     assert first.look()["step"]["kind"] == "ended-elsewhere"
@@ -211,7 +213,8 @@ def test_of_two_with_one_link_the_second_goes_on_and_the_first_is_told(solo: Ser
 
 def test_a_code_lets_one_participant_in_and_brings_them_back_until_they_have_finished(tmp_path: Path) -> None:
     with served(tmp_path, codes=True) as study:
-        assert study.live.call("/api/study")[1]["asks_code"] is True
+        known = study.live.call("/api/study")[1]
+        assert (known["asks_code"], known["pays"]) == (True, True)
         for parameters, code in (
             ({}, "code"), ({"code": "NOBODY"}, "code_unknown"), ({"PROLIFIC_PID": "made-up"}, "code"),
             ({"workerId": "made-up"}, "code"), ({"code": " "}, "code"),
@@ -288,10 +291,15 @@ def test_a_click_is_kept_at_once_and_shown_again(solo: Served) -> None:
     for item, value, status in (("age", 99, 422), ("nothing", 1, 422)):
         assert visitor.answer(item, value)[0] == status
     assert visitor.answer("age", 1, key="practice")[0] == 422
-    visitor.next()
+    assert visitor.call("next", {"key": "form"})[1]["error"]["code"] == "unanswered"
+    visitor.fill_in()
     assert visitor.answer("age", 3, key="form") == (200, {"saved": True}), "one that was on its way"
-    kept = [row for row in solo.running.databases.store.rows(answers) if row["pid"] == visitor.pid]
-    assert [(row["value"], row["elapsed_ms"], row["hidden_ms"]) for row in kept] == [(2, 900.0, 10.0), (3, 900.0, 10.0)]
+    kept = [
+        row for row in solo.running.databases.store.rows(answers) if (row["pid"], row["item"]) == (visitor.pid, "age")
+    ]
+    assert [(row["value"], row["elapsed_ms"], row["hidden_ms"]) for row in kept] == [
+        (n, 900.0, 10.0) for n in (2, 0, 3)
+    ]
 
 
 def test_a_page_that_is_reloaded_in_a_round_comes_back_to_the_same_seat(solo: Served) -> None:
@@ -334,3 +342,12 @@ def test_pages_and_texts_are_served_and_the_start_page_leads_to_the_study(solo: 
         status, page = solo.live.call(path)
         assert status == 200 and part in page, path
     assert solo.live.call("/static/words/de.json")[0] == 200
+
+
+def test_nobody_is_done_with_a_questionnaire_without_an_answer(solo: Served) -> None:
+    visitor = solo.visitor().go_to("form")
+    status, told = visitor.call("next", {"key": visitor.step["key"]})
+    assert (status, told["error"]["code"]) == (422, "unanswered")
+    for item in visitor.step["items"]:
+        visitor.answer(item["id"], -1)  # "I prefer not to answer" is one, and a text may stay empty
+    assert visitor.next()["step"]["key"] != "form"

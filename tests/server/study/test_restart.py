@@ -44,7 +44,7 @@ def test_after_kill_9_everybody_is_where_they_were_and_the_round_goes_on(tmp_pat
     with study_process(file, tmp_path, port, "--rehearse", "2") as running:  # slower: it goes on while we look
         asking.served = player.served = running  # type: ignore[assignment]
         assert asking.look()["step"]["answers"] == {"age": {"value": 2, "text": ""}}
-        assert _visitor(study, "asking").kind == "form", "and by the link"
+        assert _visitor(study, "asking", asking.token).kind == "form", "and by the link"
         assert player.look()["step"]["state"] == "playing"
         again = player.player()
         first = again.next_tick(player.step["room"]["seat"])
@@ -89,8 +89,10 @@ def test_what_was_paused_is_paused_after_kill_9_until_the_experimenter_lets_it_g
         assert resting.look()["step"]["kind"] == "practice"
 
 
-def _visitor(study: Any, name: str) -> Visitor:
-    status, answer = study.live.call("/api/study/arrive", {"parameters": {"PROLIFIC_PID": name}})
+def _visitor(study: Any, name: str, *known: str) -> Visitor:
+    """Somebody who opens the link, in a browser with these tokens."""
+    body = {"parameters": {"PROLIFIC_PID": name}, "known": [*known]}
+    status, answer = study.live.call("/api/study/arrive", body)
     assert status == 200, answer
     return Visitor(study, answer["token"], answer["view"])
 

@@ -3,6 +3,7 @@
 import asyncio
 import inspect
 from collections.abc import Awaitable, Callable
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -10,18 +11,21 @@ import pytest
 
 from movingout.server.host import Host
 from movingout.server.notices import NOTHING
+from movingout.server.rooms.room_view import room_view
 from movingout.server.settings import Settings
 from movingout.server.study.departures import Departures
 from movingout.server.study.participant_session import ParticipantSession
 from movingout.server.study.participants import Participants
 from movingout.server.study.progress import Progress
+from movingout.server.study.rounds.finished_rounds import FinishedRounds
+from movingout.server.study.rounds.study_rooms import StudyRooms
 from movingout.server.study.running_study import RunningStudy
-from movingout.server.study.study_rooms import StudyRooms
 from movingout.server.study.transaction import Transaction
 from movingout.server.study.unit import StudyUnit
 from movingout.server.study.units import Units
 from movingout.study.data.study_folder import StudyFolder
 from movingout.study.design.study_file import parse_study
+from movingout.study.errors import StoreFenced
 from movingout.study.store.tables import participants
 from tests.server.study.support import SOLO
 
@@ -29,7 +33,8 @@ READERS = {
     Participants: {"get"},
     Units: {"get", "of", "heard", "waiting_since"},
     Progress: {"is_paused", "note_standing"},
-    StudyRooms: {"prepare", "map_of", "map_name", "saved"},
+    StudyRooms: {"prepare", "map_of", "map_name", "refresh"},
+    FinishedRounds: {"add", "save_soon", "saved", "count", "count_recovered", "count_stored", "close_left"},
     Departures: {"delete_data", "deleted"},
 }
 """All public methods that may be called at any time; `heard` marks presence, `delete_data` begins in the background."""
@@ -52,11 +57,17 @@ CHANGES: dict[str, Change] = {
     "Progress.advance": lambda study, tx, one, unit: study.progress.advance(tx, one),
     "Progress.round_ended": lambda study, tx, one, unit: study.progress.round_ended(tx, unit, None),  # type: ignore[arg-type]
     "Progress.catch_up": lambda study, tx, one, unit: study.progress.catch_up(tx, unit),
+    "Progress.catch_up_all": lambda study, tx, one, unit: study.progress.catch_up_all(tx),
     "Progress.restore": lambda study, tx, one, unit: study.progress.restore(tx),
     "Progress.set_paused": lambda study, tx, one, unit: study.progress.set_paused(tx, True),
+    "Progress.hold_rooms": lambda study, tx, one, unit: study.progress.hold_rooms(tx),
+    "StudyRooms.ask": lambda study, tx, one, unit: study.rooms.ask(tx, unit, room_view),
+    "StudyRooms.hold": lambda study, tx, one, unit: study.rooms.hold(tx, unit, True),
+    "StudyRooms.look": lambda study, tx, one, unit: study.rooms.look(tx, study.units),
     "StudyRooms.open": lambda study, tx, one, unit: study.rooms.open(tx, unit, one.steps[3]),
     "StudyRooms.close": lambda study, tx, one, unit: study.rooms.close(tx, unit, NOTHING),
-    "StudyRooms.save": lambda study, tx, one, unit: study.rooms.save(tx, unit),
+    "Participants.drop_undecided": lambda study, tx, one, unit: study.participants.drop_undecided(tx, inf),
+    "FinishedRounds.save": lambda study, tx, one, unit: study.rooms.finished.save(tx, unit),
     "StudyRooms.check": lambda study, tx, one, unit: study.rooms.check(tx, study.units, 0.0, True),
     "StudyRooms.resume": lambda study, tx, one, unit: study.rooms.resume(tx, study.units),
     "Departures.dismiss": lambda study, tx, one, unit: study.departures.dismiss(tx, one, "withdrew"),
@@ -95,6 +106,7 @@ async def at_practice(study: RunningStudy) -> tuple[Transaction, ParticipantSess
         await tx.run(study.databases.store.consent, session.pid, "1", "en", "text", [])
         await study.participants.move(tx, session, "input-check")
         await study.units.form(tx, [session])
+        await study.participants.arrive(tx, "PBBBBBB", "en", "link")  # and is still undecided
     unit = study.units.of(session)
     assert unit is not None and session.record.step == "practice"
     return tx, session, unit
@@ -144,3 +156,24 @@ def test_a_transaction_ends_with_an_error_too_and_lets_the_next_one_begin(tmp_pa
             another.check()
 
     run(tmp_path, test)
+
+
+def test_nothing_changes_while_another_server_may_run_the_study(tmp_path: Path) -> None:
+    async def test() -> None:
+        in_charge = True
+        folder = StudyFolder(parse_study(SOLO), tmp_path)
+        study = RunningStudy(folder, SOLO, Host(Settings(data=tmp_path)), in_charge=lambda: in_charge)
+        try:
+            _, session, unit = await at_practice(study)
+            in_charge = False
+            assert study.is_over()
+            async with study.transaction() as tx:
+                with pytest.raises(StoreFenced):
+                    await study.participants.move(tx, session, "debrief")
+                with pytest.raises(StoreFenced):
+                    await study.rooms.open(tx, unit, session.steps[3])
+            assert session.record.step == "practice"
+        finally:
+            study.databases.close()
+
+    asyncio.run(test())

@@ -37,7 +37,7 @@ def test_a_rehearsal_is_reported_exported_and_forgotten_and_always_says_that_it_
     assert main(simulate) == 2, "a folder is never rehearsed in twice"
     assert "exists already" in capsys.readouterr().err
     assert main(["study", "report", *at]) == 0
-    assert "the participants were simulated" in Path("short-agents-simulated-report/report.html").read_text("utf-8")
+    assert "The participants were simulated" in Path("short-agents-simulated-report/report.html").read_text("utf-8")
     assert main(["study", "export", *at]) == 0
     export = Path("short-agents-simulated-export")
     assert json.loads((export / "about.json").read_text())["simulated"] is True

@@ -26,8 +26,8 @@ def test_links_are_printed_and_what_cannot_work_is_refused(tmp_path: Path, capsy
         assert f"http://127.0.0.1:{port}/experimenter" in running.printed
         status, _ = running.live.call("/api/study/arrive", {"parameters": {"code": found[1]}})
         assert status == 200
-        token = re.search(r"Token\s+(\S+)", running.printed)
-        assert token and running.live.call("/api/experimenter/state", token=token[1])[0] == 200
+        assert re.search(r"Token\s+in .+admin-token", running.printed), "only a terminal shows the token itself"
+        assert running.live.call("/api/experimenter/state", token=running.token)[0] == 200
         assert "in use by another server" in refused(capsys, file, tmp_path)
         in_use = refused(capsys, file, tmp_path / "other", "--port", str(port))
         assert f"port {port} is in use already" in in_use

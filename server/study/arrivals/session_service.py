@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Literal
 
 from movingout.server.security.tokens import hash_token, new_id, new_token
-from movingout.server.study.arrival_link import CODE, Arrival, ArrivalRefused
+from movingout.server.study.arrivals.arrival_link import CODE, Arrival, ArrivalRefused
 from movingout.server.study.participant_session import ParticipantSession, notify
 from movingout.server.study.running_study import RunningStudy
 from movingout.server.study.transaction import Transaction
@@ -40,6 +40,8 @@ class SessionService:
         async with running.transaction() as tx:
             pid = await self._pid(tx, arrival)
             before = running.participants.get(pid)
+            if before is not None and before not in here:
+                self._refuse_other_device(before)
             session = before or await self._admit(tx, pid, arrival.source, language)
             if arrival.source == CODE and session.finished:
                 raise ArrivalRefused("code_used", "This code was used already, by somebody who has finished.")
@@ -49,6 +51,7 @@ class SessionService:
                 await self._seat_beside(tx, first, session)
             if before is not None and before not in here:
                 session.texts_since_ms = running.databases.store.now()
+                session.any_device = False  # it was allowed once
             token = _token(session.texts_since_ms)
             await self._open_session(tx, session, token)
             return token, session
@@ -66,6 +69,8 @@ class SessionService:
             self._sessions[digest] = session
             session.texts_since_ms = _since_ms(token)  # after a restart
         session = self._sessions[digest]
+        if self._running.participants.get(session.pid) is not session and not session.declined:
+            return None  # they never consented, and were forgotten
         self._mark_present(session)
         return session
 
@@ -79,11 +84,23 @@ class SessionService:
         known = await tx.run(self._identities.known, arrival.source, arrival.external_id)
         if known is not None:
             return known
+        if arrival.expired:
+            raise ArrivalRefused("link_expired", "This link has expired. Please ask the experimenter for another one.")
         if arrival.source == CODE:
             raise ArrivalRefused("code_unknown", "This code is not known. Please check it, or ask the experimenter.")
         self._refuse_when_full()  # before anything about them is kept
         pid, _ = await tx.run(self._identities.pid, arrival.source, arrival.external_id, arrival.parameters)
         return pid
+
+    def _refuse_other_device(self, session: ParticipantSession) -> None:
+        if not self._running.device_bound(session):
+            return
+        pid = session.pid
+        self._running.alerts.add(
+            "other_device", f"{pid} wants to continue in another browser; you can allow it.", pid=pid
+        )
+        text = "You began this study in another browser. Please continue there, or ask the experimenter."
+        raise ArrivalRefused("other_device", text)
 
     def _refuse_when_full(self) -> None:
         done = sum(session.record.outcome == "done" for session in self._running.participants)

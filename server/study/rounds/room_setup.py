@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from movingout.maps import MapSpec
-from movingout.server.host import Host
+from movingout.server.public_host import PublicHost
 from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RoomConfig
 from movingout.server.rooms.tutorial import PARTNER_NAME, partner_seat
@@ -17,7 +17,7 @@ from movingout.study.design.steps import Step
 class RoomSetup:
     """The configuration of the rooms of one study. `simulated` participants are marked in the recordings."""
 
-    def __init__(self, study: Study, host: Host, simulated: bool) -> None:
+    def __init__(self, study: Study, host: PublicHost, simulated: bool) -> None:
         self._study = study
         self._host = host
         self._names = {"study": study.id, **({"simulated": "yes"} if simulated else {})}  # for recordings
@@ -33,7 +33,7 @@ class RoomSetup:
     def map_of(self, step: Step) -> MapSpec:
         """The map of a round or of the practice, after `prepare`."""
         config = self.config(step)
-        return self._host.registry.world_map(config.designed(0), config.challenge2_seed, config.split)
+        return self._host.world_map(config.designed(0), config.challenge2_seed, config.split)
 
     def config(self, step: Step, unit: StudyUnit | None = None) -> RoomConfig:
         practice, turn = self._study.practice, step.turn

@@ -5,9 +5,8 @@ from typing import NamedTuple
 
 from movingout.recordings import read_episode
 from movingout.recordings.storage.listing import read_summary
-from movingout.server import messages as m
 from movingout.server.rooms.quality import RoundQuality
-from movingout.server.rooms.room import Room
+from movingout.server.rooms.room_view import PlayedRound
 from movingout.server.study.unit import RunningRound, StudyUnit
 from movingout.study.store.rounds import PlayerOutcome, RoundOutcome
 from movingout.world.metrics import Metrics, from_numbers
@@ -58,7 +57,8 @@ def recovered_players(recovered: RecoveredRound, unit: StudyUnit | None) -> list
     return players
 
 
-def round_outcome(room: Room, result: m.Result) -> RoundOutcome:
+def round_outcome(played: PlayedRound) -> RoundOutcome:
+    result = played.result
     return RoundOutcome(
         outcome=result.outcome,
         ticks=result.ticks,
@@ -66,21 +66,20 @@ def round_outcome(room: Room, result: m.Result) -> RoundOutcome:
         nfd=result.nfd,
         wt_s=result.wt_s,
         ac=from_numbers({"ac": result.ac})["ac"],
-        late_ms=room.round.quality.late_p99_ms(),
+        late_ms=played.late_ms,
     )
 
 
-def player_outcomes(running: RunningRound) -> tuple[PlayerOutcome, ...]:
+def player_outcomes(running: RunningRound, played: PlayedRound) -> tuple[PlayerOutcome, ...]:
     """How the round went for each participant in it."""
-    quality, seats = running.room.round.quality, running.room.seats
     return tuple(
         PlayerOutcome(
             pid=pid,
             seat=seat,
-            device=seats[seat].controls.device,
-            rtt_ms=quality.rtt_ms(seat),
-            idle_share=quality.idle_share(seat),
-            hidden_s=quality.hidden_s(seat),
+            device=played.seats[seat].device,
+            rtt_ms=played.seats[seat].rtt_ms,
+            idle_share=played.seats[seat].idle_share,
+            hidden_s=played.seats[seat].hidden_s,
         )
         for pid, seat in running.seats.items()
     )

@@ -1,13 +1,15 @@
 """The parameters of a participant's link: from a recruitment platform, a code, or none."""
 
 import secrets
+import time
 from collections.abc import Mapping
 from typing import NamedTuple
 
 from movingout.server.notices import ErrorCode
+from movingout.server.study.arrivals.signed_links import LinkSigner
 from movingout.study.errors import StudyError
 
-PROLIFIC, MTURK, CODE, LINK = "prolific", "mturk", "code", "link"
+PROLIFIC, MTURK, CODE, LINK, SIGNED = "prolific", "mturk", "code", "link", "signed"
 PLATFORMS = (PROLIFIC, MTURK)
 PREVIEW = "ASSIGNMENT_ID_NOT_AVAILABLE"  # what MTurk sends in a preview
 UNFILLED = "{{%"  # a placeholder of Prolific in a link that was copied by hand: {{%PROLIFIC_PID%}}
@@ -21,6 +23,7 @@ class Arrival(NamedTuple):
     source: str
     external_id: str
     parameters: Mapping[str, str]
+    expired: bool = False  # nobody may begin with it any more; who has begun may go on
 
 
 class ArrivalRefused(StudyError):
@@ -31,15 +34,26 @@ class ArrivalRefused(StudyError):
         self.code = code
 
 
-def read_arrival(link: Mapping[str, str], needs_code: bool) -> Arrival:
+def read_arrival(
+    link: Mapping[str, str], needs_code: bool, signer: LinkSigner | None = None, needs_signature: bool = False
+) -> Arrival:
     """Raises ArrivalRefused for a link that no participant can have."""
     given = {name: value.strip() for name, value in link.items()}
     if any(len(value) > MAX_LENGTH or value.startswith(UNFILLED) for value in given.values()):
         raise ArrivalRefused("link", "This link is not complete. Please open it again from where you got it.")
     if given.get("assignmentId") == PREVIEW:
         raise ArrivalRefused("preview", "This is a preview. Please accept the task first, then open it again.")
+    if given.get("sig") or needs_signature:
+        return _signed(given, signer)
     source, external_id = _person(given, needs_code)
     return Arrival(source, external_id, {name: given[name] for name in KEPT if given.get(name)})
+
+
+def _signed(given: Mapping[str, str], signer: LinkSigner | None) -> Arrival:
+    checked = signer.checked(given, time.time()) if signer is not None else None
+    if checked is None:
+        raise ArrivalRefused("link", "This link is not complete. Please open it again from where you got it.")
+    return Arrival(SIGNED, checked.id, {}, checked.expired)
 
 
 def _person(given: Mapping[str, str], needs_code: bool) -> tuple[str, str]:

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from movingout.server.study.room_setup import RoomSetup
+from movingout.server.study.rounds.room_setup import RoomSetup
 from movingout.study.design.allocation import assign
 from movingout.study.design.steps import steps
 from movingout.study.design.study_file import parse_study

@@ -1,0 +1,113 @@
+"""How many agents the workers can take: by what a decision costs, as measured, and by how many came too late.
+
+Costs are shares of one core. They are kept in a file, so that nobody is admitted by a guess after a restart.
+"""
+
+import json
+import logging
+import math
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+from movingout.agents.checkpoint.checkpoint import fingerprint
+
+log = logging.getLogger(__name__)
+
+MOST_PER_WORKER = 0.8  # share of a core; the rest absorbs decisions that fall together
+ROOMS = 0.7  # of one core, for the rooms themselves
+GUESS, GUESS_TRAINED = 0.03, 0.1  # assumed until measured: more than BASS takes (0.06 on a 2 GHz core)
+WEIGHT = 0.05  # of one decision in the running average
+ONE_ADDRESS = 0.5  # of the capacity that one address may take
+BESIDE_STUDY = 0.5  # of the capacity that rooms outside of a running study may take
+MOST_LATE = 0.1  # share of late decisions above which a worker takes no more seats
+LATE_OF = 50  # decisions that this share is of, at least
+HALF_LIFE_S = 10.0
+MOST_KEPT = 200  # agents, of which each set of options makes another one; then the oldest is forgotten
+COSTS = "agent_costs.json"
+
+
+def per_worker(workers: int, cores: int | None = None) -> float:
+    """The share of a core that the seats of one of so many workers may use, so that the rooms keep theirs."""
+    cores = cores or len(os.sched_getaffinity(0))
+    return min(MOST_PER_WORKER, max(0.3, (cores - ROOMS) / max(1, workers)))
+
+
+class AgentCosts:
+    """The share of a core that one seat of an agent uses. `file` is where it is kept; None for nowhere."""
+
+    def __init__(self, file: Path | None = None) -> None:
+        self._file = file
+        self._shares: dict[str, float] = {}
+        self._prints: dict[str, str] = {}
+        self._changed = False
+        self._read()
+
+    def of(self, agent_id: str) -> float:
+        return self._shares.get(agent_id, GUESS_TRAINED if "@" in agent_id else GUESS)
+
+    def measured(self, agent_id: str, share: float) -> None:
+        """Decisions of a freshly loaded agent were timed; 0 for none. What was learned while it played stays."""
+        if share > 0.0 and (agent_id not in self._shares or self._prints.get(agent_id) != fingerprint(agent_id)):
+            self._set(agent_id, share)
+
+    def note(self, agent_id: str, share: float) -> None:
+        """One decision of an agent that plays. The first may include one-off planning, so it too counts little."""
+        self._set(agent_id, (1.0 - WEIGHT) * self.of(agent_id) + WEIGHT * share)
+
+    def save(self) -> None:
+        """Write the file if anything has changed; a cost that cannot be kept is measured again."""
+        if self._file is None or not self._changed:
+            return
+        rows = {name: {"share": round(share, 5), "model": self._prints[name]} for name, share in self._shares.items()}
+        new = self._file.with_suffix(".tmp")
+        try:
+            new.write_text(json.dumps(rows, indent=1), encoding="utf-8")
+            new.replace(self._file)
+            self._changed = False
+        except OSError as error:
+            log.warning("the costs of agents are not kept in %s: %s", self._file, error.strerror)
+
+    def _set(self, agent_id: str, share: float) -> None:
+        if agent_id not in self._prints:
+            self._prints[agent_id] = fingerprint(agent_id)
+        self._shares[agent_id] = share
+        self._changed = True
+        if len(self._shares) > MOST_KEPT:
+            oldest = next(iter(self._shares))
+            del self._shares[oldest], self._prints[oldest]
+
+    def _read(self) -> None:
+        try:
+            rows = json.loads(self._file.read_text(encoding="utf-8")) if self._file else {}
+            for name, row in rows.items():
+                share, model = float(row["share"]), str(row["model"])
+                if math.isfinite(share) and 0.0 < share < 1e3 and model == fingerprint(name):
+                    self._shares[name], self._prints[name] = share, model
+        except FileNotFoundError:
+            pass
+        except (OSError, ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
+            log.warning("%s is not read, and its costs are measured again: %s", self._file, error)
+
+
+class LateDecisions:
+    """The share of a worker's decisions that came too late in the last seconds."""
+
+    def __init__(self, clock: Callable[[], float]) -> None:
+        self._clock = clock
+        self._at = clock()
+        self._all = self._late = 0.0
+
+    def note(self, late: bool) -> None:
+        self._fade()
+        self._all += 1.0
+        self._late += late
+
+    def too_many(self) -> bool:
+        self._fade()
+        return self._late > MOST_LATE * max(self._all, LATE_OF)
+
+    def _fade(self) -> None:
+        now = self._clock()
+        kept = 0.5 ** ((now - self._at) / HALF_LIFE_S)
+        self._at, self._all, self._late = now, self._all * kept, self._late * kept

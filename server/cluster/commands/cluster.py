@@ -1,0 +1,162 @@
+"""`movingout cluster`: the proxy in front of several machines, what they are doing, and how many are needed."""
+
+import argparse
+import asyncio
+import json
+import sys
+from dataclasses import asdict
+from pathlib import Path
+
+from movingout.server.cluster.capacity import FIGURES, plan, read_figures
+from movingout.server.cluster.errors import ClusterError
+from movingout.server.cluster.lease_store import ClusterView, LeaseStore
+from movingout.server.cluster.node import waiting_rooms
+from movingout.server.cluster.proxy_config import TEMPLATES, ProxyConfig, ProxyLimits, command_line, nodes_of
+from movingout.server.cluster.shards import SHARDS, STUDY
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    commands = parser.add_subparsers(dest="action", metavar="ACTION", required=True)
+    config = commands.add_parser(
+        "config",
+        help="write the configuration of HAProxy or Caddy in front of the nodes",
+        example="movingout cluster config --node a=10.0.0.1:8000 --node b=10.0.0.2:8000 --domain game.example.org",
+    )
+    _add_config(config)
+    status = commands.add_parser(
+        "status",
+        help="print the nodes, and which rooms wait for one that is away",
+        example="movingout cluster status --cluster postgresql://movingout@db/movingout",
+    )
+    status.add_argument("--cluster", required=True, metavar="URL", help="the PostgreSQL database of the cluster")
+    status.add_argument("--json", action="store_true", help="print one JSON document")
+    status.set_defaults(work=_status)
+    reckon = commands.add_parser(
+        "plan",
+        help="work out how many cores, and how much of the rest, participants need",
+        example="movingout cluster plan --participants 1000 --agent bass@any",
+    )
+    _add_plan(reckon)
+
+
+def run(args: argparse.Namespace) -> int:
+    code: int = args.work(args)
+    return code
+
+
+def _add_config(parser: argparse.ArgumentParser) -> None:
+    limits = ProxyLimits()
+    parser.add_argument("--node", action="append", required=True, metavar="NAME=HOST:PORT", help="a node (repeatable)")
+    parser.add_argument(
+        "--for", dest="proxy", choices=[*TEMPLATES], default="haproxy", help="which proxy (%(default)s)"
+    )
+    parser.add_argument("--domain", default="", metavar="NAME", help="answer under this name only")
+    parser.add_argument(
+        "--certificate",
+        default="",
+        metavar="FILE",
+        help="certificate and key in one PEM file, for https (Caddy gets its own without)",
+    )
+    parser.add_argument("--listen", default="", metavar="ADDRESS", help="where to listen (:443, or :80 without https)")
+    parser.add_argument("--redirect-from", default=":80", metavar="ADDRESS", help="send http from here to https (:80)")
+    parser.add_argument("--admin-socket", default="", metavar="FILE", help="HAProxy's own socket for its operator")
+    parser.add_argument(
+        "--max-connections", type=int, default=limits.connections, metavar="N", help="connections in all (%(default)s)"
+    )
+    parser.add_argument(
+        "--max-per-address", type=int, default=limits.per_address, metavar="N",
+        help="connections of one address, or /64 network (%(default)s)",
+    )  # fmt: skip
+    parser.add_argument("-o", "--out", type=Path, metavar="FILE", help="write it here instead of printing it")
+    parser.set_defaults(work=_config)
+
+
+def _add_plan(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--participants", type=int, required=True, metavar="N", help="who play at the same time")
+    parser.add_argument("--agent", default="", metavar="ID", help="the partner of each; without it they play in pairs")
+    parser.add_argument("--figures", type=Path, default=FIGURES, metavar="FILE", help="measured figures of your own")
+    parser.add_argument("--core-hour-price", type=float, metavar="PRICE", help="also print what the cores cost an hour")
+    parser.add_argument("--json", action="store_true", help="print one JSON document")
+    parser.set_defaults(work=_plan)
+
+
+def _plan(args: argparse.Namespace) -> int:
+    figures = read_figures(args.figures)
+    found = plan(args.participants, args.agent, figures)
+    cost = {} if args.core_hour_price is None else {"cost_per_hour": round(found.cores * args.core_hour_price, 2)}
+    if args.json:
+        print(json.dumps({**asdict(found), **cost}, indent=2))
+        return 0
+    partner = f"with {found.agent}" if found.agent else "in pairs"
+    print(f"{found.participants} participants at the same time, {partner}:")
+    for name, value in {**asdict(found), **cost}.items():
+        if isinstance(value, int | float) and name != "participants":
+            print(f"  {name.replace('_', ' '):<22}{value:>10,}")
+    for note in found.notes:
+        print(f"  {note}")
+    print(f"Reckoned from {args.figures}:")
+    for name in figures.__struct_fields__:
+        print(f"  {name.replace('_', ' '):<26}{getattr(figures, name).source}")
+    return 0
+
+
+def _config(args: argparse.Namespace) -> int:
+    config = ProxyConfig(
+        nodes=nodes_of(args.node),
+        domain=args.domain,
+        certificate=args.certificate,
+        listen=args.listen,
+        redirect_from=args.redirect_from,
+        admin_socket=args.admin_socket,
+        limits=ProxyLimits(connections=args.max_connections, per_address=args.max_per_address),
+        command=command_line(),
+    )
+    text = config.text(args.proxy)
+    if args.out is None:
+        print(text, end="")
+        return 0
+    try:
+        args.out.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise ClusterError(f"cannot write {args.out}: {error.strerror}") from None
+    print(f"wrote {args.out} for {len(config.nodes)} nodes", file=sys.stderr)
+    return 0
+
+
+def _status(args: argparse.Namespace) -> int:
+    """Exit code 1 when rooms wait for a node that is away."""
+
+    async def look() -> ClusterView:
+        store = LeaseStore(args.cluster)
+        try:
+            await store.prepare()
+            return await store.view()
+        finally:
+            await store.close()
+
+    view = asyncio.run(look())
+    waiting = list(waiting_rooms(view))
+    rows = [
+        {
+            "name": node.name,
+            "state": node.state if node.alive or node.state == "ended" else "away",
+            "rooms": node.rooms,
+            "shards": "".join(
+                lease.shard for lease in view.leases if lease.node == node.name and lease.shard in SHARDS
+            ),
+            "runs_study": any(lease.node == node.name for lease in view.leases if lease.shard == STUDY),
+            "version": node.version,
+            "address": node.address,
+        }
+        for node in view.nodes
+    ]
+    if args.json:
+        print(json.dumps({"nodes": rows, "waiting": waiting}, indent=2))
+    else:
+        print(f"{'node':<16}{'state':<10}{'rooms':>6}  {'shards':<12}{'version':<10}address")
+        for row in rows:
+            runs = "  runs the study" if row["runs_study"] else ""
+            print("{name:<16}{state:<10}{rooms:>6}  {shards:<12}{version:<10}{address}".format(**row) + runs)
+        for sentence in waiting:
+            print(sentence)
+    return 1 if waiting else 0

@@ -1,0 +1,276 @@
+"""A server that is a node of a cluster: its rooms are those of the shards that it has."""
+
+import asyncio
+import logging
+import time
+from collections.abc import Callable
+from typing import Any, Concatenate
+
+import movingout
+from movingout.agents.errors import AgentsBusyError
+from movingout.maps import MovingOutError
+from movingout.server import messages as m
+from movingout.server.agent_workers.capacity import COSTS, AgentCosts
+from movingout.server.agent_workers.pool import AgentPool
+from movingout.server.cluster.errors import ClusterError
+from movingout.server.cluster.lease_store import LeaseStore, NodeIdentity
+from movingout.server.cluster.node import ClusterNode
+from movingout.server.cluster.room_files import (
+    ShardedRoomStore,
+    adopt,
+    discard,
+    folder_id,
+    has_rooms_of,
+    journals_of,
+)
+from movingout.server.cluster.shards import new_id_in, shard_of
+from movingout.server.connection.endpoint import CloseConnection, no_room
+from movingout.server.host import Host
+from movingout.server.notices import NOTHING, ErrorCode, Notice
+from movingout.server.persistence.room_snapshot import interrupted_round, room_again
+from movingout.server.persistence.room_store import VERSION, RoomFile
+from movingout.server.public_host import Away, Found, Given, NoRoom, PublicHost
+from movingout.server.room_host import RoomHost, warm_up
+from movingout.server.rooms.room import Room
+from movingout.server.security.certificate import lan_addresses
+from movingout.server.security.tokens import new_id
+from movingout.server.settings import Settings
+
+log = logging.getLogger(__name__)
+
+FORMAT = f"rooms {VERSION}, {m.SUBPROTOCOL}"
+SETTLE_S = 10.0  # for recordings to be finished before the rooms are handed over
+AGENTS_AGAIN_S = 2.0
+MOVING = Notice("moving", "This game is moving to another machine. It continues in a few seconds.")
+WAITS = Notice(
+    "room_waits",
+    "The machine with this game cannot be reached. The game waits, and this page reconnects automatically.",
+)
+NOT_YET = Notice("restarting", "The server is being restarted; try again in a minute.")
+
+
+class RoomElsewhere(Away):
+    """The room is not at this node at the moment."""
+
+    def __init__(self, notice: Notice, code: ErrorCode) -> None:
+        super().__init__(notice.message)
+        self.code = code
+
+
+class ClusterHost(Host):
+    """Raises ClusterError where the settings are no node of a cluster."""
+
+    def __init__(self, settings: Settings) -> None:
+        PublicHost.__init__(self, settings)
+        costs = AgentCosts(settings.node_folder / COSTS)
+        agents = AgentPool(settings.agent_workers, costs=costs)
+        self._awaiting_agents: dict[str, RoomFile] = {}  # rooms that come back when an agent is free
+        self.node: ClusterNode = self._make_node()
+        RoomHost.__init__(self, settings, new_room_id=self._new_room_id, agents=agents)
+        self.endpoint.absence = self.absence
+
+    def _make_node(self) -> ClusterNode:
+        settings = self.settings
+        try:
+            folder = folder_id(settings.data)
+        except OSError as error:
+            raise ClusterError(f"cannot write to the data folder {settings.data} ({error.strerror})") from None
+        who = NodeIdentity(
+            name=settings.node,
+            run=new_id(20),
+            folder=folder,
+            version=movingout.__version__,
+            format=self._format(),
+            address=_reached_at(settings),
+        )
+        return self._node_of(who)
+
+    def _node_of(self, who: NodeIdentity) -> ClusterNode:
+        return ClusterNode(who, LeaseStore(self.settings.cluster, lease_s=self.settings.lease_s), self)
+
+    def _format(self) -> str:
+        return FORMAT
+
+    # ---- start and stop -------------------------------------------------------------------------------------
+
+    async def check_cluster(self) -> None:
+        """Raise ClusterError if this node may not join; in an event loop of its own, before the server starts."""
+        node = self._node_of(self.node.who)
+        try:
+            await node.check()
+        finally:
+            await node.store.close()
+
+    async def start(self) -> None:
+        """Join the cluster, go on with the rooms of this node's last run, and start to tick."""
+        self._start_public()
+        await self.agents.start()
+        warm_up()
+        await self.node.join()
+        self.node.begin()
+        await self.node.opened()
+        await self.start_rooms()
+        self.background.repeat("rooms that wait for an agent", self._bring_awaiting, AGENTS_AGAIN_S)
+
+    async def stop(self) -> None:
+        """Hand the rooms over: first everything about them is on the disk, then the leases end."""
+        await self.suspend()
+        await asyncio.to_thread(self.store.flush)
+        try:
+            await asyncio.wait_for(self.recording_service.settled(), SETTLE_S)
+        except TimeoutError:
+            log.warning("recordings are being finished still; another node may do so")
+        await self.node.leave()
+        await self._stop_public()
+        await self.stop_rooms()
+
+    async def drain(self, within_s: float) -> None:
+        self.node.state = "draining"
+        await super().drain(within_s)
+
+    # ---- what rooms are here --------------------------------------------------------------------------------
+
+    def owns(self, room_id: str) -> bool:
+        return self.node.leases.valid(shard_of(room_id), self.node.now())
+
+    def _new_room_id(self) -> str:
+        return new_id_in(self.node.home)
+
+    def _room_store(self) -> ShardedRoomStore:
+        return ShardedRoomStore(self.settings.rooms, lambda shard: self.node.leases.fences.get(shard))
+
+    def absence(self, room_id: str) -> CloseConnection:
+        """How a connection ends whose room is not here."""
+        notice = self._absence(room_id)
+        return no_room(room_id) if notice is None else CloseConnection(m.CLOSE_SHUTDOWN, notice)
+
+    def _absence(self, room_id: str) -> Notice | None:
+        """Where a room is that is not here; None: nowhere."""
+        shard = shard_of(room_id)
+        if not shard or (self.node.serves(shard) and room_id not in self._awaiting_agents):
+            return None
+        soon = self.node.comes_back_soon(shard)
+        return None if soon is None else MOVING if soon and not self.node.problem else WAITS
+
+    async def ask(
+        self,
+        room_id: str,
+        work: Callable[Concatenate[Room, Given], Found],
+        *args: Given.args,
+        **kwargs: Given.kwargs,
+    ) -> Found:
+        try:
+            return await super().ask(room_id, work, *args, **kwargs)
+        except NoRoom:
+            notice = self._absence(room_id)
+            if notice is None:
+                raise
+            raise RoomElsewhere(notice, "moving" if notice is MOVING else "room_waits") from None
+
+    # ---- what the node asks for (RoomKeeper) ----------------------------------------------------------------
+
+    async def open_shard(self, shard: str, fence: int) -> None:
+        """Bring the rooms here one by one, so that the rooms of other shards tick on."""
+        await asyncio.to_thread(adopt, self.settings.rooms, self.settings.recordings, shard, fence)
+        assert isinstance(self.store, ShardedRoomStore)
+        for file in await asyncio.to_thread(lambda store: list(store.load_shard(shard, fence)), self.store):
+            if file.id not in self.registry.rooms:
+                await self._bring(file, shard)
+        self._recover_shard(shard)
+
+    async def _bring(self, file: RoomFile, shard: str) -> None:
+        interrupted = await asyncio.to_thread(interrupted_round, file, self.settings.recordings)
+        if not self.node.leases.valid(shard, self.node.now()):
+            if interrupted is not None:
+                interrupted.writer.abandon()
+            raise ClusterError(f"the lease of the shard {shard!r} was lost while its rooms were being opened")
+        try:
+            self.registry.add(room_again(file, interrupted, self.registry, time.monotonic()))
+            self._awaiting_agents.pop(file.id, None)
+        except AgentsBusyError as error:  # those of another node's rooms came in addition
+            if file.id not in self._awaiting_agents:
+                log.warning("room %s waits for an agent: %s", file.id, error)
+            self._awaiting_agents[file.id] = file
+        except MovingOutError as error:
+            log.warning("room %s does not come back: %s", file.id, error)
+            self._awaiting_agents.pop(file.id, None)
+            self.store.delete(file.id)
+
+    async def _bring_awaiting(self) -> None:
+        for file in list(self._awaiting_agents.values()):
+            if self.node.serves(shard_of(file.id)):
+                await self._bring(file, shard_of(file.id))
+
+    def _recover_shard(self, shard: str) -> None:
+        """Finish the recordings of rounds that no room goes on with."""
+        running = {*self.episodes(), *(file.episode for file in self._awaiting_agents.values())}
+        for journal in journals_of(self.settings.recordings, shard):
+            name = journal.name.partition(".")[0]
+            if name not in running and not self.recording_service.knows(journal):
+                self.recording_service.recover(journal)
+
+    def close_shard(self, shard: str) -> None:
+        for room in [room for room in self.registry.rooms.values() if shard_of(room.id) == shard]:
+            room.suspend(MOVING)
+            self.registry.let_go(room)
+            self.admission.closed_room(room.id)
+        for room_id in [each for each in self._awaiting_agents if shard_of(each) == shard]:
+            del self._awaiting_agents[room_id]
+
+    def room_counts(self) -> dict[str, int]:
+        counts: dict[str, int] = {}
+        for room_id in (*self.registry.rooms, *self._awaiting_agents):
+            counts[shard_of(room_id)] = counts.get(shard_of(room_id), 0) + 1
+        return counts
+
+    def can_give_back(self, shard: str) -> bool:
+        return shard not in self.room_counts() and not journals_of(self.settings.recordings, shard)
+
+    def forget_shard(self, shard: str, fence: int) -> None:
+        discard(self.settings.rooms, shard, fence)
+
+    def can_see(self, shard: str) -> bool:
+        return has_rooms_of(self.settings.rooms, shard)
+
+    # ---- what people and proxies are told -------------------------------------------------------------------
+
+    def refusal(self, for_operator: bool = False) -> Notice:
+        return super().refusal(for_operator) or (NOTHING if self.node.takes_rooms else NOT_YET)
+
+    def why_not_ready(self) -> list[str]:
+        problem = [self.node.problem] if self.node.problem else []
+        return [*super().why_not_ready(), *problem]
+
+    async def report(self) -> dict[str, Any]:
+        return {**await super().report(), "cluster": cluster_report(self.node)}
+
+
+def _reached_at(settings: Settings) -> str:
+    """Where other nodes find this one."""
+    everywhere = settings.host in ("0.0.0.0", "::")
+    host = next(iter(lan_addresses()), "127.0.0.1") if everywhere else settings.host
+    return f"[{host}]:{settings.port}" if ":" in host else f"{host}:{settings.port}"
+
+
+def cluster_report(node: ClusterNode) -> dict[str, Any]:
+    """The cluster for the admin's state: nodes, which shards each has, and which rooms wait."""
+    shards: dict[str | None, list[str]] = {}
+    for lease in node.view.leases:
+        shards.setdefault(lease.node, []).append(lease.shard)
+    return {
+        "node": node.who.name,
+        "home": node.home,
+        "problem": node.problem,
+        "waiting": list(node.waiting()),
+        "nodes": [
+            {
+                "name": row.name,
+                "version": row.version,
+                "address": row.address,
+                "state": row.state if row.alive else "away" if row.state != "ended" else "ended",
+                "rooms": row.rooms,
+                "shards": shards.get(row.name, []),
+            }
+            for row in node.view.nodes
+        ],
+    }

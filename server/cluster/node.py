@@ -1,0 +1,362 @@
+"""One node of a cluster: keeps its leases, takes over the rooms of nodes that are gone, and gives back free shards.
+
+Once a second it tells the database that it is alive. Rooms are opened in its `home` shard; shards that it took over
+stay until their last room is closed.
+"""
+
+import asyncio
+import logging
+import random
+import time
+from collections.abc import Awaitable, Callable, Iterator
+from typing import Protocol
+
+from movingout.server.cluster.errors import ClusterError, DatabaseAway, NodeRefused
+from movingout.server.cluster.held_leases import HeldLeases
+from movingout.server.cluster.lease_store import (
+    FORGET_S,
+    LEASE_S,
+    ClusterView,
+    LeaseRow,
+    LeaseStore,
+    NodeIdentity,
+    NodeRow,
+)
+from movingout.server.cluster.shards import SHARDS, STUDY
+
+log = logging.getLogger(__name__)
+
+RENEW_S = 1.0
+AGAIN_S = 0.25  # after a call that failed: three of them fit into a lease
+ROUTED_S = 2.5  # until the proxy knows where a shard is
+
+
+def lease_clock() -> float:
+    """Seconds of a clock that goes on while the machine sleeps."""
+    return time.clock_gettime(getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC))
+
+
+class RoomKeeper(Protocol):
+    """What a node has done with the rooms of its shards (server.cluster.host.ClusterHost)."""
+
+    async def open_shard(self, shard: str, fence: int) -> None:
+        """Go on with the rooms of a shard, as the last node left them. Raises ClusterError."""
+
+    def close_shard(self, shard: str) -> None:
+        """Let go of the rooms, at once and without a word to the disk."""
+
+    def room_counts(self) -> dict[str, int]:
+        """Rooms by shard."""
+
+    def can_give_back(self, shard: str) -> bool:
+        """Whether nothing is left of a shard: no room and no unfinished recording."""
+
+    def forget_shard(self, shard: str, fence: int) -> None:
+        """The shard was given back."""
+
+    def can_see(self, shard: str) -> bool:
+        """Whether the files of a shard lie in the data folder."""
+
+
+class ClusterNode:
+    """`open` has the shards whose rooms are here; those of `leases` besides are being opened.
+
+    With `study`, one node of several runs it: it has the lease STUDY. All nodes of a study share a data folder.
+    """
+
+    def __init__(
+        self, who: NodeIdentity, store: LeaseStore, rooms: RoomKeeper, clock: Callable[[], float] = lease_clock,
+        sleep: Callable[[float], Awaitable[None]] = asyncio.sleep, study: bool = False,
+    ) -> None:  # fmt: skip
+        self.who = who
+        self.store = store
+        self.leases = HeldLeases(store.lease_s)
+        self.leases.shared = study  # its rooms wait for the database anyway
+        self._study = study
+        self.open: set[str] = set()
+        self.home = ""
+        self.home_since = 0.0  # when the home shard was opened
+        self.problem = ""  # why the database cannot be asked, empty while it can
+        self.state = "serving"
+        self.view = ClusterView((), ())
+        self._rooms = rooms
+        self._clock, self._sleep = clock, sleep
+        self._opening: dict[str, asyncio.Task[None]] = {}
+        self._task: asyncio.Task[None] | None = None
+
+    # ---- what others ask ------------------------------------------------------------------------------------
+
+    def now(self) -> float:
+        return self._clock()
+
+    def serves(self, shard: str) -> bool:
+        """Whether the rooms of a shard are here, and may go on at this moment."""
+        return shard in self.open and self.leases.valid(shard, self._clock())
+
+    @property
+    def takes_rooms(self) -> bool:
+        """Whether a new room would be found: the proxy has had time to learn where the home shard is."""
+        return self.serves(self.home) and self._clock() - self.home_since > ROUTED_S
+
+    def comes_back_soon(self, shard: str) -> bool | None:
+        """Of a shard that is not here: whether another node goes on with its rooms; None when there are none."""
+        lease = self.view.lease(shard)
+        if lease is None or lease.node is None:
+            return None
+        if shard in self.leases or lease.expired_s < self.store.lease_s:
+            return True
+        return lease.shared and any(self._may_take(node, lease) for node in self.view.nodes)
+
+    def waiting(self) -> Iterator[str]:
+        """Which rooms wait for a node that is away, for whoever runs the cluster."""
+        return waiting_rooms(self.view)
+
+    # ---- start and stop -------------------------------------------------------------------------------------
+
+    async def join(self) -> None:
+        """Become a node with a home shard. Raises NodeRefused and ClusterError with what would work."""
+        await self.check()
+        await self._register()
+        self.leases.shared |= self._is_shared(self.view)
+        await self._take_own()
+        if not self.home:
+            await self._find_home()
+        if not self.home:
+            raise NodeRefused("all shards of the cluster are in use: end another node, or wait for rooms to close")
+
+    def begin(self) -> None:
+        self._task = asyncio.create_task(self._run(), name="the leases of this node")
+
+    async def leave(self) -> None:
+        """Hand the rooms over: everything about them is on the disk."""
+        if self._task is not None:
+            self._task.cancel()
+            await asyncio.gather(self._task, return_exceptions=True)
+        await asyncio.gather(*self._opening.values())
+        try:
+            await self.store.leave(self.who)
+        except DatabaseAway as error:
+            log.warning("%s; others take the rooms over when the lease ends", error)
+        await self.store.close()
+
+    async def check(self) -> None:
+        """Raise ClusterError when this node could not join."""
+        await self.store.prepare()
+        self.view = view = await self.store.view()
+        others = [node for node in view.nodes if node.alive and node.name != self.who.name]
+        foreign = [node for node in others if node.format != self.who.format]
+        if foreign:
+            names = ", ".join(f"{node.name}: {node.version}" for node in foreign)
+            raise NodeRefused(
+                f"this node has version {self.who.version}, and its rooms do not fit those of the running nodes "
+                f"({names}): end these first (SIGUSR1 lets their rounds end), or start the same version"
+            )
+        self._refuse_other_folder(others)
+        elsewhere = [
+            lease
+            for lease in view.leases
+            if lease.node == self.who.name and lease.folder != self.who.folder and lease.rooms
+        ]
+        if elsewhere:
+            raise NodeRefused(
+                f"the rooms of node {self.who.name} lie in another data folder: start it with that one, or give this "
+                "node a name of its own: --node NAME"
+            )
+
+    def _refuse_other_folder(self, others: list[NodeRow]) -> None:
+        if self._study and (strangers := [node.name for node in others if node.folder != self.who.folder]):
+            raise NodeRefused(
+                "the nodes of a study share one data folder, and this node has another one than "
+                f"{', '.join(strangers)}: start it with theirs (--data)"
+            )
+
+    async def _register(self) -> None:
+        deadline = self._clock() + 2 * self.store.lease_s
+        while not await self.store.join(self.who):
+            if self._clock() > deadline:
+                known = self.view.node(self.who.name)
+                where = f" at {known.address}" if known is not None and known.address else ""
+                raise NodeRefused(f"a node {self.who.name} is running already{where}; give this one another name")
+            await self._sleep(RENEW_S)
+
+    async def _take_own(self) -> None:
+        """The shards that the last run of this node left, as soon as its leases are over."""
+        deadline = self._clock() + 2 * self.store.lease_s
+        while self._clock() < deadline:
+            self.view = await self.store.view()
+            mine = [lease for lease in self.view.leases if lease.node == self.who.name and lease.run != self.who.run]
+            mine = [lease for lease in mine if lease.folder == self.who.folder and lease.format == self.who.format]
+            for lease in mine:
+                if lease.expired_s >= 0.0:
+                    await self._take(lease)
+            if all(lease.expired_s >= 0.0 for lease in mine):
+                return
+            await self._sleep(RENEW_S / 4)
+
+    async def _find_home(self) -> None:
+        """Take a free shard for new rooms."""
+        free = [
+            lease
+            for lease in self.view.leases
+            if lease.shard in SHARDS and (lease.node is None or lease.expired_s > FORGET_S)
+        ]
+        random.shuffle(free)
+        for lease in free:
+            if await self._take(lease):
+                return
+
+    async def _take(self, lease: LeaseRow) -> bool:
+        asked_at = self._clock()
+        fence = await self.store.take(self.who, lease, self.leases.shared)
+        if fence is None:
+            return False
+        self.leases.taken(lease.shard, fence, asked_at)
+        if lease.shard in SHARDS:
+            self.home = self.home or lease.shard
+        return True
+
+    # ---- once a second --------------------------------------------------------------------------------------
+
+    async def _run(self) -> None:
+        while True:
+            pause_s = RENEW_S
+            try:
+                await self.step()
+            except DatabaseAway as error:
+                self._say(str(error))
+                pause_s = AGAIN_S
+            except Exception as error:  # the leases must go on being renewed
+                log.exception("the leases of this node: %s", error)
+            self._close_lapsed()
+            await self._sleep(pause_s)
+
+    async def step(self) -> None:
+        """Renew, look, take over, give back. Raises DatabaseAway."""
+        asked_at = self._clock()
+        kept, self.view = await self.store.renew(
+            self.who, self.leases.fences, self._rooms.room_counts(), self.leases.shared, self.state
+        )
+        self._say("")
+        for shard in self.leases.renewed(kept, asked_at):
+            log.error("the lease of %s is lost: another node goes on with it", _named(shard))
+            self._close(shard)
+        self.leases.shared |= self._is_shared(self.view)
+        for lease in self._to_take_over():
+            if await self._take(lease):
+                log.warning("took over the shard %r of node %s with %d rooms", lease.shard, lease.node, lease.rooms)
+        if not self.home and self.state == "serving":
+            await self._find_home()
+        await self._take_study()
+        for shard in self.leases:
+            if shard not in self.open and shard not in self._opening:
+                self._open(shard)
+        await self._give_back()
+
+    async def _take_study(self) -> None:
+        """Of several nodes that try, one gets it."""
+        lease = self.view.lease(STUDY)
+        if not self._study or self.state != "serving" or lease is None or STUDY in self.leases:
+            return
+        if (lease.node is None or lease.expired_s > 0.0) and await self._take(lease):
+            log.warning("this node runs the study now (fencing token %d)", self.leases.fence(STUDY))
+
+    def _to_take_over(self) -> Iterator[LeaseRow]:
+        """This node's part of the shards that are to be taken over: every node alive comes to the same division."""
+        left = [
+            lease
+            for lease in self.view.leases
+            if lease.shard in SHARDS and lease.node not in (None, self.who.name) and lease.expired_s > 0
+        ]
+        for position, lease in enumerate(left):
+            able = [node.name for node in self.view.nodes if self._may_take(node, lease)]
+            if self.who.name in able and able[position % len(able)] == self.who.name:
+                if self._rooms.can_see(lease.shard):
+                    yield lease
+                else:
+                    log.warning("the rooms of the shard %r are not in the data folder", lease.shard)
+
+    def _may_take(self, node: NodeRow, lease: LeaseRow) -> bool:
+        return (
+            lease.shared
+            and node.alive
+            and node.state == "serving"
+            and (node.folder, node.format) == (lease.folder, lease.format)
+        )
+
+    def _is_shared(self, view: ClusterView) -> bool:
+        return any(node.folder == self.who.folder and node.name != self.who.name for node in view.nodes)
+
+    def _open(self, shard: str) -> None:
+        task = asyncio.create_task(self._open_now(shard, self.leases.fence(shard)), name=f"shard {shard}")
+        self._opening[shard] = task
+        task.add_done_callback(lambda _: self._opening.pop(shard, None))
+
+    async def _open_now(self, shard: str, fence: int) -> None:
+        try:
+            await self._rooms.open_shard(shard, fence)
+        except ClusterError as error:
+            log.error("%s", error)
+        except Exception as error:  # tried again in a second
+            log.exception("%s cannot be opened: %s", _named(shard), error)
+        else:
+            self.open.add(shard)
+            self.home_since = self._clock() if shard == self.home else self.home_since
+            return
+        self._rooms.close_shard(shard)
+
+    async def opened(self) -> None:
+        """Wait until the rooms of all shards are there; a study waits for those of other nodes, too."""
+        for shard in self.leases:
+            if shard not in self.open and shard not in self._opening:
+                self._open(shard)
+        await asyncio.gather(*(task for shard, task in self._opening.items() if shard != STUDY))
+
+    async def _give_back(self) -> None:
+        for shard in self.open - {self.home, STUDY}:
+            if self._rooms.can_give_back(shard):
+                fence = self.leases.fence(shard)
+                self.leases.dropped(shard)
+                self.open.discard(shard)
+                await self.store.release(self.who, shard, fence)
+                self._rooms.forget_shard(shard, fence)
+
+    def _close_lapsed(self) -> None:
+        """Rooms whose lease is over wait on the disk; they are opened again when the database says they are ours."""
+        lapsed = [shard for shard in self.open if not self.leases.valid(shard, self._clock())]
+        for shard in lapsed:
+            log.error("the lease of %s is over: it waits", _named(shard))
+            self._close(shard)
+
+    def _close(self, shard: str) -> None:
+        self.open.discard(shard)
+        if shard == self.home and shard not in self.leases:
+            self.home = ""
+        self._rooms.close_shard(shard)
+
+    def _say(self, problem: str) -> None:
+        if problem and not self.problem:
+            log.error(
+                "%s; rounds go on for %.0f s at most where another node has the folder too", problem, self.store.lease_s
+            )
+        elif self.problem and not problem:
+            log.warning("the database answers again")
+        self.problem = problem
+
+
+def _named(shard: str) -> str:
+    """What to call a lease in a sentence."""
+    return "the study" if shard == STUDY else f"the shard {shard!r}"
+
+
+def waiting_rooms(view: ClusterView) -> Iterator[str]:
+    """A sentence for each node that is away and whose rooms nobody else can go on with."""
+    silent: dict[str, list[LeaseRow]] = {}
+    for lease in view.leases:
+        if lease.node is not None and lease.rooms and LEASE_S < lease.expired_s < FORGET_S:
+            silent.setdefault(lease.node, []).append(lease)
+    for node, leases in silent.items():
+        count = sum(lease.rooms for lease in leases)
+        rooms = "1 room waits" if count == 1 else f"{count} rooms wait"
+        beginnings = ", ".join(lease.shard for lease in leases)
+        away_s = min(lease.expired_s for lease in leases)
+        yield f"node {node} has been away for {away_s:.0f} s: {rooms} for it (ids beginning with {beginnings})"

@@ -1,0 +1,104 @@
+"""The configuration of the proxy in front of a cluster, for HAProxy and Caddy, from templates."""
+
+import argparse
+import re
+import shlex
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from movingout.server.cluster.app import CHECK
+from movingout.server.cluster.errors import ClusterError
+from movingout.server.cluster.shards import SHARDS, STUDY
+from movingout.server.settings import Limits, node_name
+
+Proxy = Literal["haproxy", "caddy"]
+TEMPLATES: Mapping[Proxy, str] = {"haproxy": "haproxy.cfg", "caddy": "Caddyfile"}
+
+_ADDRESS = re.compile(r"(\[[0-9A-Fa-f:]+\]|[A-Za-z0-9.\-]+):(\d{1,5})")
+_DOMAIN = re.compile(r"[A-Za-z0-9]([A-Za-z0-9.\-]{0,250}[A-Za-z0-9])?")
+_PLAIN = re.compile(r"[A-Za-z0-9_./:*@\[\]\-]+")  # nothing that a configuration file would read otherwise
+
+
+@dataclass(frozen=True)
+class ProxyLimits:
+    """What the proxy lets through; an address is an IPv4 address, or a /64 network of IPv6."""
+
+    connections: int = 20_000  # in all
+    per_address: int = Limits().connections_per_address
+    new_per_10s: int = round(10 * Limits().accepts_per_address_per_s)
+    requests_per_10s: int = round(10 * Limits().requests_per_address_per_s) + 1800
+
+
+@dataclass(frozen=True)
+class ProxyConfig:
+    """`nodes` are their addresses, HOST:PORT, by name. Raises ClusterError for what cannot be written."""
+
+    nodes: Mapping[str, str]
+    domain: str = ""
+    certificate: str = ""  # PEM file with key and chain; empty: plain http
+    listen: str = ""
+    redirect_from: str = ":80"
+    admin_socket: str = ""
+    limits: ProxyLimits = field(default_factory=ProxyLimits)
+    command: str = ""
+
+    def __post_init__(self) -> None:
+        if not self.nodes:
+            raise ClusterError("a proxy needs at least one node: --node NAME=HOST:PORT")
+        if self.domain and not _DOMAIN.fullmatch(self.domain):
+            raise ClusterError(f"{self.domain!r} is not the name of a site; it looks like game.example.org")
+        for text in (self.certificate, self.listen, self.redirect_from, self.admin_socket):
+            if text and not _PLAIN.fullmatch(text):
+                raise ClusterError(f"{text!r} cannot stand in the configuration of a proxy: it has special characters")
+
+    def text(self, proxy: Proxy) -> str:
+        """The whole file."""
+        folder = Path(__file__).parent / "templates"
+        environment = Environment(
+            loader=FileSystemLoader(folder), undefined=StrictUndefined, keep_trailing_newline=True, autoescape=False
+        )
+        listen = self.listen or (":443" if self.certificate else ":80")
+        return environment.get_template(TEMPLATES[proxy]).render(
+            command=self.command,
+            nodes=self.nodes,
+            domain=self.domain,
+            certificate=self.certificate,
+            listen=listen,
+            redirect_from=self.redirect_from,
+            admin_socket=self.admin_socket,
+            limits=self.limits,
+            shards=SHARDS,
+            study=STUDY,
+            check=CHECK,
+        )
+
+
+def nodes_of(texts: Sequence[str]) -> dict[str, str]:
+    """Addresses by name, of `NAME=HOST:PORT` each. Raises ClusterError."""
+    nodes: dict[str, str] = {}
+    for text in texts:
+        name, _, address = text.partition("=")
+        found = _ADDRESS.fullmatch(address)
+        if found is None or not 0 < int(found[2]) < 65536 or not _is_name(name):
+            raise ClusterError(f"{text!r} is not a node; it looks like a=10.0.0.1:8000")
+        if name in nodes or address in nodes.values():
+            raise ClusterError(f"{text!r}: every node has a name and an address of its own")
+        nodes[name] = address
+    return nodes
+
+
+def command_line() -> str:
+    """How this program was called, for the head of the file, which is one line."""
+    return shlex.join(["movingout", *sys.argv[1:]]).replace("\n", " ")
+
+
+def _is_name(text: str) -> bool:
+    try:
+        return bool(node_name(text))
+    except argparse.ArgumentTypeError:
+        return False

@@ -1,0 +1,1 @@
+"""A study over several nodes: one runs it, and all have rooms of it."""

@@ -1,0 +1,66 @@
+"""Limits on TCP connections: how many one address holds, and how many it opens. Trusted proxies speak for others."""
+
+import ipaddress
+from collections import Counter, defaultdict
+from collections.abc import Callable, Collection
+
+from movingout.server.connection.admission import address_group, keep
+from movingout.server.connection.token_bucket import TokenBucket
+from movingout.server.settings import Limits
+
+
+class ConnectionLimits:
+    """Counts the connections of each address; those of a trusted proxy are not counted."""
+
+    def __init__(
+        self, limits: Limits, proxies: Collection[str], clock: Callable[[], float], refusals: Counter[str] | None = None
+    ) -> None:
+        self._limits = limits
+        self._proxies = proxies
+        self._clock = clock
+        self._open: defaultdict[str, int] = defaultdict(int)
+        self._opened: dict[str, TokenBucket] = {}
+        self._refusals = Counter() if refusals is None else refusals
+
+    def opened(self, address: str) -> bool:
+        """Count a connection, which must be `closed`; False when it is one too many."""
+        if is_trusted(address, self._proxies):
+            return True
+        group = address_group(address)
+        self._open[group] += 1
+        allowed = self._open[group] <= self._limits.connections_per_address and self._bucket(group).take(self._clock())
+        self._refusals["connection"] += not allowed
+        return allowed
+
+    def closed(self, address: str) -> None:
+        group = address_group(address)
+        if group in self._open:
+            self._open[group] -= 1
+            if self._open[group] <= 0:
+                del self._open[group]
+
+    def _bucket(self, group: str) -> TokenBucket:
+        if group not in self._opened:
+            per_s = self._limits.accepts_per_address_per_s
+            keep(self._opened, group, TokenBucket(per_s, 10.0 * per_s, self._clock()))
+        return self._opened[group]
+
+
+def is_trusted(address: str, proxies: Collection[str]) -> bool:
+    """Whether this is the address of one of the proxies, which are addresses, networks, or "*" for all."""
+    if not proxies:
+        return False
+    if "*" in proxies or address in proxies:
+        return True
+    try:
+        parsed = ipaddress.ip_address(address)
+    except ValueError:
+        return False
+    return any("/" in proxy and _within(parsed, proxy) for proxy in proxies)
+
+
+def _within(address: ipaddress.IPv4Address | ipaddress.IPv6Address, network: str) -> bool:
+    try:
+        return address in ipaddress.ip_network(network, strict=False)
+    except ValueError:
+        return False

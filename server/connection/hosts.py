@@ -1,0 +1,44 @@
+"""Under which names a server answers: a page of another site whose name leads here (DNS rebinding) gets nothing."""
+
+import ipaddress
+import re
+import socket
+from functools import lru_cache
+
+from movingout.server.connection.origin import Headers, header
+from movingout.server.settings import Settings
+
+LONGEST_HOST = 260
+_HOST = re.compile(r"(\[[0-9A-Fa-f:.]+\]|[A-Za-z0-9._\-]+)(:\d{1,5})?")
+
+
+def host_allowed(headers: Headers, settings: Settings) -> bool:
+    """Whether the Host of a request is one of this server's.
+
+    Its names are those of `--allow-host`, addresses, this machine's name, and names without a dot, which nobody can
+    register. Behind a trusted proxy without `--allow-host` every name is possible: the proxy knows its own.
+    """
+    host = header(headers, b"host")
+    found = _HOST.fullmatch(host) if len(host) <= LONGEST_HOST else None
+    if found is None:
+        return False
+    name = found[1].strip("[]").rstrip(".").lower()
+    if name in settings.allowed_hosts:
+        return True
+    if settings.trusted_proxies and not settings.allowed_hosts:
+        return True
+    return "." not in name or name.endswith((".local", ".localhost")) or _is_address(name) or name in _own_names()
+
+
+def _is_address(name: str) -> bool:
+    try:
+        ipaddress.ip_address(name)
+    except ValueError:
+        return False
+    return True
+
+
+@lru_cache(1)
+def _own_names() -> frozenset[str]:
+    """What this machine calls itself."""
+    return frozenset({socket.gethostname().lower(), socket.getfqdn().lower()})

@@ -1,0 +1,130 @@
+"""What a server measures, in the format of Prometheus. Everything is read when it is asked for: ticks pay nothing."""
+
+import os
+import time
+from collections import Counter
+from collections.abc import Iterator
+from typing import Any
+
+import psutil
+from prometheus_client import CollectorRegistry, generate_latest
+from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, HistogramMetricFamily, Metric
+from prometheus_client.exposition import CONTENT_TYPE_PLAIN_1_0_0
+from prometheus_client.registry import Collector
+
+from movingout.server.public_host import PublicHost
+from movingout.server.rooms.lateness import Lateness
+from movingout.server.status import refused
+
+CONTENT_TYPE = CONTENT_TYPE_PLAIN_1_0_0
+LATE_MS = 10.0
+LATE_BUCKETS_MS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
+PROCESS = "process"  # the label: number of a process with rooms, or "front" for the one without
+Reports = list[dict[str, Any]]
+
+
+async def metrics_text(host: PublicHost) -> bytes:
+    """All metrics of a server, with all its processes, in Prometheus's text format."""
+    reports = await host.room_reports()
+    found = [*_ticks(reports), *_rooms(reports), *_agents(reports), *_processes(reports), *_server(host, reports)]
+    registry = CollectorRegistry(auto_describe=False)
+    registry.register(_Scrape([*found, *(metric for source in host.metric_sources for metric in source())]))
+    return generate_latest(registry)
+
+
+class _Scrape(Collector):
+    """Metrics that are there already."""
+
+    def __init__(self, metrics: list[Metric]) -> None:
+        self._metrics = metrics
+
+    def collect(self) -> Iterator[Metric]:
+        yield from self._metrics
+
+
+def _ticks(reports: Reports) -> Iterator[Metric]:
+    lateness = Lateness()
+    for each in reports:
+        lateness.include(each["late"])
+    yield counter("ticks", "Ticks that began", lateness.ticks)
+    yield counter("ticks_late", "Ticks that began more than 10 ms late", lateness.later_than(LATE_MS))
+    yield counter("ticks_missed", "Ticks that were skipped, because they were a whole tick late", lateness.skipped)
+    buckets = [(str(ms / 1e3), lateness.ticks - lateness.later_than(ms)) for ms in LATE_BUCKETS_MS]
+    histogram = HistogramMetricFamily("movingout_tick_lateness_seconds", "How late ticks began")
+    histogram.add_metric([], [*buckets, ("+Inf", lateness.ticks)], sum_value=lateness.total_ms / 1e3)
+    yield histogram
+
+
+def _rooms(reports: Reports) -> Iterator[Metric]:
+    rooms = GaugeMetricFamily("movingout_rooms", "Open rooms", labels=["phase"])
+    phases = Counter(room["phase"] for each in reports for room in each["rooms"])
+    for phase, number in sorted(phases.items()):
+        rooms.add_metric([phase], number)
+    yield rooms
+    yield gauge("sockets", "Connected players, programs and spectators", sum(each["sockets"] for each in reports))
+    yield counter("sent_bytes", "Bytes sent over websockets", sum(each["bytes_sent"] for each in reports))
+
+
+def _agents(reports: Reports) -> Iterator[Metric]:
+    due, late = (sum(each[key] for each in reports) for key in ("agent_decisions", "agent_decisions_late"))
+    yield counter("agent_decisions", "Decisions that were due", due)
+    yield counter("agent_decisions_late", "Decisions that came too late for their tick", late)
+    seats = GaugeMetricFamily("movingout_agent_seats", "Seats played by a worker", labels=["worker"])
+    load = GaugeMetricFamily("movingout_agent_load", "Share of one core its seats take", labels=["worker"])
+    restarts = CounterMetricFamily("movingout_agent_restarts", "Times a worker was replaced", labels=["worker"])
+    for number, row in enumerate(worker for each in reports for worker in each["agents"]):
+        for family, key in ((seats, "seats"), (load, "load"), (restarts, "restarts")):
+            family.add_metric([str(number)], row[key])
+    yield from (seats, load, restarts)
+
+
+def _processes(reports: Reports) -> Iterator[Metric]:
+    """Each process with rooms, and this one where it has none."""
+    keys = {
+        "movingout_tick_share": ("Share of one core that ticks take", "tick_share", 1.0),
+        "movingout_sync_age_seconds": ("Since recordings were last forced to the disk", "sync_age_s", 1.0),
+        "process_resident_memory_bytes": ("Memory in use", "rss_mb", 1e6),
+        "process_open_fds": ("Open files and sockets", "open_files", 1.0),
+        "process_max_fds": ("How many may be open", "most_files", 1.0),
+    }
+    front = None if any(each["pid"] == os.getpid() for each in reports) else psutil.Process()
+    for name, (help, key, unit) in keys.items():
+        family = GaugeMetricFamily(name, help, labels=[PROCESS])
+        for number, each in enumerate(reports):
+            family.add_metric([str(number)], each[key] * unit)
+        if front is not None and key == "rss_mb":
+            family.add_metric(["front"], front.memory_info().rss)
+        yield family
+    seconds = CounterMetricFamily("process_cpu_seconds", "Processor time", labels=[PROCESS])
+    for number, each in enumerate(reports):
+        seconds.add_metric([str(number)], each["cpu_seconds"])
+    if front is not None:
+        seconds.add_metric(["front"], time.process_time())
+    yield seconds
+
+
+def _server(host: PublicHost, reports: Reports) -> Iterator[Metric]:
+    service = host.recording_service
+    yield gauge("rooms_limit", "Rooms that may be open", host.most_rooms)
+    yield gauge("recordings_unfinished", "Journals that could not be finished yet", len(service.unfinished))
+    yield gauge("recordings_finishing", "Journals that are being finished", service.pending)
+    waiting, sent, failing = (0, 0, False) if (sending := host.uploads) is None else sending.counts
+    yield gauge("recordings_not_uploaded", "Recordings that wait to be sent to a bucket", waiting)
+    yield counter("recordings_uploaded", "Recordings sent to a bucket since the start", sent)
+    yield gauge("upload_failing", "Whether the last attempt to send a recording failed", failing)
+    yield gauge("disk_free_bytes", "Free on the disk of the data folder", host.disk_free())
+    refusals = CounterMetricFamily("movingout_refusals", "What was refused", labels=["reason"])
+    for reason, number in sorted(refused(host, reports).items()):
+        refusals.add_metric([reason], number)
+    yield refusals
+    yield gauge("faults", "What does not work; /healthz names it", len(host.faults()))
+    yield gauge("ready", "Whether a room can be opened now", not host.why_not_ready())
+
+
+def counter(name: str, help: str, value: float) -> CounterMetricFamily:
+    """A count since the start; Prometheus adds _total."""
+    return CounterMetricFamily(f"movingout_{name}", help, value=value)
+
+
+def gauge(name: str, help: str, value: float) -> GaugeMetricFamily:
+    return GaugeMetricFamily(f"movingout_{name}", help, value=value)

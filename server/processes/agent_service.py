@@ -1,0 +1,233 @@
+"""The process that has the agents of all rooms: it starts their workers, admits seats, and passes messages on.
+
+Started by `agent_link.py`, which passes two descriptors to `main`.
+"""
+
+import asyncio
+import itertools
+import logging
+import signal
+import socket
+import sys
+from collections.abc import Collection
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+
+from movingout.agents.errors import AgentError
+from movingout.agents.worker.messages import (
+    Answer,
+    Close,
+    Failed,
+    FrameBuffer,
+    FromWorker,
+    Observe,
+    Open,
+    Opened,
+    Skipped,
+    ToWorker,
+    frame,
+    read_to_worker,
+)
+from movingout.server.agent_workers.capacity import AgentCosts
+from movingout.server.agent_workers.pool import AgentPool, Worker
+from movingout.server.background import BackgroundWork
+from movingout.server.processes.agent_messages import Free, Lost
+from movingout.server.processes.channel import Channel, first_message
+from movingout.server.public_host import AgentUse, agent_use
+
+log = logging.getLogger(__name__)
+
+NEWS_S = 0.5
+COSTS_S = 60.0
+PLENTY = 1e6  # share of a core: a worker without seats takes any agent
+
+
+@dataclass(frozen=True)
+class StartAgents:
+    """The first message to the process."""
+
+    workers: int
+    costs: Path
+
+
+class RemoteSeat:
+    """A seat of a room in another process."""
+
+    failed = ""
+
+    def __init__(self, pool: "ServicePool", worker: Worker, opening: Open, rooms: "RoomsLink") -> None:
+        self.key = opening.key
+        self.agent_id = opening.agent_id
+        self._pool = pool
+        self._worker = worker
+        self._opening = opening
+        self._rooms = rooms
+        self._deadline = 0.0
+
+    def begin(self) -> None:
+        self._worker.send(self._opening)
+
+    def ask(self, question: Observe) -> None:
+        self._deadline = question.deadline
+        self._worker.send(question)
+
+    def take(self, message: FromWorker) -> None:
+        """Pass on what the worker says, and learn from it."""
+        match message:
+            case Opened():
+                self._pool.costs.measured(self.agent_id, message.share)
+            case Answer():
+                self._pool.note_cost(self.agent_id, message.decision_ms, message.execute)
+                self._pool.note_decision(self, asyncio.get_running_loop().time() > self._deadline)
+            case Skipped():
+                self._pool.note_decision(self, missed=True)
+        self._rooms.send(message)
+
+    def worker_lost(self, guilty: bool) -> None:
+        self._rooms.send(Lost(self.key, guilty))
+
+
+class ServicePool(AgentPool):
+    """The workers, and the seats of all processes."""
+
+    def open_remote(self, opening: Open, rooms: "RoomsLink") -> None:
+        """Raises AgentError."""
+        worker = self._admitted(opening.agent_id)
+        seat = RemoteSeat(self, worker, opening, rooms)
+        self._seats[opening.key], self._home[opening.key] = seat, worker
+        if worker.connected:
+            seat.begin()
+
+    def seat(self, key: int) -> RemoteSeat | None:
+        found = self._seats.get(key)
+        return found if isinstance(found, RemoteSeat) else None
+
+    def free(self) -> float:
+        """What the worker with most time left can take."""
+        return max((PLENTY if not self._seats_of(one) else self._left(one) for one in self._workers), default=0.0)
+
+
+class RoomsLink:
+    """The connection to one process with rooms."""
+
+    def __init__(self, pool: ServicePool) -> None:
+        self._pool = pool
+        self._writer: asyncio.StreamWriter | None = None
+        self._keys: set[int] = set()
+
+    async def serve(self, link: socket.socket) -> None:
+        """Until the other end closes; its seats are then free."""
+        reader, self._writer = await asyncio.open_connection(sock=link)
+        buffer = FrameBuffer()
+        try:
+            self.tell_free()
+            while data := await reader.read(1 << 16):
+                for body in buffer.feed(data):
+                    self._take(read_to_worker(body))
+        except (ConnectionError, msgspec.MsgspecError) as error:
+            log.debug("a process with rooms has ended: %s", error)
+        finally:
+            self._writer.close()
+            for key in list(self._keys):
+                self._close(key)
+
+    def send(self, message: FromWorker | Lost | Free) -> None:
+        if self._writer is not None and not self._writer.is_closing():
+            self._writer.write(frame(message))
+
+    def tell_free(self) -> None:
+        self.send(Free(self._pool.free()))
+
+    def _take(self, message: ToWorker) -> None:
+        match message:
+            case Open():
+                self._open(message)
+            case Observe():
+                seat = self._pool.seat(message.key)
+                if seat is not None:
+                    seat.ask(message)
+            case Close():
+                self._close(message.key)
+
+    def _open(self, message: Open) -> None:
+        try:
+            self._pool.open_remote(message, self)
+            self._keys.add(message.key)
+        except AgentError as error:
+            self.send(Failed(message.key, -1, str(error), fatal=True))
+        self.tell_free()
+
+    def _close(self, key: int) -> None:
+        self._keys.discard(key)
+        seat = self._pool.seat(key)
+        if seat is not None:
+            self._pool.forget(seat)
+        self.tell_free()
+
+
+class AgentService:
+    """The process."""
+
+    def __init__(self, start: StartAgents) -> None:
+        self.pool = ServicePool(start.workers, costs=AgentCosts(start.costs))
+        self._links: dict[RoomsLink, asyncio.Task[None]] = {}
+
+    def join(self, link: socket.socket) -> None:
+        """Serve one more process with rooms."""
+        rooms = RoomsLink(self.pool)
+        task = asyncio.create_task(rooms.serve(link))
+        self._links[rooms] = task
+        task.add_done_callback(lambda _: self._links.pop(rooms, None))
+
+    async def tell_free(self) -> None:
+        for rooms in self._links:
+            rooms.tell_free()
+
+    async def keep_costs(self) -> None:
+        await asyncio.to_thread(self.pool.costs.save)
+
+
+def use(service: AgentService, wanted: Collection[str], taken: Collection[str]) -> AgentUse:
+    return agent_use(service.pool, wanted, taken)
+
+
+def report(service: AgentService) -> list[dict[str, float]]:
+    return service.pool.report()
+
+
+async def _serve(control: socket.socket, handover: socket.socket, start: StartAgents) -> None:
+    service, background = AgentService(start), BackgroundWork()
+    channel: Channel[AgentService, object] = Channel(control, service)
+    await channel.open()
+    await service.pool.start()
+    background.repeat("telling how many agents are possible", service.tell_free, NEWS_S)
+    background.repeat("keeping the costs of agents", service.keep_costs, COSTS_S)
+    loop = asyncio.get_running_loop()
+    loop.add_reader(handover, lambda: _take_links(handover, service))
+    try:
+        await channel.serve()
+    finally:
+        loop.remove_reader(handover)
+        await background.stop()
+        await service.pool.close()
+        service.pool.costs.save()
+
+
+def _take_links(handover: socket.socket, service: AgentService) -> None:
+    message, descriptors, _, _ = socket.recv_fds(handover, 64, 1)
+    if not message:
+        asyncio.get_running_loop().remove_reader(handover)
+    for descriptor in descriptors:
+        service.join(socket.socket(fileno=descriptor))
+
+
+def main(arguments: list[str]) -> None:
+    """Serve until the front ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the front's affair
+    logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s", stream=sys.stderr)
+    control, handover = (socket.socket(fileno=int(each)) for each in itertools.islice(arguments, 2))
+    start = first_message(control, StartAgents)
+    handover.setblocking(False)
+    asyncio.run(_serve(control, handover, start))

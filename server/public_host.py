@@ -1,0 +1,316 @@
+"""What pages and the HTTP API need of a server, wherever its rooms are: in this process or in others."""
+
+import asyncio
+import shutil
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Collection, Iterator
+from typing import Any, Concatenate, NamedTuple, ParamSpec, TypeVar
+
+from prometheus_client.core import Metric
+
+from movingout.maps import MapSpec, MovingOutError
+from movingout.maps.randomize import Split
+from movingout.recordings.episode import Outcome
+from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
+from movingout.server import messages as m
+from movingout.server.agent_workers.pool import AgentPool
+from movingout.server.background import BackgroundWork
+from movingout.server.connection.admission import AdmissionControl
+from movingout.server.notices import NOTHING, ErrorCode, Notice
+from movingout.server.overload import ProcessHealth
+from movingout.server.own_maps.folder import MapFolder
+from movingout.server.own_maps.workers import MapWorkers
+from movingout.server.persistence.answer_log import AnswerLog
+from movingout.server.persistence.recording_service import RecordingService
+from movingout.server.persistence.recording_uploads import RecordingUploads
+from movingout.server.rooms.lateness import Lateness
+from movingout.server.rooms.room import Room
+from movingout.server.rooms.room_notices import NOBODY_HERE
+from movingout.server.rooms.room_view import PlayedRound, RoomView
+from movingout.server.rooms.seat import Seat
+from movingout.server.rooms.services import RoomConfig
+from movingout.server.security.tokens import hash_token, new_token, token_matches
+from movingout.server.settings import Settings
+
+DRAIN_LOOK_S = 0.2
+LEFT_BEHIND_S = 60.0  # a room that was empty for so long may give way to another one of the same address
+Given = ParamSpec("Given")
+Found = TypeVar("Found")
+Variant = tuple[MapSpec, int, Split]  # a designed map, the seed of its changes, and which shapes they may have
+
+
+class NoRoom(MovingOutError):
+    """There is no such room."""
+
+
+class Away(MovingOutError):
+    """The process that is asked is being replaced; a moment later it can be reached again."""
+
+    code: ErrorCode = "restarting"
+
+
+class AgentUse(NamedTuple):
+    """Shares of a core: of some agents that are wanted, of some that play, of all that play, and of all there is."""
+
+    wanted: float
+    taken: float
+    used: float
+    capacity: float
+
+
+def agent_use(agents: AgentPool, wanted: Collection[str], taken: Collection[str]) -> AgentUse:
+    """The same for one pool."""
+    return AgentUse(
+        wanted=sum(agents.costs.of(agent) for agent in wanted),
+        taken=sum(agents.costs.of(agent) for agent in taken),
+        used=sum(row["load"] for row in agents.report()),
+        capacity=agents.capacity,
+    )
+
+
+class PublicHost(ABC):
+    """Recordings, maps, answers and limits. Raises FolderError for `settings.maps`."""
+
+    admission: AdmissionControl
+    background: BackgroundWork
+    stopping: bool
+
+    def __init__(self, settings: Settings) -> None:
+        self.settings = settings
+        self.draining = False  # about to end, when the rounds are over
+        self.admin_token = settings.admin_token or new_token()
+        self.answer_log = AnswerLog(settings.answers)
+        self.own_maps = MapFolder(settings.maps)
+        self.own_maps.read()
+        self.map_workers = MapWorkers()
+        self.started_at = time.time()
+        self._admin_hash = hash_token(self.admin_token)
+        self.checks: list[Callable[[], Iterator[str]]] = []  # each names what else does not work
+        self.metric_sources: list[Callable[[], Iterator[Metric]]] = []  # what else is measured
+        self.round_watchers: list[Callable[[str, PlayedRound], None]] = []  # called when a round of a study is over
+        self._preparing: set[asyncio.Task[None]] = set()
+        self._recording_service: RecordingService | None = None
+        self.uploads: RecordingUploads | None = None
+
+    # ---- rooms, wherever they are ---------------------------------------------------------------------------
+
+    @property
+    @abstractmethod
+    def room_count(self) -> int: ...
+
+    @property
+    def most_rooms(self) -> int:
+        return self.settings.limits.rooms
+
+    @abstractmethod
+    async def open_room(self, config: RoomConfig, seats: list[Seat]) -> str:
+        """Open a room and return its id. Raises MapError and AgentError."""
+
+    @abstractmethod
+    async def ask(
+        self,
+        room_id: str,
+        work: Callable[Concatenate[Room, Given], Found],
+        *args: Given.args,
+        **kwargs: Given.kwargs,
+    ) -> Found:
+        """What `work(room, ...)` returns, done where the room is; everything is picklable. Raises NoRoom."""
+
+    @abstractmethod
+    async def close_room(self, room_id: str, code: int, notice: Notice, outcome: Outcome = "stopped") -> PlayedRound:
+        """Close a room and forget it; how its round went. Raises NoRoom."""
+
+    @abstractmethod
+    async def look(self, rooms: Collection[str]) -> dict[str, RoomView | None]:
+        """These rooms as they are, None for those that are gone; left out are those whose process is being replaced."""
+
+    @property
+    def shares_recordings(self) -> bool:
+        """Whether other servers finish recordings in the same folder."""
+        return False
+
+    def reaches(self, room_id: str) -> bool:
+        """Whether the process of a room is there; otherwise it is being replaced."""
+        return True
+
+    @abstractmethod
+    async def study_rooms(self) -> list[str]:
+        """The rooms of a study that there are."""
+
+    @abstractmethod
+    async def lateness(self) -> Lateness:
+        """Of the ticks of all rooms."""
+
+    @abstractmethod
+    def world_map(self, designed: MapSpec, seed: int | None, split: Split) -> MapSpec:
+        """The map as designed, or its variant, which `prepare_maps` has made or is made now."""
+
+    def round_over(self, room_id: str, played: PlayedRound) -> None:
+        for watcher in self.round_watchers:
+            watcher(room_id, played)
+
+    @abstractmethod
+    async def rounds_left(self) -> int:
+        """Let no further round begin in any room; the number of those that are still being played."""
+
+    @abstractmethod
+    def health(self) -> ProcessHealth:
+        """How the processes with rooms are, taken together."""
+
+    @abstractmethod
+    async def room_reports(self) -> list[dict[str, Any]]:
+        """What each process with rooms reports (server.status.room_report)."""
+
+    @abstractmethod
+    async def report(self) -> dict[str, Any]:
+        """The server's state for the admin page and the load test."""
+
+    @abstractmethod
+    async def agent_use(self, wanted: Collection[str], taken: Collection[str]) -> AgentUse:
+        """What agents take of the time that there is for them, as measured; agents are given by their ids."""
+
+    @abstractmethod
+    async def reset_measurements(self) -> None:
+        """Begin to measure the lateness of ticks anew."""
+
+    @abstractmethod
+    def _has_variant(self, variant: Variant) -> bool: ...
+
+    @abstractmethod
+    def _keep_variant(self, variant: Variant, made: MapSpec) -> None: ...
+
+    # ---- start and stop -------------------------------------------------------------------------------------
+
+    @abstractmethod
+    async def start(self) -> None:
+        """Restore the rooms of the last run and start to tick."""
+
+    @abstractmethod
+    async def suspend(self) -> None:
+        """Keep rooms and rounds as they are for the next run."""
+
+    @abstractmethod
+    async def stop(self) -> None:
+        """Finalise every recording and end the other processes."""
+
+    @property
+    def recording_service(self) -> RecordingService:
+        if self._recording_service is None:
+            raise RuntimeError("the server has not been started")
+        return self._recording_service
+
+    def is_admin(self, token: str) -> bool:
+        return token_matches(token, self._admin_hash)
+
+    def _start_public(self) -> None:
+        for folder in (self.settings.recordings, self.settings.rooms, self.settings.answers):
+            folder.mkdir(parents=True, exist_ok=True)
+        if self.settings.s3:
+            self.uploads = RecordingUploads(self.settings.recordings, self.settings.s3)
+            self.background.keep_running("sending recordings", self.uploads.run)
+            self._recording_service = RecordingService(self.settings.recordings, self.uploads.add)
+        else:
+            self._recording_service = RecordingService(self.settings.recordings)
+
+    def _recover_journals(self, resumed: set[str]) -> None:
+        """Finish the journals of the last run, except those of rounds that go on."""
+        for journal in sorted(self.settings.recordings.glob(f"*{JOURNAL_SUFFIX}")):
+            if journal.name.removesuffix(JOURNAL_SUFFIX) not in resumed:
+                self.recording_service.recover(journal)
+
+    async def _stop_public(self) -> None:
+        await self.recording_service.close()
+        if self.uploads is not None:
+            await self.uploads.close()
+        await self.map_workers.close()
+
+    async def drain(self, within_s: float) -> None:
+        """Return when every round that has begun is over, or time is up; from now on nothing new begins."""
+        self.draining = True
+        deadline = time.monotonic() + within_s
+        while await self.rounds_left() and time.monotonic() < deadline:
+            await asyncio.sleep(DRAIN_LOOK_S)
+
+    # ---- whether a room may be opened -----------------------------------------------------------------------
+
+    async def may_open_room(self, address: str) -> bool:
+        """Whether somebody at this address may open one more room now; it may take the place of one left behind."""
+        limits = self.settings.limits
+        opened = [state for room in self.admission.rooms_of(address) if (state := await self._left_state(room))]
+        if sum(not was_joined for _, was_joined, _ in opened) >= limits.unjoined_rooms_per_address:
+            return False
+        if not self.admission.may_record(address):
+            return False
+        if len(opened) >= limits.open_rooms_per_address:
+            empty_s, _, left = max(opened)
+            if empty_s < LEFT_BEHIND_S:
+                return False
+            await self.close_room(left, m.CLOSE_ROOM_OVER, NOBODY_HERE)
+        return self.admission.may_open_room(address)
+
+    async def _left_state(self, room_id: str) -> tuple[float, bool, str] | None:
+        """For how long a room has been empty, whether anybody ever came, and its id; None when it is gone."""
+        try:
+            return await self.ask(room_id, _left_state)
+        except NoRoom:
+            return None
+
+    def refusal(self, for_operator: bool = False) -> Notice:
+        """Why no room can be opened now, NOTHING when one can. Some rooms are kept for the operator."""
+        limits = self.settings.limits
+        reserve = 0 if for_operator or not self.settings.lobby else min(limits.rooms_for_operator, limits.rooms // 10)
+        most = self.most_rooms - reserve
+        if self.stopping or self.draining:
+            return Notice("restarting", "The server is being restarted; try again in a minute.")
+        if self.room_count >= most:
+            text = f"All {most} rooms are in use; close one or try again later."
+            return Notice("rooms_in_use", text, {"rooms": most})
+        if self.health().busy:
+            return Notice("busy", "The server is busy, and running games come first; try again later.")
+        return self.full_disk()
+
+    def faults(self) -> list[str]:
+        """What does not work and will not by itself, in English."""
+        return [*dict.fromkeys([*self.health().faults, *(fault for check in self.checks for fault in check())])]
+
+    def why_not_ready(self) -> list[str]:
+        """Why nobody should be sent here now, empty while rooms can be opened."""
+        refusal = self.refusal()
+        agents = [] if self.health().agents else ["no agent worker is connected"]
+        return [*self.faults(), *agents, *([refusal.message] if refusal else [])]
+
+    def disk_free(self) -> int:
+        """Bytes on the disk of the data folder; 0 when it is gone."""
+        try:
+            return shutil.disk_usage(self.settings.data).free
+        except OSError:
+            return 0
+
+    def full_disk(self) -> Notice:
+        """Why nothing more can be recorded, NOTHING while there is room."""
+        if self.disk_free() < 50e6:
+            return Notice("disk_full", "The server's disk is almost full; free some space.")
+        return NOTHING
+
+    # ---- randomised maps ------------------------------------------------------------------------------------
+
+    async def prepare_maps(self, config: RoomConfig) -> None:
+        """Make the randomised maps of a series in another process: wait for the first, the others follow."""
+        if config.challenge2_seed is None:
+            return
+        seed, rounds = config.challenge2_seed, range(len(config.maps))
+        wanted = [(config.designed(index), seed + index, config.split) for index in rounds]
+        await self._prepare(wanted[:1])
+        background = asyncio.create_task(self._prepare(wanted[1:]))
+        self._preparing.add(background)
+        background.add_done_callback(self._preparing.discard)
+
+    async def _prepare(self, wanted: list[Variant]) -> None:
+        for each in wanted:
+            if not self._has_variant(each):
+                self._keep_variant(each, await self.recording_service.variant(*each))
+
+
+def _left_state(room: Room) -> tuple[float, bool, str]:
+    return room.empty_s(time.monotonic()), room.was_joined, room.id

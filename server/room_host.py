@@ -1,0 +1,228 @@
+"""The rooms of one process: their clock, their sockets and agents, and what a restart needs of them."""
+
+import asyncio
+import contextlib
+import logging
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import psutil
+
+from movingout.agents.catalogue import agent_cards
+from movingout.maps import TUTORIAL, MovingOutError, load_map, shipped_map_names
+from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
+from movingout.server import messages as m
+from movingout.server.agent_workers.capacity import COSTS, AgentCosts
+from movingout.server.agent_workers.pool import AgentPool
+from movingout.server.background import BackgroundWork
+from movingout.server.connection.admission import AdmissionControl
+from movingout.server.connection.endpoint import SocketEndpoint
+from movingout.server.memory import GarbageCollection
+from movingout.server.overload import Overload, ProcessHealth
+from movingout.server.persistence.fsync import sync_recordings
+from movingout.server.persistence.room_snapshot import restore_room, room_file
+from movingout.server.persistence.room_store import RoomFile, RoomStore
+from movingout.server.rooms.registry import RoomRegistry
+from movingout.server.rooms.room import Room
+from movingout.server.rooms.room_notices import RESTART_SOON
+from movingout.server.rooms.room_view import PlayedRound, played_round
+from movingout.server.rooms.scheduler import RoomScheduler
+from movingout.server.rooms.seat import Seat
+from movingout.server.rooms.services import RoomConfig
+from movingout.server.security.tokens import new_id
+from movingout.server.settings import Settings
+from movingout.world import World
+from movingout.world.distance import paper_distances
+
+log = logging.getLogger(__name__)
+
+SYNC, SYNC_S = "saving recordings to the disk", 1.0
+CPU_SAMPLES = 5  # seconds that the CPU share is averaged over
+
+
+class RoomHost:
+    """`start_rooms`, `suspend` and `stop_rooms` run inside the event loop."""
+
+    def __init__(
+        self, settings: Settings, new_room_id: Callable[[], str] = new_id, agents: AgentPool | None = None
+    ) -> None:
+        self.settings = settings
+        self.scheduler = RoomScheduler(time.monotonic, settings.tick_s)
+        self.admission = AdmissionControl(settings.limits, time.monotonic)
+        self.agents = agents or _agents_of_its_own(settings)
+        self.store = self._room_store()
+        self.cpu_share = 0.0  # of one core, over the last seconds: for people to see
+        self.overload = Overload(self.scheduler, settings.limits, time.monotonic)
+        self.stopping = False
+        self.background = BackgroundWork()
+        self._garbage = GarbageCollection()
+        self._process = psutil.Process()
+        self.registry = RoomRegistry(
+            recordings=settings.recordings,
+            agents=self.agents,
+            scheduler=self.scheduler,
+            clock=time.monotonic,
+            on_change=self.save,
+            on_closed=self.room_closed,
+            on_journal=self._round_recorded,
+            new_room_id=new_room_id,
+            owns=self.owns,
+        )
+        self.registry.watch_rounds(self._study_round_over)
+        self.endpoint = SocketEndpoint(settings, self.registry, self.admission)
+        self._recordings_id: tuple[int, int] | None = None
+
+    def owns(self, room_id: str) -> bool:
+        """Whether a room that is here may go on at this moment."""
+        return True
+
+    def _room_store(self) -> RoomStore:
+        return RoomStore(self.settings.rooms)
+
+    async def start_rooms(self) -> None:
+        """Begin to tick; rooms may have been restored before."""
+        self._process.cpu_percent()  # the first call begins the measurement
+        self.background.keep_running("the clock of the rooms", self.scheduler.run)
+        self._recordings_id = _folder_id(self.settings.recordings)
+        self.background.repeat(SYNC, self._sync, SYNC_S)
+        self.background.repeat("watching the load", self._watch_cpu, 1.0)
+        self._garbage.start()
+
+    async def suspend(self) -> None:
+        """Keep rooms and rounds as they are for the next run, and tell the clients."""
+        if self.stopping:
+            return
+        self.stopping = self.endpoint.stopping = True
+        await self.background.stop()
+        for room in self.registry.rooms.values():
+            self._keep(room)
+            room.suspend()
+        deadline = time.monotonic() + 2.0
+        while self.endpoint.open and time.monotonic() < deadline:
+            await asyncio.sleep(0.02)
+
+    def hold_rounds(self) -> int:
+        """Let no further round begin; the number of those that are still being played."""
+        rooms = list(self.registry.rooms.values())
+        for room in rooms:
+            room.hold_next(RESTART_SOON)
+        return sum(room.phase in ("countdown", "playing") for room in rooms)
+
+    async def stop_rooms(self) -> None:
+        """End the agents, and wait until every room is written; after `suspend`."""
+        await self.agents.close()
+        self.agents.costs.save()
+        await asyncio.to_thread(self.store.close)
+        self._garbage.stop()
+
+    async def open_kept(self, config: RoomConfig, seats: list[Seat]) -> Room:
+        """Open a room and wait until a restart would bring it back. Raises MapError and AgentError."""
+        room = self.registry.open(config, seats)
+        if not self.stopping:
+            await self.store.written()
+        return room
+
+    # ---- what a room tells ----------------------------------------------------------------------------------
+
+    def _study_round_over(self, room_id: str, episode: str, result: m.Result) -> None:
+        room = self.registry.rooms.get(room_id)
+        if room is not None and room.config.study:
+            self.round_over(room_id, played_round(room, result))
+
+    def round_over(self, room_id: str, played: PlayedRound) -> None:
+        """A round of a study is over: called within its last tick."""
+        raise NotImplementedError
+
+    def finish_journal(self, journal: Path) -> None:
+        """A round is over: its journal is to become a recording."""
+        raise NotImplementedError
+
+    def recorded(self, room_id: str, size: int) -> None:
+        """A round of a room has taken so many bytes on the disk."""
+        raise NotImplementedError
+
+    def _round_recorded(self, journal: Path) -> None:
+        episode = journal.name.removesuffix(JOURNAL_SUFFIX)
+        with contextlib.suppress(OSError, StopIteration):
+            room_id = next(room.id for room in self.registry.rooms.values() if room.round.episode_id == episode)
+            self.recorded(room_id, journal.stat().st_size)
+        self.finish_journal(journal)
+
+    def room_closed(self, room_id: str) -> None:
+        self.store.delete(room_id)
+
+    def save(self, room: Room) -> None:
+        """Keep what a restart needs, until the server stops: what happens then is no change of a room."""
+        if not self.stopping:
+            self._keep(room)
+
+    def _keep(self, room: Room) -> None:
+        """Nobody comes back to a closed room, nor to a finished round of a study."""
+        if room.phase == "closed" or (room.config.study and room.phase == "series_over"):
+            self.store.delete(room.id)
+        else:
+            self.store.save(room_file(room, time.time()))
+
+    # ---- restart --------------------------------------------------------------------------------------------
+
+    def restore(self, file: RoomFile) -> None:
+        """Open a room of the last run again."""
+        try:
+            room = restore_room(file, self.settings.recordings, self.registry, time.monotonic())
+        except MovingOutError as error:
+            log.warning("room %s does not come back: %s", file.id, error)
+            self.store.delete(file.id)
+        else:
+            self.registry.add(room)
+
+    def episodes(self) -> list[str]:
+        """The rounds that have begun here, whose journals must be left alone."""
+        return [room.round.episode_id for room in self.registry.rooms.values() if room.round.started]
+
+    # ---- health ---------------------------------------------------------------------------------------------
+
+    def process_health(self) -> ProcessHealth:
+        """What this process says of itself."""
+        return ProcessHealth(self.cpu_share, self.overload.busy, self.agents.connected, tuple(self.background.faults()))
+
+    def sync_age_s(self) -> float:
+        """Since recordings were last forced to the disk."""
+        return self.background.age_s(SYNC)
+
+    # ---- in the background ----------------------------------------------------------------------------------
+
+    async def _sync(self) -> None:
+        """Make what was recorded survive a power failure; in a thread, because disks are slow."""
+        if _folder_id(self.settings.recordings) != self._recordings_id:
+            raise FileNotFoundError(f"the folder {self.settings.recordings} was moved away or replaced")
+        writers = [room.round.writer for room in self.registry.rooms.values() if room.round.writer is not None]
+        if writers:
+            await asyncio.to_thread(sync_recordings, self.settings.recordings, writers)
+
+    async def _watch_cpu(self) -> None:
+        self.cpu_share += (self._process.cpu_percent() / 100.0 - self.cpu_share) / CPU_SAMPLES
+        self.overload.sample()
+        self._garbage.consider(any(room.phase == "playing" for room in self.registry.rooms.values()))
+
+
+def _agents_of_its_own(settings: Settings) -> AgentPool:
+    return AgentPool(settings.agent_workers, costs=AgentCosts(settings.data / COSTS))
+
+
+def _folder_id(folder: Path) -> tuple[int, int] | None:
+    """Which folder this path leads to, None when it leads to none."""
+    try:
+        about = folder.stat()
+    except OSError:
+        return None
+    return about.st_dev, about.st_ino
+
+
+def warm_up() -> None:
+    """Load every map, its distance field and the engine before the first player comes."""
+    for name in (*shipped_map_names(), TUTORIAL):
+        the_map = load_map(name)
+        paper_distances(the_map)
+        World(the_map).step([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    agent_cards()

@@ -1,0 +1,150 @@
+"""What a study sees of a room, and does to it, wherever the room is: functions and values that can be sent there.
+
+`PublicHost.ask(room_id, work)` does such work in the process of the room.
+"""
+
+import time
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from movingout.recordings.episode import Outcome
+from movingout.server import messages as m
+from movingout.server.notices import Notice
+from movingout.server.rooms.room import Room
+from movingout.server.rooms.seat import Seat
+from movingout.server.security.tokens import Hash
+
+
+class SeatStatus(NamedTuple):
+    """One seat; `agent_failure` and `agent_caution` are empty where there is nothing to say."""
+
+    present: bool  # somebody is connected
+    rtt_ms: float  # -1 unknown
+    title: str
+    player_name: str
+    agent_failure: str
+    agent_caution: str
+
+
+class RoomView(NamedTuple):
+    """A room at one moment."""
+
+    id: str
+    episode: str  # of its round
+    study: dict[str, str]
+    practice: bool
+    phase: m.Phase
+    held: str  # the code of why the clock is stopped
+    clients: int
+    seats: tuple[SeatStatus, ...]
+    map_name: str
+    map_title: str
+    started: bool
+    tick: int
+    limit_ticks: int
+    late_ms: float | None  # 99th percentile
+    missed: int
+    recording: bool
+    recording_problem: str
+
+
+class PlayedSeat(NamedTuple):
+    """How a round went for one seat."""
+
+    device: str
+    rtt_ms: float | None
+    idle_share: float | None
+    hidden_s: float
+
+
+class PlayedRound(NamedTuple):
+    """How a round went."""
+
+    episode: str
+    practice: bool
+    result: m.Result
+    late_ms: float | None
+    seats: tuple[PlayedSeat, ...]
+
+
+def room_view(room: Room) -> RoomView:
+    the_round = room.round
+    return RoomView(
+        id=room.id,
+        episode=the_round.episode_id,
+        study=room.config.study,
+        practice=room.config.practice,
+        phase=room.phase,
+        held=room.held.code,
+        clients=len(room.seating.clients),
+        seats=tuple(_seat_view(seat) for seat in room.seats),
+        map_name=the_round.map.name,
+        map_title=the_round.map.title,
+        started=the_round.started,
+        tick=the_round.state.tick,
+        limit_ticks=the_round.limit_ticks,
+        late_ms=the_round.quality.late_p99_ms() if the_round.started else None,
+        missed=room.missed_ticks,
+        recording=room.recording,
+        recording_problem=the_round.recording_problem.message,
+    )
+
+
+def _seat_view(seat: Seat) -> SeatStatus:
+    return SeatStatus(
+        present=seat.client is not None,
+        rtt_ms=seat.client.rtt_ms if seat.client is not None else -1.0,
+        title=seat.title,
+        player_name=seat.player_name,
+        agent_failure=seat.agent_failure,
+        agent_caution=seat.agent_caution,
+    )
+
+
+def played_round(room: Room, result: m.Result) -> PlayedRound:
+    quality = room.round.quality
+    seats = tuple(
+        PlayedSeat(
+            device=seat.controls.device,
+            rtt_ms=quality.rtt_ms(seat.index),
+            idle_share=quality.idle_share(seat.index),
+            hidden_s=quality.hidden_s(seat.index),
+        )
+        for seat in room.seats
+    )
+    return PlayedRound(room.round.episode_id, room.config.practice, result, quality.late_p99_ms(), seats)
+
+
+def stopped_round(room: Room, outcome: Outcome = "stopped") -> PlayedRound:
+    """The round as far as it was played; one that is over already ended as it did."""
+    ended = room.series.results[-1] if room.series.results else None
+    if ended is not None and ended.recording in ("", room.round.episode_id):
+        return played_round(room, ended)
+    return played_round(room, room.round.result(0, outcome))
+
+
+def hold(room: Room, notice: Notice) -> RoomView:
+    """Stop the clock; only `release` ends that."""
+    room.hold(notice, time.monotonic())
+    return room_view(room)
+
+
+def release(room: Room) -> RoomView:
+    room.release(time.monotonic())
+    return room_view(room)
+
+
+def retire(room: Room, seat: int) -> None:
+    """A player has practised enough; the other may play on."""
+    room.retire(room.seats[seat], time.monotonic())
+
+
+def note_skip(room: Room, seat: int) -> None:
+    room.round.note_skip(seat)
+
+
+def give_keys(room: Room, keys: Mapping[int, Hash]) -> RoomView:
+    """From now on these tokens open the seats."""
+    for seat, key in keys.items():
+        room.seats[seat].key = key
+    return room_view(room)

@@ -1,0 +1,59 @@
+"""A secret of a data folder, made when it is first needed and kept in a file that only its owner may read.
+
+A file that others can read, or that holds no secret, is replaced: what others may have seen is not a secret.
+"""
+
+import os
+import re
+import stat
+import tempfile
+from pathlib import Path
+
+from movingout.server.security.tokens import new_token
+
+_TOKEN = re.compile(r"[A-Za-z0-9_-]{16,128}")  # one that was typed by hand will do, if it is long enough
+
+
+def kept_secret(path: Path) -> str:
+    """The secret in this file, made if there is none. Raises OSError."""
+    return _read(path) or _make(path, new_token())
+
+
+def _read(path: Path) -> str:
+    """The secret in the file; empty if there is none or others may have read it."""
+    try:
+        descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
+    except OSError:
+        return ""
+    try:
+        about = os.fstat(descriptor)
+        private = stat.S_ISREG(about.st_mode) and about.st_uid == os.geteuid() and not about.st_mode & 0o077
+        found = _TOKEN.fullmatch(os.read(descriptor, 256).decode("ascii", "replace").strip()) if private else None
+    finally:
+        os.close(descriptor)
+    return found[0] if found else ""
+
+
+def _make(path: Path, token: str) -> str:
+    """Of several programs that make it at once, all come back with the same secret."""
+    return _keep(path, token, replace=False) or _read(path) or _keep(path, token, replace=True)
+
+
+def _keep(path: Path, token: str, replace: bool) -> str:
+    """Write atomically, and never readable by others; empty where there is such a file already."""
+    descriptor, part = tempfile.mkstemp(prefix=f".{path.name}-", dir=path.parent)  # mode 0600
+    try:
+        with open(descriptor, "w", encoding="ascii") as stream:
+            stream.write(f"{token}\n")
+        if replace:
+            os.replace(part, path)
+        else:
+            os.link(part, path)
+            os.unlink(part)
+    except FileExistsError:
+        os.unlink(part)
+        return ""
+    except OSError:
+        os.unlink(part)
+        raise
+    return token

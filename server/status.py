@@ -1,0 +1,105 @@
+"""The server's state for the admin page and the load test: what each process with rooms reports, taken together."""
+
+import os
+import resource
+import time
+from collections import Counter
+from typing import TYPE_CHECKING, Any
+
+import msgspec
+import psutil
+
+from movingout.server.rooms.lateness import Lateness
+from movingout.server.rooms.room import Room
+
+if TYPE_CHECKING:
+    from movingout.server.public_host import PublicHost
+    from movingout.server.room_host import RoomHost
+
+SUMS = ("missed_ticks", "deadline_misses", "sockets", "bytes_sent", "cpu_seconds", "rss_mb")
+
+
+def room_report(host: "RoomHost") -> dict[str, Any]:
+    """What one process says of its rooms. `late` is its measurement of lateness, as `Lateness.counts` gives it."""
+    lateness, process = host.scheduler.lateness, psutil.Process()
+    return {
+        "pid": os.getpid(),
+        "cpu_percent": round(100 * host.cpu_share, 1),
+        "rss_mb": round(process.memory_info().rss / 1e6, 1),
+        "late": lateness.counts(),
+        "missed_ticks": lateness.skipped,
+        "deadline_misses": host.registry.deadline_misses(),
+        "sockets": host.admission.sockets,
+        "bytes_sent": host.endpoint.total_bytes_sent(),
+        "cpu_seconds": round(time.process_time(), 3),
+        "tick_share": round(host.overload.tick_share, 4),
+        "agent_decisions": host.agents.decisions,
+        "agent_decisions_late": host.agents.missed,
+        "sync_age_s": round(host.sync_age_s(), 2),
+        "open_files": process.num_fds(),
+        "most_files": resource.getrlimit(resource.RLIMIT_NOFILE)[0],
+        "refusals": dict(host.admission.refusals),
+        "agents": host.agents.report(),
+        "rooms": [_room(room) for room in host.registry.rooms.values()],
+    }
+
+
+def server_report(host: "PublicHost", reports: list[dict[str, Any]]) -> dict[str, Any]:
+    """One JSON document; times in ms, sizes in bytes unless the name says otherwise."""
+    lateness = Lateness()
+    for each in reports:
+        lateness.include(each["late"])
+    refusal = host.refusal()
+    return {
+        "uptime_s": round(time.time() - host.started_at, 1),
+        "cpu_percent": max((each["cpu_percent"] for each in reports), default=0.0),  # of the busiest process
+        "load": os.getloadavg()[0],
+        "ticks": lateness.ticks,
+        "late_ms": lateness.report(),
+        **{name: round(sum(each[name] for each in reports), 3) for name in SUMS},
+        "disk_free_mb": round(host.disk_free() / 1e6),
+        "finalising": host.recording_service.pending,
+        "faults": host.faults(),
+        "refusals": dict(refused(host, reports)),
+        "unfinished": host.recording_service.unfinished,
+        "uploads": None if host.uploads is None else {"waiting": host.uploads.waiting, "problem": host.uploads.problem},
+        "refusal": refusal.message,
+        "refusal_code": refusal.code,
+        "refusal_values": refusal.values,
+        "agents": [worker for each in reports for worker in each["agents"]],
+        "rooms": [room for each in reports for room in each["rooms"]],
+    }
+
+
+def refused(host: "PublicHost", reports: list[dict[str, Any]]) -> Counter[str]:
+    """What was refused, by reason, in all processes; where there is one, it reports the same counts."""
+    total = Counter(host.admission.refusals)
+    for each in reports:
+        if each["pid"] != os.getpid():
+            total.update(each["refusals"])
+    return total
+
+
+def _room(room: Room) -> dict[str, Any]:
+    return {
+        "room": room.id,
+        "phase": room.phase,
+        "reason": room.notice.message,
+        "reason_code": room.notice.code,
+        "reason_values": room.notice.values,
+        "map": room.round.map.name,
+        "round": room.series.index + 1,
+        "rounds": len(room.config.maps),
+        "tick": room.round.state.tick,
+        "limit_ticks": room.round.limit_ticks,
+        "delivered": sum(room.round.delivered),
+        "items": len(room.round.delivered),
+        "seats": msgspec.to_builtins(room.state().seats),
+        "spectators": room.seating.spectators,
+        "recording": room.recording,
+        "recording_problem": room.round.recording_problem.message,
+        "recording_problem_code": room.round.recording_problem.code,
+        "episode": room.round.episode_id,
+        "missed_ticks": room.missed_ticks,
+        "deadline_misses": room.round.deadline_misses,
+    }

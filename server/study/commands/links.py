@@ -1,0 +1,50 @@
+"""`movingout study links`: links that only the experimenter can make, one per participant."""
+
+import argparse
+import time
+from pathlib import Path
+from urllib.parse import urlsplit
+
+from movingout.server.settings import DATA
+from movingout.server.study.arrivals.signed_links import LinkSigner
+from movingout.study.data.study_folder import StudyFolder
+from movingout.study.design.study_file import read_study
+from movingout.study.errors import StudyError
+
+MOST_LINKS = 100_000
+MOST_DAYS = 3660.0
+
+
+def configure(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    parser = commands.add_parser(
+        "links",
+        help="signed links for participants, one each, valid for some days",
+        example="movingout study links study.yaml --address https://study.example.org --ids P01 P02",
+    )
+    add = parser.add_argument
+    add("file", type=Path, metavar="FILE", help="the study file")
+    add("--address", required=True, metavar="URL", help="address of the server, as participants reach it")
+    add("--ids", nargs="+", default=[], metavar="ID", help="ids of the participants: letters, digits, dots and dashes")
+    add("--number", type=int, default=0, metavar="N", help="make so many links with new ids: 0001, 0002, ...")
+    add("--days", type=float, default=14.0, metavar="D", help="begin within so many days (%(default)s)")
+    add("--data", type=Path, default=DATA, metavar="DIR", help="the data folder (%(default)s), which has the key")
+    parser.set_defaults(perform=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print "id<tab>link" lines. Raises MovingOutError."""
+    study = read_study(args.file)
+    address = urlsplit(args.address)
+    if address.scheme not in ("http", "https") or not address.netloc:
+        raise StudyError(f"--address is like https://study.example.org, not {args.address!r}")
+    if not 0 <= args.number <= MOST_LINKS or not 0.0 < args.days <= MOST_DAYS:
+        raise StudyError(f"--number is at most {MOST_LINKS}, and --days at most {MOST_DAYS:g}")
+    ids = [*args.ids, *(f"{number:04}" for number in range(1, args.number + 1))]
+    if not ids:
+        raise StudyError("name the participants with --ids, or say how many there are with --number")
+    signer = LinkSigner.in_folder(StudyFolder(study, args.data).own, study.id)
+    until = int(time.time() + args.days * 86_400)
+    base = f"{address.scheme}://{address.netloc}{address.path.rstrip('/')}/study"
+    for id in dict.fromkeys(ids):
+        print(f"{id}\t{base}?{signer.query(id, until)}")
+    return 0

@@ -1,0 +1,109 @@
+"""How many agents are admitted: by measured cost, kept over a restart, and by decisions that came too late."""
+
+import asyncio
+import json
+from pathlib import Path
+
+import pytest
+
+from movingout.agents.errors import AgentsBusyError
+from movingout.agents.worker.heartbeat import WorkerHeartbeat
+from movingout.agents.worker.messages import Close, Open, Opened
+from movingout.agents.worker.process import MOST_SPARE_IDS, DecisionQueue
+from movingout.maps import load_map
+from movingout.server.agent_workers.capacity import GUESS_TRAINED, MOST_KEPT, AgentCosts, LateDecisions, per_worker
+from movingout.server.agent_workers.pool import AgentPool
+from tests.agents.support import HERE
+
+MAP = load_map("HandOff")
+
+
+def queue(tmp_path: Path) -> DecisionQueue:
+    with (tmp_path / "heartbeat").open("w+b") as file:
+        return DecisionQueue(WorkerHeartbeat(file.fileno()))
+
+
+def test_a_worker_times_the_decisions_of_an_agent_that_it_has_loaded_and_not_of_a_spare_one(tmp_path: Path) -> None:
+    worker = queue(tmp_path)
+    opened = worker.take(Open(1, "scripted", MAP, 0, 1, 500))
+    assert isinstance(opened, Opened) and 1e-4 < opened.share < 1.0
+    worker.take(Close(1))
+    again = worker.take(Open(2, "scripted", MAP, 0, 1, 500))
+    assert isinstance(again, Opened) and again.share == 0.0
+
+
+def test_agents_with_ever_other_options_leave_few_spare_ones(tmp_path: Path) -> None:
+    worker = queue(tmp_path)
+    for key in range(3 * MOST_SPARE_IDS):
+        worker.take(Open(key, f"{HERE}:Forward:rows={key + 1}", MAP, 0, 1, 500))
+        worker.take(Close(key))
+    assert len(worker._spare) <= MOST_SPARE_IDS
+
+
+def test_seats_are_admitted_by_what_was_measured_at_the_warm_up_not_by_a_guess() -> None:
+    """Ten rooms are opened within a second: no decision was timed yet but those of the warm-up."""
+    pool = AgentPool(1)
+    pool._most = 0.8
+    first = pool.open("bass@all", MAP, 0, 1, 500)
+    first.take(Opened(first.key, share=0.25))
+    pool.open("bass@all", MAP, 0, 1, 500), pool.open("bass@all", MAP, 0, 1, 500)
+    with pytest.raises(AgentsBusyError, match="busy 100% of the time, and at most 80% is safe"):
+        pool.open("bass@all", MAP, 0, 1, 500)
+
+
+def test_what_agents_cost_is_known_after_a_restart_unless_they_were_trained_again(tmp_path: Path) -> None:
+    kept = AgentCosts(tmp_path / "costs.json")
+    kept.measured("bass@all", 0.07)
+    kept.measured("bass@all", 0.2)  # another worker loads it: what is known stays
+    kept.save()
+    assert AgentCosts(tmp_path / "costs.json").of("bass@all") == 0.07
+    rows = json.loads((tmp_path / "costs.json").read_text())
+    (tmp_path / "costs.json").write_text(json.dumps({"bass@all": rows["bass@all"] | {"model": "older"}}))
+    assert AgentCosts(tmp_path / "costs.json").of("bass@all") == GUESS_TRAINED
+
+
+@pytest.mark.parametrize("text", ["", "[]", "[" * 100_000, '{"idle": {"share": "x"}}', '{"idle": 3}', "\0"])
+def test_a_damaged_file_of_costs_stops_no_server(tmp_path: Path, text: str) -> None:
+    (tmp_path / "costs.json").write_text(text)
+    assert AgentCosts(tmp_path / "costs.json").of("idle") > 0.0
+
+
+def test_ever_other_options_do_not_fill_the_costs() -> None:
+    costs = AgentCosts()
+    for seed in range(2 * MOST_KEPT):
+        costs.note(f"scripted:seed={seed}", 0.01)
+    assert len(costs._shares) == MOST_KEPT
+
+
+def test_a_worker_that_decides_too_late_takes_no_more_seats_until_it_keeps_up() -> None:
+    now = [100.0]
+    late = LateDecisions(lambda: now[0])
+    for _ in range(100):
+        late.note(False)
+    assert not late.too_many()
+    for _ in range(20):
+        late.note(True)
+    assert late.too_many()
+    now[0] += 30.0
+    for _ in range(60):
+        late.note(False)
+    assert not late.too_many()
+
+
+def test_the_agents_leave_the_rooms_their_core() -> None:
+    assert per_worker(2, cores=2) == pytest.approx(0.65)
+    assert per_worker(1, cores=1) == pytest.approx(0.3)
+    assert per_worker(2, cores=16) == 0.8
+
+
+def test_late_decisions_of_a_pool_are_noticed() -> None:
+    async def scenario() -> None:
+        pool = AgentPool(1)
+        seat = pool.open("idle", MAP, 0, 1, 500)
+        for tick in range(30):
+            seat._due = tick
+            seat.answer(tick)
+        with pytest.raises(AgentsBusyError, match="too late"):
+            pool.open("idle", MAP, 0, 1, 500)
+
+    asyncio.run(scenario())

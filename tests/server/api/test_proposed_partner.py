@@ -1,0 +1,65 @@
+"""Who plays where nobody chose a partner: the trained one, and the scripted one where it cannot."""
+
+from pathlib import Path
+
+import pytest
+
+from movingout.agents.errors import CheckpointError
+from movingout.server.api import proposed_partner as proposed
+from movingout.server.settings import PARTNER
+from tests.server.live import ADMIN, Live, limits, serve
+
+LEFT_OPEN = [{"kind": "here"}, {"kind": "partner"}]
+
+
+def opened(live: Live, token: str = "") -> tuple[int, str]:
+    """The status, and who then sits opposite."""
+    status, answer = live.call("/api/rooms", {"maps": ["Simple"], "seats": LEFT_OPEN}, token=token)
+    return status, next((room.seats[1].agent_id for room in live.rooms if room.id == answer.get("room")), "")
+
+
+def test_a_seat_that_is_left_to_the_server_has_the_trained_partner(live: Live) -> None:
+    assert opened(live) == (200, PARTNER)
+
+
+def test_the_scripted_one_plays_while_agents_have_no_capacity_left(tmp_path: Path) -> None:
+    with serve(tmp_path, limits()) as live:
+        live.host.agents._most = 0.25
+        live.host.agents.costs.measured(PARTNER, 0.2)
+        live.host.agents.costs.measured("scripted", 0.01)
+        assert opened(live) == (200, PARTNER)
+        assert opened(live) == (200, "scripted")
+        chosen = [{"kind": "here"}, {"kind": "agent", "agent": PARTNER}]
+        status, answer = live.call("/api/rooms", {"maps": ["Simple"], "seats": chosen})
+        assert (status, answer["error"]["code"]) == (503, "no_agent")  # whoever chose it chooses again
+
+
+def test_the_scripted_one_plays_where_a_study_needs_the_agents(tmp_path: Path) -> None:
+    with serve(tmp_path, limits(), lobby=False) as live:
+        live.host.agents._most = 0.3
+        live.host.agents.costs.measured(PARTNER, 0.2)
+        live.host.agents.costs.measured("scripted", 0.01)
+        assert opened(live, token=ADMIN) == (200, "scripted")
+
+
+@pytest.mark.parametrize("missing", ["weights", "runtime"])
+def test_the_scripted_one_is_proposed_where_the_trained_one_does_not_run(
+    live: Live, monkeypatch: pytest.MonkeyPatch, missing: str
+) -> None:
+    def damaged(agent_id: str) -> None:
+        raise CheckpointError(f"{agent_id} is damaged")
+
+    if missing == "weights":
+        monkeypatch.setattr(proposed, "agent_card", damaged)
+    else:
+        monkeypatch.setattr(proposed, "RUNTIME", "no_such_runtime")
+    assert live.call("/api/agents")[1]["default"] == "scripted"
+    assert opened(live) == (200, "scripted")
+
+
+def test_nobody_plays_instead_of_whom_the_operator_names(tmp_path: Path) -> None:
+    with serve(tmp_path, limits(), partner="dp@any") as live:
+        live.host.agents._most = 0.25
+        live.host.agents.costs.measured("dp@any", 0.2)
+        assert opened(live) == (200, "dp@any")
+        assert opened(live) == (503, "")

@@ -1,0 +1,19 @@
+"""The database that the nodes of the tests share."""
+
+from collections.abc import Iterator
+
+import pytest
+
+from tests.database import PostgresServer, postgres_server
+
+
+@pytest.fixture(scope="session")
+def database_server() -> Iterator[PostgresServer]:
+    with postgres_server() as server:
+        yield server
+
+
+@pytest.fixture
+def database(database_server: PostgresServer) -> str:
+    """The address of an empty database."""
+    return database_server.new_database()

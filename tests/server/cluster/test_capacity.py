@@ -1,0 +1,57 @@
+"""How many nodes a number of participants needs."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from movingout.server.cli import main
+from movingout.server.cluster.capacity import FIGURES, MOST_NODES, Plan, plan, read_figures
+from movingout.server.cluster.errors import ClusterError
+
+
+def planned(participants: int, agent: str = "") -> Plan:
+    return plan(participants, agent, read_figures(FIGURES))
+
+
+def test_every_figure_says_where_it_comes_from() -> None:
+    figures = read_figures(FIGURES)
+    assert all(len(getattr(figures, name).source) > 20 for name in figures.__struct_fields__)
+
+
+def test_pairs_need_half_as_many_rooms_and_no_agents() -> None:
+    small = planned(2)
+    assert (small.rooms, small.nodes, small.cores) == (1, 1, 1)
+    pairs, partners = planned(1000), planned(1000, "bass@any")
+    assert (pairs.rooms, partners.rooms) == (500, 1000)
+    assert pairs.cores == pairs.nodes == 8  # 69 rooms take half of a core
+    assert partners.nodes == 15 and partners.cores == 15 + 76  # 1,005 agents (67 a node) at 6 %, 80 % of a core each
+    assert partners.recorded_gb_per_hour == pytest.approx(2 * pairs.recorded_gb_per_hour, rel=0.01)
+
+
+def test_idle_partners_cost_nothing_and_unknown_ones_are_said_to_be_unmeasured() -> None:
+    assert planned(60, "idle").cores == 1
+    assert any("not measured" in note for note in planned(60, "my.policy:Agent").notes)
+
+
+def test_more_nodes_than_a_cluster_has_are_several_clusters() -> None:
+    huge = planned(100_000, "bass@any")
+    assert huge.nodes > MOST_NODES and any("clusters" in note for note in huge.notes)
+
+
+def test_the_command_prints_a_table_or_json(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert main(["cluster", "plan", "--participants", "1000", "--agent", "bass@any", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["nodes"] == 15
+    assert main(["cluster", "plan", "--participants", "40", "--core-hour-price", "0.05"]) == 0
+    out = capsys.readouterr().out
+    assert "nodes" in out and "cost per hour" in out and "2026-11-21" in out
+    assert main(["cluster", "plan", "--participants", "0"]) == 2
+    file = tmp_path / "figures.yaml"
+    file.write_text("core_per_room: {value: many, unit: x, source: y}")
+    assert main(["cluster", "plan", "--participants", "2", "--figures", str(file)]) == 2
+    assert "has no figures for a plan" in capsys.readouterr().err
+
+
+def test_a_file_that_is_not_there_is_said() -> None:
+    with pytest.raises(ClusterError, match="no figures for a plan"):
+        read_figures(Path("/nowhere"))

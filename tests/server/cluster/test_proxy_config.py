@@ -1,0 +1,73 @@
+"""The configuration that `movingout cluster config` writes."""
+
+from pathlib import Path
+
+import pytest
+
+from movingout.server.cli import main
+from movingout.server.cluster.errors import ClusterError
+from movingout.server.cluster.proxy_config import ProxyConfig, nodes_of
+
+NODES = ("--node", "a=10.0.0.1:8000", "--node", "b=[fd00::2]:8000")
+
+
+def written(capsys: pytest.CaptureFixture[str], *options: str) -> str:
+    assert main(["cluster", "config", *NODES, *options]) == 0
+    return capsys.readouterr().out
+
+
+def test_haproxy_has_a_group_of_servers_per_shard(capsys: pytest.CaptureFixture[str]) -> None:
+    text = written(capsys, "--domain", "game.example.org", "--certificate", "/etc/game.pem")
+    assert text.count("\nbackend shard_") == 33
+    assert "use_backend shard_study if { path_beg /api/study /api/experimenter }" in text
+    assert "bind :443 ssl crt /etc/game.pem alpn h2,http/1.1" in text and "redirect scheme https" in text
+    assert "deny_status 421 unless { req.hdr(host),field(1,:) -i game.example.org }" in text
+    assert "track-sc0 src,ipmask(32,64)" in text
+    shard = text.split("backend shard_k\n")[1].split("backend")[0]
+    assert "uri /cluster/rooms/k " in shard
+    assert "server a 10.0.0.1:8000 check" in shard and "server any-b [fd00::2]:8000 track pages/b backup" in shard
+
+
+def test_without_a_certificate_it_is_plain_http(capsys: pytest.CaptureFixture[str]) -> None:
+    text = written(capsys)
+    assert "bind :80\n" in text and "redirect scheme" not in text and "ssl crt" not in text
+
+
+def test_caddy_has_the_same_routing(capsys: pytest.CaptureFixture[str]) -> None:
+    text = written(capsys, "--for", "caddy", "--domain", "game.example.org")
+    assert text.count("health_uri /cluster/rooms/") == 33 and text.count("{") == text.count("}")
+    assert "path_regexp ^/(ws|api/rooms|api/recordings|api/admin/rooms)/k[^/]*" in text
+    assert text.splitlines()[4] == "game.example.org {" and "\ttls " not in text
+    own = written(capsys, "--for", "caddy", "--domain", "game.example.org", "--certificate", "/etc/game.pem")
+    assert own.splitlines()[4:6] == ["game.example.org {", "\ttls /etc/game.pem /etc/game.pem"]
+
+
+def test_the_file_says_how_it_was_made_and_where_it_lies(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "haproxy.cfg"
+    assert main(["cluster", "config", *NODES, "-o", str(file)]) == 0
+    assert "for 2 nodes" in capsys.readouterr().err and file.read_text().startswith("# HAProxy in front of the nodes")
+    assert main(["cluster", "config", *NODES, "-o", str(tmp_path / "none" / "x")]) == 2
+
+
+@pytest.mark.parametrize("wrong", ["a", "a=10.0.0.1", "a=10.0.0.1:99999", "a b=10.0.0.1:80", "=10.0.0.1:80", "a=h\n:1"])
+def test_what_is_no_node_is_said(wrong: str) -> None:
+    with pytest.raises(ClusterError, match=r"it looks like a=10\.0\.0\.1:8000"):
+        nodes_of([wrong])
+
+
+def test_nodes_have_names_and_addresses_of_their_own_and_nothing_is_smuggled_in() -> None:
+    with pytest.raises(ClusterError, match="of its own"):
+        nodes_of(["a=h:1", "a=h:2"])
+    with pytest.raises(ClusterError, match="of its own"):
+        nodes_of(["a=h:1", "b=h:1"])
+    smuggled = "x\n    bind :1"
+    with pytest.raises(ClusterError, match="special characters"):
+        ProxyConfig({"a": "h:1"}, certificate=smuggled)
+    with pytest.raises(ClusterError, match="special characters"):
+        ProxyConfig({"a": "h:1"}, listen=smuggled)
+    with pytest.raises(ClusterError, match="special characters"):
+        ProxyConfig({"a": "h:1"}, admin_socket=smuggled)
+    with pytest.raises(ClusterError, match=r"game\.example\.org"):
+        ProxyConfig({"a": "h:1"}, domain="a b")
+    with pytest.raises(ClusterError, match="at least one node"):
+        ProxyConfig({})

@@ -1,0 +1,81 @@
+"""Files of rooms by shard and fencing token: what a node that has lost a lease still writes reaches nobody."""
+
+from pathlib import Path
+
+from movingout.server.cluster.room_files import ShardedRoomStore, adopt, folder_id, has_rooms_of, journals_of
+from movingout.server.cluster.shards import SHARDS, new_id_in, shard_of
+from movingout.server.persistence.room_store import VERSION, RoomFile
+from movingout.server.rooms.services import RoomConfig
+
+
+def room(name: str, epoch: int = 0) -> RoomFile:
+    return RoomFile(
+        version=VERSION,
+        id=name,
+        saved=4e9,
+        config=RoomConfig(maps=("Simple",)),
+        seats=[],
+        phase="lobby",
+        reason="",
+        index=0,
+        epoch=epoch,
+        episode="",
+        results=[],
+    )
+
+
+def store(folder: Path, **fences: int) -> ShardedRoomStore:
+    return ShardedRoomStore(folder, fences.get)
+
+
+def test_the_first_letter_says_the_shard() -> None:
+    assert len(set(SHARDS)) == 32
+    assert all(shard_of(new_id_in(shard)) == shard and len(new_id_in(shard)) == 12 for shard in SHARDS)
+    assert shard_of("") == shard_of("Ka") == shard_of("../x") == ""
+
+
+def test_whoever_takes_a_shard_has_its_rooms_and_the_former_node_writes_into_nothing(tmp_path: Path) -> None:
+    recordings = tmp_path / "recordings"
+    recordings.mkdir()
+    adopt(tmp_path, recordings, "k", 1)
+    former = store(tmp_path, k=1)
+    former.save(room("kaaa"))
+    former.save(room("maaa"))  # of a shard that it does not have
+    former.flush()
+    journal = recordings / "kbbb.mcap.journal"
+    journal.write_bytes(b"ticks")
+    with journal.open("ab") as still_open:
+        adopt(tmp_path, recordings, "k", 2)
+        former.save(room("kaaa", epoch=9))
+        former.save(room("kccc"))
+        former.flush()
+        still_open.write(b", and one too many")
+    assert journal.read_bytes() == b"ticks"
+    assert [file.epoch for file in store(tmp_path, k=2).load_shard("k", 2)] == [0]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["k.2", "recordings"]
+    assert has_rooms_of(tmp_path, "k") and not has_rooms_of(tmp_path, "m")
+    former.close()
+
+
+def test_the_newest_files_count_and_a_half_made_copy_does_not(tmp_path: Path) -> None:
+    for fence in (3, 20):
+        adopt(tmp_path, tmp_path, "k", fence)
+        made = store(tmp_path, k=fence)
+        made.save(room("kaaa", epoch=fence))
+        made.close()
+    (tmp_path / "k.21.part").mkdir()
+    adopt(tmp_path, tmp_path, "k", 21)
+    adopt(tmp_path, tmp_path, "k", 21)  # the same node again
+    assert [file.epoch for file in store(tmp_path, k=21).load_shard("k", 21)] == [20]
+
+
+def test_journals_of_a_shard_are_found_by_their_letter(tmp_path: Path) -> None:
+    for name in ("kaa.mcap.journal", "kab.mcap", ".kac.mcap.journal.x", "mad.mcap.journal"):
+        (tmp_path / name).touch()
+    assert [path.name for path in journals_of(tmp_path, "k")] == ["kaa.mcap.journal"]
+
+
+def test_a_data_folder_has_one_id_for_all_who_share_it(tmp_path: Path) -> None:
+    one, other = tmp_path / "one", tmp_path / "other"
+    assert folder_id(one) == folder_id(one) != folder_id(other)
+    assert len(folder_id(one)) == 20 and [path.name for path in one.iterdir()] == ["cluster-folder"]

@@ -1,0 +1,142 @@
+"""Who may take whose place: signed links, another browser, and people who never consented."""
+
+from pathlib import Path
+from urllib.parse import parse_qsl
+
+import pytest
+
+from movingout.server.cli import main
+from movingout.server.study.api import participant_view
+from movingout.server.study.arrivals.signed_links import LinkSigner
+from movingout.server.study.participants import UNDECIDED_S
+from movingout.study.errors import StudyError
+from movingout.study.store.tables import participants
+from tests.server.live import ADMIN
+from tests.server.study.support import SOLO, Served, Visitor, served
+
+LATER = 4_000_000_000
+
+
+def link(study: Served, id: str, until: int = LATER) -> dict[str, str]:
+    return dict(parse_qsl(LinkSigner.in_folder(study.folder.own, study.folder.study.id).query(id, until)))
+
+
+def refused(answer: tuple[int, dict[str, dict[str, str]]]) -> str:
+    status, body = answer
+    assert status == 403, body
+    return body["error"]["code"]
+
+
+# ---- links of a platform, which anybody who knows an id can make ----------------------------------------------------
+
+
+def test_who_knows_an_id_neither_takes_the_place_nor_ejects_whoever_has_it(tmp_path: Path) -> None:
+    with served(tmp_path) as study:
+        victim = study.visitor(PROLIFIC_PID="victim").go_to("questionnaire")
+        assert refused(study.arrive(PROLIFIC_PID="victim")) == "other_device"
+        assert victim.look()["step"]["kind"] == "questionnaire", "the victim is still there"
+        assert study.alerts()[0] == "other_device"
+
+
+def test_the_experimenter_lets_somebody_continue_in_another_browser_once(tmp_path: Path) -> None:
+    with served(tmp_path) as study:
+        first = study.visitor(PROLIFIC_PID="mover").go_to("form")
+        pid = first.pid
+        assert study.row(pid)["device_bound"]
+        study.ask("allow-device", pid=pid)
+        assert not study.row(pid)["device_bound"]
+        second = study.visitor(PROLIFIC_PID="mover")
+        assert second.kind == "form" and first.look()["step"]["kind"] == "ended-elsewhere"
+        assert refused(study.arrive(PROLIFIC_PID="mover")) == "other_device"
+
+
+def test_before_the_consent_a_platforms_link_may_be_opened_anywhere(solo: Served) -> None:
+    solo.visitor(PROLIFIC_PID="undecided")
+    assert solo.visitor(PROLIFIC_PID="undecided").kind == "consent"
+
+
+# ---- signed links ---------------------------------------------------------------------------------------------------
+
+
+def test_a_signed_link_admits_and_nothing_else_does(tmp_path: Path) -> None:
+    with served(tmp_path, signed=True) as study:
+        good = link(study, "P01")
+        changed = [good | {"id": "P02"}, good | {"until": str(LATER + 1)}, good | {"sig": good["sig"][:-1] + "!"}]
+        changed += [good | {"sig": ""}, {}, {"PROLIFIC_PID": "x"}, {"id": "P01"}, good | {"sig": "ü" * 22}]
+        assert {refused(study.arrive(**parameters)) for parameters in changed} == {"link"}
+        assert study.visitor(**good).kind == "consent"
+        other = LinkSigner("another key", study.folder.study.id).query("P01", LATER)
+        assert refused(study.arrive(**dict(parse_qsl(other)))) == "link"
+
+
+def test_an_expired_link_begins_nothing_and_leads_back(tmp_path: Path) -> None:
+    with served(tmp_path, signed=True) as study:
+        assert refused(study.arrive(**link(study, "late", until=1_000_000))) == "link_expired"
+        began = study.visitor(**link(study, "early"))
+        began.agree()
+        assert study.visitor(**link(study, "early", until=1_000_000)).kind == began.kind
+
+
+def test_a_signed_link_of_another_study_is_none_of_this_one(solo: Served) -> None:
+    key = (solo.folder.own / "link-key").read_text().strip()
+    other = LinkSigner(key, "another-study").query("P01", LATER)
+    assert refused(solo.arrive(**dict(parse_qsl(other)))) == "link"
+
+
+def test_the_command_makes_links_that_the_server_admits(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "study.yaml"
+    file.write_text(SOLO)
+    address = ["--address", "https://study.example.org/", "--data", str(tmp_path / "data")]
+    assert main(["study", "links", str(file), *address, "--ids", "Ann", "--number", "2", "--days", "3"]) == 0
+    rows = [line.split("\t") for line in capsys.readouterr().out.splitlines()]
+    assert [id for id, _ in rows] == ["Ann", "0001", "0002"]
+    assert rows[0][1].startswith("https://study.example.org/study?id=Ann&until=")
+    with served(tmp_path / "data", signed=True) as study:
+        assert study.visitor(**dict(parse_qsl(rows[0][1].partition("?")[2]))).kind == "consent"
+    assert (tmp_path / "data" / "studies" / "solo" / "link-key").stat().st_mode & 0o077 == 0
+
+
+@pytest.mark.parametrize("options", [["--ids", "a b"], ["--ids", "x" * 65], [], ["--number", "-1"], ["--ids", "a\n"]])
+def test_links_for_nobody_or_with_odd_ids_are_refused_in_a_sentence(
+    tmp_path: Path, options: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "study.yaml"
+    file.write_text(SOLO)
+    address = ["--address", "https://x.example", "--data", str(tmp_path)]
+    assert main(["study", "links", str(file), *address, *options]) == 2
+    assert "Traceback" not in capsys.readouterr().err
+
+
+def test_an_id_with_a_line_break_cannot_be_signed() -> None:
+    with pytest.raises(StudyError, match="up to 64"):
+        LinkSigner("key", "study").query("a\n5", 5)
+
+
+# ---- rows only with a consent ---------------------------------------------------------------------------------------
+
+
+def test_who_leaves_without_a_word_about_the_consent_leaves_no_row(tmp_path: Path) -> None:
+    with served(tmp_path) as study:
+        stayed = study.visitor(PROLIFIC_PID="stayed")
+        stayed.agree()
+        gone = study.visitor(PROLIFIC_PID="gone")
+        study.later(UNDECIDED_S + 1)
+        study.look()
+        store, known = study.running.databases.store, study.running.databases.identities
+        assert [row["pid"] for row in store.rows(participants)] == [stayed.pid]
+        assert known.known("prolific", "gone") is None
+        assert gone.call("view")[0] == 401
+        assert study.live.call("/api/experimenter/state", token=ADMIN)[1]["counts"]["planned"] == 400
+        assert study.visitor(PROLIFIC_PID="gone").kind == "consent", "they may come again"
+        assert Visitor(study, stayed.token, stayed.view).look()["step"]["kind"] == stayed.kind
+
+
+def test_a_page_that_is_opened_long_after_the_end_may_be_of_the_next_person(
+    solo: Served, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    visitor = solo.visitor()
+    visitor.agree()
+    visitor.stop(keep=True)
+    assert not visitor.look()["step"]["long_ago"]
+    monkeypatch.setattr(participant_view, "LONG_AGO_S", -1.0)
+    assert visitor.look()["step"]["long_ago"]

@@ -1,0 +1,81 @@
+"""The client for JavaScript plays a round from Node, and says a refusal in the server's words."""
+
+import json
+import subprocess
+from pathlib import Path
+
+from tests.server.live import Live
+from tests.support import ROOT
+
+CLIENT = Path(__file__).parents[2] / "examples" / "javascript-client" / "client.js"
+PLAY = """
+const { Client } = await import(process.argv[1]);
+try {
+  const client = await Client.connect(process.argv[2], process.argv[3], { name: "node" });
+  const ways = [], first = {};
+  for await (const state of client.states()) {
+    const robot = state.robots[client.seat];
+    first.items ??= state.items.length;
+    ways.push(robot.y);
+    const [cos, sin] = [Math.cos(robot.angle), Math.sin(robot.angle)];
+    client.act([[0.5, cos, sin, 0], [0.5, cos, sin, 0]]);
+  }
+  const { outcome, ticks, metrics } = client.result;
+  const way = Math.max(...ways) - Math.min(...ways);
+  const items = [first.items, client.map.items.length];
+  console.log(JSON.stringify({ outcome, ticks, seat: client.seat, states: ways.length, way, items, tcr: metrics.tcr }));
+  client.close();
+} catch (error) {
+  console.log(JSON.stringify({ name: error.constructor.name, message: error.message }));
+}
+"""
+
+
+def node(*words: str) -> dict[str, object]:
+    command = ["node", "--experimental-websocket", "--input-type=module", "--eval", PLAY, "--", str(CLIENT), *words]
+    ran = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
+    told: dict[str, object] = json.loads(ran.stdout)
+    return told
+
+
+DECLARE = "--allowJs --declaration --emitDeclarationOnly --target es2023 --module nodenext --lib es2023,dom"
+TRY = """
+const { Client } = await import(process.argv[1]);
+const client = new Client({ readyState: 0 });
+for (const rows of ["ahead", undefined, [], [[1, 1, 0]], [[NaN, 1, 0, 0]], [null], [1, 1, 0, 0]])
+  try { client.act(rows); } catch (error) { console.log(String(error)); }
+try { await Client.connect("127.0.0.1:8000", "x"); } catch (error) { console.log(String(error)); }
+"""
+
+
+def test_what_is_no_chunk_and_no_address_is_said() -> None:
+    command = ["node", "--experimental-websocket", "--input-type=module", "--eval", TRY, "--", str(CLIENT)]
+    told = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True).stdout.splitlines()
+    chunk = "RemoteError: a chunk is rows of four numbers: distance, cos and sin of the heading, grasp"
+    assert told == [chunk] * 7 + [
+        "RemoteError: '127.0.0.1:8000' is no address of a server; write http://127.0.0.1:8000"
+    ]
+
+
+def test_the_declarations_for_typescript_are_those_of_the_module(tmp_path: Path) -> None:
+    command = [str(ROOT / "node_modules/.bin/tsc"), *DECLARE.split(), "--outDir", str(tmp_path), str(CLIENT)]
+    subprocess.run(command, check=True, timeout=120, cwd=CLIENT.parent)
+    assert (tmp_path / "client.d.ts").read_text() == CLIENT.with_suffix(".d.ts").read_text()
+
+
+def test_a_round_is_played_from_node(live: Live) -> None:
+    room = live.open_room("idle", "remote", limit_ticks=30)["room"]
+    told = node(f"http://{live.address}", room)
+    assert (told["outcome"], told["ticks"], told["seat"], told["tcr"]) == ("time", 30, 1, 0)
+    assert isinstance(told["items"], list) and told["items"][0] == told["items"][1] > 0
+    assert isinstance(told["states"], int) and told["states"] > 10
+    assert isinstance(told["way"], float) and told["way"] > 0.05
+
+
+def test_refusals_are_the_servers_sentences(live: Live) -> None:
+    full = live.open_room("idle", "idle")["room"]
+    assert "This room is full" in str(node(f"http://{live.address}", full)["message"])
+    assert node("http://127.0.0.1:9", "x") == {
+        "name": "RemoteError",
+        "message": "cannot connect to ws://127.0.0.1:9/ws/x",
+    }

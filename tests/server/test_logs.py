@@ -1,0 +1,59 @@
+"""The log: not flooded, no control characters, no addresses, and one JSON object per line where that is wanted."""
+
+import io
+import json
+import logging
+from collections.abc import Iterator
+
+import pytest
+
+from movingout.server.logs import PER_MINUTE, JsonFormatter, RateLimit, log_to, printable
+
+
+@pytest.fixture
+def root() -> Iterator[None]:
+    before = logging.getLogger().handlers[:]
+    yield
+    logging.getLogger().handlers[:] = before
+
+
+def test_a_flood_of_one_message_leaves_few_lines_and_says_how_many_were_left_out(root: None) -> None:
+    stream, now = io.StringIO(), [0.0]
+    log_to(stream)
+    handler = logging.getLogger().handlers[0]
+    handler.filters[:] = [RateLimit(lambda: now[0])]
+    for count in range(1723):
+        logging.getLogger("flood").warning("a bad origin: %s", count)
+    logging.getLogger("other").warning("still heard")
+    lines = stream.getvalue().splitlines()
+    assert len(lines) == 2 * PER_MINUTE + 1 and lines[-1].endswith("still heard")
+    now[0] += 60.0
+    logging.getLogger("flood").warning("a bad origin: %s", "again")
+    assert "(1703 more like this were left out)" in stream.getvalue().splitlines()[-1]
+
+
+def test_nobody_writes_lines_or_colours_into_the_log(root: None) -> None:
+    stream = io.StringIO()
+    log_to(stream)
+    logging.getLogger("x").warning("name: %s", "Eve\nERROR server: all is lost\x1b[2J\u202e")
+    assert stream.getvalue().count("\n") == 1 and "\x1b" not in stream.getvalue()
+
+
+@pytest.mark.parametrize("address", ["192.168.17.4", "2001:db8:0:1:2:3:4:5", "2001:db8:0:1::5"])
+def test_addresses_of_people_stay_out_of_the_log(address: str) -> None:
+    assert address not in printable(f"a client at {address} left")
+    assert printable("listening at 127.0.0.1:8000, version 1.2.3, 12:30:05") == (
+        "listening at 127.0.0.1:8000, version 1.2.3, 12:30:05"
+    )
+
+
+def test_json_has_one_object_per_line_with_the_traceback() -> None:
+    try:
+        raise ValueError("broken")
+    except ValueError as error:
+        exc_info = (type(error), error, error.__traceback__)
+    record = logging.LogRecord("a.b", logging.ERROR, "x.py", 1, "it %s", ("failed",), exc_info)
+    line = JsonFormatter().format(record)
+    row = json.loads(line)
+    assert "\n" not in line and row["level"] == "error" and row["message"] == "it failed"
+    assert "ValueError: broken" in row["exception"] and row["at"].endswith("+00:00")

@@ -1,0 +1,88 @@
+"""`movingout.remote.Client`: agents play from another process, slow ones too, and refusals are sentences."""
+
+import asyncio
+import subprocess
+import sys
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+
+from movingout.agents.catalogue import load_agent
+from movingout.remote import Client, RemoteError
+from movingout.world.metrics import METRICS
+from tests.server.live import Live
+
+
+def test_importing_the_client_loads_no_numbers_and_no_world() -> None:
+    code = "import sys, movingout.remote; print(sorted({'numpy', 'pymunk', 'movingout.world'} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
+
+
+def test_a_client_that_is_not_connected_says_so() -> None:
+    client = Client("http://127.0.0.1:8000", "x")
+    assert (client.map, client.limit_ticks) == (None, 0)
+    with pytest.raises(RemoteError, match="async with Client"):
+        client.act([[0.0, 1.0, 0.0, 0.0]])
+
+
+def test_an_agent_plays_a_round_from_outside_and_learns_how_it_ended(live: Live) -> None:
+    room = live.open_room("idle", "remote", limit_ticks=60)
+
+    async def played() -> None:
+        async with Client(f"http://{live.address}", room["room"], name="mine") as client:
+            assert client.seat == 1
+            result = await client.play(load_agent("scripted"))
+        assert (result.outcome, result.ticks) == ("time", 60)
+        assert set(result.metrics) == {metric.key for metric in METRICS}
+
+    asyncio.run(asyncio.wait_for(played(), 40))
+
+
+def test_a_chunk_is_played_on_while_a_slow_program_thinks_and_states_are_the_newest(live: Live) -> None:
+    room = live.open_room("idle", "remote", limit_ticks=40)
+
+    async def played() -> tuple[list[int], list[float]]:
+        ticks, ways = [], []
+        async with Client(f"ws://{live.address}/ws", room["room"]) as client:
+            async for observation in client.observations():
+                pose = observation.state.robot_poses[client.seat]
+                ticks.append(observation.state.tick)
+                ways.append(float(pose[1]))
+                assert len(observation.encode("map-v1")) == 169
+                client.act(np.tile([0.5, np.cos(pose[2]), np.sin(pose[2]), 0.0], (4, 1)))
+                await asyncio.sleep(0.9)
+        return ticks, ways
+
+    ticks, ways = asyncio.run(asyncio.wait_for(played(), 40))
+    assert 3 <= len(ticks) <= 6 and all(later - earlier >= 6 for earlier, later in pairwise(ticks))
+    assert max(ways) - min(ways) > 0.05
+
+
+def test_only_an_agent_itself_can_play(live: Live) -> None:
+    async def played(agent: Any) -> None:
+        async with Client(f"http://{live.address}", live.open_room("idle", "remote")["room"]) as client:
+            await client.play(agent)
+
+    for wrong in ("scripted", object()):
+        with pytest.raises(RemoteError, match=r"an object with reset\(\) and act\(\), as of load_agent"):
+            asyncio.run(asyncio.wait_for(played(wrong), 20))
+
+
+def test_refusals_are_sentences(live: Live) -> None:
+    async def entered(client: Client) -> None:
+        async with client:
+            pass
+
+    room = live.open_room("idle", "idle")["room"]
+    for client, sentence in (
+        (Client(f"http://{live.address}", "nowhere"), "room"),
+        (Client(f"http://{live.address}", room), "This room is full"),
+        (Client("http://127.0.0.1:9", "x"), "cannot connect to ws://127.0.0.1:9/ws"),
+    ):
+        with pytest.raises(RemoteError, match=sentence):
+            asyncio.run(entered(client))
+    with pytest.raises(RemoteError, match="write http://127"):
+        Client("127.0.0.1:8000", "x")
