@@ -6,11 +6,13 @@ COPY . .
 RUN python -m pip wheel --no-cache-dir --wheel-dir /wheels --constraint constraints.txt '.[postgres]'
 
 FROM python:3.11-slim-bookworm
+# The versions are those of the wheels, of which there is one each.
+# hadolint ignore=DL3013
 RUN --mount=type=bind,from=build,source=/wheels,target=/wheels \
     python -m pip install --no-cache-dir --no-index --find-links /wheels 'moving-out-live[postgres]' \
     && useradd --system --uid 10001 --home-dir /data movingout \
     && install --directory --owner movingout /data
-USER movingout
+USER 10001
 WORKDIR /data
 VOLUME /data
 ENV PYTHONUNBUFFERED=1

@@ -3,10 +3,10 @@ PYTHON ?= python3
 BIN := .venv/bin
 PIP := $(BIN)/pip --disable-pip-version-check install -c constraints.txt
 
-.PHONY: help play venv test test-slow check bench agents format generate wheel clean
+.PHONY: help play venv test test-slow test-large-downloads check bench agents anywhere format generate lock wheel clean
 
 help: ## list these commands
-	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
+	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 24
 
 play: .venv/serve ## serve the game and print its links
 	@$(BIN)/movingout play $(ARGS)
@@ -17,7 +17,10 @@ test: .venv/dev .venv/browser .venv/node ## every test but the long ones (minute
 	$(BIN)/pytest -n 2 --dist loadfile -m "not slow" $(ARGS)
 
 test-slow: .venv/dev .venv/browser .venv/node ## the long tests: fuzzing, endurance, load
-	$(BIN)/pytest -m slow $(ARGS)
+	$(BIN)/pytest -n 2 --dist loadfile -m "slow and not large_download" $(ARGS)
+
+test-large-downloads: .venv/dev ## the tests of LeRobot in an environment of its own (8 GB)
+	$(BIN)/pytest -m large_download $(ARGS)
 
 check: .venv/dev .venv/node ## format, lint, types, import rules, JavaScript
 	$(BIN)/ruff format --check .
@@ -35,6 +38,9 @@ bench: .venv/dev ## measure; prints ratios and the machine
 agents: .venv/dev ## train the agents from nothing and write docs/results.md (hours)
 	$(BIN)/python -m bench.train_agents $(ARGS)
 
+anywhere: .venv/dev ## train the agents for any map from nothing and print their tables (hours)
+	$(BIN)/python -m bench.train_anywhere $(ARGS)
+
 format: .venv/dev .venv/node ## rewrite the sources in the house format
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
@@ -46,6 +52,16 @@ generate: .venv/dev ## write what is made from the sources: web/messages.js, tab
 	$(BIN)/python -m bench.source.frame_tables
 	$(BIN)/python -m tests.server.golden_frames
 	$(BIN)/python -m bench.source.phrases
+
+site: .venv/dev ## build the documentation as a site into data/site, with a reference of commands and YAML fields
+	NO_MKDOCS_2_WARNING=1 PYTHONPATH=src:. $(BIN)/python -m mkdocs build --strict
+
+lock: .venv/bin/python ## write constraints/serving.txt: what serving needs, by version and hash
+	$(BIN)/pip --disable-pip-version-check install --quiet uv
+	@head -n 2 constraints/serving.txt > constraints/serving.new
+	$(BIN)/uv pip compile pyproject.toml --extra postgres --extra tls --constraint constraints.txt --universal --python-version 3.11 \
+		--generate-hashes --no-header --no-annotate --quiet >> constraints/serving.new
+	@mv constraints/serving.new constraints/serving.txt
 
 wheel: .venv/bin/python ## build the wheel into dist/
 	$(BIN)/pip --disable-pip-version-check wheel --no-deps --wheel-dir dist .
@@ -59,7 +75,7 @@ clean: ## remove the environment and caches (never data/)
 
 .venv/serve: .venv/bin/python pyproject.toml constraints.txt
 	@echo "Installing what serving needs (once, a minute or two)."
-	$(PIP) -e .
+	$(PIP) -e '.[study,tls]'
 	@touch $@
 
 .venv/dev: .venv/serve

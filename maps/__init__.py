@@ -2,7 +2,15 @@
 
 from movingout.maps.errors import MapError, MovingOutError
 from movingout.maps.json_format import map_from_json, map_to_json
-from movingout.maps.library import PRACTICE, TUTORIAL, is_reserved, is_shipped, load_map, map_names, shipped_map_names
+from movingout.maps.library import (
+    PRACTICE,
+    TUTORIAL,
+    is_reserved,
+    is_shipped,
+    load_map,
+    map_names,
+    shipped_map_names,
+)
 from movingout.maps.spec import ItemSpec, MapSpec, Pose, Rect
 
 __all__ = [

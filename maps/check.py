@@ -1,6 +1,6 @@
-"""Whether a map can be played: every fault, with its place in the JSON document and what would help.
+"""Whether a map can be played: every fault of its geometry, with its place in the JSON document and what would help.
 
-`check_map` looks at the geometry of a map that was read, `check_document` also at what cannot be read.
+`maps.document_check` also looks at documents that cannot be read.
 """
 
 from collections.abc import Iterator, Mapping
@@ -8,9 +8,6 @@ from dataclasses import dataclass, field, replace
 from itertools import combinations
 from typing import Any, Literal, NamedTuple
 
-from movingout.maps.errors import MapError
-from movingout.maps.json_format import map_from_json, map_to_json
-from movingout.maps.library import PRACTICE, load_map
 from movingout.maps.packing import fits_alone, narrowest, unplaced_items
 from movingout.maps.passage import GRID, areas_near, best_near, robot_areas, way_to_goal, window
 from movingout.maps.solid import Solid, beyond_arena, item_solid, robot_solid, wall_solid
@@ -60,37 +57,6 @@ def check_map(spec: MapSpec) -> tuple[MapFault, ...]:
     return (*faults, *_too_small_goals(spec))
 
 
-def check_document(document: object) -> tuple[MapFault, ...]:
-    """All faults of a JSON document in our format: what makes it unreadable or, if it can be read, unplayable."""
-    try:
-        return check_map(map_from_json(document))
-    except MapError as error:
-        first = _fault_of(error)
-    faults = list(_unreadable(document)) if isinstance(document, dict) else []
-    return tuple(faults or [first])
-
-
-def _unreadable(document: dict[str, Any]) -> Iterator[MapFault]:
-    """Each part is read in the place of the same part of a sound map, so that one fault does not hide the next."""
-    sound = map_to_json(load_map(PRACTICE))
-    for key in sound:
-        if key not in document and key != "units":
-            yield MapFault(key, "is missing")
-    for key, value in document.items():
-        entries = value if key in ("walls", "goals", "items") and isinstance(value, list) and value else [value]
-        for index, entry in enumerate(entries):
-            try:
-                map_from_json({**sound, key: [entry] if entries is value else entry})
-            except MapError as error:
-                fault = _fault_of(error)
-                yield replace(fault, path=fault.path.replace(f"{key}[0]", f"{key}[{index}]", 1))
-
-
-def _fault_of(error: MapError) -> MapFault:
-    path, _, message = str(error).partition(": ")
-    return MapFault(path, message)
-
-
 def _grazing(item: ItemSpec) -> ItemSpec:
     return replace(item, scale=item.scale - _GRAZE)
 
@@ -133,11 +99,11 @@ def _unreachable(spec: MapSpec) -> Iterator[MapFault]:
 def _too_small_goals(spec: MapSpec) -> Iterator[MapFault]:
     too_big = [index for index, item in enumerate(spec.items) if not fits_alone(item, spec)]
     for index in too_big:
-        message = "is too big for every goal region; enlarge one or shrink the item"
+        message = "is too big for every goal; enlarge one or shrink the item"
         yield MapFault(f"items[{index}]", message, "too_big")
     if not too_big and (unplaced := unplaced_items(spec)):
         names = [f"items[{index}]" for index in unplaced]
-        message = f"the goal regions are too small for all items together: {', '.join(names)} found no place"
+        message = f"the goals are too small for all items together: {', '.join(names)} found no place"
         yield MapFault("goals", message, "goals_full", {"items": names})
 
 

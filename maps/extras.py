@@ -1,11 +1,15 @@
-"""Optional libraries: what needs which extra of the package, and the command that installs it."""
+"""Other packages: what needs which extra and the command that installs it, and what installed ones add to this one."""
 
 import contextlib
-from collections.abc import Iterator
+import importlib.metadata
+from collections.abc import Iterator, Mapping
+from functools import lru_cache
+from importlib.metadata import EntryPoint
 
 from movingout.maps.errors import MovingOutError
 
 DISTRIBUTION = "moving-out-live"
+AGENTS, METRICS = "movingout.agents", "movingout.metrics"  # groups of entry points
 
 
 class MissingExtraError(MovingOutError):
@@ -28,3 +32,17 @@ def needs_extra(extra: str, what: str) -> Iterator[None]:
         if (error.name or "").partition(".")[0] == "movingout":
             raise
         raise MissingExtraError(extra, what) from error
+
+
+@lru_cache(maxsize=4)
+def installed(group: str) -> Mapping[str, EntryPoint]:
+    """The entry points of a group by name, in order; nothing is imported. Of two with one name the first counts."""
+    found: dict[str, EntryPoint] = {}
+    for entry in importlib.metadata.entry_points(group=group):
+        found.setdefault(entry.name, entry)
+    return dict(sorted(found.items()))
+
+
+def package_of(entry: EntryPoint) -> str:
+    """The package that an entry point belongs to, with its version."""
+    return f"{entry.dist.name} {entry.dist.version}" if entry.dist is not None else entry.module

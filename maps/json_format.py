@@ -17,7 +17,10 @@ UNITS = {
     "angle": "radians, 0 looks along +y, counter-clockwise",
     "mass": "engine units, a robot has 1",
 }
-NAME_PATTERN = r"^[A-Za-z][A-Za-z0-9_-]{0,39}(:mirror)?(:rot(90|180|270))?$"
+NAME_PATTERN = (
+    r"^(generated:(coordination|awareness|consistency):(0|[1-9]\d{0,5})|[A-Za-z][A-Za-z0-9_-]{0,39})"
+    r"(:mirror)?(:rot(90|180|270))?$"
+)
 MAX_ITEMS = 7  # the observation has seven item slots
 MAX_RECTS = 64
 _LONGEST_QUOTE = 60

@@ -1,4 +1,4 @@
-"""Maps by name (those that are shipped) or by path (your own), as designed or in one of their symmetries."""
+"""Maps by name (shipped or generated) or by path (your own), as designed or in one of their symmetries."""
 
 import json
 import os
@@ -6,11 +6,13 @@ from functools import lru_cache
 from pathlib import Path
 
 from movingout.maps.errors import MapError
+from movingout.maps.files.input_file import read_input
+from movingout.maps.generated.names import PREFIX, is_generated, read_name
 from movingout.maps.json_format import map_from_json
 from movingout.maps.official import is_official, map_from_official
 from movingout.maps.spec import MapSpec
 from movingout.maps.suggestion import known_names
-from movingout.maps.symmetry import SEPARATOR, SYMMETRY_NAMES, Symmetry, read_symmetry, transformed
+from movingout.maps.symmetry import SEPARATOR, SYMMETRY_NAMES, Symmetry, read_symmetry, split_name, transformed
 
 PRACTICE = "Simple"
 TUTORIAL = "Tutorial"  # loads by name, but is played in tutorials only and never offered
@@ -43,12 +45,20 @@ def shipped_map_names() -> tuple[str, ...]:
     return (*_PAPER, *sorted(files - {*_PAPER, PRACTICE, TUTORIAL}), PRACTICE)
 
 
+def loadable_map_names() -> tuple[str, ...]:
+    """Every map that a command takes by name: those that are offered, and the tutorial's."""
+    return (*shipped_map_names(), TUTORIAL)
+
+
 def load_map(name_or_path: str | os.PathLike[str]) -> MapSpec:
     """The map of a name, or of a path to a map file in our JSON or in the official format.
 
-    After either may stand symmetries of the square, such as `:mirror` or `:rot90` (`maps.symmetry`).
+    `generated:awareness:12` is a generated map (`maps.generated`). After name or path may stand symmetries of the
+    square, such as `:mirror` or `:rot90` (`maps.symmetry`).
     Raises MapError with what would work when there is no such map, or with the JSON path of the fault.
     """
+    if not isinstance(name_or_path, str | os.PathLike):
+        raise MapError(f"a map is named by its name or the path of its file, not by {name_or_path!r:.80}")
     base, symmetry = _split(os.fspath(name_or_path))
     the_map = _designed(base)
     return transformed(the_map, symmetry) if symmetry.names else the_map
@@ -62,11 +72,14 @@ def is_shipped(name: str) -> bool:
 
 def is_reserved(name: str) -> bool:
     """Whether no map of one's own can have this name: its rounds would be taken for rounds on a shipped map."""
-    return name.partition(SEPARATOR)[0] in (*shipped_map_names(), TUTORIAL)
+    return name.partition(SEPARATOR)[0] in (*loadable_map_names(), PREFIX)
 
 
 def _split(text: str) -> tuple[str, Symmetry]:
     """`HandOff:mirror:rot90` as the map's name or path and the symmetry. Raises MapError for an unknown symmetry."""
+    if is_generated(text):
+        base, names = split_name(text)
+        return base, read_symmetry(names)
     base, *names = text.split(SEPARATOR)
     if base not in shipped_map_names():  # a path may have such a sign in itself
         names = []
@@ -80,8 +93,13 @@ def _split(text: str) -> tuple[str, Symmetry]:
 
 
 def _designed(text: str) -> MapSpec:
-    if text == TUTORIAL or text in shipped_map_names():
+    if text in loadable_map_names():
         return _shipped(text)
+    if is_generated(text):
+        from movingout.maps.generated.generator import generate  # needs numpy, which names and --help do without
+
+        mode, seed = read_name(text)
+        return generate(seed, mode)
     path = Path(text)
     if path.suffix == ".json" or len(path.parts) > 1 or path.is_file():
         return _read(path)
@@ -110,11 +128,11 @@ def map_from_text(text: str | bytes, path: Path | str) -> MapSpec:
 
 def _read(path: Path) -> MapSpec:
     try:
-        text = path.read_bytes()
+        text = read_input(path)
     except OSError as error:
         raise MapError(f"cannot read the map file {path}: {error.strerror or error}") from error
     return map_from_text(text, path)
 
 
 def _unknown(name: str) -> str:
-    return f"unknown map {name!r}; {known_names(name, shipped_map_names())}"
+    return f"unknown map {name!r}; {known_names(name, loadable_map_names())}"

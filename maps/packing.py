@@ -1,4 +1,4 @@
-"""Whether all items of a map fit into its goal regions at once: boxes into boxes, largest first.
+"""Whether all items of a map fit into its goals at once: boxes into boxes, largest first.
 
 Yes is certain if the items can be turned that way; no can be wrong for a tight fit that players would hardly manage.
 """
@@ -13,7 +13,7 @@ from movingout.maps.shapes import corner_radius, outline
 from movingout.maps.solid import WALL_MARGIN
 from movingout.maps.spec import ARENA_HALF, ItemSpec, MapSpec, Rect, Shape
 
-GOAL_MARGIN = 0.05  # an item counts as delivered this far beyond the drawn goal region
+GOAL_MARGIN = 0.05  # an item counts as delivered this far beyond the drawn goal
 _TURNS = np.radians(np.arange(0, 180, 3))
 
 
@@ -34,7 +34,7 @@ def unplaced_items(spec: MapSpec, spare: float = 0.0) -> list[int]:
 
 
 def fits_alone(item: ItemSpec, spec: MapSpec) -> bool:
-    """Whether some goal region would hold the item if it were the only one."""
+    """Whether some goal would hold the item if it were the only one."""
     walls = [_enlarged(wall, WALL_MARGIN) for wall in spec.walls]
     width, height = smallest_box(item.shape, item.scale)
     places = [_usable(goal) for goal in spec.goals]

@@ -4,7 +4,6 @@ Everything is sampled on a grid of points 0.025 apart; what moves counts as a di
 Items are not obstacles here, since they can be carried away.
 """
 
-import heapq
 import math
 from functools import lru_cache
 from typing import Any
@@ -43,7 +42,7 @@ def clearance(walls: tuple[Rect, ...]) -> Grid:
 
 @lru_cache(maxsize=64)
 def way_to_goal(walls: tuple[Rect, ...], goals: tuple[Rect, ...]) -> Grid:
-    """(97, 97) the largest disc radius that gets from each point into some drawn goal region."""
+    """(97, 97) the largest disc radius that gets from each point into some drawn goal."""
     x, y = GRID[..., 0], GRID[..., 1]
     inside = np.zeros(x.shape, dtype=np.bool_)
     for goal in goals:
@@ -88,21 +87,15 @@ def _values_near(grid: npt.NDArray[Any], x: float, y: float) -> npt.NDArray[Any]
 def widest(room: Grid, sources: Mask) -> Grid:
     """For each point the widest path to a source, where a path is as wide as its narrowest point; -inf without one.
 
-    Dijkstra with "narrowest" in place of "sum", in 8 directions.
+    Every point takes the widest of its 8 neighbours' paths, as far as it has room itself, until nothing changes.
     """
-    best = np.full(room.shape, -math.inf)
-    best[sources] = room[sources]
-    queue = [(-float(best[cell]), cell) for cell in map(tuple, np.argwhere(sources).tolist())]
-    heapq.heapify(queue)
-    rooms, found = room.tolist(), best.tolist()
-    while queue:
-        cost, (column, row) = heapq.heappop(queue)
-        if -cost < found[column][row]:
-            continue
-        for i in range(max(column - 1, 0), min(column + 2, _SIDE)):
-            for j in range(max(row - 1, 0), min(row + 2, _SIDE)):
-                through = min(-cost, rooms[i][j])
-                if through > found[i][j]:
-                    found[i][j] = through
-                    heapq.heappush(queue, (-through, (i, j)))
-    return np.array(found)
+    best = np.full((room.shape[0] + 2, room.shape[1] + 2), -math.inf)
+    inner = best[1:-1, 1:-1]
+    inner[sources] = room[sources]
+    while True:
+        rows = np.maximum(np.maximum(best[:-2], best[1:-1]), best[2:])
+        around = np.maximum(np.maximum(rows[:, :-2], rows[:, 1:-1]), rows[:, 2:])
+        wider = np.maximum(inner, np.minimum(room, around))
+        if np.array_equal(wider, inner):
+            return wider
+        inner[:] = wider

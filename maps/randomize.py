@@ -7,6 +7,7 @@ What is drawn, each uniformly:
   shape being held out in exactly one size: whatever is evaluated, no training map of any seed has shown that pair,
   though it has shown that shape and that size (the paper's example: large stars are held out, small ones are not).
   The official code instead holds out each map's own designed pairs, so that one map trains on what another evaluates;
+  the split `official` does so, for agents that are evaluated on the maps as designed;
 - on maps 6, 7 and 8 also whether a middle or large item is middle or large (as in the official code). At least one
   stays middle there, because these maps ask whether to help or to drag alone.
 
@@ -32,7 +33,7 @@ from movingout.maps.shapes import circumradius, corner_radius
 from movingout.maps.solid import Solid, beyond_arena, item_solid, robot_solid, wall_solid
 from movingout.maps.spec import SHAPES, SIZES, ItemSpec, MapSpec, Pose, Shape, Size
 
-Split = Literal["train", "evaluation"]
+Split = Literal["train", "evaluation", "official"]
 Pair = tuple[Size, Shape]
 
 SPLITS: tuple[Split, ...] = get_args(Split)
@@ -58,11 +59,17 @@ _TRIES = 40  # to place one thing before all is drawn again
 _ATTEMPTS = 200
 
 
-def pairs_of(split: Split) -> frozenset[Pair]:
-    """The (size, shape) pairs that items of a split can have; those of the two splits have nothing in common."""
+def pairs_of(split: Split, spec: MapSpec | None = None) -> frozenset[Pair]:
+    """The (size, shape) pairs that items of a split can have; those of train and evaluation have nothing in common.
+
+    `official` has all pairs but those of the items of the map as designed, `spec`.
+    """
     if split == "evaluation":
         return EVALUATION_PAIRS
-    return frozenset((size, shape) for size in SIZES for shape in SHAPES) - EVALUATION_PAIRS
+    everything = frozenset((size, shape) for size in SIZES for shape in SHAPES)
+    if split == "official":
+        return everything - {(item.size, item.shape) for item in (spec.items if spec else ())}
+    return everything - EVALUATION_PAIRS
 
 
 def randomize(spec: MapSpec, seed: int, split: Split = "train") -> MapSpec:
@@ -78,7 +85,7 @@ def randomize(spec: MapSpec, seed: int, split: Split = "train") -> MapSpec:
         raise MapError(f"a seed is a whole number from 0, not {seed}")
     generator = np.random.default_rng([seed, zlib.crc32(spec.name.encode()), SPLITS.index(split)])
     for _ in range(_ATTEMPTS):
-        others = _with_other_items(spec, pairs_of(split), generator)
+        others = _with_other_items(spec, pairs_of(split, spec), generator)
         variant = None if unplaced_items(others, _SPARE) else _placed(others, generator)
         if variant is not None and _has_ways(variant):
             return replace(variant, variant=f"challenge2-{split}-{seed}")

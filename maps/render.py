@@ -1,7 +1,10 @@
 """A map as a picture: SVG text or PNG bytes."""
 
 import io
+from collections.abc import Iterable
+from dataclasses import dataclass
 from html import escape
+from pathlib import Path
 
 from movingout.maps.picture import paint_scene
 from movingout.maps.scene import LIGHT, Box, Disc, Label, Line, Point, Polygon, Shape, Theme, backdrop, movers, start_of
@@ -12,6 +15,20 @@ _SVG_SIDE = 960  # of the viewBox; 400 per arena unit
 _UNIT = _SVG_SIDE / (2 * ARENA_HALF)
 
 
+@dataclass(frozen=True, slots=True)
+class SvgPicture:
+    """An SVG document; notebooks show it."""
+
+    svg: str
+
+    def _repr_svg_(self) -> str:
+        return self.svg
+
+    def save(self, path: Path | str) -> None:
+        """Write it as a file, replacing one of that name."""
+        Path(path).write_text(self.svg, encoding="utf-8")
+
+
 def map_png(spec: MapSpec, side: int = PNG_SIDE, theme: Theme = LIGHT) -> bytes:
     """The start of a map as a PNG file, `side` x `side` pixels."""
     file = io.BytesIO()
@@ -19,17 +36,29 @@ def map_png(spec: MapSpec, side: int = PNG_SIDE, theme: Theme = LIGHT) -> bytes:
     return file.getvalue()
 
 
-def map_svg(spec: MapSpec, theme: Theme = LIGHT) -> str:
-    """The start of a map as an SVG document that scales, with a title and a description for readers of the page."""
-    shapes = [*backdrop(spec, theme), *movers(spec, start_of(spec), theme)]
+def map_svg(spec: MapSpec, theme: Theme = LIGHT, side: int | None = None) -> str:
+    """The start of a map as an SVG document, with a title and a description for readers of the page.
+
+    It scales with the page, or is `side` pixels wide.
+    """
+    size = f' width="{side}" height="{side}"' if side else ""
     lines = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {_SVG_SIDE} {_SVG_SIDE}" role="img">',
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {_SVG_SIDE} {_SVG_SIDE}"{size} role="img">',
         f"<title>{escape(spec.title)}</title>",
         f"<desc>{escape(spec.description)}</desc>",
-        *(_element(shape) for shape in shapes),
+        _elements([*backdrop(spec, theme), *movers(spec, start_of(spec), theme)]),
         "</svg>",
     ]
     return "\n".join(lines) + "\n"
+
+
+def arena_svg(shapes: Iterable[Shape], side: int) -> str:
+    """Shapes in arena units as an SVG element of `side` pixels, to stand inside a larger document."""
+    return f'<svg viewBox="0 0 {_SVG_SIDE} {_SVG_SIDE}" width="{side}" height="{side}">{_elements(shapes)}</svg>'
+
+
+def _elements(shapes: Iterable[Shape]) -> str:
+    return "\n".join(_element(shape) for shape in shapes)
 
 
 def _element(shape: Shape) -> str:

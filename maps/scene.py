@@ -135,7 +135,7 @@ def start_of(spec: MapSpec) -> SceneState:
 
 
 def backdrop(spec: MapSpec, theme: Theme = LIGHT) -> list[Shape]:
-    """What never moves: the floor, the goal regions and the walls."""
+    """What never moves: the floor, the goals and the walls."""
     arena = Rect(-ARENA_HALF, -ARENA_HALF, ARENA_HALF, ARENA_HALF)
     shapes: list[Shape] = [Box(arena, 0.0, theme.surface)]
     for goal in spec.goals:

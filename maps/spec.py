@@ -4,6 +4,7 @@ Units: lengths in arena units (the arena is the square [-1.2, 1.2]², y up), ang
 along +y, counter-clockwise), masses as the official map files give them.
 """
 
+import importlib
 from dataclasses import dataclass, field
 from typing import Literal, get_args
 
@@ -16,6 +17,7 @@ SIZES: tuple[Size, ...] = get_args(Size)
 MODES: tuple[Mode, ...] = get_args(Mode)
 ARENA_HALF = 1.2  # half the side of the square arena
 ROBOT_RADIUS = 0.12
+NOTEBOOK_SIDE = 360  # pixels of a map's picture in a notebook
 SEAT_COLOURS = ("blue", "red")  # index 0 is the official robot_1, index 1 is robot_2
 
 
@@ -92,3 +94,8 @@ class MapSpec:
     def file_name(self) -> str:
         """The name as it can be part of the name of a file or of an episode: `HandOff-mirror` of `HandOff:mirror`."""
         return self.name.replace(":", "-")
+
+    def _repr_svg_(self) -> str:
+        """The picture that notebooks show. The module that draws it needs this one, so it is imported on use."""
+        svg: str = importlib.import_module("movingout.maps.render").map_svg(self, side=NOTEBOOK_SIDE)
+        return svg

@@ -1,4 +1,4 @@
-"""The words of an error about a name that does not exist: the one that was probably meant, and all there are."""
+"""Words that messages share: the name that was probably meant and all there are, and a number with its noun."""
 
 import difflib
 from collections.abc import Iterable
@@ -7,7 +7,17 @@ from collections.abc import Iterable
 def known_names(name: str, known: Iterable[str]) -> str:
     """`did you mean HandOff? known: HandOff, FourCorners` for `HandOf`; without a question where nothing is close."""
     names = list(known)
-    folded = {candidate.lower(): candidate for candidate in names}
+    question = probably_meant(name, names).removeprefix("; ")
+    return f"{question}{' ' if question else ''}known: {', '.join(names)}"
+
+
+def probably_meant(name: str, known: Iterable[str]) -> str:
+    """`; did you mean HandOff?` for `HandOf`; nothing where nothing is close."""
+    folded = {candidate.lower(): candidate for candidate in known}
     close = difflib.get_close_matches(name.lower(), folded, n=1)
-    question = f"did you mean {folded[close[0]]}? " if close else ""
-    return f"{question}known: {', '.join(names)}"
+    return f"; did you mean {folded[close[0]]}?" if close else ""
+
+
+def counted(number: int, noun: str) -> str:
+    """`1 episode`, `3 episodes`."""
+    return f"{number:,} {noun}{'s' * (number != 1)}"

@@ -74,9 +74,18 @@ def read_symmetry(names: Sequence[str]) -> Symmetry:
     return joined
 
 
+def split_name(name: str) -> tuple[str, list[str]]:
+    """A name without the symmetries at its end, and these."""
+    base, *parts = name.split(SEPARATOR)
+    names: list[str] = []
+    while parts and parts[-1] in SYMMETRY_NAMES:
+        names.insert(0, parts.pop())
+    return SEPARATOR.join((base, *parts)), names
+
+
 def transformed(spec: MapSpec, symmetry: Symmetry) -> MapSpec:
     """The map with everything moved by a symmetry, which its name then has at its end."""
-    base, *before = spec.name.split(SEPARATOR)
+    base, before = split_name(spec.name)
     named = read_symmetry(before).then(symmetry)
     blue, red = spec.robots
     return replace(

@@ -1,12 +1,14 @@
 """The values that make up an episode; how they are stored is up to `file_format`."""
 
+import importlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from movingout.maps import MapSpec
+from movingout.maps.render import SvgPicture
 from movingout.world.state import Floats, WorldState
 
 SeatKind = Literal["human", "agent", "remote", "ghost", "idle"]
@@ -94,7 +96,7 @@ class AgentDecision:
     detail: Mapping[str, object] = field(default_factory=dict)  # candidates, scores: flat JSON
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Episode:
     """A recording as read back; `ticks[k]` made `states[k + 1]`."""
 
@@ -120,3 +122,24 @@ class Episode:
     def states(self) -> tuple[WorldState, ...]:
         """T + 1 states, the first before any action."""
         return (self.initial, *(tick.state for tick in self.ticks))
+
+    def __repr__(self) -> str:
+        players = " and ".join(seat.name or seat.kind for seat in self.header.seats)
+        return f"<Episode {self.header.episode_id}: {players}, {len(self.ticks)} ticks, {self.outcome}>"
+
+    def plot(self) -> SvgPicture:
+        """The way of everything over the map, and the metrics over time; notebooks show it, `.save(path)` keeps it."""
+        drawn: SvgPicture = _notebook().episode_figure(self)
+        return drawn
+
+    def to_frame(self, layout: str = "") -> Any:
+        """A pandas DataFrame with a row per state, the start first, and the columns of the exported table `ticks`.
+
+        With the name of an observation layout also what each seat sees. MissingExtraError without pandas.
+        """
+        return _notebook().episode_frame(self, layout)
+
+
+def _notebook() -> Any:
+    """What draws and tabulates episodes needs this module, so it is imported on use."""
+    return importlib.import_module("movingout.recordings.notebook")

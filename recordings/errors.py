@@ -23,5 +23,7 @@ def cannot(doing: str, path: Path, error: OSError) -> RecordingError:
         return RecordingError(f"cannot {doing} {path}: there is no such file or folder; check the name")
     if isinstance(error, NotADirectoryError):
         return RecordingError(f"cannot {doing} {path}: a file stands where a folder should be; name a folder")
+    if isinstance(error, IsADirectoryError):
+        return RecordingError(f"cannot {doing} {path}: it is a folder; name a file")
     why = error.strerror or str(error)
     return RecordingError(f"cannot {doing} {path}: {why}; check free space and permissions, or choose another folder")

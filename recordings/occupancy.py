@@ -19,7 +19,12 @@ def occupancy(states: Sequence[WorldState], seat: int, cells: int = CELLS) -> Fl
 
     The first state is the start, in which no time passed.
     """
-    points = np.array([state.robot_poses[seat, :2] for state in states[1:]]).reshape(-1, 2)
+    return time_per_cell(np.array([state.robot_poses[seat, :2] for state in states[1:]]), cells)
+
+
+def time_per_cell(places: Floats, cells: int = CELLS) -> Floats:
+    """Seconds (cells, cells) spent in each cell, given the places (T, 2) after each tick; rows and columns as above."""
+    points = places.reshape(-1, 2)
     edges = np.linspace(-ARENA_HALF, ARENA_HALF, cells + 1)
     inside = np.clip(points, edges[0], np.nextafter(edges[-1], 0.0))
     counts, _, _ = np.histogram2d(inside[:, 1], inside[:, 0], bins=(edges, edges))

@@ -1,4 +1,4 @@
-"""`movingout maps`: list, show, check, render and randomize."""
+"""`movingout maps`: list, show, check, render, randomize, generate and gallery."""
 
 import argparse
 import json
@@ -12,11 +12,13 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from movingout.maps.check import MapFault, check_document, check_map
+from movingout.maps.check import MapFault, check_map
+from movingout.maps.commands import generated_maps
 from movingout.maps.commands.parser import add_out
+from movingout.maps.document_check import check_document
 from movingout.maps.errors import MapError
 from movingout.maps.json_format import map_to_json
-from movingout.maps.library import load_map, shipped_map_names
+from movingout.maps.library import load_map, loadable_map_names
 from movingout.maps.official import is_official
 from movingout.maps.picture import paint_scene
 from movingout.maps.randomize import SPLITS, randomize
@@ -78,6 +80,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     _add_json(variant)
     variant.set_defaults(perform=_randomize)
 
+    generated_maps.configure(commands)
+
 
 def run(args: argparse.Namespace) -> int:
     perform: Callable[[argparse.Namespace], int] = args.perform
@@ -102,7 +106,7 @@ def _print_json(document: dict[str, Any]) -> None:
 
 
 def _list(args: argparse.Namespace) -> int:
-    specs = [load_map(name) for name in shipped_map_names()]
+    specs = [load_map(name) for name in loadable_map_names()]
     if args.json:
         _print_json({"maps": [_summary(spec) for spec in specs]})
         return 0
@@ -152,7 +156,7 @@ def _show(args: argparse.Namespace) -> int:
         numbers = _numbers(item.scale, item.mass, item.pose.x, item.pose.y, item.pose.angle)
         table.add_row(f"item {item.id}", item.shape, item.size, *numbers)
     console.print(table)
-    for what, rects in (("goal region", spec.goals), ("wall", spec.walls)):
+    for what, rects in (("goal", spec.goals), ("wall", spec.walls)):
         for rect in rects:
             console.print(f"{what}: {_in_words(rect)}")
     return 0

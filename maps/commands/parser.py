@@ -1,10 +1,12 @@
-"""The parser of all commands: every `--help` has a description and an example, and a misspelt name is recognised."""
+"""The parser of all commands: every `--help` has a description and an example; what is wrong is said in a sentence."""
 
 import argparse
-import difflib
-from collections.abc import Iterable, Iterator
+import re
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from movingout.maps.suggestion import known_names, probably_meant
 
 if TYPE_CHECKING:
     SubParsersAction = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -24,19 +26,59 @@ class CommandParser(argparse.ArgumentParser):
         super().__init__(*args, **options)
         self.register("action", "parsers", _Commands)
 
-    def error(self, message: str) -> Any:
-        unknown, _, given = message.partition("unrecognized arguments: ")
-        if not unknown and given.startswith("-"):
-            message += _question(given.split()[0].partition("=")[0], _options(self))
-        super().error(message)
+    def error(self, message: str) -> NoReturn:
+        """End with exit code 2, the fault in one sentence, and where the options are explained."""
+        self.exit(2, f"{self.prog}: {self._sentence(message)}\nFor help: {self.prog} --help\n")
+
+    def _sentence(self, message: str) -> str:
+        """What argparse says, in words for people."""
+        kind, _, given = message.partition(": ")
+        if kind == "unrecognized arguments":
+            return self._superfluous(given)
+        if kind == "the following arguments are required":
+            return self._missing(given)
+        plain = message.removeprefix("argument ")
+        for form, words in _PLAINER:
+            plain = form.sub(words, plain)
+        return plain
+
+    def _superfluous(self, given: str) -> str:
+        first = given.split()[0].partition("=")[0]
+        if not first.startswith("-"):
+            return f"unexpected: {given}"
+        shown = (action.option_strings for action in self._actions if action.help != argparse.SUPPRESS)
+        return f"unknown option {first}{probably_meant(first, [option for options in shown for option in options])}"
+
+    def _missing(self, given: str) -> str:
+        for action in self._actions:
+            if isinstance(action, argparse._SubParsersAction) and action.metavar == given:
+                return f"name one of: {', '.join(action.choices)}"
+        return f"missing: {given}"
+
+    def parse_known_args(  # type: ignore[override]
+        self, args: Sequence[str] | None = None, namespace: Any = None
+    ) -> tuple[Any, list[str]]:
+        self._given = list(args or [])
+        return super().parse_known_args(args, namespace)
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         if action.choices is None or value in action.choices:
             return
-        names = [str(choice) for choice in action.choices]
-        listed = ", ".join(map(repr, action.choices))
-        meant = _question(str(value), names)
-        raise argparse.ArgumentError(action, f"invalid choice: {value!r} (choose from {listed}){meant}")
+        known = known_names(str(value), map(str, action.choices))
+        if not isinstance(action, argparse._SubParsersAction):
+            raise argparse.ArgumentError(action, f"unknown value {value!r}; {known}")
+        for word in self._given[: self._given.index(value)]:
+            if word.startswith("--") and not self._get_option_tuples(word):  # then `value` was meant as its value
+                self.error(f"unrecognized arguments: {word}")
+        raise argparse.ArgumentError(None, f"unknown {str(action.metavar).lower()} {value!r}; {known}")
+
+
+# How argparse words a wrong value, and what is said instead.
+_PLAINER = (
+    (re.compile(r"invalid int value: ('.*')"), r"\1 is not a whole number"),
+    (re.compile(r"invalid float value: ('.*')"), r"\1 is not a number"),
+    (re.compile(r"expected (?:one|at least one) argument"), "a value is missing"),
+)
 
 
 class _HelpFormatter(argparse.HelpFormatter):
@@ -51,6 +93,17 @@ class _Commands(SubParsersAction):
         if description := options.get("help"):
             options.setdefault("description", f"{description[:1].upper()}{description[1:]}.")
         return super().add_parser(name, **options)
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: str | Sequence[Any] | None,
+        option_string: str | None = None,
+    ) -> None:
+        super().__call__(parser, namespace, values, option_string)
+        if isinstance(values, list) and (unknown := getattr(namespace, argparse._UNRECOGNIZED_ARGS_ATTR, None)):
+            self.choices[values[0]].error(f"unrecognized arguments: {' '.join(unknown)}")
 
 
 def add_out(parser: argparse.ArgumentParser, metavar: str, help: str, **options: Any) -> None:
@@ -67,13 +120,3 @@ def parsers_below(parser: argparse.ArgumentParser) -> Iterator[argparse.Argument
         if isinstance(action, argparse._SubParsersAction):
             for name in action.choices:
                 yield from parsers_below(action.choices[name])
-
-
-def _options(parser: argparse.ArgumentParser) -> list[str]:
-    below = (action for each in parsers_below(parser) for action in each._actions)
-    return [option for action in below if action.help != argparse.SUPPRESS for option in action.option_strings]
-
-
-def _question(name: str, known: Iterable[str]) -> str:
-    close = difflib.get_close_matches(name, list(known), n=1)
-    return f"; did you mean {close[0]}?" if close else ""

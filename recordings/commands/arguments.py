@@ -32,3 +32,14 @@ def expanded(paths: Iterable[Path]) -> list[Path]:
     for path in paths:
         files += recording_paths(path) if path.is_dir() else [path]
     return files
+
+
+def share(text: str) -> float:
+    """The value of an option that takes a part of everything."""
+    try:
+        value = float(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"{text!r} is no share; write 0.2 for a fifth") from error
+    if not 0 <= value < 1:
+        raise argparse.ArgumentTypeError("a share is from 0 up to, but not including, 1")
+    return value

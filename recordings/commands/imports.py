@@ -11,6 +11,8 @@ from movingout.maps.commands.parser import add_out
 from movingout.recordings.commands.arguments import add_data, add_json, print_json
 from movingout.recordings.errors import RecordingError, cannot
 from movingout.recordings.imports.convert import ImportReport, PlayerKind, import_source
+from movingout.recordings.imports.known_plays import known_plays
+from movingout.recordings.imports.map_match import maps_of
 from movingout.recordings.imports.sources import find, read, without_copies
 from movingout.recordings.progress import map_in_processes
 
@@ -43,7 +45,8 @@ def perform(args: argparse.Namespace) -> int:
     _make(folder)
     found = [source for file in find(args.paths) for source in read(file)]
     sources = without_copies(found)
-    convert = partial(import_source, folder=folder, salt=args.salt, kind=args.kind)
+    known = known_plays(folder, maps_of(sources), args.workers)
+    convert = partial(import_source, folder=folder, salt=args.salt, kind=args.kind, known=known)
     reports = list(map_in_processes(convert, sources, args.workers, "importing"))
     if args.json:
         trajectories = [report.to_json() for report in reports]

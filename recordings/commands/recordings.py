@@ -1,28 +1,27 @@
-"""`movingout recordings`: list, inspect, verify and recover here; the other actions have modules of their own."""
+"""`movingout recordings`: list, inspect and recover here; the other actions have modules of their own."""
 
 import argparse
-import os
 import sys
 from collections.abc import Callable, Sequence
 from datetime import date
 from pathlib import Path
-from typing import Any, get_args
+from typing import get_args
 
-from movingout.recordings.commands import exports, imports
+from movingout.recordings.commands import diversity, exports, failures, imports, upload, verify
 from movingout.recordings.commands import report as report_command
+from movingout.recordings.commands import split as split_command
 from movingout.recordings.commands import view as viewer_command
-from movingout.recordings.commands.arguments import add_data, add_json, add_paths, expanded, print_json
+from movingout.recordings.commands.arguments import add_data, add_json, print_json
 from movingout.recordings.commands.info_page import info_json, info_page
 from movingout.recordings.episode import Outcome
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.file_format.journal import JOURNAL_SUFFIX
 from movingout.recordings.file_format.reader import read_episode
-from movingout.recordings.progress import map_in_processes
 from movingout.recordings.storage.finished import SUFFIX, Recovery, recover, recover_journal
 from movingout.recordings.storage.index import Filter, list_recordings
 from movingout.recordings.storage.listing import Summary, path_of, recording_paths
 from movingout.recordings.storage.repair import recover_recording
-from movingout.recordings.verification import Verification, verify
+from movingout.recordings.terminal import printable
 from movingout.world.constants import TICKS_PER_SECOND
 
 
@@ -49,15 +48,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_json(info)
     info.set_defaults(perform=_info)
 
-    check = commands.add_parser(
-        "verify",
-        help="re-simulate and compare bit for bit; exit code 1 on a divergence",
-        example="movingout recordings verify data/recordings",
+    verify.configure(
+        commands.add_parser(
+            "verify",
+            help="re-simulate and compare bit for bit; exit code 1 on a divergence",
+            example="movingout recordings verify data/recordings",
+        )
     )
-    add_paths(check)
-    check.add_argument("--workers", type=int, default=os.cpu_count() or 1, help="processes (default: all cores)")
-    add_json(check)
-    check.set_defaults(perform=_verify)
 
     rescue = commands.add_parser(
         "recover",
@@ -83,12 +80,40 @@ def configure(parser: argparse.ArgumentParser) -> None:
             example="movingout recordings report data/recordings -o report.html",
         )
     )
+    failures.configure(
+        commands.add_parser(
+            "failures",
+            help="how often the paper's failure cases occur, by rules and as annotators confirm them",
+            example="movingout recordings failures data/recordings -o findings.csv",
+        )
+    )
+    diversity.configure(
+        commands.add_parser(
+            "diversity",
+            help="how differently they were played: the paper's measures, and pictures of positions",
+            example="movingout recordings diversity data/recordings --by group -o diversity",
+        )
+    )
 
+    split_command.configure(
+        commands.add_parser(
+            "split",
+            help="divide them into groups of participants, for training",
+            example="movingout recordings split data/recordings --groups 2 -o data/groups.csv",
+        )
+    )
     exports.configure(
         commands.add_parser(
             "export",
             help="write them in another format",
             example="movingout recordings export data/recordings --to parquet -o training",
+        )
+    )
+    upload.configure(
+        commands.add_parser(
+            "upload",
+            help="send what a bucket of an S3-compatible store does not have yet",
+            example="movingout recordings upload s3://lab/study --data data",
         )
     )
     imports.configure(
@@ -122,7 +147,7 @@ def _list(args: argparse.Namespace) -> int:
     else:
         print(_table(found) if found else _no_match(folder, wanted))
     for entry in unreadable:
-        print(f"movingout: {entry.problem}", file=sys.stderr)
+        print(f"movingout: {printable(entry.problem)}", file=sys.stderr)
     return 0
 
 
@@ -135,7 +160,7 @@ _HEADINGS = ("id", "started (UTC)", "map", "blue", "red", "time", "delivered", "
 
 def _table(entries: Sequence[Summary]) -> str:
     """Columns as wide as their contents: for eyes and for `grep` alike."""
-    rows = [_HEADINGS, *map(_row, entries)]
+    rows = [_HEADINGS, *(tuple(map(printable, _row(entry))) for entry in entries)]
     widths = [max(len(row[column]) for row in rows) for column in range(len(_HEADINGS))]
     return "\n".join("  ".join(map(str.ljust, row, widths)).rstrip() for row in rows)
 
@@ -183,59 +208,8 @@ def _info(args: argparse.Namespace) -> int:
     if args.json:
         print_json(info_json(path, episode))
     else:
-        print(info_page(path, episode))
+        print("\n".join(map(printable, info_page(path, episode).splitlines())))
     return 0
-
-
-# ---- verify ------------------------------------------------------------------------------------------------
-
-
-def _verify(args: argparse.Namespace) -> int:
-    paths = expanded(args.paths)
-    if not paths:
-        raise RecordingError("no recordings to verify there; name .mcap files or a folder with some")
-    verdicts = list(map_in_processes(_verdict, paths, min(args.workers, len(paths)), "verifying"))
-    if args.json:
-        print_json({"files": [_verdict_json(path, verdict) for path, verdict in zip(paths, verdicts, strict=True)]})
-    else:
-        for path, verdict in zip(paths, verdicts, strict=True):
-            print(_verdict_line(path, verdict))
-    if any(isinstance(verdict, str) for verdict in verdicts):
-        return 2
-    return int(any(isinstance(verdict, Verification) and not verdict.identical for verdict in verdicts))
-
-
-def _verdict(path: Path) -> Verification | str:
-    """The verdict, or why there is none, as a plain value that can be sent between processes."""
-    try:
-        return verify(path)
-    except RecordingError as error:
-        return str(error)
-
-
-def _verdict_line(path: Path, verdict: Verification | str) -> str:
-    if isinstance(verdict, str):
-        return f"UNREADABLE  {path}: {verdict}"
-    notes = "".join(f"; {note}" for note in (verdict.caveat, verdict.damage) if note)
-    if verdict.first_divergence is None:
-        return f"identical   {path}: {verdict.ticks} ticks equal to the bit{notes}"
-    return f"DIVERGES    {path}: {verdict.first_divergence}{notes}"
-
-
-def _verdict_json(path: Path, verdict: Verification | str) -> dict[str, Any]:
-    if isinstance(verdict, str):
-        return {"path": str(path), "ticks": 0, "identical": False, "first_divergence": None, "problem": verdict}
-    first = verdict.first_divergence
-    return {
-        "path": str(path),
-        "ticks": verdict.ticks,
-        "identical": verdict.identical,
-        "first_divergence": None
-        if first is None
-        else {"tick": first.tick, "field": first.field, "recorded": first.recorded, "simulated": first.simulated},
-        "caveat": verdict.caveat,
-        "damage": verdict.damage,
-    }
 
 
 # ---- recover -----------------------------------------------------------------------------------------------

@@ -10,6 +10,7 @@ from urllib.parse import urlsplit
 
 from movingout.maps.commands.parser import add_out
 from movingout.maps.spec import SEAT_COLOURS
+from movingout.maps.suggestion import counted
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.html_page import check_name, write_html
 from movingout.recordings.progress import map_in_processes
@@ -17,6 +18,7 @@ from movingout.recordings.report.facts import GROUPINGS, facts_of
 from movingout.recordings.report.measures import MEASURES
 from movingout.recordings.report.page import ReportPage
 from movingout.recordings.report.tally import FailureFinding, Group, ReportTally
+from movingout.recordings.report.words import DEFAULT, LANGUAGES, Words
 from movingout.recordings.storage.listing import recording_paths
 from movingout.world.estimates import Estimate
 
@@ -31,6 +33,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--by", choices=tuple(GROUPINGS), default="agent", help="what makes a population (default: agent)"
     )
     parser.add_argument("--server", default=SERVER, metavar="URL", help=f"where replays open (default: {SERVER})")
+    parser.add_argument("--language", choices=LANGUAGES, default=DEFAULT, help=f"language of the page ({DEFAULT})")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, help="processes (default: all cores)")
     parser.add_argument("--json", action="store_true", help="also print the figures as one JSON document")
     parser.set_defaults(perform=report)
@@ -45,7 +48,7 @@ def report(args: argparse.Namespace) -> int:
         raise RecordingError(f"there are no recordings in {args.folder}; name a folder with .mcap files")
     facts = map_in_processes(partial(facts_of, grouping=args.by), paths, min(args.workers, len(paths)), "reading")
     tally = ReportTally.of(facts)
-    write_html(ReportPage(args.folder.resolve().name, args.server, tally).html(), args.out)
+    write_html(ReportPage(args.folder.resolve().name, args.server, tally, Words(args.language)).html(), args.out)
     if args.json:
         print(json.dumps(_document(args.out, tally), indent=2))
     else:
@@ -57,7 +60,7 @@ def _sentence(out: Path, tally: ReportTally) -> str:
     left_out = [f"{tally.unfinished} unfinished"] if tally.unfinished else []
     left_out += [f"{len(tally.unreadable)} unreadable"] if tally.unreadable else []
     rest = f" ({', '.join(left_out)}: listed there)" if left_out else ""
-    return f"wrote {out}: {tally.episodes} episodes, {len(tally.found)} failure cases{rest}"
+    return f"wrote {out}: {counted(tally.episodes, 'episode')}, {counted(len(tally.found), 'failure case')}{rest}"
 
 
 def _document(out: Path, tally: ReportTally) -> dict[str, Any]:
@@ -92,5 +95,5 @@ def _found(one: FailureFinding) -> dict[str, Any]:
         "item": failure.item,
         "start": failure.start,
         "end": failure.end,
-        "detail": failure.detail,
+        "detail": Words().phrase(failure.detail),
     }

@@ -4,6 +4,7 @@ import csv
 from contextlib import ExitStack
 from pathlib import Path
 
+from movingout.recordings.episode import Episode
 from movingout.recordings.exports.plan import ExportPlan
 from movingout.recordings.exports.tables import TABLES, Row, data_dictionary, episode_row, event_rows, tick_rows
 from movingout.recordings.exports.target import new_target
@@ -18,10 +19,17 @@ def write(plan: ExportPlan) -> None:
         (folder / "DATA_DICTIONARY.md").write_text(dictionary, encoding="utf-8")
         with ExitStack() as open_files:
             writers = {name: _writer(open_files, folder, name) for name in TABLES}
-            for episode, part in plan.episodes("exporting"):
-                writers["episodes"].writerow(_cells(episode_row(episode, part)))
-                writers["ticks"].writerows(map(_cells, tick_rows(episode)))
-                writers["events"].writerows(map(_cells, event_rows(episode)))
+            for rows in plan.converted(_rows, "exporting"):
+                for name, values in rows.items():
+                    writers[name].writerows(values)
+
+
+def _rows(episode: Episode, part: str) -> dict[str, list[Row]]:
+    return {
+        "episodes": [_cells(episode_row(episode, part))],
+        "ticks": [_cells(row) for row in tick_rows(episode)],
+        "events": [_cells(row) for row in event_rows(episode)],
+    }
 
 
 def _writer(open_files: ExitStack, folder: Path, name: str) -> "csv.DictWriter[str]":

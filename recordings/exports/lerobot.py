@@ -9,6 +9,7 @@ import contextlib
 import json
 from collections import defaultdict
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,17 +17,19 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from movingout.recordings.episode import Episode
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.exports.feature_statistics import RunningStatistics, feature_statistics, streamed
+from movingout.recordings.exports.lerobot_features import VIEW, column_array, divided, features, table_of, tasks_table
 from movingout.recordings.exports.plan import ExportPlan
 from movingout.recordings.exports.split import TEST, TRAIN
 from movingout.recordings.exports.target import new_target
-from movingout.recordings.exports.trajectories import ExportedTrajectory, action_names, trajectories
+from movingout.recordings.exports.trajectories import ExportedTrajectory, all_trajectories
 from movingout.world.constants import TICKS_PER_SECOND
-from movingout.world.observation import LAYOUTS
 
 FILE_BYTES = 100_000_000
 FILES_PER_CHUNK = 1000
+SIDES = range(16, 513, 2)  # of images, in pixels
 ROWS_AT_ONCE = 100  # rows about episodes, each of some 20 KB of statistics
 FRAMES_AT_ONCE = 4096  # when frames are read again
 
@@ -36,16 +39,26 @@ def write(plan: ExportPlan) -> None:
 
     One trajectory at a time is in memory, however many recordings there are.
     """
+    if plan.images and plan.images not in SIDES:
+        raise RecordingError(f"images have an even number of pixels from 16 to 512, not {plan.images}")
+    make = partial(_converted, view=plan.view, layout=plan.layout, keep=bool(plan.images))
     with new_target(plan.target) as folder:
         with _Dataset(folder, plan) as dataset:
-            for episode, part in plan.episodes("exporting", training_first=True):
-                for trajectory in trajectories(episode, part, plan.view, plan.layout):
-                    dataset.add(trajectory)
+            for made, episode in plan.converted(make, "exporting", training_first=True):
+                for trajectory in made:
+                    dataset.add(trajectory, episode)
         if not dataset.episodes:
             raise RecordingError("no ticks in these recordings, so there is nothing to train on")
-        _write_json(folder / "meta" / "stats.json", streamed(dataset.moments, dataset.stored()))
+        _write_json(folder / "meta" / "stats.json", dataset.statistics())
         _write_json(folder / "meta" / "info.json", _info(dataset, plan))
-        pq.write_table(_tasks(list(dataset.tasks)), folder / "meta" / "tasks.parquet", compression="zstd")
+        pq.write_table(tasks_table(list(dataset.tasks)), folder / "meta" / "tasks.parquet", compression="zstd")
+
+
+def _converted(
+    episode: Episode, part: str, view: str, layout: str, keep: bool
+) -> tuple[list[ExportedTrajectory], Episode | None]:
+    """`keep` keeps the episode, from which images are drawn."""
+    return all_trajectories(episode, part, view, layout), episode if keep else None
 
 
 class _Dataset(contextlib.ExitStack):
@@ -56,15 +69,21 @@ class _Dataset(contextlib.ExitStack):
         self.episodes = self.frames = self.training = 0
         self.tasks: dict[str, int] = {}  # text to number, in order of appearance
         self.moments: defaultdict[str, RunningStatistics] = defaultdict(RunningStatistics)  # by feature
-        self._features = _features(plan)
+        self.features = features(plan)
+        self._view = plan.view
         self._data = self.enter_context(_Table(folder / "data"))
         self._about = self.enter_context(_Table(folder / "meta" / "episodes"))
         self._rows: list[dict[str, Any]] = []  # of `_about`, waiting to be written
         self.callback(self._write_rows)
+        self._side, self._video = plan.images, None
+        if plan.images:
+            from movingout.recordings.exports.lerobot_video import VideoFiles
 
-    def add(self, trajectory: ExportedTrajectory) -> None:
+            self._video = self.enter_context(VideoFiles(folder / "videos" / VIEW, plan.images, FILES_PER_CHUNK))
+
+    def add(self, trajectory: ExportedTrajectory, episode: Episode | None) -> None:
         frames = self._frames_of(trajectory)
-        chunk, file = self._data.write(_data(frames, self._features))
+        chunk, file = self._data.write(table_of(frames, self.features))
         length = len(trajectory.actions)
         self._rows.append(
             {
@@ -82,6 +101,7 @@ class _Dataset(contextlib.ExitStack):
                     for name, values in frames.items()
                     for key, value in feature_statistics(values).items()
                 },
+                **self._film(trajectory, episode),
             }
         )
         for name, values in frames.items():
@@ -92,19 +112,31 @@ class _Dataset(contextlib.ExitStack):
         if len(self._rows) == ROWS_AT_ONCE:
             self._write_rows()
 
-    def stored(self) -> Iterator[dict[str, Any]]:
-        """The frames again, some at a time, as arrays by feature; after the end."""
+    def statistics(self) -> dict[str, Any]:
+        """Of all frames, by feature; after the end."""
+        told: dict[str, Any] = dict(streamed(self.moments, self._stored()))
+        return told if self._video is None else {**told, VIEW: self._video.colours.told()}
+
+    def _film(self, trajectory: ExportedTrajectory, episode: Episode | None) -> dict[str, Any]:
+        if self._video is None or episode is None:
+            return {}
+        from movingout.recordings.exports.lerobot_video import views
+
+        return self._video.add(VIEW, views(episode, trajectory.seat, self._side))
+
+    def _stored(self) -> Iterator[dict[str, Any]]:
+        """The frames again, some at a time, as arrays by feature."""
         for path in self._data.paths:
             with pq.ParquetFile(path) as file:
                 for batch in file.iter_batches(FRAMES_AT_ONCE):
-                    yield {name: _array(batch.column(name), batch.num_rows) for name in self._features}
+                    yield {name: column_array(batch.column(name), batch.num_rows) for name in self.features}
 
     def _frames_of(self, trajectory: ExportedTrajectory) -> dict[str, Any]:
         """Every feature as one array over the frames of an episode."""
         steps = np.arange(len(trajectory.actions))
         task = self.tasks.setdefault(trajectory.task, len(self.tasks))
         return {
-            "observation.state": trajectory.observations[:-1],
+            **divided(trajectory, self._view),
             "action": trajectory.actions,
             "next.reward": trajectory.rewards,
             "next.done": trajectory.dones,
@@ -152,63 +184,6 @@ class _Table(contextlib.ExitStack):
         return chunk, file
 
 
-def _features(plan: ExportPlan) -> dict[str, Any]:
-    """The features as info.json describes them."""
-    size = LAYOUTS[plan.layout].size
-    names = action_names(plan.view)
-    scalar = {"shape": [1], "names": None}
-    return {
-        "observation.state": {
-            "dtype": "float32",
-            "shape": [size],
-            "names": [f"{plan.layout}_{index}" for index in range(size)],
-        },
-        "action": {"dtype": "float32", "shape": [len(names)], "names": names},
-        "next.reward": {"dtype": "float32", **scalar},
-        "next.done": {"dtype": "bool", **scalar},
-        "timestamp": {"dtype": "float32", **scalar},
-        **{name: {"dtype": "int64", **scalar} for name in ("frame_index", "episode_index", "index", "task_index")},
-    }
-
-
-def _data(frames: dict[str, Any], features: dict[str, Any]) -> Any:
-    columns, hints = {}, {}
-    for name, feature in features.items():
-        values, length, dtype = frames[name], feature["shape"][0], feature["dtype"]
-        if values.ndim == 2:
-            columns[name] = pa.FixedSizeListArray.from_arrays(pa.array(values.ravel()), length)
-            hints[name] = {"feature": {"dtype": dtype, "_type": "Value"}, "length": length, "_type": "Sequence"}
-        else:
-            columns[name] = pa.array(values)
-            hints[name] = {"dtype": dtype, "_type": "Value"}
-    return pa.table(columns).replace_schema_metadata({"huggingface": json.dumps({"info": {"features": hints}})})
-
-
-def _array(column: Any, length: int) -> Any:
-    """A column as it was written: (T,) or (T, D)."""
-    if pa.types.is_fixed_size_list(column.type):
-        return column.flatten().to_numpy().reshape(length, -1)
-    return column.to_numpy(zero_copy_only=False)
-
-
-def _tasks(tasks: list[str]) -> Any:
-    """A pandas frame whose index is the text, described by hand since pandas is not needed otherwise."""
-    index = "__index_level_0__"
-    text, number = pa.array(tasks), pa.array(range(len(tasks)), pa.int64())
-    columns = [
-        {
-            "name": "task_index",
-            "field_name": "task_index",
-            "pandas_type": "int64",
-            "numpy_type": "int64",
-            "metadata": None,
-        },
-        {"name": None, "field_name": index, "pandas_type": "unicode", "numpy_type": "object", "metadata": None},
-    ]
-    pandas = {"index_columns": [index], "column_indexes": [], "columns": columns, "pandas_version": "2.0.0"}
-    return pa.table({"task_index": number, index: text}).replace_schema_metadata({"pandas": json.dumps(pandas)})
-
-
 def _info(dataset: _Dataset, plan: ExportPlan) -> dict[str, Any]:
     splits = {TRAIN: f"0:{dataset.training}", TEST: f"{dataset.training}:{dataset.episodes}"}
     return {
@@ -223,9 +198,18 @@ def _info(dataset: _Dataset, plan: ExportPlan) -> dict[str, Any]:
         "fps": TICKS_PER_SECOND,
         "splits": splits if dataset.training < dataset.episodes else {TRAIN: splits[TRAIN]},
         "data_path": "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet",
-        "video_path": None,
-        "features": _features(plan),
+        "video_path": "videos/{video_key}/chunk-{chunk_index:03d}/file-{file_index:03d}.mp4" if plan.images else None,
+        "features": dataset.features | _pictures(plan),
+        "movingout": {"layout": plan.layout, "view": plan.view},
     }
+
+
+def _pictures(plan: ExportPlan) -> dict[str, Any]:
+    if not plan.images:
+        return {}
+    from movingout.recordings.exports.lerobot_video import described
+
+    return {VIEW: described(plan.images)}
 
 
 def _write_json(path: Path, document: dict[str, Any]) -> None:

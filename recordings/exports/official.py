@@ -2,8 +2,10 @@
 
 import json
 from collections import Counter
+from typing import Any
 
 from movingout.maps.spec import SEAT_COLOURS
+from movingout.recordings.episode import Episode
 from movingout.recordings.exports.plan import ExportPlan
 from movingout.recordings.exports.target import new_target
 from movingout.recordings.official_format import dataset_row, recorder_steps
@@ -18,13 +20,18 @@ def write(plan: ExportPlan) -> None:
     with new_target(plan.target) as folder:
         (folder / "recorder").mkdir(parents=True)
         with (folder / "dataset.jsonl").open("w", encoding="utf-8") as rows:
-            for episode, part in plan.episodes("exporting"):
-                header = episode.header
-                path = folder / "recorder" / f"{header.map.file_name}_{header.episode_id}.json"
-                path.write_text(json.dumps([recorder_steps(episode)]), encoding="utf-8")
-                row = dataset_row(episode, numbers[header.map.name])
-                numbers[header.map.name] += 1
-                row |= {"episode_id": header.episode_id, "split": part}
-                for colour, seat in zip(SEAT_COLOURS, header.seats, strict=True):
-                    row |= {colour: seat.name, f"{colour}_kind": seat.kind}
+            for name, steps, row in plan.converted(_converted, "exporting"):
+                (folder / "recorder" / name).write_text(steps, encoding="utf-8")
+                row["trajectory_id"] = numbers[row["map_name"]]
+                numbers[row["map_name"]] += 1
                 rows.write(json.dumps(row) + "\n")
+
+
+def _converted(episode: Episode, part: str) -> tuple[str, str, dict[str, Any]]:
+    """The name of the collector's file, its text, and the row of the data set."""
+    header = episode.header
+    row = dataset_row(episode, 0) | {"episode_id": header.episode_id, "split": part}
+    for colour, seat in zip(SEAT_COLOURS, header.seats, strict=True):
+        row |= {colour: seat.name, f"{colour}_kind": seat.kind}
+    name = f"{header.map.file_name}_{header.episode_id}.json"
+    return name, json.dumps([recorder_steps(episode)]), row

@@ -1,15 +1,18 @@
 """Parquet: three tables and their data dictionary in a folder; one row group per episode, zstd."""
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from movingout.recordings.episode import Episode
 from movingout.recordings.exports.plan import ExportPlan
 from movingout.recordings.exports.tables import (
     TABLES,
     Column,
+    Row,
     data_dictionary,
     episode_row,
     event_rows,
@@ -44,18 +47,21 @@ def _write_tables(plan: ExportPlan, folder: Path, schemas: dict[str, Any]) -> No
         for name, schema in schemas.items()
     }
     try:
-        for episode, part in plan.episodes("exporting"):
-            rows = {
-                "episodes": [episode_row(episode, part)],
-                "ticks": list(tick_rows(episode, plan.layout)),
-                "events": list(event_rows(episode)),
-            }
+        for rows in plan.converted(partial(_rows, layout=plan.layout), "exporting"):
             for name, values in rows.items():
                 if values:
                     writers[name].write_table(pa.Table.from_pylist(values, schema=schemas[name]))
     finally:
         for writer in writers.values():
             writer.close()
+
+
+def _rows(episode: Episode, part: str, layout: str) -> dict[str, list[Row]]:
+    return {
+        "episodes": [episode_row(episode, part)],
+        "ticks": list(tick_rows(episode, layout)),
+        "events": list(event_rows(episode)),
+    }
 
 
 def arrow_schema(columns: list[Column]) -> Any:

@@ -1,16 +1,20 @@
 """What to export: which recordings, where to, with which options."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import TypeVar
 
 from movingout.recordings.episode import Episode
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.exports.split import TRAIN, SplitBy, split
 from movingout.recordings.file_format.reader import read_episode
 from movingout.recordings.progress import with_progress
+from movingout.recordings.ray_cluster import map_on_ray
 from movingout.recordings.storage.listing import Players, read_players
+
+Worked = TypeVar("Worked")
 
 
 @dataclass(frozen=True)
@@ -24,18 +28,36 @@ class ExportPlan:
     split_by: SplitBy = "participant"  # what is never divided
     layout: str = "official-v1"  # of observations (world/observation/layouts.py)
     view: str = "ego"  # ego: two episodes, one per seat; joint: one episode with both actions
+    images: int = 0  # pixels of a side of what a seat sees, as video beside the numbers; 0 for none
     side: int = 512  # pixels
     speed: float = 1.0  # of videos, times real time
     every_s: float = 5.0  # seconds between the pictures of a strip
     overlay: bool = True  # names, time and deliveries on pictures
+    ray: str = ""  # address of a Ray cluster that reads and converts the episodes; empty for this process
 
     def episodes(self, verb: str, training_first: bool = False) -> Iterator[tuple[Episode, str]]:
         """The episodes with their split, one at a time, with a progress bar."""
-        pairs = list(zip(self.recordings, self.splits, strict=True))
-        if training_first:
-            pairs.sort(key=lambda pair: pair[1] != TRAIN)
+        pairs = self._pairs(training_first)
         for path, part in with_progress(pairs, len(pairs), verb):
             yield read_episode(path), part
+
+    def converted(
+        self, convert: Callable[[Episode, str], Worked], verb: str, training_first: bool = False
+    ) -> Iterator[Worked]:
+        """What `convert` makes of each episode and its split, in order, here or on the cluster. Raises NoCluster."""
+        if not self.ray:
+            yield from (convert(episode, part) for episode, part in self.episodes(verb, training_first))
+            return
+
+        def convert_one(pair: tuple[Path, str]) -> Worked:
+            return convert(read_episode(pair[0]), pair[1])
+
+        pairs = [(path.resolve(), part) for path, part in self._pairs(training_first)]
+        yield from map_on_ray(self.ray, convert_one, pairs, verb)
+
+    def _pairs(self, training_first: bool) -> list[tuple[Path, str]]:
+        pairs = list(zip(self.recordings, self.splits, strict=True))
+        return sorted(pairs, key=lambda pair: pair[1] != TRAIN) if training_first else pairs
 
     @cached_property
     def splits(self) -> list[str]:

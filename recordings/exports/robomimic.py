@@ -1,19 +1,24 @@
 """HDF5 in the layout of robomimic: data/demo_k with actions, rewards, dones, obs, next_obs; mask/train, mask/valid."""
 
 import json
+from collections import Counter
+from functools import partial
 from typing import Any
 
 import h5py
 import numpy as np
 
+from movingout.maps import is_shipped
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.exports.plan import ExportPlan
 from movingout.recordings.exports.split import TRAIN
 from movingout.recordings.exports.target import new_target
-from movingout.recordings.exports.trajectories import ExportedTrajectory, action_names, trajectories
+from movingout.recordings.exports.trajectories import ExportedTrajectory, action_names, all_trajectories
 
 SUFFIXES = ("", ".hdf5", ".h5")
-OBSERVATION = "state"  # the one low-dimensional modality
+OBSERVATION = "flat"  # the one low-dimensional modality, by the name that robomimic gives it in Gym environments
+ENVIRONMENT = "movingout.agents.environment:MovingOut-v1"  # also without `import movingout`
+GYM = 2  # robomimic's number of this kind of environment
 
 
 def write(plan: ExportPlan) -> None:
@@ -24,11 +29,12 @@ def write(plan: ExportPlan) -> None:
     total = 0
     with new_target(plan.target) as path, h5py.File(path, "w") as file:
         data = file.create_group("data")
-        for episode, part in plan.episodes("exporting"):
-            for trajectory in trajectories(episode, part, plan.view, plan.layout):
+        make = partial(all_trajectories, view=plan.view, layout=plan.layout)
+        for made in plan.converted(make, "exporting"):
+            for trajectory in made:
                 name = f"demo_{len(data)}"
                 _write_demo(data.create_group(name), trajectory)
-                names["train" if part == TRAIN else "valid"].append(name)
+                names["train" if trajectory.split == TRAIN else "valid"].append(name)
                 total += len(trajectory.actions)
         if not total:
             raise RecordingError("no ticks in these recordings, so there is nothing to train on")
@@ -57,6 +63,18 @@ def _write_demo(group: Any, trajectory: ExportedTrajectory) -> None:
 
 
 def _environment(plan: ExportPlan) -> dict[str, Any]:
-    """What robomimic keeps about the environment: its name and the arguments that make it."""
-    arguments = {"layout": plan.layout, "view": plan.view, "actions": action_names(plan.view)}
-    return {"env_name": "moving_out", "type": 2, "env_kwargs": arguments}
+    """What robomimic keeps about the environment: its name for Gymnasium and the arguments that make it.
+
+    With both actions in one, which no seat can play, there is no such environment.
+    """
+    about = {"layout": plan.layout, "view": plan.view, "actions": action_names(plan.view)}
+    if plan.view == "joint":
+        return {"env_name": "moving_out", "type": GYM, "env_kwargs": {}, "movingout": about}
+    arguments = {"map": _most_played(plan), "partner": "scripted", "seat": "blue", "layout": plan.layout}
+    return {"env_name": ENVIRONMENT, "type": GYM, "env_kwargs": arguments, "movingout": about}
+
+
+def _most_played(plan: ExportPlan) -> str:
+    """The map of most recordings that is known by its name."""
+    played = Counter(players.map for players in plan.players if is_shipped(players.map))
+    return played.most_common(1)[0][0] if played else "HandOff"

@@ -11,6 +11,7 @@ from movingout.recordings.exports import gif
 from movingout.recordings.exports.video import EpisodeVideo
 from movingout.recordings.file_format.reader import read_episode
 from movingout.recordings.replay import replay_poses
+from movingout.recordings.report.words import DEFAULT, Words
 from movingout.world.constants import TICK_SECONDS
 
 ShareKind = Literal["png", "gif"]
@@ -22,8 +23,8 @@ SPEED = 4.0  # at least so many times as fast as the game
 LONGEST_S = 12.0  # of an animation; a longer round runs faster
 
 
-def share_bytes(path: Path, kind: ShareKind) -> bytes:
-    """The end of a recorded round as PNG, or the whole round as GIF.
+def share_bytes(path: Path, kind: ShareKind, language: str = DEFAULT) -> bytes:
+    """The end of a recorded round as PNG, or the whole round as GIF, with a caption in a language.
 
     Who played is not on it: whoever gets it need not know. Raises RecordingError for a file that cannot be read.
     """
@@ -33,7 +34,7 @@ def share_bytes(path: Path, kind: ShareKind) -> bytes:
     poses, _ = replay_poses(episode)
     speed = max(SPEED, len(episode.ticks) * TICK_SECONDS / LONGEST_S)
     side = PICTURE_SIDE if kind == "png" else ANIMATION_SIDE
-    video = EpisodeVideo(episode, poses, side, speed, every_s=1.0, overlay=True, named=False)
+    video = EpisodeVideo(episode, poses, side, speed, every_s=1.0, overlay=True, named=False, words=Words(language))
     out = io.BytesIO()
     if kind == "gif":
         gif.draw(out, video)

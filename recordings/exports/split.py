@@ -2,11 +2,12 @@
 
 import hashlib
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Literal, get_args
 
 from movingout.maps.spec import SEAT_COLOURS
 from movingout.recordings.episode import SeatInfo
+from movingout.recordings.errors import RecordingError
 from movingout.recordings.recorded_seat import GHOST
 from movingout.recordings.storage.listing import Players
 
@@ -28,7 +29,7 @@ def split(episodes: Sequence[Players], share: float, seed: int = 0, by: SplitBy 
     (the paper's pairs). By map no map appears on both sides. Groups are never divided. The same names and seed give
     the same split. Without names an episode is a group of its own.
     """
-    groups = _groups(_unmasked(episodes)) if by == "participant" else _plain_groups(episodes, by)
+    groups = components(episodes) if by == "participant" else _plain_groups(episodes, by)
     order = sorted(groups, key=lambda name: hashlib.sha256(f"{seed}:{name}".encode()).digest())
     result = [TRAIN] * len(episodes)
     wanted = round(share * len(episodes))
@@ -49,7 +50,39 @@ def obtained(parts: Sequence[str], wanted: float, by: SplitBy) -> str:
     sentence = f"for testing: {share}; {wanted:.0%} were asked for, split by {by}"
     if tests:
         return sentence
+    if len(parts) == 1:
+        return f"{sentence}. One recording is never divided"
+    if by == "episode":
+        return f"{sentence}. That is less than one recording: ask for a larger share"
     return f"{sentence}. What belongs together is never divided: ask for a larger share, or use another --split-by"
+
+
+def divided(episodes: Sequence[Players], count: int, seed: int = 0) -> list[int]:
+    """The group, from 1 to `count`, of each episode; nobody is in two groups, and people who played together share one.
+
+    People are drawn in an order that depends on the seed and on names alone; each goes to the group that has the fewest
+    episodes so far. Raises RecordingError when there are fewer people who never played together than groups.
+    """
+    found = components(episodes)
+    if len(found) < count:
+        raise RecordingError(_too_few(found, episodes, count))
+    order = sorted(found, key=lambda name: hashlib.sha256(f"{seed}:{name}".encode()).digest())
+    result, sizes = [0] * len(episodes), [0] * count
+    for name in order:
+        group = sizes.index(min(sizes))
+        sizes[group] += len(found[name])
+        for index in found[name]:
+            result[index] = group + 1
+    return result
+
+
+def _too_few(found: Mapping[str, Sequence[int]], episodes: Sequence[Players], count: int) -> str:
+    names = sorted({name for players in episodes for name in participants(players)})
+    who = f"{len(names)} ({', '.join(names[:4])}{', …' if len(names) > 4 else ''})" if names else "none by name"
+    return (
+        f"{count} groups need {count} participants or pairs who never played with each other; these recordings have "
+        f"{len(found)} (participants: {who}); add recordings of other people"
+    )
 
 
 def _plain_groups(episodes: Sequence[Players], by: SplitBy) -> dict[str, list[int]]:
@@ -77,8 +110,9 @@ def _unmasked(episodes: Sequence[Players]) -> list[Players]:
     return [players._replace(seats=(who(players.seats[0]), who(players.seats[1]))) for players in episodes]
 
 
-def _groups(episodes: Sequence[Players]) -> dict[str, list[int]]:
-    """Episode indices by connected component of people; a component is named by its first name."""
+def components(episodes: Sequence[Players]) -> dict[str, list[int]]:
+    """Episode indices by connected component of people who played together; a component has its first name."""
+    episodes = _unmasked(episodes)
     leader: dict[str, str] = {}
 
     def find(name: str) -> str:

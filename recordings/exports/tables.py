@@ -12,8 +12,9 @@ from movingout.recordings.episode import Episode, TickRecord
 from movingout.recordings.file_format.derived_topics import result
 from movingout.recordings.file_format.metadata import utc
 from movingout.world.constants import TICK_SECONDS
-from movingout.world.metrics import METRICS, EpisodeMetrics
+from movingout.world.metrics import METRICS, EpisodeMetrics, Metric
 from movingout.world.observation import ITEM_SLOTS, LAYOUTS, encoder
+from movingout.world.own_metrics import own_metrics, own_values
 from movingout.world.state import WorldState
 
 ColumnType = Literal["string", "int64", "float64", "bool", "list<float32>"]
@@ -41,8 +42,8 @@ def _prefixed(prefix: str, entries: Sequence[Entry]) -> list[Entry]:
     return [(f"{prefix}_{name}", kind, unit, meaning) for name, kind, unit, meaning in entries]
 
 
-def _metric_columns(when: str = "") -> list[Entry]:
-    return [(metric.key, "float64", metric.bounds, when + metric.documentation) for metric in METRICS]
+def _metric_columns(metrics: Sequence[Metric] = METRICS, when: str = "") -> list[Entry]:
+    return [(metric.key, "float64", metric.bounds, when + metric.documentation) for metric in metrics]
 
 
 _SEAT: list[Entry] = [
@@ -67,7 +68,7 @@ EPISODES = _columns(
     *_prefixed("red", _SEAT),
     ("delivered", "int64", "items", "delivered at the end"),
     ("items", "int64", "items", "on the map"),
-    *_metric_columns(),
+    *_metric_columns((*METRICS, *own_metrics())),
     ("split", "string", "", "train or test; no participant is in both"),
     ("study", "string", "JSON", "pseudonymous ids of the study"),
     ("pymunk", "string", "", "version of the physics engine"),
@@ -104,7 +105,7 @@ _ITEM: list[Entry] = [
     ("x", "float64", "arena units", "position; empty when the map has fewer items"),
     ("y", "float64", "arena units", "position"),
     ("angle", "float64", "rad", "angle, not wrapped"),
-    ("delivered", "bool", "", "lies wholly in a goal region"),
+    ("delivered", "bool", "", "lies wholly in a goal"),
 ]
 TICKS = _columns(
     ("episode_id", "string", "", "joins the three tables"),
@@ -115,7 +116,7 @@ TICKS = _columns(
     *(entry for slot in range(ITEM_SLOTS) for entry in _prefixed(f"item_{slot}", _ITEM)),
     ("late_ms", "float64", "ms", "start of the tick after its due time"),
     ("delivered", "int64", "items", "delivered now"),
-    *_metric_columns("so far: "),
+    *_metric_columns(when="so far: "),
 )
 TABLES = {"episodes": EPISODES, "ticks": TICKS, "events": EVENTS}
 
@@ -144,6 +145,7 @@ def episode_row(episode: Episode, split: str) -> Row:
         "delivered": sum(episode.ticks[-1].delivered) if episode.ticks else 0,
         "items": len(header.map.items),
         **{metric.key: numbers[metric.key] for metric in METRICS},
+        **own_values(header.map, episode.states, episode.actions),
         "split": split,
         "study": orjson.dumps(dict(header.study)).decode(),
         "pymunk": episode.versions.get("pymunk", ""),

@@ -59,6 +59,11 @@ def trajectories(episode: Episode, split: str, view: str, layout: str) -> Iterat
         yield ExportedTrajectory(episode_id, seat, *common, seen[seat], actions[:, seat], rewards[:, seat], dones)
 
 
+def all_trajectories(episode: Episode, split: str, view: str, layout: str) -> list[ExportedTrajectory]:
+    """The same at once, as a value that can be sent between processes."""
+    return list(trajectories(episode, split, view, layout))
+
+
 def action_names(view: str) -> list[str]:
     """A name for each number of an action."""
     if view == "joint":

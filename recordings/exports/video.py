@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from movingout.recordings.exports.target import new_target
 from movingout.recordings.file_format.reader import read_episode
 from movingout.recordings.progress import map_in_processes
 from movingout.recordings.replay import replay_poses
+from movingout.recordings.report.words import Words
 from movingout.world.constants import POSES_PER_TICK, TICK_SECONDS
 
 _CAPTION = 0.075  # height of the caption, in sides of the picture
@@ -36,6 +37,7 @@ class EpisodeVideo:
     every_s: float
     overlay: bool
     named: bool = True  # the players' names on the overlay
+    words: Words = field(default_factory=Words)
 
     @property
     def seconds(self) -> float:
@@ -68,7 +70,8 @@ class EpisodeVideo:
         draw = ImageDraw.Draw(canvas)
         font = ImageFont.load_default(bar * 0.5)
         middle, gap = self.side + bar / 2, bar * 0.3
-        text = f"{header.map.title}  {time_s:4.1f} s  {delivered}/{len(header.map.items)}"
+        time = self.words.decimal(f"{time_s:4.1f}")
+        text = f"{self.words.map_title(header.map)}  {time} s  {delivered}/{len(header.map.items)}"
         draw.text((self.side / 2, middle), text, LIGHT.ink, font, anchor="mm")
         if self.named:
             draw.text((gap, middle), _short(header.seats[0].name), LIGHT.blue, font, anchor="lm")

@@ -1,4 +1,4 @@
-"""The scene and the transforms for Foxglove, Lichtblick and Rerun, derived from the states when a file is finished.
+"""The scene and the transforms for Foxglove and Lichtblick, derived from the states when a file is finished.
 
 Every message is complete in itself, because viewers restore only the newest one of each topic when seeking. Bodies
 hang on frames, so that only `/tf` moves. Protobuf, since that is what the viewers draw without set-up.

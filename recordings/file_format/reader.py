@@ -24,11 +24,14 @@ _RESCUE = "copy it again from where it was recorded, or save what is whole: movi
 UNREADABLE = (McapError, struct.error, ValueError, KeyError, TypeError, IndexError, OverflowError, MemoryError)
 
 
-def read_episode(path: Path) -> Episode:
+def read_episode(path: Path | str) -> Episode:
     """The episode in a finished recording or in a journal (then: its whole ticks so far).
 
     RecordingError when there is no file, when it is of another kind or a newer format, or when bytes are damaged.
     """
+    if not isinstance(path, str | Path):
+        raise RecordingError(f"a recording is named by the path of its file, not by {path!r:.80}")
+    path = Path(path)
     data = read_bytes(path)
     if path.name.endswith(JOURNAL_SUFFIX):
         found = scan(data)

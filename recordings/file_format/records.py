@@ -39,13 +39,31 @@ class Message(NamedTuple):
 Record = Header | Channel | Message | Attachment | Metadata
 
 
+MOST_PER_BYTE, ALWAYS_POSSIBLE = 200, 64 << 20  # decompressed bytes; ours are ten to thirty times as large
+
+
+class _Budget:
+    """What the chunks of one file may take when they are decompressed: a few bytes must not fill the memory."""
+
+    def __init__(self, size: int) -> None:
+        self._left = ALWAYS_POSSIBLE + MOST_PER_BYTE * size
+
+    def decompressed(self, chunk: Chunk) -> bytes:
+        """The contents of a chunk. Raises ValueError when there is too much in it, ZstdError when it is damaged."""
+        size = max(chunk.uncompressed_size, zstandard.frame_content_size(chunk.data))
+        if size > self._left:
+            raise ValueError("its chunks would take more memory than any recording")
+        self._left -= size
+        return zstandard.decompress(chunk.data, chunk.uncompressed_size)
+
+
 def records_of(data: bytes, checked: bool = False) -> Iterator[Record]:
     """The records of a file or journal up to its data end; a journal ends where its bytes end.
 
     `checked` is for finished files whose checksum is wrong: reading ends at the first chunk or attachment whose own
     checksum is wrong too, and messages outside of chunks are ignored.
     """
-    yield from _walk(data, len(MAGIC), checked)
+    yield from _walk(data, len(MAGIC), checked, _Budget(len(data)))
 
 
 def data_holds(data: bytes) -> bool:
@@ -59,7 +77,7 @@ def data_holds(data: bytes) -> bool:
     return False
 
 
-def _walk(data: bytes, position: int, checked: bool) -> Iterator[Record]:
+def _walk(data: bytes, position: int, checked: bool, budget: _Budget) -> Iterator[Record]:
     while position + _RECORD.size <= len(data):
         opcode, length = _RECORD.unpack_from(data, position)
         start, position = position + _RECORD.size, position + _RECORD.size + length
@@ -72,10 +90,10 @@ def _walk(data: bytes, position: int, checked: bool) -> Iterator[Record]:
             yield Message(channel, sequence, log_time, publish_time, data[start + MESSAGE.size : position])
         elif opcode == _CHUNK:
             chunk = Chunk.read(_stream(data[start:position]))
-            contents = zstandard.decompress(chunk.data, chunk.uncompressed_size)
+            contents = budget.decompressed(chunk)
             if checked and zlib.crc32(contents) != chunk.uncompressed_crc:
                 return
-            yield from _walk(contents, 0, False)
+            yield from _walk(contents, 0, False, budget)
         elif opcode in _READERS:
             yield _READERS[opcode].read(_stream(data[start:position]))
 

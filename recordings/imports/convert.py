@@ -15,9 +15,10 @@ import numpy as np
 
 from movingout.maps import MapSpec
 from movingout.maps.spec import ARENA_HALF
-from movingout.recordings.episode import EpisodeHeader, Event, EventKind, Outcome, SeatInfo, TickRecord
+from movingout.recordings.episode import EpisodeHeader, Event, EventKind, Outcome, SeatInfo, SeatKind, TickRecord
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.file_format.writer import EpisodeWriter
+from movingout.recordings.imports.known_plays import KnownPlays, play_digest
 from movingout.recordings.imports.map_match import official_map, played_map
 from movingout.recordings.imports.sources import TrajectoryFile
 from movingout.recordings.imports.steps import OfficialSteps, parse
@@ -29,7 +30,7 @@ from movingout.world.scoring import delivered_items
 from movingout.world.state import Floats, WorldState
 
 AGREE = 1e-9  # arena units or rad: what re-simulation may differ by and still count as the same
-PlayerKind = Literal["human", "agent"]
+PlayerKind = Literal["human", "agent"]  # what `--kind` may say
 SOFTWARE = {"movingout": "imported", "pymunk": "of the official environment, version unknown"}
 
 
@@ -62,15 +63,18 @@ class ImportReport:
         return asdict(self)
 
 
-def import_source(source: TrajectoryFile, folder: Path, salt: str, kind: str = "") -> ImportReport:
+def import_source(
+    source: TrajectoryFile, folder: Path, salt: str, kind: str = "", known: KnownPlays | None = None
+) -> ImportReport:
     """Write one trajectory into `folder`. Never raises for what is in it: the report says why it was refused.
 
-    `kind` is who played, "human" or "agent"; without it what the file says, or its shape suggests.
+    `kind` is who played, "human" or "agent"; without it what the file says, or its shape suggests. What is `known`
+    (`known_plays`) is not written again.
     """
     if kind:
         source = replace(source, kinds=(kind, kind))
     try:
-        return _import(source, folder, salt)
+        return _import(source, folder, salt, known or {})
     except RecordingError as error:
         return ImportReport(*_origin(source), map=str(source.map_name), problem=str(error))
 
@@ -81,7 +85,7 @@ def pseudonym(name: str, salt: str) -> str:
     return f"P-{digest[:8]}" if name else ""
 
 
-def _import(source: TrajectoryFile, folder: Path, salt: str) -> ImportReport:
+def _import(source: TrajectoryFile, folder: Path, salt: str, known: KnownPlays) -> ImportReport:
     steps = parse(source.steps)
     designed = official_map(source.map_name)
     before = source.shape != "evaluator"
@@ -99,9 +103,9 @@ def _import(source: TrajectoryFile, folder: Path, salt: str) -> ImportReport:
         raise RecordingError("there is no tick with a state before and after it")
     header = _header(source, salt, spec)
     path = folder / f"{header.episode_id}{SUFFIX}"
-    unchanged = _known(path, source) if path.exists() else ""
-    if not unchanged:
-        path = _written(source, folder, header, states, actions)
+    there = path if path.exists() else known.get(_digest(spec, steps, before))
+    unchanged = _known(there, source, path) if there else ""
+    path = there or _written(source, folder, header, states, actions)
     return ImportReport(
         *_origin(source),
         map=spec.name,
@@ -175,14 +179,21 @@ def _checks(states: list[WorldState], actions: Floats, steps: OfficialSteps) -> 
     }
 
 
-def _known(path: Path, source: TrajectoryFile) -> str:
-    """What is said about a trajectory whose recording is there already: it is kept as it is."""
+def _digest(spec: MapSpec, steps: OfficialSteps, before: bool) -> str:
+    """What `known_plays` has of the same play; empty where the poses before the last action are not known."""
+    last = len(steps.actions) - (1 if before else 2)
+    return play_digest(spec.name, steps.actions, steps.robot_poses[last], steps.item_poses[last]) if last >= 0 else ""
+
+
+def _known(path: Path, source: TrajectoryFile, own: Path) -> str:
+    """What is said about a trajectory whose recording is there already, as `own` or as another: it is kept."""
     seats = read_summary(path)
     kept = tuple(seat.partition(" ")[0] for seat in (seats.blue, seats.red))
+    said = "imported before" if path == own else f"recorded already, as {path.name}"
     if kept == _kinds(source):
-        return "imported before; nothing changed"
+        return f"{said}; nothing changed"
     return (
-        f"imported before, with {kept[0]} in blue and {kept[1]} in red; nothing changed. "
+        f"{said}, with {kept[0]} in blue and {kept[1]} in red; nothing changed. "
         f"To import it otherwise, move {path.name} away"
     )
 
@@ -217,11 +228,11 @@ def _header(source: TrajectoryFile, salt: str, spec: MapSpec) -> EpisodeHeader:
     )
 
 
-def _kinds(source: TrajectoryFile) -> tuple[PlayerKind, PlayerKind]:
+def _kinds(source: TrajectoryFile) -> tuple[SeatKind, SeatKind]:
     """Who played blue and red: as the file says, else agents in the evaluator's shape and people in the others."""
-    usual: PlayerKind = "agent" if source.shape == "evaluator" else "human"
-    blue, red = (known if known in get_args(PlayerKind) else usual for known in source.kinds)
-    return cast(PlayerKind, blue), cast(PlayerKind, red)
+    usual: SeatKind = "agent" if source.shape == "evaluator" else "human"
+    blue, red = (known if known in get_args(SeatKind) else usual for known in source.kinds)
+    return cast(SeatKind, blue), cast(SeatKind, red)
 
 
 def _started(source: TrajectoryFile) -> int:

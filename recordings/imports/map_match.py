@@ -1,5 +1,7 @@
 """Which of our maps a trajectory was played on, and how its first state differs from that map as designed."""
 
+import contextlib
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any, cast, get_args
 
@@ -8,6 +10,7 @@ from movingout.maps.errors import MapError
 from movingout.maps.json_format import map_from_json, map_to_json
 from movingout.maps.spec import ItemSpec, Shape, Size
 from movingout.recordings.errors import RecordingError
+from movingout.recordings.imports.sources import TrajectoryFile
 from movingout.recordings.imports.steps import OfficialItem, OfficialSteps
 
 # The official environment's old numbers: 1000-1003 are the paper's maps 1-4, 2000-2007 its maps 5-12.
@@ -23,6 +26,15 @@ def official_map(name: Any) -> MapSpec:
     if known not in (*map_names(), "Simple", "simple"):
         raise RecordingError(f"unknown map {text!r}; known: {', '.join(map_names())}, Simple, 1000-1003, 2000-2007")
     return load_map(known.capitalize() if known == "simple" else known)
+
+
+def maps_of(sources: Iterable[TrajectoryFile]) -> set[str]:
+    """The names of the maps that trajectories were played on; names that are not known are left out."""
+    found = set()
+    for source in sources:
+        with contextlib.suppress(RecordingError):
+            found.add(official_map(source.map_name).name)
+    return found
 
 
 def played_map(designed: MapSpec, steps: OfficialSteps, starts: bool) -> tuple[MapSpec, list[str]]:

@@ -20,6 +20,7 @@ from movingout.recordings.report.track import Track
 from movingout.recordings.report.waiting import Wait, waits
 from movingout.recordings.storage.listing import Unreadable
 from movingout.world.metrics import tick_consistency
+from movingout.world.own_metrics import own_values
 from movingout.world.state import Floats
 
 FINISHED: frozenset[Outcome] = frozenset({"delivered", "time"})
@@ -96,7 +97,7 @@ def _facts(path: Path, episode: Episode, population: Callable[[EpisodeHeader], P
         outcome=episode.outcome,
         complete=episode.complete,
         ticks=len(episode.ticks),
-        metrics=result(episode),
+        metrics=result(episode) | own_values(episode.header.map, episode.states, episode.actions),
         waits=tuple(waits(track)),
         failures=tuple(failures(track)),
         consistency=consistency_per_second(track, episode.actions),

@@ -9,22 +9,19 @@ Every rule looks for a condition that holds over consecutive ticks; gaps of up t
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
 from movingout.maps.spec import ROBOT_RADIUS
 from movingout.recordings.report.track import Ints, Mask, Span, Track, spans
+from movingout.recordings.report.words import Phrase
 from movingout.world.constants import TICK_SECONDS
 from movingout.world.distance import paper_distances
 from movingout.world.state import Floats
 
 Case = Literal["keeps", "stays_away", "no_grasp"]
-TITLES: dict[Case, str] = {
-    "keeps": "Does not release at a hand-over",
-    "stays_away": "Does not come when help is needed",
-    "no_grasp": "Fails to grasp on approach",
-}
+CASES: tuple[Case, ...] = get_args(Case)
 
 GAP = 5  # ticks
 KEEPS_TICKS = 20  # 2 s
@@ -48,7 +45,7 @@ class Failure:
     item: int  # index
     start: int  # first tick
     end: int  # first tick after
-    detail: str
+    detail: Phrase
 
     @property
     def seconds(self) -> float:
@@ -140,13 +137,13 @@ def _is_stuck(track: Track, item: int) -> Mask:
     return stuck
 
 
-def _how_it_ended(track: Track, seat: int, item: int, span: Span) -> str:
+def _how_it_ended(track: Track, seat: int, item: int, span: Span) -> Phrase:
     later = track.held[span.end :]
     if not len(later):
-        return "until the end"
+        return Phrase("detail.until_end")
     if later[0, seat] != item:
-        return "then let go"
-    return "then carried on"
+        return Phrase("detail.let_go")
+    return Phrase("detail.carried_on")
 
 
 # ---- case 2 ------------------------------------------------------------------------------------------------
@@ -173,15 +170,14 @@ def _ways(track: Track, helper: int, item: int, ticks: slice) -> Floats:
     return np.where(np.isfinite(around), around, np.linalg.norm(robots - items, axis=1))
 
 
-def _instead(track: Track, helper: int, span: Span) -> str:
+def _instead(track: Track, helper: int, span: Span) -> Phrase:
     held = track.held[span.start : span.end, helper]
     others = sorted(set(held[held >= 0].tolist()))
     if others:
-        names = (f"the {track.map.items[index].size} {track.map.items[index].shape}" for index in others)
-        return f"instead carried {', '.join(names)}"
+        return Phrase("detail.carried_others", {"items": [track.map.items[index] for index in others]})
     places = track.robots[span.start : span.end, helper, :2]
     moved = float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
-    return "stood still" if moved < HELP_APPROACH else f"drove {moved:.1f} elsewhere"
+    return Phrase("detail.stood") if moved < HELP_APPROACH else Phrase("detail.drove", {"way": moved})
 
 
 # ---- case 3 ------------------------------------------------------------------------------------------------
@@ -206,6 +202,6 @@ def _attempts(track: Track, seat: int, span: Span) -> int:
     return int((track.grasp[span.start : end, seat] & empty_after).sum())
 
 
-def _tries(track: Track, seat: int, item: int, span: Span, attempts: int) -> str:
+def _tries(track: Track, seat: int, item: int, span: Span, attempts: int) -> Phrase:
     taken = span.end < len(track.held) and track.held[span.end, seat] == item
-    return f"{attempts} {'try' if attempts == 1 else 'tries'}, {'then took it' if taken else 'did not take it'}"
+    return Phrase("detail.took" if taken else "detail.not_taken", {"count": attempts})

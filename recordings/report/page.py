@@ -1,7 +1,7 @@
 """The report as one HTML page: no script, nothing from the network, light and dark as the reader's system is."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 from urllib.parse import quote
@@ -11,18 +11,20 @@ from markupsafe import Markup
 from movingout.maps.spec import SEAT_COLOURS, MapSpec
 from movingout.recordings.html_page import templates
 from movingout.recordings.report import svg
-from movingout.recordings.report.failures import TITLES
+from movingout.recordings.report.failures import CASES
 from movingout.recordings.report.measures import MEASURES, MeasureDisplay, in_words
 from movingout.recordings.report.method import rules
 from movingout.recordings.report.tally import Group, ReportTally, Strip
 from movingout.recordings.report.waiting import Wait
+from movingout.recordings.report.words import Words
 from movingout.world.constants import TICK_SECONDS
 from movingout.world.metrics import METRICS
+from movingout.world.own_metrics import own_metrics
 
 MOST_LISTED = 300  # findings per case; the JSON output has all
 MOST_ABREAST = 4  # populations of a map in one row
 STRIPS = 5  # episodes with the most waiting, per group
-CHARTED = ("success", *(metric.key for metric in METRICS), "seconds")
+CHARTED = ("success", *(metric.key for metric in (*METRICS, *own_metrics())), "seconds")
 
 
 class KeyFigure(NamedTuple):
@@ -47,16 +49,20 @@ class ReportPage:
     folder: str
     server: str  # base address of a running `movingout play` that has these recordings
     tally: ReportTally
+    words: Words = field(default_factory=Words)
 
     def html(self) -> str:
-        template = templates(Path(__file__).parent).get_template("page.html.j2")
+        words, template = self.words, templates(Path(__file__).parent).get_template("page.html.j2")
         return template.render(
             page=self,
             tally=self.tally,
-            title=f"Report on {self.folder}",
+            words=words,
+            say=words.say,
+            language=words.language,
+            title=words.say("report.title", folder=self.folder),
             measures=MEASURES,
-            titles=TITLES,
-            rules=rules(),
+            titles={case: words.say(f"case.{case}") for case in CASES},
+            rules=rules(words),
             colours=SEAT_COLOURS,
             legend_mark=svg.legend_mark,
             most_listed=MOST_LISTED,
@@ -66,33 +72,21 @@ class ReportPage:
     @property
     def lead(self) -> str:
         """How many recordings, from which days."""
-        tally = self.tally
+        tally, say = self.tally, self.words.say
         days = sorted({tally.first[:10], tally.last[:10]} - {""})
-        return " · ".join([f"{tally.episodes + tally.unfinished} recordings", *([" to ".join(days)] if days else [])])
-
-    @property
-    def unfinished(self) -> str:
-        """What is left out of the averages."""
-        count = self.tally.unfinished
-        recordings = "recording is" if count == 1 else "recordings are"
-        return f"{count} unfinished {recordings} left out of the averages."
-
-    @property
-    def tutorials(self) -> str:
-        """What is left out of the whole page."""
-        count = self.tally.tutorials
-        return f"{count} {'recording' if count == 1 else 'recordings'} of tutorials left out."
+        when = [say("report.days", first=days[0], last=days[-1]) if len(days) > 1 else days[0]] if days else []
+        return " · ".join([say("report.recordings", count=tally.episodes + tally.unfinished), *when])
 
     @property
     def figures(self) -> list[KeyFigure]:
-        tally = self.tally
-        success, tcr, waiting = (in_words(tally.overall(name), name) for name in ("success", "tcr", "wt_s"))
+        tally, say = self.tally, self.words.say
+        success, tcr, waiting = (in_words(tally.overall(key), key, self.words) for key in ("success", "tcr", "wt_s"))
         affected = len({one.facts.id for one in tally.found})
         return [
-            KeyFigure("Everything delivered", success, f"{tally.episodes} episodes"),
-            KeyFigure("Task completion rate", tcr, "all maps and populations"),
-            KeyFigure("Waiting time", waiting, "both seats together, per episode"),
-            KeyFigure("Failure cases found", str(len(tally.found)), f"in {affected} recordings"),
+            KeyFigure(say("measure.success"), success, say("report.episodes", count=tally.episodes)),
+            KeyFigure(say("measure.tcr"), tcr, say("report.all_maps")),
+            KeyFigure(say("measure.wt_s"), waiting, say("report.both_seats")),
+            KeyFigure(say("report.cases_found"), str(len(tally.found)), say("report.in_recordings", count=affected)),
         ]
 
     @property
@@ -104,16 +98,21 @@ class ReportPage:
         """The most populations of a map, as far as they stand side by side."""
         return min(max(len(groups) for _, groups in self.tally.by_map()), MOST_ABREAST)
 
+    def name(self, population: str) -> str:
+        """How a member of a population is called: ids of agents as they are."""
+        return self.words.known(f"population.{population}", population)
+
     def arena(self, group: Group) -> Markup:
-        return svg.arena(group.map, group.presence, items=group.variants == {group.map.variant})
+        title = self.words.say("report.where.map", map=self.words.map_title(group.map))
+        return svg.arena(group.map, group.presence, title, items=group.variants == {group.map.variant})
 
     def consistency(self, group: Group) -> Markup:
-        return svg.curves([("", group.consistency_over_time())], "Action consistency over time")
+        return svg.curves([("", group.consistency_over_time())], self.words.say("report.consistency"))
 
     def waiting(self, group: Group) -> Markup:
         waiting = group.waiting_over_time()
         series = [("blue", waiting[:, 0]), ("red", waiting[:, 1])]
-        return svg.curves(series, "Share of episodes in which each seat waits, over time")
+        return svg.curves(series, self.words.say("report.waiting.curve"))
 
     def strips(self, group: Group) -> list[Markup]:
         """The episodes with the most waiting, along their time."""
@@ -125,19 +124,26 @@ class ReportPage:
         return f"{self.server.rstrip('/')}/replay/{quote(episode_id, safe='')}#tick={tick}"
 
     def _chart(self, name: str) -> MeasureChart:
-        measure, places = MEASURES[name], {pair: place for place, pair in enumerate(self.tally.populations)}
+        say, measure, places = (
+            self.words.say,
+            MEASURES[name],
+            {pair: place for place, pair in enumerate(self.tally.populations)},
+        )
         factor = 100.0 if measure.unit == "%" else 1.0
         rows: list[tuple[str, list[svg.Dot]]] = []
         for spec, groups in self.tally.by_map():
             row = []
             for group in groups:
                 if (found := group.estimate(name)) is not None:
-                    title = f"{group.population[0]} with {group.population[1]}: {in_words(found, name)}, n = {found.n}"
+                    blue, red = map(self.name, group.population)
+                    value = in_words(found, name, self.words)
+                    title = say("report.chart.dot", blue=blue, red=red, value=value, n=found.n)
                     half = factor * (found.stderr or 0.0)
                     row.append(svg.Dot(places[group.population], factor * found.mean, half, title))
-            rows.append((spec.title, row))
+            rows.append((self.words.map_title(spec), row))
         low, high = measure.scale or _range([dot for _, row in rows for dot in row])
-        return MeasureChart(measure, svg.dots(rows, low, high, f"{measure.name} by map, mean and standard error"))
+        title = say("report.chart", measure=measure.name(self.words))
+        return MeasureChart(measure, svg.dots(rows, low, high, title, self.words.decimal))
 
     def _strip(self, spec: MapSpec, strip: Strip, longest: int) -> Markup:
         segments = [
@@ -146,12 +152,24 @@ class ReportPage:
                 start=wait.start / strip.ticks,
                 end=wait.end / strip.ticks,
                 href=self.link(strip.id, wait.start),
-                title=_waited(spec, wait),
+                title=self._waited(spec, wait),
             )
             for wait in strip.waits
         ]
         total = sum(wait.seconds for wait in strip.waits)
-        return svg.strip(segments, strip.ticks / longest, f"Episode {strip.id}: {total:.1f} s of waiting")
+        say = self.words.say
+        letters = (say("seat.blue.letter"), say("seat.red.letter"))
+        return svg.strip(segments, strip.ticks / longest, say("report.strip", id=strip.id, seconds=total), letters)
+
+    def _waited(self, spec: MapSpec, wait: Wait) -> str:
+        say = self.words.say
+        return say(
+            "report.waited",
+            seat=say(f"seat.{SEAT_COLOURS[wait.seat]}"),
+            item=self.words.item(spec.items[wait.item]) if wait.item < len(spec.items) else say("item.unknown"),
+            seconds=wait.seconds,
+            start=wait.start * TICK_SECONDS,
+        )
 
 
 def _range(dots: Sequence[svg.Dot]) -> tuple[float, float]:
@@ -159,11 +177,3 @@ def _range(dots: Sequence[svg.Dot]) -> tuple[float, float]:
     low = min((dot.mean - dot.half for dot in dots), default=0.0)
     high = max((dot.mean + dot.half for dot in dots), default=1.0)
     return min(low, 0.0), max(high, 1.0)
-
-
-def _waited(spec: MapSpec, wait: Wait) -> str:
-    item = spec.items[wait.item] if wait.item < len(spec.items) else None
-    what = f"the {item.size} {item.shape}" if item else "an item"
-    return (
-        f"{SEAT_COLOURS[wait.seat]} held {what} alone for {wait.seconds:.1f} s, from {wait.start * TICK_SECONDS:.1f} s"
-    )

@@ -2,7 +2,7 @@
 
 import base64
 import io
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -39,9 +39,8 @@ class Segment(NamedTuple):
     title: str
 
 
-def arena(spec: MapSpec, presence: Floats, *, items: bool) -> Markup:
+def arena(spec: MapSpec, presence: Floats, title: str, *, items: bool) -> Markup:
     """A map with a heat map of where blue and red spent their time, (2, cells, cells) seconds."""
-    title = f"Where blue and red were on {spec.title}"
     shapes = [
         f'<rect class="floor" width="{SIDE}" height="{SIDE}"/>',
         *(f'<rect class="goal" {_box(goal)}/>' for goal in spec.goals),
@@ -52,15 +51,21 @@ def arena(spec: MapSpec, presence: Floats, *, items: bool) -> Markup:
     return _svg(SIDE, SIDE, title, "".join(shapes), "arena")
 
 
-def dots(rows: Sequence[tuple[str, Sequence[Dot]]], low: float, high: float, title: str) -> Markup:
+def dots(
+    rows: Sequence[tuple[str, Sequence[Dot]]],
+    low: float,
+    high: float,
+    title: str,
+    decimal: Callable[[str], str] = str,
+) -> Markup:
     """One row per label, with dots and intervals on a common scale from `low` to `high`; the mark of a dot is also its
-    line within the row."""
+    line within the row. `decimal` writes the numbers of the scale as a language does."""
     left, width, pitch = 150, 430, 12
     scale = (width - left - 16) / ((high - low) or 1.0)
     parts, y = [], 22.0
     for value in _ticks(low, high):
         x = left + (value - low) * scale
-        parts.append(f'<text class="scale" x="{x:.1f}" y="12" text-anchor="middle">{value:g}</text>')
+        parts.append(f'<text class="scale" x="{x:.1f}" y="12" text-anchor="middle">{decimal(f"{value:g}")}</text>')
         parts.append(f'<line class="grid" x1="{x:.1f}" x2="{x:.1f}" y1="18" y2="{{bottom}}"/>')
     height = 6 + pitch * (1 + max((dot.mark for _, row in rows for dot in row), default=0))
     for label, row in rows:
@@ -110,7 +115,7 @@ def curves(series: Sequence[tuple[str, Floats]], title: str) -> Markup:
     return _svg(width, height, title, "".join(parts), "curves")
 
 
-def strip(segments: Sequence[Segment], length: float, title: str) -> Markup:
+def strip(segments: Sequence[Segment], length: float, title: str, letters: tuple[str, str]) -> Markup:
     """Stretches of time, blue above red; `length` is the share of the width that the episode lasted."""
     width, height = _PLOT[0], 18
     span = (width - _LEFT) * length
@@ -122,11 +127,11 @@ def strip(segments: Sequence[Segment], length: float, title: str) -> Markup:
             f'width="{wide:.1f}" y="{1 + 9 * segment.seat}" height="7">'
             f"<title>{escape(segment.title)}</title></rect></a>"
         )
-    letters = "".join(
-        f'<text class="scale" x="{_LEFT - 4}" y="{8 + 9 * seat}" text-anchor="end">{colour[0].upper()}</text>'
-        for seat, colour in enumerate(SEAT_COLOURS)
+    names = "".join(
+        f'<text class="scale" x="{_LEFT - 4}" y="{8 + 9 * seat}" text-anchor="end">{escape(letter)}</text>'
+        for seat, letter in enumerate(letters)
     )
-    return _svg(width, height, title, letters + "".join(parts), "strip", role="group")
+    return _svg(width, height, title, names + "".join(parts), "strip", role="group")
 
 
 def _svg(width: float, height: float, title: str, content: str, kind: str, role: str = "img") -> Markup:

@@ -9,16 +9,18 @@ import numpy as np
 from movingout.maps.spec import MapSpec
 from movingout.recordings.occupancy import CELLS
 from movingout.recordings.report.facts import SECOND, EpisodeFacts, Pair
-from movingout.recordings.report.failures import TITLES, Case, Failure
+from movingout.recordings.report.failures import CASES, Case, Failure
 from movingout.recordings.report.track import Ints
 from movingout.recordings.report.waiting import Wait
 from movingout.recordings.storage.listing import Unreadable
 from movingout.world.constants import TICK_SECONDS
 from movingout.world.estimates import Estimate, estimate
 from movingout.world.metrics import METRICS
+from movingout.world.own_metrics import own_metrics
 from movingout.world.state import Floats
 
-MEASURES = ("success", "seconds", *(metric.key for metric in METRICS))
+_COMPUTED = tuple(metric.key for metric in (*METRICS, *own_metrics()))
+MEASURES = ("success", "seconds", *_COMPUTED)
 
 
 class Strip(NamedTuple):
@@ -47,9 +49,9 @@ class Group:
         """Add a finished episode."""
         self.values["success"].append(float(facts.outcome == "delivered"))
         self.values["seconds"].append(facts.ticks * TICK_SECONDS)
-        for metric in METRICS:
-            if (value := facts.metrics[metric.key]) is not None:
-                self.values[metric.key].append(value)
+        for key in _COMPUTED:
+            if (value := facts.metrics[key]) is not None:
+                self.values[key].append(value)
         self.presence += facts.presence
         self.consistency = _sum(self.consistency, facts.consistency)
         self.waiting = _sum(self.waiting, _per_second([_ticks_waited(facts, seat) for seat in (0, 1)], facts.ticks))
@@ -166,7 +168,7 @@ class ReportTally:
     def _count_failures(self, facts: EpisodeFacts) -> None:
         for seat, who in enumerate(facts.population):
             self.appearances[who] = self.appearances.get(who, 0) + 1
-            for case in TITLES:
+            for case in CASES:
                 if any(failure.case == case and failure.seat == seat for failure in facts.failures):
                     self._affected[who, case] = self._affected.get((who, case), 0) + 1
 

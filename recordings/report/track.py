@@ -79,7 +79,7 @@ class Track:
         return clearance(self.map.items[item], self.items[:, item], points)
 
     def to_goal(self, points: Floats) -> Floats:
-        """(...) distance of points (..., 2) to the nearest goal region, as NFD measures it."""
+        """(...) distance of points (..., 2) to the nearest goal, as NFD measures it."""
         distances = paper_distances(self.map)
         way: Floats = np.minimum(distances.to_goal(points), distances.farthest)
         return way

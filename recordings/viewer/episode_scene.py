@@ -25,7 +25,7 @@ Pixel = tuple[int, int, int]
 
 FLOOR_RGB: Pixel = (255, 255, 255)
 HEAT_CHOICES: dict[str, tuple[int, ...]] = {"none": (), "blue": (0,), "red": (1,), "both": (0, 1)}
-_HEAT_HEIGHT = 0.007  # just above the goal regions
+_HEAT_HEIGHT = 0.007  # just above the goals
 _HEAT_PIXELS = 8  # per cell, so that the viewer's filter does not blur one cell into the next
 _TRAIL_WIDTH, _CANDIDATE_WIDTH = 0.016, 0.012  # arena units
 _LETTER_RGB: tuple[Pixel, Pixel] = ((255, 255, 255), (24, 33, 44))

@@ -13,11 +13,15 @@ imports only those before it.
 """
 
 import importlib
+import importlib.util
 import sys
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+    from importlib.machinery import ModuleSpec
     from importlib.metadata import version
+    from types import ModuleType
 
     from movingout.agents.catalogue import load_agent as load_agent
     from movingout.agents.conformance import check_agent as check_agent
@@ -30,7 +34,17 @@ if TYPE_CHECKING:
 
     __version__: str = version("moving-out-live")
 
-__all__ = ["MovingOutError", "World", "__version__", "check_agent", "load_agent", "load_map", "play", "read_episode", "run_grid"]
+__all__ = [
+    "MovingOutError",
+    "World",
+    "__version__",
+    "check_agent",
+    "load_agent",
+    "load_map",
+    "play",
+    "read_episode",
+    "run_grid",
+]
 
 _HOMES = {
     "MovingOutError": "movingout.maps",
@@ -60,5 +74,29 @@ def __dir__() -> list[str]:
     return sorted({*globals(), *__all__})
 
 
-if "gymnasium" in sys.modules:  # import it first, and `gymnasium.make("MovingOut-v1")` works
+class _GymnasiumFinder:
+    """Waits for `import gymnasium`, and makes `gymnasium.make("MovingOut-v1")` known to it."""
+
+    def find_spec(self, name: str, path: object = None, target: object = None) -> "ModuleSpec | None":
+        """The spec of gymnasium, whose loader also registers our environment; None for all else."""
+        if name != "gymnasium" or self not in sys.meta_path:
+            return None
+        sys.meta_path.remove(self)
+        spec = importlib.util.find_spec(name)
+        if spec is not None and spec.loader is not None:
+            spec.loader.exec_module = _registering(spec.loader.exec_module)  # type: ignore[method-assign, assignment]
+        return spec
+
+
+def _registering(execute: "Callable[[ModuleType], None]") -> "Callable[[ModuleType], None]":
+    def exec_module(module: "ModuleType") -> None:
+        execute(module)
+        importlib.import_module("movingout.agents.environment")
+
+    return exec_module
+
+
+if "gymnasium" in sys.modules:
     importlib.import_module("movingout.agents.environment")
+else:
+    sys.meta_path.insert(0, _GymnasiumFinder())

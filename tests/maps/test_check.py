@@ -6,7 +6,8 @@ from typing import Any
 import pytest
 
 from movingout.maps import ItemSpec, MapSpec, Pose, Rect, load_map, map_names, map_to_json
-from movingout.maps.check import check_document, check_map, seats_at
+from movingout.maps.check import check_map, seats_at
+from movingout.maps.document_check import check_document
 from movingout.maps.spec import SHAPES
 from tests.support import reference
 
@@ -15,7 +16,7 @@ GOAL = Rect(-1.2, 1.2, -0.6, 0.6)
 
 
 def room(*items: ItemSpec, walls: tuple[Rect, ...] = (), goals: tuple[Rect, ...] = (GOAL,)) -> MapSpec:
-    """An open room with the robots at the lower side and the goal region in the upper left corner."""
+    """An open room with the robots at the lower side and the goal in the upper left corner."""
     return replace(OPEN, items=items, walls=walls, goals=goals, robots=(Pose(-0.6, -1, 0), Pose(0.6, -1, 0)))
 
 
@@ -91,12 +92,10 @@ def test_an_item_too_broad_for_the_way_is_named_with_both_breadths() -> None:
 def test_a_goal_too_small_for_one_item_or_for_all_together_is_named() -> None:
     tiny = (Rect(-0.1, 0.5, 0.1, 0.7),)
     big = item(0, -0.3, "large", 0.2)
-    assert faults_of(room(big, goals=tiny)) == [
-        "items[0]: is too big for every goal region; enlarge one or shrink the item"
-    ]
+    assert faults_of(room(big, goals=tiny)) == ["items[0]: is too big for every goal; enlarge one or shrink the item"]
     four = [replace(item(-0.9 + 0.6 * k, -0.3, "middle", 0.11), id=k) for k in range(4)]
     assert faults_of(room(*four, goals=tiny)) == [
-        "goals: the goal regions are too small for all items together: items[1], items[2], items[3] found no place"
+        "goals: the goals are too small for all items together: items[1], items[2], items[3] found no place"
     ]
 
 

@@ -1,7 +1,9 @@
 """Whoever asks for what an extra brings is told which command installs it."""
 
+import subprocess
 import sys
 import tomllib
+from pathlib import Path
 
 import pytest
 
@@ -44,3 +46,14 @@ def test_a_command_says_which_extra_it_needs(
     assert main([str(recording) if word == "FILE" else word for word in words]) == 2
     assert f"pip install 'moving-out-live[{extra}]'" in capsys.readouterr().err
     assert any(requirement.startswith(library) for requirement in EXTRAS[extra])
+
+
+def test_studies_and_certificates_are_extras_of_a_server(tmp_path: Path) -> None:
+    code = (
+        "import sys; sys.modules['sqlalchemy'] = sys.modules['cryptography'] = None\n"
+        "from movingout.server.cli import main\n"
+        f"main(['study', 'new']); main(['play', '--tls', '--port', '0', '--data', {str(tmp_path / 'data')!r}])"
+    )
+    said = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, check=True).stderr
+    assert "a study needs the extra `study`; install it with: pip install 'moving-out-live[study]'" in said
+    assert "--tls needs the extra `tls`; install it with: pip install 'moving-out-live[tls]'" in said

@@ -75,7 +75,8 @@ def test_a_faulty_official_file_says_what_is_missing(tmp_path: Path) -> None:
     [
         ("HandOf", r"unknown map 'HandOf'; did you mean HandOff\? known: HandOff, PassOrSplit"),
         ("fourcorners", r"did you mean FourCorners\?"),
-        ("zzz", r"unknown map 'zzz'; known: HandOff"),
+        ("zzz", r"unknown map 'zzz'; known: HandOff.*, Simple, Tutorial$"),
+        ("tutorail", r"did you mean Tutorial\?"),
         ("../secret", r"cannot read the map file ../secret: No such file"),
         ("absent.json", r"cannot read the map file absent.json: No such file"),
     ],

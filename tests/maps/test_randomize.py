@@ -32,7 +32,7 @@ def assert_playable(designed: MapSpec, split: Split, seed: int) -> None:
     spec = randomize(designed, seed, split)
     assert list(collisions(spec)) == []
     assert check_map(spec) == ()
-    assert {(item.size, item.shape) for item in spec.items} <= pairs_of(split)
+    assert {(item.size, item.shape) for item in spec.items} <= pairs_of(split, designed)
     poses = np.array([(item.pose.x, item.pose.y, item.pose.angle) for item in spec.items])
     assert not delivered_items(spec, poses).any()
     assert map_from_json(json.loads(json.dumps(map_to_json(spec)))) == spec
@@ -56,8 +56,8 @@ def test_variants_are_free_of_collisions_and_solvable(name: str, split: Split) -
 @pytest.mark.slow
 @pytest.mark.parametrize("split", SPLITS)
 @pytest.mark.parametrize("name", NAMES)
-def test_a_thousand_variants_are_free_of_collisions_and_solvable(name: str, split: Split) -> None:
-    for seed in range(1000):
+def test_many_variants_are_free_of_collisions_and_solvable(name: str, split: Split) -> None:
+    for seed in range(300):
         assert_playable(load_map(name), split, seed)
 
 
@@ -78,7 +78,7 @@ def test_the_same_seed_gives_the_same_variant_and_another_seed_another() -> None
     spec = load_map("AdaptiveAssist")
     variants = [randomize(spec, seed, split) for seed in (0, 1, 2**40) for split in SPLITS]
     assert variants == [randomize(spec, seed, split) for seed in (0, 1, 2**40) for split in SPLITS]
-    assert len(set(variants)) == 6
+    assert len(set(variants)) == 3 * len(SPLITS)
     assert variants[0].variant == "challenge2-train-0"
 
 
@@ -94,7 +94,7 @@ def test_many_seeds_show_every_pair_that_a_map_can_have() -> None:
     for split in SPLITS:
         variants = [randomize(spec, seed, split) for seed in range(40)]
         seen = {(item.size, item.shape) for variant in variants for item in variant.items}
-        assert {pair for pair in pairs_of(split) if pair[0] != "large"} <= seen
+        assert {pair for pair in pairs_of(split, spec) if pair[0] != "large"} <= seen
         assert sum(size == "large" for size, _ in seen) >= 2
 
 

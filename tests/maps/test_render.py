@@ -51,3 +51,9 @@ def test_left_is_left_and_up_is_up() -> None:
     picture = Image.open(io.BytesIO(map_png(spec, side=240)))
     assert picture.getpixel((225, 15)) != (255, 255, 255)
     assert picture.getpixel((5, 235)) == (255, 255, 255)
+
+
+def test_a_notebook_shows_a_map() -> None:
+    root = ElementTree.fromstring(load_map("HandOff")._repr_svg_())
+    assert root.get("width") == root.get("height") == "360"
+    assert root.findtext(f"{SVG}title") == "Hand Off"

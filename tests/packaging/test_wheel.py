@@ -13,10 +13,13 @@ from pathlib import Path
 
 import pytest
 
+from movingout.agents.checkpoint.checkpoint import SHIPPED, readable_checkpoints
 from tests.support import ROOT
 
 pytestmark = pytest.mark.slow
 PACKAGES = {"agents", "maps", "matches", "recordings", "server", "study", "web", "world"}
+LARGEST_MB = 12
+LARGEST_SERVING_MB = 300  # in site-packages, byte code included
 CLIENT = """from movingout import World, load_map
 
 world = World(load_map("HandOff"))
@@ -56,7 +59,26 @@ def test_everything_lies_under_one_name(wheel: Path) -> None:
     assert {name.split("/")[0] for name in names if ".dist-info/" not in name} == {"movingout"}
     assert {name.split("/")[1] for name in names if name.count("/") > 1} >= PACKAGES
     assert {"movingout/py.typed", "movingout/web/lobby/index.html", "movingout/maps/HandOff.json"} <= set(names)
-    assert not [name for name in names if "/tests/" in name or name.endswith(".pyc")]
+    assert not [name for name in names if "/tests/" in name or name.endswith((".pyc", ".safetensors"))]
+
+
+def test_the_wheel_is_small_and_has_every_agent(wheel: Path) -> None:
+    assert wheel.stat().st_size < LARGEST_MB * 1e6
+    with zipfile.ZipFile(wheel) as archive:
+        names = set(archive.namelist())
+    for checkpoint in readable_checkpoints(SHIPPED):
+        own = [entry.name for entry in checkpoint.card.files if entry.of is None and entry.name.endswith(".onnx")]
+        assert {f"movingout/agents/checkpoints/{checkpoint.folder.name}/{name}" for name in own} <= names
+
+
+def test_serving_takes_little_room(wheel: Path, tmp_path: Path) -> None:
+    """What pip installs beside itself for the wheel without extras, in the versions of the constraints."""
+    _run([sys.executable, "-m", "venv", str(tmp_path / "venv")], tmp_path)
+    (packages,) = (tmp_path / "venv").glob("lib/python3*/site-packages")
+    before = _bytes(packages)
+    pip = [str(tmp_path / "venv" / "bin" / "pip"), "install", "--quiet", "-c", str(ROOT / "constraints.txt")]
+    _run([*pip, str(wheel)], tmp_path)
+    assert _bytes(packages) - before < LARGEST_SERVING_MB * 1e6
 
 
 def test_a_client_of_five_lines_runs_and_is_typed(bin_folder: Path, elsewhere: Path) -> None:
@@ -105,6 +127,10 @@ def test_a_study_is_rehearsed(bin_folder: Path, elsewhere: Path) -> None:
     _run([movingout, "study", "new", "--template", "agent_survey", "-o", "study.yaml"], elsewhere)
     simulate = [movingout, "study", "simulate", "study.yaml", "--participants", "2", "--speed", "max"]
     _run([*simulate, "--data", "rehearsal"], elsewhere, seconds=400)
+
+
+def _bytes(folder: Path) -> int:
+    return sum(path.lstat().st_size for path in folder.rglob("*") if path.is_file())
 
 
 def _run(command: list[str], folder: Path, seconds: float = 600) -> str:

@@ -5,7 +5,8 @@ from typing import Any
 import pytest
 from PIL import Image
 
-from movingout.maps import load_map, map_from_json, map_to_json, shipped_map_names
+from movingout.maps import load_map, map_from_json, map_to_json
+from movingout.maps.library import loadable_map_names
 from movingout.maps.randomize import randomize
 from movingout.server.cli import main
 
@@ -20,7 +21,7 @@ def answer(capsys: Output, *arguments: str, code: int = 0) -> Any:
 
 def test_list_names_all_maps_in_the_papers_order(capsys: Output) -> None:
     maps = answer(capsys, "list")["maps"]
-    assert [entry["name"] for entry in maps] == list(shipped_map_names())
+    assert [entry["name"] for entry in maps] == list(loadable_map_names())
     assert [entry["number"] for entry in maps][:12] == [*range(1, 13)]
     assert main(["maps", "list"]) == 0
     page = capsys.readouterr().out
@@ -33,7 +34,7 @@ def test_show_gives_the_document_or_a_page(capsys: Output) -> None:
     assert main(["maps", "show", "CornerDecision"]) == 0
     page = capsys.readouterr().out
     assert "Map 5: Corner Decision" in page
-    assert "goal region: x -1.2 to -0.6, y 0.8 to 1.2" in page
+    assert "goal: x -1.2 to -0.6, y 0.8 to 1.2" in page
 
 
 def test_show_sketches_the_map_where_colours_are(capsys: Output, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -69,7 +69,7 @@ def test_a_filter_that_names_what_is_not_there_says_what_is(
     ("options", "sentence"),
     [
         (["--since", "yesterday"], "'yesterday' is no day; write it like 2026-11-20"),
-        (["--outcome", "won"], "invalid choice: 'won' (choose from"),
+        (["--outcome", "won"], "--outcome: unknown value 'won'; known: delivered, time"),
     ],
 )
 def test_a_filter_that_means_nothing_is_refused(

@@ -134,8 +134,8 @@ def test_robomimic_demos_pair_what_was_seen_with_what_was_done(
         expected = to_policy(episode.actions)[:, 1].astype(np.float32)
         assert np.array_equal(red["actions"][:], expected)
         seen = [encode_state(episode.header.map, state, 1) for state in episode.states]
-        assert np.array_equal(red["obs/state"][:], np.array(seen[:-1], dtype=np.float32))
-        assert np.array_equal(red["next_obs/state"][:], np.array(seen[1:], dtype=np.float32))
+        assert np.array_equal(red["obs/flat"][:], np.array(seen[:-1], dtype=np.float32))
+        assert np.array_equal(red["next_obs/flat"][:], np.array(seen[1:], dtype=np.float32))
         masks = {name: {demo.decode() for demo in file[f"mask/{name}"]} for name in ("train", "valid")}
     assert masks["train"] | masks["valid"] == set(demos)
     assert masks["valid"] in ({"demo_0", "demo_1"}, {"demo_2", "demo_3"}), "both seats of an episode go together"
@@ -147,7 +147,7 @@ def test_every_layout_can_be_exported(recordings: list[Path], episode: Episode, 
     path = made("robomimic", recordings[:1], tmp_path / "demos.hdf5", layout=layout)
     expected = [encode_state(episode.header.map, state, 1, layout) for state in episode.states[:-1]]
     with h5py.File(path) as file:
-        assert np.array_equal(file["data/demo_1/obs/state"][:], np.array(expected, dtype=np.float32))
+        assert np.array_equal(file["data/demo_1/obs/flat"][:], np.array(expected, dtype=np.float32))
 
 
 def test_lerobot_has_the_files_and_features_that_its_loader_wants(recordings: list[Path], tmp_path: Path) -> None:
@@ -186,7 +186,9 @@ def test_the_joint_view_has_one_episode_with_both_actions(
     folder = made("lerobot", recordings[:1], tmp_path / "dataset", view="joint", layout="map-v1")
     info = json.loads((folder / "meta" / "info.json").read_text())
     assert info["features"]["action"]["names"][4] == "red_distance"
-    assert info["features"]["observation.state"]["shape"] == [169]
+    assert info["features"]["observation.state"]["shape"] == [16]
+    assert info["features"]["observation.environment_state"]["shape"] == [169 - 16]
+    assert info["movingout"] == {"layout": "map-v1", "view": "joint"}
     data = pq.read_table(folder / "data" / "chunk-000" / "file-000.parquet")
     expected = to_policy(episode.actions).reshape(TICKS, 8).astype(np.float32)
     assert np.array_equal(np.array(data["action"].to_pylist(), dtype=np.float32), expected)

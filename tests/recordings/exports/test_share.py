@@ -28,6 +28,12 @@ def test_nobody_is_named_on_it(tmp_path: Path) -> None:
         assert share_bytes(one, kind) == share_bytes(other, kind)
 
 
+def test_its_caption_is_in_the_language_that_is_asked_for(tmp_path: Path) -> None:
+    one = recorded(tmp_path, 20)
+    english, german, other = (share_bytes(one, "png", language) for language in ("en", "de", "xx"))
+    assert english != german and english == other
+
+
 def test_a_long_round_runs_faster_and_stays_small(tmp_path: Path) -> None:
     content = share_bytes(recorded(tmp_path, 1200), "gif")
     assert 60 < frames(content) <= LONGEST_S * gif.FPS + 1  # equal pictures in a row are one

@@ -87,3 +87,5 @@ def test_the_share_that_was_reached_is_said() -> None:
     assert obtained(split(one_pair, 0.25, by="episode"), 0.25, "episode") == (
         "for testing: 2 of 8 recordings (25%); 25% were asked for, split by episode"
     )
+    assert obtained([TRAIN], 0.25, "map").endswith("split by map. One recording is never divided")
+    assert obtained([TRAIN] * 4, 0.1, "episode").endswith("less than one recording: ask for a larger share")

@@ -1,12 +1,15 @@
 """What our own export wrote comes back once, with who played it."""
 
+import json
 from pathlib import Path
 
 import pytest
 
 from movingout.recordings import SeatInfo, finalise, read_episode
+from movingout.recordings.episode import SeatKind
 from movingout.recordings.exports import export
 from movingout.recordings.exports.plan import ExportPlan
+from movingout.recordings.official_format import evaluator_steps
 from movingout.server.cli import main
 from tests.recordings.support import record
 
@@ -34,6 +37,39 @@ def test_an_exported_folder_comes_back_once_with_the_kinds(
     assert episode.header.seats[1].name == "scripted"
     assert episode.header.seats[0].name not in ("", "P-1")  # a person's name becomes a pseudonym
     assert {tick.sources for tick in episode.ticks} == {("human", "agent")}
+
+
+@pytest.mark.parametrize("shape", ["recorder", "dataset.jsonl", "evaluator.json"])
+def test_beside_the_recording_that_it_was_made_from_nothing_is_imported(
+    exported: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], shape: str
+) -> None:
+    (recording,) = tmp_path.glob("*.mcap")
+    (exported / "evaluator.json").write_text(json.dumps([evaluator_steps(read_episode(recording))]))
+    (tmp_path / "damaged.mcap").write_bytes(b"rubbish")
+    command = ["recordings", "import", str(exported / shape), "--out", str(tmp_path), "--workers", "1"]
+    assert main(command) == 0
+    assert f"recorded already, as {recording.name}" in capsys.readouterr().out
+    assert {path.name for path in tmp_path.glob("*.mcap")} == {recording.name, "damaged.mcap"}
+
+
+def test_another_play_is_imported_beside_it(exported: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (file,) = (exported / "recorder").iterdir()
+    episodes = json.loads(file.read_text())
+    episodes[0][3]["action"][0][0] += 0.25
+    file.write_text(json.dumps(episodes))
+    main(["recordings", "import", str(file), "--out", str(tmp_path), "--workers", "1"])
+    assert "1 of 1 trajectories imported" in capsys.readouterr().out
+    assert len(list(tmp_path.glob("*.mcap"))) == 2
+
+
+@pytest.mark.parametrize("kind", ["remote", "ghost", "idle"])
+def test_every_kind_of_seat_is_kept(tmp_path: Path, kind: SeatKind) -> None:
+    seats = (SeatInfo(kind, "mine"), SeatInfo("human", "P-1"))
+    recording, _ = record(tmp_path, ticks=8, map_name="LeftRight", seats=seats)
+    export("official", ExportPlan([finalise(recording)], tmp_path / "out"))
+    rows = str(tmp_path / "out" / "dataset.jsonl")
+    assert main(["recordings", "import", rows, "--out", str(tmp_path / "in"), "--workers", "1"]) == 0
+    assert kinds(tmp_path / "in") == [(kind, "human")]
 
 
 @pytest.mark.parametrize("kind", ["human", "agent"])

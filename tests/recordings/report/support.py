@@ -1,6 +1,10 @@
 """Tracks made by hand: robots and items stand where a test puts them, tick by tick."""
 
+import html
+import json
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -31,3 +35,18 @@ def still(ticks: int, spec: MapSpec | None = None) -> Track:
         delivered=np.zeros((ticks + 1, len(spec.items)), dtype=np.bool_),
         grasp=np.zeros((ticks, 2), dtype=np.bool_),
     )
+
+
+def english_left(page: str, *folders: Path) -> list[str]:
+    """English sentences of the catalogues among what a page shows or reads out, which should be German."""
+    visible = re.sub(r"<style>.*?</style>", "", page, flags=re.DOTALL)
+    shown = "\n".join([*re.findall(r">([^<]+)<", visible), *re.findall(r'(?:aria-label|title)="([^"]*)"', visible)])
+    found = []
+    for folder in folders:
+        english, german = (json.loads((folder / f"{name}.json").read_text(encoding="utf-8")) for name in ("en", "de"))
+        for key, text in english.items():
+            longest = max(re.split(r"{\w*}", text), key=len).strip()
+            told = re.search(rf"(?<!\w){re.escape(html.escape(longest))}(?!\w)", shown)
+            if told and len(longest) > 11 and longest not in german[key]:  # shorter ones may stand in questions
+                found.append(f"{key}: {longest}")
+    return found

@@ -8,7 +8,13 @@ import pytest
 from movingout.maps.spec import Rect
 from movingout.recordings.report.failures import Failure, fails_to_grasp, failures, keeps_at_hand_over, stays_away
 from movingout.recordings.report.track import Track
+from movingout.recordings.report.words import Phrase, Words
 from tests.recordings.report.support import LARGE, SMALL, arena, still
+
+
+def said(found: Failure) -> str:
+    return Words().phrase(found.detail)
+
 
 BLUE, RED = 0, 1
 ITEM = 0
@@ -29,7 +35,7 @@ def hand_over(ticks: int = 60, start: int = 10, end: int = 50) -> Track:
 
 def test_holding_on_while_the_partner_waits_at_the_item_is_found_from_first_to_last_tick() -> None:
     track = hand_over()
-    assert list(keeps_at_hand_over(track)) == [Failure("keeps", BLUE, ITEM, 10, 50, "then carried on")]
+    assert list(keeps_at_hand_over(track)) == [Failure("keeps", BLUE, ITEM, 10, 50, Phrase("detail.carried_on"))]
 
 
 def test_letting_go_within_two_seconds_is_a_hand_over() -> None:
@@ -38,7 +44,7 @@ def test_letting_go_within_two_seconds_is_a_hand_over() -> None:
     assert list(keeps_at_hand_over(track)) == []
     track = hand_over()
     track.held[30:, BLUE] = -1
-    assert [found.detail for found in keeps_at_hand_over(track)] == ["then let go"]
+    assert [said(found) for found in keeps_at_hand_over(track)] == ["then let go"]
 
 
 def test_pulling_on_the_same_small_item_together_is_holding_on_by_the_one_behind() -> None:
@@ -97,21 +103,21 @@ def needs_help(ticks: int = 100, start: int = 20, end: int = 90) -> Track:
 
 
 def test_a_partner_that_stands_still_while_help_is_needed_is_found() -> None:
-    assert list(stays_away(needs_help())) == [Failure("stays_away", RED, 1, 20, 90, "stood still")]
+    assert list(stays_away(needs_help())) == [Failure("stays_away", RED, 1, 20, 90, Phrase("detail.stood"))]
 
 
 def test_a_partner_that_carries_small_things_instead_is_found_and_they_are_named() -> None:
     track = needs_help()
     track.held[30:80, RED] = 0
     track.robots[20:90, RED, 1] += 0.02 * np.sin(np.arange(70))
-    assert [found.detail for found in stays_away(track)] == ["instead carried the small circle"]
+    assert [said(found) for found in stays_away(track)] == ["instead carried small circle"]
 
 
 def test_a_partner_that_drives_about_elsewhere_is_found_with_its_way() -> None:
     track = needs_help()
     track.robots[20:90, RED, 0] = -0.5 + 0.1 * np.sin(np.arange(70))
     (found,) = stays_away(track)
-    assert found.detail.startswith("drove ") and found.detail.endswith(" elsewhere")
+    assert said(found).startswith("drove ") and said(found).endswith(" elsewhere")
 
 
 def test_a_partner_that_comes_is_not_found_even_when_it_is_slow() -> None:
@@ -160,13 +166,15 @@ def at_the_item(ticks: int = 60, start: int = 10, end: int = 50) -> Track:
 def test_standing_before_an_item_without_taking_it_is_found_with_its_tries() -> None:
     track = at_the_item()
     track.grasp[[20, 30], RED] = True
-    assert list(fails_to_grasp(track)) == [Failure("no_grasp", RED, 1, 10, 50, "2 tries, did not take it")]
+    assert list(fails_to_grasp(track)) == [
+        Failure("no_grasp", RED, 1, 10, 50, Phrase("detail.not_taken", {"count": 2}))
+    ]
 
 
 def test_a_grasp_that_comes_after_three_seconds_is_said_and_one_before_is_not_found() -> None:
     track = at_the_item()
     track.held[45:, RED] = 1
-    assert [found.detail for found in fails_to_grasp(track)] == ["0 tries, then took it"]
+    assert [said(found) for found in fails_to_grasp(track)] == ["0 tries, then took it"]
     track = at_the_item()
     track.held[39:, RED] = 1
     assert list(fails_to_grasp(track)) == []
@@ -199,7 +207,7 @@ def test_whoever_begins_or_lets_go_beside_an_item_is_found_only_when_trying() ->
     begins = at_the_item(start=0)
     assert list(fails_to_grasp(begins)) == []
     begins.grasp[25, RED] = True
-    assert [found.detail for found in fails_to_grasp(begins)] == ["1 try, did not take it"]
+    assert [said(found) for found in fails_to_grasp(begins)] == ["1 try, did not take it"]
     lets_go = at_the_item()
     lets_go.held[:10, RED] = 1
     assert list(fails_to_grasp(lets_go)) == []

@@ -15,12 +15,16 @@ from movingout.recordings.report.failures import Failure
 from movingout.recordings.report.page import ReportPage
 from movingout.recordings.report.tally import ReportTally
 from movingout.recordings.report.waiting import Wait
+from movingout.recordings.report.words import OWN, Phrase, Words
 from movingout.recordings.storage.listing import Unreadable
 from movingout.server.cli import main
 from movingout.world.estimates import Estimate
 from movingout.world.metrics import from_numbers
+from tests.recordings.report.support import english_left
 from tests.recordings.support import header, record
 from tests.support import ROOT
+
+STOOD = Phrase("detail.stood")
 
 
 def facts(episode_id: str = "one", **changes: object) -> EpisodeFacts:
@@ -42,8 +46,8 @@ def facts(episode_id: str = "one", **changes: object) -> EpisodeFacts:
     return EpisodeFacts(**(values | changes))  # type: ignore[arg-type]
 
 
-def html(*all_facts: EpisodeFacts | Unreadable) -> str:
-    return ReportPage("pilot", "http://lab:8000", ReportTally.of(all_facts)).html()
+def html(*all_facts: EpisodeFacts | Unreadable, language: str = "en") -> str:
+    return ReportPage("pilot", "http://lab:8000", ReportTally.of(all_facts), Words(language)).html()
 
 
 # ---- adding up ---------------------------------------------------------------------------------------------
@@ -80,7 +84,7 @@ def test_consistency_over_time_is_a_mean_over_ticks_with_gaps() -> None:
 
 
 def test_a_failure_rate_counts_seats_that_failed_at_least_once() -> None:
-    twice = (Failure("keeps", 1, 0, 10, 40, "x"), Failure("keeps", 1, 0, 50, 90, "x"))
+    twice = (Failure("keeps", 1, 0, 10, 40, STOOD), Failure("keeps", 1, 0, 50, 90, STOOD))
     tally = ReportTally.of([facts(failures=twice), facts("two"), facts("three"), facts("four")])
     assert tally.rate("scripted", "keeps") == pytest.approx((0.25, 0.25, 4))
     assert tally.rate("people", "keeps") == (0.0, 0.0, 4)
@@ -105,7 +109,7 @@ def test_recordings_are_grouped_as_asked(grouping: str, expected: tuple[str, str
 
 
 def test_findings_and_waits_link_to_their_tick_in_the_replay() -> None:
-    page = html(facts("one-x", failures=(Failure("stays_away", 1, 1, 12, 70, "stood still"),)))
+    page = html(facts("one-x", failures=(Failure("stays_away", 1, 1, 12, 70, STOOD),)))
     assert 'href="http://lab:8000/replay/one-x#tick=12"' in page
     assert 'href="http://lab:8000/replay/one-x#tick=0"' in page  # the wait
     assert "Does not come when help is needed: 1" in page
@@ -113,10 +117,10 @@ def test_findings_and_waits_link_to_their_tick_in_the_replay() -> None:
 
 def test_names_from_files_cannot_become_markup() -> None:
     nasty = "<script>alert(1)</script>"
-    failure = Failure("stays_away", 0, 1, 12, 70, nasty)
+    failure = Failure("stays_away", 0, 1, 12, 70, STOOD)
     page = html(facts(nasty, population=(nasty, "scripted"), failures=(failure,)), Unreadable(Path(nasty), nasty))
     assert "<script" not in page
-    assert page.count("&lt;script&gt;alert(1)") >= 6  # legend, table, group, rate, finding, file
+    assert page.count("&lt;script&gt;alert(1)") >= 5  # legend, table, group, rate, file
 
 
 def test_unreadable_files_are_listed_with_their_problem() -> None:
@@ -149,6 +153,20 @@ def test_variants_of_a_map_share_a_group_and_their_items_are_not_drawn() -> None
     drawn = html(facts())
     mixed = html(facts(), facts("two", map=replace(load_map("FourCorners"), variant="seed-3")))
     assert 'class="item"' in drawn and 'class="item"' not in mixed
+
+
+def test_a_german_report_is_german_throughout() -> None:
+    failure = Failure("no_grasp", 1, 1, 12, 70, Phrase("detail.not_taken", {"count": 2}))
+    page = html(
+        facts(failures=(failure,), consistency=np.array([[1.0, 2.0]])),
+        facts("two", complete=False),
+        Unreadable(Path("torn.mcap"), "torn.mcap: ."),
+        language="de",
+    )
+    assert '<html lang="de">' in page
+    assert english_left(page, OWN) == []
+    for sentence in ("Vier Ecken", "2 Versuche, nahm ihn nicht", "0,25", "Menschen", "hielt 1,0 s lang allein"):
+        assert sentence in page, sentence
 
 
 # ---- the command -------------------------------------------------------------------------------------------
@@ -237,4 +255,4 @@ def test_an_episode_that_ended_before_its_first_tick_is_reported_like_any_other(
 def test_tutorials_are_counted_and_nothing_else_is_shown_of_them() -> None:
     tally = ReportTally.of([facts(), facts("two", tutorial=True)])
     assert (tally.episodes, tally.unfinished, tally.tutorials) == (1, 0, 1)
-    assert "1 recording of tutorials left out." in html(facts(), facts("two", tutorial=True))
+    assert "1 recording of a tutorial is left out." in html(facts(), facts("two", tutorial=True))

@@ -1,10 +1,15 @@
 """A torn or damaged recording: what is whole of it is saved, says so, and the file as it was stays."""
 
+import contextlib
 import random
 import shutil
+import struct
+import tracemalloc
+import zlib
 from pathlib import Path
 
 import pytest
+import zstandard
 from mcap.reader import make_reader
 
 from movingout.recordings import Episode, RecordingError, finalise, read_episode, verify
@@ -134,3 +139,18 @@ def test_where_files_can_have_one_name_only_a_copy_is_kept(torn: Path, monkeypat
     copy = shutil.copy2(torn, torn.with_name("copy"))
     assert recover_recording(torn).ticks > 0
     assert torn.with_name(f"{torn.name}.damaged").read_bytes() == Path(copy).read_bytes()
+
+
+def test_a_chunk_that_would_fill_the_memory_is_left_out(torn: Path) -> None:
+    """Some hundred thousand bytes that unpack to gigabytes: the checksum of a chunk can be made to fit."""
+    content = b"\0" * (300 << 20)
+    packed = zstandard.ZstdCompressor().compress(content)
+    body = struct.pack("<QQQI", 0, 0, len(content), zlib.crc32(content)) + struct.pack("<I", 4) + b"zstd"
+    body += struct.pack("<Q", len(packed)) + packed
+    data = torn.read_bytes() + struct.pack("<BQ", 0x06, len(body)) + body
+    tracemalloc.start()
+    with contextlib.suppress(RecordingError):
+        repair(data, "bomb")
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 250 << 20

@@ -8,11 +8,20 @@ from pathlib import Path
 
 import pytest
 
+from movingout.recordings.report.words import OWN, Words
 from movingout.server.cli import main
 from movingout.study.analysis.page import all_tables, page
 from movingout.study.analysis.results import Results, collect
-from movingout.study.analysis.tables import metric_comparisons, performance, pings, pings_by_participant
+from movingout.study.analysis.tables import (
+    LANGUAGE_FILES,
+    flags,
+    metric_comparisons,
+    performance,
+    pings,
+    pings_by_participant,
+)
 from movingout.study.store.rounds import Rounds
+from tests.recordings.report.support import english_left
 from tests.study.filled import fill, template
 from tests.study.support import TEXT, open_store, study
 
@@ -54,7 +63,7 @@ def test_every_pair_of_partners_is_compared_in_every_metric_over_participants(re
 
 
 def test_a_wrong_attention_item_is_flagged_and_the_newest_answer_counts(results: Results) -> None:
-    assert [flag.reason for flag in results.flags] == ["attention item attention answered 6, not 2"]
+    assert [row[2] for row in flags(results).rows] == ["attention item attention answered 6, not 2"]
 
 
 def test_the_flow_counts_everybody(results: Results) -> None:
@@ -89,6 +98,17 @@ def test_the_page_has_a_bar_chart_per_likert_item_and_every_table(results: Resul
         assert f"<h2>{table.title}</h2>" in html
 
 
+def test_a_german_report_is_german_throughout(results: Results) -> None:
+    words = Words("de", (LANGUAGE_FILES,))
+    text = page(results, plain, "über", words, simulated=True)
+    assert '<html lang="de">' in text and english_left(text, OWN, LANGUAGE_FILES) == []
+    for sentence in ("Probelauf:", "Ergebnisse nach Partner", "Aufmerksamkeitsfrage attention", "stimme völlig zu"):
+        assert sentence in text
+    assert re.search(r"0,\d{3} ± 0,\d{3}", text) and not re.search(r"<td>0\.\d", text)
+    empty = page(Results(results.study, (), (), {}, (), ()), plain, "über", words)
+    assert english_left(empty, OWN, LANGUAGE_FILES) == []
+
+
 def test_blinded_reports_know_letters_only_and_others_the_agents(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -100,18 +120,31 @@ def test_blinded_reports_know_letters_only_and_others_the_agents(
     file.write_text(text, encoding="utf-8")
     common = [str(file), "--data", str(tmp_path / "data")]
     assert main(["study", "report", *common, "-o", str(tmp_path / "open"), "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["rounds"] == 6
+    told = json.loads(capsys.readouterr().out)
+    assert told["rounds"] == 6
+    ended = ["screened-out", "no-partner", "partner-left", "withdrew", "open", "finished", "unwanted", "complete"]
+    assert list(told["flow"]) == ["came", "declined", "deleted", "allocated", *ended]
     assert main(["study", "report", *common, "-o", str(tmp_path / "blind"), "--blinded"]) == 0
     with (tmp_path / "blind" / "performance.csv").open(encoding="utf-8", newline="") as stream:
         assert next(csv.DictReader(stream))["Partner"] == "Partner A"
-    assert "scripted (scripted)" in (tmp_path / "open" / "report.html").read_text(encoding="utf-8")
+    shown = (tmp_path / "open" / "report.html").read_text(encoding="utf-8")
+    assert "<h1>Results: A short game with a partner</h1>" in shown
+    assert "TCR: Task completion rate" in shown and "scripted (scripted)" not in shown
+    german = tmp_path / "german"
+    assert main(["study", "report", *common, "-o", str(german), "--language", "de"]) == 0
+    assert "<h1>Ergebnisse: A short game with a partner</h1>" in (german / "report.html").read_text(encoding="utf-8")
+    for table in german.glob("*.csv"):  # for programs: the same in every language
+        assert table.read_bytes() == (tmp_path / "open" / table.name).read_bytes()
     assert main(["study", "report", *common, "-o", str(tmp_path / "open")]) == 2
     assert "is not overwritten" in capsys.readouterr().err
 
 
 def test_a_study_in_which_nobody_came_has_a_report_too(tmp_path: Path) -> None:
     empty = collect(study(), open_store(tmp_path, text=TEXT), tmp_path)
-    assert empty.partners == () and "Nothing to show." in page(empty, plain, "about")
+    text = page(empty, plain, "about")
+    assert empty.partners == ()
+    for sentence in ("No round has been finished yet.", "There are not two partners with results", "Nobody has rated"):
+        assert sentence in text
 
 
 def test_rounds_that_do_not_count_and_people_who_said_no_are_left_out(tmp_path: Path) -> None:
@@ -125,7 +158,7 @@ def test_rounds_that_do_not_count_and_people_who_said_no_are_left_out(tmp_path: 
     found = collect(small, store, tmp_path)
     assert len(found.rounds) == 6 - 1 - 2
     assert pids[2] not in {row["pid"] for row in found.answers}
-    assert [flag.reason for flag in found.flags] == [f"unit {first['unit']}: marked invalid by the experimenter"]
+    assert [row[2] for row in flags(found).rows] == [f"unit {first['unit']}: marked invalid by the experimenter"]
 
 
 def test_pings_are_counted_by_partner_and_participant_where_they_are_on(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from movingout.server.cli import main
+from movingout.study.design.study_file import read_study
 from movingout.study.design.templates import template_names, template_text
 
 
@@ -26,8 +27,41 @@ def test_a_new_study_is_written_and_checked(
     assert len(document["orders"]) == document["participants"] // (2 if name == "collect" else 1)
 
 
-def test_the_page_of_check_says_duration_pay_orders_and_blanks(capsys: pytest.CaptureFixture[str]) -> None:
-    main(["study", "check", "study/templates/collect.yaml"])
+@pytest.mark.parametrize("name", template_names())
+@pytest.mark.parametrize("languages", [["en", "de"], ["de"]])
+def test_a_new_study_speaks_the_languages_that_it_is_to_offer(
+    name: str, languages: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "study.yaml"
+    assert main(["study", "new", "--template", name, "--languages", *languages, "-o", str(file)]) == 0
+    assert "[Name und Anschrift der Studienleitung]" in capsys.readouterr().out
+    main(["study", "check", str(file), "--json"])
+    document = json.loads(capsys.readouterr().out)
+    assert document["untranslated"] == document["contradictions"] == []
+    study = read_study(file)
+    assert list(study.languages) == languages
+    assert list(study.title.root) == list(study.consent.text.root) == languages
+    assert all(list(box.text.root) == languages for box in study.consent.boxes)
+
+
+def test_a_language_without_texts_is_refused_and_nothing_is_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["study", "new", "--languages", "en", "fr", "-o", str(tmp_path / "study.yaml")]) != 0
+    assert "templates have no texts in fr; they have en, de" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def written(name: str, folder: Path) -> str:
+    file = folder / f"{name}.yaml"
+    file.write_text(template_text(name), encoding="utf-8")
+    return str(file)
+
+
+def test_the_page_of_check_says_duration_pay_orders_and_blanks(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    main(["study", "check", written("collect", tmp_path)])
     page = capsys.readouterr().out
     assert "At most 69 minutes" in page
     assert "Pay: USD 17.17 each, USD 618.12 for all." in page
@@ -41,13 +75,13 @@ def check_warnings(path: str, capsys: pytest.CaptureFixture[str]) -> str:
 
 
 def test_check_warns_that_role_and_model_are_confounded_in_the_published_design_and_only_there(
-    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     sentence = "role and model are confounded: participants meet"
-    published = check_warnings("study/templates/human_study_as_published.yaml", capsys)
+    published = check_warnings(written("human_study_as_published", tmp_path), capsys)
     assert sentence in published and "only as red and " in published
-    for name in ("human_study", "collect", "agent_survey"):
-        assert sentence not in check_warnings(f"study/templates/{name}.yaml", capsys)
+    for name in ("human_study", "collect", "agent_survey", "paper"):
+        assert sentence not in check_warnings(written(name, tmp_path), capsys)
 
 
 def test_check_says_which_partners_take_no_notice_of_pings_and_where_only_some_blocks_have_them(
@@ -64,8 +98,8 @@ def test_check_says_which_partners_take_no_notice_of_pings_and_where_only_some_b
     assert "pings are on in play only" in check_warnings(str(file), capsys)
 
 
-def test_the_recommended_study_has_no_weakness_of_design(capsys: pytest.CaptureFixture[str]) -> None:
-    found = check_warnings("study/templates/human_study.yaml", capsys).splitlines()
+def test_the_recommended_study_has_no_weakness_of_design(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    found = check_warnings(written("human_study", tmp_path), capsys).splitlines()
     assert [line.partition(" ")[0] for line in found] == ["protocol"]  # its number
 
 

@@ -12,11 +12,12 @@ from movingout.server.cli import main
 from movingout.study.data.erasure import DAY_MS, due_for_erasure, erase, purge
 from movingout.study.data.export import Options, export_study
 from movingout.study.errors import StudyError
+from movingout.study.store import Unit
 from movingout.study.store.clock import now_ms
-from movingout.study.store.rounds import RoundOutcome, Rounds
+from movingout.study.store.rounds import PlayerOutcome, RoundOutcome, Rounds
 from movingout.study.store.tables import answers, audit, rounds, tombstones, units
 from tests.study.filled import fill, template
-from tests.study.support import Clock
+from tests.study.support import Clock, rounds_of
 
 SHORT = {"    maps: [HandOff, PriorityPick, SingleRotation]": "    maps: [HandOff]"}
 
@@ -45,6 +46,20 @@ def test_all_formats_of_an_export_hold_the_same_rows(tmp_path: Path) -> None:
         assert pq.read_table(tmp_path / "out" / f"{name}.parquet").to_pylist() == documents
         assert [{key: "" if value is None else str(value) for key, value in row.items()} for row in documents] == rows
     assert {row["pid"] for row in read_csv(tmp_path / "out" / "participants.csv")} == set(pids)
+
+
+def test_a_round_that_was_played_again_is_counted_as_such(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    study, text = template("agent_survey", **SHORT)
+    _, store, pids = fill(tmp_path / "data", study, text, 1)
+    row = store.rows(units)[0]
+    unit = Unit(row["id"], row["slot"], tuple(pids), paused=False)
+    Rounds(store).begin(unit, rounds_of(unit.slot, study)[0], "again", [PlayerOutcome(pids[0], 0, "keyboard")])
+    file = tmp_path / "study.yaml"
+    file.write_text(text, encoding="utf-8")
+    common = [str(file), "--data", str(tmp_path / "data"), "-o", str(tmp_path / "out")]
+    assert main(["study", "export", *common]) == 0
+    assert "1 participant, 3 rounds (1 of them further attempts), 10 answers" in capsys.readouterr().out
+    assert "there may be more rows than planned rounds" in (tmp_path / "out" / "codebook.md").read_text()
 
 
 def test_what_people_typed_is_no_formula_in_a_spreadsheet(tmp_path: Path) -> None:
@@ -151,7 +166,9 @@ def test_forgetting_leaves_no_trace_of_the_participant_in_any_file(tmp_path: Pat
     store.note(f"{gone} felt unwell", unit=1)
     damaged = place.recordings / "practice.mcap.journal.unreadable"
     damaged.write_bytes(b"\x00" + gone.encode())
-    place.rooms.mkdir()
+    shard = place.rooms / "k.17"  # of a node of a cluster
+    shard.mkdir(parents=True)
+    (shard / "moved.json").write_text(f'{{"seats": [{{"alias": "{gone}"}}]}}', encoding="utf-8")
     for pid in (gone, stays):  # of a server that was stopped
         (place.rooms / f"{pid == gone}.json").write_text(f'{{"seats": [{{"alias": "{pid}"}}]}}', encoding="utf-8")
     (place.rooms / "half.tmp").write_bytes(gone.encode())  # of a crash between the write and the rename
@@ -163,7 +180,7 @@ def test_forgetting_leaves_no_trace_of_the_participant_in_any_file(tmp_path: Pat
     done = erase(place, store, gone)
     assert (done.recordings, done.identity) == (3, True) and done.rows > 10
     assert traces(tmp_path, gone, "worker-0000") == []
-    assert [path.name for path in place.rooms.iterdir()] == ["False.json"]
+    assert [path.name for path in place.rooms.rglob("*.*") if path.is_file()] == ["False.json"]
     assert traces(tmp_path, stays) and len(list(place.recordings.glob("*.mcap"))) == 2
     (stone,) = store.rows(tombstones)
     assert (stone["rows"], stone["recordings"]) == (done.rows, 3)

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from movingout.study.design.allocation import assign
 from movingout.study.design.definition import Study
 from movingout.study.design.review import review
 from movingout.study.design.study_file import parse_study, read_study
@@ -192,8 +193,17 @@ def test_the_published_study_is_the_papers() -> None:
     assert {name for block in study.blocks for name in block.after_partner} == {"movingout-paper-nine"}
 
 
+def test_the_papers_study_has_two_models_in_both_seats_that_choose_as_in_the_paper() -> None:
+    study = parse_study(template_text("paper"))
+    (block,) = study.blocks
+    assert (study.participants, block.seats, len(block.maps), block.limit_ticks) == (32, "both", 12, 500)
+    assert [one.agent for one in study.partners] == ["dp@all:lag=1", "bass@all:score=nfd,sampling=4,lag=1"]
+    turns = [(turn.map, turn.seat) for visit in assign(study, 0).visits for turn in visit.turns]
+    assert len(turns) == 48 and {seat for _, seat in turns} == {0, 1}
+
+
 def test_an_unknown_template_is_answered_with_the_known_ones() -> None:
-    with pytest.raises(StudyError, match="known: agent_survey, collect, human_study, human_study_as_published"):
+    with pytest.raises(StudyError, match="known: agent_survey, collect, human_study, human_study_as_published, paper"):
         template_text("nope")
 
 
@@ -229,7 +239,7 @@ def test_a_practice_partner_who_can_finish_alone_is_warned_of(practice: str, war
     assert any("can deliver everything on Simple alone" in warning for warning in found) == warned
 
 
-@pytest.mark.parametrize("name", ["human_study", "collect", "agent_survey"])
+@pytest.mark.parametrize("name", template_names())
 def test_ready_made_studies_practise_with_the_tutorial(name: str) -> None:
     practice = parse_study(template_text(name)).practice
     assert practice is not None and practice.tutorial

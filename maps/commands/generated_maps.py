@@ -1,0 +1,115 @@
+"""`movingout maps generate` and `movingout maps gallery`: maps made from a seed, and a sheet of maps to look at."""
+
+import argparse
+import base64
+import html
+import json
+from pathlib import Path
+from typing import Any
+
+from movingout.maps.commands.parser import add_out
+from movingout.maps.errors import MapError
+from movingout.maps.generated.generator import generate
+from movingout.maps.generated.names import DIFFICULTIES, MODE_WORDS, is_generated
+from movingout.maps.generated.proved import ticks_needed
+from movingout.maps.json_format import map_to_json
+from movingout.maps.library import load_map
+from movingout.maps.render import map_png
+from movingout.maps.selection import HELP, selected_maps
+from movingout.maps.spec import MapSpec
+from movingout.maps.symmetry import split_name
+
+_MOST = 500  # pictures on a sheet
+_SIDE = 280  # pixels of a picture
+_PAGE = """<!doctype html>
+<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">
+<title>Maps</title><style>
+:root {{ color-scheme: light dark; font: 14px/1.4 system-ui, sans-serif }}
+body {{ margin: 1.5rem }}
+main {{ display: grid; grid-template-columns: repeat(auto-fill, minmax(15rem, 1fr)); gap: 1.25rem }}
+figure {{ margin: 0 }}
+img {{ width: 100%; border: 1px solid #8886; border-radius: 6px }}
+figcaption {{ overflow-wrap: anywhere }}
+small {{ opacity: .75 }}
+</style></head><body><h1>{title}</h1><main>
+{figures}
+</main></body></html>
+"""
+
+
+def configure(commands: Any) -> None:
+    """Add both to the commands of `movingout maps`."""
+    one = commands.add_parser(
+        "generate",
+        help="the map of a seed: walls, goals and items drawn for one of the paper's modes",
+        example="movingout maps generate --mode awareness --seed 12 -o mine.json",
+    )
+    one.add_argument("--mode", choices=MODE_WORDS.values(), required=True)
+    one.add_argument("--seed", type=int, required=True, help="from 0; the same seed gives the same map everywhere")
+    one.add_argument("--difficulty", choices=DIFFICULTIES, help="default: easy, medium and hard by turns of the seed")
+    one.add_argument("--name", default="", help="name of the map in the document; default: that of the seed")
+    add_out(one, "FILE", ".json or .png; default: JSON here")
+    one.add_argument("--json", action="store_true", help="one JSON document on standard output")
+    one.set_defaults(perform=_generate)
+
+    sheet = commands.add_parser(
+        "gallery",
+        help="a page with pictures of many maps",
+        example="movingout maps gallery generated:test:60 -o gallery.html",
+    )
+    sheet.add_argument("map", metavar="MAPS", nargs="?", default="generated:test:60", help=HELP)
+    add_out(sheet, "FILE", "a page; default: gallery.html", default=Path("gallery.html"))
+    sheet.add_argument("--json", action="store_true", help="one JSON document on standard output")
+    sheet.set_defaults(perform=_gallery)
+
+
+def _generate(args: argparse.Namespace) -> int:
+    mode = next(mode for mode, word in MODE_WORDS.items() if word == args.mode)
+    spec = generate(args.seed, mode, args.difficulty)
+    document = map_to_json(spec) | ({"name": args.name} if args.name else {})
+    if args.out is None or args.json:
+        print(json.dumps(document, indent=2))
+    if args.out is not None:
+        if args.out.suffix not in (".json", ".png"):
+            raise MapError(f"cannot tell the format of {args.out}; let the name end in .json or .png")
+        content = map_png(spec) if args.out.suffix == ".png" else (json.dumps(document, indent=2) + "\n").encode()
+        _write(args.out, content)
+        if not args.json:
+            print(f"wrote {args.out}: {spec.name}, {proof_in_words(spec.name)}")
+    return 0
+
+
+def _gallery(args: argparse.Namespace) -> int:
+    names = selected_maps(args.map)
+    if len(names) > _MOST:
+        raise MapError(f"a gallery has up to {_MOST} maps, not {len(names)}; name fewer, as in generated:test:60")
+    figures = "\n".join(_figure(load_map(name)) for name in names)
+    page = _PAGE.format(title=f"{len(names)} maps: {html.escape(args.map)}", figures=figures)
+    _write(args.out, page.encode())
+    if args.json:
+        print(json.dumps({"maps": names, "path": str(args.out)}))
+    else:
+        print(f"wrote {args.out}: {len(names)} maps")
+    return 0
+
+
+def _figure(spec: MapSpec) -> str:
+    picture = base64.b64encode(map_png(spec, _SIDE)).decode()
+    name, about = html.escape(spec.name), html.escape(f"{spec.mode}, {len(spec.items)} items")
+    if is_generated(spec.name):
+        about += f"<br>{proof_in_words(spec.name)}"
+    image = f'<img alt="{name}" loading="lazy" src="data:image/png;base64,{picture}">'
+    return f"<figure>{image}<figcaption>{name}<br><small>{about}</small></figcaption></figure>"
+
+
+def proof_in_words(name: str) -> str:
+    """What is known about playing a generated map to the end."""
+    ticks = ticks_needed(split_name(name)[0])
+    return "not on the list of maps that a scripted pair solves" if ticks is None else f"solved in {ticks} ticks"
+
+
+def _write(path: Path, content: bytes) -> None:
+    try:
+        path.write_bytes(content)
+    except OSError as error:
+        raise MapError(f"cannot write {path}: {error.strerror or error}") from error

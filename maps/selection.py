@@ -1,0 +1,50 @@
+"""Which maps a command means by the words of its option `--map`."""
+
+from pathlib import Path
+
+from movingout.maps.errors import MapError
+from movingout.maps.generated.names import PREFIX, SPLITS
+from movingout.maps.generated.proved import in_turn, proved_maps, read_table
+from movingout.maps.library import map_names
+from movingout.maps.symmetry import ALL_SYMMETRIES, SEPARATOR
+
+HELP = (
+    "a map's name, several joined by commas, all (the paper's twelve), all:symmetries (these mirrored and turned), "
+    "generated:test, generated:test:60 (so many of them), @FILE or @FILE:60 (a list of maps by `demos prove`)"
+)
+
+
+def selected_maps(text: str) -> list[str]:
+    """The names of the maps that are meant; those of single maps are not checked. Raises MapError."""
+    if Path(text).is_file():  # its name may have a comma
+        return [text]
+    return [name for word in text.split(",") for name in _meant(word)]
+
+
+def _meant(word: str) -> list[str]:
+    base, _, rest = word.partition(SEPARATOR)
+    if word == "all":
+        return list(map_names())
+    if word == "all:symmetries":
+        return [SEPARATOR.join((name, *one.names)) for one in ALL_SYMMETRIES if one.names for name in map_names()]
+    if word.startswith("@"):
+        return _listed(word[1:])
+    split, _, count = rest.partition(SEPARATOR)
+    if base == PREFIX and split in (*SPLITS, ""):
+        if count and not count.isdecimal():
+            raise MapError(f"{word}: how many maps is a whole number, not {count!r}")
+        return list(proved_maps(split or "test", int(count) if count else None))
+    return [word]
+
+
+def _listed(text: str) -> list[str]:
+    """The maps of a file, the modes in turn, or the first so many. Raises MapError when there are none."""
+    file, separator, count = text.rpartition(SEPARATOR)
+    if not (separator and count.isdecimal()):
+        file, count = text, ""
+    names = in_turn(list(read_table(Path(file))))
+    if not names:
+        raise MapError(f"there is no list of maps {file}; `movingout demos prove --out {file}` makes one")
+    if count and not 1 <= int(count) <= len(names):
+        raise MapError(f"{file} has 1 to {len(names)} maps, not {count}")
+    return names[: int(count)] if count else names

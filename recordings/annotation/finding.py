@@ -1,0 +1,84 @@
+"""A failure case that the rules found in a recording, and what a person says about it."""
+
+from dataclasses import dataclass
+from typing import Any, Literal, get_args
+
+from movingout.recordings.report.failures import CASES, Case, Failure
+from movingout.recordings.report.words import Words
+
+Verdict = Literal["confirmed", "rejected", "unsure"]
+VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
+_ENGLISH = Words()
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One failure case in one recording."""
+
+    recording: str  # episode id
+    case: Case
+    seat: int  # who failed
+    item: int  # index
+    start: int  # first tick
+    end: int  # first tick after
+    detail: str  # in English
+
+    @property
+    def id(self) -> str:
+        """The same for the same finding, whoever searches for it; another one when the rules place it elsewhere."""
+        return f"{self.recording}:{self.case}:{self.seat}:{self.item}:{self.start}"
+
+    @classmethod
+    def of(cls, recording: str, failure: Failure) -> "Finding":
+        detail = _ENGLISH.phrase(failure.detail)
+        return cls(recording, failure.case, failure.seat, failure.item, failure.start, failure.end, detail)
+
+
+@dataclass(frozen=True, slots=True)
+class SearchedSeat:
+    """Who sat in a seat of a searched recording."""
+
+    kind: str  # human, agent, ...
+    name: str
+
+    @property
+    def label(self) -> str:
+        """All people as one; agents by id without options."""
+        return "people" if self.kind == "human" else (self.name or self.kind).partition(":")[0]
+
+
+@dataclass(frozen=True, slots=True)
+class SearchedRecording:
+    """A finished recording in which failure cases were looked for."""
+
+    id: str
+    map: str
+    study: str  # id of the study, "" for none
+    seats: tuple[SearchedSeat, SearchedSeat]
+    findings: tuple[Finding, ...]
+    waiting_share: float = 0.0  # of the ticks, as the official code counts waiting
+
+    def to_json(self) -> dict[str, Any]:
+        return {
+            "id": self.id,
+            "map": self.map,
+            "study": self.study,
+            "seats": [[seat.kind, seat.name] for seat in self.seats],
+            "waiting_share": self.waiting_share,
+            "findings": [[one.case, one.seat, one.item, one.start, one.end, one.detail] for one in self.findings],
+        }
+
+    @classmethod
+    def from_json(cls, document: dict[str, Any]) -> "SearchedRecording":
+        blue, red = (SearchedSeat(*seat) for seat in document["seats"])
+        findings = tuple(Finding(document["id"], *one) for one in document["findings"])
+        return cls(document["id"], document["map"], document["study"], (blue, red), findings, document["waiting_share"])
+
+
+def case_of(finding: str) -> Case:
+    """The case that the id of a finding names. Raises ValueError."""
+    named = finding.split(":")[1:2]
+    for case in CASES:
+        if named == [case]:
+            return case
+    raise ValueError(f"{finding!r} is not the id of a finding")

@@ -1,0 +1,147 @@
+"""Verdicts of annotators on findings: one line of JSON per click, beside the recordings; the newest of each counts."""
+
+import json
+import os
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from movingout.recordings.annotation.finding import VERDICTS, SearchedRecording, Verdict, case_of
+from movingout.recordings.errors import RecordingError, cannot
+
+VERDICTS_NAME = "annotations.jsonl"
+FORMAT = 1
+_ANNOTATOR = re.compile(r"[\w][\w .-]{0,39}")
+LONGEST_NOTE = 500  # letters
+
+
+@dataclass(frozen=True, slots=True)
+class VerdictLine:
+    """What one annotator said about one finding."""
+
+    finding: str  # id
+    verdict: Verdict
+    annotator: str
+    at: str  # UTC, ISO 8601
+    study: str = ""  # id of the recording's study
+    note: str = ""
+
+    @property
+    def recording(self) -> str:
+        return self.finding.partition(":")[0]
+
+
+Verdicts = Mapping[str, Mapping[str, VerdictLine]]
+"""The newest line of each annotator on each finding: by id of the finding, then by annotator."""
+
+
+def checked_annotator(name: str) -> str:
+    """The name without spaces around it. Raises RecordingError when it cannot be one."""
+    name = name.strip()
+    if not _ANNOTATOR.fullmatch(name):
+        raise RecordingError("an annotator's name has 1 to 40 letters, digits, spaces, dots and hyphens")
+    return name
+
+
+def add_verdict(folder: Path, line: VerdictLine) -> None:
+    """Append and fsync. Blocks for the disk: call it in a thread. Raises OSError."""
+    text = json.dumps({"format": FORMAT, **asdict(line)}, ensure_ascii=False) + "\n"
+    with (folder / VERDICTS_NAME).open("a", encoding="utf-8") as stream:
+        stream.write(text)
+        stream.flush()
+        os.fsync(stream.fileno())
+
+
+def new_line(finding: str, verdict: str, annotator: str, study: str = "", note: str = "") -> VerdictLine:
+    """A line of now. Raises RecordingError for what no annotator can have said."""
+    if verdict not in VERDICTS:
+        raise RecordingError(f"{verdict!r} is no verdict; known: {', '.join(VERDICTS)}")
+    try:
+        case_of(finding)
+    except ValueError as error:
+        raise RecordingError(str(error)) from error
+    at = datetime.now(UTC).isoformat(timespec="seconds")
+    return VerdictLine(finding, verdict, checked_annotator(annotator), at, study, note.strip()[:LONGEST_NOTE])
+
+
+def read_verdicts(file: Path) -> list[VerdictLine]:
+    """The lines of a file in order; one cut short by a crash is left out. Raises RecordingError for other files."""
+    try:
+        texts = file.read_text(encoding="utf-8").splitlines()
+    except OSError as error:
+        raise cannot("read", file, error) from error
+    except UnicodeDecodeError as error:
+        raise RecordingError(f"{file} is no file of annotations: it is not text") from error
+    lines = [line for line in map(_line, texts) if line is not None]
+    if texts and not lines:
+        raise RecordingError(f"{file} is no file of annotations; `{VERDICTS_NAME}` beside the recordings is one")
+    return lines
+
+
+def verdicts_of(folder: Path) -> list[VerdictLine]:
+    """The lines beside the recordings of a folder; none when nobody has annotated there."""
+    file = folder / VERDICTS_NAME
+    return read_verdicts(file) if file.exists() else []
+
+
+def newest(lines: Iterable[VerdictLine]) -> Verdicts:
+    found: dict[str, dict[str, VerdictLine]] = {}
+    for line in lines:
+        found.setdefault(line.finding, {})[line.annotator] = line
+    return found
+
+
+def annotations(folder: Path, more: Iterable[Path], recordings: Iterable[SearchedRecording]) -> Verdicts:
+    """The verdicts beside the recordings and those in further files, such as other annotators sent.
+
+    Raises RecordingError for a file that is about none of these recordings.
+    """
+    there = list(recordings)
+    ids = {one.id for one in there}
+    lines = [line for line in verdicts_of(folder) if line.recording in ids]
+    for file in more:
+        given = read_verdicts(file)
+        about = [line for line in given if line.recording in ids]
+        if given and not about:
+            studies = " and ".join(sorted({line.study for line in given} - {""})) or "other recordings"
+            here = " and ".join(sorted({one.study for one in there} - {""})) or str(folder)
+            raise RecordingError(f"{file} annotates {studies}, not {here}: none of its recordings is here")
+        lines += about
+    return newest(sorted(lines, key=lambda line: line.at))
+
+
+def forget_recordings(folder: Path, recordings: set[str]) -> None:
+    """Remove what was said about recordings that are deleted. Raises OSError."""
+    lines = verdicts_of(folder)
+    kept = [line for line in lines if line.recording not in recordings]
+    if len(kept) == len(lines):
+        return
+    part = folder / f"{VERDICTS_NAME}.part"
+    part.write_text(
+        "".join(json.dumps({"format": FORMAT, **asdict(line)}, ensure_ascii=False) + "\n" for line in kept),
+        encoding="utf-8",
+    )
+    part.replace(folder / VERDICTS_NAME)
+
+
+def _line(text: str) -> VerdictLine | None:
+    try:
+        document: dict[str, Any] = json.loads(text)
+        if document["format"] != FORMAT:
+            return None
+        case_of(document["finding"])
+        if document["verdict"] not in VERDICTS:
+            return None
+        return VerdictLine(
+            document["finding"],
+            document["verdict"],
+            str(document["annotator"]),
+            str(document["at"]),
+            str(document.get("study", "")),
+            str(document.get("note", "")),
+        )
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        return None

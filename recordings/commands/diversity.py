@@ -1,0 +1,176 @@
+"""`movingout recordings diversity`: the paper's measures of diversity, for any recordings."""
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from movingout.maps.commands.parser import add_out
+from movingout.maps.suggestion import counted
+from movingout.recordings.commands.arguments import add_json, print_json
+from movingout.recordings.diversity.comparison import (
+    COUNTS,
+    MapDiversity,
+    PopulationDiversity,
+    Sampling,
+    compared,
+    over_maps,
+)
+from movingout.recordings.diversity.episodes import (
+    GROUPINGS,
+    PathEpisode,
+    Populations,
+    Reading,
+    by_map,
+    populations,
+    read_paths,
+)
+from movingout.recordings.diversity.measures import DEFAULT, DiversityOptions
+from movingout.recordings.diversity.position_plot import STYLES, Style, save_plots
+from movingout.recordings.diversity.table import map_table, method, population_table, write_csv
+from movingout.recordings.errors import RecordingError
+from movingout.recordings.exports.target import new_target
+from movingout.recordings.terminal import printable
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "paths",
+        nargs="+",
+        type=Path,
+        metavar="FILE|DIR",
+        help="recordings, folders of them, or the official files (.json, .jsonl, .parquet)",
+    )
+    parser.add_argument(
+        "--by",
+        choices=tuple(GROUPINGS),
+        default="place",
+        help="what makes a population: the folder named (default), who played together, each of them, the agents, "
+        "the kind of player, or the source",
+    )
+    parser.add_argument("--map", help="only these maps, as HandOff,LeftRight")
+    parser.add_argument(
+        "--counts", choices=COUNTS, default="equal", help="equal (default): as many episodes as the smallest has"
+    )
+    parser.add_argument("--draws", type=_positive, default=10, help="subsamples to average over (default: 10)")
+    parser.add_argument("--seed", type=int, default=0, help="seed of the subsamples")
+    parser.add_argument(
+        "--points", type=_positive, default=DEFAULT.points, help=f"per path (default: {DEFAULT.points})"
+    )
+    parser.add_argument("--grid", type=_positive, default=DEFAULT.grid, help=f"cells per side ({DEFAULT.grid})")
+    parser.add_argument("--bandwidth", type=_width, default=DEFAULT.bandwidth, help=f"({DEFAULT.bandwidth:g})")
+    parser.add_argument("--rbf-width", type=_width, default=DEFAULT.rbf_width, help=f"({DEFAULT.rbf_width:g})")
+    parser.add_argument(
+        "--plot",
+        choices=STYLES,
+        default="dots",
+        help="what the pictures show of positions (default: dots, as the paper)",
+    )
+    add_out(parser, "DIR", "also write tables and a picture of positions per map into this new folder")
+    parser.add_argument("--workers", type=_positive, default=os.cpu_count() or 1, help="processes (default: all cores)")
+    add_json(parser)
+    parser.set_defaults(perform=perform)
+
+
+def perform(args: argparse.Namespace) -> int:
+    if args.out is not None and args.out.exists():
+        raise RecordingError(f"{args.out} exists already and is not overwritten; choose another name")
+    options = DiversityOptions(args.points, args.grid, args.bandwidth, args.rbf_width)
+    sampling = Sampling(args.counts, args.draws, args.seed)
+    reading = read_paths(args.paths, args.workers)
+    groups = populations(_wanted(reading, args.map), args.by)
+    by_maps = compared(groups, options, sampling)
+    overall = over_maps(by_maps)
+    words = method(options, sampling)
+    if args.out is not None:
+        _write(args.out, groups, by_maps, overall, words, args.plot)
+    if args.json:
+        tables = {"overall": [one.to_json() for one in overall], "maps": [one.to_json() for one in by_maps]}
+        print_json({**tables, "method": words, "left_out": _left_out(reading)})
+    else:
+        print(f"{population_table(overall)}\n\n{map_table(by_maps)}\n\n{words}")
+    for sentence in _remarks(args, reading, groups, overall):
+        print(f"movingout: {printable(sentence)}", file=sys.stderr)
+    return 0
+
+
+def _wanted(reading: Reading, maps: str | None) -> list[PathEpisode]:
+    """The episodes on the wanted maps. Raises RecordingError when none is left."""
+    names = sorted({one.map.name for one in reading.episodes})
+    wanted = names if maps is None else [name.strip() for name in maps.split(",")]
+    if unknown := [name for name in wanted if name not in names]:
+        raise RecordingError(f"no finished episode on {', '.join(unknown)}; maps here: {', '.join(names) or 'none'}")
+    if not reading.episodes:
+        raise RecordingError(f"no finished episode was found ({', '.join(_left_out_words(reading))})")
+    return [one for one in reading.episodes if one.map.name in wanted]
+
+
+def _write(
+    target: Path,
+    groups: Populations,
+    by_maps: Sequence[MapDiversity],
+    overall: Sequence[PopulationDiversity],
+    words: str,
+    style: Style,
+) -> None:
+    paths = {
+        name: [(spec, [one.path for one in there]) for spec, there in by_map(episodes)]
+        for name, episodes in groups.items()
+    }
+    with new_target(target) as part:
+        part.mkdir()
+        write_csv(part / "populations.csv", overall)
+        write_csv(part / "maps.csv", by_maps)
+        pictures = save_plots(paths, part, style)
+        shown = "\n".join(f"![{picture.stem}]({picture.name})" for picture in pictures)
+        page = f"# Diversity\n\n{population_table(overall)}\n\n{words}\n\n{map_table(by_maps)}\n\n{shown}\n"
+        (part / "diversity.md").write_text(page, encoding="utf-8")
+
+
+def _remarks(
+    args: argparse.Namespace, reading: Reading, groups: Populations, overall: Sequence[PopulationDiversity]
+) -> list[str]:
+    """What a reader of the tables should know besides."""
+    remarks = [f"left out: {', '.join(_left_out_words(reading))}"] if _left_out_words(reading) else []
+    remarks += [one.problem for one in reading.unreadable]
+    if len(groups) == 1 and args.by != "place":
+        remarks.append(f"there is only one population by {args.by}, {next(iter(groups))}: nothing to compare it with")
+    if not overall[0].maps:
+        remarks.append("no map has three episodes of every population; name fewer populations, or another --by")
+    if args.out is not None:
+        remarks.append(f"wrote {args.out}: diversity.md, two tables and a picture per map")
+    return remarks
+
+
+def _left_out(reading: Reading) -> dict[str, int]:
+    return {
+        "unfinished": reading.unfinished,
+        "tutorials": reading.tutorials,
+        "unreadable": len(reading.unreadable),
+    }
+
+
+def _left_out_words(reading: Reading) -> list[str]:
+    return [counted(number, what.removesuffix("s")) if what == "tutorials" else f"{number} {what}"
+            for what, number in _left_out(reading).items() if number]  # fmt: skip
+
+
+def _positive(text: str) -> int:
+    try:
+        value = int(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number") from error
+    if value < 1:
+        raise argparse.ArgumentTypeError("it must be at least 1")
+    return value
+
+
+def _width(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from error
+    if not 0 < value < 100:
+        raise argparse.ArgumentTypeError("a width is above 0 and below 100 arena units")
+    return value

@@ -1,0 +1,140 @@
+"""`movingout recordings failures`: how often failure cases occur, by rules and as annotators confirm them."""
+
+import argparse
+import csv
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from movingout.maps.commands.parser import add_out
+from movingout.maps.suggestion import counted
+from movingout.recordings.annotation.agreement import agreements, by_case, settled
+from movingout.recordings.annotation.finding import Finding, SearchedRecording
+from movingout.recordings.annotation.findings_table import finding_rows
+from movingout.recordings.annotation.search import FailureSearch, search_failures
+from movingout.recordings.annotation.verdicts import Verdicts, annotations
+from movingout.recordings.commands.arguments import add_json, print_json
+from movingout.recordings.errors import RecordingError, cannot
+from movingout.recordings.report.failures import CASES, Case
+from movingout.recordings.report.words import Words
+from movingout.recordings.spreadsheet import safe_cells
+from movingout.recordings.terminal import printable
+from movingout.world.estimates import Estimate, estimate, estimate_text
+
+
+class PlayerRate(NamedTuple):
+    """How often a player has a failure."""
+
+    who: str
+    case: Case
+    found: Estimate | None  # by the rules
+    confirmed: Estimate | None  # by annotators
+    open: int  # findings on which nobody decided, or as many did either way
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("folder", type=Path, metavar="DIR", help="folder of recordings")
+    parser.add_argument(
+        "--annotations",
+        nargs="+",
+        type=Path,
+        default=(),
+        metavar="FILE",
+        help="verdicts from elsewhere, besides DIR/annotations.jsonl, which the page /annotate writes",
+    )
+    add_out(parser, "FILE.csv", "also write every finding with the verdict of each annotator")
+    add_json(parser)
+    parser.set_defaults(perform=perform)
+
+
+def perform(args: argparse.Namespace) -> int:
+    search = search_failures(args.folder)
+    if not search.recordings:
+        raise RecordingError(f"there are no finished recordings in {args.folder}; name a folder with .mcap files")
+    verdicts = annotations(args.folder, args.annotations, search.recordings)
+    if args.out is not None:
+        _write(args.out, search, verdicts)
+    found = [finding for recording in search.recordings for finding in recording.findings]
+    rates = rates_by_player(search.recordings, verdicts)
+    if args.json:
+        cases = [asdict(one) | {"precision": one.precision} for one in by_case(found, verdicts)]
+        pairs = [asdict(one) for one in agreements(found, verdicts)]
+        players = [_rate(one) for one in rates]
+        print_json({"recordings": len(search.recordings), "rates": players, "cases": cases, "agreement": pairs})
+    else:
+        print("\n".join(map(printable, _page(search, found, rates, verdicts))))
+        if args.out is not None:
+            print(f"wrote {args.out}: {counted(len(found), 'finding')}")
+    return 0
+
+
+def rates_by_player(recordings: Sequence[SearchedRecording], verdicts: Verdicts) -> list[PlayerRate]:
+    """Per player and case the share of appearances (a recording and a seat) with a finding, and a confirmed one."""
+    appearances: dict[str, list[tuple[SearchedRecording, int]]] = {}
+    for recording in recordings:
+        for seat in (0, 1):
+            appearances.setdefault(recording.seats[seat].label, []).append((recording, seat))
+    rows = []
+    for who in sorted(appearances):
+        for case in CASES:
+            said = [_outcomes(recording, seat, case, verdicts) for recording, seat in appearances[who]]
+            found = estimate([float(bool(outcomes)) for outcomes in said])
+            confirmed = estimate([float(True in outcomes) for outcomes in said])
+            rows.append(PlayerRate(who, case, found, confirmed, sum(one.count(None) for one in said)))
+    return rows
+
+
+def _outcomes(recording: SearchedRecording, seat: int, case: Case, verdicts: Verdicts) -> list[bool | None]:
+    """Of each finding of a case in a seat, whether it is confirmed; None where that is open."""
+    mine = [one for one in recording.findings if (one.seat, one.case) == (seat, case)]
+    return [settled(verdicts.get(one.id, {}).values()) for one in mine]
+
+
+def _page(
+    search: FailureSearch, found: list[Finding], rates: Sequence[PlayerRate], verdicts: Verdicts
+) -> Iterator[str]:
+    left_out = f", {search.left_out} left out (unfinished, tutorial or unreadable)" if search.left_out else ""
+    yield f"{counted(len(search.recordings), 'recording')}{left_out}: {counted(len(found), 'finding')} by rules"
+    yield ""
+    yield "share of appearances (a recording and a seat) in which a player has the failure:"
+    for rate in rates:
+        n = rate.found.n if rate.found else 0
+        annotated = f"confirmed {estimate_text(rate.confirmed)}, {rate.open} findings open" if verdicts else ""
+        words = f"by rules {estimate_text(rate.found)}"
+        yield f"  {rate.who}: {_title(rate.case)}: n = {n}, {', '.join(filter(None, (words, annotated)))}"
+    if not verdicts:
+        yield ""
+        yield "nobody has annotated them yet: open /annotate on the server that has these recordings"
+        return
+    yield ""
+    yield "annotated:"
+    for case in by_case(found, verdicts):
+        precision = "–" if case.precision is None else f"{case.precision:.2f}"
+        yield (
+            f"  {_title(case.case)}: {case.judged} of {case.findings} judged, {case.confirmed} confirmed, "
+            f"{case.rejected} rejected, {case.disputed} disputed; precision of the rule {precision}"
+        )
+    for pair in agreements(found, verdicts):
+        kappa = "–" if pair.kappa is None else f"{pair.kappa:.2f}"
+        yield f"  {pair.one} and {pair.other}: {pair.same} of {pair.both} the same, Cohen's kappa {kappa}"
+
+
+def _title(case: Case) -> str:
+    return Words().say(f"case.{case}").lower()
+
+
+def _write(path: Path, search: FailureSearch, verdicts: Verdicts) -> None:
+    columns, rows = finding_rows(search.recordings, verdicts)
+    try:
+        with path.open("w", encoding="utf-8", newline="") as stream:
+            writer = csv.DictWriter(stream, columns)
+            writer.writeheader()
+            writer.writerows(map(safe_cells, rows))
+    except OSError as error:
+        raise cannot("write", path, error) from error
+
+
+def _rate(rate: PlayerRate) -> dict[str, Any]:
+    found, confirmed = (None if one is None else one._asdict() for one in (rate.found, rate.confirmed))
+    return {"who": rate.who, "case": rate.case, "found": found, "confirmed": confirmed, "open": rate.open}

@@ -1,0 +1,38 @@
+"""`movingout recordings split`: divides recordings into groups that share no participant."""
+
+import argparse
+
+from movingout.maps.commands.parser import add_out
+from movingout.recordings.commands.arguments import add_json, add_paths, expanded, print_json
+from movingout.recordings.errors import RecordingError
+from movingout.recordings.groups import GroupedRecording, group_sentences, grouped, write_groups
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    add_paths(parser)
+    parser.add_argument("--groups", type=int, default=2, metavar="N", help="how many groups (%(default)s)")
+    parser.add_argument("--seed", type=int, default=0, help="seed of the division (%(default)s)")
+    parser.add_argument(
+        "--min-tcr", type=float, default=0.0, metavar="TCR", help="leave out episodes in which less was delivered"
+    )
+    add_out(parser, "FILE.csv", "the list, for `movingout train --manifest FILE.csv --group 1`", required=True)
+    add_json(parser)
+    parser.set_defaults(perform=perform)
+
+
+def perform(args: argparse.Namespace) -> int:
+    """Write the list and say what is in it."""
+    if args.groups < 1 or args.seed < 0 or not 0.0 <= args.min_tcr <= 1.0:
+        raise RecordingError("--groups is at least 1, --seed at least 0, and --min-tcr from 0 to 1")
+    rows = grouped(expanded(args.paths), args.groups, args.seed, args.min_tcr)
+    write_groups(args.out, rows)
+    if args.json:
+        print_json({"file": str(args.out), "recordings": [_document(row) for row in rows]})
+        return 0
+    print(f"{len(rows)} recordings in {args.out}")
+    print("\n".join(group_sentences(rows)))
+    return 0
+
+
+def _document(row: GroupedRecording) -> dict[str, object]:
+    return row._asdict() | {"path": str(row.path)}

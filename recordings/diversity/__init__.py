@@ -1,0 +1,1 @@
+"""How differently episodes were played: the paper's four diversity measures, and pictures of where the robots were."""

@@ -1,0 +1,164 @@
+"""Recordings and official files as paths, and the populations that they are grouped into."""
+
+import tempfile
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from movingout.maps.spec import MapSpec
+from movingout.recordings.episode import SeatInfo
+from movingout.recordings.errors import RecordingError
+from movingout.recordings.exports.split import participants
+from movingout.recordings.file_format.reader import read_episode
+from movingout.recordings.imports.convert import import_source
+from movingout.recordings.imports.sources import SUFFIXES, find, read, without_copies
+from movingout.recordings.progress import map_in_processes
+from movingout.recordings.report.facts import FINISHED
+from movingout.recordings.storage.finished import SUFFIX
+from movingout.recordings.storage.listing import Players, Unreadable
+from movingout.world.state import Floats
+
+ALL = "all together"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PathEpisode:
+    """Where both robots of one episode were."""
+
+    map: MapSpec
+    place: str  # the file or folder that it was named by
+    source: str  # live, match, scripted, import
+    seats: tuple[SeatInfo, SeatInfo]
+    path: Floats  # (T + 1, 4) x, y of blue and red
+
+    @property
+    def people(self) -> tuple[str, ...]:
+        """The people of the episode, or its agents where no person took part."""
+        return participants(Players("", self.seats))
+
+
+class Reading(NamedTuple):
+    """What was found, and how much of it is of no use."""
+
+    episodes: list[PathEpisode]
+    unfinished: int
+    tutorials: int
+    unreadable: list[Unreadable]
+
+
+def read_paths(places: Sequence[Path], workers: int) -> Reading:
+    """The finished episodes under each place: recordings, or official files where there are none.
+
+    Raises RecordingError when a place holds neither.
+    """
+    found = Reading([], 0, 0, [])
+    unfinished = tutorials = 0
+    for place in places:
+        with tempfile.TemporaryDirectory() as folder:
+            files = _recordings(place, Path(folder), workers)
+            for one in map_in_processes(partial(_path_episode, str(place)), files, workers, "reading"):
+                match one:
+                    case PathEpisode():
+                        found.episodes.append(one)
+                    case Unreadable():
+                        found.unreadable.append(one)
+                    case "tutorial":
+                        tutorials += 1
+                    case _:
+                        unfinished += 1
+    return found._replace(unfinished=unfinished, tutorials=tutorials)
+
+
+def _recordings(place: Path, folder: Path, workers: int) -> list[Path]:
+    """The recordings of a place; official files become recordings in `folder`."""
+    if not place.exists():
+        raise RecordingError(f"there is nothing at {place}; check the name")
+    files = sorted(place.rglob(f"*{SUFFIX}")) if place.is_dir() else [place] if place.suffix == SUFFIX else []
+    if files:
+        return files
+    if place.is_dir() and not any(one.suffix in SUFFIXES for one in place.rglob("*")):
+        raise RecordingError(
+            f"there are no recordings in {place}: neither *{SUFFIX} nor official *{', *'.join(SUFFIXES)}"
+        )
+    sources = without_copies([source for file in find([place]) for source in read(file)])
+    convert = partial(import_source, folder=folder, salt="diversity")
+    reports = list(map_in_processes(convert, sources, workers, "importing"))
+    if not any(report.recording for report in reports):
+        raise RecordingError(f"no trajectory of {place} can be used: {reports[0].problem}")
+    return sorted(folder.glob(f"*{SUFFIX}"))
+
+
+def _path_episode(place: str, file: Path) -> PathEpisode | Unreadable | str:
+    """An episode, or why it is left out: unreadable, "tutorial" or "unfinished"."""
+    try:
+        episode = read_episode(file)
+    except RecordingError as error:
+        return Unreadable(file, str(error))
+    header = episode.header
+    if header.source == "tutorial":
+        return "tutorial"
+    ended = episode.outcome in FINISHED or header.source == "import"  # official files do not say how they ended
+    if not (episode.complete and ended and episode.ticks):
+        return "unfinished"
+    poses = np.array([state.robot_poses for state in episode.states])
+    return PathEpisode(header.map, place, header.source, header.seats, poses[..., :2].reshape(len(poses), 4))
+
+
+# ---- populations -------------------------------------------------------------------------------------------
+
+Populations = dict[str, list[PathEpisode]]
+
+
+def _of_group(episode: PathEpisode) -> tuple[str, ...]:
+    return ("+".join(episode.people),) if episode.people else ()
+
+
+def _of_kind(episode: PathEpisode) -> tuple[str, ...]:
+    return ("+".join(sorted({seat.kind for seat in episode.seats})),)
+
+
+def _of_agent(episode: PathEpisode) -> tuple[str, ...]:
+    names = {"people" if seat.kind == "human" else (seat.name or seat.kind).partition(":")[0] for seat in episode.seats}
+    return ("+".join(sorted(names)),)
+
+
+GROUPINGS: dict[str, Callable[[PathEpisode], tuple[str, ...]]] = {
+    "place": lambda episode: (episode.place,),
+    "group": _of_group,
+    "participant": lambda episode: episode.people,
+    "agent": _of_agent,
+    "kind": _of_kind,
+    "source": lambda episode: (episode.source,),
+}
+"""The populations of an episode: the file or folder it was named by; those who played it together; each of them; the
+agents, with all people as one; human or agent; where it comes from (live, match, scripted, import)."""
+
+
+def populations(episodes: Iterable[PathEpisode], by: str) -> Populations:
+    """The episodes of each population; all together as one more where there are several.
+
+    Raises RecordingError when nobody is named in any of them.
+    """
+    found: defaultdict[str, list[PathEpisode]] = defaultdict(list)
+    everything = list(episodes)
+    for episode in everything:
+        for name in GROUPINGS[by](episode):
+            found[name].append(episode)
+    if everything and not found:
+        raise RecordingError(f"no recording names its participants, so --by {by} is impossible; try --by source")
+    named = {name: found[name] for name in sorted(found)}
+    return named if len(named) == 1 else {**named, ALL: everything}
+
+
+def by_map(episodes: Iterable[PathEpisode]) -> Iterator[tuple[MapSpec, list[PathEpisode]]]:
+    """The episodes of each map: the paper's twelve in their order, then others by name."""
+    found: defaultdict[str, list[PathEpisode]] = defaultdict(list)
+    for episode in episodes:
+        found[episode.map.name].append(episode)
+    firsts = sorted((group[0].map for group in found.values()), key=lambda one: (one.number == 0, one.number, one.name))
+    yield from ((one, found[one.name]) for one in firsts)

@@ -1,0 +1,77 @@
+"""The tables of `recordings diversity`: Markdown to read, CSV to go on with, and what they were made with."""
+
+import csv
+from collections.abc import Sequence
+from pathlib import Path
+
+from movingout.recordings.diversity.comparison import (
+    MapDiversity,
+    PopulationDiversity,
+    Sampling,
+    named,
+)
+from movingout.recordings.diversity.measures import DiversityOptions
+from movingout.recordings.spreadsheet import safe_cells
+from movingout.recordings.terminal import printable
+
+TITLES = ("DTW mean", "DTW variance", "entropy (KDE)", "coverage (RBF)")
+
+
+def population_table(rows: Sequence[PopulationDiversity]) -> str:
+    """A row per population: means over maps."""
+    heads = ("population", "maps", "episodes", "distinct", *TITLES)
+    cells = [(one.population, str(one.maps), str(one.episodes), str(one.distinct), *_texts(one)) for one in rows]
+    return _markdown(heads, cells)
+
+
+def map_table(rows: Sequence[MapDiversity]) -> str:
+    """A row per map and population."""
+    heads = ("map", "population", "episodes", "distinct", "measured", *TITLES)
+    cells = [
+        (one.map, one.population, str(one.episodes), str(one.distinct), str(one.drawn or "–"), *_texts(one))
+        for one in rows
+    ]
+    return _markdown(heads, cells)
+
+
+def method(options: DiversityOptions, sampling: Sampling) -> str:
+    """How the figures were made: they can only be compared with figures made in the same way."""
+    counts = (
+        f"of every population as many episodes as the smallest one has on that map, {sampling.draws} draws, "
+        f"seed {sampling.seed}"
+        if sampling.counts == "equal"
+        else "all episodes of every population"
+    )
+    return (
+        f"Paths of both robots at {options.points} moments; entropy on {options.grid} x {options.grid} cells with a "
+        f"kernel of {options.bandwidth:g}, coverage with a kernel of {options.rbf_width:g} arena units; {counts}. "
+        "± is the standard error by the jackknife over distinct episodes; with fewer than three there is none."
+    )
+
+
+def write_csv(path: Path, rows: Sequence[MapDiversity] | Sequence[PopulationDiversity]) -> None:
+    documents = [row.to_json() for row in rows]
+    with path.open("w", encoding="utf-8", newline="") as stream:
+        writer = csv.DictWriter(stream, list(documents[0]))
+        writer.writeheader()
+        writer.writerows(map(safe_cells, documents))
+
+
+def _texts(row: MapDiversity | PopulationDiversity) -> list[str]:
+    errors = named(row.error)
+    return [_text(number, errors[name]) for name, number in named(row.value).items()]
+
+
+def _text(number: float | None, error: float | None) -> str:
+    if number is None:
+        return "–"
+    return f"{number:.3f}" + ("" if error is None else f" ± {error:.3f}")
+
+
+def _markdown(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    lines = [f"| {' | '.join(heads)} |", "|" + "---|" * len(heads)]
+    return "\n".join([*lines, *(f"| {' | '.join(map(_cell, row))} |" for row in rows)])
+
+
+def _cell(text: str) -> str:
+    return printable(text).replace("|", "\\|")

@@ -1,0 +1,79 @@
+"""The card of an exported data set: README.md in the form that dataset hubs read."""
+
+from collections import Counter
+from importlib.metadata import version
+
+import yaml
+
+from movingout.recordings.exports.plan import ExportPlan
+from movingout.recordings.exports.split import TRAIN
+from movingout.recordings.storage.listing import Players
+from movingout.world.constants import TICK_SECONDS
+
+CARD = "README.md"
+FILES = {
+    "parquet": {name: f"{name}.parquet" for name in ("episodes", "ticks", "events")},
+    "csv": {name: f"{name}.csv" for name in ("episodes", "ticks", "events")},
+    "lerobot": {"default": "data/*/*.parquet"},
+    "official": {"default": "dataset.jsonl"},
+}
+"""The formats that are folders with a card, and the files of each of their tables."""
+_ABOUT = {
+    "parquet": "Three tables, described in DATA_DICTIONARY.md; `episode_id` joins them.",
+    "csv": "Three tables, described in DATA_DICTIONARY.md; `episode_id` joins them.",
+    "lerobot": 'A LeRobotDataset v3.0: `LeRobotDataset("local/name", root=FOLDER)`.',
+    "official": "Trajectories in the layout of the official Moving Out code: `recorder/` and `dataset.jsonl`.",
+}
+_KINDS = {"human": "people", "agent": "agents", "remote": "remote programs", "ghost": "repeated recordings"}
+
+
+def dataset_card(name: str, plan: ExportPlan) -> str:
+    """The card of an export in the format `name`, as Markdown with YAML at its head."""
+    parts = Counter(plan.splits)
+    training, testing = parts[TRAIN], len(plan.recordings) - parts[TRAIN]
+    lines = [
+        "---",
+        yaml.safe_dump(_head(name), sort_keys=False).rstrip(),
+        "---",
+        "",
+        "# Moving Out episodes",
+        "",
+        "Two robots, driven by people or agents, carry items to goal regions in a 2D physical world: the benchmark",
+        f"of the paper *Moving Out: Physically-grounded Human-AI Collaboration*. {_ABOUT[name]}",
+        "",
+        "| | |",
+        "|---|---|",
+        f"| episodes | {len(plan.recordings)}: {training} for training, {testing} for testing |",
+        f"| split | by {plan.split_by}, seed {plan.seed} |",
+        f"| maps | {_counted(Counter(one.map for one in plan.players))} |",
+        f"| seats | {_counted(_kinds(plan.players))} |",
+        f"| time | a row per tick of {TICK_SECONDS} s |",
+        *_vectors(name, plan),
+        f"| made by | `movingout recordings export --to {name}`, version {version('moving-out-live')} |",
+        "",
+        "**People.** Participants appear under pseudonyms only. Publish what they agreed to have published.",
+        "",
+        "**Licence.** None is stated. Add `license:` at the head of this file before you publish it.",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _head(name: str) -> dict[str, object]:
+    files = [{"config_name": table, "data_files": files} for table, files in FILES[name].items()]
+    tags = ["moving-out", "human-ai-collaboration", "multi-agent", *(["LeRobot"] if name == "lerobot" else [])]
+    return {"pretty_name": "Moving Out episodes", "task_categories": ["robotics"], "tags": tags, "configs": files}
+
+
+def _vectors(name: str, plan: ExportPlan) -> list[str]:
+    if name not in ("parquet", "lerobot"):
+        return []
+    view = f", view `{plan.view}`" if name == "lerobot" else ""
+    return [f"| observations | layout `{plan.layout}`{view} |"]
+
+
+def _kinds(players: list[Players]) -> Counter[str]:
+    return Counter(_KINDS.get(seat.kind, seat.kind) for one in players for seat in one.seats)
+
+
+def _counted(numbers: Counter[str]) -> str:
+    return ", ".join(f"{what} ({number})" for what, number in sorted(numbers.items()))

@@ -1,0 +1,127 @@
+"""A list of recordings, each with the group of participants that it belongs to: a CSV file for people and for training.
+
+file,group,episode,map,variant,blue,red,tcr
+HandOff-0.mcap,1,4f1c…,HandOff,,P1,P2,0.75
+
+Files are relative to the folder of the list where they lie below it. Nobody is in two groups.
+"""
+
+import csv
+import io
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from movingout.recordings.errors import RecordingError, cannot
+from movingout.recordings.exports.split import divided
+from movingout.recordings.storage.listing import Players, Summary, read_players, read_summary
+
+COLUMNS = ("file", "group", "episode", "map", "variant", "blue", "red", "tcr")
+
+
+class GroupedRecording(NamedTuple):
+    """One line of the list."""
+
+    path: Path
+    group: int  # from 1
+    episode: str
+    map: str
+    variant: str
+    people: tuple[str, str]  # in blue and red
+    tcr: float
+
+
+def grouped(paths: Sequence[Path], groups: int, seed: int = 0, min_tcr: float = 0.0) -> list[GroupedRecording]:
+    """Divide recordings into groups that share no participant; those with a TCR below `min_tcr` are left out.
+
+    Raises RecordingError for a file that cannot be read, when none is left, or for too few participants.
+    """
+    found = [(path, read_summary(path), read_players(path)) for path in paths]
+    kept = [entry for entry in found if _tcr(entry[1]) >= min_tcr and entry[1].source != "tutorial"]
+    if not kept:
+        why = (
+            f"none of {len(found)} recordings has a TCR of {min_tcr:g} or more" if found else "there are no recordings"
+        )
+        raise RecordingError(f"{why}; nothing can be divided into groups")
+    numbers = divided([players for _, _, players in kept], groups, seed)
+    return [
+        _line(path, summary, players, number) for (path, summary, players), number in zip(kept, numbers, strict=True)
+    ]
+
+
+def _line(path: Path, summary: Summary, players: Players, group: int) -> GroupedRecording:
+    blue, red = (seat.name for seat in players.seats)
+    return GroupedRecording(path, group, summary.id, summary.map, summary.variant, (blue, red), _tcr(summary))
+
+
+def _tcr(summary: Summary) -> float:
+    return summary.metrics["tcr"] or 0.0
+
+
+def group_sentences(rows: Sequence[GroupedRecording]) -> list[str]:
+    """One sentence per group: its episodes and people, and the maps that it lacks while another group has them."""
+    maps = sorted({row.map for row in rows})
+    sentences = []
+    for group in sorted({row.group for row in rows}):
+        mine = [row for row in rows if row.group == group]
+        people = {name for row in mine for name in row.people}
+        lacking = [name for name in maps if name not in {row.map for row in mine}]
+        without = f"; no episode on {', '.join(lacking)}" if lacking else ""
+        sentences.append(f"group {group}: {len(mine)} episodes of {len(people)} participants{without}")
+    return sentences
+
+
+def write_groups(path: Path, rows: Sequence[GroupedRecording]) -> None:
+    """Write the list. Raises RecordingError."""
+    here, text = path.resolve().parent, io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    for row in rows:
+        file = row.path.resolve()
+        shown = file.relative_to(here) if file.is_relative_to(here) else file
+        writer.writerow([shown, row.group, row.episode, row.map, row.variant, *row.people, f"{row.tcr:.4f}"])
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text.getvalue(), encoding="utf-8")
+    except OSError as error:
+        raise cannot("write", path, error) from error
+
+
+def read_groups(path: Path) -> list[GroupedRecording]:
+    """Read such a list. Raises RecordingError for one that is not, or that names a file that is not there."""
+    try:
+        lines = list(csv.DictReader(io.StringIO(path.read_text(encoding="utf-8"))))
+    except OSError as error:
+        raise cannot("read", path, error) from error
+    except UnicodeDecodeError as error:
+        raise RecordingError(f"{path.name} is not a list of groups: it is not UTF-8 text") from error
+    rows = [_read_line(path, number, line) for number, line in enumerate(lines, start=2)]
+    missing = [row.path for row in rows if not row.path.exists()]
+    if missing:
+        raise RecordingError(f"{path.name} names {missing[0]}, which is not there; make the list again")
+    return rows
+
+
+def _read_line(path: Path, number: int, line: dict[str, str]) -> GroupedRecording:
+    try:
+        return GroupedRecording(
+            path.parent / line["file"], int(line["group"]), line["episode"], line["map"], line["variant"],
+            (line["blue"], line["red"]), float(line["tcr"]),
+        )  # fmt: skip
+    except (KeyError, TypeError, ValueError) as error:
+        raise RecordingError(
+            f"{path.name}, line {number}: not a line of `movingout recordings split` ({error}); make the list again"
+        ) from error
+
+
+def of_group(path: Path, group: int) -> list[Path]:
+    """The recordings of one group in a list. Raises RecordingError when it has none."""
+    rows = read_groups(path)
+    found = [row.path for row in rows if row.group == group]
+    if not found:
+        known = ", ".join(
+            f"{number} ({count} episodes)" for number, count in sorted(Counter(r.group for r in rows).items())
+        )
+        raise RecordingError(f"{path.name} has no group {group}; it has {known or 'none'}")
+    return found

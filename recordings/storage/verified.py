@@ -1,0 +1,50 @@
+"""Which recordings have been verified already: finished files never change, so once is enough."""
+
+import json
+from collections.abc import Iterable
+from pathlib import Path
+
+LIST = ".verified.json"  # in the folder of the recordings
+
+
+def not_verified(paths: Iterable[Path]) -> list[Path]:
+    """Those that are not in the list of their folder as they are now."""
+    known: dict[Path, dict[str, list[int]]] = {}
+    found = []
+    for path in paths:
+        if path.parent not in known:
+            known[path.parent] = _read(path.parent)
+        if known[path.parent].get(path.name) != _stamp(path):
+            found.append(path)
+    return found
+
+
+def note_verified(paths: Iterable[Path]) -> None:
+    """Add these to the lists of their folders; files that are gone leave them. Raises OSError."""
+    folders: dict[Path, list[Path]] = {}
+    for path in paths:
+        folders.setdefault(path.parent, []).append(path)
+    for folder, fresh in folders.items():
+        rows = {name: row for name, row in _read(folder).items() if (folder / name).exists()}
+        rows |= {path.name: stamp for path in fresh if (stamp := _stamp(path)) is not None}
+        new = folder / f"{LIST}.part"
+        new.write_text(json.dumps(rows), encoding="utf-8")
+        new.replace(folder / LIST)
+
+
+def _stamp(path: Path) -> list[int] | None:
+    """Size and time of the last change in ns; None when it cannot be seen."""
+    try:
+        about = path.stat()
+    except OSError:
+        return None
+    return [about.st_size, about.st_mtime_ns]
+
+
+def _read(folder: Path) -> dict[str, list[int]]:
+    """A list that cannot be read is empty: everything is verified once more."""
+    try:
+        rows = json.loads((folder / LIST).read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return {}
+    return rows if isinstance(rows, dict) else {}

@@ -1,0 +1,42 @@
+"""Files that people name: whatever they are, there is a sentence and never a wait."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from movingout.maps import MapError, load_map
+from movingout.maps.files.input_file import read_input
+from movingout.study.design.study_file import read_study
+from movingout.study.errors import StudyError
+
+
+@pytest.fixture
+def pipe(tmp_path: Path) -> Path:
+    os.mkfifo(tmp_path / "pipe.yaml")
+    return tmp_path / "pipe.yaml"
+
+
+def test_a_pipe_is_no_study_and_no_map(pipe: Path) -> None:
+    with pytest.raises(StudyError, match="pipe or a device"):
+        read_study(pipe)
+    with pytest.raises(MapError, match="pipe or a device"):
+        load_map(str(pipe.rename(pipe.with_suffix(".json"))))
+
+
+def test_a_name_with_a_nul_a_folder_and_a_deep_document_are_refused_in_a_sentence(tmp_path: Path) -> None:
+    with pytest.raises(StudyError, match="NUL"):
+        read_study(Path("a\0b.yaml"))
+    with pytest.raises(StudyError, match="directory"):
+        read_study(tmp_path)
+    for text in ("[" * 50_000, "a: " + "{b: " * 3_000, "&a [*a]", "\0", "x: !!python/object:os.system {}"):
+        (tmp_path / "deep.yaml").write_text(text)
+        with pytest.raises(StudyError):
+            read_study(tmp_path / "deep.yaml")
+
+
+def test_a_file_that_is_too_large_is_not_read(tmp_path: Path) -> None:
+    (tmp_path / "large").write_bytes(b"x" * 1001)
+    assert len(read_input(tmp_path / "large", most=1001)) == 1001
+    with pytest.raises(OSError, match="more than"):
+        read_input(tmp_path / "large", most=1000)

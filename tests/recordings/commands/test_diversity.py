@@ -1,0 +1,151 @@
+"""`movingout recordings diversity` as a user types it."""
+
+import csv
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from PIL import Image
+
+from movingout.recordings import SeatInfo, finalise
+from movingout.recordings.exports import export
+from movingout.recordings.exports.plan import ExportPlan
+from movingout.server.cli import main
+from tests.recordings.support import record
+
+
+def people(blue: str, red: str) -> tuple[SeatInfo, SeatInfo]:
+    return SeatInfo("human", blue), SeatInfo("human", red)
+
+
+def played(folder: Path, name: str, map_name: str, blue: str, red: str, seed: int, **more: Any) -> Path:
+    path = finalise(
+        record(folder, ticks=12, episode_id=name, map_name=map_name, seats=people(blue, red), seed=seed, **more)[0]
+    )
+    return path
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two pairs on two maps, with a copy of one episode, and one that does not count."""
+    folder = tmp_path_factory.mktemp("recordings")
+    for seed in (1, 2, 3):
+        played(folder, f"one-{seed}", "HandOff", "P1", "P2", seed=min(seed, 2))
+    for seed in (4, 5, 6):
+        played(folder, f"two-{seed}", "HandOff", "P3", "P4", seed=seed)
+    for seed in (4, 5):
+        played(folder, f"left-{seed}", "LeftRight", "P1", "P2", seed=seed)
+    played(folder, "two-left", "LeftRight", "P4", "P3", seed=6)
+    played(folder, "broken-off", "HandOff", "P1", "P2", seed=7, outcome="left")
+    return folder
+
+
+def measured(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[dict[str, Any], str]:
+    assert main(["recordings", "diversity", "--json", "--workers", "1", *words]) == 0
+    said = capsys.readouterr()
+    return json.loads(said.out), said.err
+
+
+def test_groups_are_compared_with_equally_many_episodes(data: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    found, said = measured(capsys, str(data), "--by", "group", "--draws", "4")
+    rows = {(row["map"], row["population"]): row for row in found["maps"]}
+    counts = {key: (row["episodes"], row["distinct"], row["drawn"]) for key, row in rows.items()}
+    assert counts == {
+        ("HandOff", "P1+P2"): (3, 2, 3),
+        ("HandOff", "P3+P4"): (3, 3, 3),
+        ("HandOff", "all together"): (6, 5, 3),
+        ("LeftRight", "P1+P2"): (2, 2, 0),
+        ("LeftRight", "P3+P4"): (1, 1, 0),
+        ("LeftRight", "all together"): (3, 3, 3),
+    }
+    assert rows["LeftRight", "P3+P4"]["dtw_mean"] is None  # too few to be measured
+    overall = {row["population"]: row["maps"] for row in found["overall"]}
+    assert overall == {"P1+P2": 1, "P3+P4": 1, "all together": 1}  # only HandOff has three of everybody
+    assert "left out: 1 unfinished" in said and found["left_out"]["unfinished"] == 1
+
+
+def test_all_episodes_are_measured_when_asked_for(data: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    found, _ = measured(capsys, str(data), "--by", "group", "--counts", "all", "--map", "HandOff")
+    everybody = next(row for row in found["maps"] if row["population"] == "all together")
+    assert everybody["drawn"] == 6 and everybody["dtw_mean_stderr"] > 0 and everybody["entropy_stderr"] > 0
+
+
+def test_official_files_are_measured_like_the_recordings_that_they_come_from(
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    files = sorted(data.glob("two-?.mcap"))
+    export("official", ExportPlan(files, tmp_path / "official"))
+    official, _ = measured(capsys, str(tmp_path / "official"))
+    ours, _ = measured(capsys, *map(str, files), "--by", "group")
+    numbers = ("episodes", "distinct", "dtw_mean", "dtw_variance", "entropy", "coverage")
+    (first,), (second,) = official["maps"], ours["maps"]
+    assert [first[name] for name in numbers] == pytest.approx([second[name] for name in numbers], rel=0.05)
+
+
+def test_a_folder_has_the_tables_and_a_picture_per_map(
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for style in ("dots", "trails", "heat"):
+        target = tmp_path / style
+        assert main(["recordings", "diversity", str(data), "--by", "group", "-o", str(target), "--plot", style]) == 0
+        names = {path.name for path in target.iterdir()}
+        pictures = {"positions-HandOff.png", "positions-LeftRight.png"}
+        assert names == {"diversity.md", "maps.csv", "populations.csv"} | pictures
+        with Image.open(target / "positions-HandOff.png") as picture:
+            assert picture.size == (3 * 332 + 12, 320 + 34 + 24)
+            assert len(picture.getcolors(100_000) or []) > 20  # neither blank nor one colour
+    with (tmp_path / "dots" / "maps.csv").open(encoding="utf-8") as stream:
+        assert len(list(csv.DictReader(stream))) == 6
+    assert "wrote" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["nothing-there"], "there is nothing at nothing-there; check the name"),
+        (["{empty}"], "there are no recordings in {empty}: neither *.mcap nor official"),
+        (["{data}", "--map", "HandOf"], "no finished episode on HandOf; maps here: HandOff, LeftRight"),
+        (["{data}", "-o", "{empty}"], "{empty} exists already and is not overwritten"),
+        (["{data}/broken-off.mcap"], "no finished episode was found (1 unfinished)"),
+    ],
+)
+def test_what_cannot_be_measured_is_refused_in_a_sentence(
+    words: list[str], sentence: str, data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    places = {"data": data, "empty": tmp_path}
+    assert main(["recordings", "diversity", *(word.format(**places) for word in words)]) == 2
+    assert sentence.format(**places) in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--points", "0"], "--points: it must be at least 1"),
+        (["--bandwidth", "0"], "--bandwidth: a width is above 0"),
+        (["--by", "grup"], "--by: unknown value 'grup'"),
+    ],
+)
+def test_options_that_mean_nothing_are_refused(
+    words: list[str], sentence: str, data: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        main(["recordings", "diversity", str(data), *words])
+    assert sentence in capsys.readouterr().err
+
+
+def test_one_participant_alone_has_nobody_to_be_compared_with(
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for seed in (1, 2, 3):
+        seats = (SeatInfo("human", "P9"), SeatInfo("agent", "scripted"))
+        finalise(record(tmp_path, ticks=12, episode_id=f"alone-{seed}", seats=seats, seed=seed)[0])
+    found, said = measured(capsys, str(tmp_path), "--by", "participant")
+    assert "there is only one population by participant, P9: nothing to compare it with" in said
+    assert [row["population"] for row in found["overall"]] == ["P9"]
+
+
+def test_recordings_without_names_cannot_be_grouped_by_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    finalise(record(tmp_path, ticks=12, seats=people("", ""))[0])
+    assert main(["recordings", "diversity", str(tmp_path), "--by", "participant"]) == 2
+    assert "no recording names its participants, so --by participant is impossible" in capsys.readouterr().err

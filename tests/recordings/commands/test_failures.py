@@ -1,0 +1,50 @@
+"""`movingout recordings failures` as a user types it."""
+
+import csv
+import json
+from pathlib import Path
+
+import pytest
+
+from movingout.recordings.annotation.search import search_failures
+from movingout.recordings.annotation.verdicts import add_verdict, new_line
+from movingout.server.cli import main
+from tests.recordings.annotation.support import waiting_alone
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    place = tmp_path / "recordings"
+    for name in ("first", "second"):
+        waiting_alone(place, name)
+    return place
+
+
+def test_rates_by_rules_and_by_annotators(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    first, second = (one.findings[0] for one in search_failures(folder).recordings)
+    for finding, verdict, who in ((first, "confirmed", "Ada"), (first, "confirmed", "Bo"), (second, "rejected", "Ada")):
+        add_verdict(folder, new_line(finding.id, verdict, who, note="=1+1"))
+    out = tmp_path / "findings.csv"
+    assert main(["recordings", "failures", str(folder), "--json", "-o", str(out)]) == 0
+    document = json.loads(capsys.readouterr().out)
+    rates = {(rate["who"], rate["case"]): rate for rate in document["rates"]}
+    away = rates["bass@all", "stays_away"]
+    assert (away["found"]["mean"], away["confirmed"]["mean"], away["found"]["n"], away["open"]) == (1.0, 0.5, 2, 0)
+    assert rates["people", "stays_away"]["found"]["mean"] == 0.0
+    assert document["agreement"] == [{"one": "Ada", "other": "Bo", "both": 1, "same": 1, "kappa": None}]
+    with out.open(encoding="utf-8") as stream:
+        rows = list(csv.DictReader(stream))
+    assert [row["verdict"] for row in rows] == ["confirmed", "rejected"]
+    assert [row["verdict Bo"] for row in rows] == ["confirmed", ""] and rows[0]["note Ada"] == "'=1+1"
+
+
+def test_the_page_of_rates_says_where_to_annotate(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["recordings", "failures", str(folder)]) == 0
+    said = capsys.readouterr().out
+    assert "2 recordings: 2 findings by rules" in said and "open /annotate" in said
+    assert "bass@all: does not come when help is needed: n = 2, by rules 1.000" in said
+
+
+def test_a_folder_without_recordings_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["recordings", "failures", str(tmp_path)]) == 2
+    assert f"there are no finished recordings in {tmp_path}" in capsys.readouterr().err

@@ -1,0 +1,37 @@
+from pathlib import Path
+
+import pytest
+import yaml
+
+from movingout.recordings import SeatInfo, finalise
+from movingout.recordings.exports import export
+from movingout.recordings.exports.dataset_card import FILES
+from movingout.recordings.exports.plan import ExportPlan
+from tests.recordings.support import record
+
+
+@pytest.fixture(scope="module")
+def recordings(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    folder = tmp_path_factory.mktemp("recordings")
+    person = SeatInfo("human", "P-1", device="touch")
+    first, _ = record(folder, ticks=4, episode_id="first", seats=(person, SeatInfo("agent", "scripted")))
+    second, _ = record(folder, ticks=4, episode_id="second")
+    return [finalise(first), finalise(second)]
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_the_card_counts_what_was_exported_and_names_files_that_exist(
+    name: str, recordings: list[Path], tmp_path: Path
+) -> None:
+    target = tmp_path / "data"
+    export(name, ExportPlan(recordings, target, test_share=0.5, split_by="episode"))
+    text = (target / "README.md").read_text(encoding="utf-8")
+    head = yaml.safe_load(text.split("---")[1])
+    for config in head["configs"]:
+        assert list(target.glob(config["data_files"]))
+    assert "license" not in head
+    assert "| episodes | 2: 1 for training, 1 for testing |" in text
+    assert "| maps | HandOff (2) |" in text
+    assert "| seats | agents (2), people (2) |" in text
+    assert ("layout `official-v1`" in text) == (name in ("parquet", "lerobot"))
+    assert "P-1" not in text

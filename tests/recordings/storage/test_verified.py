@@ -1,0 +1,25 @@
+"""Recordings are verified once, and again when they have changed."""
+
+from pathlib import Path
+
+import pytest
+
+from movingout.recordings import finalise
+from movingout.server.cli import main
+from tests.recordings.support import record
+
+
+def test_new_recordings_are_verified_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    command = ["recordings", "verify", str(tmp_path), "--new", "--workers", "1"]
+    first = finalise(record(tmp_path, ticks=12, episode_id="first")[0])
+    assert main(command) == 0 and first.name in capsys.readouterr().out
+    assert main(command) == 0 and capsys.readouterr().out == "nothing new to verify\n"
+    second = finalise(record(tmp_path, ticks=13, episode_id="second")[0])
+    assert main(command) == 0
+    said = capsys.readouterr().out
+    assert second.name in said and first.name not in said
+    first.write_bytes(first.read_bytes()[:-100])
+    assert main(command) == 2, "what is damaged is named each time"
+    assert main(command) == 2
+    (tmp_path / ".verified.json").write_text("[[[")
+    assert main([*command, "--json"]) == 2

@@ -1,0 +1,80 @@
+"""Recordings are divided into groups that share no participant, and the list of them is read back."""
+
+from pathlib import Path
+
+import pytest
+
+from movingout.recordings.errors import RecordingError
+from movingout.recordings.groups import group_sentences, grouped, of_group, read_groups, write_groups
+from movingout.server.cli import main
+from tests.agents.learning import recorded
+
+PAIRS = ("a", "b"), ("c", "d"), ("e", "f"), ("b", "g")
+
+
+def _episodes(folder: Path) -> list[Path]:
+    return [recorded(folder, f"{one}{two}", ticks=9, people=(one, two)) for one, two in PAIRS]
+
+
+def test_nobody_is_in_two_groups_and_the_seed_decides(tmp_path: Path) -> None:
+    paths = _episodes(tmp_path)
+    rows = grouped(paths, 2, seed=0)
+    people = [{name for row in rows if row.group == group for name in row.people} for group in (1, 2)]
+    assert people[0] | people[1] == set("abcdefg") and not people[0] & people[1]
+    assert rows == grouped(paths, 2, seed=0)
+    assert len({tuple(row.group for row in grouped(paths, 2, seed=seed)) for seed in range(8)}) > 1
+    assert {row.group for row in grouped(paths, 3)} == {1, 2, 3}
+
+
+def test_too_few_participants_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(RecordingError, match=r"4 groups need 4 participants or pairs .* these recordings have 3"):
+        grouped(_episodes(tmp_path), 4)
+    with pytest.raises(RecordingError, match=r"have 1 \(participants: 2 \(a, b\)\); add recordings of other people"):
+        grouped([recorded(tmp_path / "one", "one", ticks=9)], 2)
+
+
+def test_poor_episodes_are_left_out(tmp_path: Path) -> None:
+    with pytest.raises(RecordingError, match=r"none of 4 recordings has a TCR of 0\.5 or more"):
+        grouped(_episodes(tmp_path), 1, min_tcr=0.5)
+    with pytest.raises(RecordingError, match="there are no recordings"):
+        grouped([], 1)
+
+
+def test_the_list_is_read_back_wherever_its_folder_lies(tmp_path: Path) -> None:
+    _episodes(tmp_path / "here" / "recordings")
+    rows = grouped(sorted((tmp_path / "here" / "recordings").glob("*.mcap")), 2)
+    write_groups(tmp_path / "here" / "groups.csv", rows)
+    (tmp_path / "here").rename(tmp_path / "there")
+    again = read_groups(tmp_path / "there" / "groups.csv")
+    assert [row[1:] for row in again] == [row[1:] for row in rows] and all(row.path.exists() for row in again)
+    first = of_group(tmp_path / "there" / "groups.csv", 1)
+    assert first == [row.path for row in again if row.group == 1]
+    with pytest.raises(RecordingError, match=r"has no group 3; it has 1 \(\d episodes\)"):
+        of_group(tmp_path / "there" / "groups.csv", 3)
+
+
+def test_a_list_that_is_none_is_refused_with_its_line(tmp_path: Path) -> None:
+    file = tmp_path / "groups.csv"
+    file.write_text("file,group,episode,map,variant,blue,red,tcr\nx.mcap,one,x,HandOff,,a,b,0.5\n")
+    with pytest.raises(RecordingError, match="line 2: not a line of `movingout recordings split`"):
+        read_groups(file)
+    file.write_text("file,group,episode,map,variant,blue,red,tcr\nx.mcap,1,x,HandOff,,a,b,0.5\n")
+    with pytest.raises(RecordingError, match=r"x\.mcap, which is not there"):
+        read_groups(file)
+
+
+def test_sentences_name_the_maps_that_a_group_lacks(tmp_path: Path) -> None:
+    rows = grouped(_episodes(tmp_path), 2)
+    moved = [row._replace(map="LeftRight") if row.group == 2 else row for row in rows]
+    first, second = group_sentences(moved)
+    assert first.endswith("no episode on LeftRight") and second.endswith("no episode on HandOff")
+
+
+def test_the_command_writes_the_list(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    _episodes(tmp_path)
+    out = tmp_path / "groups.csv"
+    assert main(["recordings", "split", str(tmp_path), "--groups", "2", "-o", str(out)]) == 0
+    assert "4 recordings in" in capsys.readouterr().out and len(read_groups(out)) == 4
+    assert main(["recordings", "split", str(tmp_path), "--groups", "9", "-o", str(out)]) == 2
+    assert "9 groups need 9 participants" in capsys.readouterr().err
+    assert main(["recordings", "split", str(tmp_path), "--min-tcr", "2", "-o", str(out)]) == 2

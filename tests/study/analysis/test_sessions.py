@@ -1,0 +1,103 @@
+"""Failure rates per session and the rows beside the paper's, from recordings and what annotators said."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from movingout.recordings import SeatInfo
+from movingout.recordings.annotation.verdicts import VERDICTS_NAME, add_verdict, new_line, verdicts_of
+from movingout.study.analysis.page import all_tables, page
+from movingout.study.analysis.paper_tables import annotation_table, failure_table, paper_table
+from movingout.study.analysis.results import collect
+from movingout.study.analysis.sessions import paper_label
+from movingout.study.data.erasure import erase
+from movingout.study.data.study_folder import StudyFolder
+from movingout.study.errors import StudyError
+from movingout.study.store import Store
+from movingout.study.store.tables import players, rounds
+from tests.recordings.annotation.support import waiting_alone
+from tests.study.filled import fill, template
+
+Filled = tuple[StudyFolder, Store, list[str]]
+
+
+@pytest.fixture
+def filled(tmp_path: Path) -> Iterator[Filled]:
+    """Two participants of the paper's study on one map; in two rounds with DP it stays away from its participant."""
+    study, text = template("paper", **{"    maps: all     ": "    maps: [SingleRotation] "})
+    place, store, pids = fill(tmp_path, study, text, 2, seed=1)
+    for row in _rounds(store, "dp"):
+        waiting_alone(place.recordings, row["episode"], seats=(SeatInfo("agent", "dp"), SeatInfo("human", pids[0])))
+    yield place, store, pids
+
+
+def _rounds(store: Store, partner: str) -> list[dict[str, Any]]:
+    """The rounds in which the partner is blue."""
+    seats = {one["round"]: one["seat"] for one in store.rows(players)}
+    return [row for row in store.rows(rounds) if row["partner"] == partner and seats[row["id"]] == 1]
+
+
+def plain(partner: str) -> str:
+    return partner
+
+
+def test_a_session_has_a_failure_if_a_round_has_and_the_papers_rate_stands_beside(filled: Filled) -> None:
+    place, store, _ = filled
+    results = collect(place.study, store, place.recordings)
+    rows = {(row[0], row[1]): row[2:] for row in failure_table(results, plain).rows}
+    assert rows["dp", "Does not come when help is needed"] == ("2", "2 / 2 (1.000)", "–", "44 / 64 (0.688)")
+    assert rows["dp", "Fails to grasp on approach"] == ("2", "0 / 2 (0.000)", "–", "58 / 64 (0.906)")
+    table = paper_table(results, plain)
+    assert table is not None
+    ours, papers, *_ = table.rows
+    assert ours[:3] == ("dp", "this study", "4") and papers[:3] == ("DP", "paper", "–")
+    assert papers[3:] == ("0.386 ± 0.051", "0.555 ± 0.043", "0.489 ± 0.046", "0.805 ± 0.013")
+    assert ours[5].startswith("0.8")  # the share of 110 ticks in which the large item was held alone
+
+
+def test_what_annotators_reject_is_not_confirmed(filled: Filled) -> None:
+    place, store, _ = filled
+    one, other = collect(place.study, store, place.recordings).sessions.findings
+    add_verdict(place.recordings, new_line(one.id, "confirmed", "Ada"))
+    add_verdict(place.recordings, new_line(other.id, "rejected", "Ada"))
+    results = collect(place.study, store, place.recordings)
+    row = next(row for row in failure_table(results, plain).rows if "help" in row[1])
+    assert row[4] == "1 / 2 (0.500)"
+    assert [row[6] for row in annotation_table(results).rows] == ["–", "0.500", "–"]
+    assert {"failures", "annotations", "agreement", "paper"} <= {table.name for table in all_tables(results, plain)}
+    assert "No two annotators have judged the same finding yet." in page(results, plain, "about")
+
+
+def test_annotations_of_another_study_are_refused(filled: Filled, tmp_path: Path) -> None:
+    place, store, _ = filled
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    add_verdict(elsewhere, new_line("other:keeps:0:0:1", "confirmed", "Bo", study="main-study"))
+    with pytest.raises(StudyError, match="annotates main-study, not pilot: none of its recordings is here"):
+        collect(place.study, store, place.recordings, [elsewhere / VERDICTS_NAME])
+
+
+def test_forgetting_a_participant_removes_what_was_said_about_their_rounds(filled: Filled) -> None:
+    place, store, pids = filled
+    for finding in collect(place.study, store, place.recordings).sessions.findings:
+        add_verdict(place.recordings, new_line(finding.id, "confirmed", "Ada"))
+    assert len(verdicts_of(place.recordings)) == 2
+    erase(place, store, pids[0])
+    assert verdicts_of(place.recordings) == []  # both recordings name the first participant
+
+
+def test_a_study_without_recordings_has_no_failure_rates(tmp_path: Path) -> None:
+    study, text = template("paper", **{"    maps: all     ": "    maps: [SingleRotation] "})
+    place, store, _ = fill(tmp_path, study, text, 1)
+    results = collect(study, store, place.recordings)
+    assert results.sessions.sessions == () and "failures" not in {one.name for one in all_tables(results, plain)}
+
+
+@pytest.mark.parametrize(
+    ("agent", "label"),
+    [("dp@all:lag=1", "DP"), ("bass@all:score=nfd", "DP/BASS"), ("mlp@all", ""), ("my.package:Agent", ""), ("", "")],
+)
+def test_agents_stand_beside_the_paper_by_their_kind(agent: str, label: str) -> None:
+    assert paper_label(agent) == label

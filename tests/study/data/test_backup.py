@@ -1,0 +1,110 @@
+"""A backup that was made while people play is restored, and they go on from where they were."""
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+from movingout.recordings import verify
+from movingout.recordings.annotation.verdicts import add_verdict, new_line, verdicts_of
+from movingout.recordings.storage.listing import recording_paths
+from movingout.server.cli import main
+from movingout.study.data.backup import back_up, restore
+from movingout.study.errors import StudyError
+from movingout.study.store.tables import answers, rounds
+from tests.server.study.support import SOLO, served
+
+
+@pytest.fixture(scope="module")
+def backed_up(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path, str]:
+    """A backup of a study with one round played and one participant in the middle; a second one linked to it."""
+    place = tmp_path_factory.mktemp("backup")
+    with served(place / "data") as study:
+        visitor = study.visitor(PROLIFIC_PID="stays").go_to("questionnaire")
+        visitor.answer("teamwork", 6)
+        study.live.run(lambda: None)
+        (episode,) = (str(row["episode"]) for row in study.running.databases.store.rows(rounds))
+        for recording in (episode, "another"):
+            add_verdict(study.folder.recordings, new_line(f"{recording}:keeps:0:10", "confirmed", "Ada"))
+        back_up(study.folder, place / "first", 1_800_000_000.0)
+        visitor.answer("humanlike", 2)  # after the backup
+        back_up(study.folder, place / "second", 1_800_000_100.0, previous=place / "first")
+        token = visitor.token
+    return place / "first", place / "second", token
+
+
+def test_a_restored_study_goes_on_where_the_backup_was_made(backed_up: tuple[Path, Path, str], tmp_path: Path) -> None:
+    first, _, token = backed_up
+    done = restore(first, tmp_path)
+    assert (done.study, done.recordings, done.identities) == ("solo", 1, True)
+    found = recording_paths(tmp_path / "recordings")
+    [said] = verdicts_of(tmp_path / "recordings")
+    assert said.recording == found[0].name.partition(".")[0] and said.annotator == "Ada", "of this study alone"
+    with served(tmp_path) as study:
+        given = {
+            row["item"]
+            for row in study.running.databases.store.rows(answers)
+            if row["item"] in ("teamwork", "humanlike")
+        }
+        assert given == {"teamwork"}, "as it was at the backup"
+        returned = study.visitor(PROLIFIC_PID="stays", known=[token])
+        assert returned.kind == "questionnaire" and returned.step["answers"]["teamwork"]["value"] == 6
+        assert returned.go_to("code").step["outcome"] == "done"
+        assert all(row["ticks"] for row in study.running.databases.store.rows(rounds))
+    # The server has ended, so no journal becomes a recording meanwhile.
+    found = recording_paths(tmp_path / "recordings")
+    assert len(found) >= 2 and all(verify(path).identical for path in found)
+
+
+def test_what_has_not_changed_takes_no_room_twice(backed_up: tuple[Path, Path, str]) -> None:
+    first, second, _ = backed_up
+    [name] = [path.name for path in (first / "recordings").glob("*.mcap")] or [""]
+    if name:
+        assert (second / "recordings" / name).samefile(first / "recordings" / name)
+    assert (second / "manifest.json").read_text() != (first / "manifest.json").read_text()
+    assert not [path for path in second.rglob("*-wal")]
+
+
+def test_a_damaged_backup_is_not_restored(backed_up: tuple[Path, Path, str], tmp_path: Path) -> None:
+    first, _, _ = backed_up
+    spoiled = {
+        "study.sqlite": b"nonsense",
+        "identity.sqlite": b"",
+        "manifest.json": b"[" * 100_000,
+        "./manifest.json": b'{"format": 1, "study": "solo", "files": {"../x": {}}}',
+    }
+    for number, (name, content) in enumerate(spoiled.items()):
+        copy = tmp_path / f"copy{number}"
+        shutil.copytree(first, copy)
+        (copy / name).write_bytes(content)
+        with pytest.raises(StudyError, match=r"damaged|no backup"):
+            restore(copy, tmp_path / "data")
+        assert not (tmp_path / "data").exists()
+
+
+def test_nothing_is_overwritten(backed_up: tuple[Path, Path, str], tmp_path: Path) -> None:
+    first, _, _ = backed_up
+    restore(first, tmp_path)
+    with pytest.raises(StudyError, match="has data of the study solo already"):
+        restore(first, tmp_path)
+
+
+def test_the_commands_say_what_they_did(
+    backed_up: tuple[Path, Path, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    first, _, _ = backed_up
+    file, data = tmp_path / "study.yaml", str(tmp_path / "data")
+    file.write_text(SOLO)
+    assert main(["study", "restore", str(first), "--data", data]) == 0
+    assert "every checksum right" in capsys.readouterr().out
+    out = ["-o", str(tmp_path / "again")]
+    assert main(["study", "backup", str(file), "--data", data, "--no-identities", "--json", *out]) == 0
+    assert json.loads(capsys.readouterr().out)["missing"] == []
+    assert not (tmp_path / "again" / "identity.sqlite").exists()
+    assert main(["study", "backup", str(file), "--data", data, *out]) == 2
+    assert main(["study", "backup", str(file), "--data", str(tmp_path / "none")]) == 2
+    assert main(["study", "restore", str(tmp_path), "--data", data]) == 2
+    assert main(["study", "backup", str(file), "--data", data, "--database", "postgresql://x/y"]) == 2
+    said = [line for line in capsys.readouterr().err.splitlines() if line.startswith("movingout: ")]
+    assert len(said) == 4, "a sentence each, among what the server beside says"
