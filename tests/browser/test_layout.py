@@ -179,6 +179,9 @@ def test_whoever_watches_sees_the_whole_arena(
     watched = [".play-head", *PARTS, "#mute"]
     before = _apart_and_inside(page, watched, window)
     player.get_by_role("button", name="I am ready").click()
+    wait_for(page, "game.phase === 'countdown'")
+    left, _, right, _ = box(page, ".play-head")
+    assert right - left > 1, "the heading stays while they count down"
     wait_for(page, "game.phase === 'playing'")
     after = _apart_and_inside(page, watched, window)
     assert before["#arena"] == after["#arena"]
