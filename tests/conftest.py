@@ -23,7 +23,7 @@ IN_REAL_TIME = ("tests/browser/", "tests/server/", "tests/attacks/")
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if item.nodeid.startswith(IN_REAL_TIME):
-            item.add_marker(pytest.mark.flaky(reruns=1, reruns_delay=2))
+            item.add_marker(pytest.mark.flaky(reruns=2, reruns_delay=2))
 
 
 class OneBrowserAtATime(LoadScopeScheduling):  # type: ignore[misc]  # xdist has no types
