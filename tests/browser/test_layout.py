@@ -45,6 +45,9 @@ class Window(NamedTuple):
 WINDOWS = [
     Window(390, 664, True, 370),
     Window(375, 553, True, 330, "de-DE"),
+    Window(320, 568, True, 300, "de-DE"),
+    Window(568, 320, True, 260, "de-DE"),
+    Window(280, 653, True, 260),
     Window(360, 640, True, 340, "de-DE", dark=True),
     Window(412, 732, True, 390),
     Window(667, 375, True, 350, "de-DE"),
@@ -141,7 +144,7 @@ def test_a_round_fits_the_window_and_nothing_moves_when_it_starts(
     wait_for(page, "game.tick > 1")  # every part has been written since
     assert not scrolls(page)
     beside = ["#controls"] if window.width < window.height else ["#controls", "#connection"]
-    parts = PARTS + (THUMBS if window.touch else beside)
+    parts = ["#mute", *PARTS, *(THUMBS if window.touch else beside)]
     boxes = {part: assert_inside(page, part) for part in parts}
     assert boxes["#arena"][2] - boxes["#arena"][0] >= window.arena
     for index, part in enumerate(parts):
