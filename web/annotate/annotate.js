@@ -220,7 +220,7 @@ class AnnotatePage {
       "button",
       {
         type: "button",
-        class: "annotate-finding",
+        class: "replay-event annotate-finding",
         "aria-current": finding === this.#current ? "true" : null,
         onclick: () => void this.open(finding),
       },

@@ -19,6 +19,7 @@ import numpy as np
 
 from movingout.maps import MapSpec
 from movingout.world import constants as c
+from movingout.world.observation.array_encoder import ArrayEncoder
 from movingout.world.observation.egocentric import (
     ITEM_SLOTS,
     ITEM_WIDTH,
@@ -29,7 +30,7 @@ from movingout.world.observation.egocentric import (
 )
 from movingout.world.observation.navigation import FAR, navigation, on_grid
 from movingout.world.scoring import delivered_many
-from movingout.world.state import Floats, Ints, WorldState
+from movingout.world.state import Floats, Ints
 
 AWARE_LAYOUT = "aware-v1"
 _ITEM_WIDTH = 15
@@ -57,7 +58,7 @@ def aware_bounds() -> Floats:
     return np.concatenate((WITH_MAP.bounds, [apart, apart, 1.0, 1.0], ITEM_SLOTS * item))
 
 
-class AwareEncoder:
+class AwareEncoder(ArrayEncoder):
     """Encodes states of one map in `aware-v1`."""
 
     def __init__(self, map_spec: MapSpec) -> None:
@@ -65,18 +66,6 @@ class AwareEncoder:
         self.map = map_spec
         self._base = Encoder(map_spec, WITH_MAP)
         self._bulk = np.array([[item.scale, np.log1p(item.mass) / 4] for item in map_spec.items]).reshape(-1, 2)
-
-    def encode(self, state: WorldState, seat: int) -> Floats:
-        """The vector (D,) that `seat` sees."""
-        rows = self.encode_arrays(
-            state.robot_poses[None], state.robot_velocities[None], state.held[None], state.item_poses[None], seat
-        )
-        vector: Floats = rows[0]
-        return vector
-
-    def encode_both(self, state: WorldState) -> tuple[Floats, Floats]:
-        """What blue and red see, (D,) each."""
-        return self.encode(state, 0), self.encode(state, 1)
 
     def encode_arrays(
         self, robot_poses: Floats, robot_velocities: Floats, held: Ints, item_poses: Floats, seat: int

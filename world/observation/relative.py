@@ -41,9 +41,10 @@ from movingout.maps import MapSpec
 from movingout.maps.spec import SHAPES, SIZES
 from movingout.world import constants as c
 from movingout.world.errors import WorldError
+from movingout.world.observation.array_encoder import ArrayEncoder
 from movingout.world.observation.ways import FAR, Seen, Ways, way_finder
 from movingout.world.scoring import delivered_many
-from movingout.world.state import Floats, Ints, WorldState
+from movingout.world.state import Floats, Ints
 
 RELATIVE_LAYOUT = "relative-v1"
 RAYS = 16
@@ -122,7 +123,7 @@ class Frame:
         return np.stack((cos * y - sin * x, -cos * x - sin * y), axis=-1)
 
 
-class RelativeEncoder:
+class RelativeEncoder(ArrayEncoder):
     """Encodes states of one map in `relative-v1`."""
 
     def __init__(self, map_spec: MapSpec) -> None:
@@ -144,18 +145,6 @@ class RelativeEncoder:
         sides = np.array([(g.right - g.left, g.top - g.bottom) for g in map_spec.goals]) / 2
         self._halves = sides
         self._centres = np.array([((g.left + g.right) / 2, (g.bottom + g.top) / 2) for g in map_spec.goals])
-
-    def encode(self, state: WorldState, seat: int) -> Floats:
-        """The vector (D,) that `seat` sees."""
-        rows = self.encode_arrays(
-            state.robot_poses[None], state.robot_velocities[None], state.held[None], state.item_poses[None], seat
-        )
-        vector: Floats = rows[0]
-        return vector
-
-    def encode_both(self, state: WorldState) -> tuple[Floats, Floats]:
-        """What blue and red see, (D,) each."""
-        return self.encode(state, 0), self.encode(state, 1)
 
     def encode_arrays(
         self, robot_poses: Floats, robot_velocities: Floats, held: Ints, item_poses: Floats, seat: int
