@@ -57,6 +57,7 @@ async def open_room(host: PublicHost, wanted: RoomRequest, address: str) -> dict
     refusal = host.refusal(for_operator=not address)
     if refusal:
         raise ApiError(503, "full", refusal.message, refusal=refusal.code, **refusal.values)  # the page says which
+    _check_named(wanted.seats)
     if wanted.tutorial:
         return await _open_tutorial(host, wanted, address)
     if all(seat.kind != "partner" for seat in wanted.seats):
@@ -69,6 +70,15 @@ async def open_room(host: PublicHost, wanted: RoomRequest, address: str) -> dict
             if error.code not in _CANNOT_PLAY:
                 raise
     return await _open_seated(host, _with_partner(wanted, last), address)
+
+
+def _check_named(seats: list[SeatRequest]) -> None:
+    """Raises ApiError where a seat names an agent or a recording that its kind would leave unread."""
+    for seat in seats:
+        for kind, named in (("agent", seat.agent), ("ghost", seat.recording)):
+            if named and seat.kind != kind:
+                text = f"a seat of kind {seat.kind!r} takes no {named!r}; write kind {kind!r}, or leave it out"
+                raise ApiError(422, "seat_kind", text)
 
 
 def _with_partner(wanted: RoomRequest, partner: str) -> RoomRequest:

@@ -22,6 +22,27 @@ def test_a_seat_that_is_left_to_the_server_has_the_trained_partner(live: Live) -
     assert opened(live) == (200, PARTNER)
 
 
+@pytest.mark.parametrize(
+    ("seat", "right"),
+    [
+        ({"kind": "partner", "agent": "scripted"}, "agent"),
+        ({"kind": "here", "agent": "scripted"}, "agent"),
+        ({"kind": "ghost", "recording": "x", "agent": "scripted"}, "agent"),
+        ({"kind": "partner", "recording": "x"}, "ghost"),
+    ],
+)
+@pytest.mark.parametrize("tutorial", [False, True])
+def test_a_seat_that_names_what_its_kind_leaves_unread_is_refused(
+    live: Live, seat: dict[str, str], right: str, tutorial: bool
+) -> None:
+    asked = {"maps": [] if tutorial else ["Simple"], "seats": [{"kind": "here"}, seat], "tutorial": tutorial}
+    before = len(live.rooms)
+    status, answer = live.call("/api/rooms", asked)
+    assert (status, answer["error"]["code"]) == (422, "seat_kind")
+    assert f"write kind '{right}'" in answer["error"]["message"]
+    assert len(live.rooms) == before
+
+
 def test_the_scripted_one_plays_while_agents_have_no_capacity_left(tmp_path: Path) -> None:
     with serve(tmp_path, limits()) as live:
         live.host.agents._most = 0.25
