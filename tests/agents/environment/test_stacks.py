@@ -1,5 +1,6 @@
 """What researchers train with takes the environments: each stack in an environment of its own, from its constraints."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -73,6 +74,7 @@ def test_rllib_builds_an_algorithm_and_trains_it(tmp_path: Path) -> None:
 
 
 def _run(command: list[str]) -> str:
-    ran = subprocess.run(command, capture_output=True, text=True, check=False)
+    installed_only = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}  # not this source tree
+    ran = subprocess.run(command, env=installed_only, capture_output=True, text=True, check=False)
     assert ran.returncode == 0, ran.stdout[-2000:] + ran.stderr[-4000:]
     return ran.stdout
