@@ -21,6 +21,11 @@ class EntryCell(NamedTuple):
     theirs: Figure | None
     ours: PaperCell
 
+    @property
+    def without_number(self) -> bool:
+        """Whether neither the paper nor this project has a number for it: nothing is missing here."""
+        return self.theirs is None and isinstance(self.ours, EmptyCell)
+
 
 @dataclass(frozen=True, kw_only=True)
 class PaperEntry:
@@ -66,7 +71,7 @@ class PaperEntry:
             return "whole"
         if self.kind == "illustration":
             return "illustration"
-        cells = [cell.ours for cell in self.cells()]
+        cells = [cell.ours for cell in self.cells() if not cell.without_number]
         filled = sum(not isinstance(cell, EmptyCell) for cell in cells)
         if cells and filled == len(cells):
             return "whole"

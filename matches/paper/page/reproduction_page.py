@@ -73,7 +73,8 @@ def _status(entry: PaperEntry, found: list[tuple[EntryCell, Found | None]], spac
     ours = [one for cell, one in found if not isinstance(cell.ours, EmptyCell)]
     there = sum(one is not None for one in ours)
     if there:
-        return MEASURED if there == len(found) else IN_PART
+        missing = any(one is None and not cell.without_number for cell, one in found)
+        return IN_PART if missing else MEASURED
     if ours:
         return "not measured with this budget"
     return "needs people" if entry.people else "another command" if entry.command else "not built"

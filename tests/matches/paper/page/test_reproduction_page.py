@@ -11,6 +11,7 @@ from movingout.agents.bass.recombination import RecombinedPiece
 from movingout.agents.overcooked.kitchen import is_installed
 from movingout.matches.paper.budgets import BUDGETS
 from movingout.matches.paper.diversity import diversity_cell, exchanged, learned_parts
+from movingout.matches.paper.entry import measurements
 from movingout.matches.paper.page.reproduction_page import BEGIN, END, write_page
 from movingout.matches.paper.registry import ENTRIES
 from movingout.matches.paper.workspace import Workspace
@@ -54,6 +55,21 @@ def test_a_page_gets_a_row_for_every_label_and_the_numbers_that_are_there(here: 
     before = text
     write_page(page, ENTRIES.values(), space, "2026-11-23")
     assert page.read_text(encoding="utf-8") == before
+
+
+def test_a_cell_that_the_paper_leaves_empty_too_is_not_missing(here: Path) -> None:
+    space, page, label = Workspace(budget=SMOKE), here / "page.md", "text:augmentation"
+    page.write_text(f"{BEGIN}\n{END}\n", encoding="utf-8")
+    assert ENTRIES[label].state == "whole"
+    empty = [cell for cell in ENTRIES[label].cells() if cell.without_number]
+    assert [(cell.row.name, cell.column.measure) for cell in empty] == [("Recorded", "valid_share")]
+    status = []
+    for one in measurements([ENTRIES[label]]):
+        write_page(page, [ENTRIES[label]], space, "2026-11-24")
+        status.append(_row(page, label)[1])
+        space.keep(one.name, {"entropy": Estimate(0.9, 0.1, 20), "valid_share": Estimate(0.9, 0.1, 20)})
+    write_page(page, [ENTRIES[label]], space, "2026-11-24")
+    assert [*status, _row(page, label)[1]] == ["not measured with this budget", "measured in part", "measured"]
 
 
 def test_a_page_keeps_what_it_has_with_a_bigger_budget_or_with_more_numbers(here: Path) -> None:
