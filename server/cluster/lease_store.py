@@ -16,7 +16,7 @@ from movingout.server.cluster.shards import SHARDS, STUDY
 from movingout.server.security.tokens import new_token
 
 LEASE_S = 5.0
-FORGET_S = 24 * 3600.0  # a room is not kept for longer: then whoever had its shard need not come back
+FORGET_S = 24 * 3600.0  # by the clock of the database: then nobody waits for whoever had a shard any more
 CALL_SHARE = 0.3  # of a lease, for an answer of the database: three calls fit into one
 CONNECT_S = 2
 SCHEMA = 2

@@ -5,10 +5,8 @@ milliseconds old at most. Of tokens it holds hashes only.
 """
 
 import asyncio
-import contextlib
 import logging
 import os
-import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
@@ -22,7 +20,6 @@ from movingout.server.rooms.services import RoomConfig
 log = logging.getLogger(__name__)
 
 VERSION = 1
-KEEP_S = 24 * 3600.0
 
 
 class SeatFile(msgspec.Struct, forbid_unknown_fields=True):
@@ -45,7 +42,7 @@ class RoomFile(msgspec.Struct, forbid_unknown_fields=True):
 
     version: int
     id: str
-    saved: float  # wall clock [s]
+    saved: float  # wall clock [s], for people who look; clocks jump, so nothing is decided by it
     config: RoomConfig
     seats: list[SeatFile]
     phase: m.Phase
@@ -85,7 +82,11 @@ class RoomStore:
         self._thread.shutdown()
 
     def load(self, mine: Callable[[str], bool] = lambda room_id: True) -> Iterator[RoomFile]:
-        """The rooms of the last run whose id is `mine`; files that are too old or not understood are removed."""
+        """The rooms of the last run whose id is `mine`, however old; files that are not understood are removed.
+
+        An old room waits for its players like after a short restart, and closes when nobody comes. One that the disk
+        does not give is left for the next start.
+        """
         return self.load_from(self._folder, mine)
 
     def load_from(self, folder: Path, mine: Callable[[str], bool] = lambda room_id: True) -> Iterator[RoomFile]:
@@ -93,10 +94,7 @@ class RoomStore:
         for path in sorted(folder.glob("*.json")):
             if not mine(path.stem):
                 continue
-            room = _read(path)
-            if room is None or room.version != VERSION or time.time() - room.saved > KEEP_S:
-                path.unlink(missing_ok=True)
-            else:
+            if room := _read(path):
                 yield room
 
     def _queue(self, room_id: str, content: bytes | None) -> "Future[None] | None":
@@ -127,7 +125,16 @@ class RoomStore:
 
 
 def _read(path: Path) -> RoomFile | None:
-    with contextlib.suppress(OSError, msgspec.MsgspecError):
-        return msgspec.json.decode(path.read_bytes(), type=RoomFile)
+    """The room; None for a file that is not understood, which is removed, or that the disk does not give."""
+    try:
+        room = msgspec.json.decode(path.read_bytes(), type=RoomFile)
+        if room.version == VERSION:
+            return room
+    except OSError as error:
+        log.error("the room file %s cannot be read: %s", path.name, error.strerror or error)
+        return None
+    except msgspec.MsgspecError:
+        pass
     log.warning("the room file %s is not understood and is left out", path.name)
+    path.unlink(missing_ok=True)
     return None

@@ -8,11 +8,11 @@ from movingout.server.persistence.room_store import VERSION, RoomFile
 from movingout.server.rooms.services import RoomConfig
 
 
-def room(name: str, epoch: int = 0) -> RoomFile:
+def room(name: str, epoch: int = 0, saved: float = 4e9) -> RoomFile:
     return RoomFile(
         version=VERSION,
         id=name,
-        saved=4e9,
+        saved=saved,
         config=RoomConfig(maps=("Simple",)),
         seats=[],
         phase="lobby",
@@ -67,6 +67,16 @@ def test_the_newest_files_count_and_a_half_made_copy_does_not(tmp_path: Path) ->
     adopt(tmp_path, tmp_path, "k", 21)
     adopt(tmp_path, tmp_path, "k", 21)  # the same node again
     assert [file.epoch for file in store(tmp_path, k=21).load_shard("k", 21)] == [20]
+
+
+def test_rooms_come_along_whatever_the_clocks_of_the_nodes_say(tmp_path: Path) -> None:
+    adopt(tmp_path, tmp_path, "k", 1)
+    made = store(tmp_path, k=1)
+    for name, saved in (("kaaa", 0.0), ("kbbb", 4e9)):  # in 1970, and in 2096
+        made.save(room(name, saved=saved))
+    made.close()
+    adopt(tmp_path, tmp_path, "k", 2)
+    assert [file.id for file in store(tmp_path, k=2).load_shard("k", 2)] == ["kaaa", "kbbb"]
 
 
 def test_journals_of_a_shard_are_found_by_their_letter(tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 """Which room files a server keeps: a finished round of a study must not leave a pseudonym and a result behind."""
 
 import asyncio
+import errno
 import os
 import time
 from pathlib import Path
@@ -28,6 +29,26 @@ def test_a_finished_round_of_a_study_leaves_no_room_file(tmp_path: Path, study: 
     host.store.close()
     assert room.phase == "series_over"
     assert file.exists() == kept
+
+
+def test_a_file_that_the_disk_does_not_give_waits_for_the_next_start(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    host = Host(Settings(data=tmp_path))
+    host.settings.rooms.mkdir()
+    room = host.registry.open(RoomConfig(maps=("Simple",)), [Seat(0, "human"), Seat(1, "idle")])
+    host.store.close()
+    (host.settings.rooms / "damaged.json").write_text("{")
+
+    def too_many_files(path: Path) -> bytes:
+        raise OSError(errno.EMFILE, "Too many open files")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "read_bytes", too_many_files)
+        assert list(host.store.load()) == []
+    assert "cannot be read: Too many open files" in caplog.text
+    assert [file.id for file in host.store.load()] == [room.id]
+    assert [path.stem for path in host.settings.rooms.iterdir()] == [room.id], "what is not understood is removed"
 
 
 def test_a_room_is_known_to_nobody_before_a_restart_would_bring_it_back(
