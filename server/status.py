@@ -67,7 +67,11 @@ def server_report(host: "PublicHost", reports: list[dict[str, Any]]) -> dict[str
         "refusal_code": refusal.code,
         "refusal_values": refusal.values,
         "agents": [worker for each in reports for worker in each["agents"]],
-        "rooms": [room for each in reports for room in each["rooms"]],
+        "rooms": [
+            room | {"rooms_of_address": len(host.admission.rooms_beside(room["room"]))}
+            for each in reports
+            for room in each["rooms"]
+        ],
     }
 
 

@@ -15,6 +15,7 @@ from movingout.recordings.imports.known_plays import known_plays
 from movingout.recordings.imports.map_match import maps_of
 from movingout.recordings.imports.sources import find, read, without_copies
 from movingout.recordings.progress import map_in_processes
+from movingout.recordings.terminal import printable
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -52,7 +53,7 @@ def perform(args: argparse.Namespace) -> int:
         trajectories = [report.to_json() for report in reports]
         print_json({"folder": str(folder), "copies": len(found) - len(sources), "trajectories": trajectories})
     else:
-        print("\n".join(_page(reports, folder, len(found) - len(sources))))
+        print("\n".join(map(printable, _page(reports, folder, len(found) - len(sources)))))
     return int(any(report.problem for report in reports))
 
 

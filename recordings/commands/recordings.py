@@ -248,7 +248,7 @@ def _recover(args: argparse.Namespace) -> int:
         return 0
     for entry in done:
         made = f" -> {entry.recording.name}" if entry.recording not in (None, entry.journal) else ""
-        print(f"{entry.journal.name}{made}: {entry.ticks} ticks, {entry.note}")
+        print(printable(f"{entry.journal.name}{made}: {entry.ticks} ticks, {entry.note}"))
     if not done:
         print("nothing to recover")
     return 0

@@ -8,6 +8,7 @@ from movingout.recordings.commands.arguments import add_data, add_json, print_js
 from movingout.recordings.errors import RecordingError
 from movingout.recordings.progress import with_progress
 from movingout.recordings.storage.s3_bucket import S3Bucket, not_uploaded, note_uploads, s3_address, upload
+from movingout.recordings.terminal import printable
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -37,5 +38,5 @@ def run(args: argparse.Namespace) -> int:
     else:
         print(f"sent {counted(sent, 'recording')}, {size / 1e6:.1f} MB, to {address}")
         for problem in problems:
-            print(f"movingout: {problem}", file=sys.stderr)
+            print(f"movingout: {printable(problem)}", file=sys.stderr)
     return 1 if problems else 0

@@ -10,6 +10,7 @@ from movingout.recordings.errors import RecordingError
 from movingout.recordings.progress import map_in_processes
 from movingout.recordings.ray_cluster import map_on_ray
 from movingout.recordings.storage.verified import not_verified, note_verified
+from movingout.recordings.terminal import printable
 from movingout.recordings.verification import Verification, verify
 
 
@@ -34,7 +35,7 @@ def perform(args: argparse.Namespace) -> int:
         print_json({"files": [_verdict_json(path, verdict) for path, verdict in zip(paths, verdicts, strict=True)]})
     else:
         for path, verdict in zip(paths, verdicts, strict=True):
-            print(_verdict_line(path, verdict))
+            print(printable(_verdict_line(path, verdict)))
         if len(verdicts) > 1:
             equal = sum(map(_holds, verdicts))
             print(f"{equal} of {len(verdicts)} recordings are identical")

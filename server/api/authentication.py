@@ -1,5 +1,6 @@
 """Who sends a request and what it contains: address, secret, origin, room, seat, body."""
 
+import contextlib
 from collections.abc import Callable
 from typing import Any, Concatenate, NamedTuple, TypeVar
 
@@ -78,6 +79,18 @@ async def close_room(host: PublicHost, room_id: str, code: int, notice: Notice) 
         await host.close_room(room_id, code, notice)
     except NoRoom:
         raise _no_room() from None
+
+
+async def close_rooms_beside(host: PublicHost, room_id: str, code: int, notice: Notice) -> int:
+    """Close all rooms of the address that opened this one: how many there were. Raises ApiError."""
+    closed = 0
+    for each in host.admission.rooms_beside(room_id):
+        with contextlib.suppress(NoRoom):  # it has ended meanwhile
+            await host.close_room(each, code, notice)
+            closed += 1
+    if not closed:
+        raise _no_room()
+    return closed
 
 
 def _no_room() -> ApiError:

@@ -22,6 +22,7 @@ from movingout.server.api.authentication import (
     bearer,
     body_of,
     close_room,
+    close_rooms_beside,
     in_room,
     own_page,
     seat_of_token,
@@ -262,6 +263,10 @@ def _admin_routes(host: PublicHost) -> APIRouter:
     async def close(room_id: str) -> dict[str, bool]:
         await close_room(host, room_id, m.CLOSE_KICKED, CLOSED_BY_OPERATOR)
         return {"closed": True}
+
+    @router.post("/rooms/{room_id}/close-address")
+    async def close_address(room_id: str) -> dict[str, int]:
+        return {"closed": await close_rooms_beside(host, room_id, m.CLOSE_KICKED, CLOSED_BY_OPERATOR)}
 
     @router.post("/measurements/reset")
     async def reset() -> dict[str, bool]:

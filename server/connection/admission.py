@@ -158,6 +158,10 @@ class AdmissionControl:
         """The open rooms that were opened from here."""
         return frozenset(self._rooms_of.get(address_group(address), ()))
 
+    def rooms_beside(self, room_id: str) -> frozenset[str]:
+        """The open rooms of whoever opened this one, itself included; empty for one that was opened for nobody."""
+        return frozenset(self._rooms_of.get(self._room_owners.get(room_id, ""), ()))
+
     def opened_room(self, address: str, room_id: str) -> None:
         """A room was opened for this address; report its end to `closed_room`."""
         group = address_group(address)

@@ -50,6 +50,15 @@ def test_a_new_room_appears_without_a_reload_and_closing_needs_a_yes(server: Ser
     expect(row).to_have_count(0)
 
 
+def test_all_rooms_of_an_address_are_closed_at_once(server: Server, open_page: OpenPage) -> None:
+    rooms = [server.make_room("FourCorners", blue="link", red="idle")["room"] for _ in range(2)]
+    page = open_page("/admin", script=unlocked(server))
+    page.locator(f"[data-room='{rooms[0]}']").get_by_role("button", name="Close").click()
+    page.get_by_role("button", name="from this address").click()
+    for room in rooms:
+        expect(page.locator(f"[data-room='{room}']")).to_have_count(0)
+
+
 def test_the_keyboard_keeps_its_place_while_the_figures_change(server: Server, open_page: OpenPage) -> None:
     room = server.make_room("LeftRight", blue="link", red="idle")["room"]
     page = open_page("/admin", script=unlocked(server))

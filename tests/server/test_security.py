@@ -2,6 +2,8 @@
 
 import json
 import logging
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import pytest
@@ -18,6 +20,7 @@ from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.time_limits import UNJOINED_S
 from movingout.server.settings import Limits, Settings
 from tests.server.live import ADMIN, Live, limits, serve
+from tests.server.processes.cluster import cluster
 from tests.server.support import Table
 from tests.server.threats import close_code, player
 
@@ -128,6 +131,24 @@ def test_3_the_last_rooms_are_kept_for_the_operator(tmp_path: Path) -> None:
     with serve(tmp_path, limits(unjoined_rooms_per_address=50, rooms=20, rooms_for_operator=2)) as live:
         assert [live.call("/api/rooms", SEATS)[0] for _ in range(19)] == [200] * 18 + [503]
         assert [live.call("/api/rooms", SEATS, token=ADMIN)[0] for _ in range(3)] == [200, 200, 503]
+
+
+@pytest.mark.parametrize("served", [serve, cluster], ids=["one process", "two"])
+def test_3_the_admin_closes_all_rooms_of_an_address_and_no_other(
+    tmp_path: Path, served: Callable[..., AbstractContextManager[Live]]
+) -> None:
+    with served(tmp_path, trusted_proxies=("127.0.0.1",)) as live:
+        flooded = [live.call("/api/rooms", SEATS, **{"X-Forwarded-For": "192.0.2.7"})[1]["room"] for _ in range(3)]
+        other = live.call("/api/rooms", SEATS, **{"X-Forwarded-For": "192.0.2.8"})[1]["room"]
+        mine = live.call("/api/rooms", SEATS, token=ADMIN)[1]["room"]
+        path = f"/api/admin/rooms/{flooded[0]}/close-address"
+        assert live.call(path, {})[0] == 401
+        found = {row["room"]: row["rooms_of_address"] for row in live.call("/api/admin/state", token=ADMIN)[1]["rooms"]}
+        assert found == dict.fromkeys(flooded, 3) | {other: 1, mine: 0}
+        assert live.call(path, {}, token=ADMIN) == (200, {"closed": 3})
+        left = {row["room"] for row in live.call("/api/admin/state", token=ADMIN)[1]["rooms"]}
+        assert left == {other, mine}
+        assert live.call(path, {}, token=ADMIN)[0] == 404
 
 
 def test_3_a_room_that_its_own_page_never_joined_closes_soon() -> None:

@@ -25,7 +25,7 @@ import { prepareTexts } from "../text/page.js";
 
 /** @typedef {import("./words.js").AdminState} AdminState */
 /** @typedef {import("./words.js").RoomRow} RoomRow */
-/** @typedef {{row: HTMLTableRowElement, cells: Map<string, HTMLElement>}} Shown */
+/** @typedef {{row: HTMLTableRowElement, cells: Map<string, HTMLElement>, rooms: number}} Shown rooms of its address */
 
 const PATH = "/api/admin/state";
 const EVERY_MS = 1000;
@@ -82,6 +82,7 @@ function show(state) {
 /** @param {RoomRow} room */
 function showRoom(room) {
   const known = shown.get(room.room) ?? addRoom(room);
+  known.rooms = room.rooms_of_address;
   /** @type {Record<string, (Node | string)[]>} */
   const texts = {
     room: [room.room],
@@ -135,7 +136,7 @@ function addRoom({ room }) {
   );
   const row = el("tr", { "data-room": room }, ...cells.values(), el("td", { class: "actions" }, watch, close));
   byId("rooms", HTMLElement).append(row);
-  const entry = { row, cells };
+  const entry = { row, cells, rooms: 0 };
   shown.set(room, entry);
   return entry;
 }
@@ -152,12 +153,16 @@ function seats({ seats, spectators }) {
 async function closeRoom(room) {
   const dialog = byId("close-dialog", HTMLDialogElement);
   byId("close-text", HTMLElement).textContent = say("admin.closeRoom.text", { room });
+  const rooms = shown.get(room)?.rooms ?? 0;
+  const ofAddress = byId("close-address", HTMLButtonElement);
+  ofAddress.hidden = rooms < 2;
+  ofAddress.textContent = say("admin.close.address", { count: rooms });
   dialog.returnValue = "keep";
   dialog.showModal();
   await new Promise((done) => dialog.addEventListener("close", done, { once: true }));
-  if (dialog.returnValue !== "close") return;
+  if (dialog.returnValue === "keep") return;
   try {
-    await requestJson(`/api/admin/rooms/${encodeURIComponent(room)}/close`, { token, method: "POST" });
+    await requestJson(`/api/admin/rooms/${encodeURIComponent(room)}/${dialog.returnValue}`, { token, method: "POST" });
     await update();
   } catch (error) {
     if (!(error instanceof ApiError)) throw error;

@@ -29,6 +29,7 @@ import { has, say } from "../text/catalogue.js";
  * @property {string} recording_problem in English
  * @property {string} recording_problem_code
  * @property {number} spectators
+ * @property {number} rooms_of_address open rooms of the address that opened this one, itself included; 0: nobody's
  * @property {Seat[]} seats
  */
 /**

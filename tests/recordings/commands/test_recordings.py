@@ -114,6 +114,23 @@ def test_list_names_what_it_cannot_read_and_goes_on(
     assert "short.mcap is incomplete or damaged" in err
 
 
+@pytest.mark.parametrize("command", ["list", "info", "verify", "recover"])
+def test_nobody_commands_a_terminal_by_the_name_of_a_player_or_a_file(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], command: str
+) -> None:
+    """D20: names come from strangers, files from other people."""
+    evil = "Eve\x1b]0;owned\x07\x1b[2J\u202e"
+    seats = (SeatInfo("human", evil, device=evil), SeatInfo("agent", evil))
+    whole, _ = record(tmp_path, ticks=3, seats=seats, study={"unit": evil})
+    finalise(whole)
+    (tmp_path / "\x1b[31mred.mcap").write_bytes(b"no recording")
+    (tmp_path / "\x1b[31mred.mcap.journal").write_bytes(b"no journal")
+    main(["recordings", command, str(tmp_path / "episode.mcap" if command == "info" else tmp_path)])
+    said = "".join(capsys.readouterr())
+    assert "Eve" in said or "red.mcap" in said
+    assert not {"\x1b", "\x07", "\u202e"} & set(said), said
+
+
 def test_info_has_the_promised_fields(data: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["recordings", "info", "first", "--data", str(data), "--json"]) == 0
     info = json.loads(capsys.readouterr().out)

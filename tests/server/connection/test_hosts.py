@@ -51,6 +51,20 @@ def test_a_page_whose_name_was_pointed_here_opens_no_room_and_no_socket(live: Li
     assert len(live.rooms) == before
 
 
+def test_a_very_long_name_is_refused_shortly_and_fills_no_log(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """D16: it was answered with itself, twice, or with a fault and a traceback."""
+    upgrade = b"Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
+    for proxies in ((), ("127.0.0.1",)):
+        with serve(tmp_path / str(len(proxies)), trusted_proxies=proxies) as live:
+            for path, more in ((b"/", b""), (b"/api/rooms", b""), (b"/ws", upgrade + b"Sec-WebSocket-Version: 13\r\n")):
+                with raw_socket(live) as client:
+                    client.sendall(b"GET " + path + b" HTTP/1.1\r\nHost: " + b"a" * 5000 + b"\r\n" + more + b"\r\n")
+                    answer = b"".join(iter(lambda: client.recv(10_000), b""))
+                assert answer.startswith(b"HTTP/1.1 421") and len(answer) < 1000, answer
+    assert sum(len(record.getMessage()) for record in caplog.records) < 1000
+    assert not any(record.exc_info for record in caplog.records)
+
+
 def test_https_behind_a_proxy_is_for_good(tmp_path: Path) -> None:
     found = {}
     for proxies in ((), ("127.0.0.1",)):

@@ -67,6 +67,7 @@ const ROOM = {
   recording_problem: "",
   recording_problem_code: "",
   spectators: 0,
+  rooms_of_address: 1,
   seats: [],
 };
 
