@@ -43,6 +43,11 @@ class LabellingJob:
     seed: int
     ticks: int
 
+    @property
+    def agent_ids(self) -> tuple[str, str]:
+        """Of the learner and its partner."""
+        return self.learner, self.partner[1]
+
 
 def label_episode(job: LabellingJob, slips: bool = True) -> Correction:
     """Play one episode; `slips=False` leaves out the perturbations."""

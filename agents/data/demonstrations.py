@@ -13,7 +13,10 @@ from movingout.agents.catalogue import load_agent
 from movingout.agents.data.corrections import SUFFIX, save_correction
 from movingout.agents.data.dagger import LabellingJob, label_episode
 from movingout.agents.data.rollout import rollout
+from movingout.agents.errors import AgentError
+from movingout.agents.fault_place import located
 from movingout.maps import MapSpec
+from movingout.maps.errors import MovingOutError
 from movingout.maps.randomize import Split, randomize
 from movingout.recordings import EpisodeHeader, EpisodeWriter, SeatInfo, TickRecord, finalise
 from movingout.recordings.process_pool import process_pool
@@ -46,6 +49,11 @@ class EpisodeJob:
     seats: Pair
     seed: int
     ticks: int
+
+    @property
+    def agent_ids(self) -> tuple[str, str]:
+        """Of blue and red."""
+        return self.seats[0].agent_id, self.seats[1].agent_id
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +134,7 @@ def write_all(todo: Sequence[EpisodeJob], folder: Path, workers: int) -> Iterato
     missing = [job for job in todo if not (folder / f"{job.episode_id}.mcap").exists()]
     for job in missing:
         (folder / f"{job.episode_id}.mcap.journal").unlink(missing_ok=True)  # of a run that was stopped
-    yield from _in_processes([partial(write_episode, job, folder) for job in missing], workers)
+    yield from _in_processes([partial(_answered, job, partial(write_episode, job, folder)) for job in missing], workers)
 
 
 def label_all(todo: Sequence[LabellingJob], folder: Path, workers: int) -> Iterator[WrittenEpisode]:
@@ -134,7 +142,8 @@ def label_all(todo: Sequence[LabellingJob], folder: Path, workers: int) -> Itera
     folder.mkdir(parents=True, exist_ok=True)
     paths = {job: folder / f"{_file_name(job)}{SUFFIX}" for job in todo}
     missing = [(job, path) for job, path in paths.items() if not path.exists()]
-    yield from _in_processes([partial(_label_and_save, job, path) for job, path in missing], workers)
+    calls = [partial(_answered, job, partial(_label_and_save, job, path)) for job, path in missing]
+    yield from _in_processes(calls, workers)
 
 
 def _file_name(job: LabellingJob) -> str:
@@ -149,6 +158,18 @@ def _label_and_save(job: LabellingJob, path: Path) -> WrittenEpisode:
     trajectory = correction.trajectory
     rate = task_completion_rate(trajectory.map, delivered_items(trajectory.map, trajectory.item_poses[-1]))
     return WrittenEpisode(path, trajectory.map.name, trajectory.ticks, rate)
+
+
+def _answered(job: EpisodeJob | LabellingJob, call: Callable[[], WrittenEpisode]) -> WrittenEpisode:
+    """What the call returns. Raises AgentError for whatever an agent raised: its code may be anybody's."""
+    try:
+        return call()
+    except MovingOutError:
+        raise
+    except Exception as error:
+        agents = job.agent_ids
+        sentence = f"{agents[0]} with {agents[1]} on {job.map.name}, seed {job.seed}: {type(error).__name__}: {error}"
+        raise AgentError(located(f"{sentence}; finished episodes are kept", error)) from error
 
 
 def _in_processes(calls: Sequence[Callable[[], WrittenEpisode]], workers: int) -> Iterator[WrittenEpisode]:

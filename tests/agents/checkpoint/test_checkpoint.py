@@ -59,6 +59,7 @@ def test_a_checkpoint_is_found_by_its_id_and_plays(tmp_path: Path) -> None:
         ({"files": [{"name": "../secret", "bytes": 1, "sha256": "0" * 64}]}, "files.0.name"),
         ({"files": [{"name": "policy.onnx", "bytes": 10**12, "sha256": "0" * 64}]}, "files.0.bytes"),
         ({"scores": {"tcr": {"mean": "nan", "stderr": 0.1, "n": 2}}}, "scores"),
+        ({"policy": {**SPEC.model_dump(), "layout": "aware-v0"}}, "policy.layout: Input should be 'official-v1'"),
         ({"id": "other@test"}, "lies in folder mlp-test"),
     ],
 )

@@ -1,0 +1,58 @@
+"""Episodes of pairs written in processes: what an agent that fails says to whoever ordered them."""
+
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+from movingout.agents.base import ActionChunk, EpisodeInfo, Observation
+from movingout.agents.data.dagger import LabellingJob
+from movingout.agents.data.demonstrations import EpisodeJob, label_all, write_all
+from movingout.agents.errors import AgentError
+from movingout.maps import load_map
+
+
+class Raising:
+    """A partner whose code has a fault."""
+
+    def reset(self, episode: EpisodeInfo) -> None:
+        """Remember nothing."""
+
+    def act(self, observation: Observation) -> ActionChunk:
+        raise RuntimeError("no way home")
+
+
+class Somebody(NamedTuple):
+    name: str
+    agent_id: str
+    sha256: str = ""
+
+
+RAISING = f"{__name__}:Raising"
+SENTENCE = (
+    rf"idle with {RAISING} on HandOff, seed 3: RuntimeError: no way home; finished episodes are kept \(.*, line \d+\)"
+)
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_partner_that_raises_is_answered_with_a_sentence(tmp_path: Path, workers: int) -> None:
+    the_map = load_map("HandOff")
+    pair = (Somebody("Idle", "idle"), Somebody("Raising", RAISING))
+    played = write_all([EpisodeJob("one", the_map, pair, seed=3, ticks=5)], tmp_path, workers)
+    with pytest.raises(AgentError, match=SENTENCE):
+        list(played)
+    job = LabellingJob(the_map, learner="idle", expert="idle", partner=("Raising", RAISING), seat=0, seed=3, ticks=5)
+    with pytest.raises(AgentError, match=SENTENCE):
+        list(label_all([job], tmp_path, workers))
+
+
+def test_what_was_written_before_is_kept(tmp_path: Path) -> None:
+    the_map = load_map("HandOff")
+    idle = Somebody("Idle", "idle")
+    jobs = [EpisodeJob("good", the_map, (idle, idle), seed=0, ticks=5)]
+    (written,) = write_all(jobs, tmp_path, 1)
+    jobs.append(EpisodeJob("bad", the_map, (idle, Somebody("Raising", RAISING)), seed=1, ticks=5))
+    with pytest.raises(AgentError):
+        list(write_all(jobs, tmp_path, 1))
+    assert written.path.exists()
+    assert list(write_all(jobs[:1], tmp_path, 1)) == []
