@@ -9,6 +9,7 @@ import pytest
 from movingout.server.notices import Notice
 from movingout.server.rooms.seat import Seat
 from movingout.study.store.tables import answers, rounds
+from tests.recordings.full_disk import limited
 from tests.server.study.support import SOLO, Served, Visitor, served
 
 LONG = SOLO.replace("[HandOff], limit_ticks: 20", "[HandOff], limit_ticks: 60")
@@ -111,6 +112,23 @@ def test_a_full_database_keeps_what_was_confirmed(study: Served) -> None:
     assert "database" in study.alerts()
     pragma(study, "PRAGMA max_page_count=1000000")
     assert visitor.answer("comment", -1, "at last")[0] == 200
+
+
+def test_wherever_the_disk_is_full_an_answer_is_kept_or_refused_and_later_taken(study: Served) -> None:
+    visitor, said = study.visitor().go_to("questionnaire"), []
+    for size in (0, 1, 30, 1_000, 4_000, 5_000, 10_000, 20_000, 40_000):
+        for number in range(6):
+            said.append(f"{size}-{number}" + "y" * 2_000)
+            with limited(size):
+                status, answer = visitor.answer("comment", -1, said[-1])
+            if status != 200:
+                assert (status, answer["error"]["code"]) == (507, "not_saved")
+                assert "Nothing that was saved is lost" in answer["error"]["message"]
+                refused, _ = visitor.answer("comment", -1, said[-1])  # as the page does, and there is room
+                assert refused == 200
+    kept = [row["text"] for row in study.running.databases.store.rows(answers) if row["text"].endswith("yyy")]
+    assert kept == said, "each once"
+    assert "database" in study.alerts()
 
 
 def test_a_full_disk_lets_no_round_begin_and_says_so(study: Served, monkeypatch: pytest.MonkeyPatch) -> None:
