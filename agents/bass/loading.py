@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from movingout.agents.bass.agent import BassAgent, RandomPartnerBassAgent, SingleAgentBassAgent
 from movingout.agents.bass.engine_agent import EngineBassAgent, OracleBassAgent
 from movingout.agents.bass.latent.picture_agent import PictureBassAgent
+from movingout.agents.bass.partner_motion import MotionBassAgent
 from movingout.agents.bass.progress import LearnedProgress
 from movingout.agents.bass.score_functions import Estimator
 from movingout.agents.bass.value import Value
@@ -31,8 +32,9 @@ def bass_agent(
 ) -> BassAgent:  # fmt: skip
     """The agent of a checkpoint of kind bass.
 
-    Options for experiments: `simulator` learned, engine or oracle, `partner` policy, random or none, `sampling` 4, 2x2,
-    4x4 or 8x2, `score` nfd, nfd+ac, value or tcl, `sub_steps` 20 or 10. The defaults are those of the card.
+    Options for experiments: `simulator` learned, engine or oracle, `partner` policy, random, none or, with the engine,
+    motion, `sampling` 4, 2x2, 4x4 or 8x2, `score` nfd, nfd+ac, value or tcl, `sub_steps` 20 or 10. The defaults are
+    those of the card.
     """
     card = checkpoint.card
     if card.selection is None:
@@ -83,12 +85,13 @@ def _variant(card: Card, simulator: str, partner: str) -> type[BassAgent]:
         ("learned", "random"): RandomPartnerBassAgent,
         ("learned", "none"): SingleAgentBassAgent,
         ("engine", "policy"): EngineBassAgent,
+        ("engine", "motion"): MotionBassAgent,
         ("oracle", "policy"): OracleBassAgent,
     }
     if (simulator, partner) not in variants:
         raise AgentError(
             f"{card.id}: simulator=learned, engine or oracle, partner=policy or, with a learned simulator, random or "
-            f"none; not {simulator}, {partner}"
+            f"none, with the engine, motion; not {simulator}, {partner}"
         )
     if simulator == "learned" and card.dynamics is None:
         raise AgentError(f"{card.id} has no learned simulator; use simulator=engine")

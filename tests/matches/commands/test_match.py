@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from movingout.maps import load_map
+from movingout.maps import load_map, map_to_json
 from movingout.recordings import finalise, read_episode
 from movingout.server.cli import main
 from tests.matches.support import HERE, written
@@ -88,6 +88,20 @@ def test_a_match_that_an_agent_could_not_play_is_told_in_a_sentence_and_by_the_e
     assert (failure["map"], failure["seat"]) == ("LeftRight", 1)
     assert captured.err.count("movingout: ") == 1
     assert "LeftRight, seed 0: failed: " in captured.err and "recorded on HandOff, not on LeftRight" in captured.err
+
+
+def test_a_map_with_more_goals_than_an_agent_sees_is_told_in_a_sentence(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    goals = [{"x0": x, "y0": 1.2, "x1": x + 0.35, "y1": 0.8} for x in (-1.2, -0.75, -0.3, 0.15, 0.6)]
+    drawn = map_to_json(load_map("Simple")) | {"name": "Five", "title": "Five", "goals": goals}
+    path = tmp_path / "five.json"
+    path.write_text(json.dumps(drawn), encoding="utf-8")
+    pair = ["--blue", "idle", "--red", "bass@any", "--ticks", "10", "--workers", "1"]
+    assert main(["match", *pair, "--map", str(path)]) == 1
+    said = capsys.readouterr().err
+    assert "the layout relative-v1 has 4 slots for goal regions; Five has 5" in said
+    assert said.count("movingout: ") == 1 and "Traceback" not in said
 
 
 def test_a_grid_goes_on_without_what_an_agent_has_lost(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
