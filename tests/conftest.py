@@ -22,7 +22,7 @@ IN_REAL_TIME = ("tests/browser/", "tests/server/", "tests/attacks/")
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
-        if item.nodeid.startswith(IN_REAL_TIME):
+        if item.nodeid.startswith(IN_REAL_TIME) and item.config.getoption("reruns", None) != 0:  # unless --reruns 0
             item.add_marker(pytest.mark.flaky(reruns=2, reruns_delay=2))
 
 
