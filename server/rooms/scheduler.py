@@ -51,8 +51,8 @@ class RoomScheduler:
         self._wake: Callable[[], None] = lambda: None
 
     def add(self, tick: Tick, beat: Beat) -> ScheduledRoom:
-        """Schedule a room: in the first slot with fewer than `TOGETHER`, or than twice as many, and so on."""
-        slot = min(SLOT_ORDER, key=lambda each: self._slots[each] // TOGETHER)
+        """Schedule a room: in the first slot with fewer than `TOGETHER`, else in the one with the fewest."""
+        slot = min(SLOT_ORDER, key=lambda each: max(TOGETHER - 1, self._slots[each]))
         self._slots[slot] += 1
         entry = ScheduledRoom(slot, tick, beat)
         self._push(self._grid_time(slot, self._clock()), entry, is_beat=False)

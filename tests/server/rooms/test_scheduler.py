@@ -121,6 +121,14 @@ def test_a_few_rooms_tick_together_and_their_beats_come_with_the_ticks_of_others
     assert second == {100.05, 100.15, 100.25} == {at for calls in rooms[:TOGETHER] for at in calls.beats}
 
 
+def test_where_every_slot_has_a_few_the_next_room_does_not_crowd_one() -> None:
+    clock = Clock()
+    scheduler = RoomScheduler(clock)
+    rooms = [Calls(clock) for _ in range(TOGETHER * SLOTS + 2)]
+    slots = [scheduler.add(calls.tick, calls.beat).slot for calls in rooms]
+    assert slots[-1] != slots[-2]
+
+
 def test_a_room_takes_the_place_of_one_that_is_gone() -> None:
     clock = Clock()
     scheduler = RoomScheduler(clock)
