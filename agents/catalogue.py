@@ -54,6 +54,7 @@ class AgentCard:
     scores: Mapping[str, float] = field(default_factory=dict)
     policy: str = ""  # of a trained agent: the kind of its policy, which is the base where kind is bass
     population: str = ""  # of a trained agent: whose play it was trained on
+    layout: str = ""  # of a trained agent: the layout of observations that it sees
     offered: bool = True  # to people who choose a partner in the lobby; the others are for training and measuring
 
 
@@ -213,7 +214,9 @@ def _trained_card(card: Card) -> AgentCard:
     scores = {name: score.mean for name, score in card.scores.items()}
     maps = "all" if set(card.maps) >= set(map_names()) else ", ".join(card.maps)
     policy = card.policy.kind if card.policy else card.kind
-    return AgentCard(card.id, card.name, card.kind, maps, card.description, scores, policy, card.training.population)
+    layout = card.policy.layout if card.policy else ""
+    population = card.training.population
+    return AgentCard(card.id, card.name, card.kind, maps, card.description, scores, policy, population, layout)
 
 
 def agent_card(agent_id: str) -> AgentCard:

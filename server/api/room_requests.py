@@ -4,7 +4,7 @@ from typing import Any, Literal
 
 import msgspec
 
-from movingout.agents.catalogue import agent_card, agent_cards, open_to_all
+from movingout.agents.catalogue import agent_card, agent_cards, open_to_all, trained_cards
 from movingout.agents.errors import AgentError, CheckpointError
 from movingout.maps import TUTORIAL, MapSpec, MovingOutError, is_shipped, map_to_json, shipped_map_names
 from movingout.maps.generated.names import is_generated
@@ -22,10 +22,13 @@ from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RoomConfig
 from movingout.server.rooms.tutorial import partner_seat
 from movingout.server.security.tokens import hash_token, new_token
+from movingout.world import WorldError
 from movingout.world.constants import LIMIT_TICKS, MAX_TICKS, TICK_SECONDS, TUTORIAL_TICKS
+from movingout.world.observation import LAYOUTS
 
 MAX_ROUNDS = 36
-_CANNOT_PLAY = ("no_agent", "too_many_agents", "damaged_agent", "unknown_agent")  # errors that another agent may avoid
+# Errors that another agent may avoid.
+_CANNOT_PLAY = ("no_agent", "too_many_agents", "damaged_agent", "unknown_agent", "agent_map")
 
 
 class SeatRequest(msgspec.Struct, forbid_unknown_fields=True):
@@ -93,13 +96,17 @@ async def _open_seated(host: PublicHost, wanted: RoomRequest, address: str) -> d
     ghosts = await _ghosts(host, wanted.seats)
     if ghosts and not wanted.maps:
         wanted.maps = [next(iter(ghosts.values())).map]
-    config = _checked_config(wanted, await _own_maps(host, wanted, ghosts), host.settings.countdown_s)
+    own_maps = await _own_maps(host, wanted, ghosts)
+    config = _checked_config(wanted, own_maps, host.settings.countdown_s)
     tokens = [new_token() if seat.kind == "here" else None for seat in wanted.seats]
     try:
         config = ghost_config(config, [*ghosts.values()])
         seats = [_seat(host, index, seat, tokens[index], ghosts.get(index)) for index, seat in enumerate(wanted.seats)]
     except GhostError as error:
         raise ApiError(422, "ghost", str(error)) from None
+    for seat in seats:
+        if seat.kind == "agent":
+            _check_maps_seen(seat.agent_id, own_maps)
     try:
         await host.prepare_maps(config)
         return await _opened(host, config, seats, tokens, address)
@@ -227,6 +234,18 @@ def _seat(host: PublicHost, index: int, wanted: SeatRequest, token: str | None, 
             return Seat(index, "idle", name="idle")
         return Seat(index, "agent", agent_id, name=agent_id)
     return _player_seat(index, wanted.kind, token)
+
+
+def _check_maps_seen(agent_id: str, own_maps: dict[str, MapSpec]) -> None:
+    """Raises ApiError for a map of somebody's own that has more of something than the agent sees."""
+    known = {card.id: card.layout for card in trained_cards()}
+    layout = known.get(agent_id.partition(":")[0], "")
+    for name, spec in own_maps.items() if layout else ():
+        try:
+            LAYOUTS[layout].check(spec)
+        except WorldError as error:
+            text = f"{agent_id} cannot play {name}: {error}"
+            raise ApiError(422, "agent_map", text, agent=agent_id, map=name) from None
 
 
 def _player_seat(index: int, kind: str, token: str | None) -> Seat:

@@ -29,7 +29,7 @@ import numpy as np
 
 from movingout.maps import MapSpec, Rect
 from movingout.maps.spec import ARENA_HALF, SHAPES, SIZES
-from movingout.world.errors import WorldError
+from movingout.world.observation.slots import Slots
 from movingout.world.state import Floats, Ints, WorldState
 
 ROBOT_WIDTH = 8
@@ -52,6 +52,11 @@ class ObservationLayout:
     def size(self) -> int:
         """D, the length of the vector."""
         return _ITEMS_START + ITEM_SLOTS * ITEM_WIDTH + 4 * (self.wall_slots + self.goal_slots)
+
+    @property
+    def slots(self) -> Slots:
+        """What fits; a layout without walls and goals is for any number of them."""
+        return Slots(ITEM_SLOTS, self.wall_slots or None, self.goal_slots or None)
 
     @property
     def bounds(self) -> Floats:
@@ -134,13 +139,7 @@ def _sources(items: int, size: int, seat: int) -> Ints:
 def _template(map_spec: MapSpec, layout: ObservationLayout) -> Floats:
     """A vector (D,) with everything of the map that does not move."""
     vector = np.zeros(layout.size)
-    for what, count, slots in (
-        ("items", len(map_spec.items), ITEM_SLOTS),
-        ("walls", len(map_spec.walls), layout.wall_slots),
-        ("goals", len(map_spec.goals), layout.goal_slots),
-    ):
-        if slots and count > slots:
-            raise WorldError(f"the layout {layout.name} has {slots} slots for {what}; {map_spec.name} has {count}")
+    layout.slots.check(map_spec, layout.name)
     for index, item in enumerate(map_spec.items):
         start = _ITEMS_START + index * ITEM_WIDTH + 4
         vector[start + SHAPES.index(item.shape)] = 1.0

@@ -20,10 +20,12 @@ from movingout.world.observation.relative import (
     RELATIVE_ITEMS,
     RELATIVE_LAYOUT,
     RELATIVE_SIZE,
+    RELATIVE_SLOTS,
     RelativeEncoder,
     relative_bounds,
     relative_mirror,
 )
+from movingout.world.observation.slots import Slots
 from movingout.world.state import Floats, Ints, WorldState
 
 
@@ -50,6 +52,7 @@ class Layout:
     size: int  # D
     bounds: Floats = field(compare=False)  # (D,) how large each number can be, up or down
     make: Callable[[MapSpec], StateEncoder]  # WorldError for a map that does not fit
+    slots: Slots
     items: tuple[tuple[int, ...], ...] = ()  # indices of each item's numbers, alike for all; empty: not known
     mirror: tuple[Ints, Floats] | None = field(default=None, compare=False)
     """Of a layout in the own frame: where each number of a mirrored observation comes from (D,), and its sign (D,)."""
@@ -60,9 +63,13 @@ class Layout:
         """Whether directions are relative to the own heading, and headings of actions are to be as well."""
         return self.mirror is not None
 
+    def check(self, map_spec: MapSpec) -> None:
+        """Raises WorldError for a map that has more of something than the layout has slots."""
+        self.slots.check(map_spec, self.name)
+
 
 def _egocentric(layout: ObservationLayout) -> Layout:
-    return Layout(layout.name, layout.size, layout.bounds, partial(Encoder, layout=layout))
+    return Layout(layout.name, layout.size, layout.bounds, partial(Encoder, layout=layout), layout.slots)
 
 
 LAYOUTS: Mapping[str, Layout] = {
@@ -70,9 +77,17 @@ LAYOUTS: Mapping[str, Layout] = {
     for layout in (
         _egocentric(OFFICIAL),
         _egocentric(WITH_MAP),
-        Layout(AWARE_LAYOUT, AWARE_SIZE, aware_bounds(), AwareEncoder, ITEM_COLUMNS),
-        Layout(PICTURE_LAYOUT, PICTURE_SIZE, picture_bounds(), PictureEncoder, picture=PICTURE_SHAPE),
-        Layout(RELATIVE_LAYOUT, RELATIVE_SIZE, relative_bounds(), RelativeEncoder, RELATIVE_ITEMS, relative_mirror()),
+        Layout(AWARE_LAYOUT, AWARE_SIZE, aware_bounds(), AwareEncoder, WITH_MAP.slots, ITEM_COLUMNS),
+        Layout(PICTURE_LAYOUT, PICTURE_SIZE, picture_bounds(), PictureEncoder, Slots(), picture=PICTURE_SHAPE),
+        Layout(
+            RELATIVE_LAYOUT,
+            RELATIVE_SIZE,
+            relative_bounds(),
+            RelativeEncoder,
+            RELATIVE_SLOTS,
+            RELATIVE_ITEMS,
+            relative_mirror(),
+        ),
     )
 }
 

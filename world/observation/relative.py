@@ -40,8 +40,8 @@ import numpy.typing as npt
 from movingout.maps import MapSpec
 from movingout.maps.spec import SHAPES, SIZES
 from movingout.world import constants as c
-from movingout.world.errors import WorldError
 from movingout.world.observation.array_encoder import ArrayEncoder
+from movingout.world.observation.slots import Slots
 from movingout.world.observation.ways import FAR, Seen, Ways, way_finder
 from movingout.world.scoring import delivered_many
 from movingout.world.state import Floats, Ints
@@ -49,6 +49,7 @@ from movingout.world.state import Floats, Ints
 RELATIVE_LAYOUT = "relative-v1"
 RAYS = 16
 _ITEM_SLOTS, _GOAL_SLOTS = 7, 4
+RELATIVE_SLOTS = Slots(items=_ITEM_SLOTS, goals=_GOAL_SLOTS)
 _BODY, _GOAL, _ITEM = 20, 11, 41
 _GOALS_START = _BODY + 2 * RAYS
 _ITEMS_START = _GOALS_START + _GOAL_SLOTS * _GOAL
@@ -128,14 +129,7 @@ class RelativeEncoder(ArrayEncoder):
 
     def __init__(self, map_spec: MapSpec) -> None:
         """Raises WorldError for a map that does not fit into the layout."""
-        for what, count, slots in (
-            ("items", len(map_spec.items), _ITEM_SLOTS),
-            ("goal regions", len(map_spec.goals), _GOAL_SLOTS),
-        ):
-            if count > slots:
-                raise WorldError(
-                    f"the layout {RELATIVE_LAYOUT} has {slots} slots for {what}; {map_spec.name} has {count}"
-                )
+        RELATIVE_SLOTS.check(map_spec, RELATIVE_LAYOUT)
         self.map = map_spec
         self._ways = way_finder(map_spec)
         kinds = [_kind(item.shape, item.size, item.scale, item.mass) for item in map_spec.items]

@@ -1,10 +1,12 @@
 """Who plays where nobody chose a partner: the trained one, and the scripted one where it cannot."""
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from movingout.agents.errors import CheckpointError
+from movingout.maps import load_map, map_to_json
 from movingout.server.api import proposed_partner as proposed
 from movingout.server.settings import PARTNER
 from tests.server.live import ADMIN, Live, limits, serve
@@ -84,3 +86,25 @@ def test_nobody_plays_instead_of_whom_the_operator_names(tmp_path: Path) -> None
         live.host.agents.costs.measured("dp@any", 0.2)
         assert opened(live) == (200, "dp@any")
         assert opened(live) == (503, "")
+
+
+def five_goals() -> dict[str, Any]:
+    """A drawn map with a goal more than trained agents see."""
+    goals = [{"x0": x, "y0": 1.2, "x1": x + 0.35, "y1": 0.8} for x in (-1.2, -0.75, -0.3, 0.15, 0.6)]
+    return map_to_json(load_map("Simple")) | {"name": "Five", "title": "Five", "goals": goals}
+
+
+@pytest.mark.parametrize("agent", [PARTNER, "bass@any:sub_steps=10", "dp@all"])
+def test_an_agent_that_does_not_see_all_of_a_drawn_map_is_refused(live: Live, agent: str) -> None:
+    seats = [{"kind": "here"}, {"kind": "agent", "agent": agent}]
+    before = len(live.rooms)
+    status, answer = live.call("/api/rooms", {"map": five_goals(), "seats": seats})
+    assert (status, answer["error"]["code"]) == (422, "agent_map")
+    assert "4 slots for goals; Five has 5" in answer["error"]["message"]
+    assert len(live.rooms) == before
+
+
+def test_the_scripted_one_plays_on_a_map_that_the_trained_one_does_not_see(live: Live) -> None:
+    status, answer = live.call("/api/rooms", {"map": five_goals(), "seats": LEFT_OPEN})
+    room = next(room for room in live.rooms if room.id == answer["room"])
+    assert (status, room.seats[1].agent_id) == (200, "scripted")

@@ -95,7 +95,7 @@ def test_what_is_ahead_and_to_the_left_has_positive_numbers() -> None:
 def test_a_map_with_more_than_the_layout_holds_is_refused() -> None:
     spec = load_map("Simple")
     crowded = replace(spec, goals=tuple(Rect(0.1 * k, 0.0, 0.1 * k + 0.1, 0.1) for k in range(5)))
-    with pytest.raises(WorldError, match="the layout relative-v1 has 4 slots for goal regions; Simple has 5"):
+    with pytest.raises(WorldError, match="the layout relative-v1 has 4 slots for goals; Simple has 5"):
         seen(crowded, random_state(spec, 0))
     walls = tuple(Rect(-1.0 + 0.1 * k, 0.0, -0.95 + 0.1 * k, 0.1) for k in range(20))
     assert len(seen(replace(spec, walls=walls), random_state(spec, 0))) == LAYOUTS[RELATIVE_LAYOUT].size
