@@ -1,4 +1,4 @@
-"""When each room ticks: one schedule of absolute deadlines, with small groups of rooms staggered within a tick.
+"""When each room ticks: one schedule of absolute deadlines, with rooms staggered within a tick.
 
 A late tick runs late; whole ticks that were missed are skipped and counted, never caught up in a burst. The clock is an
 argument, so tests step time by hand; only `run` waits.
@@ -14,11 +14,7 @@ from movingout.server.rooms.lateness import Lateness
 from movingout.world.constants import TICK_SECONDS
 
 SLOTS = 50  # of 2 ms
-HALF = SLOTS // 2
-SLOT_STRIDE = 7  # neighbouring slots are filled last
-# Slots half a tick apart follow each other, so that the beats of one come with the ticks of the other.
-SLOT_ORDER = [index // 2 * SLOT_STRIDE % HALF + index % 2 * HALF for index in range(SLOTS)]
-TOGETHER = 4  # rooms that fill a slot before the next one is begun: after a wake-up, the first tick costs most
+SLOT_STRIDE = 31  # neighbouring slots are filled last
 EARLY_S = 0.001  # uvloop's timers may fire up to 1 ms early
 MOST_PER_WAKE = 8  # then sockets are served
 
@@ -51,8 +47,8 @@ class RoomScheduler:
         self._wake: Callable[[], None] = lambda: None
 
     def add(self, tick: Tick, beat: Beat) -> ScheduledRoom:
-        """Schedule a room: in the first slot with fewer than `TOGETHER`, else in the one with the fewest."""
-        slot = min(SLOT_ORDER, key=lambda each: max(TOGETHER - 1, self._slots[each]))
+        """Schedule a room, in the slot with the fewest rooms."""
+        slot = min(((index * SLOT_STRIDE) % SLOTS for index in range(SLOTS)), key=self._slots.__getitem__)
         self._slots[slot] += 1
         entry = ScheduledRoom(slot, tick, beat)
         self._push(self._grid_time(slot, self._clock()), entry, is_beat=False)

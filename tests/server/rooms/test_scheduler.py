@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import pytest
 
 from movingout.server.rooms.lateness import Lateness
-from movingout.server.rooms.scheduler import EARLY_S, MOST_PER_WAKE, SLOTS, TOGETHER, RoomScheduler
+from movingout.server.rooms.scheduler import EARLY_S, MOST_PER_WAKE, SLOTS, RoomScheduler
 
 
 @dataclass
@@ -98,44 +98,12 @@ def test_missed_ticks_are_skipped_and_counted_never_made_up_for() -> None:
 def test_rooms_are_spread_over_the_100_ms() -> None:
     clock = Clock()
     scheduler = RoomScheduler(clock)
-    rooms = [Calls(clock) for _ in range(2 * TOGETHER * SLOTS)]
+    rooms = [Calls(clock) for _ in range(2 * SLOTS)]
     for calls in rooms:
         scheduler.add(calls.tick, calls.beat)
     run_until(scheduler, clock, 100.2)
     phases = sorted(round(calls.ticks[-1][0] % 0.1, 3) for calls in rooms)
-    assert len(set(phases)) == SLOTS
-    assert all(phases.count(phase) == 2 * TOGETHER for phase in phases)
-
-
-def test_a_few_rooms_tick_together_and_their_beats_come_with_the_ticks_of_others() -> None:
-    clock = Clock()
-    scheduler = RoomScheduler(clock)
-    rooms = [Calls(clock) for _ in range(2 * TOGETHER)]
-    for calls in rooms:
-        scheduler.add(calls.tick, calls.beat)
-    run_until(scheduler, clock, 100.3)
-    first, second = (
-        {due for calls in group for due, _ in calls.ticks} for group in (rooms[:TOGETHER], rooms[TOGETHER:])
-    )
-    assert first == {100.0, 100.1, 100.2, 100.3}
-    assert second == {100.05, 100.15, 100.25} == {at for calls in rooms[:TOGETHER] for at in calls.beats}
-
-
-def test_where_every_slot_has_a_few_the_next_room_does_not_crowd_one() -> None:
-    clock = Clock()
-    scheduler = RoomScheduler(clock)
-    rooms = [Calls(clock) for _ in range(TOGETHER * SLOTS + 2)]
-    slots = [scheduler.add(calls.tick, calls.beat).slot for calls in rooms]
-    assert slots[-1] != slots[-2]
-
-
-def test_a_room_takes_the_place_of_one_that_is_gone() -> None:
-    clock = Clock()
-    scheduler = RoomScheduler(clock)
-    entries = [scheduler.add(calls.tick, calls.beat) for calls in (Calls(clock) for _ in range(3 * TOGETHER))]
-    scheduler.remove(entries[0])
-    calls = Calls(clock)
-    assert scheduler.add(calls.tick, calls.beat).slot == entries[0].slot
+    assert all(phases.count(phase) == 2 for phase in phases)
 
 
 def test_a_crowd_of_due_rooms_gives_the_sockets_a_turn_in_between() -> None:
