@@ -51,6 +51,13 @@ def _common(parser: argparse.ArgumentParser, default_id: str) -> None:
         help="a list made by `recordings split`; learn from one --group of it",
     )
     parser.add_argument("--group", type=int, default=1, metavar="N", help="of --manifest (default 1)")
+    parser.add_argument(
+        "--without",
+        action="append",
+        default=[],
+        metavar="WHO",
+        help="leave out episodes with these partners, as family:greedy, people:B or an agent id; may be repeated",
+    )
     parser.add_argument("--id", default=default_id, help=f"id of the new agent (default {default_id})")
     parser.add_argument("--name", default="", help="name shown in the lobby (default: made from the kind)")
     parser.add_argument("--population", default="", help="who acts in the recordings, in a few words, for the card")

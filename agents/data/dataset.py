@@ -49,10 +49,14 @@ class Trajectory:
         return self.robot_poses, self.robot_velocities, self.held, self.item_poses
 
     @property
+    def names(self) -> frozenset[str]:
+        """Who plays; the expert beside somebody counts as that person."""
+        return frozenset(person(name).removeprefix("expert:") for name in self.participants)
+
+    @property
     def people(self) -> frozenset[str]:
-        """The people in the episode. A trained agent is not one; the expert beside somebody counts as that person."""
-        names = (person(name).removeprefix("expert:") for name in self.participants)
-        return frozenset(name for name in names if "@" not in name)
+        """The people in the episode; a trained agent is not one."""
+        return frozenset(name for name in self.names if "@" not in name)
 
     def features(self, seat: int, layout: str | FeatureSet) -> Singles | Bytes:
         """Observations (T, D) of `seat` before each tick, in a layout or with memory."""

@@ -13,6 +13,7 @@ from typing import Generic, Protocol, TypeVar
 from movingout.agents.base import Agent
 from movingout.agents.checkpoint.checkpoint import SHIPPED, Checkpoint, Training, find_checkpoint, folder_name
 from movingout.agents.errors import DataError
+from movingout.agents.partners.families import group
 from movingout.agents.training import run_folder
 from movingout.agents.training.optimisation import Optimisation
 from movingout.agents.training.training_data import TrainingData, read_training_data
@@ -68,8 +69,13 @@ class TrainingRun(Generic[ConfigT]):
         return find_checkpoint(agent_id, self.options.data / "models", SHIPPED)
 
     def read_data(self) -> TrainingData:
-        """The recordings and corrections that were named. Raises DataError or RecordingError."""
-        return read_training_data(self.options.recordings)
+        """The recordings and corrections that were named, but for episodes with those to be left out.
+
+        Raises DataError, RecordingError, or AgentError for an unknown family.
+        """
+        return read_training_data(
+            self.options.recordings, [member for name in self.options.without for member in group(name)]
+        )
 
     def begin(self, data: TrainingData | None = None) -> str:
         """Write the run's configuration, see `run_folder.begin`; `data` is None when nothing is trained.

@@ -1,6 +1,6 @@
 """The data of a training run: recordings, and episodes labelled by an expert."""
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
@@ -20,12 +20,14 @@ from movingout.agents.data.dataset import (
     Trajectory,
     data_hash,
     learned_seats,
+    person,
     read_trajectories,
     recording_files,
     trajectory_samples,
 )
 from movingout.agents.errors import DataError
 from movingout.agents.observation.features import FeatureSet
+from movingout.agents.partners.families import FamilyMember
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,11 +77,28 @@ class TrainingData:
         ]
 
 
-def read_training_data(places: list[Path]) -> TrainingData:
-    """Read all files. Raises DataError when there are none."""
+def read_training_data(places: list[Path], without: Collection[FamilyMember] = ()) -> TrainingData:
+    """Read all files but those of episodes in which somebody of `without` plays.
+
+    Raises DataError when no file is left, or when nobody of `without` plays in any: then a name is wrong.
+    """
     if not places:
         raise DataError("name recordings to learn from, or folders of them; `movingout demos label` makes some")
+    avoided = {name for one in without for name in (one.name, person(one.agent_id))}
+    kept = TrainingData([], [], [])
     files = recording_files(places, (".mcap", SUFFIX))
-    labelled = [file for file in files if file.name.endswith(SUFFIX)]
-    recordings = [file for file in files if file not in labelled]
-    return TrainingData(files, read_trajectories(recordings), [load_correction(file) for file in labelled])
+    for file in files:
+        correction = load_correction(file) if file.name.endswith(SUFFIX) else None
+        found = [correction.trajectory] if correction else read_trajectories([file])
+        if any(avoided & one.names for one in found):
+            continue
+        kept.files.append(file)
+        if correction:
+            kept.corrections.append(correction)
+        else:
+            kept.trajectories.extend(found)
+    if not kept.files:
+        raise DataError("somebody who is to be left out plays in every episode; name other recordings")
+    if without and len(kept.files) == len(files):
+        raise DataError(f"{' or '.join(sorted(one.name for one in without)[:3])} plays in none of these {len(files)} episodes; nothing to leave out")
+    return kept

@@ -244,6 +244,34 @@ def test_who_stands_idle_is_not_learned_from_unless_it_is_asked_for(
     assert "no recording has a seat to learn from" in capsys.readouterr().err
 
 
+def test_a_family_of_partners_is_left_out_of_the_training_data(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    partners = ("greedy:seed=0,order=near,patience=40", "novice:seed=0,learns_in=100", "person:name=B02")
+    for number, partner in enumerate(partners):  # as matches call them
+        recorded(tmp_path, f"match{number}", ticks=20, seed=number, people=("dp@all", partner))
+    for number, name in enumerate(("greedy03", "B01")):  # as `demos label` does
+        job = LabellingJob(load_map("HandOff"), "scripted", "scripted", (name, "greedy:seed=2"), 0, number, 25)
+        save_correction(tmp_path / f"label{number}.corrections.npz", label_episode(job))
+    command = ["train", "mlp", str(tmp_path), "--data", str(tmp_path / "data"), *TINY, "--json"]
+    episodes = {}
+    for name, left_out in (
+        ("all", []),
+        ("greedy", ["--without", "family:greedy"]),
+        ("two", ["--without", "family:greedy", "--without", "people:B"]),
+    ):
+        assert main([*command, "--id", f"mlp@{name}", *left_out]) == 0
+        episodes[name] = json.loads(capsys.readouterr().out)["episodes"]
+    assert episodes == {"all": 5, "greedy": 3, "two": 1}
+    for names, refused in (
+        (["family:porter"], "porter01 or porter02 or porter03 plays in none of these 5 episodes"),
+        (["family:gredy"], "unknown family 'gredy'"),
+        (["dp@all", "family:greedy", "B01"], "somebody who is to be left out plays in every episode"),
+    ):
+        assert main([*command, "--id", "mlp@none", *(word for name in names for word in ("--without", name))]) == 2
+        assert refused in capsys.readouterr().err
+
+
 def test_it_is_said_where_an_agent_is_looked_for_when_its_data_lies_elsewhere(
     recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
