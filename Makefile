@@ -35,7 +35,7 @@ check: .venv/dev .venv/node ## format, lint, types, import rules, JavaScript
 bench: .venv/dev ## measure; prints ratios and the machine
 	$(BIN)/python -m bench
 
-agents: .venv/dev ## train the agents from nothing and write docs/results.md (hours)
+agents: .venv/dev ## train the agents from nothing and write docs/twelve-maps.md (hours)
 	$(BIN)/python -m bench.train_agents $(ARGS)
 
 anywhere: .venv/dev ## train the agents for any map from nothing and print their tables (hours)

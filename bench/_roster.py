@@ -1,4 +1,4 @@
-"""The agents in the tables of docs/results.md, their names in the paper and where it gives their scores."""
+"""The agents in the tables of docs/twelve-maps.md, their names in the paper and where it gives their scores."""
 
 from typing import NamedTuple
 

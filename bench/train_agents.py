@@ -1,6 +1,6 @@
 """Train all agents from scratch, evaluate them and write their tables; finished steps are skipped.
 
-    python -m bench.train_agents --report docs/results.md
+    python -m bench.train_agents --report docs/twelve-maps.md
 
 1. an expert plays with the people of populations A and B, with occasional slips of its hand;
 2. a Diffusion Policy (flow, fast denoiser) is trained on these episodes;
@@ -165,7 +165,7 @@ def _parsed(words: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--runs", type=positive, default=20, help="evaluation episodes per map and agent")
     parser.add_argument("--ticks", type=positive, default=LIMIT_TICKS)
     parser.add_argument("--workers", type=positive, default=os.cpu_count() or 1)
-    parser.add_argument("--report", type=Path, default=Path("docs/results.md"))
+    parser.add_argument("--report", type=Path, default=Path("docs/twelve-maps.md"))
     args = parser.parse_args(words)
     if not args.report.parent.is_dir():  # fail now rather than after two hours
         parser.error(f"argument --report: there is no folder {args.report.parent}")

@@ -1,1 +1,1 @@
-"""How docs/results.md is made: the log of evaluation episodes, tables, the chart and the page."""
+"""How docs/twelve-maps.md is made: the log of evaluation episodes, tables, the chart and the page."""

@@ -1,4 +1,4 @@
-"""The chart of docs/results.md as an SVG: TCR of each agent beside people never trained with.
+"""The chart of docs/twelve-maps.md as an SVG: TCR of each agent beside people never trained with.
 
 Colours follow the reader's light or dark theme; no information is in colour alone.
 """

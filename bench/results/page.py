@@ -1,4 +1,4 @@
-"""The measured part of docs/results.md: tables made from outcomes, beside the paper's.
+"""The measured part of docs/twelve-maps.md: tables made from outcomes, beside the paper's.
 
 Text around it is written by hand; everything between the two marks is replaced.
 """
