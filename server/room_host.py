@@ -184,7 +184,8 @@ class RoomHost:
 
     def process_health(self) -> ProcessHealth:
         """What this process says of itself."""
-        return ProcessHealth(self.cpu_share, self.overload.busy, self.agents.connected, tuple(self.background.faults()))
+        faults = (*self.background.faults(), *self.agents.faults())
+        return ProcessHealth(self.cpu_share, self.overload.busy, self.agents.connected, faults)
 
     def sync_age_s(self) -> float:
         """Since recordings were last forced to the disk."""
