@@ -162,6 +162,10 @@ class PublicHost(ABC):
     async def room_reports(self) -> list[dict[str, Any]]:
         """What each process with rooms reports (server.status.room_report)."""
 
+    async def other_reports(self) -> dict[str, dict[str, Any]]:
+        """What each process without rooms reports, by its name; that of agents, where it is one, with its workers."""
+        return {}
+
     @abstractmethod
     async def report(self) -> dict[str, Any]:
         """The server's state for the admin page and the load test."""
