@@ -87,15 +87,16 @@ def _processes(by_name: dict[str, dict[str, Any]]) -> Iterator[Metric]:
         "process_open_fds": ("Open files and sockets", "open_files", 1.0),
         "process_max_fds": ("How many may be open", "most_files", 1.0),
     }
-    families = [
-        (GaugeMetricFamily(name, help, labels=[PROCESS]), key, unit) for name, (help, key, unit) in keys.items()
-    ]
-    seconds = CounterMetricFamily("process_cpu_seconds", "Processor time", labels=[PROCESS])
-    for family, key, unit in (*families, (seconds, "cpu_seconds", 1.0)):
-        for name, each in by_name.items():
+    for name, (help, key, unit) in keys.items():
+        family = GaugeMetricFamily(name, help, labels=[PROCESS])
+        for process, each in by_name.items():
             if key in each:
-                family.add_metric([name], each[key] * unit)
+                family.add_metric([process], each[key] * unit)
         yield family
+    seconds = CounterMetricFamily("process_cpu_seconds", "Processor time", labels=[PROCESS])
+    for process, each in by_name.items():
+        seconds.add_metric([process], each["cpu_seconds"])
+    yield seconds
 
 
 def _server(host: PublicHost, reports: Reports) -> Iterator[Metric]:

@@ -27,7 +27,7 @@ STREAMS = 30  # at the same time, of the whole server
 STREAMS_OF_ADDRESS = 6
 
 
-class OpenStreams:
+class AgentViews:
     """How many there are, by address group."""
 
     def __init__(self) -> None:
@@ -65,7 +65,7 @@ class _CountedStream(StreamingResponse):
 def routes(host: PublicHost) -> APIRouter:
     """GET /api/rooms/{room}/thoughts."""
     router = APIRouter()
-    streams = OpenStreams()
+    streams = AgentViews()
 
     @router.get("/api/rooms/{room_id}/thoughts")
     async def decision_traces(room_id: str, request: Request) -> StreamingResponse:

@@ -204,21 +204,21 @@ def report(service: AgentService) -> dict[str, Any]:
     return process_report() | {"agents": service.pool.report()}
 
 
-class Watcher(Protocol):
+class ServiceListener(Protocol):
     """The front."""
 
     def heard(self, faults: tuple[str, ...]) -> None:
         """The service lives; what does not work there."""
 
 
-def heard(watcher: Watcher, faults: tuple[str, ...]) -> None:
+def heard(watcher: ServiceListener, faults: tuple[str, ...]) -> None:
     watcher.heard(faults)
 
 
 async def _serve(control: socket.socket, handover: socket.socket, start: StartAgents) -> None:
     service = AgentService(start)
     background = service.background
-    channel: Channel[AgentService, Watcher] = Channel(control, service)
+    channel: Channel[AgentService, ServiceListener] = Channel(control, service)
     await channel.open()
     await service.pool.start()
 

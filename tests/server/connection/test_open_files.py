@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import psutil
-from websockets.sync.client import connect
+from websockets.sync.client import ClientConnection, connect
 
 from movingout.server import messages as m
 from movingout.server.connection.connection_limits import ConnectionLimits
@@ -55,8 +55,12 @@ def test_idle_connections_of_many_addresses_cost_no_round_its_recording(tmp_path
         body = json.dumps({"maps": ["Simple"], "seats": seats, "limit_ticks": 20}).encode()
         with urllib.request.urlopen(f"http://127.0.0.1:{port}/api/rooms", body, 20) as answer:
             room = json.load(answer)
-        link = connect(f"ws://127.0.0.1:{port}/ws/{room['room']}", subprotocols=[m.SUBPROTOCOL])  # type: ignore[list-item]
-        person = Person(stack.enter_context(link), room["room"], tokens=room["tokens"][:1])
+        link: ClientConnection = connect(
+            f"ws://127.0.0.1:{port}/ws/{room['room']}",
+            subprotocols=[m.SUBPROTOCOL],  # type: ignore[list-item]
+        )
+        stack.callback(link.close)
+        person = Person(link, room["room"], tokens=room["tokens"][:1])
         for number in range(ADDRESSES):
             idle(stack, port, f"127.0.1.{number + 1}")
         time.sleep(0.5)
