@@ -5,7 +5,7 @@ input, ping, pong) is binary, little endian. `web/messages.js` is generated from
 (`python -m movingout.server.messages_js`); a test fails when it is stale. docs/protocol.md explains the conversation.
 """
 
-from typing import Literal
+from typing import Annotated, Literal
 
 import msgspec
 
@@ -60,6 +60,8 @@ Mode = Literal["play", "watch"]
 TutorialStep = Literal["drive", "grab", "deliver", "backward", "lift"]
 Kind = Literal["human", "agent", "remote", "ghost", "idle"]
 
+MOST_TOKENS = 4  # of one join: a client has at most two seats, and each token is compared with every key of the room
+
 # ---- client to server --------------------------------------------------------------------------------------
 
 
@@ -72,7 +74,7 @@ class Join(msgspec.Struct, tag="join", tag_field="type", forbid_unknown_fields=T
 
     room: str
     mode: Mode = "play"
-    tokens: list[str] = []
+    tokens: Annotated[list[str], msgspec.Meta(max_length=MOST_TOKENS)] = []
     claim: int = 0
     name: str = ""
     program: bool = False  # a remote seat: an external program plays

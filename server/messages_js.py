@@ -8,7 +8,7 @@ code, a field or a metric.
 import re
 from collections.abc import Iterable
 from pathlib import Path
-from typing import get_args, get_origin
+from typing import Annotated, get_args, get_origin
 
 import msgspec
 
@@ -267,6 +267,8 @@ def _type(annotation: object) -> str:
         if annotation is alias:
             return name
     origin = get_origin(annotation)
+    if origin is Annotated:  # with what the server checks besides
+        return _type(get_args(annotation)[0])
     if origin is list:
         (member,) = get_args(annotation)
         return f"{_type(member)}[]"

@@ -1,12 +1,9 @@
 """What a server measures, in the format of Prometheus. Everything is read when it is asked for: ticks pay nothing."""
 
-import os
-import time
 from collections import Counter
 from collections.abc import Iterator
 from typing import Any
 
-import psutil
 from prometheus_client import CollectorRegistry, generate_latest
 from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, HistogramMetricFamily, Metric
 from prometheus_client.exposition import CONTENT_TYPE_PLAIN_1_0_0
@@ -19,14 +16,17 @@ from movingout.server.status import refused
 CONTENT_TYPE = CONTENT_TYPE_PLAIN_1_0_0
 LATE_MS = 10.0
 LATE_BUCKETS_MS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
-PROCESS = "process"  # the label: number of a process with rooms, or "front" for the one without
+PROCESS = "process"  # the label: number of a process with rooms, or the name of another one, "front" or "agents"
 Reports = list[dict[str, Any]]
 
 
 async def metrics_text(host: PublicHost) -> bytes:
     """All metrics of a server, with all its processes, in Prometheus's text format."""
-    reports = await host.room_reports()
-    found = [*_ticks(reports), *_rooms(reports), *_agents(reports), *_processes(reports), *_server(host, reports)]
+    reports, others = await host.room_reports(), await host.other_reports()
+    workers = [worker for each in (*reports, *others.values()) for worker in each.get("agents", ())]
+    by_name = {str(number): each for number, each in enumerate(reports)} | others
+    found = [*_ticks(reports), *_rooms(reports), *_agents(reports, workers), *_processes(by_name)]
+    found += _server(host, reports)
     registry = CollectorRegistry(auto_describe=False)
     registry.register(_Scrape([*found, *(metric for source in host.metric_sources for metric in source())]))
     return generate_latest(registry)
@@ -65,21 +65,21 @@ def _rooms(reports: Reports) -> Iterator[Metric]:
     yield counter("sent_bytes", "Bytes sent over websockets", sum(each["bytes_sent"] for each in reports))
 
 
-def _agents(reports: Reports) -> Iterator[Metric]:
+def _agents(reports: Reports, workers: list[dict[str, float]]) -> Iterator[Metric]:
     due, late = (sum(each[key] for each in reports) for key in ("agent_decisions", "agent_decisions_late"))
     yield counter("agent_decisions", "Decisions that were due", due)
     yield counter("agent_decisions_late", "Decisions that came too late for their tick", late)
     seats = GaugeMetricFamily("movingout_agent_seats", "Seats played by a worker", labels=["worker"])
     load = GaugeMetricFamily("movingout_agent_load", "Share of one core its seats take", labels=["worker"])
     restarts = CounterMetricFamily("movingout_agent_restarts", "Times a worker was replaced", labels=["worker"])
-    for number, row in enumerate(worker for each in reports for worker in each["agents"]):
+    for number, row in enumerate(workers):
         for family, key in ((seats, "seats"), (load, "load"), (restarts, "restarts")):
             family.add_metric([str(number)], row[key])
     yield from (seats, load, restarts)
 
 
-def _processes(reports: Reports) -> Iterator[Metric]:
-    """Each process with rooms, and this one where it has none."""
+def _processes(by_name: dict[str, dict[str, Any]]) -> Iterator[Metric]:
+    """Each process with what it reports."""
     keys = {
         "movingout_tick_share": ("Share of one core that ticks take", "tick_share", 1.0),
         "movingout_sync_age_seconds": ("Since recordings were last forced to the disk", "sync_age_s", 1.0),
@@ -87,19 +87,15 @@ def _processes(reports: Reports) -> Iterator[Metric]:
         "process_open_fds": ("Open files and sockets", "open_files", 1.0),
         "process_max_fds": ("How many may be open", "most_files", 1.0),
     }
-    front = None if any(each["pid"] == os.getpid() for each in reports) else psutil.Process()
     for name, (help, key, unit) in keys.items():
         family = GaugeMetricFamily(name, help, labels=[PROCESS])
-        for number, each in enumerate(reports):
-            family.add_metric([str(number)], each[key] * unit)
-        if front is not None and key == "rss_mb":
-            family.add_metric(["front"], front.memory_info().rss)
+        for process, each in by_name.items():
+            if key in each:
+                family.add_metric([process], each[key] * unit)
         yield family
     seconds = CounterMetricFamily("process_cpu_seconds", "Processor time", labels=[PROCESS])
-    for number, each in enumerate(reports):
-        seconds.add_metric([str(number)], each["cpu_seconds"])
-    if front is not None:
-        seconds.add_metric(["front"], time.process_time())
+    for process, each in by_name.items():
+        seconds.add_metric([process], each["cpu_seconds"])
     yield seconds
 
 

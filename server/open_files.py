@@ -1,9 +1,13 @@
 """The limit of open files of this process: every socket and every journal is one."""
 
+from dataclasses import replace
+
 from movingout.server.settings import Limits
 
 BESIDES = 200  # the program's own: modules, databases, pipes to other processes
 MOST = 65_536
+FEWEST = 0.25  # of the limit for connections, where it is so low that the rest would need it all
+WEBSOCKETS = 0.75  # of the connections: pages are to be answered beside them
 
 
 def raise_open_files(limits: Limits) -> str:
@@ -16,7 +20,23 @@ def raise_open_files(limits: Limits) -> str:
     wanted = MOST if hard == resource.RLIM_INFINITY else min(MOST, hard)
     if soft != resource.RLIM_INFINITY and soft < wanted:
         resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
-    needed = limits.sockets + limits.rooms + BESIDES
+    needed = limits.sockets + limits.connections_per_address + limits.rooms + BESIDES
     if wanted >= needed:
         return ""
     return f"only {wanted} files may be open at once, {needed} may be needed; raise the limit: ulimit -n {needed}"
+
+
+def most_connections(limits: Limits) -> int:
+    """How many this process may have: the rest of its files are for journals, agents and databases."""
+    try:
+        import resource
+    except ImportError:
+        return MOST
+    soft, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+    files = MOST if soft == resource.RLIM_INFINITY else soft
+    return max(int(FEWEST * files), files - limits.rooms - BESIDES)
+
+
+def within_open_files(limits: Limits) -> Limits:
+    """With no more websockets than this process can have."""
+    return replace(limits, sockets=min(limits.sockets, int(WEBSOCKETS * most_connections(limits))))

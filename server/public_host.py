@@ -162,6 +162,10 @@ class PublicHost(ABC):
     async def room_reports(self) -> list[dict[str, Any]]:
         """What each process with rooms reports (server.status.room_report)."""
 
+    async def other_reports(self) -> dict[str, dict[str, Any]]:
+        """What each process without rooms reports, by its name; that of agents, where it is one, with its workers."""
+        return {}
+
     @abstractmethod
     async def report(self) -> dict[str, Any]:
         """The server's state for the admin page and the load test."""
@@ -236,18 +240,18 @@ class PublicHost(ABC):
 
     async def may_open_room(self, address: str) -> bool:
         """Whether somebody at this address may open one more room now; it may take the place of one left behind."""
+        if not self.admission.may_record(address) or not self.admission.may_open_room(address):
+            return False  # first, because asking each of the open rooms may be a call to another process
         limits = self.settings.limits
         opened = [state for room in self.admission.rooms_of(address) if (state := await self._left_state(room))]
         if sum(not was_joined for _, was_joined, _ in opened) >= limits.unjoined_rooms_per_address:
-            return False
-        if not self.admission.may_record(address):
             return False
         if len(opened) >= limits.open_rooms_per_address:
             empty_s, _, left = max(opened)
             if empty_s < LEFT_BEHIND_S:
                 return False
             await self.close_room(left, m.CLOSE_ROOM_OVER, NOBODY_HERE)
-        return self.admission.may_open_room(address)
+        return True
 
     async def _left_state(self, room_id: str) -> tuple[float, bool, str] | None:
         """For how long a room has been empty, whether anybody ever came, and its id; None when it is gone."""

@@ -19,6 +19,7 @@ from movingout.server.background import BackgroundWork
 from movingout.server.connection.admission import AdmissionControl
 from movingout.server.connection.endpoint import SocketEndpoint
 from movingout.server.memory import GarbageCollection
+from movingout.server.open_files import within_open_files
 from movingout.server.overload import Overload, ProcessHealth
 from movingout.server.persistence.fsync import sync_recordings
 from movingout.server.persistence.room_snapshot import restore_room, room_file
@@ -49,7 +50,7 @@ class RoomHost:
     ) -> None:
         self.settings = settings
         self.scheduler = RoomScheduler(time.monotonic, settings.tick_s)
-        self.admission = AdmissionControl(settings.limits, time.monotonic)
+        self.admission = AdmissionControl(within_open_files(settings.limits), time.monotonic)
         self.agents = agents or _agents_of_its_own(settings)
         self.store = self._room_store()
         self.cpu_share = 0.0  # of one core, over the last seconds: for people to see
@@ -184,7 +185,8 @@ class RoomHost:
 
     def process_health(self) -> ProcessHealth:
         """What this process says of itself."""
-        return ProcessHealth(self.cpu_share, self.overload.busy, self.agents.connected, tuple(self.background.faults()))
+        faults = (*self.background.faults(), *self.agents.faults())
+        return ProcessHealth(self.cpu_share, self.overload.busy, self.agents.connected, faults)
 
     def sync_age_s(self) -> float:
         """Since recordings were last forced to the disk."""

@@ -19,25 +19,32 @@ if TYPE_CHECKING:
 SUMS = ("missed_ticks", "deadline_misses", "sockets", "bytes_sent", "cpu_seconds", "rss_mb")
 
 
-def room_report(host: "RoomHost") -> dict[str, Any]:
-    """What one process says of its rooms. `late` is its measurement of lateness, as `Lateness.counts` gives it."""
-    lateness, process = host.scheduler.lateness, psutil.Process()
+def process_report() -> dict[str, Any]:
+    """What any process says of itself."""
+    process = psutil.Process()
     return {
         "pid": os.getpid(),
-        "cpu_percent": round(100 * host.cpu_share, 1),
         "rss_mb": round(process.memory_info().rss / 1e6, 1),
+        "cpu_seconds": round(time.process_time(), 3),
+        "open_files": process.num_fds(),
+        "most_files": resource.getrlimit(resource.RLIMIT_NOFILE)[0],
+    }
+
+
+def room_report(host: "RoomHost") -> dict[str, Any]:
+    """What one process says of its rooms. `late` is its measurement of lateness, as `Lateness.counts` gives it."""
+    lateness = host.scheduler.lateness
+    return process_report() | {
+        "cpu_percent": round(100 * host.cpu_share, 1),
         "late": lateness.counts(),
         "missed_ticks": lateness.skipped,
         "deadline_misses": host.registry.deadline_misses(),
         "sockets": host.admission.sockets,
         "bytes_sent": host.endpoint.total_bytes_sent(),
-        "cpu_seconds": round(time.process_time(), 3),
         "tick_share": round(host.overload.tick_share, 4),
         "agent_decisions": host.agents.decisions,
         "agent_decisions_late": host.agents.missed,
         "sync_age_s": round(host.sync_age_s(), 2),
-        "open_files": process.num_fds(),
-        "most_files": resource.getrlimit(resource.RLIMIT_NOFILE)[0],
         "refusals": dict(host.admission.refusals),
         "agents": host.agents.report(),
         "rooms": [_room(room) for room in host.registry.rooms.values()],

@@ -17,8 +17,10 @@ import uvicorn
 from starlette.applications import Starlette
 
 from movingout.maps.errors import MovingOutError
+from movingout.server.connection.admission import AdmissionControl
 from movingout.server.connection.connection_limits import ConnectionLimits
 from movingout.server.connection.uvicorn_protocols import GameWebSocketProtocol, http_protocol
+from movingout.server.open_files import most_connections
 from movingout.server.security.certificate import Certificate
 from movingout.server.settings import Settings
 
@@ -155,8 +157,15 @@ def game_server(
     kind: type[GameServer] = GameServer,
 ) -> GameServer:
     """Uvicorn set up for the game: strict frames, no compression, no access log (addresses hold room names)."""
-    refusals = app.state.host.admission.refusals
-    connections = ConnectionLimits(settings.limits, settings.trusted_proxies, time.monotonic, refusals)
+    admission: AdmissionControl = app.state.host.admission
+    connections = ConnectionLimits(
+        settings.limits,
+        settings.trusted_proxies,
+        time.monotonic,
+        admission.refusals,
+        most=most_connections(settings.limits),
+        websockets=lambda: admission.sockets,
+    )
     config = uvicorn.Config(
         app,
         http=http_protocol(settings.limits, connections),

@@ -6,7 +6,7 @@ Nothing here blocks: `observe` sends a request to the worker, `answer` reads wha
 import asyncio
 import itertools
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -64,7 +64,9 @@ class Worker(Protocol):
     """Where seats are decided for: a worker process, or a service that has several."""
 
     pid: int
-    restarts: int
+
+    @property
+    def restarts(self) -> int: ...
 
     @property
     def connected(self) -> bool: ...
@@ -73,6 +75,8 @@ class Worker(Protocol):
 
     def send(self, message: ToWorker) -> None:
         """Dropped while it is not connected."""
+
+    def faults(self) -> Iterator[str]: ...
 
     async def close(self) -> None: ...
 
@@ -326,6 +330,11 @@ class AgentPool:
     def capacity(self) -> float:
         """Share of a core that all seats together may use."""
         return self._most * len(self._workers)
+
+    def faults(self) -> Iterator[str]:
+        """What does not work and will not by itself, in English."""
+        for worker in self._workers:
+            yield from worker.faults()
 
     def report(self) -> list[dict[str, float]]:
         """One row per worker for the admin page: pid, restarts, seats, load."""

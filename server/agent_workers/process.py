@@ -11,13 +11,14 @@ import socket
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import IO
 
 import msgspec
 
 from movingout.agents.worker.heartbeat import Activity, WorkerHeartbeat
 from movingout.agents.worker.messages import FrameBuffer, FromWorker, ToWorker, frame, read_from_worker
+from movingout.server.agent_workers.lives import ProcessLives
 
 log = logging.getLogger(__name__)
 
@@ -45,11 +46,12 @@ class AgentProcess:
         self._on_lost = on_lost
         self._link: asyncio.StreamWriter | None = None
         self._task: asyncio.Task[None] | None = None
+        self._lives = ProcessLives("an agent worker")
         self.pid = 0
-        self.restarts = 0
 
     def start(self) -> None:
         """Start the worker and keep it running until `close`."""
+        self._lives.seen()
         self._task = asyncio.get_running_loop().create_task(self._keep_alive())
 
     async def close(self) -> None:
@@ -69,24 +71,48 @@ class AgentProcess:
         if self._link is not None and not self._link.is_closing():
             self._link.write(frame(message))
 
+    @property
+    def restarts(self) -> int:
+        """How often it was replaced."""
+        return self._lives.restarts
+
+    def faults(self) -> Iterator[str]:
+        """Whether it does not serve, and will not by itself."""
+        if self.connected:
+            self._lives.seen()
+        yield from self._lives.faults()
+
     async def _keep_alive(self) -> None:
         while True:
             born = time.monotonic()
-            activity = await self._one_life()
-            self.restarts += 1
-            log.warning("agent worker %d lost while %s; starting another", self.pid, activity.phase)
+            activity = await self._one_life_or_none()
+            self._lives.ended(by_itself=activity.phase == "idle")
             self._on_lost(activity)
             if time.monotonic() - born < QUICK_DEATH_S:
                 await asyncio.sleep(QUICK_DEATH_S)
 
+    async def _one_life_or_none(self) -> Activity:
+        """Whatever goes wrong, there is to be a next life: without files or memory for a moment, none can begin."""
+        try:
+            activity = await self._one_life()
+            log.warning("agent worker %d lost while %s; starting another", self.pid, activity.phase)
+        except Exception as error:
+            log.error("an agent worker cannot be run: %s", error, exc_info=not isinstance(error, OSError))
+            return Activity(0.0, "idle", None)
+        return activity
+
     async def _one_life(self) -> Activity:
-        """Run one worker until it is lost; return its last activity."""
+        """Run one worker until it is lost; return its last activity. Raises OSError."""
         ours, theirs = socket.socketpair()
-        with theirs, tempfile.TemporaryFile() as file:
-            process = await _spawn(theirs, file)
-            heartbeat = WorkerHeartbeat(file.fileno())
+        try:
+            with theirs, tempfile.TemporaryFile() as file:
+                heartbeat = WorkerHeartbeat(file.fileno())
+                heartbeat.write("idle")
+                process = await _spawn(theirs, file)
+        except BaseException:
+            ours.close()
+            raise
         self.pid = process.pid
-        heartbeat.write("idle")
         try:
             reader, self._link = await asyncio.open_connection(sock=ours)
             self._on_ready()
@@ -116,8 +142,9 @@ class AgentProcess:
 
     async def _bury(self, process: asyncio.subprocess.Process) -> None:
         if self._link is not None:
+            self._lives.seen()
             self._link.close()
-            with contextlib.suppress(ConnectionError):
+            with contextlib.suppress(OSError):
                 await self._link.wait_closed()
             self._link = None
         with contextlib.suppress(ProcessLookupError):

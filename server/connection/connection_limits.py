@@ -1,6 +1,7 @@
-"""Limits on TCP connections: how many one address holds, and how many it opens. Trusted proxies speak for others."""
+"""Limits on TCP connections: how many there are, and how many one address holds and opens. Proxies speak for others."""
 
 import ipaddress
+import math
 from collections import Counter, defaultdict
 from collections.abc import Callable, Collection
 
@@ -10,29 +11,44 @@ from movingout.server.settings import Limits
 
 
 class ConnectionLimits:
-    """Counts the connections of each address; those of a trusted proxy are not counted."""
+    """Counts all connections, and those of each address; a trusted proxy has no limit of its own.
+
+    `most` there may be of all addresses together, with the `websockets`, which are counted elsewhere.
+    """
 
     def __init__(
-        self, limits: Limits, proxies: Collection[str], clock: Callable[[], float], refusals: Counter[str] | None = None
+        self,
+        limits: Limits,
+        proxies: Collection[str],
+        clock: Callable[[], float],
+        refusals: Counter[str] | None = None,
+        most: float = math.inf,
+        websockets: Callable[[], int] = int,
     ) -> None:
         self._limits = limits
         self._proxies = proxies
         self._clock = clock
+        self._most = most
+        self._websockets = websockets
+        self._total = 0
         self._open: defaultdict[str, int] = defaultdict(int)
         self._opened: dict[str, TokenBucket] = {}
         self._refusals = Counter() if refusals is None else refusals
 
     def opened(self, address: str) -> bool:
         """Count a connection, which must be `closed`; False when it is one too many."""
-        if is_trusted(address, self._proxies):
-            return True
-        group = address_group(address)
-        self._open[group] += 1
-        allowed = self._open[group] <= self._limits.connections_per_address and self._bucket(group).take(self._clock())
+        self._total += 1
+        fits = self._total + self._websockets() <= self._most
+        allowed = (is_trusted(address, self._proxies) or self._within_limits(address_group(address))) and fits
         self._refusals["connection"] += not allowed
         return allowed
 
+    def _within_limits(self, group: str) -> bool:
+        self._open[group] += 1
+        return self._open[group] <= self._limits.connections_per_address and self._bucket(group).take(self._clock())
+
     def closed(self, address: str) -> None:
+        self._total -= 1
         group = address_group(address)
         if group in self._open:
             self._open[group] -= 1

@@ -7,15 +7,16 @@ import signal
 import socket
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from movingout.server.processes import agent_service
 from movingout.server.processes.agent_service import AgentService, StartAgents
 from movingout.server.processes.channel import Channel, ProcessGone
-from movingout.server.processes.handover import HandingOver, socket_pair
+from movingout.server.processes.handover import HandingOver, closed_on_error, socket_pair
 from movingout.server.processes.kept_process import KeptProcess
 
+REPORT_S = 2.0  # that whoever reads the metrics waits for an answer
 BURIED_S = 10.0  # from the end of the channel to that of the process
 
 
@@ -26,7 +27,8 @@ class AgentLink(KeptProcess):
         super().__init__("the agent service")
         self._start = start
         self._on_ready = on_ready
-        self._channel: Channel[None, AgentService] | None = None
+        self._channel: Channel[AgentLink, AgentService] | None = None
+        self._told: tuple[str, ...] = ()  # what does not work there
         self._handing_over: HandingOver | None = None
 
     def connection(self) -> socket.socket | None:
@@ -48,20 +50,31 @@ class AgentLink(KeptProcess):
             raise ProcessGone("the agents are being restarted; try again in a moment")
         return await self._channel.call(work, *args)
 
-    async def report(self) -> list[dict[str, float]]:
+    async def report(self) -> dict[str, Any] | None:
+        """What the service says of itself and its workers; None while there is none that answers."""
         try:
-            rows: list[dict[str, float]] = await self.call(agent_service.report)
-        except ProcessGone:
-            return []
-        return rows
+            found: dict[str, Any] = await asyncio.wait_for(self.call(agent_service.report), REPORT_S)
+        except (ProcessGone, TimeoutError):
+            return None
+        return found
+
+    def heard(self, faults: tuple[str, ...]) -> None:
+        """Told by the service."""
+        self._told = faults
+        self.lives.seen()
+
+    def faults(self) -> Iterator[str]:
+        """Those of the service, and of whoever keeps it running."""
+        yield from self._told
+        yield from super().faults()
 
     async def _one_life(self) -> None:
         ours, theirs = socket.socketpair()
         giving, taking = socket_pair()
-        with theirs, taking:
+        with closed_on_error(ours, giving), theirs, taking:
             process = _spawn(theirs, taking)
         self.pid = process.pid
-        self._channel = Channel(ours, None)
+        self._channel = Channel(ours, self)
         await self._channel.open()
         self._channel.greet(self._start)
         self._handing_over = HandingOver(giving)
@@ -69,6 +82,7 @@ class AgentLink(KeptProcess):
         try:
             await self._channel.serve()
         finally:
+            self._told = ()
             self._channel = None
             self._handing_over.close()
             self._handing_over = None

@@ -8,10 +8,10 @@ import itertools
 import logging
 import signal
 import socket
-import sys
 from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, Protocol
 
 import msgspec
 
@@ -33,9 +33,11 @@ from movingout.agents.worker.messages import (
 from movingout.server.agent_workers.capacity import AgentCosts
 from movingout.server.agent_workers.pool import AgentPool, Worker
 from movingout.server.background import BackgroundWork
+from movingout.server.logs import log_to
 from movingout.server.processes.agent_messages import Free, Lost
 from movingout.server.processes.channel import Channel, first_message
 from movingout.server.public_host import AgentUse, agent_use
+from movingout.server.status import process_report
 
 log = logging.getLogger(__name__)
 
@@ -50,6 +52,7 @@ class StartAgents:
 
     workers: int
     costs: Path
+    log_format: str
 
 
 class RemoteSeat:
@@ -172,6 +175,7 @@ class AgentService:
 
     def __init__(self, start: StartAgents) -> None:
         self.pool = ServicePool(start.workers, costs=AgentCosts(start.costs))
+        self.background = BackgroundWork()
         self._links: dict[RoomsLink, asyncio.Task[None]] = {}
 
     def join(self, link: socket.socket) -> None:
@@ -185,6 +189,9 @@ class AgentService:
         for rooms in self._links:
             rooms.tell_free()
 
+    def faults(self) -> tuple[str, ...]:
+        return (*self.background.faults(), *self.pool.faults())
+
     async def keep_costs(self) -> None:
         await asyncio.to_thread(self.pool.costs.save)
 
@@ -193,15 +200,32 @@ def use(service: AgentService, wanted: Collection[str], taken: Collection[str]) 
     return agent_use(service.pool, wanted, taken)
 
 
-def report(service: AgentService) -> list[dict[str, float]]:
-    return service.pool.report()
+def report(service: AgentService) -> dict[str, Any]:
+    return process_report() | {"agents": service.pool.report()}
+
+
+class ServiceListener(Protocol):
+    """The front."""
+
+    def heard(self, faults: tuple[str, ...]) -> None:
+        """The service lives; what does not work there."""
+
+
+def heard(watcher: ServiceListener, faults: tuple[str, ...]) -> None:
+    watcher.heard(faults)
 
 
 async def _serve(control: socket.socket, handover: socket.socket, start: StartAgents) -> None:
-    service, background = AgentService(start), BackgroundWork()
-    channel: Channel[AgentService, object] = Channel(control, service)
+    service = AgentService(start)
+    background = service.background
+    channel: Channel[AgentService, ServiceListener] = Channel(control, service)
     await channel.open()
     await service.pool.start()
+
+    async def tell_news() -> None:
+        channel.tell(heard, service.faults())
+
+    background.repeat("telling the front", tell_news, NEWS_S)
     background.repeat("telling how many agents are possible", service.tell_free, NEWS_S)
     background.repeat("keeping the costs of agents", service.keep_costs, COSTS_S)
     loop = asyncio.get_running_loop()
@@ -226,8 +250,8 @@ def _take_links(handover: socket.socket, service: AgentService) -> None:
 def main(arguments: list[str]) -> None:
     """Serve until the front ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the front's affair
-    logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s", stream=sys.stderr)
     control, handover = (socket.socket(fileno=int(each)) for each in itertools.islice(arguments, 2))
     start = first_message(control, StartAgents)
+    log_to(form="json" if start.log_format == "json" else "text")
     handover.setblocking(False)
     asyncio.run(_serve(control, handover, start))

@@ -41,7 +41,7 @@ from movingout.server.rooms.seat import Seat
 from movingout.server.rooms.services import RoomConfig
 from movingout.server.security.certificate import Certificate
 from movingout.server.settings import Settings
-from movingout.server.status import server_report
+from movingout.server.status import process_report, server_report
 
 log = logging.getLogger(__name__)
 
@@ -69,7 +69,7 @@ class Front(PublicHost):
             processes=processes,
         )
         self.links = [RoomLink(index, replace(start, index=index), self._template, self) for index in range(processes)]
-        agents = StartAgents(settings.agent_workers, settings.data / COSTS)
+        agents = StartAgents(settings.agent_workers, settings.data / COSTS, settings.log_format)
         self.agents = AgentLink(agents, self._connect_agents)
         self.expected = Expected()
         self._recovering: asyncio.Task[None] | None = None
@@ -124,7 +124,11 @@ class Front(PublicHost):
             cpu_share=min((each.cpu_share for each in ready), default=0.0),
             busy=bool(ready) and all(each.busy for each in ready),
             agents=any(each.agents for each in ready),
-            faults=tuple(fault for each in ready for fault in each.faults) + tuple(self.background.faults()),
+            faults=(
+                *(fault for link in self.links for fault in link.faults()),
+                *self.agents.faults(),
+                *self.background.faults(),
+            ),
         )
 
     async def open_room(self, config: RoomConfig, seats: list[Seat]) -> str:
@@ -196,9 +200,13 @@ class Front(PublicHost):
         )
         return [each for each in reports if isinstance(each, dict)]
 
+    async def other_reports(self) -> dict[str, dict[str, Any]]:
+        agents = await self.agents.report()
+        return {"front": process_report()} | ({} if agents is None else {"agents": agents})
+
     async def report(self) -> dict[str, Any]:
         whole = server_report(self, await self.room_reports())
-        whole["agents"] = await self.agents.report()
+        whole["agents"] = (await self.agents.report() or {"agents": []})["agents"]
         whole["processes"] = [
             {
                 "pid": link.pid,

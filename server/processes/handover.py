@@ -5,11 +5,12 @@ and the room afterwards.
 """
 
 import asyncio
+import contextlib
 import logging
 import os
 import socket
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 from movingout.server.processes.channel import ProcessGone
 from movingout.server.uvicorn_server import GameServer
@@ -26,6 +27,17 @@ def socket_pair() -> tuple[socket.socket, socket.socket]:
     ours.setblocking(False)
     theirs.setblocking(False)
     return ours, theirs
+
+
+@contextlib.contextmanager
+def closed_on_error(*links: socket.socket) -> Iterator[None]:
+    """Close these when the block fails: nobody is at the other end."""
+    try:
+        yield
+    except BaseException:
+        for link in links:
+            link.close()
+        raise
 
 
 class HandingOver:

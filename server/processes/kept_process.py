@@ -4,8 +4,10 @@ import asyncio
 import logging
 import time
 from abc import ABC, abstractmethod
+from collections.abc import Iterator
 from typing import Any
 
+from movingout.server.agent_workers.lives import ProcessLives
 from movingout.server.processes.channel import Channel
 
 log = logging.getLogger(__name__)
@@ -22,13 +24,23 @@ class KeptProcess(ABC):
     def __init__(self, what: str) -> None:
         """`what` it is called in the log."""
         self.pid = 0
-        self.restarts = 0
+        self.lives = ProcessLives(what)  # a subclass says when the process was `seen`
         self._what = what
         self._stopping = False
         self._task: asyncio.Task[None] | None = None
 
+    @property
+    def restarts(self) -> int:
+        """How often it was replaced."""
+        return self.lives.restarts
+
+    def faults(self) -> Iterator[str]:
+        """Whether the process does not serve, and will not by itself."""
+        return self.lives.faults()
+
     def begin(self) -> None:
         """Start the process, and keep one running until `stop`."""
+        self.lives.seen()
         self._task = asyncio.create_task(self._keep_alive(), name=self._what)
 
     async def stop(self) -> None:
@@ -44,18 +56,18 @@ class KeptProcess(ABC):
 
     @abstractmethod
     async def _one_life(self) -> None:
-        """Start a process, keep `pid` and `_channel`, and return when it has ended. Raises OSError."""
+        """Start a process, keep `pid` and `_channel`, and return when it has ended. Whatever it raises is logged."""
 
     async def _keep_alive(self) -> None:
         while not self._stopping:
             born = time.monotonic()
             try:
                 await self._one_life()
-            except OSError as error:
-                log.error("%s cannot be started: %s", self._what, error)
+            except Exception as error:  # without files or memory for a moment; whatever it was, the next one may live
+                log.error("%s cannot be run: %s", self._what, error, exc_info=not isinstance(error, OSError))
             if self._stopping:
                 return
-            self.restarts += 1
+            self.lives.ended()
             log.warning("the process %d of %s has ended; starting another", self.pid, self._what)
             if time.monotonic() - born < QUICK_DEATH_S:
                 await asyncio.sleep(QUICK_DEATH_S)

@@ -7,7 +7,7 @@ import os
 import signal
 import socket
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -17,7 +17,7 @@ from movingout.server.connection.admission import SocketNews, address_group
 from movingout.server.connection.socket_counts import SocketCounts
 from movingout.server.overload import ProcessHealth
 from movingout.server.processes.channel import Channel, ProcessGone
-from movingout.server.processes.handover import HandingOver, socket_pair
+from movingout.server.processes.handover import HandingOver, closed_on_error, socket_pair
 from movingout.server.processes.kept_process import STOP_S, KeptProcess
 from movingout.server.processes.room_process import RoomProcess, Start
 from movingout.server.processes.template import TemplateProcess
@@ -103,6 +103,11 @@ class RoomLink(KeptProcess):
             raise ProcessGone("the process of this room has ended")
         self._handing_over.give(descriptor, message)
 
+    def faults(self) -> Iterator[str]:
+        """Those of the process where it is there, and its own."""
+        yield from self.health.faults if self.is_ready else ()
+        yield from super().faults()
+
     def terminate(self) -> None:
         """Ask the process to keep its rooms and end; another one takes its place."""
         self._kill(signal.SIGTERM)
@@ -112,6 +117,7 @@ class RoomLink(KeptProcess):
     def became_ready(self, rooms: list[str]) -> None:
         self.rooms = set(rooms)
         self._heard = time.monotonic()
+        self.lives.seen()
         self._ready.set()
         if self.restarts:
             self._front.replaced()
@@ -122,6 +128,7 @@ class RoomLink(KeptProcess):
 
     def heard(self, health: ProcessHealth) -> None:
         self.health, self._heard = health, time.monotonic()
+        self.lives.seen()
 
     def arrived(self, address: str) -> None:
         self._front.arrived(address, self)
@@ -156,7 +163,7 @@ class RoomLink(KeptProcess):
     async def _one_life(self) -> None:
         ours, theirs = socket.socketpair()
         giving, taking = socket_pair()
-        with theirs, taking:
+        with closed_on_error(ours, giving), theirs, taking:
             self.pid = await self._template.copy(theirs, taking)
         self._channel = Channel(ours, self)
         await self._channel.open()

@@ -5,6 +5,7 @@ import contextlib
 import logging
 import secrets
 import socket
+from collections.abc import Iterator
 
 import msgspec
 
@@ -77,6 +78,10 @@ class _ServiceLink:
 
     pid = 0
     restarts = 0
+
+    def faults(self) -> Iterator[str]:
+        """The front watches over the service."""
+        return iter(())
 
     def __init__(self, pool: SharedAgents) -> None:
         self._pool = pool

@@ -16,6 +16,12 @@ from movingout.study.store.rounds import Rounds
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
 
+MOST_WAITING = 500  # queries: two seconds' worth (220 answers a second, measured); whoever comes then tries again
+
+
+class StoreBusy(StoreError):
+    """More queries wait already than are answered while somebody waits."""
+
 
 class StudyDatabases:
     """Opened once per run, which freezes the study. Raises StoreError, and StudyError if the study has changed."""
@@ -32,16 +38,24 @@ class StudyDatabases:
         self._alerts = alerts
         self.problem = ""  # of the newest query, empty when it succeeded
         self._locked_at = float("-inf")  # when a query last gave up waiting for another program
+        self._waiting = 0  # queries, with the one that is under way
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="study-store")
 
     async def run(self, work: Callable[Arguments, Result], *args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
-        """Do `work` in the thread. Raises StoreError, after alerting the experimenter."""
+        """Do `work` in the thread. Raises StoreError, after alerting the experimenter; at once where too many wait."""
+        if self._waiting >= MOST_WAITING:
+            error = StoreBusy(f"{MOST_WAITING} queries wait for the database already")
+            self._alerts.add("database", "The database could not be read or written.", str(error))
+            raise error
         return await self.run_asked(time.monotonic(), work, *args, **kwargs)
 
     async def run_asked(
         self, asked: float, work: Callable[Arguments, Result], *args: Arguments.args, **kwargs: Arguments.kwargs
     ) -> Result:
-        """The same for what has waited since `asked`, in seconds of the monotonic clock."""
+        """The same for what has waited since `asked`, in seconds of the monotonic clock, and is never one too many.
+
+        Transactions come here: one at a time, and one that has begun is not to be refused half way.
+        """
 
         def unless_locked() -> Result:
             if asked < self._locked_at:  # it waited behind a query that gave up: it need not give up after as long
@@ -53,6 +67,7 @@ class StudyDatabases:
                 raise
 
         loop = asyncio.get_running_loop()
+        self._waiting += 1
         try:
             found = await loop.run_in_executor(self._thread, unless_locked)
             self.problem = ""
@@ -61,6 +76,8 @@ class StudyDatabases:
             self.problem = str(error)
             self._alerts.add("database", "The database could not be read or written.", str(error))
             raise
+        finally:
+            self._waiting -= 1
 
     def close(self) -> None:
         self._thread.shutdown()

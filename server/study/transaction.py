@@ -1,5 +1,6 @@
 """The right to change who is where in a study: handed out by `RunningStudy.transaction()`, to one holder at a time."""
 
+import time
 from collections.abc import Callable
 from typing import ParamSpec, TypeVar
 
@@ -33,10 +34,9 @@ class Transaction:
     async def run(self, work: Callable[Arguments, Result], *args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
         """Do `work` in the thread of the databases. Raises StoreError."""
         self.check()
-        if self._began:
-            return await self._databases.run(work, *args, **kwargs)
+        asked = time.monotonic() if self._began else self._asked
         self._began = True
-        return await self._databases.run_asked(self._asked, work, *args, **kwargs)
+        return await self._databases.run_asked(asked, work, *args, **kwargs)
 
     def end(self) -> None:
         self._open = False

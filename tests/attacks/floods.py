@@ -38,6 +38,12 @@ async def connect(target: Target) -> tuple[asyncio.StreamReader, asyncio.StreamW
 
 async def watch(target: Target) -> asyncio.StreamWriter:
     """A websocket that watches the room."""
+    _, writer = await join(target, {"mode": "watch"})
+    return writer
+
+
+async def join(target: Target, request: dict[str, object]) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
+    """A websocket whose first message is this join."""
     reader, writer = await connect(target)
     key = base64.b64encode(os.urandom(16)).decode()
     writer.write(
@@ -46,8 +52,8 @@ async def watch(target: Target) -> asyncio.StreamWriter:
         f"Sec-WebSocket-Protocol: {m.SUBPROTOCOL}\r\n\r\n".encode()
     )
     await reader.readuntil(b"\r\n\r\n")
-    writer.write(masked(TEXT, json.dumps({"type": "join", "room": target.room, "mode": "watch"}).encode()))
-    return writer
+    writer.write(masked(TEXT, json.dumps({"type": "join", "room": target.room} | request).encode()))
+    return reader, writer
 
 
 async def send_frames(target: Target, first: bytes, again: bytes) -> None:
@@ -84,6 +90,21 @@ async def fragments(target: Target) -> None:
 async def inputs(target: Target) -> None:
     frame = masked(BINARY, Input(0, 1, 0, 0, 1.0, 0.0, 0, 0, 0.0).encode())
     await send_frames(target, b"", frame * 200)
+
+
+async def joins(target: Target) -> None:
+    """Joins with as many wrong keys as a frame holds, one after the other."""
+    keys = [""] * 1000
+
+    async def one() -> None:
+        while True:
+            with contextlib.suppress(OSError, EOFError):
+                reader, writer = await join(target, {"tokens": keys})
+                await reader.read(4096)
+                writer.close()
+            await asyncio.sleep(0)
+
+    await asyncio.gather(*(one() for _ in range(CONNECTIONS)))
 
 
 async def requests(target: Target) -> None:
@@ -169,7 +190,7 @@ async def origins(target: Target) -> None:
 
 
 FLOODS: dict[str, Callable[[Target], Awaitable[None]]] = {
-    flood.__name__: flood for flood in (pongs, fragments, inputs, requests, connects, rooms, heads, origins)
+    flood.__name__: flood for flood in (pongs, fragments, inputs, joins, requests, connects, rooms, heads, origins)
 }
 
 

@@ -1,14 +1,20 @@
 """Background work survives its errors, and a server tells when it does not succeed."""
 
 import asyncio
+import ctypes
+import errno
 import logging
 from pathlib import Path
+from typing import cast
 
 import pytest
 
+from movingout.recordings import EpisodeWriter, RecordingError
 from movingout.server import background
 from movingout.server.background import BackgroundWork
 from movingout.server.host import Host
+from movingout.server.persistence import fsync
+from movingout.server.persistence.fsync import FEW, sync_recordings
 from tests.server.live import serve
 
 
@@ -91,6 +97,32 @@ def test_a_disk_that_fails_for_long_is_a_fault_of_the_server(tmp_path: Path, mon
                 break
         assert (status, answer["ok"]) == (503, False)
         assert answer["faults"][0].startswith("saving recordings to the disk: not done for ")
+
+
+def test_a_file_that_cannot_be_forced_to_the_disk_is_no_success_and_the_others_are_tried(tmp_path: Path) -> None:
+    tried: list[int] = []
+
+    class Writer:
+        def sync(self) -> None:
+            tried.append(len(tried))
+            if len(tried) == 1:
+                raise RecordingError("cannot sync: Input/output error")
+
+    with pytest.raises(RecordingError, match="Input/output error"):
+        sync_recordings(tmp_path, [cast(EpisodeWriter, Writer())] * (FEW - 1))
+    assert len(tried) == FEW - 1
+
+
+def test_a_file_system_that_cannot_be_forced_to_the_disk_is_no_success(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(descriptor: int) -> int:
+        ctypes.set_errno(errno.ENOSPC)
+        return -1
+
+    monkeypatch.setattr(fsync, "_SYNCFS", full)
+    with pytest.raises(OSError, match="No space left"):
+        sync_recordings(tmp_path, [cast(EpisodeWriter, None)] * (FEW + 1))
 
 
 def test_recordings_that_were_moved_away_are_a_fault(tmp_path: Path) -> None:

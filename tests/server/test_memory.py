@@ -72,4 +72,4 @@ def test_the_limit_of_open_files_is_raised_or_named(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(resource, "getrlimit", lambda _: (1024, 4096))
     assert raise_open_files(Limits(sockets=2000, rooms=250)) == ""
     assert told == [(4096, 4096)]
-    assert "ulimit -n 9450" in raise_open_files(Limits(sockets=9000, rooms=250))
+    assert "ulimit -n 9850" in raise_open_files(Limits(sockets=9000, rooms=250))

@@ -18,6 +18,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from movingout.server import messages as m
 from movingout.server.frame_layout import FrameError
 from movingout.server.frames import Bundle, decode_client_frame
+from movingout.server.rooms.seat_assignment import SeatAssignment
 from tests.server.live import Live, raw_socket, serve
 from tests.server.support import make_input
 from tests.server.threats import close_code, player
@@ -64,6 +65,19 @@ def test_4_nested_json_is_no_stack_overflow(live: Live) -> None:
         assert close_code(connection) == m.CLOSE_BAD_MESSAGE
     status, _ = live.call("/api/rooms", json.loads("[" * 500 + "]" * 500))
     assert status == 422
+
+
+def test_4_a_join_full_of_keys_is_refused_before_any_of_them_is_compared(
+    live: Live, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compared: list[str] = []
+    monkeypatch.setattr(SeatAssignment, "was_token", lambda _, token: compared.append(token))
+    room = live.open_room("here", "idle")["room"]
+    for keys, code in ((m.MOST_TOKENS, m.CLOSE_UNAUTHORISED), (1300, m.CLOSE_BAD_MESSAGE)):
+        connection = live.connect(room)
+        connection.send(json.dumps({"type": "join", "room": room, "tokens": [""] * keys}, separators=(",", ":")))
+        assert close_code(connection) == code
+    assert len(compared) == m.MOST_TOKENS
 
 
 # ---- 5 flood --------------------------------------------------------------------------------------------------

@@ -6,11 +6,13 @@ import socket
 import time
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from movingout.server.connection.admission import AdmissionControl
 from movingout.server.connection.connection_limits import ConnectionLimits, is_trusted
+from movingout.server.host import Host
 from movingout.server.overload import Overload
 from movingout.server.persistence.answer_log import AnswerLog, TooManyAnswers
 from movingout.server.rooms.scheduler import RoomScheduler
@@ -125,6 +127,25 @@ def test_10_one_address_cannot_fill_the_disk_in_a_day() -> None:
     admission.recorded("of the operator", 10**12)
     now[0] += 12 * 3600.0
     assert admission.may_record("10.0.0.1")
+
+
+def test_10_rooms_beyond_the_rate_are_refused_before_any_other_room_is_asked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[str] = []
+    ask = Host.ask
+
+    async def counted(self: Host, room_id: str, *args: Any) -> Any:
+        asked.append(room_id)
+        return await ask(self, room_id, *args)
+
+    monkeypatch.setattr(Host, "ask", counted)
+    with serve(tmp_path, limits(rooms_per_address_per_minute=4, unjoined_rooms_per_address=50)) as live:
+        for _ in range(4):
+            live.open_room("here", "idle")
+        before = len(asked)
+        assert [live.call("/api/rooms", SEATS)[0] for _ in range(10)] == [429] * 10
+        assert len(asked) == before
 
 
 def test_10_rounds_are_charged_to_the_address_that_opened_the_room(tmp_path: Path) -> None:

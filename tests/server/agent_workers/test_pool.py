@@ -5,7 +5,7 @@ import os
 import signal
 import time
 from collections.abc import Awaitable, Callable
-from typing import cast
+from typing import NoReturn, cast
 
 import numpy as np
 import pytest
@@ -14,6 +14,8 @@ from movingout.agents.errors import AgentError, AgentsBusyError
 from movingout.agents.observation.seat_observation import start_state
 from movingout.agents.worker.messages import Answer, Open, Opened
 from movingout.maps import load_map
+from movingout.server.agent_workers import lives, process
+from movingout.server.agent_workers.lives import MANY, ProcessLives
 from movingout.server.agent_workers.pool import AgentAnswer, AgentPool, AgentSeat
 from movingout.server.agent_workers.process import AgentProcess
 from movingout.world.state import WorldState
@@ -126,6 +128,37 @@ def test_a_killed_worker_is_replaced_and_its_seats_go_on() -> None:
         assert pool.report()[0]["restarts"] == 1
 
     with_pool(scenario)
+
+
+@pytest.mark.parametrize("error", [OSError(24, "Too many open files"), ValueError("no such thing")])
+def test_a_worker_that_cannot_be_started_is_tried_again_and_is_a_fault_meanwhile(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, error: Exception
+) -> None:
+    monkeypatch.setattr(process, "QUICK_DEATH_S", 0.001)
+
+    async def no_more(*_: object) -> NoReturn:
+        raise error
+
+    async def scenario(pool: AgentPool) -> None:
+        with monkeypatch.context() as broken:
+            broken.setattr(process, "_spawn", no_more)
+            seat = open_seat(pool, f"{HERE}:Forward")
+            await until(lambda: pool.report()[0]["restarts"] >= MANY)
+            assert [*pool.faults()] == [f"an agent worker: ended {MANY} times within a minute"]
+            broken.setattr(lives, "AWAY_S", -1.0)
+            assert "an agent worker: away for 0 s" in [*pool.faults()]
+        await until(lambda: seat.ready)
+        assert (await ask(seat, 1)).action[0] == 1.0
+        assert caplog.messages[0] == f"an agent worker cannot be run: {error}"
+
+    with_pool(scenario)
+
+
+def test_agents_that_end_their_worker_are_no_fault_of_the_server() -> None:
+    kept = ProcessLives("a worker", lambda: 7.0)
+    for _ in range(2 * MANY):
+        kept.ended(by_itself=False)
+    assert (kept.restarts, [*kept.faults()]) == (2 * MANY, [])
 
 
 def test_a_hanging_agent_costs_its_neighbour_only_the_restart() -> None:

@@ -1,6 +1,10 @@
 """Looking into agents while they play."""
 
+import contextlib
+import time
+import urllib.error
 import urllib.request
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -8,9 +12,9 @@ from movingout.agents.decision_trace import MAX_PLAN
 from movingout.agents.worker.messages import Answer, Open
 from movingout.maps import load_map
 from movingout.server.agent_workers.pool import AgentPool, AgentSeat
-from movingout.server.api.agent_debug import newest, weighs
+from movingout.server.api.agent_debug import STREAMS_OF_ADDRESS, newest, weighs
 from movingout.server.rooms.room import Room
-from tests.server.live import ADMIN, WAIT_S, Live
+from tests.server.live import ADMIN, WAIT_S, Live, serve
 
 WEIGHED = {"chosen": 1, "scores": [0.1, 0.2], "candidates": [[[1.0, 1.0, 0.0]]] * 2, "items": []}
 
@@ -64,3 +68,25 @@ def test_a_stream_begins_at_once_and_ends_with_its_room(live: Live) -> None:
         assert stream.readline() == b": open\n"
         live.call(f"/api/admin/rooms/{room}/close", {}, token=ADMIN)
         assert stream.read().strip() == b""
+
+
+def test_one_address_leaves_streams_to_others_and_gets_its_own_back(tmp_path: Path) -> None:
+    with serve(tmp_path, trusted_proxies=("127.0.0.1",)) as live, contextlib.ExitStack() as open_ones:
+        room = live.open_room("here", "idle")["room"]
+
+        def status(address: str) -> int:
+            request = urllib.request.Request(f"http://{live.address}/api/rooms/{room}/thoughts")
+            request.add_header("X-Forwarded-For", address)
+            try:
+                open_ones.enter_context(urllib.request.urlopen(request, timeout=WAIT_S))
+            except urllib.error.HTTPError as error:
+                with error:
+                    return error.code
+            return 200
+
+        assert [status("192.0.2.1") for _ in range(8)] == [200] * STREAMS_OF_ADDRESS + [503] * 2
+        assert status("192.0.2.2") == 200
+        open_ones.close()
+        deadline = time.monotonic() + WAIT_S
+        while status("192.0.2.1") != 200:  # the server hears of it in a moment
+            assert time.monotonic() < deadline

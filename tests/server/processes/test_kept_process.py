@@ -9,7 +9,7 @@ from movingout.server.processes.kept_process import KeptProcess
 
 
 class _Lives(KeptProcess):
-    """Cannot be started at first, then ends by itself, then lives until its channel is closed."""
+    """Cannot be started at first, twice, then ends by itself, then lives until its channel is closed."""
 
     def __init__(self) -> None:
         super().__init__("the test")
@@ -26,7 +26,9 @@ class _Lives(KeptProcess):
         self.count += 1
         if self.count == 1:
             raise OSError("no memory")
-        if self.count == 3:
+        if self.count == 2:
+            raise ValueError("no number of a process")
+        if self.count == 4:
             self.last.set()
             await self._closed.wait()
 
@@ -34,10 +36,16 @@ class _Lives(KeptProcess):
 def test_it_is_replaced_until_it_is_stopped(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
     monkeypatch.setattr(kept_process, "QUICK_DEATH_S", 0.0)
     lives = asyncio.run(_live_and_stop())
-    assert (lives.count, lives.restarts) == (3, 2)
+    assert (lives.count, lives.restarts) == (4, 3)
     said = [record.message for record in caplog.records]
-    assert said[0] == "the test cannot be started: no memory"
-    assert said[1:] == ["the process 7 of the test has ended; starting another"] * 2
+    again = "the process 7 of the test has ended; starting another"
+    assert said == [
+        "the test cannot be run: no memory",
+        again,
+        "the test cannot be run: no number of a process",
+        again,
+        again,
+    ]
 
 
 async def _live_and_stop() -> _Lives:

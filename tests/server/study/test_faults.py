@@ -1,5 +1,8 @@
 """Database errors, a full disk, a failing room: each gives a sentence and an alert, and nothing is lost."""
 
+import asyncio
+import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -8,6 +11,7 @@ import pytest
 
 from movingout.server.notices import Notice
 from movingout.server.rooms.seat import Seat
+from movingout.server.study import databases
 from movingout.study.store.tables import answers, rounds
 from tests.recordings.full_disk import limited
 from tests.server.study.support import SOLO, Served, Visitor, served
@@ -157,6 +161,26 @@ def test_a_room_that_fails_is_opened_again(study: Served, monkeypatch: pytest.Mo
     visitor.play()
     assert visitor.kind == "questionnaire"
     assert rounds_of(study, visitor) == ["error", "time"]
+
+
+def test_whoever_comes_when_too_many_queries_wait_is_told_at_once_to_try_again(
+    study: Served, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(databases, "MOST_WAITING", 3)
+    visitor = study.visitor().go_to("form")
+    stuck, run = threading.Event(), study.running.databases.run
+    waiting = [asyncio.run_coroutine_threadsafe(run(stuck.wait, 60), study.live.loop) for _ in range(3)]
+    try:
+        begun = time.monotonic()
+        status, answer = visitor.answer(visitor.step["items"][0]["id"], 1)
+        assert (status, answer["error"]["code"]) == (507, "not_saved")
+        assert time.monotonic() - begun < 20.0
+        assert "database" in study.alerts()
+    finally:
+        stuck.set()
+    assert all(one.result(20) for one in waiting)
+    for item in visitor.step["items"]:
+        assert visitor.answer(item["id"])[0] == 200, "nothing is lost: the same again is taken"
 
 
 def test_a_fault_in_the_server_is_a_sentence_and_not_a_stack_trace(
