@@ -18,7 +18,7 @@ import msgspec
 
 from movingout.agents.worker.heartbeat import Activity, WorkerHeartbeat
 from movingout.agents.worker.messages import FrameBuffer, FromWorker, ToWorker, frame, read_from_worker
-from movingout.server.agent_workers.lives import ProcessLives
+from movingout.server.agent_workers.process_restarts import ProcessRestarts
 
 log = logging.getLogger(__name__)
 
@@ -46,12 +46,12 @@ class AgentProcess:
         self._on_lost = on_lost
         self._link: asyncio.StreamWriter | None = None
         self._task: asyncio.Task[None] | None = None
-        self._lives = ProcessLives("an agent worker")
+        self._restart_record = ProcessRestarts("an agent worker")
         self.pid = 0
 
     def start(self) -> None:
         """Start the worker and keep it running until `close`."""
-        self._lives.seen()
+        self._restart_record.seen()
         self._task = asyncio.get_running_loop().create_task(self._keep_alive())
 
     async def close(self) -> None:
@@ -74,19 +74,19 @@ class AgentProcess:
     @property
     def restarts(self) -> int:
         """How often it was replaced."""
-        return self._lives.restarts
+        return self._restart_record.restarts
 
     def faults(self) -> Iterator[str]:
         """Whether it does not serve, and will not by itself."""
         if self.connected:
-            self._lives.seen()
-        yield from self._lives.faults()
+            self._restart_record.seen()
+        yield from self._restart_record.faults()
 
     async def _keep_alive(self) -> None:
         while True:
             born = time.monotonic()
             activity = await self._one_life_or_none()
-            self._lives.ended(by_itself=activity.phase == "idle")
+            self._restart_record.ended(by_itself=activity.phase == "idle")
             self._on_lost(activity)
             if time.monotonic() - born < QUICK_DEATH_S:
                 await asyncio.sleep(QUICK_DEATH_S)
@@ -142,7 +142,7 @@ class AgentProcess:
 
     async def _bury(self, process: asyncio.subprocess.Process) -> None:
         if self._link is not None:
-            self._lives.seen()
+            self._restart_record.seen()
             self._link.close()
             with contextlib.suppress(OSError):
                 await self._link.wait_closed()

@@ -61,7 +61,7 @@ class AgentLink(KeptProcess):
     def heard(self, faults: tuple[str, ...]) -> None:
         """Told by the service."""
         self._told = faults
-        self.lives.seen()
+        self.restart_record.seen()
 
     def faults(self) -> Iterator[str]:
         """Those of the service, and of whoever keeps it running."""

@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from typing import Any
 
-from movingout.server.agent_workers.lives import ProcessLives
+from movingout.server.agent_workers.process_restarts import ProcessRestarts
 from movingout.server.processes.channel import Channel
 
 log = logging.getLogger(__name__)
@@ -24,7 +24,7 @@ class KeptProcess(ABC):
     def __init__(self, what: str) -> None:
         """`what` it is called in the log."""
         self.pid = 0
-        self.lives = ProcessLives(what)  # a subclass says when the process was `seen`
+        self.restart_record = ProcessRestarts(what)  # a subclass says when the process was `seen`
         self._what = what
         self._stopping = False
         self._task: asyncio.Task[None] | None = None
@@ -32,15 +32,15 @@ class KeptProcess(ABC):
     @property
     def restarts(self) -> int:
         """How often it was replaced."""
-        return self.lives.restarts
+        return self.restart_record.restarts
 
     def faults(self) -> Iterator[str]:
         """Whether the process does not serve, and will not by itself."""
-        return self.lives.faults()
+        return self.restart_record.faults()
 
     def begin(self) -> None:
         """Start the process, and keep one running until `stop`."""
-        self.lives.seen()
+        self.restart_record.seen()
         self._task = asyncio.create_task(self._keep_alive(), name=self._what)
 
     async def stop(self) -> None:
@@ -67,7 +67,7 @@ class KeptProcess(ABC):
                 log.error("%s cannot be run: %s", self._what, error, exc_info=not isinstance(error, OSError))
             if self._stopping:
                 return
-            self.lives.ended()
+            self.restart_record.ended()
             log.warning("the process %d of %s has ended; starting another", self.pid, self._what)
             if time.monotonic() - born < QUICK_DEATH_S:
                 await asyncio.sleep(QUICK_DEATH_S)

@@ -117,7 +117,7 @@ class RoomLink(KeptProcess):
     def became_ready(self, rooms: list[str]) -> None:
         self.rooms = set(rooms)
         self._heard = time.monotonic()
-        self.lives.seen()
+        self.restart_record.seen()
         self._ready.set()
         if self.restarts:
             self._front.replaced()
@@ -128,7 +128,7 @@ class RoomLink(KeptProcess):
 
     def heard(self, health: ProcessHealth) -> None:
         self.health, self._heard = health, time.monotonic()
-        self.lives.seen()
+        self.restart_record.seen()
 
     def arrived(self, address: str) -> None:
         self._front.arrived(address, self)

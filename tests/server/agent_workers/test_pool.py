@@ -14,10 +14,10 @@ from movingout.agents.errors import AgentError, AgentsBusyError
 from movingout.agents.observation.seat_observation import start_state
 from movingout.agents.worker.messages import Answer, Open, Opened
 from movingout.maps import load_map
-from movingout.server.agent_workers import lives, process
-from movingout.server.agent_workers.lives import MANY, ProcessLives
+from movingout.server.agent_workers import process, process_restarts
 from movingout.server.agent_workers.pool import AgentAnswer, AgentPool, AgentSeat
 from movingout.server.agent_workers.process import AgentProcess
+from movingout.server.agent_workers.process_restarts import MANY, ProcessRestarts
 from movingout.world.state import WorldState
 from tests.agents.support import HERE
 
@@ -145,7 +145,7 @@ def test_a_worker_that_cannot_be_started_is_tried_again_and_is_a_fault_meanwhile
             seat = open_seat(pool, f"{HERE}:Forward")
             await until(lambda: pool.report()[0]["restarts"] >= MANY)
             assert [*pool.faults()] == [f"an agent worker: ended {MANY} times within a minute"]
-            broken.setattr(lives, "AWAY_S", -1.0)
+            broken.setattr(process_restarts, "AWAY_S", -1.0)
             assert "an agent worker: away for 0 s" in [*pool.faults()]
         await until(lambda: seat.ready)
         assert (await ask(seat, 1)).action[0] == 1.0
@@ -155,7 +155,7 @@ def test_a_worker_that_cannot_be_started_is_tried_again_and_is_a_fault_meanwhile
 
 
 def test_agents_that_end_their_worker_are_no_fault_of_the_server() -> None:
-    kept = ProcessLives("a worker", lambda: 7.0)
+    kept = ProcessRestarts("a worker", lambda: 7.0)
     for _ in range(2 * MANY):
         kept.ended(by_itself=False)
     assert (kept.restarts, [*kept.faults()]) == (2 * MANY, [])

@@ -8,7 +8,7 @@ AWAY_S = 30.0  # without it: longer than a start takes
 MANY, WITHIN_S = 5, 60.0  # ends in so short a time: the next one will end, too
 
 
-class ProcessLives:
+class ProcessRestarts:
     """Told when the process was last there, and of each end. `what` it is called."""
 
     def __init__(self, what: str, clock: Callable[[], float] = time.monotonic) -> None:
