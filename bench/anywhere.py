@@ -11,6 +11,7 @@ same episodes. `--runs` are episodes per cell; all agents play the same ones, an
 import argparse
 import json
 from collections.abc import Mapping, Sequence
+from math import gcd
 
 from bench.learning import add_options, partner_ids, play_all, refuse_unknown
 from bench.results.episode_log import Outcome, Run
@@ -51,8 +52,8 @@ def runs(agent: str, maps: Sequence[str], partners: Sequence[str], count: int, t
 
 
 def _turn(number: int, count: int, stride: int) -> int:
-    """Every index of `count` once in a row, neighbours `stride` apart."""
-    while count % stride == 0 and stride < count:
+    """Every index of `count` once in a row, neighbours `stride` apart, or a little more."""
+    while gcd(count, stride) > 1:  # or some would never be drawn
         stride += 2
     return number * stride % count
 

@@ -26,6 +26,14 @@ def test_every_agent_plays_the_same_episodes_with_all_maps_partners_and_seats() 
     assert runs("one", maps, partners, 7, 500) == made[:7]
 
 
+def test_all_mirrored_and_turned_maps_are_drawn() -> None:
+    maps, partners = map_groups()["mirrored, turned"], [f"p{k}" for k in range(20)]
+    made = runs("one", maps, partners, 252, 500)
+    assert set(Counter(run.map for run in made).values()) == {3}
+    assert len({run.map.partition(":")[0] for run in made[:12]}) == 12
+    assert set(Counter(run.seat for run in made).values()) == {126}
+
+
 def outcome(agent: str, seed: int, tcr: float) -> Outcome:
     return Outcome(Run(agent, "p", "m", 0, seed, 500), tcr, tcr, 1.0, None, 0.0)
 
