@@ -100,5 +100,6 @@ def read_training_data(places: list[Path], without: Collection[FamilyMember] = (
     if not kept.files:
         raise DataError("somebody who is to be left out plays in every episode; name other recordings")
     if without and len(kept.files) == len(files):
-        raise DataError(f"{' or '.join(sorted(one.name for one in without)[:3])} plays in none of these {len(files)} episodes; nothing to leave out")
+        names = " or ".join(sorted(one.name for one in without)[:3])
+        raise DataError(f"{names} plays in none of these {len(files)} episodes; nothing to leave out")
     return kept
