@@ -3,7 +3,8 @@
 import argparse
 import json
 import os
-from collections.abc import Iterator, Sequence
+import sys
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from rich.console import Console
@@ -24,7 +25,7 @@ from movingout.agents.partners.families import ALL, FAMILY, families, group, is_
 from movingout.agents.scripted.populations import POPULATIONS, manifest, population
 from movingout.maps import MapSpec, load_map
 from movingout.maps.commands.parser import add_out
-from movingout.maps.generated.names import SPLITS
+from movingout.maps.generated.names import PREFIX, SPLITS, test_maps_caution
 from movingout.maps.randomize import SPLITS as VARIANT_SPLITS
 from movingout.maps.randomize import Split, randomize
 from movingout.maps.selection import HELP as MAPS_HELP
@@ -179,6 +180,7 @@ def _generate(args: argparse.Namespace) -> int:
         todo = variant_jobs(people, designed, args.variants, args.ticks, args.seed, prefix, args.split)
     else:
         todo = episode_jobs(people, _maps(args), args.episodes, args.ticks, args.seed, prefix)
+    _caution(job.map.name for job in todo)
     made = _with_progress(len(todo), write_all(todo, args.out, args.workers))
     (args.out / "people.json").write_text(json.dumps(manifest(), indent=1))
     rates = [one.tcr for one in made]
@@ -200,6 +202,7 @@ def _label(args: argparse.Namespace) -> int:
         players = [(player.name, player.agent_id) for player in _players(args.population)]
         order = shuffled_partners(players, len(maps) * args.episodes, args.seed)
     todo = labelling_jobs(maps, order, args.learner, args.expert, args.episodes, args.ticks, args.seed)
+    _caution(job.map.name for job in todo)
     made = _with_progress(len(todo), label_all(todo, args.out, args.workers))
     if args.json:
         print(json.dumps({"out": str(args.out), "episodes": len(made), "tcr": _per_map(made)}))
@@ -213,6 +216,7 @@ def _label(args: argparse.Namespace) -> int:
 def _prove(args: argparse.Namespace) -> int:
     if args.count < 1 or args.workers < 1:
         raise DataError("--count and --workers must be at least 1")
+    _caution([f"{PREFIX}:{args.split}"])
     tried = solved = 0
     with Progress(console=Console(stderr=True)) as progress:
         bar = progress.add_task("maps", total=None)
@@ -229,6 +233,12 @@ def _prove(args: argparse.Namespace) -> int:
 def _check_counts(args: argparse.Namespace) -> None:
     if args.episodes < 1 or args.ticks < 1 or args.workers < 1:
         raise DataError("--episodes, --ticks and --workers must be at least 1")
+
+
+def _caution(maps: Iterable[str]) -> None:
+    """Say so when test maps are among those played: demonstrations are there to be trained on."""
+    if sentence := test_maps_caution(maps):
+        print(f"movingout: {sentence}", file=sys.stderr)
 
 
 def _summary(made: list[WrittenEpisode], out: Path, before: int) -> str:

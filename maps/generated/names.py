@@ -1,12 +1,12 @@
 """Names of generated maps, `generated:awareness:12` or `generated:awareness:12:hard`, and what their seeds are for."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Literal, NamedTuple, get_args
 
 from movingout.maps.errors import MapError
 from movingout.maps.spec import Mode
-from movingout.maps.suggestion import known_names
+from movingout.maps.suggestion import counted, known_names
 
 PREFIX = "generated"
 Difficulty = Literal["easy", "medium", "hard"]
@@ -80,3 +80,17 @@ def _difficulty(name: str, seed: int, word: str) -> Difficulty:
 def split_of(seed: int) -> Split:
     """Which split a seed belongs to."""
     return next(split for split, seeds in SPLITS.items() if seed in seeds)
+
+
+def test_maps_caution(names: Iterable[str]) -> str:
+    """A sentence for whoever trains on test maps, when some are among these maps, or `generated:test`; else empty."""
+    among = sorted({name for name in names if is_generated(name) and _is_test(*name.split(":")[1:3])})
+    if not among:
+        return ""
+    others = f" and {counted(len(among) - 1, 'other')}" if among[1:] else ""
+    verb = "are" if others else "is"
+    return f"{among[0]}{others} {verb} for tests: what is trained or chosen on test maps is measured too well on them"
+
+
+def _is_test(word: str, seed: str = "") -> bool:
+    return int(seed) in SPLITS["test"] if seed else word == "test"
