@@ -13,7 +13,7 @@ from functools import lru_cache
 from pathlib import Path
 
 import movingout
-from movingout.agents.checkpoint.checkpoint import MODEL_ROOTS, find_checkpoint
+from movingout.agents.checkpoint.checkpoint import find_checkpoint, model_roots
 from movingout.maps import load_map
 from movingout.maps.errors import MovingOutError
 from movingout.matches import Match
@@ -101,7 +101,7 @@ def _version(agent_id: str) -> str:
     """A hash of what an agent has besides our code: its checkpoint, or the module it is loaded from."""
     reference = agent_id.partition(":")[0]
     if "@" in reference:
-        card = find_checkpoint(reference, *MODEL_ROOTS).card
+        card = find_checkpoint(reference, *model_roots()).card
         parts = (card.policy, card.selection, card.value, *card.files)
         return _hash("".join(part.model_dump_json() for part in parts if part))
     with contextlib.suppress(ImportError, ValueError):
