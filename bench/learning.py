@@ -60,7 +60,9 @@ def play_all(todo: list[Run], workers: int, log: Path | None = None) -> list[Out
         if result.failure or metrics.wt_s is None:
             failed.append(f"{run.agent} with {run.partner} on {run.map}, seed {run.seed}: {result.failure}")
             return
-        done[run] = Outcome(run, metrics.tcr, metrics.nfd, metrics.wt_s, metrics.ac, result.cpu_s)
+        done[run] = Outcome(
+            run, metrics.tcr, metrics.nfd, metrics.wt_s, metrics.ac, result.cpu_s, metrics.interdependence
+        )
         if kept is not None:
             kept.append(done[run])
         progress.update(bar, completed=len(done))
