@@ -24,6 +24,7 @@ from movingout.maps.errors import MovingOutError
 from movingout.maps.generated.names import MODE_WORDS
 from movingout.maps.generated.proved import proved_maps
 from movingout.maps.selection import selected_maps
+from movingout.matches.commands.worker_options import worker_pool_of, workers_of
 from movingout.matches.match import Challenge
 from movingout.world.estimates import Estimate
 
@@ -74,8 +75,8 @@ def main(words: Sequence[str] | None = None) -> dict[str, Played]:
     parser.add_argument("--groups", nargs="+", choices=map_groups(), default=list(map_groups()), help="columns")
     parser.add_argument("--runs", type=int, default=24, help="episodes per cell")
     args = parser.parse_args(words)
-    if min(args.runs, args.ticks, args.workers) < 1:
-        parser.error("--runs, --ticks and --workers must be at least 1")
+    if min(args.runs, args.ticks) < 1:
+        parser.error("--runs and --ticks must be at least 1")
     try:
         found = {partners: _played(args, partners) for partners in args.partners}
     except MovingOutError as error:
@@ -99,7 +100,8 @@ def _played(args: argparse.Namespace, partners: str) -> Played:
         for name, group in groups.items()
     }
     everything = list(dict.fromkeys(run for made in wanted.values() for run in made))
-    done = {one.run: one for one in play_all(everything, args.workers, args.log)}
+    pool, workers = worker_pool_of(args), workers_of(args)
+    done = {one.run: one for one in play_all(everything, workers, args.log, pool)}
     return {agent: {name: [done[run] for run in wanted[agent, name]] for name in groups} for agent in args.agents}
 
 

@@ -70,10 +70,11 @@ def _measure(args: argparse.Namespace, sizes: AnywhereSizes) -> None:
     learned += [
         name for name in (*of_seeds(DP_ANY, sizes.seeds), *of_seeds(BASS_ANY, sizes.seeds)) if name not in learned
     ]
+    where = ["--ray", args.ray] if args.ray else ["--workers", str(args.workers)]
     played = anywhere.main([
         "--agents", *learned, "dp@all", "bass@all", "scripted", anywhere.CONTROL,
         "--partners", *args.measured_with, "--runs", str(args.runs), "--ticks", str(args.ticks),
-        "--workers", str(args.workers), "--log", str(sizes.data / "anywhere" / "evaluation.jsonl"),
+        *where, "--log", str(sizes.data / "anywhere" / "evaluation.jsonl"),
     ])  # fmt: skip
     for agent_id in learned:
         _write_scores(sizes.data / "models", agent_id, played[args.measured_with[0]])
@@ -102,6 +103,7 @@ def _parsed(words: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--only-evaluate", action="store_true", help="train nothing")
     parser.add_argument("--ticks", type=at_least(1), default=LIMIT_TICKS)
     parser.add_argument("--workers", type=at_least(1), default=os.cpu_count() or 1)
+    parser.add_argument("--ray", default="", metavar="auto|ADDRESS", help="episodes are played on a Ray cluster")
     return parser.parse_args(words)
 
 

@@ -201,6 +201,11 @@ def model_roots() -> tuple[Path, ...]:
     return (*([Path(named)] if named else []), Path("data") / "models", SHIPPED)
 
 
+def own_models() -> str:
+    """The first of these folders, for a process that works elsewhere."""
+    return str(model_roots()[0].resolve())
+
+
 def folder_name(agent_id: str) -> str:
     """The folder name of an id: `dp-all` for `dp@all`."""
     return agent_id.replace("@", "-")

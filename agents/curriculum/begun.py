@@ -11,7 +11,13 @@ from pathlib import Path
 from movingout.agents.curriculum.recipe_anywhere import AnywhereSizes
 from movingout.agents.errors import DataError
 
-FREE = "data", "workers", "seeds", "response_rounds"  # of these, others only add agents, or make nothing different
+FREE = (
+    "data",
+    "workers",
+    "ray",
+    "seeds",
+    "response_rounds",
+)  # of these, others only add agents, or make nothing different
 
 
 def check_begun(sizes: AnywhereSizes) -> None:

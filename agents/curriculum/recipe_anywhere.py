@@ -34,6 +34,7 @@ class AnywhereSizes:
 
     data: Path = Path("data")
     workers: int = 1  # processes, and trainings at a time
+    ray: str = ""  # address of a Ray cluster that plays instead of processes here
     ticks: int = LIMIT_TICKS  # limit of an episode
     partners: str = "families"  # who plays beside the expert and the learner: a word of `demos label --population`
     paper_maps: bool = False  # whether the paper's twelve are trained on too, in all symmetries
@@ -109,7 +110,7 @@ def _plays(sizes: AnywhereSizes, agent_id: str, folder: Path, listed: Path) -> T
     words = (
         "demos", "label", "--map", f"@{listed}:{min(sizes.play_maps, 3 * sizes.maps)}", "--learner", agent_id,
         "--expert", agent_id, "--population", sizes.partners, "--episodes", 1, "--seed", 100, "--ticks", sizes.ticks,
-        "--workers", sizes.workers, "--out", folder,
+        *_where(sizes), "--out", folder,
     )  # fmt: skip
     marker = folder / "done"
     return TrainingStep(tuple(map(str, words)), marker.exists, marker=marker)
@@ -131,9 +132,14 @@ def _name(agent_id: str) -> str:
     return NAMES[agent_id] if agent_id in NAMES else f"{NAMES[base + 'any']}, seed {seed}"
 
 
+def _where(sizes: AnywhereSizes) -> tuple[object, ...]:
+    """The options of `demos` that say who plays."""
+    return ("--workers", sizes.workers, *(("--ray", sizes.ray) if sizes.ray else ()))
+
+
 def _maps(sizes: AnywhereSizes, listed: Path) -> TrainingStep:
     """The list of maps on which a pair of experts delivers everything."""
-    words = "demos", "prove", "--split", "training", "--count", sizes.maps, "--workers", sizes.workers, "--out", listed
+    words = "demos", "prove", "--split", "training", "--count", sizes.maps, *_where(sizes), "--out", listed
     return TrainingStep(tuple(map(str, words)), lambda: len(read_table(listed)) >= 3 * sizes.maps)
 
 
@@ -145,7 +151,7 @@ def _label(sizes: AnywhereSizes, labels: Path, listed: Path, number: int) -> lis
         folder = labels / f"{name}-{number}"
         words = (
             "demos", "label", "--map", maps, "--learner", learner, "--population", sizes.partners,
-            "--episodes", episodes, "--seed", number, "--ticks", sizes.ticks, "--workers", sizes.workers,
+            "--episodes", episodes, "--seed", number, "--ticks", sizes.ticks, *_where(sizes),
             "--out", folder,
         )  # fmt: skip
         marker = folder / "done"
