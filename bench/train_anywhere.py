@@ -26,6 +26,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from bench import anywhere
+from bench.results.anywhere_tables import CONTROL, Played
 from bench.train_agents import at_least, scores
 from movingout.agents.checkpoint.checkpoint import MODELS_VARIABLE, find_checkpoint, rescored
 from movingout.agents.curriculum.begun import check_begun, note_begun
@@ -72,7 +73,7 @@ def _measure(args: argparse.Namespace, sizes: AnywhereSizes) -> None:
     ]
     where = ["--ray", args.ray] if args.ray else ["--workers", str(args.workers)]
     played = anywhere.main([
-        "--agents", *learned, "dp@all", "bass@all", "scripted", anywhere.CONTROL,
+        "--agents", *learned, "dp@all", "bass@all", "scripted", CONTROL,
         "--partners", *args.measured_with, "--runs", str(args.runs), "--ticks", str(args.ticks),
         *where, "--log", str(sizes.data / "anywhere" / "evaluation.jsonl"),
     ])  # fmt: skip
@@ -80,9 +81,9 @@ def _measure(args: argparse.Namespace, sizes: AnywhereSizes) -> None:
         _write_scores(sizes.data / "models", agent_id, played[args.measured_with[0]])
 
 
-def _write_scores(models: Path, agent_id: str, played: anywhere.Played) -> None:
+def _write_scores(models: Path, agent_id: str, played: Played) -> None:
     """Write to a card how its agent did, over all groups of maps."""
-    outcomes = [one for name in (agent_id, anywhere.CONTROL) for cell in played[name].values() for one in cell]
+    outcomes = [one for name in (agent_id, CONTROL) for cell in played[name].values() for one in cell]
     rescored(find_checkpoint(agent_id, models), scores(outcomes, agent_id))
 
 
